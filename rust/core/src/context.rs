@@ -1,0 +1,145 @@
+//! The context: an executor with its own threads, the instruction level, the memory limit and the statistics.
+//!
+//! Work is split into items whose results do not depend on how they are spread over threads, so every result is
+//! bit-identical for any number of threads.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::simd::Level;
+use crate::stats::Stats;
+use crate::{Error, Result};
+
+/// How a context is made.
+#[derive(Clone, Debug, Default)]
+pub struct ContextOptions {
+    /// Number of threads: 0 for all cores, 1 to stay on the calling thread and create none.
+    pub threads: usize,
+    /// Bytes that readers and tables made from input may occupy; 0 for no limit.
+    pub memory_limit: u64,
+}
+
+/// An executor. Cloning it is cheap and shares it.
+#[derive(Clone, Debug)]
+pub struct Context {
+    inner: Arc<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    pool: Option<rayon::ThreadPool>,
+    level: Level,
+    memory_limit: u64,
+    stats: Stats,
+}
+
+/// Threads a context may have at most.
+const MAX_THREADS: usize = 1024;
+
+impl Context {
+    /// Makes a context. Fails if the threads cannot be started or `RELIEVO_SIMD` names no level of this processor.
+    pub fn new(options: &ContextOptions) -> Result<Self> {
+        let available = || std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = if options.threads == 0 { available() } else { options.threads };
+        if threads > MAX_THREADS {
+            return Err(Error::invalid(format!("{threads} threads are too many"))
+                .advise(format!("ask for at most {MAX_THREADS}, or 0 for one per core")));
+        }
+        let pool = if threads == 1 {
+            None
+        } else {
+            let build = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .thread_name(|index| format!("relievo-{index}"))
+                .build();
+            Some(build.map_err(|error| Error::internal(format!("cannot start {threads} threads: {error}")))?)
+        };
+        let level = Level::detect()?;
+        let inner = Inner { pool, level, memory_limit: options.memory_limit, stats: Stats::default() };
+        Ok(Self { inner: Arc::new(inner) })
+    }
+
+    /// A context that stays on the calling thread.
+    pub fn serial() -> Self {
+        let inner = Inner { pool: None, level: Level::best(), memory_limit: 0, stats: Stats::default() };
+        Self { inner: Arc::new(inner) }
+    }
+
+    /// How many threads work.
+    pub fn threads(&self) -> usize {
+        self.inner.pool.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
+    }
+
+    /// The instruction level of the SIMD kernels.
+    pub fn level(&self) -> Level {
+        self.inner.level
+    }
+
+    /// Bytes that readers may occupy, `u64::MAX` if unlimited.
+    pub fn memory_limit(&self) -> u64 {
+        if self.inner.memory_limit == 0 { u64::MAX } else { self.inner.memory_limit }
+    }
+
+    /// Where stages report their time and counts.
+    pub fn stats(&self) -> &Stats {
+        &self.inner.stats
+    }
+
+    /// Calls `work` for every index below `count`, in any order.
+    pub fn for_each(&self, count: usize, work: impl Fn(usize) + Sync) {
+        match &self.inner.pool {
+            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().for_each(&work)),
+            _ => (0..count).for_each(work),
+        }
+    }
+
+    /// Calls `work` for every item and its index, in any order.
+    pub fn for_each_mut<T: Send>(&self, items: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
+        match &self.inner.pool {
+            Some(pool) if items.len() > 1 => {
+                pool.install(|| items.par_iter_mut().enumerate().for_each(|(index, item)| work(index, item)));
+            }
+            _ => items.iter_mut().enumerate().for_each(|(index, item)| work(index, item)),
+        }
+    }
+
+    /// The results of `work` for every index below `count`, in order.
+    pub fn map<R: Send>(&self, count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
+        match &self.inner.pool {
+            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(&work).collect()),
+            _ => (0..count).map(work).collect(),
+        }
+    }
+
+    /// Runs `a` and `b`, at the same time if there are threads for it.
+    pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+        match &self.inner.pool {
+            Some(pool) => pool.join(a, b),
+            None => (a(), b()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_and_many_threads_give_the_same_results_in_order() {
+        let serial = Context::serial().map(1000, |index| index * index);
+        for threads in [1, 2, 5] {
+            let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
+            assert_eq!(context.threads(), threads);
+            assert_eq!(context.map(1000, |index| index * index), serial);
+            let mut items = vec![0; 1000];
+            context.for_each_mut(&mut items, |index, item| *item = index * index);
+            assert_eq!(items, serial);
+        }
+    }
+
+    #[test]
+    fn too_many_threads_are_refused() {
+        assert!(Context::new(&ContextOptions { threads: 1 << 20, memory_limit: 0 }).is_err());
+    }
+}

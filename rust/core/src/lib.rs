@@ -1,0 +1,16 @@
+//! Meshes, attributes, parameters, errors, executors, progress and statistics: what every other crate of Relievo
+//! speaks in. No native code and no algorithms of a paper live here.
+
+pub mod context;
+pub mod error;
+pub mod mesh;
+pub mod parameter;
+pub mod progress;
+pub mod simd;
+pub mod stats;
+
+pub use context::{Context, ContextOptions};
+pub use error::{Error, ErrorKind, Result};
+pub use mesh::{Attribute, Crease, Domain, Mesh, Values};
+pub use parameter::{Parameter, ParameterKind};
+pub use progress::Progress;

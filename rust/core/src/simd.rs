@@ -1,0 +1,143 @@
+//! The instruction level of SIMD kernels, chosen at run time.
+//!
+//! A kernel is written once as an `#[inline(always)]` function over slices, generic in [`Arithmetic`], and compiled at
+//! each level by [`dispatch_simd!`](crate::dispatch_simd). Levels differ in the last bit where they fuse multiply and
+//! add, so journals and caches record the level; within one level results are bit-identical.
+
+use crate::{Error, Result};
+
+/// An instruction level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Level {
+    /// What every 64-bit processor of the target has.
+    Baseline,
+    /// AVX2, FMA and F16C.
+    Avx2,
+    /// AVX-512 F, DQ, BW and VL on top of AVX2.
+    Avx512,
+}
+
+impl Level {
+    /// The levels and their names, as the environment variable `RELIEVO_SIMD` takes them.
+    pub const NAMES: [(Level, &'static str); 3] =
+        [(Level::Baseline, "baseline"), (Level::Avx2, "avx2"), (Level::Avx512, "avx512")];
+
+    /// The name of this level.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize].1
+    }
+
+    /// The best level of this processor.
+    pub fn best() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx2 =
+                is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") && is_x86_feature_detected!("f16c");
+            let avx512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512vl");
+            if avx2 && avx512 {
+                return Level::Avx512;
+            }
+            if avx2 {
+                return Level::Avx2;
+            }
+        }
+        Level::Baseline
+    }
+
+    /// The level that `RELIEVO_SIMD` names, or the best one. Fails if it is unknown or the processor lacks it.
+    pub fn detect() -> Result<Self> {
+        let Ok(name) = std::env::var("RELIEVO_SIMD") else { return Ok(Self::best()) };
+        let best = Self::best();
+        let found = Self::NAMES.iter().find(|(_, known)| *known == name);
+        match found {
+            Some((level, _)) if *level <= best => Ok(*level),
+            Some(_) => Err(Error::unsupported(format!("this processor has no {name}"))
+                .at("RELIEVO_SIMD")
+                .advise(format!("use {} or less", best.name()))),
+            None => Err(Error::invalid(format!("unknown instruction level {name:?}"))
+                .at("RELIEVO_SIMD")
+                .advise("use baseline, avx2 or avx512")),
+        }
+    }
+}
+
+/// The one operation in which levels differ.
+pub trait Arithmetic: Copy {
+    /// `a·b + c`, fused where the level has it.
+    fn fma(a: f32, b: f32, c: f32) -> f32;
+}
+
+/// Multiply, round, add, round.
+#[derive(Clone, Copy, Debug)]
+pub struct Separate;
+
+/// Multiply and add with one rounding.
+#[derive(Clone, Copy, Debug)]
+pub struct Fused;
+
+impl Arithmetic for Separate {
+    #[inline(always)]
+    fn fma(a: f32, b: f32, c: f32) -> f32 {
+        a * b + c
+    }
+}
+
+impl Arithmetic for Fused {
+    #[inline(always)]
+    fn fma(a: f32, b: f32, c: f32) -> f32 {
+        a.mul_add(b, c)
+    }
+}
+
+/// Defines `fn name(level, arguments…)` that calls `#[inline(always)] fn body<A: Arithmetic>(arguments…)` compiled for
+/// the given level.
+///
+/// ```
+/// use relievo_core::simd::{Arithmetic, Level};
+/// #[inline(always)]
+/// fn axpy_body<A: Arithmetic>(a: f32, x: &[f32], y: &mut [f32]) {
+///     for (y, x) in y.iter_mut().zip(x) {
+///         *y = A::fma(a, *x, *y);
+///     }
+/// }
+/// relievo_core::dispatch_simd! { fn axpy = axpy_body(a: f32, x: &[f32], y: &mut [f32]) }
+/// let mut y = [1.0; 4];
+/// axpy(Level::best(), 2.0, &[1.0; 4], &mut y);
+/// assert_eq!(y, [3.0; 4]);
+/// ```
+#[macro_export]
+macro_rules! dispatch_simd {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident = $body:ident($($arg:ident: $ty:ty),* $(,)?) $(-> $ret:ty)?) => {
+        $(#[$meta])*
+        #[allow(clippy::too_many_arguments)]
+        $vis fn $name(level: $crate::simd::Level, $($arg: $ty),*) $(-> $ret)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2,fma,f16c")]
+                #[allow(clippy::too_many_arguments)]
+                fn avx2($($arg: $ty),*) $(-> $ret)? {
+                    $body::<$crate::simd::Fused>($($arg),*)
+                }
+                #[target_feature(enable = "avx2,fma,f16c,avx512f,avx512dq,avx512bw,avx512vl")]
+                #[allow(clippy::too_many_arguments)]
+                fn avx512($($arg: $ty),*) $(-> $ret)? {
+                    $body::<$crate::simd::Fused>($($arg),*)
+                }
+                // A level can be forced but never above what the processor has.
+                #[allow(unsafe_code)]
+                match level.min($crate::simd::Level::best()) {
+                    // SAFETY: `best()` found AVX-512 F, DQ, BW, VL, AVX2, FMA and F16C on this processor.
+                    $crate::simd::Level::Avx512 => return unsafe { avx512($($arg),*) },
+                    // SAFETY: `best()` found AVX2, FMA and F16C on this processor.
+                    $crate::simd::Level::Avx2 => return unsafe { avx2($($arg),*) },
+                    $crate::simd::Level::Baseline => {}
+                }
+            }
+            let _ = level;
+            $body::<$crate::simd::Separate>($($arg),*)
+        }
+    };
+}

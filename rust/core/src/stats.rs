@@ -1,0 +1,94 @@
+//! Time, memory and counts per stage, kept in one place per context: the table of `relievo run`, its trace file, the
+//! benches and the C ABI's statistics all read from here.
+
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// One finished stage.
+#[derive(Clone, Debug)]
+pub struct Event {
+    /// The stage, a fixed name such as `imprint.voxelise`.
+    pub stage: &'static str,
+    /// Start, since the context was made.
+    pub start: Duration,
+    /// How long it took.
+    pub length: Duration,
+    /// What was counted while it ran, by name.
+    pub counts: Vec<(&'static str, u64)>,
+}
+
+/// The stages a context has run, oldest first.
+#[derive(Debug)]
+pub struct Stats {
+    origin: Instant,
+    events: Mutex<Vec<Event>>,
+}
+
+/// Events kept at most; later ones are dropped until [`Stats::take`] empties the list, so that a host that never
+/// asks does not leak.
+const CAPACITY: usize = 1 << 20;
+
+impl Default for Stats {
+    fn default() -> Self {
+        Self { origin: Instant::now(), events: Mutex::new(Vec::new()) }
+    }
+}
+
+impl Stats {
+    /// Runs `work` as the stage `name`.
+    pub fn time<R>(&self, name: &'static str, work: impl FnOnce() -> R) -> R {
+        let stage = self.begin(name);
+        let result = work();
+        stage.end();
+        result
+    }
+
+    /// Starts a stage, which ends when the returned guard is dropped.
+    pub fn begin(&self, stage: &'static str) -> Stage<'_> {
+        Stage { stats: self, stage, start: self.origin.elapsed(), counts: Vec::new() }
+    }
+
+    /// The events so far, which are removed.
+    pub fn take(&self) -> Vec<Event> {
+        std::mem::take(&mut *self.lock())
+    }
+
+    /// A copy of the events so far.
+    pub fn events(&self) -> Vec<Event> {
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Event>> {
+        self.events.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+/// A running stage.
+#[derive(Debug)]
+pub struct Stage<'a> {
+    stats: &'a Stats,
+    stage: &'static str,
+    start: Duration,
+    counts: Vec<(&'static str, u64)>,
+}
+
+impl Stage<'_> {
+    /// Notes a count of this stage.
+    pub fn count(&mut self, name: &'static str, value: u64) {
+        self.counts.push((name, value));
+    }
+
+    /// Ends the stage, as dropping it does.
+    pub fn end(self) {}
+}
+
+impl Drop for Stage<'_> {
+    fn drop(&mut self) {
+        let length = self.stats.origin.elapsed().saturating_sub(self.start);
+        let event = Event { stage: self.stage, start: self.start, length, counts: std::mem::take(&mut self.counts) };
+        let mut events = self.stats.lock();
+        if events.len() < CAPACITY {
+            events.push(event);
+        }
+    }
+}

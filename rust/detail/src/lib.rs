@@ -1,0 +1,1 @@
+//! Imprints from colliding objects.

@@ -1,0 +1,1 @@
+//! Embree reached through a table of functions loaded at run time.

@@ -1,0 +1,1 @@
+//! Binding to OpenSubdiv: topology refinement, patch tables, stencils and reference evaluators.

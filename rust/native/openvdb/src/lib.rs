@@ -1,0 +1,1 @@
+//! Binding to OpenVDB: level sets from meshes.

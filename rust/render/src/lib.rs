@@ -1,0 +1,1 @@
+//! Reference ray caster, images and image comparison.

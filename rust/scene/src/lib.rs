@@ -1,0 +1,1 @@
+//! Scene files, physics, frame stepping and caches.

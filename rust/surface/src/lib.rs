@@ -1,0 +1,1 @@
+//! Catmull-Clark limit surfaces: tiles, patches, evaluation, bounds.

@@ -1,0 +1,1 @@
+//! Tile heaps, rings and displaced evaluation.
