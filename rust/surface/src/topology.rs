@@ -1,0 +1,927 @@
+//! Tiles of a control cage and how they touch: the connectivity that rings, seams and evaluation share.
+//!
+//! A tile is a unit parameter square: one per quad face, `n` per face of `n ≠ 4` corners, in face order (the order of
+//! Burley and Lacey 2008, Ptex). Corners are 0 = (0,0), 1 = (1,0), 2 = (1,1), 3 = (0,1); edge `e` runs from corner
+//! `e` to corner `e + 1`. Sub-tile `k` of a face `v0 v1 …` has corner 0 at `v_k`, corner 1 in the middle of the edge
+//! `v_k v_k+1`, corner 2 at the face's centre and corner 3 in the middle of the edge `v_k−1 v_k`.
+//!
+//! Everything is built in time linear in the cage (up to sorting the edges of one point) and in face order, so that it
+//! is the same on every run. Units: parameters in 0 to 1.
+
+use std::ops::Range;
+
+use relievo_core::{Error, Mesh, Result};
+
+/// A point of a surface: a tile and parameters in 0 to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Place {
+    /// The tile.
+    pub tile: u32,
+    /// First parameter, 0 to 1.
+    pub u: f32,
+    /// Second parameter, 0 to 1.
+    pub v: f32,
+}
+
+impl Place {
+    /// The place at `(u, v)` of `tile`.
+    pub const fn new(tile: u32, u: f32, v: f32) -> Self {
+        Self { tile, u, v }
+    }
+
+    /// Corner `corner` (0 to 3) of `tile`.
+    pub fn corner(tile: u32, corner: u8) -> Self {
+        Self::on_edge(tile, corner, 0.0)
+    }
+
+    /// The point at parameter `t` along edge `edge` (0 to 3) of `tile`, counted from corner `edge`.
+    pub fn on_edge(tile: u32, edge: u8, t: f32) -> Self {
+        let (u, v) = match edge & 3 {
+            0 => (t, 0.0),
+            1 => (1.0, t),
+            2 => (1.0 - t, 1.0),
+            _ => (0.0, 1.0 - t),
+        };
+        Self { tile, u, v }
+    }
+
+    /// The edge this place is on and the parameter along it, in multiples of 2⁻²⁴; `None` inside the tile. A corner
+    /// is at parameter 0 of its own edge.
+    pub fn edge(&self) -> Option<(u8, f32)> {
+        let (edge, t) = if self.v == 0.0 && self.u < 1.0 {
+            (0, snap(self.u))
+        } else if self.u == 1.0 && self.v < 1.0 {
+            (1, snap(self.v))
+        } else if self.v == 1.0 && self.u > 0.0 {
+            (2, 1.0 - self.u)
+        } else if self.u == 0.0 {
+            (3, 1.0 - self.v)
+        } else {
+            return None;
+        };
+        Some(if t == 1.0 { ((edge + 1) & 3, 0.0) } else { (edge, t) })
+    }
+}
+
+/// `t` rounded to a multiple of 2⁻²⁴, so that `1 − t` is exact.
+fn snap(t: f32) -> f32 {
+    1.0 - (1.0 - t)
+}
+
+/// `t` rounded to a multiple of 2⁻²³, so that `(1 + t) / 2` is exact.
+fn snap_half(t: f32) -> f32 {
+    (1.0 + t) - 1.0
+}
+
+/// One side of a tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Side {
+    /// The tile.
+    pub tile: u32,
+    /// Its edge, 0 to 3.
+    pub edge: u8,
+}
+
+/// What lies across an edge of a tile.
+///
+/// Neighbouring edges run in opposite directions (`t` meets `1 − t`) unless the faces are wound inconsistently: then
+/// the link is `reversed`, `t` meets `t`, and normals and displacements change sign across it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// Nothing: the border of the surface or of a hole.
+    Boundary,
+    /// A non-manifold edge of three or more faces, where displacement is held at zero.
+    Pinned {
+        /// Number of the edge, for [`TileTopology::pinned_sides`].
+        edge: u32,
+    },
+    /// The whole edge of one tile.
+    Whole {
+        /// The neighbour's side.
+        side: Side,
+        /// Whether both edges run in the same direction.
+        reversed: bool,
+    },
+    /// Two sub-tiles of a face that is no quad; their common corner is in the middle of this edge.
+    Halves {
+        /// The side along parameters 0 to ½ of this edge.
+        first: Side,
+        /// The side along parameters ½ to 1 of this edge.
+        second: Side,
+        /// Whether the edges run in the same direction.
+        reversed: bool,
+        /// The ring of the vertex in the middle.
+        middle: u32,
+    },
+    /// One half of a quad's edge; this is the sub-tile's side of [`Link::Halves`].
+    Half {
+        /// The quad's side.
+        side: Side,
+        /// Whether it is the half of the quad's edge from ½ to 1.
+        second: bool,
+        /// Whether the edges run in the same direction.
+        reversed: bool,
+    },
+}
+
+/// Where a tile touches a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Incidence {
+    /// The tile.
+    pub tile: u32,
+    /// The corner (0 to 3) at the vertex, or the edge (0 to 3) in whose middle the vertex is.
+    pub corner: u8,
+    /// Whether `corner` is an edge in whose middle the vertex is.
+    pub middle: bool,
+    /// Whether the tile is wound against the ring's first tile, so that displacements change sign.
+    pub flipped: bool,
+}
+
+impl Incidence {
+    /// The vertex as a place of the tile.
+    pub fn place(&self) -> Place {
+        Place::on_edge(self.tile, self.corner, if self.middle { 0.5 } else { 0.0 })
+    }
+}
+
+/// What kind of vertex a ring goes round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RingClass {
+    /// Interior, four tiles, a corner of each.
+    Regular,
+    /// In the middle of a quad's edge: two corners of sub-tiles, then the quad.
+    Tee,
+    /// Interior with any other number of tiles.
+    Extraordinary,
+    /// On the border: the fan of tiles from one border edge to the other. A vertex where several fans meet has a
+    /// ring for each of them.
+    Boundary,
+    /// On a non-manifold edge: all tiles there, in tile order. Displacement is held at zero.
+    Pinned,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Tile {
+    face: u32,
+    corner: u32,
+    sub: bool,
+    hole: bool,
+}
+
+/// The tiles of a control cage, their links across edges and the rings around their vertices.
+#[derive(Clone, Debug)]
+pub struct TileTopology {
+    first_tiles: Vec<u32>,
+    tiles: Vec<Tile>,
+    links: Vec<[Link; 4]>,
+    corner_rings: Vec<[u32; 4]>,
+    ring_offsets: Vec<u32>,
+    ring_entries: Vec<Incidence>,
+    ring_classes: Vec<RingClass>,
+    pinned_offsets: Vec<u32>,
+    pinned_sides: Vec<PinnedSide>,
+    pinned_middles: Vec<u32>,
+}
+
+/// A side at a non-manifold edge, and the part of that edge it covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct PinnedSide {
+    side: Side,
+    /// Which half it covers, counted in the face's direction; `None` for all of it.
+    half: Option<bool>,
+    /// Whether the face runs from the larger point index to the smaller.
+    backward: bool,
+}
+
+const NO_RING: u32 = u32::MAX;
+
+/// One use of a cage edge by a face.
+#[derive(Clone, Copy)]
+struct Use {
+    low: u32,
+    high: u32,
+    face: u32,
+    corner: u32,
+    backward: bool,
+}
+
+/// Where a walk round a vertex arrives when it crosses an edge.
+enum Step {
+    Corner { tile: u32, corner: u8, entered: u8, reversed: bool },
+    Middle { side: Side, reversed: bool },
+}
+
+impl TileTopology {
+    /// The tiles of `mesh`. Fails if the mesh cannot be used (see [`Mesh::check`]).
+    pub fn new(mesh: &Mesh) -> Result<Self> {
+        mesh.check()?;
+        let mut hole = vec![false; mesh.face_count()];
+        for face in &mesh.holes {
+            hole[*face as usize] = true;
+        }
+        let mut first_tiles = Vec::with_capacity(mesh.face_count() + 1);
+        let mut tiles = Vec::with_capacity(mesh.corners.len().min(mesh.face_count() * 2));
+        for (face, size) in mesh.face_sizes.iter().enumerate() {
+            first_tiles.push(tiles.len() as u32);
+            let (count, sub) = if *size == 4 { (1, false) } else { (*size, true) };
+            tiles.extend((0..count).map(|corner| Tile { face: face as u32, corner, sub, hole: hole[face] }));
+        }
+        // A ring per corner at most, numbered in 32 bits.
+        if u32::try_from(tiles.len() * 8).is_err() {
+            return Err(Error::invalid(format!("the mesh makes {} tiles", tiles.len())).advise("split it"));
+        }
+        first_tiles.push(tiles.len() as u32);
+        let count = tiles.len();
+        let mut topology = Self {
+            first_tiles,
+            tiles,
+            links: vec![[Link::Boundary; 4]; count],
+            corner_rings: vec![[NO_RING; 4]; count],
+            ring_offsets: vec![0],
+            ring_entries: Vec::with_capacity(4 * count),
+            ring_classes: Vec::with_capacity(count),
+            pinned_offsets: vec![0],
+            pinned_sides: Vec::new(),
+            pinned_middles: Vec::new(),
+        };
+        let mut pinned_points = vec![false; mesh.points.len()];
+        topology.link_edges(mesh, &mut pinned_points);
+        topology.link_sub_tiles();
+        topology.ring_pinned(mesh, &pinned_points);
+        topology.ring_fans();
+        Ok(topology)
+    }
+
+    /// Number of tiles.
+    pub fn tile_count(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// Number of faces of the cage.
+    pub fn face_count(&self) -> usize {
+        self.first_tiles.len() - 1
+    }
+
+    /// The tiles of `face`.
+    pub fn tiles_of(&self, face: u32) -> Range<u32> {
+        self.first_tiles[face as usize]..self.first_tiles[face as usize + 1]
+    }
+
+    /// The face of `tile`.
+    pub fn face(&self, tile: u32) -> u32 {
+        self.tiles[tile as usize].face
+    }
+
+    /// The face corner at corner 0 of `tile`: the number of a sub-tile, 0 for a quad.
+    pub fn sub_corner(&self, tile: u32) -> u32 {
+        self.tiles[tile as usize].corner
+    }
+
+    /// Whether `tile` is one of several of its face, and so half as long as a quad beside it.
+    pub fn is_sub(&self, tile: u32) -> bool {
+        self.tiles[tile as usize].sub
+    }
+
+    /// Whether `tile` belongs to a hole: it has a number but no surface.
+    pub fn is_hole(&self, tile: u32) -> bool {
+        self.tiles[tile as usize].hole
+    }
+
+    /// What lies across each edge of `tile`.
+    pub fn links(&self, tile: u32) -> &[Link; 4] {
+        &self.links[tile as usize]
+    }
+
+    /// What lies across `edge` (0 to 3) of `tile`.
+    pub fn link(&self, tile: u32, edge: u8) -> Link {
+        self.links[tile as usize][usize::from(edge)]
+    }
+
+    /// Number of rings: vertices of the tiles, counted once per fan.
+    pub fn ring_count(&self) -> usize {
+        self.ring_classes.len()
+    }
+
+    /// The ring round each corner of `tile`.
+    pub fn rings(&self, tile: u32) -> &[u32; 4] {
+        &self.corner_rings[tile as usize]
+    }
+
+    /// What kind of vertex `ring` goes round.
+    pub fn ring_class(&self, ring: u32) -> RingClass {
+        self.ring_classes[ring as usize]
+    }
+
+    /// The tiles of `ring`: in counter-clockwise order, seen from the first tile.
+    pub fn ring(&self, ring: u32) -> &[Incidence] {
+        let ring = ring as usize;
+        &self.ring_entries[self.ring_offsets[ring] as usize..self.ring_offsets[ring + 1] as usize]
+    }
+
+    /// The sides that meet at a non-manifold edge, see [`Link::Pinned`]; sides of holes are left out.
+    pub fn pinned_sides(&self, edge: u32) -> impl Iterator<Item = Side> {
+        self.pinned(edge).iter().map(|pinned| pinned.side)
+    }
+
+    /// The number of tiles that have a non-manifold edge, with repetition: 0 for a manifold cage.
+    pub fn pinned_side_count(&self) -> usize {
+        self.pinned_sides.len()
+    }
+
+    /// The one place at which `place` is evaluated, whichever of the tiles that share it was asked.
+    ///
+    /// Inside a tile that is `place` itself. A point on an edge or vertex belongs to the tile of the lowest density
+    /// (texels along a base edge, 0 where nothing is allocated); among those to a whole tile before a sub-tile, then
+    /// to the lowest tile. Parameters are converted exactly; to make that possible they are first rounded to
+    /// multiples of 2⁻²⁴ (2⁻²³ on a sub-tile beside a quad) along shared edges. `place` must be in its tile.
+    pub fn canonical(&self, place: Place, density: impl Fn(u32) -> u32) -> Place {
+        let Some((edge, t)) = place.edge() else { return place };
+        if t == 0.0 {
+            return self.canonical_vertex(self.corner_rings[place.tile as usize][usize::from(edge)], density);
+        }
+        let key = |tile: u32| (density(tile), self.is_sub(tile), tile);
+        let own = Place::on_edge(place.tile, edge, t);
+        let other = match self.link(place.tile, edge) {
+            Link::Boundary => return place,
+            Link::Pinned { edge: pinned } => return self.canonical_pinned(own, edge, t, pinned, density),
+            Link::Whole { side, reversed } => Place::on_edge(side.tile, side.edge, if reversed { t } else { 1.0 - t }),
+            Link::Halves { middle, .. } if t == 0.5 => return self.canonical_vertex(middle, density),
+            Link::Halves { first, second, reversed, .. } => {
+                let (side, t) = if t < 0.5 { (first, 2.0 * t) } else { (second, 2.0 * t - 1.0) };
+                Place::on_edge(side.tile, side.edge, if reversed { t } else { 1.0 - t })
+            }
+            Link::Half { side, second, reversed } => {
+                let t = snap_half(t);
+                if t == 0.0 || t == 1.0 {
+                    let corner = if t == 0.0 { edge } else { (edge + 1) & 3 };
+                    let ring = self.corner_rings[place.tile as usize][usize::from(corner)];
+                    return self.canonical_vertex(ring, density);
+                }
+                if key(place.tile) < key(side.tile) {
+                    return Place::on_edge(place.tile, edge, t);
+                }
+                let t = if reversed { t } else { 1.0 - t };
+                return Place::on_edge(side.tile, side.edge, if second { (1.0 + t) / 2.0 } else { t / 2.0 });
+            }
+        };
+        if key(other.tile) < key(own.tile) { other } else { own }
+    }
+
+    fn canonical_vertex(&self, ring: u32, density: impl Fn(u32) -> u32) -> Place {
+        let key = |entry: &&Incidence| (density(entry.tile), self.is_sub(entry.tile), entry.tile);
+        // A ring has at least the tile that was asked.
+        self.ring(ring).iter().min_by_key(key).map(Incidence::place).unwrap_or_default()
+    }
+
+    /// As [`Self::canonical`] for the point at `t` along a non-manifold edge.
+    fn canonical_pinned(&self, own: Place, edge: u8, t: f32, pinned: u32, density: impl Fn(u32) -> u32) -> Place {
+        let sides = self.pinned(pinned);
+        let Some(asked) = sides.iter().find(|other| other.side == Side { tile: own.tile, edge }) else { return own };
+        let mut along = match asked.half {
+            None => t,
+            Some(second) => (if second { 1.0 + snap_half(t) } else { snap_half(t) }) / 2.0,
+        };
+        if asked.backward {
+            along = 1.0 - along;
+        }
+        let end = |corner: u8| self.corner_rings[own.tile as usize][usize::from(corner & 3)];
+        let middle = self.pinned_middles[pinned as usize];
+        if along == 0.5 && middle != NO_RING {
+            return self.canonical_vertex(middle, density);
+        }
+        if along == 0.0 || along == 1.0 {
+            return self.canonical_vertex(end(if t < 0.5 { edge } else { edge + 1 }), density);
+        }
+        let places = sides.iter().filter_map(|other| {
+            let along = if other.backward { 1.0 - along } else { along };
+            let t = match other.half {
+                None => along,
+                Some(second) if second == (along > 0.5) => 2.0 * along - if second { 1.0 } else { 0.0 },
+                Some(_) => return None,
+            };
+            Some(Place::on_edge(other.side.tile, other.side.edge, t))
+        });
+        places.min_by_key(|place| (density(place.tile), self.is_sub(place.tile), place.tile)).unwrap_or(own)
+    }
+
+    fn pinned(&self, edge: u32) -> &[PinnedSide] {
+        let edge = edge as usize;
+        &self.pinned_sides[self.pinned_offsets[edge] as usize..self.pinned_offsets[edge + 1] as usize]
+    }
+
+    /// The sides along a face's edge: one for a quad, two halves in the face's direction otherwise.
+    fn sides(&self, face: u32, corner: u32) -> (Side, Option<Side>) {
+        let tiles = self.tiles_of(face);
+        if tiles.len() == 1 {
+            return (Side { tile: tiles.start, edge: corner as u8 }, None);
+        }
+        let next = if corner + 1 == tiles.len() as u32 { 0 } else { corner + 1 };
+        (Side { tile: tiles.start + corner, edge: 0 }, Some(Side { tile: tiles.start + next, edge: 3 }))
+    }
+
+    fn set(&mut self, side: Side, link: Link) {
+        self.links[side.tile as usize][usize::from(side.edge)] = link;
+    }
+
+    fn link_edges(&mut self, mesh: &Mesh, pinned_points: &mut [bool]) {
+        let uses = edge_uses(mesh);
+        for group in uses.chunk_by(|a, b| (a.low, a.high) == (b.low, b.high)) {
+            let hole = |edge: &Use| self.tiles[self.first_tiles[edge.face as usize] as usize].hole;
+            match group {
+                [a, b] if !hole(a) && !hole(b) => self.link_pair(a, b),
+                [_] | [_, _] => {}
+                many => {
+                    for edge in many.iter().filter(|edge| !hole(edge)).copied().collect::<Vec<_>>() {
+                        let (first, second) = self.sides(edge.face, edge.corner);
+                        let link = Link::Pinned { edge: self.pinned_middles.len() as u32 };
+                        let half = second.map(|_| false);
+                        let backward = edge.backward;
+                        self.pinned_sides.push(PinnedSide { side: first, half, backward });
+                        self.set(first, link);
+                        if let Some(second) = second {
+                            self.pinned_sides.push(PinnedSide { side: second, half: Some(true), backward });
+                            self.set(second, link);
+                        }
+                    }
+                    self.pinned_middles.push(NO_RING);
+                    self.pinned_offsets.push(self.pinned_sides.len() as u32);
+                    pinned_points[many[0].low as usize] = true;
+                    pinned_points[many[0].high as usize] = true;
+                }
+            }
+        }
+    }
+
+    fn link_pair(&mut self, a: &Use, b: &Use) {
+        let reversed = a.backward == b.backward;
+        match (self.sides(a.face, a.corner), self.sides(b.face, b.corner)) {
+            ((a, None), (b, None)) => {
+                self.set(a, Link::Whole { side: b, reversed });
+                self.set(b, Link::Whole { side: a, reversed });
+            }
+            ((whole, None), (one, Some(two))) | ((one, Some(two)), (whole, None)) => {
+                let (first, second) = if reversed { (one, two) } else { (two, one) };
+                self.set(whole, Link::Halves { first, second, reversed, middle: NO_RING });
+                self.set(first, Link::Half { side: whole, second: false, reversed });
+                self.set(second, Link::Half { side: whole, second: true, reversed });
+            }
+            ((a, Some(b)), (c, Some(d))) => {
+                let pairs = if reversed { [(a, c), (b, d)] } else { [(a, d), (b, c)] };
+                for (a, b) in pairs {
+                    self.set(a, Link::Whole { side: b, reversed });
+                    self.set(b, Link::Whole { side: a, reversed });
+                }
+            }
+        }
+    }
+
+    /// Links the sub-tiles of every face that is no quad across its spokes: edge 1 of each with edge 2 of the next.
+    fn link_sub_tiles(&mut self) {
+        for face in 0..self.face_count() as u32 {
+            let tiles = self.tiles_of(face);
+            if tiles.len() == 1 || self.is_hole(tiles.start) {
+                continue;
+            }
+            for tile in tiles.clone() {
+                let next = if tile + 1 == tiles.end { tiles.start } else { tile + 1 };
+                let (a, b) = (Side { tile, edge: 1 }, Side { tile: next, edge: 2 });
+                self.set(a, Link::Whole { side: b, reversed: false });
+                self.set(b, Link::Whole { side: a, reversed: false });
+            }
+        }
+    }
+
+    /// Makes the rings of vertices on non-manifold edges: every tile there, whatever its fan.
+    fn ring_pinned(&mut self, mesh: &Mesh, pinned_points: &[bool]) {
+        if self.pinned_sides.is_empty() {
+            return;
+        }
+        for edge in 0..self.pinned_middles.len() {
+            let sides = self.pinned(edge as u32).to_vec();
+            if sides.iter().all(|pinned| pinned.half.is_none()) {
+                continue;
+            }
+            self.pinned_middles[edge] = self.ring_classes.len() as u32;
+            let ring = sides.iter().map(|pinned| {
+                // The middle of a face's edge is corner 1 of the sub-tile before it and corner 3 of the one after.
+                let corner = pinned.half.map_or(pinned.side.edge, |second| if second { 3 } else { 1 });
+                Incidence { tile: pinned.side.tile, corner, middle: pinned.half.is_none(), flipped: false }
+            });
+            self.push_ring(ring.collect(), RingClass::Pinned);
+        }
+        let mut incidences = Vec::new();
+        let offsets = mesh.face_offsets();
+        for tile in (0..self.tiles.len() as u32).filter(|tile| !self.is_hole(*tile)) {
+            let first = (offsets[self.face(tile) as usize] + self.sub_corner(tile)) as usize;
+            for corner in 0..if self.is_sub(tile) { 1 } else { 4 } {
+                let point = mesh.corners[first + usize::from(corner)];
+                if pinned_points[point as usize] {
+                    incidences.push((point, Incidence { tile, corner, middle: false, flipped: false }));
+                }
+            }
+        }
+        incidences.sort_by_key(|(point, _)| *point);
+        for group in incidences.chunk_by(|a, b| a.0 == b.0) {
+            self.push_ring(group.iter().map(|(_, entry)| *entry).collect(), RingClass::Pinned);
+        }
+    }
+
+    /// Makes the rings of all other vertices, by walking round each of them.
+    fn ring_fans(&mut self) {
+        for tile in 0..self.tiles.len() as u32 {
+            for corner in 0..4 {
+                if self.corner_rings[tile as usize][usize::from(corner)] == NO_RING {
+                    let (ring, class) = self.fan(tile, corner);
+                    self.push_ring(ring, class);
+                }
+            }
+        }
+    }
+
+    fn push_ring(&mut self, ring: Vec<Incidence>, class: RingClass) {
+        let id = self.ring_classes.len() as u32;
+        for entry in &ring {
+            if !entry.middle {
+                self.corner_rings[entry.tile as usize][usize::from(entry.corner)] = id;
+            } else if let Link::Halves { middle, .. } = &mut self.links[entry.tile as usize][usize::from(entry.corner)]
+            {
+                *middle = id;
+            }
+        }
+        self.ring_entries.extend(ring);
+        self.ring_offsets.push(self.ring_entries.len() as u32);
+        self.ring_classes.push(class);
+    }
+
+    /// The fan of tiles round a corner, counter-clockwise seen from `tile`.
+    fn fan(&self, tile: u32, corner: u8) -> (Vec<Incidence>, RingClass) {
+        let first = Incidence { tile, corner, middle: false, flipped: false };
+        let mut ring = vec![first];
+        let mut middle = None;
+        let mut walk = |edge: u8, ring: &mut Vec<Incidence>| {
+            let (mut at, mut edge) = (first, edge);
+            while let Some(step) = self.cross(at.tile, at.corner, edge) {
+                match step {
+                    Step::Corner { tile, corner, .. } if (tile, corner) == (first.tile, first.corner) => return true,
+                    Step::Corner { tile, corner, entered, reversed } => {
+                        at = Incidence { tile, corner, middle: false, flipped: at.flipped != reversed };
+                        ring.push(at);
+                        edge = if entered == corner { (corner + 3) & 3 } else { corner };
+                    }
+                    Step::Middle { side, reversed } => {
+                        let flipped = at.flipped != reversed;
+                        middle = Some(Incidence { tile: side.tile, corner: side.edge, middle: true, flipped });
+                        break;
+                    }
+                }
+            }
+            false
+        };
+        if walk((corner + 3) & 3, &mut ring) {
+            let class = if ring.len() == 4 { RingClass::Regular } else { RingClass::Extraordinary };
+            return (ring, class);
+        }
+        let mut before = Vec::new();
+        walk(corner, &mut before);
+        before.reverse();
+        before.append(&mut ring);
+        match middle {
+            Some(middle) => {
+                before.push(middle);
+                (before, RingClass::Tee)
+            }
+            None => (before, RingClass::Boundary),
+        }
+    }
+
+    /// Crosses `edge`, one of the two at `corner` of `tile`, staying at the same vertex.
+    fn cross(&self, tile: u32, corner: u8, edge: u8) -> Option<Step> {
+        let at_end = edge != corner;
+        Some(match self.link(tile, edge) {
+            Link::Boundary | Link::Pinned { .. } => return None,
+            Link::Whole { side, reversed } => {
+                let corner = if at_end == reversed { (side.edge + 1) & 3 } else { side.edge };
+                Step::Corner { tile: side.tile, corner, entered: side.edge, reversed }
+            }
+            Link::Halves { first, second, reversed, .. } => {
+                let side = if at_end { second } else { first };
+                Step::Corner { tile: side.tile, corner: 0, entered: side.edge, reversed }
+            }
+            // Corner 0 of a sub-tile is the point of the cage, its other corner on the edge is the middle.
+            Link::Half { side, reversed, .. } if corner != 0 => Step::Middle { side, reversed },
+            Link::Half { side, second, reversed } => {
+                let corner = if second { (side.edge + 1) & 3 } else { side.edge };
+                Step::Corner { tile: side.tile, corner, entered: side.edge, reversed }
+            }
+        })
+    }
+}
+
+/// Every use of an edge by a face, grouped by edge.
+fn edge_uses(mesh: &Mesh) -> Vec<Use> {
+    let mut starts = vec![0u32; mesh.points.len() + 1];
+    let ends = |face: &[u32], corner: usize| {
+        let next = if corner + 1 == face.len() { 0 } else { corner + 1 };
+        (face[corner], face[next])
+    };
+    for face in mesh.faces() {
+        for corner in 0..face.len() {
+            let (a, b) = ends(face, corner);
+            starts[a.min(b) as usize + 1] += 1;
+        }
+    }
+    for point in 0..mesh.points.len() {
+        starts[point + 1] += starts[point];
+    }
+    let mut uses = vec![Use { low: 0, high: 0, face: 0, corner: 0, backward: false }; mesh.corners.len()];
+    let mut cursors = starts.clone();
+    for (index, face) in mesh.faces().enumerate() {
+        for corner in 0..face.len() {
+            let (a, b) = ends(face, corner);
+            let (low, high) = (a.min(b), a.max(b));
+            let slot = &mut cursors[low as usize];
+            uses[*slot as usize] = Use { low, high, face: index as u32, corner: corner as u32, backward: a > b };
+            *slot += 1;
+        }
+    }
+    for range in starts.windows(2) {
+        uses[range[0] as usize..range[1] as usize].sort_unstable_by_key(|edge| (edge.high, edge.face));
+    }
+    uses
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A grid of `size`² quads, closed to a torus or open, of which some are split, merged in pairs, or wound against.
+    fn grid(size: u32, torus: bool, choices: &[u8]) -> Mesh {
+        let stride = if torus { size } else { size + 1 };
+        let point = |x: u32, y: u32| (y % stride) * stride + x % stride;
+        let mut mesh = Mesh::default();
+        for y in 0..stride {
+            for x in 0..stride {
+                let angle = |n: u32| n as f32 * std::f32::consts::TAU / stride as f32;
+                let (a, b) = (angle(x), angle(y));
+                mesh.points.push([(3.0 + b.cos()) * a.cos(), (3.0 + b.cos()) * a.sin(), b.sin()]);
+            }
+        }
+        let mut taken = vec![false; (size * size) as usize];
+        for (index, (y, x)) in (0..size).flat_map(|y| (0..size).map(move |x| (y, x))).enumerate() {
+            if taken[index] {
+                continue;
+            }
+            let corners = [point(x, y), point(x + 1, y), point(x + 1, y + 1), point(x, y + 1)];
+            let choice = choices[index % choices.len()];
+            let mut faces = match choice & 3 {
+                0 if x + 1 < size && !taken[index + 1] => {
+                    taken[index + 1] = true;
+                    let [a, b, c, d] = corners;
+                    vec![vec![a, b, point(x + 2, y), point(x + 2, y + 1), c, d]]
+                }
+                1 => vec![vec![corners[0], corners[1], corners[2]], vec![corners[0], corners[2], corners[3]]],
+                _ => vec![corners.to_vec()],
+            };
+            for face in &mut faces {
+                let turn = usize::from(choice >> 2 & 3) % face.len();
+                face.rotate_left(turn);
+                if choice & 0x30 == 0x30 {
+                    face.reverse();
+                }
+                mesh.face_sizes.push(face.len() as u32);
+                mesh.corners.extend_from_slice(face);
+            }
+        }
+        mesh
+    }
+
+    /// Where the bilinear cage is at a place: corners, middles of edges and centres decide.
+    fn position(mesh: &Mesh, topology: &TileTopology, place: Place) -> [f64; 3] {
+        let first = mesh.face_offsets()[topology.face(place.tile) as usize] as usize;
+        let size = mesh.face_sizes[topology.face(place.tile) as usize] as usize;
+        let point = |corner: usize| mesh.points[mesh.corners[first + corner % size] as usize].map(f64::from);
+        let mean = |points: &[[f64; 3]]| {
+            std::array::from_fn(|axis| points.iter().map(|p| p[axis]).sum::<f64>() / points.len() as f64)
+        };
+        let k = topology.sub_corner(place.tile) as usize;
+        let corners: [[f64; 3]; 4] = if topology.is_sub(place.tile) {
+            let all: Vec<_> = (0..size).map(point).collect();
+            [point(k), mean(&[point(k), point(k + 1)]), mean(&all), mean(&[point(k), point(k + size - 1)])]
+        } else {
+            std::array::from_fn(point)
+        };
+        let (u, v) = (f64::from(place.u), f64::from(place.v));
+        let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v];
+        std::array::from_fn(|axis| (0..4).map(|c| weights[c] * corners[c][axis]).sum())
+    }
+
+    fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+        (0..3).map(|axis| (a[axis] - b[axis]).abs()).fold(0.0, f64::max)
+    }
+
+    /// The places that coincide with the point at `t` of every side of `edge` of `tile`.
+    fn across(topology: &TileTopology, tile: u32, edge: u8, t: f32) -> Vec<Place> {
+        let turn = |t: f32, reversed: bool| if reversed { t } else { 1.0 - t };
+        match topology.link(tile, edge) {
+            Link::Boundary | Link::Pinned { .. } => vec![],
+            Link::Whole { side, reversed } => vec![Place::on_edge(side.tile, side.edge, turn(t, reversed))],
+            Link::Half { side, second, reversed } => {
+                let t = turn(t, reversed) / 2.0;
+                vec![Place::on_edge(side.tile, side.edge, if second { 0.5 + t } else { t })]
+            }
+            Link::Halves { first, second, reversed, .. } => {
+                let mut places = vec![];
+                if t <= 0.5 {
+                    places.push(Place::on_edge(first.tile, first.edge, turn(2.0 * t, reversed)));
+                }
+                if t >= 0.5 {
+                    places.push(Place::on_edge(second.tile, second.edge, turn(2.0 * t - 1.0, reversed)));
+                }
+                places
+            }
+        }
+    }
+
+    /// Checks everything that holds for any cage.
+    fn check(mesh: &Mesh, topology: &TileTopology, seed: u32) {
+        let density = |tile: u32| [0, 64, 128, 256][((tile ^ seed).wrapping_mul(0x9e37_79b9) >> 30) as usize];
+        let expected: u32 = mesh.face_sizes.iter().map(|size| if *size == 4 { 1 } else { *size }).sum();
+        assert_eq!(topology.tile_count() as u32, expected);
+        let mut corners = 0;
+        for ring in 0..topology.ring_count() as u32 {
+            let entries = topology.ring(ring);
+            let first = position(mesh, topology, entries[0].place());
+            let canonical = topology.canonical(entries[0].place(), density);
+            for entry in entries {
+                assert!(distance(position(mesh, topology, entry.place()), first) < 1e-6);
+                if topology.is_hole(entry.tile) {
+                    continue;
+                }
+                assert_eq!(topology.canonical(entry.place(), density), canonical);
+                assert!(density(canonical.tile) <= density(entry.tile));
+                if !entry.middle {
+                    corners += 1;
+                    assert_eq!(topology.rings(entry.tile)[usize::from(entry.corner)], ring);
+                }
+            }
+        }
+        for tile in (0..topology.tile_count() as u32).filter(|tile| !topology.is_hole(*tile)) {
+            corners -= 4;
+            for edge in 0..4 {
+                for t in [0.0, 1e-9, 0.125, 0.3, 0.4999999, 0.5, 0.6, 0.875, 0.9999999, 1.0] {
+                    let place = Place::on_edge(tile, edge, t);
+                    let canonical = topology.canonical(place, density);
+                    assert_eq!(topology.canonical(canonical, density), canonical);
+                    let here = position(mesh, topology, place);
+                    assert!(distance(here, position(mesh, topology, canonical)) < 1e-5);
+                    for other in across(topology, tile, edge, t) {
+                        assert!(distance(here, position(mesh, topology, other)) < 1e-5);
+                        if t * 1024.0 % 1.0 == 0.0 {
+                            assert_eq!(topology.canonical(other, density), canonical);
+                        }
+                        // Links are symmetric: the way back leads here.
+                        let (side, s) = other.edge().unwrap();
+                        if t > 0.0 && t < 1.0 && t != 0.5 && s > 0.0 {
+                            let back = across(topology, other.tile, side, s);
+                            assert!(back.iter().any(|back| back.tile == tile));
+                        }
+                    }
+                }
+            }
+        }
+        assert_eq!(corners, 0, "every corner is in exactly one ring");
+    }
+
+    /// Vertices − edges + faces of the tiles.
+    fn euler(topology: &TileTopology) -> i64 {
+        let mut halves_of_edges = 0;
+        for tile in 0..topology.tile_count() as u32 {
+            for link in topology.links(tile) {
+                halves_of_edges += match link {
+                    Link::Boundary | Link::Half { .. } => 2,
+                    Link::Whole { .. } => 1,
+                    Link::Halves { .. } | Link::Pinned { .. } => 0,
+                };
+            }
+        }
+        topology.ring_count() as i64 - halves_of_edges / 2 + topology.tile_count() as i64
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        #[test]
+        fn any_torus_has_symmetric_links_closed_rings_and_one_canonical_place(
+            size in 3u32..8, choices in prop::collection::vec(any::<u8>(), 1..40), seed: u32,
+        ) {
+            let mesh = grid(size, true, &choices);
+            let topology = TileTopology::new(&mesh).unwrap();
+            check(&mesh, &topology, seed);
+            prop_assert_eq!(euler(&topology), 0);
+            for ring in 0..topology.ring_count() as u32 {
+                prop_assert!(!matches!(topology.ring_class(ring), RingClass::Boundary | RingClass::Pinned));
+            }
+        }
+
+        #[test]
+        fn any_disc_with_holes_and_fins_is_consistent(
+            size in 1u32..7, choices in prop::collection::vec(any::<u8>(), 1..40), seed: u32,
+            holes in prop::collection::vec(any::<u32>(), 0..4), fins in prop::collection::vec(any::<u32>(), 0..4),
+        ) {
+            let mut mesh = grid(size, false, &choices);
+            prop_assert_eq!(euler(&TileTopology::new(&mesh).unwrap()), 1);
+            let faces = mesh.face_count() as u32;
+            mesh.holes = holes.iter().map(|hole| hole % faces).collect();
+            for fin in fins {
+                // Another face on some edge: a triangle or a quad.
+                let at = mesh.face_offsets()[(fin % faces) as usize] as usize;
+                let (a, b) = (mesh.corners[at], mesh.corners[at + 1]);
+                let new = mesh.points.len() as u32;
+                mesh.points.extend([[9.0, fin as f32 * 1e-9, 1.0], [9.0, 0.0, 2.0]]);
+                let face = if fin & 64 == 0 { vec![a, b, new] } else { vec![b, a, new, new + 1] };
+                mesh.face_sizes.push(face.len() as u32);
+                mesh.corners.extend(face);
+            }
+            let topology = TileTopology::new(&mesh).unwrap();
+            check(&mesh, &topology, seed);
+        }
+    }
+
+    fn polygons(points: usize, faces: &[&[u32]]) -> (Mesh, TileTopology) {
+        let points = (0..points).map(|i| [(i as f32).sin(), (i as f32 * 1.7).cos(), i as f32]).collect();
+        let sizes = faces.iter().map(|face| face.len() as u32).collect();
+        let mesh = Mesh::new(points, sizes, faces.concat());
+        let topology = TileTopology::new(&mesh).unwrap();
+        check(&mesh, &topology, 7);
+        (mesh, topology)
+    }
+
+    #[test]
+    fn a_triangle_beside_a_quad_makes_a_tee() {
+        let (_, topology) = polygons(5, &[&[0, 1, 2, 3], &[2, 1, 4]]);
+        assert_eq!(topology.tile_count(), 4);
+        let Link::Halves { first, second, reversed: false, middle } = topology.link(0, 1) else {
+            panic!("{:?}", topology.link(0, 1))
+        };
+        // The quad runs 1 → 2, the triangle 2 → 1: its sub-tile 1 is at point 1, sub-tile 0 at point 2.
+        assert_eq!((first, second), (Side { tile: 2, edge: 3 }, Side { tile: 1, edge: 0 }));
+        assert_eq!(topology.ring_class(middle), RingClass::Tee);
+        assert!(topology.ring(middle).iter().any(|entry| entry.middle && entry.tile == 0));
+        assert_eq!(topology.canonical(Place::new(2, 0.0, 0.75), |_| 128), Place::new(0, 1.0, 0.375));
+        assert_eq!(
+            topology.canonical(Place::new(0, 1.0, 0.375), |t| if t == 0 { 9 } else { 1 }),
+            Place::new(2, 0.0, 0.75)
+        );
+        let centre = topology.rings(1)[2];
+        assert_eq!((topology.ring(centre).len(), topology.ring_class(centre)), (3, RingClass::Extraordinary));
+    }
+
+    #[test]
+    fn two_quads_that_share_two_edges_have_a_ring_of_two() {
+        let (_, topology) = polygons(5, &[&[0, 1, 2, 3], &[1, 0, 3, 4]]);
+        let ring = topology.rings(0)[0];
+        assert_eq!((topology.ring(ring).len(), topology.ring_class(ring)), (2, RingClass::Extraordinary));
+    }
+
+    #[test]
+    fn fans_that_share_only_a_point_have_a_ring_each() {
+        let (_, topology) = polygons(7, &[&[0, 1, 2, 3], &[0, 4, 5, 6]]);
+        assert_ne!(topology.rings(0)[0], topology.rings(1)[0]);
+        assert_eq!(topology.ring_count(), 8);
+    }
+
+    #[test]
+    fn an_edge_of_three_faces_is_pinned_and_has_one_canonical_place() {
+        let (_, topology) = polygons(8, &[&[0, 1, 2, 3], &[1, 0, 4, 5], &[0, 1, 6], &[0, 1, 7, 6]]);
+        assert!(matches!(topology.link(0, 0), Link::Pinned { .. }));
+        assert_eq!(topology.ring_class(topology.rings(0)[0]), RingClass::Pinned);
+        for t in [0.0, 0.125, 0.25, 0.5, 0.75, 1.0] {
+            let expected = topology.canonical(Place::on_edge(0, 0, t), |_| 0);
+            assert_eq!(expected.tile, 0);
+            assert_eq!(topology.canonical(Place::on_edge(1, 0, 1.0 - t), |_| 0), expected);
+            assert_eq!(topology.canonical(Place::on_edge(5, 0, t), |_| 0), expected);
+            let half = if t <= 0.5 { Place::on_edge(2, 0, 2.0 * t) } else { Place::on_edge(3, 3, 2.0 * t - 1.0) };
+            assert_eq!(topology.canonical(half, |_| 0), expected);
+        }
+    }
+
+    #[test]
+    fn a_hole_is_a_border_and_a_pole_has_any_valence() {
+        let faces: Vec<Vec<u32>> = (0..40).map(|i| vec![0, 1 + 2 * i, 2 + 2 * i, 1 + (2 * i + 2) % 80]).collect();
+        let (mut mesh, topology) = polygons(81, &faces.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let ring = topology.rings(0)[0];
+        assert_eq!((topology.ring(ring).len(), topology.ring_class(ring)), (40, RingClass::Extraordinary));
+        mesh.holes = vec![3];
+        let topology = TileTopology::new(&mesh).unwrap();
+        check(&mesh, &topology, 1);
+        let ring = topology.rings(0)[0];
+        assert_eq!((topology.ring(ring).len(), topology.ring_class(ring)), (39, RingClass::Boundary));
+        assert!(topology.is_hole(3) && topology.links(3).iter().all(|link| *link == Link::Boundary));
+    }
+
+    #[test]
+    fn an_unusable_mesh_is_refused() {
+        assert!(TileTopology::new(&Mesh::new(vec![[0.0; 3]; 3], vec![3], vec![0, 1, 1])).is_err());
+    }
+}
