@@ -1,0 +1,90 @@
+//! The memory a reader may occupy, in bytes. Every list that grows with the input grows through a [`Budget`], which
+//! counts what is allocated before it is allocated.
+
+use relievo_core::{Error, Result};
+
+/// Bytes that may be allocated and bytes that are.
+#[derive(Debug)]
+pub(crate) struct Budget {
+    limit: u64,
+    used: u64,
+}
+
+impl Budget {
+    pub fn new(limit: u64) -> Self {
+        Self { limit, used: 0 }
+    }
+
+    /// Bytes still free.
+    pub fn left(&self) -> u64 {
+        self.limit - self.used
+    }
+
+    /// Counts `bytes` as allocated. Fails above the limit.
+    pub fn charge(&mut self, bytes: u64) -> Result<()> {
+        if bytes > self.left() {
+            return Err(Error::memory(format!("reading it needs more than the memory limit of {} bytes", self.limit))
+                .advise("raise the memory limit, or split the mesh"));
+        }
+        self.used += bytes;
+        Ok(())
+    }
+
+    /// Makes room for exactly `additional` more items.
+    pub fn reserve<T>(&mut self, list: &mut Vec<T>, additional: usize) -> Result<()> {
+        if additional <= list.capacity() - list.len() {
+            return Ok(());
+        }
+        let capacity = list.len() as u64 + additional as u64;
+        let size = size_of::<T>() as u64;
+        // The old block lives until its items have moved.
+        self.charge(capacity.saturating_mul(size))?;
+        let old = list.capacity() as u64 * size;
+        if list.try_reserve_exact(additional).is_err() {
+            return Err(Error::memory(format!("the system has no {} bytes for it", capacity.saturating_mul(size)))
+                .advise("close other programs, or split the mesh"));
+        }
+        self.used -= old;
+        Ok(())
+    }
+
+    /// Appends one item; room is doubled when there is none.
+    #[inline]
+    pub fn push<T>(&mut self, list: &mut Vec<T>, value: T) -> Result<()> {
+        if list.len() == list.capacity() {
+            self.grow(list)?;
+        }
+        list.push(value);
+        Ok(())
+    }
+
+    #[cold]
+    fn grow<T>(&mut self, list: &mut Vec<T>) -> Result<()> {
+        self.reserve(list, list.len().max(64))
+    }
+
+    /// A list of `count` copies of `value`.
+    pub fn filled<T: Clone>(&mut self, count: usize, value: T) -> Result<Vec<T>> {
+        let mut list = Vec::new();
+        self.reserve(&mut list, count)?;
+        list.resize(count, value);
+        Ok(list)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn growth_is_counted_and_refused_before_it_happens() {
+        let mut budget = Budget::new(1000);
+        let mut list = Vec::<u32>::new();
+        let error = (0..1000).find_map(|value| budget.push(&mut list, value).err()).unwrap();
+        assert_eq!(error.kind, relievo_core::ErrorKind::Memory);
+        // 64 items fit; moving them to 128 would need 256 + 512 bytes; moving those to 256 would need 512 + 1024.
+        assert_eq!(list.len(), 128);
+        assert!(Budget::new(u64::MAX).reserve(&mut Vec::<u64>::new(), usize::MAX / 16).is_err());
+        assert!(Budget::new(10).filled(3, 0u32).is_err());
+    }
+}

@@ -1,0 +1,115 @@
+//! Files nobody here made, with counts that were found by other means (`SOURCES.md` beside them).
+
+use std::path::{Path, PathBuf};
+
+use relievo_core::Context;
+use relievo_meshio::read_model;
+
+/// The folder of test data, or `None` with a remark.
+fn data() -> Option<PathBuf> {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
+    let folder = std::env::var_os("RELIEVO_DATA").map_or_else(|| beside.into(), PathBuf::from);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: no test data at {}", folder.display());
+    None
+}
+
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut list: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension)))
+        .collect();
+    list.sort();
+    list
+}
+
+/// Points and faces of every mesh whose counts are known.
+const COUNTS: &[(&str, usize, usize)] = &[
+    ("cages/armorguy.obj", 10022, 8639),
+    ("cages/beast.obj", 32311, 32364),
+    ("cages/bigguy.obj", 1452, 1450),
+    ("cages/bishop.obj", 917, 968),
+    ("cages/car.obj", 1642, 1575),
+    ("cages/monsterfrog.obj", 1308, 1292),
+    ("cages/quadknot.obj", 1440, 1440),
+    ("cages/rabbit.obj", 644, 678),
+    ("cages/spot_control_mesh.obj", 188, 180),
+    ("cages/spot_quadrangulated.obj", 2930, 2928),
+    ("cages/suzanne.obj", 507, 500),
+    ("cages/t-rex.obj", 11185, 11070),
+    ("cages/target.obj", 1715, 1660),
+    ("cages/reference/bilinear_cube_level0.obj", 26, 24),
+    ("cages/reference/catmark_edgecorner_level2.obj", 1956, 1792),
+    ("meshes/beetle-alt.obj", 19887, 38656),
+    ("meshes/cheburashka.obj", 6669, 13334),
+    ("meshes/fandisk.obj", 6475, 12946),
+    ("meshes/ogre.obj", 62194, 124008),
+    ("meshes/stanford-bunny.obj", 35947, 69451),
+    ("ugly/beetle.obj", 1148, 2053),
+    ("ugly/chair_model.obj", 3186, 12756),
+    ("ugly/cow.obj", 2903, 5804),
+    ("ugly/joined_tetrahedra.obj", 5, 8),
+    ("ugly/not_convex.obj", 288, 96),
+    ("ugly/teapot_unwelded.obj", 3644, 6320),
+];
+
+#[test]
+fn known_counts_are_found() {
+    let Some(data) = data() else { return };
+    for (name, points, faces) in COUNTS {
+        let mesh = relievo_meshio::read(&Context::serial(), &data.join(name)).unwrap();
+        assert_eq!((mesh.points.len(), mesh.face_count()), (*points, *faces), "{name}");
+        assert_eq!(mesh.check(), Ok(()), "{name}");
+    }
+}
+
+#[test]
+fn faces_by_size_and_creases_of_the_cages_are_found() {
+    let Some(data) = data() else { return };
+    let cases: [(&str, &[(u32, usize)], usize); 4] = [
+        ("armorguy", &[(3, 238), (4, 8339), (5, 54), (6, 8)], 7101),
+        ("bishop", &[(3, 132), (4, 836)], 224),
+        ("rabbit", &[(3, 176), (4, 496), (16, 6)], 0),
+        ("car", &[(4, 1575)], 314),
+    ];
+    for (name, sizes, creases) in cases {
+        let mesh = relievo_meshio::read(&Context::serial(), &data.join(format!("cages/{name}.obj"))).unwrap();
+        for (size, count) in sizes {
+            assert_eq!(mesh.face_sizes.iter().filter(|found| *found == size).count(), *count, "{name}: {size}-gons");
+        }
+        assert_eq!(mesh.creases.len(), creases, "{name}");
+    }
+}
+
+#[test]
+fn odd_obj_files_are_read_or_refused_with_a_reason() {
+    let Some(data) = data() else { return };
+    let context = Context::serial();
+    let read = |name: &str| read_model(&context, &data.join("formats").join(name)).unwrap();
+    // One refers to normals that it does not have; four have no usable face.
+    let refused = ["face_in_group_name_mid_file"];
+    let unusable = ["face_in_group_name", "notenoughindices", "obj_points", "obj_wireframe"];
+    for path in files(&data.join("formats"), "obj") {
+        let stem = path.file_stem().unwrap().to_str().unwrap();
+        match read_model(&context, &path) {
+            Ok(model) => {
+                let check = model.meshes[0].mesh.check();
+                assert_eq!(check.is_err(), unusable.contains(&stem), "{stem}: {check:?}");
+            }
+            Err(error) => {
+                assert!(refused.contains(&stem), "{error}");
+                assert!(error.place.ends_with("line 5") && error.what == "normal 4 does not exist", "{error}");
+            }
+        }
+    }
+    assert_eq!(read("negative_indices.obj").meshes[0].mesh.face_count(), 6);
+    assert_eq!(read("jacked.obj").materials, ["material0"]);
+    assert_eq!(read("face_in_group_name.obj").groups, ["An f Three Other Things"]);
+    assert_eq!(read("nancolor.obj").notes, ["colours are left out because some are not finite"]);
+    assert_eq!(read("polygonfaces.obj").meshes[0].mesh.face_sizes, [5]);
+    let error = read("notenoughindices.obj").meshes[0].mesh.check().unwrap_err();
+    assert_eq!(error.place, "face 0");
+}
