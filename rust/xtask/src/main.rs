@@ -1,2 +1,74 @@
-//! `cargo xtask`.
-fn main() {}
+//! What a contributor types: `cargo xtask setup`, `demo`, `test`, `fuzz` and `bench`.
+
+mod bench;
+mod demo;
+mod fuzz;
+mod packages;
+mod stage;
+mod suite;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "Builds, tests, shows and measures Relievo", disable_help_subcommand = true)]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Installs the Debian packages that building and testing need
+    Setup {
+        /// Installs without asking
+        #[arg(long)]
+        yes: bool,
+    },
+    /// Sets up, builds, and runs the shipped scene: pictures, mesh, tiles and a table of costs
+    Demo {
+        /// Installs missing packages without asking
+        #[arg(long)]
+        yes: bool,
+    },
+    /// Sets up, builds, and runs every test: Rust, C and C++ hosts, Valgrind, fuzz targets
+    Test {
+        /// Installs missing packages without asking
+        #[arg(long)]
+        yes: bool,
+    },
+    /// Runs fuzz targets with a fresh seed, all of them or those named
+    Fuzz {
+        /// Targets, as the files of `tests/fuzz/src/bin` are called
+        names: Vec<String>,
+        /// Seconds each target runs
+        #[arg(long, default_value_t = 60)]
+        seconds: u32,
+    },
+    /// Measures, beside a peer in the same run, and holds the figures against their goals
+    Bench {
+        /// Which bench: `surface`
+        name: String,
+        /// One JSON object per line instead of a table
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().task {
+        Task::Setup { yes } => packages::install(packages::ALL, yes),
+        Task::Demo { yes } => demo::run(yes),
+        Task::Test { yes } => suite::run(yes),
+        Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
+        Task::Bench { name, json } => bench::run(&name, json),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! `relievo-bench NAME [--json]`: measures Relievo and a peer in the same run and holds the figures against goals.
+//! `cargo xtask bench` builds and runs it.
+
+mod measure;
+mod report;
+mod surface;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use relievo_core::{Error, Result};
+use report::Report;
+
+#[derive(Parser)]
+#[command(about = "Measures Relievo beside its peers")]
+struct Arguments {
+    /// Which bench: `surface`
+    name: String,
+    /// One JSON object per line instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+fn run(arguments: &Arguments) -> Result<()> {
+    let mut report = Report::new(&arguments.name, arguments.json);
+    match arguments.name.as_str() {
+        "surface" => surface::run(&mut report)?,
+        name => return Err(Error::invalid(format!("there is no bench `{name}`")).advise("use `surface`")),
+    }
+    report.finish();
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! `cargo xtask test`: every test there is, stage by stage. It is also what continuous integration runs, on 2 cores.
+
+use std::process::Command;
+
+use crate::stage::{Outcome, Stages, call, cargo, root, target};
+use crate::{fuzz, packages};
+
+/// Seconds each fuzz target runs; `cargo xtask fuzz` runs them for longer.
+const FUZZ_SECONDS: u32 = 15;
+/// libFuzzer's seed, so that a change that touches nothing is not failed by chance.
+const FUZZ_SEED: u32 = 1;
+
+/// Runs all stages. After a failed set-up or build nothing else runs; otherwise everything does, then it fails.
+pub fn run(yes: bool) -> Outcome {
+    let mut stages = Stages::default();
+    let ready = stages.run("set-up", 6, || packages::install(packages::ALL, yes))
+        && stages.run("build", 12, || call(cargo().args(["build", "--release", "--workspace", "--all-targets"])));
+    if ready {
+        stages.run("Rust tests", 6, || call(cargo().args(["test", "--release", "--workspace", "--no-fail-fast"])));
+        if !root().join("tests/CMakeLists.txt").exists() {
+            println!("\nskipped: there are no C and C++ hosts yet");
+        } else if stages.run("hosts: build", 2, build_hosts) {
+            stages.run("hosts: tests", 4, || ctest(&["--label-exclude", "valgrind"]));
+            stages.run("Valgrind", 2, || ctest(&["--label-regex", "valgrind"]));
+        }
+        stages.run("fuzz", 4, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(FUZZ_SEED))));
+    }
+    stages.finish()
+}
+
+/// Configures and builds the C and C++ hosts of `tests/`.
+fn build_hosts() -> Outcome {
+    let folder = target().join("hosts");
+    let mut configure = Command::new("cmake");
+    configure.arg("-S").arg(root().join("tests")).arg("-B").arg(&folder);
+    configure.args(["-G", "Ninja", "-DCMAKE_BUILD_TYPE=RelWithDebInfo"]);
+    configure.arg(format!("-DRELIEVO_LIBRARY_DIR={}", target().join("release").display()));
+    call(&mut configure)?;
+    call(Command::new("cmake").arg("--build").arg(&folder))
+}
+
+fn ctest(labels: &[&str]) -> Outcome {
+    let mut command = Command::new("ctest");
+    command.arg("--test-dir").arg(target().join("hosts"));
+    call(command.args(["--output-on-failure", "--no-tests=error"]).args(labels))
+}
