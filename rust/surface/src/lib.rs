@@ -1,5 +1,20 @@
-//! Catmull-Clark limit surfaces: tiles, patches, evaluation, bounds.
+//! Catmull-Clark limit surfaces: tiles, patches, evaluation and bounds.
+//!
+//! A surface is refined once per topology by OpenSubdiv into regular, single-crease and Gregory patches. Every regular
+//! and single-crease patch is kept in Bézier form, so that its control points bound it and one kernel evaluates all.
 
+pub mod bezier;
+mod catmull_clark;
+mod cone;
+mod evaluate;
+mod grid;
+mod patch;
 pub mod topology;
 
+pub use catmull_clark::{PatchView, Surface, SurfaceOptions};
+pub use cone::Cone;
+pub use evaluate::{Order, Sample, SampleSlices, Samples};
+pub use grid::{Grid, Placement};
+pub use patch::{Patch, PatchForm};
+pub use relievo_opensubdiv::BoundaryRule;
 pub use topology::{Incidence, Link, Place, RingClass, Side, TileTopology};

@@ -1,1 +1,9 @@
-//! Binding to OpenSubdiv: topology refinement, patch tables, stencils and reference evaluators.
+//! Binding to OpenSubdiv: adaptive refinement, patch tables and stencils, and its own evaluators for comparison.
+//!
+//! The C++ side (`cpp/opensubdiv`) has no algorithms: it fills in OpenSubdiv's descriptors and copies its tables out.
+
+mod ffi;
+pub mod reference;
+mod table;
+
+pub use table::{BoundaryRule, Options, PatchKind, PatchRecord, Table};

@@ -1,0 +1,242 @@
+//! The feature-adaptive patch table of a cage (Nießner, Loop, Meyer, DeRose 2012) as OpenSubdiv builds it: regular
+//! bicubic B-spline patches, single-crease patches, and Gregory patches at extraordinary vertices, with the stencils
+//! that make their points from the cage's.
+
+use std::ffi::CStr;
+
+use relievo_core::{Error, Mesh, Result};
+
+use crate::ffi;
+
+/// How the surface behaves at a boundary of the cage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum BoundaryRule {
+    /// Boundary edges are sharp, and so are boundary points of one face: a plane of quads keeps its corners.
+    #[default]
+    EdgesAndCorners,
+    /// Boundary edges are sharp, corners are rounded.
+    Edges,
+}
+
+/// How a cage is refined.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// The boundary rule.
+    pub boundary: BoundaryRule,
+    /// Levels of isolation of extraordinary features, 1 to 10.
+    pub isolation: u32,
+    /// Whether creases between regular faces stay single-crease patches rather than being refined.
+    pub single_crease: bool,
+    /// Refuse cages from which more patches are expected.
+    pub patch_limit: f64,
+}
+
+/// The kind of a patch, with what its evaluation needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PatchKind {
+    /// 16 uniform bicubic B-spline points, row by row in v. Bit e of `boundary` says that edge e is a boundary, so that
+    /// the points beyond it are phantoms to be extrapolated.
+    Regular {
+        /// Boundary edges.
+        boundary: u8,
+    },
+    /// As regular, with a semi-sharp crease along one edge.
+    SingleCrease {
+        /// The edge: 0 v=0, 1 u=1, 2 v=1, 3 u=0.
+        edge: u8,
+        /// Sharpness at the patch's own level.
+        sharpness: f32,
+    },
+    /// 20 Gregory points, five a corner: P, E+, E−, F+, F−.
+    Gregory,
+}
+
+/// One patch of a table. It covers `[u, u+1]·2^-depth × [v, v+1]·2^-depth` of its tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchRecord {
+    /// Tile (Ptex face).
+    pub tile: u32,
+    /// Column in units of the patch's size.
+    pub u: u16,
+    /// Row in units of the patch's size.
+    pub v: u16,
+    /// log2 of the tile's size over the patch's.
+    pub depth: u8,
+    /// The kind.
+    pub kind: PatchKind,
+    /// First of its point indices in [`Table::indices`].
+    pub first: u32,
+}
+
+impl PatchRecord {
+    /// How many points it has.
+    pub fn point_count(&self) -> usize {
+        if self.kind == PatchKind::Gregory { 20 } else { 16 }
+    }
+}
+
+/// A refined cage. Points of patches are numbered: first the cage's, then one per stencil.
+pub struct Table {
+    handle: *mut ffi::Table,
+    arrays: ffi::Arrays,
+    patches: Vec<PatchRecord>,
+    cage_points: usize,
+}
+
+// SAFETY: after construction the C++ object is only read, and OpenSubdiv's tables have no interior mutability.
+unsafe impl Send for Table {}
+// SAFETY: as above.
+unsafe impl Sync for Table {}
+
+/// Largest number of corners of a face and of faces at a point in OpenSubdiv's tables.
+const VALENCE_LIMIT: usize = 65_535;
+
+impl Table {
+    /// Refines `mesh`, which must have passed [`Mesh::check`].
+    ///
+    /// Fails if a face or point has more than 65,535 neighbours, or if more patches are expected than the limit.
+    pub fn new(mesh: &Mesh, options: &Options) -> Result<Self> {
+        if !(1..=10).contains(&options.isolation) {
+            return Err(Error::invalid(format!("isolation is {}", options.isolation)).advise("use 1 to 10"));
+        }
+        check_valence(mesh)?;
+        let signed = |values: &[u32]| values.iter().map(|value| *value as i32).collect::<Vec<_>>();
+        if mesh.corners.len() > i32::MAX as usize / 2 {
+            return Err(Error::unsupported("the cage has more than 2^30 corners").advise("split it"));
+        }
+        let face_sizes = signed(&mesh.face_sizes);
+        let corners = signed(&mesh.corners);
+        let crease_points: Vec<i32> = mesh.creases.iter().flat_map(|crease| signed(&crease.points)).collect();
+        let crease_sharpness: Vec<f32> = mesh.creases.iter().map(|crease| crease.sharpness.min(10.0)).collect();
+        let sharp_points: Vec<i32> = mesh.sharp_points.iter().map(|(point, _)| *point as i32).collect();
+        let sharp_point_sharpness: Vec<f32> = mesh.sharp_points.iter().map(|(_, value)| value.min(10.0)).collect();
+        let holes = signed(&mesh.holes);
+        let cage = ffi::Cage {
+            point_count: mesh.points.len() as i32,
+            face_count: mesh.face_sizes.len() as i32,
+            face_sizes: face_sizes.as_ptr(),
+            corners: corners.as_ptr(),
+            crease_count: crease_sharpness.len() as i32,
+            crease_points: crease_points.as_ptr(),
+            crease_sharpness: crease_sharpness.as_ptr(),
+            sharp_point_count: sharp_points.len() as i32,
+            sharp_points: sharp_points.as_ptr(),
+            sharp_point_sharpness: sharp_point_sharpness.as_ptr(),
+            hole_count: holes.len() as i32,
+            holes: holes.as_ptr(),
+            boundary_rule: i32::from(options.boundary == BoundaryRule::Edges),
+            isolation: options.isolation as i32,
+            single_crease: i32::from(options.single_crease),
+            patch_limit: options.patch_limit,
+        };
+        let mut text = [0 as std::ffi::c_char; 256];
+        // SAFETY: the cage's arrays live until the call returns and hold as many values as their counts say; the mesh
+        // was checked, so every index exists.
+        let handle = unsafe { ffi::rlv_osd_refine(&cage, text.as_mut_ptr(), text.len()) };
+        if handle.is_null() {
+            // SAFETY: the shim ends the text with a zero within its size.
+            let what = unsafe { CStr::from_ptr(text.as_ptr()) }.to_string_lossy().into_owned();
+            return Err(Error::unsupported(what)
+                .at("subdivision")
+                .advise("lower the isolation or the sharpness of creases, or raise the patch limit"));
+        }
+        let mut arrays = std::mem::MaybeUninit::uninit();
+        // SAFETY: the handle is alive and the call fills in every field.
+        let arrays: ffi::Arrays = unsafe {
+            ffi::rlv_osd_arrays_of(handle, arrays.as_mut_ptr());
+            arrays.assume_init()
+        };
+        let mut table = Self { handle, arrays, patches: Vec::new(), cage_points: mesh.points.len() };
+        // SAFETY: the arrays belong to the handle and are as long as their counts say.
+        let records = unsafe { slice(table.arrays.patches, table.arrays.patch_count as usize) };
+        table.patches = records.iter().map(record).collect();
+        Ok(table)
+    }
+
+    /// Number of tiles, in the order of OpenSubdiv's `Far::PtexIndices`.
+    pub fn tile_count(&self) -> usize {
+        self.arrays.tile_count as usize
+    }
+
+    /// The patches, in no particular order.
+    pub fn patches(&self) -> &[PatchRecord] {
+        &self.patches
+    }
+
+    /// Point indices of the patches.
+    pub fn indices(&self) -> &[i32] {
+        // SAFETY: as long as the count says, alive with the handle.
+        unsafe { slice(self.arrays.indices, self.arrays.index_count as usize) }
+    }
+
+    /// Number of points: the cage's and one per stencil.
+    pub fn point_count(&self) -> usize {
+        self.cage_points + self.arrays.stencil_count as usize
+    }
+
+    /// Number of points of the cage.
+    pub fn cage_point_count(&self) -> usize {
+        self.cage_points
+    }
+
+    /// Size of every stencil.
+    pub fn stencil_sizes(&self) -> &[i32] {
+        // SAFETY: as long as the count says, alive with the handle.
+        unsafe { slice(self.arrays.stencil_sizes, self.arrays.stencil_count as usize) }
+    }
+
+    /// Cage points and weights of all stencils, one after the other.
+    pub fn stencil_weights(&self) -> (&[i32], &[f64]) {
+        let count = self.arrays.weight_count as usize;
+        // SAFETY: both are as long as the count says, alive with the handle.
+        unsafe { (slice(self.arrays.stencil_indices, count), slice(self.arrays.stencil_weights, count)) }
+    }
+
+    pub(crate) fn handle(&self) -> *const ffi::Table {
+        self.handle
+    }
+}
+
+impl Drop for Table {
+    fn drop(&mut self) {
+        // SAFETY: made by `rlv_osd_refine`, freed once.
+        unsafe { ffi::rlv_osd_free(self.handle) };
+    }
+}
+
+/// # Safety
+/// `data` points to `count` values, or `count` is 0.
+unsafe fn slice<'a, T>(data: *const T, count: usize) -> &'a [T] {
+    if count == 0 {
+        return &[];
+    }
+    // SAFETY: the caller's promise.
+    unsafe { std::slice::from_raw_parts(data, count) }
+}
+
+fn record(patch: &ffi::Patch) -> PatchRecord {
+    let kind = match (patch.kind, patch.crease) {
+        (0, 0) => PatchKind::Regular { boundary: patch.boundary },
+        (0, crease) => PatchKind::SingleCrease { edge: crease - 1, sharpness: patch.sharpness },
+        _ => PatchKind::Gregory,
+    };
+    PatchRecord { tile: patch.tile as u32, u: patch.u, v: patch.v, depth: patch.depth, kind, first: patch.first }
+}
+
+fn check_valence(mesh: &Mesh) -> Result<()> {
+    if let Some(face) = mesh.face_sizes.iter().position(|size| *size as usize > VALENCE_LIMIT) {
+        return Err(Error::unsupported(format!("it has {} corners", mesh.face_sizes[face]))
+            .at(format!("face {face}"))
+            .advise(format!("split faces of more than {VALENCE_LIMIT} corners")));
+    }
+    let mut valence = vec![0_usize; mesh.points.len()];
+    for corner in &mesh.corners {
+        valence[*corner as usize] += 1;
+    }
+    if let Some(point) = valence.iter().position(|count| *count > VALENCE_LIMIT) {
+        return Err(Error::unsupported(format!("{} faces meet there", valence[point]))
+            .at(format!("point {point}"))
+            .advise(format!("at most {VALENCE_LIMIT} faces may meet at a point")));
+    }
+    Ok(())
+}

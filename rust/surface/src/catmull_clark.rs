@@ -1,0 +1,364 @@
+//! Catmull-Clark limit surfaces: a cage refined once per topology, its patches posed by the cage's points.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use relievo_core::{Context, Error, Mesh, Result};
+use relievo_opensubdiv::{BoundaryRule, Options, Table};
+
+use crate::TileTopology;
+use crate::cone::Cone;
+use crate::patch::{self, ORIGIN, Patch};
+
+/// How a cage becomes a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceOptions {
+    /// The boundary rule.
+    pub boundary: BoundaryRule,
+    /// Levels of isolation of extraordinary features, 1 to 10. Raised to the largest finite sharpness of the cage.
+    pub isolation: u32,
+    /// Most patches to expect from a cage before it is refused.
+    pub patch_limit: u32,
+}
+
+impl Default for SurfaceOptions {
+    fn default() -> Self {
+        Self { boundary: BoundaryRule::EdgesAndCorners, isolation: 6, patch_limit: 8_000_000 }
+    }
+}
+
+/// A Catmull-Clark limit surface. Cloning it is cheap; poses share the topology.
+#[derive(Clone)]
+pub struct Surface {
+    layout: Arc<Layout>,
+    /// Control data of all patches, see [`Patch::first`].
+    data: Arc<Vec<f32>>,
+    bounds: ([f32; 3], [f32; 3]),
+}
+
+impl std::fmt::Debug for Surface {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let counts = (self.tile_count(), self.patch_count());
+        out.debug_struct("Surface").field("tiles", &counts.0).field("patches", &counts.1).finish_non_exhaustive()
+    }
+}
+
+/// What all poses of a cage share.
+struct Layout {
+    table: Table,
+    topology: Arc<TileTopology>,
+    patches: Vec<Patch>,
+    /// The patches of every tile, as a range of `patches`.
+    tile_first: Vec<u32>,
+    /// Quadtree leaves of every tile in Morton order: the key of the leaf's lower corner and its first patch.
+    leaves: Vec<Leaf>,
+    leaf_first: Vec<u32>,
+    /// Where the stencil of every point beyond the cage's starts.
+    stencil_first: Vec<usize>,
+    data_len: usize,
+}
+
+/// A quadtree leaf of a tile. It is one patch, or the pieces of a single-crease patch.
+#[derive(Clone, Copy)]
+struct Leaf {
+    key: u32,
+    patch: u32,
+}
+
+/// Quadtree depth that Morton keys resolve.
+const KEY_DEPTH: u32 = 10;
+
+/// The Morton key of a cell at depth [`KEY_DEPTH`].
+fn morton(u: u32, v: u32) -> u32 {
+    let spread = |mut bits: u32| {
+        bits = (bits | (bits << 8)) & 0x00ff_00ff;
+        bits = (bits | (bits << 4)) & 0x0f0f_0f0f;
+        bits = (bits | (bits << 2)) & 0x3333_3333;
+        (bits | (bits << 1)) & 0x5555_5555
+    };
+    spread(u) | (spread(v) << 1)
+}
+
+/// Points per item of parallel work.
+const CHUNK: usize = 4096;
+
+impl Surface {
+    /// Refines `mesh` and poses it at the mesh's own points.
+    ///
+    /// Fails if the mesh does not pass [`Mesh::check`], or if it would make more patches than the limit.
+    pub fn new(context: &Context, mesh: &Mesh, options: &SurfaceOptions) -> Result<Self> {
+        mesh.check()?;
+        let finite = |sharpness: f32| sharpness < relievo_core::mesh::INFINITE_SHARPNESS;
+        let sharpness = mesh
+            .creases
+            .iter()
+            .map(|crease| crease.sharpness)
+            .chain(mesh.sharp_points.iter().map(|(_, sharpness)| *sharpness))
+            .filter(|sharpness| finite(*sharpness))
+            .fold(0.0_f32, f32::max);
+        let refinement = Options {
+            boundary: options.boundary,
+            isolation: options.isolation.max(sharpness.ceil() as u32),
+            single_crease: true,
+            patch_limit: f64::from(options.patch_limit),
+        };
+        let table = context.stats().time("surface.refine", || Table::new(mesh, &refinement))?;
+        let topology = TileTopology::new(mesh)?;
+        if topology.tile_count() != table.tile_count() {
+            return Err(Error::internal("OpenSubdiv and the mesh disagree on the number of tiles"));
+        }
+        let layout = Layout::new(table, topology)?;
+        Self::pose(context, Arc::new(layout), &mesh.points)
+    }
+
+    /// The surface of the same cage with other points. Fails unless there are as many, and all are finite.
+    pub fn posed(&self, context: &Context, points: &[[f32; 3]]) -> Result<Self> {
+        let count = self.layout.table.cage_point_count();
+        if points.len() != count {
+            return Err(Error::invalid(format!("the pose has {} points, the cage {count}", points.len())));
+        }
+        if let Some(index) = points.iter().position(|point| !point.iter().all(|value| value.is_finite())) {
+            return Err(Error::invalid("a coordinate is not a finite number").at(format!("point {index}")));
+        }
+        Self::pose(context, self.layout.clone(), points)
+    }
+
+    fn pose(context: &Context, layout: Arc<Layout>, points: &[[f32; 3]]) -> Result<Self> {
+        let all = context.stats().time("surface.points", || layout.points(context, points));
+        let mut data = vec![0.0; layout.data_len];
+        context.stats().time("surface.patches", || {
+            let mut rest = data.as_mut_slice();
+            let mut chunks = Vec::new();
+            for patches in layout.patches.chunks(CHUNK) {
+                let (chunk, tail) = rest.split_at_mut(patches.iter().map(Patch::data_len).sum());
+                chunks.push((patches, chunk));
+                rest = tail;
+            }
+            let (records, indices) = (layout.table.patches(), layout.table.indices());
+            context.for_each_mut(&mut chunks, |_, (patches, chunk)| {
+                let first = patches[0].first;
+                for patch in *patches {
+                    let start = (patch.first - first) as usize;
+                    patch::fill(patch, records, indices, &all, &mut chunk[start..start + patch.data_len()]);
+                }
+            });
+        });
+        let mut surface = Self { layout, data: Arc::new(data), bounds: ([0.0; 3], [0.0; 3]) };
+        surface.bounds = merge((0..surface.tile_count() as u32).filter_map(|tile| surface.hull(tile)))
+            .unwrap_or(([0.0; 3], [0.0; 3]));
+        Ok(surface)
+    }
+
+    /// How the tiles meet.
+    pub fn topology(&self) -> &Arc<TileTopology> {
+        &self.layout.topology
+    }
+
+    /// OpenSubdiv's tables of this cage.
+    pub fn table(&self) -> &Table {
+        &self.layout.table
+    }
+
+    /// Number of tiles, those of hole faces included.
+    pub fn tile_count(&self) -> usize {
+        self.layout.tile_first.len() - 1
+    }
+
+    /// Number of patches of all tiles.
+    pub fn patch_count(&self) -> usize {
+        self.layout.patches.len()
+    }
+
+    /// Bytes of the control data of this pose.
+    pub fn bytes(&self) -> u64 {
+        4 * self.data.len() as u64
+    }
+
+    /// Bounds of the whole surface, conservative.
+    pub fn bounds(&self) -> ([f32; 3], [f32; 3]) {
+        self.bounds
+    }
+
+    /// The diagonal of the bounds.
+    pub fn extent(&self) -> f32 {
+        let (low, high) = self.bounds;
+        (0..3).map(|axis| (high[axis] - low[axis]).powi(2)).sum::<f32>().sqrt()
+    }
+
+    /// Bounds of a tile's limit surface, conservative. A hole has a point as its bounds.
+    ///
+    /// # Panics
+    /// If there is no such tile.
+    pub fn tile_bounds(&self, tile: u32) -> ([f32; 3], [f32; 3]) {
+        self.hull(tile).unwrap_or((self.bounds.0, self.bounds.0))
+    }
+
+    /// The patches of a tile; a hole has none.
+    ///
+    /// # Panics
+    /// If there is no such tile.
+    pub fn patches(&self, tile: u32) -> impl ExactSizeIterator<Item = PatchView<'_>> {
+        self.layout.patches[self.range(tile)].iter().map(|patch| self.view(patch))
+    }
+
+    pub(crate) fn range(&self, tile: u32) -> Range<usize> {
+        let first = &self.layout.tile_first;
+        first[tile as usize] as usize..first[tile as usize + 1] as usize
+    }
+
+    fn view<'a>(&'a self, patch: &'a Patch) -> PatchView<'a> {
+        PatchView { patch, data: self.data_of(patch) }
+    }
+
+    pub(crate) fn data_of(&self, patch: &Patch) -> &[f32] {
+        let first = patch.first as usize;
+        &self.data[first..first + patch.data_len()]
+    }
+
+    pub(crate) fn tile_patches(&self, tile: u32) -> &[Patch] {
+        &self.layout.patches[self.range(tile)]
+    }
+
+    fn hull(&self, tile: u32) -> Option<([f32; 3], [f32; 3])> {
+        merge(self.patches(tile).map(|patch| patch.bounds()))
+    }
+
+    /// The patch at (u, v) of a tile, `None` for a hole or outside the unit square.
+    pub(crate) fn find(&self, tile: u32, u: f32, v: f32) -> Option<&Patch> {
+        let layout = &*self.layout;
+        if !((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
+            return None;
+        }
+        let patches = self.layout.patches.get(self.range(tile))?;
+        if patches.len() == 1 {
+            return patches.first();
+        }
+        let cells = (1 << KEY_DEPTH) as f32;
+        let cell = |value: f32| ((value * cells) as u32).min((1 << KEY_DEPTH) - 1);
+        let key = morton(cell(u), cell(v));
+        let leaves = &layout.leaves
+            [layout.leaf_first[tile as usize] as usize..layout.leaf_first[tile as usize + 1] as usize];
+        let leaf = leaves.partition_point(|leaf| leaf.key <= key).checked_sub(1)?;
+        let end = leaves.get(leaf + 1).map_or(self.range(tile).end, |next| next.patch as usize);
+        let pieces = &layout.patches[leaves[leaf].patch as usize..end];
+        // A leaf's pieces ascend along one axis; the last one that starts at or before the place has it.
+        pieces.iter().rev().find(|patch| patch.low[0] <= u && patch.low[1] <= v).or(pieces.first())
+    }
+}
+
+fn merge(boxes: impl Iterator<Item = ([f32; 3], [f32; 3])>) -> Option<([f32; 3], [f32; 3])> {
+    boxes.reduce(|a, b| {
+        (std::array::from_fn(|axis| a.0[axis].min(b.0[axis])), std::array::from_fn(|axis| a.1[axis].max(b.1[axis])))
+    })
+}
+
+/// A patch of a pose.
+#[derive(Clone, Copy, Debug)]
+pub struct PatchView<'a> {
+    /// Where it lies in its tile.
+    pub patch: &'a Patch,
+    data: &'a [f32],
+}
+
+impl PatchView<'_> {
+    /// The control points, whose convex hull contains the patch.
+    pub fn points(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
+        let count = self.patch.point_count();
+        (0..count).map(move |i| std::array::from_fn(|axis| self.data[axis] + self.data[ORIGIN + axis * count + i]))
+    }
+
+    /// Bounds of the control points.
+    pub fn bounds(&self) -> ([f32; 3], [f32; 3]) {
+        let count = self.patch.point_count();
+        let span = |axis: usize| {
+            let values = &self.data[ORIGIN + axis * count..ORIGIN + (axis + 1) * count];
+            let fold = |pick: fn(f32, f32) -> f32| values.iter().copied().fold(values[0], pick);
+            (self.data[axis] + fold(f32::min), self.data[axis] + fold(f32::max))
+        };
+        let spans = [span(0), span(1), span(2)];
+        (spans.map(|span| span.0), spans.map(|span| span.1))
+    }
+
+    /// A cone that contains the normals of the patch.
+    pub fn normals(&self) -> Cone {
+        crate::cone::of_patch(self.patch.form, &self.data[ORIGIN..])
+    }
+}
+
+impl Layout {
+    fn new(table: Table, topology: TileTopology) -> Result<Self> {
+        let records = table.patches();
+        let mut order: Vec<(u32, u32, u32)> = records
+            .iter()
+            .enumerate()
+            .map(|(index, record)| {
+                let shift = KEY_DEPTH.saturating_sub(u32::from(record.depth));
+                (record.tile, morton(u32::from(record.u) << shift, u32::from(record.v) << shift), index as u32)
+            })
+            .collect();
+        order.sort_unstable();
+        let tiles = table.tile_count();
+        let mut patches = Vec::with_capacity(records.len());
+        let mut leaves = Vec::with_capacity(records.len());
+        let (mut tile_first, mut leaf_first) = (vec![0; tiles + 1], vec![0; tiles + 1]);
+        let mut first = 0_u32;
+        for (tile, key, index) in order {
+            leaves.push(Leaf { key, patch: patches.len() as u32 });
+            patches.extend(patch::patches_of(&records[index as usize], index, &mut first));
+            tile_first[tile as usize + 1] = patches.len() as u32;
+            leaf_first[tile as usize + 1] = leaves.len() as u32;
+            if first > u32::MAX / 2 {
+                return Err(Error::memory("the surface has too many patches").advise("lower the isolation"));
+            }
+        }
+        // Tiles without patches start where the one before ended.
+        for tile in 0..tiles {
+            tile_first[tile + 1] = tile_first[tile + 1].max(tile_first[tile]);
+            leaf_first[tile + 1] = leaf_first[tile + 1].max(leaf_first[tile]);
+        }
+        let mut stencil_first = Vec::with_capacity(table.stencil_sizes().len() + 1);
+        let mut sum = 0;
+        stencil_first.push(0);
+        for size in table.stencil_sizes() {
+            sum += *size as usize;
+            stencil_first.push(sum);
+        }
+        let topology = Arc::new(topology);
+        Ok(Self { table, topology, patches, tile_first, leaves, leaf_first, stencil_first, data_len: first as usize })
+    }
+
+    /// All points of the table in f64: the cage's, then one per stencil.
+    fn points(&self, context: &Context, cage: &[[f32; 3]]) -> Vec<[f64; 3]> {
+        let mut all = vec![[0.0; 3]; self.table.point_count()];
+        let (own, made) = all.split_at_mut(cage.len());
+        for (own, cage) in own.iter_mut().zip(cage) {
+            *own = cage.map(f64::from);
+        }
+        let own = &*own;
+        let (indices, weights) = self.table.stencil_weights();
+        let mut chunks: Vec<&mut [[f64; 3]]> = made.chunks_mut(CHUNK).collect();
+        context.for_each_mut(&mut chunks, |chunk, points| {
+            for (i, point) in points.iter_mut().enumerate() {
+                let stencil = chunk * CHUNK + i;
+                let range = self.stencil_first[stencil]..self.stencil_first[stencil + 1];
+                let mut sum = [0.0; 3];
+                for (index, weight) in indices[range.clone()].iter().zip(&weights[range]) {
+                    let source = own[*index as usize];
+                    for axis in 0..3 {
+                        sum[axis] += weight * source[axis];
+                    }
+                }
+                *point = sum;
+            }
+        });
+        all
+    }
+}
+
+/// All points of a surface's table at the given cage points, for comparison with OpenSubdiv's own evaluators.
+impl Surface {
+    /// See [`relievo_opensubdiv::reference`].
+    pub fn table_points(&self, context: &Context, cage: &[[f32; 3]]) -> Vec<[f64; 3]> {
+        self.layout.points(context, cage)
+    }
+}
