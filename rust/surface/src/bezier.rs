@@ -75,7 +75,11 @@ pub fn crease_pieces(sharpness: f64) -> Vec<(f64, f64, Conversion)> {
     let share = sharpness.max(0.0) - low;
     let piece = |steps: f64, from: f64, to: f64| {
         let end = (-steps).exp2();
-        if from >= end { restrict(&sharp, from, to) } else { restrict(&near_crease(steps as u32), from / end, to / end) }
+        if from >= end {
+            restrict(&sharp, from, to)
+        } else {
+            restrict(&near_crease(steps as u32), from / end, to / end)
+        }
     };
     let (near, far) = ((-(low + share.ceil())).exp2(), (-low).exp2());
     let mut pieces = Vec::with_capacity(3);

@@ -236,8 +236,8 @@ impl Surface {
         let cells = (1 << KEY_DEPTH) as f32;
         let cell = |value: f32| ((value * cells) as u32).min((1 << KEY_DEPTH) - 1);
         let key = morton(cell(u), cell(v));
-        let leaves = &layout.leaves
-            [layout.leaf_first[tile as usize] as usize..layout.leaf_first[tile as usize + 1] as usize];
+        let leaves =
+            &layout.leaves[layout.leaf_first[tile as usize] as usize..layout.leaf_first[tile as usize + 1] as usize];
         let leaf = leaves.partition_point(|leaf| leaf.key <= key).checked_sub(1)?;
         let end = leaves.get(leaf + 1).map_or(self.range(tile).end, |next| next.patch as usize);
         let pieces = &layout.patches[leaves[leaf].patch as usize..end];

@@ -3,10 +3,10 @@
 use relievo_core::simd::Arithmetic;
 use relievo_core::{Context, Error, Result};
 
-use crate::{Place, Surface};
 use crate::bezier::{cubic, cubic_first, cubic_second};
 use crate::cone::GREGORY;
 use crate::patch::{ORIGIN, Patch, PatchForm};
+use crate::{Place, Surface};
 
 /// What is known of the surface at a place. Derivatives are per unit of the tile's parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -216,7 +216,9 @@ fn evaluate_body<A: Arithmetic>(patch: &Patch, data: &[f32], uv: [f32; 2], quant
             PatchForm::Gregory => blended::<A>(&points[20 * axis..20 * axis + 20], &blend),
         };
         // Rows of the patch as curves in u, then across them in v.
-        let along = |basis: &[f32; 4]| -> [f32; 4] { std::array::from_fn(|row| dot::<A>(basis, &bezier[4 * row..4 * row + 4])) };
+        let along = |basis: &[f32; 4]| -> [f32; 4] {
+            std::array::from_fn(|row| dot::<A>(basis, &bezier[4 * row..4 * row + 4]))
+        };
         let curve = along(&b_s);
         out[0][axis] = origin + dot::<A>(&b_t, &curve);
         if quantities > 1 {

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use relievo_core::simd::{Arithmetic, Level};
 
+use crate::Surface;
 use crate::bezier::{cubic, cubic_first, cubic_second};
 use crate::evaluate::{Order, SampleSlices, Samples, evaluate};
 use crate::patch::{ORIGIN, Patch, PatchForm};
-use crate::Surface;
 
 /// Where the samples of a grid sit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +60,8 @@ impl Grid {
 
     /// The indices of `range` whose parameters lie in `[low, low + size)`, or up to the end if that is the tile's.
     fn inside(&self, range: &Range<u32>, low: f32, size: f32) -> Range<u32> {
-        let index = |parameter: f32| (f64::from(parameter) * f64::from(self.size) - self.offset()).ceil().max(0.0) as u32;
+        let index =
+            |parameter: f32| (f64::from(parameter) * f64::from(self.size) - self.offset()).ceil().max(0.0) as u32;
         let high = low + size;
         let end = if high >= 1.0 { range.end } else { index(high).min(range.end) };
         index(low).max(range.start).min(end)..end
@@ -163,8 +164,7 @@ fn bezier_grid_body<A: Arithmetic>(
     let local = |index: u32, axis: usize| {
         (((f64::from(index) + grid.offset()) * step - f64::from(patch.low[axis])) * f64::from(scale[axis])) as f32
     };
-    let mut basis =
-        Basis { cubic: [[0.0; BLOCK]; 4], quadratic: [[0.0; BLOCK]; 3], linear: [[0.0; BLOCK]; 2] };
+    let mut basis = Basis { cubic: [[0.0; BLOCK]; 4], quadratic: [[0.0; BLOCK]; 3], linear: [[0.0; BLOCK]; 2] };
     let mut block = columns.start;
     while block < columns.end {
         let count = ((columns.end - block) as usize).min(BLOCK);

@@ -58,7 +58,11 @@ fn pieces(kind: PatchKind) -> Vec<(f64, f64, Conversion)> {
             let mut pieces = crease_pieces(f64::from(sharpness));
             if edge == 1 || edge == 2 {
                 // The crease is at the far side: mirror points, pieces and parameters.
-                pieces = pieces.into_iter().rev().map(|(from, to, conversion)| (1.0 - to, 1.0 - from, mirror(&conversion))).collect();
+                pieces = pieces
+                    .into_iter()
+                    .rev()
+                    .map(|(from, to, conversion)| (1.0 - to, 1.0 - from, mirror(&conversion)))
+                    .collect();
             }
             pieces
         }
@@ -89,11 +93,8 @@ pub(crate) fn patches_of(record: &PatchRecord, index: u32, first: &mut u32) -> V
             piece: piece as u8,
         }
     };
-    let mut patches: Vec<Patch> = pieces(record.kind)
-        .iter()
-        .enumerate()
-        .map(|(piece, (from, to, _))| place(piece, *from, *to))
-        .collect();
+    let mut patches: Vec<Patch> =
+        pieces(record.kind).iter().enumerate().map(|(piece, (from, to, _))| place(piece, *from, *to)).collect();
     for patch in &mut patches {
         patch.first = *first;
         *first += patch.data_len() as u32;
@@ -115,8 +116,11 @@ pub(crate) fn fill(patch: &Patch, records: &[PatchRecord], indices: &[i32], poin
         PatchKind::SingleCrease { edge, .. } => {
             let grid = std::array::from_fn(point);
             let across = pieces(record.kind)[usize::from(patch.piece)].2;
-            let bezier =
-                if edge == 1 || edge == 3 { convert(&grid, &across, &SMOOTH) } else { convert(&grid, &SMOOTH, &across) };
+            let bezier = if edge == 1 || edge == 3 {
+                convert(&grid, &across, &SMOOTH)
+            } else {
+                convert(&grid, &SMOOTH, &across)
+            };
             store(bezier, out);
         }
     }
