@@ -67,7 +67,7 @@ double expected_patches(const rlv_osd_cage& cage) {
     return total;
 }
 
-void copy_patches(rlv_osd_table& out, const Far::PatchTable& table) {
+void copy_patches(rlv_osd_table& out, const Far::PatchTable& table, bool single_crease) {
     for (int array = 0; array < table.GetNumPatchArrays(); ++array) {
         const bool regular = table.GetPatchArrayDescriptor(array).GetType() == Far::PatchDescriptor::REGULAR;
         for (int patch = 0; patch < table.GetNumPatches(array); ++patch) {
@@ -79,7 +79,7 @@ void copy_patches(rlv_osd_table& out, const Far::PatchTable& table) {
             record.depth = (uint8_t)(param.GetDepth() - (param.NonQuadRoot() ? 1 : 0));
             record.boundary = (uint8_t)(param.GetBoundary() & 0xf);
             record.kind = regular ? 0 : 1;
-            const float sharpness = regular ? table.GetSingleCreasePatchSharpnessValue(array, patch) : 0.0f;
+            const float sharpness = regular && single_crease ? table.GetSingleCreasePatchSharpnessValue(array, patch) : 0.0f;
             if (sharpness > 0.0f) {
                 // The boundary bit of a single-crease patch names its creased edge.
                 for (int edge = 0; edge < 4; ++edge)
@@ -134,7 +134,7 @@ extern "C" rlv_osd_table* rlv_osd_refine(const rlv_osd_cage* cage, char* error, 
         out->table.reset(Far::PatchTableFactory::Create(*out->refiner, options));
         if (!out->table) throw std::runtime_error("OpenSubdiv cannot build a patch table");
         out->tile_count = out->table->GetNumPtexFaces();
-        copy_patches(*out, *out->table);
+        copy_patches(*out, *out->table, cage->single_crease != 0);
         copy_stencils(*out, *out->refiner, *out->table);
         return out.release();
     } catch (const std::exception& exception) {
