@@ -1,1 +1,25 @@
 //! Embree reached through a table of functions loaded at run time.
+//!
+//! A host program often ships its own Embree. Were ours linked in the ordinary way, the host's would answer our calls,
+//! in another version with other structures, and rays would miss without an error. So the library is opened with local
+//! symbols, its version is checked before the first trace, and nothing here refers to an `rtc…` symbol by name at link
+//! time. The device never starts threads, pins none and changes no process-wide limit.
+
+mod abi;
+mod arena;
+mod device;
+mod scene;
+mod subdivision;
+mod table;
+
+pub use device::Device;
+pub use scene::{Hit, ObjectId, Ray, Scene, Tracer};
+pub use subdivision::{Boundary, Cage, Evaluation, Subdivision};
+
+/// Makes sure that Embree can be loaded, and says which version answers: `[major, minor, patch]`.
+///
+/// # Errors
+/// The library is missing, incomplete or of a version this crate has no table for.
+pub fn version() -> relievo_core::Result<[u32; 3]> {
+    Ok(table::table()?.version)
+}

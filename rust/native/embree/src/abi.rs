@@ -1,0 +1,142 @@
+//! Structures and constants of the C interface of Embree 3.13, as its public headers lay them out. Sizes and offsets
+//! are held by tests.
+
+use std::ffi::{c_char, c_int, c_uint, c_void};
+
+/// An `RTCDevice`.
+pub type DeviceHandle = *mut c_void;
+/// An `RTCScene`.
+pub type SceneHandle = *mut c_void;
+/// An `RTCGeometry`.
+pub type GeometryHandle = *mut c_void;
+
+/// The id of no geometry, no instance and no primitive.
+pub const INVALID_ID: u32 = u32::MAX;
+
+/// Ids for `rtcGetDeviceProperty`.
+pub mod property {
+    pub const VERSION: super::c_int = 0;
+    pub const TASKING_SYSTEM: super::c_int = 128;
+}
+
+/// What `TASKING_SYSTEM` answers for TBB.
+pub const TASKING_TBB: isize = 1;
+
+/// `RTCGeometryType`.
+pub mod geometry {
+    pub const TRIANGLE: super::c_int = 0;
+    pub const SUBDIVISION: super::c_int = 8;
+    pub const INSTANCE: super::c_int = 121;
+}
+
+/// `RTCBufferType`.
+pub mod buffer {
+    pub const INDEX: super::c_int = 0;
+    pub const VERTEX: super::c_int = 1;
+    pub const FACE: super::c_int = 16;
+    pub const EDGE_CREASE_INDEX: super::c_int = 18;
+    pub const EDGE_CREASE_WEIGHT: super::c_int = 19;
+    pub const VERTEX_CREASE_INDEX: super::c_int = 20;
+    pub const VERTEX_CREASE_WEIGHT: super::c_int = 21;
+    pub const HOLE: super::c_int = 22;
+}
+
+/// `RTCFormat`.
+pub mod format {
+    pub const UINT: super::c_int = 0x5001;
+    pub const UINT2: super::c_int = 0x5002;
+    pub const UINT3: super::c_int = 0x5003;
+    pub const FLOAT: super::c_int = 0x9001;
+    pub const FLOAT3: super::c_int = 0x9003;
+    pub const FLOAT3X4_COLUMN_MAJOR: super::c_int = 0x9234;
+}
+
+/// `RTC_BUILD_QUALITY_LOW`: the Morton-order builder.
+pub const QUALITY_LOW: c_int = 0;
+/// `RTC_SCENE_FLAG_DYNAMIC`: one tree per geometry under a small one, so that an edit rebuilds what it touched.
+pub const SCENE_DYNAMIC: c_int = 1;
+/// `RTC_SCENE_FLAG_ROBUST`: rays do not slip through between triangles that share an edge.
+pub const SCENE_ROBUST: c_int = 4;
+
+/// `RTCRay`.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug)]
+pub struct RayRecord {
+    pub origin: [f32; 3],
+    pub near: f32,
+    pub direction: [f32; 3],
+    pub time: f32,
+    pub far: f32,
+    pub mask: c_uint,
+    pub id: c_uint,
+    pub flags: c_uint,
+}
+
+/// `RTCHit`.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug)]
+pub struct HitRecord {
+    pub normal: [f32; 3],
+    pub u: f32,
+    pub v: f32,
+    pub primitive: c_uint,
+    pub geometry: c_uint,
+    pub instance: [c_uint; 1],
+}
+
+/// `RTCRayHit`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct RayHitRecord {
+    pub ray: RayRecord,
+    pub hit: HitRecord,
+}
+
+/// `RTCIntersectContext` of 3.x.
+#[repr(C)]
+#[derive(Debug)]
+pub struct IntersectContext {
+    pub flags: c_int,
+    pub filter: *const c_void,
+    pub instance: [c_uint; 1],
+}
+
+/// `RTCInterpolateArguments`.
+#[repr(C)]
+#[derive(Debug)]
+pub struct InterpolateArguments {
+    pub geometry: GeometryHandle,
+    pub primitive: c_uint,
+    pub u: f32,
+    pub v: f32,
+    pub buffer: c_int,
+    pub slot: c_uint,
+    pub p: *mut f32,
+    pub du: *mut f32,
+    pub dv: *mut f32,
+    pub duu: *mut f32,
+    pub dvv: *mut f32,
+    pub duv: *mut f32,
+    pub width: c_uint,
+}
+
+/// `RTCErrorFunction`.
+pub type ErrorFunction = unsafe extern "C" fn(user: *mut c_void, code: c_int, message: *const c_char);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::{align_of, offset_of, size_of};
+
+    #[test]
+    fn structures_have_the_layout_of_the_headers() {
+        assert_eq!((size_of::<RayRecord>(), align_of::<RayRecord>()), (48, 16));
+        assert_eq!(offset_of!(RayRecord, far), 32);
+        assert_eq!((size_of::<HitRecord>(), align_of::<HitRecord>()), (32, 16));
+        assert_eq!(offset_of!(HitRecord, instance), 28);
+        assert_eq!(size_of::<RayHitRecord>(), 80);
+        assert_eq!((size_of::<IntersectContext>(), offset_of!(IntersectContext, instance)), (24, 16));
+        assert_eq!(offset_of!(InterpolateArguments, p), 32);
+        assert_eq!(offset_of!(InterpolateArguments, width), 80);
+    }
+}

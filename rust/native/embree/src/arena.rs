@@ -1,0 +1,140 @@
+//! A one-thread arena of the TBB that Embree schedules its builds with.
+//!
+//! Embree's own option for the number of threads sets TBB's process-wide limit, which would slow the host down as long
+//! as our device lives. A device that is made inside an arena takes that arena's width instead, and nothing global
+//! changes. Builds then stay on the calling thread, which also makes hierarchies, and so the choice among hits at
+//! exactly the same distance, independent of the number of threads.
+//!
+//! The entry points and structures are those of oneTBB's stable binary interface, `libtbb.so.12`.
+
+use std::ffi::{c_int, c_uint, c_void};
+
+use libloading::os::unix::Library;
+
+/// `RTLD_LAZY | RTLD_NOLOAD` of glibc: a handle to what is loaded already, or nothing.
+const LAZY_NO_LOAD: c_int = 0x1 | 0x4;
+/// The name under which oneTBB's current interface is loaded.
+const FILE: &str = "libtbb.so.12";
+
+/// The three calls an arena needs.
+pub struct Arena {
+    initialize: unsafe extern "C" fn(*mut Settings),
+    execute: unsafe extern "C" fn(*mut Settings, *const Delegate),
+    terminate: unsafe extern "C" fn(*mut Settings),
+    _library: Library,
+}
+
+/// `task_arena_base`.
+#[repr(C)]
+struct Settings {
+    version_and_traits: isize,
+    state: c_int,
+    arena: *mut c_void,
+    max_concurrency: c_int,
+    reserved_slots: c_uint,
+    priority: c_int,
+    numa: c_int,
+    core_type: c_int,
+    threads_per_core: c_int,
+}
+
+/// `delegate_base`: an object with a table of virtual functions, and the work.
+#[repr(C)]
+struct Delegate {
+    methods: *const Methods,
+    work: *const (),
+    call: unsafe fn(*const ()),
+}
+
+/// Call operator and the two destructors, in the order of the Itanium C++ ABI.
+#[repr(C)]
+struct Methods {
+    call: unsafe extern "C" fn(*const Delegate) -> bool,
+    destroy: unsafe extern "C" fn(*const Delegate),
+    delete: unsafe extern "C" fn(*const Delegate),
+}
+
+static METHODS: Methods = Methods { call: call_delegate, destroy: keep_delegate, delete: keep_delegate };
+
+unsafe extern "C" fn call_delegate(delegate: *const Delegate) -> bool {
+    // SAFETY: `run` passes a delegate that lives through the call and whose `call` fits its `work`.
+    unsafe { ((*delegate).call)((*delegate).work) };
+    true
+}
+
+unsafe extern "C" fn keep_delegate(_: *const Delegate) {}
+
+impl Arena {
+    /// The arena of the TBB that is loaded in this process, if there is one.
+    pub fn find() -> Option<Self> {
+        // SAFETY: nothing is loaded anew, so no initialiser runs; the symbols' names encode their C++ signatures.
+        unsafe {
+            let library = Library::open(Some(FILE), LAZY_NO_LOAD).ok()?;
+            let initialize = *library.get(b"_ZN3tbb6detail2r110initializeERNS0_2d115task_arena_baseE").ok()?;
+            let execute =
+                *library.get(b"_ZN3tbb6detail2r17executeERNS0_2d115task_arena_baseERNS2_13delegate_baseE").ok()?;
+            let terminate = *library.get(b"_ZN3tbb6detail2r19terminateERNS0_2d115task_arena_baseE").ok()?;
+            Some(Self { initialize, execute, terminate, _library: library })
+        }
+    }
+
+    /// Runs `work` on the calling thread, inside an arena of one thread. `work` must not panic.
+    pub fn run(&self, work: &(impl Fn() + Sync)) {
+        unsafe fn call<F: Fn()>(work: *const ()) {
+            // SAFETY: `work` is the reference that `run` was given.
+            unsafe { (*work.cast::<F>())() }
+        }
+        fn caller<F: Fn()>(_: &F) -> unsafe fn(*const ()) {
+            call::<F>
+        }
+        const NORMAL: c_int = 2 * (c_int::MAX / 4);
+        const AUTOMATIC: c_int = -1;
+        let mut settings = Settings {
+            version_and_traits: 1,
+            state: 0,
+            arena: std::ptr::null_mut(),
+            max_concurrency: 1,
+            reserved_slots: 1,
+            priority: NORMAL,
+            numa: AUTOMATIC,
+            core_type: AUTOMATIC,
+            threads_per_core: AUTOMATIC,
+        };
+        let delegate = Delegate { methods: &METHODS, work: std::ptr::from_ref(work).cast(), call: caller(work) };
+        // SAFETY: the structures are laid out as the interface wants them and outlive the calls; an arena with one
+        // reserved slot runs the delegate before `execute` returns.
+        unsafe {
+            (self.initialize)(&mut settings);
+            (self.execute)(&mut settings, &delegate);
+            (self.terminate)(&mut settings);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Device;
+
+    #[test]
+    fn a_device_leaves_the_limit_of_tbb_as_it_is() {
+        let first = Device::new().unwrap();
+        if first.table().arena.is_none() {
+            println!("skipped: this Embree does not share TBB");
+            return;
+        }
+        // SAFETY: the library is loaded, and the symbol's name encodes its signature.
+        let limit = || unsafe {
+            let library = Library::open(Some(FILE), LAZY_NO_LOAD).unwrap();
+            let value: libloading::os::unix::Symbol<unsafe extern "C" fn(c_int) -> usize> =
+                library.get(b"_ZN3tbb6detail2r127global_control_active_valueEi").unwrap();
+            value(0)
+        };
+        let with_one = limit();
+        drop(first);
+        assert_eq!(limit(), with_one);
+        if std::thread::available_parallelism().unwrap().get() > 1 {
+            assert!(with_one > 1);
+        }
+    }
+}

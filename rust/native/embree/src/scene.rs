@@ -1,0 +1,439 @@
+//! A scene of two levels: objects made of triangle meshes, each placed by an affine transform.
+//!
+//! Meshes have hierarchies of their own, so that an edit rebuilds only the meshes it touched, and a moved object
+//! rebuilds none. Positions and distances are in the units given; nothing here scales.
+
+use std::collections::BTreeMap;
+
+use relievo_core::{Error, Result};
+
+use crate::abi::{self, HitRecord, RayHitRecord, RayRecord};
+use crate::device::{Device, GeometryOwner, SceneOwner};
+
+/// A ray. `direction` need not have unit length; distances are multiples of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Start.
+    pub origin: [f32; 3],
+    /// Direction.
+    pub direction: [f32; 3],
+    /// Smallest distance of a hit.
+    pub near: f32,
+    /// Largest distance of a hit.
+    pub far: f32,
+}
+
+impl Ray {
+    /// A ray without end.
+    pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
+        Self { origin, direction, near: 0.0, far: f32::INFINITY }
+    }
+}
+
+/// Where a ray met a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance, in multiples of the ray's direction.
+    pub t: f32,
+    /// The object.
+    pub object: ObjectId,
+    /// The mesh of the object.
+    pub mesh: u32,
+    /// The triangle of the mesh.
+    pub primitive: u32,
+    /// Barycentric weight of the triangle's second corner.
+    pub u: f32,
+    /// Barycentric weight of the triangle's third corner.
+    pub v: f32,
+    /// Normal of the triangle in object space, not of unit length, to the side from which it is counter-clockwise.
+    pub normal: [f32; 3],
+}
+
+/// An object of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ObjectId(pub u32);
+
+/// A scene under construction. [`Scene::commit`] makes it traceable.
+pub struct Scene {
+    device: Device,
+    top: SceneOwner,
+    objects: BTreeMap<u32, Object>,
+    next: u32,
+    dirty: bool,
+}
+
+struct Object {
+    scene: SceneOwner,
+    instance: GeometryOwner,
+    meshes: BTreeMap<u32, Mesh>,
+    dirty: bool,
+}
+
+struct Mesh {
+    geometry: GeometryOwner,
+    points: usize,
+}
+
+const IDENTITY: [f32; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+
+impl Scene {
+    /// An empty scene.
+    pub fn new(device: &Device) -> Result<Self> {
+        let top = device.scene(abi::SCENE_ROBUST, abi::QUALITY_LOW)?;
+        Ok(Self { device: device.clone(), top, objects: BTreeMap::new(), next: 0, dirty: true })
+    }
+
+    /// Adds an object without meshes at the identity.
+    pub fn add_object(&mut self) -> Result<ObjectId> {
+        let table = self.device.table();
+        let id = self.next;
+        let scene = self.device.scene(abi::SCENE_ROBUST | abi::SCENE_DYNAMIC, abi::QUALITY_LOW)?;
+        let instance = self.device.geometry(abi::geometry::INSTANCE)?;
+        // SAFETY: all handles are alive; Embree keeps references of its own.
+        unsafe {
+            (table.set_instanced)(instance.handle, scene.handle);
+            (table.attach)(self.top.handle, instance.handle, id);
+        }
+        self.device.check()?;
+        self.objects.insert(id, Object { scene, instance, meshes: BTreeMap::new(), dirty: true });
+        self.next += 1;
+        self.dirty = true;
+        self.set_transform(ObjectId(id), &IDENTITY)?;
+        Ok(ObjectId(id))
+    }
+
+    /// Removes an object.
+    pub fn remove_object(&mut self, object: ObjectId) -> Result<()> {
+        self.object(object)?;
+        // SAFETY: the object is attached under its id.
+        unsafe { (self.device.table().detach)(self.top.handle, object.0) };
+        self.objects.remove(&object.0);
+        self.dirty = true;
+        self.device.check()
+    }
+
+    /// Places an object: the columns of a 3×4 matrix from object to scene space.
+    pub fn set_transform(&mut self, object: ObjectId, columns: &[f32; 12]) -> Result<()> {
+        if !columns.iter().all(|value| value.is_finite()) {
+            return Err(Error::invalid("the transform of an object is not finite"));
+        }
+        let instance = self.object(object)?.instance.handle;
+        let table = self.device.table();
+        // SAFETY: the instance is alive and twelve floats are read.
+        unsafe {
+            (table.set_transform)(instance, 0, abi::format::FLOAT3X4_COLUMN_MAJOR, columns.as_ptr().cast());
+            (table.commit_geometry)(instance);
+        }
+        self.dirty = true;
+        self.device.check()
+    }
+
+    /// Gives mesh `mesh` of an object its points and triangles, in place of what it had.
+    ///
+    /// # Errors
+    /// A triangle names a point that does not exist, or memory runs out.
+    pub fn set_mesh(&mut self, object: ObjectId, mesh: u32, points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<()> {
+        self.remove_mesh(object, mesh)?;
+        if mesh == abi::INVALID_ID || u32::try_from(triangles.len()).is_err() {
+            return Err(Error::invalid("a mesh has too large a number or too many triangles"));
+        }
+        if let Some(at) = triangles.iter().position(|corners| corners.iter().any(|at| *at as usize >= points.len())) {
+            return Err(Error::invalid(format!("it names a point that does not exist, of {}", points.len()))
+                .at(format!("triangle {at}")));
+        }
+        if triangles.is_empty() {
+            return Ok(());
+        }
+        let table = self.device.table();
+        let geometry = self.device.geometry(abi::geometry::TRIANGLE)?;
+        geometry.fill(abi::buffer::VERTEX, abi::format::FLOAT3, &padded(points))?;
+        geometry.fill(abi::buffer::INDEX, abi::format::UINT3, triangles)?;
+        let scene = self.object(object)?.scene.handle;
+        // SAFETY: all handles are alive and the number is free.
+        unsafe {
+            (table.set_geometry_quality)(geometry.handle, abi::QUALITY_LOW);
+            (table.commit_geometry)(geometry.handle);
+            (table.attach)(scene, geometry.handle, mesh);
+        }
+        self.device.check()?;
+        let points = points.len();
+        self.touched(object, |object| object.meshes.insert(mesh, Mesh { geometry, points }));
+        Ok(())
+    }
+
+    /// Moves the points of a mesh; its triangles stay.
+    pub fn move_points(&mut self, object: ObjectId, mesh: u32, points: &[[f32; 3]]) -> Result<()> {
+        let table = self.device.table();
+        let found = self.object(object)?.meshes.get(&mesh);
+        let found = found.ok_or_else(|| Error::invalid(format!("there is no mesh {mesh}")))?;
+        if found.points != points.len() {
+            return Err(Error::invalid(format!("{} points instead of {}", points.len(), found.points))
+                .advise("set the mesh anew when its topology changes"));
+        }
+        let geometry = found.geometry.handle;
+        // SAFETY: the vertex buffer has room for `points` items of four floats and nobody traces while the scene is
+        // borrowed mutably.
+        unsafe {
+            let data = (table.buffer_data)(geometry, abi::buffer::VERTEX, 0).cast::<[f32; 4]>();
+            if data.is_null() {
+                return Err(Error::internal("Embree lost a vertex buffer"));
+            }
+            for (index, [x, y, z]) in points.iter().enumerate() {
+                data.add(index).write([*x, *y, *z, 0.0]);
+            }
+            (table.update_buffer)(geometry, abi::buffer::VERTEX, 0);
+            (table.commit_geometry)(geometry);
+        }
+        self.touched(object, |_| ());
+        self.device.check()
+    }
+
+    /// Removes a mesh of an object, if there is one.
+    pub fn remove_mesh(&mut self, object: ObjectId, mesh: u32) -> Result<()> {
+        let found = self.object(object)?;
+        if found.meshes.contains_key(&mesh) {
+            // SAFETY: the mesh is attached under its number.
+            unsafe { (self.device.table().detach)(found.scene.handle, mesh) };
+            self.touched(object, |object| object.meshes.remove(&mesh));
+        }
+        self.device.check()
+    }
+
+    /// Builds or updates the hierarchies of what changed. While the result lives, the scene cannot change.
+    pub fn commit(&mut self) -> Result<Tracer<'_>> {
+        let table = self.device.table();
+        for object in self.objects.values_mut().filter(|object| object.dirty) {
+            // SAFETY: the scene and its geometries are alive; the borrow keeps others from using them.
+            unsafe {
+                (table.commit_scene)(object.scene.handle);
+                (table.commit_geometry)(object.instance.handle);
+            }
+            object.dirty = false;
+        }
+        if self.dirty {
+            // SAFETY: as above.
+            unsafe { (table.commit_scene)(self.top.handle) };
+            self.dirty = false;
+        }
+        self.device.check()?;
+        Ok(Tracer { scene: self })
+    }
+
+    fn object(&self, object: ObjectId) -> Result<&Object> {
+        self.objects.get(&object.0).ok_or_else(|| Error::invalid(format!("there is no object {}", object.0)))
+    }
+
+    /// Changes an object, and has it and the scene built again at the next commit.
+    fn touched<R>(&mut self, object: ObjectId, change: impl FnOnce(&mut Object) -> R) {
+        self.dirty = true;
+        if let Some(object) = self.objects.get_mut(&object.0) {
+            object.dirty = true;
+            change(object);
+        }
+    }
+}
+
+/// Points in the 16-byte steps in which Embree reads them.
+pub(crate) fn padded(points: &[[f32; 3]]) -> Vec<[f32; 4]> {
+    points.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect()
+}
+
+/// A scene that can be traced, from any number of threads.
+#[derive(Clone, Copy)]
+pub struct Tracer<'a> {
+    scene: &'a Scene,
+}
+
+impl Tracer<'_> {
+    /// The closest hit of `ray`.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let hit = HitRecord {
+            normal: [0.0; 3],
+            u: 0.0,
+            v: 0.0,
+            primitive: abi::INVALID_ID,
+            geometry: abi::INVALID_ID,
+            instance: [abi::INVALID_ID],
+        };
+        let mut record = RayHitRecord { ray: record(ray), hit };
+        // SAFETY: the scene is committed and stays as it is while it is borrowed.
+        unsafe { self.scene.device.table().trace.intersect(self.scene.top.handle, &mut record) };
+        let RayHitRecord { ray, hit } = record;
+        (hit.geometry != abi::INVALID_ID).then_some(Hit {
+            t: ray.far,
+            object: ObjectId(hit.instance[0]),
+            mesh: hit.geometry,
+            primitive: hit.primitive,
+            u: hit.u,
+            v: hit.v,
+            normal: hit.normal,
+        })
+    }
+
+    /// Whether anything is hit by `ray`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        let mut record = record(ray);
+        // SAFETY: as for `intersect`.
+        unsafe { self.scene.device.table().trace.occluded(self.scene.top.handle, &mut record) };
+        record.far == f32::NEG_INFINITY
+    }
+}
+
+#[inline]
+fn record(ray: &Ray) -> RayRecord {
+    RayRecord {
+        origin: ray.origin,
+        near: ray.near,
+        direction: ray.direction,
+        time: 0.0,
+        far: ray.far,
+        mask: u32::MAX,
+        id: 0,
+        flags: 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers in 0..1 from a counter, the same on every machine.
+    struct Sequence(u64);
+
+    impl Sequence {
+        fn next(&mut self) -> f32 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 40) as f32 / (1u64 << 24) as f32
+        }
+
+        fn point(&mut self, scale: f32) -> [f32; 3] {
+            std::array::from_fn(|_| (self.next() - 0.5) * scale)
+        }
+    }
+
+    fn one_triangle() -> Scene {
+        let mut scene = Scene::new(&Device::new().unwrap()).unwrap();
+        let object = scene.add_object().unwrap();
+        scene.set_mesh(object, 7, &[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]], &[[0, 1, 2]]).unwrap();
+        scene
+    }
+
+    #[test]
+    fn a_triangle_is_hit_where_the_closed_form_says_and_missed_beside_it() {
+        let mut scene = one_triangle();
+        let tracer = scene.commit().unwrap();
+        let hit = tracer.intersect(&Ray::new([0.5, 0.25, 3.0], [0.0, 0.0, -2.0])).unwrap();
+        assert_eq!((hit.object, hit.mesh, hit.primitive), (ObjectId(0), 7, 0));
+        assert!((hit.t - 1.5).abs() < 1e-6 && (hit.u - 0.25).abs() < 1e-6 && (hit.v - 0.125).abs() < 1e-6);
+        assert!(hit.normal[2] > 0.0 && hit.normal[0] == 0.0, "a counter-clockwise triangle looks to +z");
+        assert_eq!(tracer.intersect(&Ray::new([1.5, 1.5, 3.0], [0.0, 0.0, -1.0])), None);
+        assert_eq!(tracer.intersect(&Ray::new([0.5, 0.25, 3.0], [0.0, 0.0, 1.0])), None);
+        let short = Ray { far: 2.9, ..Ray::new([0.5, 0.25, 3.0], [0.0, 0.0, -1.0]) };
+        assert!(!tracer.occluded(&short));
+        assert!(tracer.occluded(&Ray { far: 3.1, ..short }));
+    }
+
+    #[test]
+    fn an_empty_scene_and_an_empty_mesh_have_no_hits() {
+        let mut scene = Scene::new(&Device::new().unwrap()).unwrap();
+        assert_eq!(scene.commit().unwrap().intersect(&Ray::new([0.0; 3], [0.0, 0.0, 1.0])), None);
+        let object = scene.add_object().unwrap();
+        scene.set_mesh(object, 0, &[], &[]).unwrap();
+        assert_eq!(scene.commit().unwrap().intersect(&Ray::new([0.0; 3], [0.0, 0.0, 1.0])), None);
+    }
+
+    #[test]
+    fn moving_points_placing_objects_and_removing_meshes_show_after_a_commit() {
+        let mut scene = one_triangle();
+        let object = ObjectId(0);
+        let ray = Ray::new([0.5, 0.25, 3.0], [0.0, 0.0, -1.0]);
+        scene.commit().unwrap();
+        scene.move_points(object, 7, &[[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [0.0, 2.0, 1.0]]).unwrap();
+        assert!((scene.commit().unwrap().intersect(&ray).unwrap().t - 2.0).abs() < 1e-6);
+        let mut place = IDENTITY;
+        place[11] = -4.0;
+        scene.set_transform(object, &place).unwrap();
+        assert!((scene.commit().unwrap().intersect(&ray).unwrap().t - 6.0).abs() < 1e-6);
+        scene.remove_mesh(object, 7).unwrap();
+        assert_eq!(scene.commit().unwrap().intersect(&ray), None);
+        scene.set_mesh(object, 7, &[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]], &[[0, 1, 2]]).unwrap();
+        assert!(scene.commit().unwrap().occluded(&ray));
+        scene.remove_object(object).unwrap();
+        assert!(!scene.commit().unwrap().occluded(&ray));
+    }
+
+    #[test]
+    fn bad_input_is_refused() {
+        let mut scene = one_triangle();
+        let object = ObjectId(0);
+        let error = scene.set_mesh(object, 0, &[[0.0; 3]; 3], &[[0, 1, 2], [0, 1, 3]]).unwrap_err();
+        assert!(error.to_string().contains("triangle 1"), "{error}");
+        assert!(scene.move_points(object, 7, &[[0.0; 3]; 2]).is_err());
+        assert!(scene.move_points(object, 8, &[]).is_err());
+        assert!(scene.add_object().is_ok() && scene.remove_object(ObjectId(9)).is_err());
+        assert!(scene.set_transform(object, &[f32::NAN; 12]).is_err());
+    }
+
+    #[test]
+    fn many_triangles_agree_with_brute_force() {
+        let mut random = Sequence(1);
+        let mut scene = Scene::new(&Device::new().unwrap()).unwrap();
+        let object = scene.add_object().unwrap();
+        let mut soup = Vec::new();
+        for mesh in 0..5 {
+            let mut points = Vec::new();
+            for _ in 0..200 {
+                let centre = random.point(8.0);
+                for _ in 0..3 {
+                    let offset = random.point(2.0);
+                    points.push(std::array::from_fn(|axis| centre[axis] + offset[axis]));
+                }
+            }
+            let triangles: Vec<[u32; 3]> = (0..200).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
+            scene.set_mesh(object, mesh, &points, &triangles).unwrap();
+            soup.extend(points.chunks_exact(3).enumerate().map(|(at, t)| (mesh, at as u32, [t[0], t[1], t[2]])));
+        }
+        let tracer = scene.commit().unwrap();
+        let mut hits = 0;
+        for _ in 0..2000 {
+            let ray = Ray::new(random.point(12.0), random.point(1.0));
+            let nearest = soup
+                .iter()
+                .filter_map(|(mesh, at, corners)| Some((moller(&ray, corners)?, *mesh, *at)))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            let found = tracer.intersect(&ray);
+            match (nearest, found) {
+                (Some((t, mesh, primitive)), Some(hit)) => {
+                    hits += 1;
+                    assert!((f64::from(hit.t) - t).abs() < 1e-3 * t.max(1.0), "{hit:?} against {t}");
+                    assert_eq!((hit.mesh, hit.primitive), (mesh, primitive));
+                }
+                (None, None) => {}
+                // A ray within rounding of an edge may go either way; none of these is.
+                (expected, found) => panic!("{expected:?} against {found:?}"),
+            }
+            assert_eq!(found.is_some(), tracer.occluded(&ray));
+        }
+        assert!(hits > 500, "{hits} hits say too little");
+    }
+
+    /// The ray–triangle test of Möller and Trumbore 1997 in f64.
+    fn moller(ray: &Ray, corners: &[[f32; 3]; 3]) -> Option<f64> {
+        let wide = |v: [f32; 3]| v.map(f64::from);
+        let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let [a, b, c] = corners.map(wide);
+        let (ab, ac, direction) = (sub(b, a), sub(c, a), wide(ray.direction));
+        let p = cross(direction, ac);
+        let s = sub(wide(ray.origin), a);
+        let q = cross(s, ab);
+        let scale = 1.0 / dot(ab, p);
+        let (u, v, t) = (dot(s, p) * scale, dot(direction, q) * scale, dot(ac, q) * scale);
+        (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0).then_some(t)
+    }
+}
