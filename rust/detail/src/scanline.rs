@@ -1,0 +1,376 @@
+//! Scan conversion of triangles into the columns of a voxel grid, and resolution of each column's crossings into
+//! solid spans.
+//!
+//! x and y are snapped to 1/256 voxel and rows step over exact rational edge positions, so a column centre on a common
+//! edge falls into exactly one of two adjacent triangles and closed meshes have no leaks. A column keeps its crossings
+//! in one word, four of 16 bits: place and direction; what does not fit goes to a list.
+
+use glam::DVec3;
+use relievo_core::dispatch_simd;
+use relievo_core::simd::Arithmetic;
+
+/// Snapped units of a voxel.
+const SUB: i64 = 256;
+
+/// The snapped position of the first column's or row's centre.
+const HALF: i64 = SUB / 2;
+
+/// Snapped coordinates below which products fit 64 bits.
+const NARROW: i64 = 1 << 30;
+
+/// The sizes a slab is filled with.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Columns of a row.
+    pub nx: u32,
+    /// Voxels of a column.
+    pub nz: u32,
+    /// Words of a column.
+    pub words: u32,
+    /// Whether winding is counted from +z.
+    pub backward: bool,
+    /// Whether the mesh may have open edges.
+    pub open: bool,
+}
+
+/// A side of a triangle: x over y in snapped units, from its lower end.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    x: i64,
+    y: i64,
+    dx: i64,
+    dy: i64,
+}
+
+/// A triangle ready for scan conversion.
+#[derive(Clone, Copy, Debug)]
+pub struct Facet {
+    /// First row, row from which the upper short side holds, row after the last. Not yet clipped.
+    rows: [i64; 3],
+    /// The side from the lowest to the highest corner, and the two others from below.
+    long: Side,
+    short: [Side; 2],
+    /// Whether the long side is on the left.
+    long_left: bool,
+    /// Whether products need 128 bits.
+    wide: bool,
+    /// z over the centre of column (0, 0), and its steps along x and y.
+    plane: [f64; 3],
+    /// Range of z, in steps of the column, clipped to the grid.
+    range: [f64; 2],
+    /// 1 where the column leaves the solid here, 0 where it enters.
+    leaves: u64,
+}
+
+impl Facet {
+    /// Sets up a triangle given in voxel coordinates; `None` if no column meets it or it does not matter.
+    #[inline]
+    pub fn new(places: &[DVec3; 3], mirrored: bool, [nx, ny, nz]: [i64; 3], backward: bool) -> Option<Self> {
+        let snap = |value: f64| (value * SUB as f64 + 0.5).floor() as i64;
+        let mut corners: [(i64, i64, f64); 3] =
+            std::array::from_fn(|i| (snap(places[i].x), snap(places[i].y), places[i].z));
+        // A corner at the centre of row j belongs to row j: rows are half open upwards.
+        let row = |y: i64| (y - HALF + SUB - 1).div_euclid(SUB);
+        let mut odd = mirrored;
+        for (a, b) in [(0, 1), (1, 2), (0, 1)] {
+            if corners[b].1 < corners[a].1 {
+                corners.swap(a, b);
+                odd = !odd;
+            }
+        }
+        let [(x0, y0, z0), (x1, y1, z1), (x2, y2, z2)] = corners;
+        let rows = [row(y0), row(y1), row(y2)];
+        if rows[0] == rows[2] || rows[2] <= 0 || rows[0] >= ny {
+            return None;
+        }
+        let (low, high) = (x0.min(x1).min(x2), x0.max(x1).max(x2));
+        if row(high) <= 0 || row(low) >= nx || row(low) == row(high) {
+            return None;
+        }
+        let step = |z: f64| (z - 0.5).ceil().clamp(0.0, nz as f64);
+        let range = [step(z0.min(z1).min(z2)), step(z0.max(z1).max(z2))];
+        if if backward { range[1] <= 0.0 } else { range[0] >= nz as f64 } {
+            return None;
+        }
+        let wide = low < -NARROW || high > NARROW || y0 < -NARROW || y2 > NARROW;
+        let cross = if wide {
+            let cross = i128::from(x1 - x0) * i128::from(y2 - y0) - i128::from(x2 - x0) * i128::from(y1 - y0);
+            // Only its sign must be exact.
+            cross as f64
+        } else {
+            ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)) as f64
+        };
+        if cross == 0.0 {
+            return None;
+        }
+        let scale = SUB as f64 / cross;
+        let slope_x = ((z1 - z0) * (y2 - y0) as f64 - (z2 - z0) * (y1 - y0) as f64) * scale;
+        let slope_y = ((z2 - z0) * (x1 - x0) as f64 - (z1 - z0) * (x2 - x0) as f64) * scale;
+        let unit = |value: i64| (HALF - value) as f64 / SUB as f64;
+        let base = z0 + slope_x * unit(x0) + slope_y * unit(y0);
+        let side = |a: (i64, i64, f64), b: (i64, i64, f64)| Side { x: a.0, y: a.1, dx: b.0 - a.0, dy: b.1 - a.1 };
+        // The z component of the normal is positive where the solid is left, going up.
+        let leaves = u64::from((cross > 0.0) != odd);
+        Some(Self {
+            rows,
+            long: side(corners[0], corners[2]),
+            short: [side(corners[0], corners[1]), side(corners[1], corners[2])],
+            long_left: cross > 0.0,
+            wide,
+            plane: [base, slope_x, slope_y],
+            range,
+            leaves,
+        })
+    }
+
+    /// The rows below `ny` that it covers: the first and the one after the last.
+    pub fn row_range(&self, ny: u32) -> [u32; 2] {
+        let ny = i64::from(ny);
+        [self.rows[0].clamp(0, ny) as u32, self.rows[2].clamp(0, ny) as u32]
+    }
+}
+
+/// Walks the first column whose centre is at or right of a side, row by row, as floor(m / den) with exact integers.
+struct Walk {
+    column: i64,
+    rest: i64,
+    step: i64,
+    rest_step: i64,
+    den: i64,
+}
+
+impl Walk {
+    #[inline(always)]
+    fn new(side: &Side, row: i64, wide: bool) -> Self {
+        let den = SUB * side.dy;
+        let up = SUB * row + HALF - side.y;
+        let (column, rest) = if wide {
+            let m = i128::from(side.x - HALF) * i128::from(side.dy)
+                + i128::from(up) * i128::from(side.dx)
+                + i128::from(den)
+                - 1;
+            (m.div_euclid(i128::from(den)) as i64, m.rem_euclid(i128::from(den)) as i64)
+        } else {
+            floor_division((side.x - HALF) * side.dy + up * side.dx + den - 1, den)
+        };
+        let (step, rest_step) = floor_division(side.dx, side.dy);
+        Self { column, rest, step, rest_step: rest_step * SUB, den }
+    }
+
+    #[inline(always)]
+    fn advance(&mut self) {
+        self.column += self.step;
+        self.rest += self.rest_step;
+        if self.rest >= self.den {
+            self.rest -= self.den;
+            self.column += 1;
+        }
+    }
+}
+
+#[inline(always)]
+fn floor_division(a: i64, b: i64) -> (i64, i64) {
+    let (q, r) = (a / b, a % b);
+    if r < 0 { (q - 1, r + b) } else { (q, r) }
+}
+
+dispatch_simd! {
+    /// Fills the words of the slab of rows that starts at row `first` from the facets that `list` names.
+    pub fn fill = fill_body(
+        facets: &[Facet], list: &[u32], shape: Shape, first: u32, words: &mut [u64], records: &mut [u64]
+    )
+}
+
+#[inline(always)]
+fn fill_body<A: Arithmetic>(
+    facets: &[Facet],
+    list: &[u32],
+    shape: Shape,
+    first: u32,
+    words: &mut [u64],
+    records: &mut [u64],
+) {
+    if list.is_empty() {
+        words.fill(0);
+        return;
+    }
+    records.fill(0);
+    let nx = shape.nx as usize;
+    let rows = records.len() / nx;
+    let mut spilled = Vec::new();
+    for facet in list {
+        convert(&facets[*facet as usize], nx, i64::from(first), rows as i64, records, &mut spilled);
+    }
+    spilled.sort_unstable();
+    let mut low = vec![0; nx];
+    let mut high = vec![0; nx];
+    for (row, (words, records)) in words.chunks_mut(nx * shape.words as usize).zip(records.chunks(nx)).enumerate() {
+        resolve(shape, row * nx, words, records, &spilled, &mut low, &mut high);
+    }
+}
+
+/// Notes the crossings of one facet with the columns of the slab.
+#[inline(always)]
+fn convert(facet: &Facet, nx: usize, first: i64, rows: i64, records: &mut [u64], spilled: &mut Vec<(u32, u16)>) {
+    let start = facet.rows[0].max(first);
+    let end = facet.rows[2].min(first + rows);
+    if start >= end {
+        return;
+    }
+    let turn = facet.rows[1].clamp(start, end);
+    let mut long = Walk::new(&facet.long, start, facet.wide);
+    let [base, slope_x, slope_y] = facet.plane;
+    for (side, from, to) in [(0, start, turn), (1, turn, end)] {
+        if from >= to {
+            continue;
+        }
+        let mut short = Walk::new(&facet.short[side], from, facet.wide);
+        for row in from..to {
+            let (left, right) = if facet.long_left { (&long, &short) } else { (&short, &long) };
+            let left = left.column.clamp(0, nx as i64) as usize;
+            let right = right.column.clamp(0, nx as i64) as usize;
+            if left < right {
+                let at = (row - first) as usize * nx;
+                let z = base + slope_y * row as f64;
+                note(&mut records[at + left..at + right], at + left, left, z, slope_x, facet, spilled);
+            }
+            long.advance();
+            short.advance();
+        }
+    }
+}
+
+/// Notes the crossings of a span of columns, the first of which is column `left` of its row.
+#[inline(always)]
+fn note(records: &mut [u64], at: usize, left: usize, z: f64, slope: f64, facet: &Facet, spilled: &mut Vec<(u32, u16)>) {
+    let [low, high] = facet.range;
+    // Adding 2^52 leaves the whole number in the low bits.
+    const WHOLE: f64 = (1u64 << 52) as f64;
+    let mark = |column: usize| {
+        let step = (z + slope * (left + column) as f64 - 0.5).ceil().max(low).min(high);
+        (((step + WHOLE).to_bits() & 0xffff) << 1 | facet.leaves) + 1
+    };
+    let full = records.iter().fold(0, |full, record| full | record >> 48);
+    if full == 0 {
+        for (column, record) in records.iter_mut().enumerate() {
+            *record = *record << 16 | mark(column);
+        }
+    } else {
+        for (column, record) in records.iter_mut().enumerate() {
+            if *record >> 48 == 0 {
+                *record = *record << 16 | mark(column);
+            } else {
+                spilled.push(((at + column) as u32, mark(column) as u16));
+            }
+        }
+    }
+}
+
+/// Writes the words of one row. `at` is the index of its first column in the slab, as `spilled` counts.
+#[inline(always)]
+fn resolve(
+    shape: Shape,
+    at: usize,
+    words: &mut [u64],
+    records: &[u64],
+    spilled: &[(u32, u16)],
+    low: &mut [u64],
+    high: &mut [u64],
+) {
+    let any = records.iter().fold(0, |any, record| any | record);
+    if any == 0 {
+        words.fill(0);
+        return;
+    }
+    let nz = u64::from(shape.nz);
+    // Most columns are one span: between two crossings of opposite direction, or from one crossing to the far end.
+    let mut left_over = 0;
+    for ((record, low), high) in records.iter().zip(low.iter_mut()).zip(high.iter_mut()) {
+        let (first, second) = ((record & 0xffff).wrapping_sub(1), (record >> 16 & 0xffff).wrapping_sub(1));
+        let (a, b) = (first >> 1, second >> 1);
+        let one = record >> 16 == 0;
+        // On an open mesh a single crossing says by its direction which side is solid.
+        let below = if shape.open { first & 1 == 1 } else { shape.backward };
+        let ends = if one { if below { (0, a) } else { (a, nz) } } else { (a.min(b), a.max(b)) };
+        // Between two crossings an open mesh is solid if the lower one enters.
+        let entered = !shape.open || (a < b) == (first & 1 == 0) && a != b;
+        let two = record >> 32 == 0 && (first ^ second) & 1 == 1 && entered;
+        let simple = *record != 0 && (one || two);
+        *low = if simple { ends.0 } else { 0 };
+        *high = if simple { ends.1 } else { 0 };
+        left_over |= u64::from(!simple && *record != 0);
+    }
+    for (word, words) in words.chunks_mut(records.len()).enumerate() {
+        let base = word as u64 * 64;
+        for ((word, low), high) in words.iter_mut().zip(low.iter()).zip(high.iter()) {
+            *word = below(high.saturating_sub(base)) & !below(low.saturating_sub(base));
+        }
+    }
+    if left_over == 0 {
+        return;
+    }
+    let mut crossings = Vec::new();
+    for (column, record) in records.iter().enumerate() {
+        if *record == 0 || low[column] != high[column] {
+            continue;
+        }
+        crossings.clear();
+        crossings.extend((0..4).map(|slot| (record >> (16 * slot)) as u16).filter(|mark| *mark != 0));
+        if record >> 48 != 0 {
+            let index = (at + column) as u32;
+            let from = spilled.partition_point(|(other, _)| *other < index);
+            crossings.extend(spilled[from..].iter().take_while(|(other, _)| *other == index).map(|(_, mark)| *mark));
+        }
+        crossings.sort_unstable();
+        for_each_span(shape, &crossings, |low, high| {
+            for (word, words) in words.chunks_mut(records.len()).enumerate() {
+                let base = word as u64 * 64;
+                words[column] |= below(high.saturating_sub(base)) & !below(low.saturating_sub(base));
+            }
+        });
+    }
+}
+
+/// The lowest `count` bits, all for 64 and more.
+#[inline(always)]
+fn below(count: u64) -> u64 {
+    let count = count.min(64);
+    ((1 << (count & 63)) - 1) | 0u64.wrapping_sub(count >> 6)
+}
+
+/// Calls `span` for the stretches of a column where the winding number is not zero. `crossings` are sorted.
+fn for_each_span(shape: Shape, crossings: &[u16], mut span: impl FnMut(u64, u64)) {
+    let place = |mark: u16| u64::from(mark - 1) >> 1;
+    let turn = |mark: u16| if (mark - 1) & 1 == 0 { 1 } else { -1 };
+    let total: i64 = crossings.iter().map(|mark| turn(*mark)).sum();
+    let mut winding = if shape.open {
+        // The least winding number along the column is outside.
+        let mut sum = 0;
+        let mut least = 0;
+        let mut index = 0;
+        while index < crossings.len() {
+            let here = place(crossings[index]);
+            while index < crossings.len() && place(crossings[index]) == here {
+                sum += turn(crossings[index]);
+                index += 1;
+            }
+            least = least.min(sum);
+        }
+        -least
+    } else if shape.backward {
+        -total
+    } else {
+        0
+    };
+    let mut from = 0;
+    for mark in crossings {
+        if winding != 0 && place(*mark) > from {
+            span(from, place(*mark));
+        }
+        winding += turn(*mark);
+        from = place(*mark);
+    }
+    if winding != 0 && from < u64::from(shape.nz) {
+        span(from, u64::from(shape.nz));
+    }
+}
