@@ -4,10 +4,13 @@
 //! is allocated, every index before it is used. Errors name the file and the line or element.
 
 mod budget;
+mod color;
 mod file;
 mod model;
 mod notes;
 mod obj;
+mod ply;
+mod ply_header;
 mod text;
 
 use std::path::Path;
@@ -16,11 +19,13 @@ use relievo_core::{Context, Error, Mesh, Result};
 
 pub use model::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, Skin};
 pub use obj::read_obj;
+pub use ply::read_ply;
 
 /// Formats that can be read, by extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Obj,
+    Ply,
 }
 
 impl Format {
@@ -29,7 +34,8 @@ impl Format {
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("obj") => Ok(Self::Obj),
-            _ => Err(Error::unsupported("the format of the file is not known").advise("use OBJ")),
+            Some("ply") => Ok(Self::Ply),
+            _ => Err(Error::unsupported("the format of the file is not known").advise("use OBJ or PLY")),
         }
     }
 }
@@ -51,6 +57,7 @@ pub fn read_model(context: &Context, path: &Path) -> Result<Model> {
     let left = limit - bytes.len() as u64;
     let model = match Format::of(path, &bytes).map_err(named)? {
         Format::Obj => read_obj(&bytes, left),
+        Format::Ply => read_ply(&bytes, left),
     };
     model.map_err(named)
 }

@@ -38,6 +38,11 @@ impl<'a> Words<'a> {
         self.at
     }
 
+    /// Bytes left.
+    pub fn left(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
     /// Steps over a line end at `at`.
     fn line_end(&self, at: usize) -> usize {
         match (self.bytes.get(at), self.bytes.get(at + 1)) {

@@ -46,13 +46,19 @@ const COUNTS: &[(&str, usize, usize)] = &[
     ("meshes/beetle-alt.obj", 19887, 38656),
     ("meshes/cheburashka.obj", 6669, 13334),
     ("meshes/fandisk.obj", 6475, 12946),
+    ("meshes/horse.ply", 48485, 96966),
+    ("meshes/igea.ply", 134345, 268686),
     ("meshes/ogre.obj", 62194, 124008),
     ("meshes/stanford-bunny.obj", 35947, 69451),
     ("ugly/beetle.obj", 1148, 2053),
+    ("ugly/bunny_zippered.ply", 8171, 16301),
     ("ugly/chair_model.obj", 3186, 12756),
     ("ugly/cow.obj", 2903, 5804),
+    ("ugly/cycloidal.ply", 21384, 43368),
+    ("ugly/featuretype.ply", 5096, 3476),
     ("ugly/joined_tetrahedra.obj", 5, 8),
     ("ugly/not_convex.obj", 288, 96),
+    ("ugly/octagonal_pocket.ply", 1658, 3262),
     ("ugly/teapot_unwelded.obj", 3644, 6320),
 ];
 
@@ -112,4 +118,23 @@ fn odd_obj_files_are_read_or_refused_with_a_reason() {
     assert_eq!(read("polygonfaces.obj").meshes[0].mesh.face_sizes, [5]);
     let error = read("notenoughindices.obj").meshes[0].mesh.check().unwrap_err();
     assert_eq!(error.place, "face 0");
+}
+
+#[test]
+fn odd_ply_files_are_read() {
+    let Some(data) = data() else { return };
+    let context = Context::serial();
+    let read = |name: &str| read_model(&context, &data.join("formats").join(name)).unwrap();
+    let counts = |name: &str| (read(name).meshes[0].mesh.points.len(), read(name).meshes[0].mesh.face_count());
+    assert_eq!(counts("cube_blender_uv.ply"), (24, 6));
+    assert_eq!(counts("fuze_ascii.ply"), (502, 1000));
+    assert_eq!(counts("metadata.ply"), (4, 2));
+    assert_eq!(counts("multi.ply"), (4, 1));
+    assert_eq!(counts("ply_empty_header.ply"), (0, 0));
+    assert_eq!(counts("points_ascii_with_lists.ply"), (5, 0));
+    assert_eq!(counts("points_bin.ply"), (5, 0));
+    let fuze = read("fuze_ascii.ply");
+    let uv = fuze.meshes[0].mesh.attribute("uv").unwrap();
+    assert_eq!((uv.domain, uv.values.len()), (relievo_core::Domain::Corner, 6000));
+    assert_eq!(fuze.meshes[0].mesh.check(), Ok(()));
 }
