@@ -14,7 +14,7 @@ pub const BUILD: &[&str] = &["g++", "libosd-dev", "libembree-dev"];
 
 /// What tests and benches need besides: the peers, and the tools that build and check C and C++ hosts.
 pub const ALL: &[&str] =
-    &["g++", "libosd-dev", "libembree-dev", "libopenvdb-dev", "cmake", "ninja-build", "pkg-config", "valgrind"];
+    &["g++", "libosd-dev", "libembree-dev", "libopenvdb-dev", "libboost-dev", "cmake", "ninja-build", "pkg-config", "valgrind"];
 
 /// Package lists older than this are fetched again before an installation.
 const STALE: Duration = Duration::from_secs(7 * 24 * 3600);
