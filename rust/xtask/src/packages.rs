@@ -10,11 +10,20 @@ use std::time::{Duration, SystemTime};
 use crate::stage::{Outcome, call};
 
 /// What the library and the `relievo` command need.
-pub const BUILD: &[&str] = &["g++", "libosd-dev", "libembree-dev"];
+pub const BUILD: &[&str] = &["g++", "libosd-dev", "libembree3-3"];
 
 /// What tests and benches need besides: the peers, and the tools that build and check C and C++ hosts.
-pub const ALL: &[&str] =
-    &["g++", "libosd-dev", "libembree-dev", "libopenvdb-dev", "libboost-dev", "cmake", "ninja-build", "pkg-config", "valgrind"];
+pub const ALL: &[&str] = &[
+    "g++",
+    "libosd-dev",
+    "libembree3-3",
+    "libopenvdb-dev",
+    "libboost-dev",
+    "cmake",
+    "ninja-build",
+    "pkg-config",
+    "valgrind",
+];
 
 /// Package lists older than this are fetched again before an installation.
 const STALE: Duration = Duration::from_secs(7 * 24 * 3600);
