@@ -1,0 +1,432 @@
+//! What a scene file says, as plain data with every name resolved to an index. Lengths are in scene units, angles in
+//! radians, times in seconds.
+
+use std::path::PathBuf;
+
+use glam::{DAffine3, DVec3};
+
+use crate::diagnostic::Span;
+use crate::reader::Name;
+use crate::shapes::Shape;
+
+/// The axis that points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Up {
+    /// x
+    X,
+    /// y
+    Y,
+    /// z
+    Z,
+}
+
+impl Up {
+    /// The direction.
+    pub fn direction(self) -> DVec3 {
+        match self {
+            Up::X => DVec3::X,
+            Up::Y => DVec3::Y,
+            Up::Z => DVec3::Z,
+        }
+    }
+
+    /// Takes a vector from a frame in which z is up to the scene's, by a rotation.
+    pub fn from_z_up(self, v: [f32; 3]) -> [f32; 3] {
+        match self {
+            Up::X => [v[2], v[0], v[1]],
+            Up::Y => [v[0], v[2], -v[1]],
+            Up::Z => v,
+        }
+    }
+}
+
+/// Where an object is: scale, then rotation about x, y and z, then translation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Where its origin is.
+    pub translation: DVec3,
+    /// Turn about x, then y, then z, radians; more than a turn is kept for keyframes.
+    pub rotation: DVec3,
+    /// Size along its own axes.
+    pub scale: DVec3,
+}
+
+impl Placement {
+    /// The rotation as a quaternion.
+    pub fn quaternion(&self) -> glam::DQuat {
+        glam::DQuat::from_rotation_z(self.rotation.z)
+            * glam::DQuat::from_rotation_y(self.rotation.y)
+            * glam::DQuat::from_rotation_x(self.rotation.x)
+    }
+
+    /// The transform from object to world.
+    pub fn transform(&self) -> DAffine3 {
+        DAffine3::from_scale_rotation_translation(self.scale, self.quaternion(), self.translation)
+    }
+}
+
+/// Where a mesh comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MeshSource {
+    /// A file, and the animation of it to play.
+    File {
+        /// Path as written.
+        path: Name,
+        /// Name of the animation.
+        animation: Option<Name>,
+    },
+    /// Numbered files.
+    Sequence {
+        /// Path as written, with `#` for digits.
+        pattern: Name,
+        /// Number of the file of frame 0.
+        first: u64,
+        /// How many there are.
+        count: u64,
+    },
+    /// A generated shape.
+    Shape(Shape),
+}
+
+/// `[meshes.NAME]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshEntry {
+    /// Its name.
+    pub name: Name,
+    /// Where it comes from.
+    pub source: MeshSource,
+}
+
+/// `[surfaces.NAME]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceEntry {
+    /// Its name.
+    pub name: Name,
+    /// Index of its control cage.
+    pub mesh: usize,
+    /// Levels of isolation, if given.
+    pub isolation: Option<u32>,
+    /// Whether corners of an open cage are sharp.
+    pub sharp_corners: bool,
+}
+
+/// How displacement is stored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetailEntry {
+    /// Coefficients along a side of a tile.
+    pub tile_size: u32,
+    /// Most bytes of tiles.
+    pub budget: u64,
+    /// Largest displacement, if given.
+    pub max_displacement: Option<f64>,
+}
+
+/// What an object shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Geometry {
+    /// A surface, by index.
+    Surface(usize),
+    /// A mesh, by index.
+    Mesh(usize),
+}
+
+/// `[objects.NAME]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectEntry {
+    /// Its name.
+    pub name: Name,
+    /// What it shows.
+    pub geometry: Geometry,
+    /// Where it is, unless a body moves it.
+    pub placement: Placement,
+    /// Linear Rec.709.
+    pub colour: [f32; 3],
+    /// Whether it takes imprints.
+    pub deformable: bool,
+    /// Whether pictures show it.
+    pub visible: bool,
+    /// How its displacement is stored.
+    pub detail: DetailEntry,
+}
+
+/// What physics sees of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StandIn {
+    /// Nothing.
+    None,
+    /// The triangles of the control cage.
+    TriMesh,
+    /// The convex hull of the control cage.
+    Convex,
+    /// A height field made from the control cage, which must be a grid.
+    HeightField,
+    /// A ball.
+    Ball,
+    /// A cylinder along the thinnest side of the mesh.
+    Cylinder,
+    /// The bounding box.
+    Box,
+}
+
+/// How a body moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// By forces and contacts.
+    Dynamic,
+    /// Not at all.
+    Fixed,
+    /// As keyframes say.
+    Keyframed,
+}
+
+/// Where a keyframed body is at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Keyframe {
+    /// When.
+    pub time: f64,
+    /// Where.
+    pub placement: Placement,
+}
+
+/// A motor that turns a body about an axis of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motor {
+    /// Unit axis in the body's coordinates.
+    pub axis: DVec3,
+    /// Radians per second it holds.
+    pub speed: f64,
+    /// Most torque.
+    pub torque: f64,
+}
+
+/// Mass of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mass {
+    /// Kilograms in all.
+    Total(f64),
+    /// Kilograms per cubic scene unit.
+    Density(f64),
+}
+
+/// `[bodies.NAME]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyEntry {
+    /// Its name.
+    pub name: Name,
+    /// Index of the object it moves.
+    pub object: usize,
+    /// How it moves.
+    pub motion: Motion,
+    /// What physics sees.
+    pub stand_in: StandIn,
+    /// How much smaller physics takes it.
+    pub inset: f64,
+    /// Radius of a ball or cylinder, if given.
+    pub radius: Option<f64>,
+    /// Mass or density.
+    pub mass: Mass,
+    /// Coulomb friction.
+    pub friction: f64,
+    /// Bounce.
+    pub restitution: f64,
+    /// At the start, units per second.
+    pub velocity: DVec3,
+    /// At the start, radians per second.
+    pub angular_velocity: DVec3,
+    /// Constant force.
+    pub force: DVec3,
+    /// Constant torque.
+    pub torque: DVec3,
+    /// Its motor.
+    pub motor: Option<Motor>,
+    /// Loss of velocity per second.
+    pub damping: f64,
+    /// Loss of angular velocity per second.
+    pub angular_damping: f64,
+    /// Locked translations and rotations: x, y, z, rx, ry, rz.
+    pub locked: [bool; 6],
+    /// Keyframes in order of time.
+    pub keyframes: Vec<Keyframe>,
+}
+
+/// `[colliders.NAME]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColliderEntry {
+    /// Its name.
+    pub name: Name,
+    /// Index of the object that presses.
+    pub object: usize,
+    /// Indices of the objects it presses into, in the order written.
+    pub into: Vec<usize>,
+    /// When it begins.
+    pub from: f64,
+    /// When it ends.
+    pub until: f64,
+}
+
+/// `[physics]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhysicsEntry {
+    /// Scene units per second squared.
+    pub gravity: DVec3,
+    /// Steps of a frame.
+    pub sub_steps: u32,
+}
+
+/// The camera at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// When.
+    pub time: f64,
+    /// Where it is, if given.
+    pub position: Option<DVec3>,
+    /// Where it looks, if given.
+    pub target: Option<DVec3>,
+    /// Vertical field of view, radians.
+    pub fov: f64,
+}
+
+/// `[camera]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraEntry {
+    /// Views in order of time, at least one.
+    pub views: Vec<View>,
+    /// Index of the object it travels with.
+    pub follow: Option<usize>,
+}
+
+/// `[sun]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SunEntry {
+    /// Unit vector towards the sun.
+    pub direction: DVec3,
+    /// Linear colour times brightness.
+    pub radiance: [f32; 3],
+    /// Diameter, radians.
+    pub angle: f64,
+}
+
+/// `[sky]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkyEntry {
+    /// Overhead, linear, with brightness.
+    pub zenith: [f32; 3],
+    /// At the horizon.
+    pub horizon: [f32; 3],
+    /// From below.
+    pub ground: [f32; 3],
+}
+
+/// Which frames something is written for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum When {
+    /// None.
+    Never,
+    /// The last frame.
+    Last,
+    /// Every frame.
+    Every,
+}
+
+impl When {
+    /// Whether it is written for `frame` where `last` is the last one.
+    pub fn includes(self, frame: u32, last: u32) -> bool {
+        match self {
+            When::Never => false,
+            When::Last => frame == last,
+            When::Every => true,
+        }
+    }
+}
+
+/// `[output]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputEntry {
+    /// How many frames there are.
+    pub frames: u32,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Samples of a pixel.
+    pub samples: u32,
+    /// Formats: `png`, `exr`.
+    pub images: Vec<&'static str>,
+    /// Kinds: `beauty`, `wireframe`, `tiles`, `normals`.
+    pub pictures: Vec<&'static str>,
+    /// Whether EXR pictures carry depth, normal and object layers.
+    pub aovs: bool,
+    /// Frames that get pictures.
+    pub picture_frames: When,
+    /// Frames whose meshes are written.
+    pub mesh: When,
+    /// Formats: `glb`, `obj`, `ply`.
+    pub mesh_formats: Vec<&'static str>,
+    /// Quads along a side of an untouched tile in written meshes.
+    pub mesh_rate: u32,
+    /// Frames whose tiles are written.
+    pub tiles: When,
+    /// Stops.
+    pub exposure: f64,
+}
+
+/// A scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The file, as the user gave it.
+    pub path: PathBuf,
+    /// The text of the file.
+    pub text: std::sync::Arc<str>,
+    /// Frames per second.
+    pub fps: f64,
+    /// Metres in a scene unit.
+    pub metres: f64,
+    /// The axis that points up.
+    pub up: Up,
+    /// Seed of everything random.
+    pub seed: u32,
+    /// Meshes.
+    pub meshes: Vec<MeshEntry>,
+    /// Surfaces.
+    pub surfaces: Vec<SurfaceEntry>,
+    /// Objects.
+    pub objects: Vec<ObjectEntry>,
+    /// Bodies.
+    pub bodies: Vec<BodyEntry>,
+    /// Colliders.
+    pub colliders: Vec<ColliderEntry>,
+    /// Physics.
+    pub physics: PhysicsEntry,
+    /// The camera.
+    pub camera: CameraEntry,
+    /// The sun.
+    pub sun: SunEntry,
+    /// The sky.
+    pub sky: SkyEntry,
+    /// What is written.
+    pub output: OutputEntry,
+}
+
+impl Scene {
+    /// When `frame` is, seconds.
+    pub fn time(&self, frame: u32) -> f64 {
+        f64::from(frame) / self.fps
+    }
+
+    /// The mesh that an object shows or whose limit surface it shows.
+    pub fn cage_of(&self, object: &ObjectEntry) -> usize {
+        match object.geometry {
+            Geometry::Mesh(mesh) => mesh,
+            Geometry::Surface(surface) => self.surfaces[surface].mesh,
+        }
+    }
+
+    /// Where in the file a mesh's source is written.
+    pub fn source_span(&self, mesh: usize) -> Span {
+        match &self.meshes[mesh].source {
+            MeshSource::File { path, .. } => path.span.clone(),
+            MeshSource::Sequence { pattern, .. } => pattern.span.clone(),
+            MeshSource::Shape(_) => self.meshes[mesh].name.span.clone(),
+        }
+    }
+}

@@ -1,0 +1,632 @@
+//! From the text of a scene file to its [`Scene`]: values by the schema, names resolved, contradictions found.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DVec3;
+use relievo_core::error::nearest;
+use toml::de::DeTable;
+
+use crate::bodies::{read_body, read_time};
+use crate::description::*;
+use crate::diagnostic::{Diagnostic, Faults, Span};
+use crate::reader::{Name, Reader, Table};
+use crate::schema;
+use crate::shapes;
+
+/// Scene files larger than this are refused before they are parsed.
+pub const MAX_BYTES: u64 = 16 << 20;
+
+/// Reads a scene from `text`, which came from `path`. All faults found are told at once.
+pub fn parse(path: &Path, text: &str) -> Result<Scene, Faults> {
+    let text: Arc<str> = text.into();
+    let fail = |list: Vec<Diagnostic>| Faults { name: path.display().to_string(), text: text.clone(), list };
+    let (root, errors) = DeTable::parse_recoverable(&text);
+    if !errors.is_empty() {
+        let list = errors.iter().map(|error| {
+            Diagnostic::new(error.span().unwrap_or(0..0), format!("the file is not TOML: {}", error.message()))
+        });
+        return Err(fail(list.collect()));
+    }
+    let mut reader = Reader::default();
+    let table = reader.table(&schema::SCENE, root.get_ref(), 0..text.len().min(1));
+    let scene = read(&mut reader, table, path, &text);
+    match scene {
+        Some(scene) if reader.faults.is_empty() => Ok(scene),
+        _ => {
+            reader.faults.sort_by_key(|fault| fault.span.start);
+            Err(fail(reader.faults))
+        }
+    }
+}
+
+/// Names of one section, by which others refer to it.
+pub(crate) struct Names<'n> {
+    section: &'static str,
+    list: Vec<&'n Name>,
+}
+
+impl<'n> Names<'n> {
+    fn new<T>(section: &'static str, entries: &'n [(Name, T)]) -> Self {
+        Self { section, list: entries.iter().map(|(name, _)| name).collect() }
+    }
+
+    pub(crate) fn find(&self, reader: &mut Reader, name: &Name) -> Option<usize> {
+        let found = self.list.iter().position(|known| known.text == name.text);
+        if found.is_none() {
+            let fault =
+                Diagnostic::new(name.span.clone(), format!("there is no `{}` in [{}]", name.text, self.section));
+            reader.fault(match nearest(&name.text, self.list.iter().map(|known| known.text.as_str())) {
+                Some(near) => fault.advise(format!("did you mean `{near}`?")),
+                None => fault.advise(format!("add [{}.{}]", self.section, name.text)),
+            });
+        }
+        found
+    }
+}
+
+fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Option<Scene> {
+    if !root.has("version") {
+        reader.fault(
+            Diagnostic::new(root.span(), "the scene does not say its version").advise("begin with `version = 1`"),
+        );
+    }
+    reader.optional_number(root, "version");
+    let up = match reader.choice(root, "up") {
+        Some("x") => Up::X,
+        Some("y") => Up::Y,
+        _ => Up::Z,
+    };
+    let metres = match reader.choice(root, "units") {
+        Some("mm") => 0.001,
+        Some("cm") => 0.01,
+        Some("dm") => 0.1,
+        Some("in") => 0.0254,
+        Some("ft") => 0.3048,
+        _ => 1.0,
+    };
+    let fps = reader.number(root, "fps");
+    let seed = reader.whole(root, "seed") as u32;
+
+    let mesh_tables = reader.named(root, "meshes");
+    let surface_tables = reader.named(root, "surfaces");
+    let object_tables = reader.named(root, "objects");
+    let body_tables = reader.named(root, "bodies");
+    let collider_tables = reader.named(root, "colliders");
+    let mesh_names = Names::new("meshes", &mesh_tables);
+    let surface_names = Names::new("surfaces", &surface_tables);
+    let object_names = Names::new("objects", &object_tables);
+    if object_tables.is_empty() {
+        reader.fault(Diagnostic::new(root.span(), "the scene has no objects").advise("add [objects.NAME]"));
+    }
+
+    // Entries that cannot be made leave a gap, so later indices would be off: with any gap the scene is not returned.
+    let meshes: Vec<_> = mesh_tables.iter().map(|(name, table)| read_mesh(reader, name, *table)).collect();
+    let surfaces: Vec<_> =
+        surface_tables.iter().map(|(name, table)| read_surface(reader, name, *table, &mesh_names)).collect();
+    let details = reader.sub_table(root, "details");
+    let details = read_detail(reader, details, None);
+    let objects: Vec<_> = object_tables
+        .iter()
+        .map(|(name, table)| read_object(reader, name, *table, &mesh_names, &surface_names, &details))
+        .collect();
+    let bodies: Vec<_> =
+        body_tables.iter().map(|(name, table)| read_body(reader, name, *table, &object_names, &objects)).collect();
+    for (at, body) in bodies.iter().enumerate() {
+        let Some(body) = body else { continue };
+        if let Some(other) = bodies[..at].iter().flatten().find(|other| other.object == body.object) {
+            reader.fault(
+                Diagnostic::new(body.name.span.clone(), "two bodies move the same object")
+                    .relate(other.name.span.clone(), "the other one")
+                    .advise("remove one of them"),
+            );
+        }
+    }
+    let colliders: Vec<_> = collider_tables
+        .iter()
+        .map(|(name, table)| read_collider(reader, name, *table, &object_names, &objects))
+        .collect();
+    for (at, collider) in colliders.iter().enumerate() {
+        let Some(collider) = collider else { continue };
+        let same = |other: &&ColliderEntry| {
+            let overlap = other.from < collider.until && collider.from < other.until;
+            other.object == collider.object && overlap && other.into.iter().any(|into| collider.into.contains(into))
+        };
+        if let Some(other) = colliders[..at].iter().flatten().find(same) {
+            reader.fault(
+                Diagnostic::new(collider.name.span.clone(), "two colliders press the same object into the same other")
+                    .relate(other.name.span.clone(), "the other one")
+                    .advise("remove one, or let them act at different times with `from` and `until`"),
+            );
+        }
+    }
+    let physics = reader.sub_table(root, "physics");
+    let physics = PhysicsEntry {
+        gravity: reader.optional_vector(physics, "gravity").map_or(up.direction() * (-9.81 / metres), DVec3::from),
+        sub_steps: reader.whole(physics, "sub_steps") as u32,
+    };
+    let camera = reader.sub_table(root, "camera");
+    let camera = read_camera(reader, camera, &object_names);
+    let sun = reader.sub_table(root, "sun");
+    let sun = read_sun(reader, sun, up);
+    let sky = reader.sub_table(root, "sky");
+    let strength = reader.number(sky, "strength") as f32;
+    let sky = SkyEntry {
+        zenith: reader.colour(sky, "zenith").map(|value| value * strength),
+        horizon: reader.colour(sky, "horizon").map(|value| value * strength),
+        ground: reader.colour(sky, "ground").map(|value| value * strength),
+    };
+    let output = reader.sub_table(root, "output");
+    let output = read_output(reader, output);
+    Some(Scene {
+        path: path.to_path_buf(),
+        text: text.clone(),
+        fps,
+        metres,
+        up,
+        seed,
+        meshes: meshes.into_iter().collect::<Option<_>>()?,
+        surfaces: surfaces.into_iter().collect::<Option<_>>()?,
+        objects: objects.into_iter().collect::<Option<_>>()?,
+        bodies: bodies.into_iter().collect::<Option<_>>()?,
+        colliders: colliders.into_iter().collect::<Option<_>>()?,
+        physics,
+        camera,
+        sun,
+        sky,
+        output,
+    })
+}
+
+fn read_mesh(reader: &mut Reader, name: &Name, table: Table) -> Option<MeshEntry> {
+    let sources: Vec<_> = ["file", "sequence", "shape"].into_iter().filter(|key| table.has(key)).collect();
+    let source = match sources[..] {
+        [source] => source,
+        [] => {
+            reader.fault(
+                Diagnostic::new(name.span.clone(), format!("mesh `{}` has no source", name.text))
+                    .advise("give it `file`, `sequence` or `shape`"),
+            );
+            return None;
+        }
+        [first, second, ..] => {
+            reader.fault(
+                Diagnostic::new(table.span_of(second), format!("mesh `{}` has two sources", name.text))
+                    .relate(table.span_of(first), "the other one")
+                    .advise("keep one of `file`, `sequence` and `shape`"),
+            );
+            return None;
+        }
+    };
+    let fitting: &[&str] = match source {
+        "file" => &["file", "animation"],
+        "sequence" => &["sequence", "first", "count"],
+        _ => match reader.choice(table, "shape")? {
+            "plane" => &["shape", "size", "faces"],
+            "terrain" => &["shape", "size", "faces", "seed"],
+            "box" => &["shape", "size", "faces"],
+            "sphere" => &["shape", "radius", "faces"],
+            "cylinder" => &["shape", "radius", "width", "segments"],
+            "wheel" => &["shape", "radius", "width", "lugs", "lug_height"],
+            _ => &["shape", "radius", "spikes", "spike_length", "spike_radius"],
+        },
+    };
+    for key in schema::MESH.names().filter(|key| table.has(key) && !fitting.contains(key)) {
+        let whose = if source == "shape" { "this shape" } else { "a mesh that is read" };
+        reader.fault(
+            Diagnostic::new(table.span_of(key), format!("`{key}` means nothing for {whose}"))
+                .advise(format!("it takes {}", fitting.join(", "))),
+        );
+    }
+    let source = match source {
+        "file" => MeshSource::File { path: reader.text(table, "file")?, animation: reader.text(table, "animation") },
+        "sequence" => {
+            let pattern = reader.text(table, "sequence")?;
+            let file = pattern.text.rsplit('/').next().unwrap_or("");
+            if file.matches('#').count() == 0 || !file.trim_matches(|letter| letter != '#').chars().all(|l| l == '#') {
+                reader.fault(
+                    Diagnostic::new(pattern.span.clone(), "a sequence needs one run of `#` in its file name")
+                        .advise("write it as \"walk.####.obj\""),
+                );
+            }
+            MeshSource::Sequence { pattern, first: reader.whole(table, "first"), count: reader.whole(table, "count") }
+        }
+        _ => MeshSource::Shape(read_shape(reader, table)?),
+    };
+    Some(MeshEntry { name: name.clone(), source })
+}
+
+fn read_shape(reader: &mut Reader, table: Table) -> Option<shapes::Shape> {
+    use shapes::Shape;
+    let size = reader.vector(table, "size").map(|value| value as f32);
+    if table.has("size") && size.iter().any(|value| *value <= 0.0) {
+        reader.fault(Diagnostic::new(table.span_of("size"), "`size` must be positive"));
+        return None;
+    }
+    let faces = reader.whole(table, "faces") as u32;
+    let radius = reader.number(table, "radius") as f32;
+    let width = reader.number(table, "width") as f32;
+    let segments = reader.whole(table, "segments") as u32;
+    let seed = reader.whole(table, "seed") as u32;
+    let lugs = reader.whole(table, "lugs") as u32;
+    let lug_height = reader.number(table, "lug_height") as f32;
+    let spikes = reader.whole(table, "spikes") as u32;
+    let spike_length = reader.number(table, "spike_length") as f32;
+    let spike_radius = reader.number(table, "spike_radius") as f32;
+    let too_large = |key: &str| {
+        Diagnostic::new(table.span_of(key), format!("`{key}` is too large for the radius"))
+            .advise(format!("use less than {}", radius * 0.5))
+    };
+    Some(match reader.choice(table, "shape")? {
+        "plane" => Shape::Plane { size: [size[0], size[1]], faces },
+        "terrain" => Shape::Terrain { size, faces, seed },
+        "box" => Shape::Box { size, faces },
+        "sphere" => Shape::Sphere { radius, faces },
+        "cylinder" => Shape::Cylinder { radius, width, segments },
+        "wheel" => {
+            if lug_height >= radius * 0.5 {
+                reader.fault(too_large("lug_height"));
+                return None;
+            }
+            Shape::Wheel { radius, width, lugs, lug_height }
+        }
+        _ => {
+            if spike_radius >= radius * 0.5 {
+                reader.fault(too_large("spike_radius"));
+                return None;
+            }
+            Shape::SpikedBall { radius, spikes, spike_length, spike_radius }
+        }
+    })
+}
+
+fn read_surface(reader: &mut Reader, name: &Name, table: Table, meshes: &Names) -> Option<SurfaceEntry> {
+    let isolation = reader.optional_number(table, "isolation").map(|levels| levels as u32);
+    let sharp_corners = reader.choice(table, "boundary") == Some("edge_and_corner");
+    let Some(mesh) = reader.text(table, "mesh") else {
+        if !table.has("mesh") {
+            reader.fault(
+                Diagnostic::new(name.span.clone(), format!("surface `{}` has no control cage", name.text))
+                    .advise("give it `mesh`"),
+            );
+        }
+        return None;
+    };
+    Some(SurfaceEntry { name: name.clone(), mesh: meshes.find(reader, &mesh)?, isolation, sharp_corners })
+}
+
+fn read_detail(reader: &mut Reader, table: Table, general: Option<&DetailEntry>) -> DetailEntry {
+    let mut own = DetailEntry {
+        tile_size: reader.whole(table, "tile_size") as u32,
+        budget: reader.whole(table, "budget"),
+        max_displacement: reader.optional_number(table, "max_displacement"),
+    };
+    if let Some(general) = general {
+        if !table.has("tile_size") {
+            own.tile_size = general.tile_size;
+        }
+        if !table.has("budget") {
+            own.budget = general.budget;
+        }
+        own.max_displacement = own.max_displacement.or(general.max_displacement);
+    }
+    own
+}
+
+pub(crate) fn read_placement(reader: &mut Reader, table: Table, before: Placement) -> Placement {
+    Placement {
+        translation: reader.optional_vector(table, "translation").map_or(before.translation, DVec3::from),
+        rotation: reader
+            .optional_vector(table, "rotation")
+            .map_or(before.rotation, |turn| DVec3::from(turn.map(f64::to_radians))),
+        scale: reader.scale(table, "scale").map_or(before.scale, DVec3::from),
+    }
+}
+
+pub(crate) const AT_ORIGIN: Placement =
+    Placement { translation: DVec3::ZERO, rotation: DVec3::ZERO, scale: DVec3::ONE };
+
+fn read_object(
+    reader: &mut Reader,
+    name: &Name,
+    table: Table,
+    meshes: &Names,
+    surfaces: &Names,
+    details: &DetailEntry,
+) -> Option<ObjectEntry> {
+    let placement = read_placement(reader, table, AT_ORIGIN);
+    let colour = reader.colour(table, "colour");
+    let visible = reader.flag(table, "visible");
+    let detail = reader.sub_table(table, "detail");
+    let detail = read_detail(reader, detail, Some(details));
+    let role = if table.has("role") { reader.choice(table, "role") } else { None };
+    let geometry = match (table.has("surface"), table.has("mesh")) {
+        (true, false) => {
+            let surface = reader.text(table, "surface")?;
+            Geometry::Surface(surfaces.find(reader, &surface)?)
+        }
+        (false, true) => {
+            let mesh = reader.text(table, "mesh")?;
+            Geometry::Mesh(meshes.find(reader, &mesh)?)
+        }
+        (true, true) => {
+            reader.fault(
+                Diagnostic::new(table.span_of("mesh"), format!("object `{}` has a surface and a mesh", name.text))
+                    .relate(table.span_of("surface"), "the surface")
+                    .advise("keep one of them"),
+            );
+            return None;
+        }
+        (false, false) => {
+            reader.fault(
+                Diagnostic::new(name.span.clone(), format!("object `{}` shows nothing", name.text))
+                    .advise("give it `surface` or `mesh`"),
+            );
+            return None;
+        }
+    };
+    let deformable = role.map_or(matches!(geometry, Geometry::Surface(_)), |role| role == "deformable");
+    if deformable && matches!(geometry, Geometry::Mesh(_)) {
+        reader.fault(
+            Diagnostic::new(table.span_of("role"), "a mesh cannot be deformable")
+                .advise("make a surface over the mesh and give the object that `surface`"),
+        );
+    }
+    Some(ObjectEntry { name: name.clone(), geometry, placement, colour, deformable, visible, detail })
+}
+
+/// The object at `key`, or the object that has the entry's own name.
+pub(crate) fn own_object(reader: &mut Reader, name: &Name, table: Table, objects: &Names) -> Option<usize> {
+    match reader.text(table, "object") {
+        Some(object) => objects.find(reader, &object),
+        None if table.has("object") => None,
+        None => objects.find(reader, name),
+    }
+}
+
+fn read_collider(
+    reader: &mut Reader,
+    name: &Name,
+    table: Table,
+    objects: &Names,
+    entries: &[Option<ObjectEntry>],
+) -> Option<ColliderEntry> {
+    let object = own_object(reader, name, table, objects);
+    let (from, until) = (reader.number(table, "from"), reader.number(table, "until"));
+    if until <= from {
+        reader.fault(
+            Diagnostic::new(table.span_of("until"), "the collider ends before it begins")
+                .relate(table.span_of("from"), "it begins here"),
+        );
+    }
+    let deformable = |index: usize| entries.get(index).and_then(Option::as_ref).is_none_or(|entry| entry.deformable);
+    let into = match reader.texts(table, "into") {
+        None => (0..entries.len()).filter(|index| deformable(*index) && Some(*index) != object).collect(),
+        Some(names) => {
+            let mut list = Vec::new();
+            for into in &names {
+                let Some(index) = objects.find(reader, into) else { continue };
+                if Some(index) == object {
+                    reader.fault(
+                        Diagnostic::new(into.span.clone(), format!("`{}` cannot press into itself", into.text))
+                            .advise("name another object"),
+                    );
+                } else if !deformable(index) {
+                    reader.fault(
+                        Diagnostic::new(into.span.clone(), format!("`{}` is not deformable", into.text))
+                            .advise("give that object a `surface`, and leave out its `role`"),
+                    );
+                } else {
+                    list.push(index);
+                }
+            }
+            list
+        }
+    };
+    if into.is_empty() && !table.has("into") {
+        reader.fault(
+            Diagnostic::new(name.span.clone(), "there is nothing deformable to press into")
+                .advise("give another object a `surface`"),
+        );
+    }
+    Some(ColliderEntry { name: name.clone(), object: object?, into, from, until })
+}
+
+fn read_camera(reader: &mut Reader, table: Table, objects: &Names) -> CameraEntry {
+    let mut view = View {
+        time: 0.0,
+        position: reader.optional_vector(table, "position").map(DVec3::from),
+        target: reader.optional_vector(table, "target").map(DVec3::from),
+        fov: reader.number(table, "fov").to_radians(),
+    };
+    let follow = reader.text(table, "follow").and_then(|name| objects.find(reader, &name));
+    let mut views: Vec<View> = Vec::new();
+    let mut spans: Vec<Span> = Vec::new();
+    let check = |reader: &mut Reader, table: Table, view: &View| {
+        if view.position.is_some() && view.position == view.target {
+            reader.fault(
+                Diagnostic::new(table.span_of("target"), "the camera looks at the place where it is")
+                    .advise("move `position` or `target`"),
+            );
+        }
+    };
+    check(reader, table, &view);
+    for item in reader.list(table, "keyframes") {
+        let Some(time) = read_time(reader, item, views.last().map(|view| view.time), spans.last()) else { continue };
+        view = View {
+            time,
+            position: reader.optional_vector(item, "position").map(DVec3::from).or(view.position),
+            target: reader.optional_vector(item, "target").map(DVec3::from).or(view.target),
+            fov: reader.optional_number(item, "fov").map_or(view.fov, f64::to_radians),
+        };
+        check(reader, item, &view);
+        views.push(view);
+        spans.push(item.span_of("time"));
+    }
+    if views.is_empty() {
+        views.push(view);
+    }
+    CameraEntry { views, follow }
+}
+
+fn read_sun(reader: &mut Reader, table: Table, up: Up) -> SunEntry {
+    let elevation = reader.number(table, "elevation").to_radians();
+    let azimuth = reader.number(table, "azimuth").to_radians();
+    let strength = reader.number(table, "strength") as f32;
+    let flat = [elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()];
+    let direction = up.from_z_up(flat.map(|value| value as f32)).map(f64::from);
+    SunEntry {
+        direction: DVec3::from(direction).normalize_or(up.direction()),
+        radiance: reader.colour(table, "colour").map(|value| value * strength),
+        angle: reader.number(table, "angle").to_radians(),
+    }
+}
+
+fn read_output(reader: &mut Reader, table: Table) -> OutputEntry {
+    let mut when = |key: &str| match reader.choice(table, key) {
+        Some("last") => When::Last,
+        Some("every") => When::Every,
+        _ => When::Never,
+    };
+    let (picture_frames, mesh, tiles) = (when("picture_frames"), when("mesh"), when("tiles"));
+    OutputEntry {
+        frames: reader.whole(table, "frames") as u32,
+        width: reader.whole(table, "width") as u32,
+        height: reader.whole(table, "height") as u32,
+        samples: reader.whole(table, "samples") as u32,
+        images: reader.choices(table, "images"),
+        pictures: reader.choices(table, "pictures"),
+        aovs: reader.flag(table, "aovs"),
+        picture_frames,
+        mesh,
+        mesh_formats: reader.choices(table, "mesh_formats"),
+        mesh_rate: reader.whole(table, "mesh_rate") as u32,
+        tiles,
+        exposure: reader.number(table, "exposure"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = r##"version = 1
+[meshes.ground]
+shape = "plane"
+[meshes.tool]
+shape = "sphere"
+[surfaces.ground]
+mesh = "ground"
+[objects.ground]
+surface = "ground"
+colour = "#ff8000"
+[objects.tool]
+mesh = "tool"
+translation = [0, 0, 0.4]
+[bodies.tool]
+keyframes = [{ time = 0 }, { time = 1, translation = [1, 0, 0.4], rotation = [0, 720, 0] }]
+[colliders.tool]
+into = "ground"
+"##;
+
+    fn faults(text: &str) -> Vec<Diagnostic> {
+        parse(Path::new("a.toml"), text).map_or_else(|faults| faults.list, |_| Vec::new())
+    }
+
+    #[test]
+    fn a_good_scene_is_read_with_its_defaults() {
+        let scene = parse(Path::new("a.toml"), GOOD).unwrap();
+        assert_eq!(scene.fps, 24.0);
+        assert!(scene.objects[0].deformable && !scene.objects[1].deformable);
+        assert_eq!(scene.colliders[0].into, [0]);
+        assert_eq!(scene.bodies[0].motion, Motion::Keyframed);
+        let last = scene.bodies[0].keyframes[1].placement;
+        assert!((last.rotation.y - 4.0 * std::f64::consts::PI).abs() < 1e-12);
+        assert!((scene.objects[0].colour[0] - 1.0).abs() < 1e-6 && scene.objects[0].colour[2] == 0.0);
+        assert!((scene.physics.gravity - DVec3::new(0.0, 0.0, -9.81)).length() < 1e-12);
+    }
+
+    /// Replaces `from` in the good scene, and expects a fault whose span reads `at` and whose message or remedy
+    /// contains `says`.
+    #[test]
+    fn bad_scenes_are_refused_at_the_right_place_with_advice() {
+        let cases: &[(&str, &str, &str, &str)] = &[
+            ("version = 1", "version = 2", "2", "whole number from 1 to 1"),
+            ("version = 1", "", "", "does not say its version"),
+            ("version = 1", "version = 1\nfpz = 25", "fpz", "did you mean `fps`?"),
+            ("version = 1", "version = 1\nfps = \"fast\"", "\"fast\"", "must be a number"),
+            ("version = 1", "version = 1\nfps = nan", "nan", "not a finite number"),
+            ("version = 1", "version = 1\nfps = 0", "0", "out of range"),
+            ("version = 1", "version = 1\nup = \"w\"", "\"w\"", "use one of x, y, z"),
+            ("version = 1", "version = 1\n[camera]\nposition = [1, 2]", "[1, 2]", "give three"),
+            ("version = 1", "version = 1\n[camera]\nposition = [1, 2, 3]\ntarget = [1, 2, 3]", "[1, 2, 3]", "looks at"),
+            ("version = 1", "version = 1\n[sky]\nzenith = \"#12345\"", "\"#12345\"", "rrggbb"),
+            ("version = 1", "version = 1\n[details]\ntile_size = 100", "100", "power of two"),
+            ("shape = \"plane\"", "shape = \"plain\"", "\"plain\"", "did you mean \"plane\"?"),
+            ("shape = \"plane\"", "", "ground", "has no source"),
+            ("shape = \"plane\"", "shape = \"plane\"\nfile = \"a.obj\"", "\"plane\"", "two sources"),
+            ("shape = \"plane\"", "shape = \"plane\"\nlugs = 8", "8", "means nothing for this shape"),
+            ("shape = \"plane\"", "sequence = \"a.obj\"", "\"a.obj\"", "run of `#`"),
+            ("mesh = \"ground\"", "mesh = \"grund\"", "\"grund\"", "did you mean `ground`?"),
+            ("mesh = \"ground\"", "", "ground", "no control cage"),
+            ("surface = \"ground\"", "surface = \"ground\"\nmesh = \"ground\"", "\"ground\"", "keep one"),
+            ("surface = \"ground\"", "", "ground", "shows nothing"),
+            ("mesh = \"tool\"", "mesh = \"tool\"\nrole = \"deformable\"", "\"deformable\"", "make a surface"),
+            ("mesh = \"tool\"", "mesh = \"tool\"\nscale = -1", "-1", "mirrored"),
+            ("mesh = \"tool\"", "mesh = \"tool\"\nmesh = \"tool\"", "mesh", "duplicate key"),
+            ("[bodies.tool]", "[bodies.tool]\nmass = 3", "3", "forces do not move"),
+            ("[bodies.tool]", "[bodies.tool]\nmotion = \"dynamic\"", "[{ time = 0 }", "contradict"),
+            ("[bodies.tool]", "[bodies.tools]", "tools", "did you mean `tool`?"),
+            ("[bodies.tool]", "[bodies.other]\nobject = \"tool\"\n[bodies.tool]", "tool", "two bodies"),
+            ("time = 1,", "time = 0,", "0", "sort keyframes"),
+            ("{ time = 0 }", "{ tyme = 0 }", "tyme", "did you mean `time`?"),
+            ("into = \"ground\"", "into = \"tool\"", "\"tool\"", "itself"),
+            ("into = \"ground\"", "into = [\"ground\", \"ground\"]", "\"ground\"", "listed twice"),
+            ("into = \"ground\"", "from = 2\nuntil = 1", "1", "ends before"),
+            ("into = \"ground\"", "[colliders.more]\nobject = \"tool\"", "more", "two colliders"),
+            ("version = 1", "version = 1\n[bodies.ground]\nshape = \"trimesh\"", "\"trimesh\"", "must be convex"),
+            ("version = 1", "version = 1\n[bodies.ground]\nmass = 1\ndensity = 1", "1", "either a mass or a density"),
+            ("version = 1", "version = 1\n[bodies.ground]\nmotor_speed = 1", "1", "no axis"),
+            ("version = 1", "version = 1\n[bodies.ground]\nlocked = [\"rq\"]", "\"rq\"", "cannot be"),
+            ("version = 1", "version = 1\n[output]\nframes = 1e99", "1e99", "out of range"),
+            ("version = 1", "version = ", "", "not TOML"),
+        ];
+        for (from, to, at, says) in cases {
+            let text = GOOD.replacen(from, to, 1);
+            let found = faults(&text);
+            let fits = |fault: &Diagnostic| {
+                let said = format!("{}; {}", fault.what, fault.remedy);
+                said.contains(says) && text.get(fault.span.clone()).is_some_and(|bytes| bytes.starts_with(at))
+            };
+            assert!(found.iter().any(fits), "{to:?} should say {says:?} at {at:?}, but said {found:#?}");
+        }
+    }
+
+    #[test]
+    fn all_faults_of_a_file_are_told_at_once_in_its_order() {
+        let text = GOOD.replace("\"plane\"", "\"plain\"").replace("into = \"ground\"", "into = \"gruond\"");
+        let found = faults(&text);
+        assert!(found.len() >= 2 && found.windows(2).all(|pair| pair[0].span.start <= pair[1].span.start));
+    }
+
+    #[test]
+    fn deep_nesting_is_an_error() {
+        let text = format!("version = {}{}", "[".repeat(100_000), "]".repeat(100_000));
+        assert!(!faults(&text).is_empty());
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn no_text_panics(text in ".{0,200}", cut in 0usize..600, junk in "[\\[\\]={}\"#0-9a-z\\n.,-]{0,12}") {
+            drop(parse(Path::new("a.toml"), &text));
+            let mut spoiled = GOOD.to_string();
+            let cut = cut.min(spoiled.len());
+            if spoiled.is_char_boundary(cut) {
+                spoiled.insert_str(cut, &junk);
+            }
+            if let Err(faults) = parse(Path::new("a.toml"), &spoiled) {
+                proptest::prop_assert!(!faults.to_string().is_empty());
+            }
+        }
+    }
+}

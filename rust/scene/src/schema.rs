@@ -1,0 +1,658 @@
+//! The format of scene files as tables: every key with its type, unit, default, range and help. The reader, the
+//! `relievo schema` command and the documentation all come from here.
+
+use relievo_core::Parameter;
+use serde_json::{Map, Value, json};
+
+/// The type of a key's value.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    /// A string.
+    Text,
+    /// A path of a file to read, relative to the scene file.
+    Path,
+    /// The name of an entry of the given section.
+    Name(&'static str),
+    /// One name or a list of names of the given section.
+    Names(&'static str),
+    /// `true` or `false`.
+    Flag,
+    /// A whole number in a range.
+    Whole(u64, u64),
+    /// A power of two in a range.
+    Power(u64, u64),
+    /// A number in a range.
+    Number(f64, f64),
+    /// A list of so many numbers.
+    Numbers(usize),
+    /// A number, or a list of three for x, y and z.
+    Scale,
+    /// Three linear Rec.709 components, or the sRGB string `"#rrggbb"`.
+    Colour,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// A list of any of these words.
+    Choices(&'static [&'static str]),
+    /// A table.
+    Table(&'static Section),
+    /// A list of tables.
+    List(&'static Section),
+    /// A table of named tables.
+    Named(&'static Section),
+}
+
+/// One key of a section.
+#[derive(Clone, Copy, Debug)]
+pub struct Key {
+    /// The key.
+    pub name: &'static str,
+    /// Type of its value.
+    pub kind: Kind,
+    /// The default as written in TOML, empty if leaving the key out means something of its own (said in `help`).
+    pub default: &'static str,
+    /// Unit, empty for pure numbers and everything that is not a number.
+    pub unit: &'static str,
+    /// What it does.
+    pub help: &'static str,
+}
+
+/// A table of the scene file.
+#[derive(Debug)]
+pub struct Section {
+    /// Its name as shown in messages and in the printed schema.
+    pub name: &'static str,
+    /// What it is for.
+    pub help: &'static str,
+    /// Its keys.
+    pub keys: &'static [Key],
+    /// Further keys that are numbers of a parameter struct.
+    pub parameters: &'static [Parameter],
+}
+
+const fn key(name: &'static str, kind: Kind, default: &'static str, unit: &'static str, help: &'static str) -> Key {
+    Key { name, kind, default, unit, help }
+}
+
+const UNITS: &str = "scene units";
+const DEGREES: &str = "degrees";
+const ANY: Kind = Kind::Number(-1e9, 1e9);
+const POSITIVE: Kind = Kind::Number(1e-9, 1e9);
+const NOT_NEGATIVE: Kind = Kind::Number(0.0, 1e12);
+
+/// Words for the axis that points up.
+pub const AXES: &[&str] = &["x", "y", "z"];
+/// Shapes a mesh can be generated as.
+pub const SHAPES: &[&str] = &["plane", "terrain", "box", "sphere", "cylinder", "wheel", "spiked_ball"];
+/// Physical stand-ins of a body.
+pub const STAND_INS: &[&str] = &["none", "trimesh", "convex", "heightfield", "ball", "cylinder", "box"];
+/// What can be locked of a body's motion.
+pub const LOCKS: &[&str] = &["x", "y", "z", "rx", "ry", "rz"];
+/// When meshes and tiles are written.
+pub const WHEN: &[&str] = &["none", "last", "every"];
+
+/// `[meshes.NAME]`
+pub static MESH: Section = Section {
+    name: "meshes.NAME",
+    help: "A mesh: read from a file, from numbered files, or generated",
+    keys: &[
+        key("file", Kind::Path, "", "", "OBJ, PLY, glTF or GLB file to read"),
+        key(
+            "sequence",
+            Kind::Path,
+            "",
+            "",
+            "Numbered files with the same topology, one per frame; `####` stands for the number",
+        ),
+        key("first", Kind::Whole(0, 1_000_000_000), "0", "", "Number of the sequence's file that belongs to frame 0"),
+        key(
+            "count",
+            Kind::Whole(1, 1_000_000),
+            "1",
+            "",
+            "How many files the sequence has; the last one stays afterwards",
+        ),
+        key(
+            "animation",
+            Kind::Text,
+            "",
+            "",
+            "Animation of a glTF file to play; left out, the mesh keeps its rest pose",
+        ),
+        key("shape", Kind::Choice(SHAPES), "", "", "Shape to generate instead of reading a file"),
+        key(
+            "size",
+            Kind::Numbers(3),
+            "[1, 1, 1]",
+            UNITS,
+            "Size of a plane, terrain or box; the third number of a terrain is the height of its hills",
+        ),
+        key("faces", Kind::Whole(1, 1024), "8", "", "Faces along a side of a plane, terrain, box or sphere"),
+        key(
+            "radius",
+            POSITIVE,
+            "0.5",
+            UNITS,
+            "Radius of a sphere, cylinder, wheel (to its tread) or spiked ball (without spikes)",
+        ),
+        key("width", POSITIVE, "0.4", UNITS, "Width of a wheel or length of a cylinder, along its axle"),
+        key("lugs", Kind::Whole(3, 256), "24", "", "Lugs around a wheel"),
+        key("lug_height", POSITIVE, "0.05", UNITS, "Height of a wheel's lugs"),
+        key("spikes", Kind::Whole(4, 2048), "60", "", "Spikes on a ball"),
+        key("spike_length", POSITIVE, "0.15", UNITS, "Length of a ball's spikes"),
+        key("spike_radius", POSITIVE, "0.05", UNITS, "Radius of a spike at its foot"),
+        key("segments", Kind::Whole(3, 1024), "48", "", "Segments around a cylinder"),
+        key("seed", Kind::Whole(0, 4_294_967_295), "1", "", "Seed of a terrain's hills"),
+    ],
+    parameters: &[],
+};
+
+/// `[surfaces.NAME]`
+pub static SURFACE: Section = Section {
+    name: "surfaces.NAME",
+    help: "A Catmull-Clark surface over a mesh as control cage",
+    keys: &[
+        key("mesh", Kind::Name("meshes"), "", "", "The control cage"),
+        key(
+            "isolation",
+            Kind::Whole(1, 10),
+            "",
+            "",
+            "Levels of feature-adaptive isolation; left out, as the library chooses",
+        ),
+        key(
+            "boundary",
+            Kind::Choice(&["edge_and_corner", "edge_only"]),
+            "\"edge_and_corner\"",
+            "",
+            "Whether corners of an open cage are sharp",
+        ),
+    ],
+    parameters: &[],
+};
+
+/// `[details]` and `detail` of an object.
+pub static DETAIL: Section = Section {
+    name: "details",
+    help: "How displacement is stored; `detail` of an object overrides single keys",
+    keys: &[
+        key("tile_size", Kind::Power(8, 256), "128", "", "Coefficients along a side of a tile"),
+        key(
+            "budget",
+            Kind::Whole(1 << 16, 1 << 40),
+            "268435456",
+            "bytes",
+            "Most memory the tiles of an object may occupy",
+        ),
+        key(
+            "max_displacement",
+            POSITIVE,
+            "",
+            UNITS,
+            "Largest displacement a tile may reach; left out, a quarter of the smallest side of the largest collider",
+        ),
+    ],
+    parameters: &[],
+};
+
+/// `[objects.NAME]`
+pub static OBJECT: Section = Section {
+    name: "objects.NAME",
+    help: "Something in the scene: a surface or a mesh, placed",
+    keys: &[
+        key("surface", Kind::Name("surfaces"), "", "", "The surface it shows"),
+        key("mesh", Kind::Name("meshes"), "", "", "The mesh it shows, as it is"),
+        key("translation", Kind::Numbers(3), "[0, 0, 0]", UNITS, "Where its origin is"),
+        key("rotation", Kind::Numbers(3), "[0, 0, 0]", DEGREES, "Turn about x, then y, then z"),
+        key("scale", Kind::Scale, "1", "", "Size, for all axes or for x, y and z"),
+        key("colour", Kind::Colour, "[0.6, 0.6, 0.6]", "", "Colour, linear Rec.709 or \"#rrggbb\" in sRGB"),
+        key(
+            "role",
+            Kind::Choice(&["deformable", "rigid"]),
+            "",
+            "",
+            "Whether it takes imprints; left out, surfaces do and meshes do not",
+        ),
+        key("visible", Kind::Flag, "true", "", "Whether pictures show it"),
+        key("detail", Kind::Table(&DETAIL), "", "", "Detail settings that differ from [details]"),
+    ],
+    parameters: &[],
+};
+
+/// An item of a body's `keyframes`.
+pub static KEYFRAME: Section = Section {
+    name: "keyframes",
+    help: "Where a body is at a time; between keyframes it moves evenly",
+    keys: &[
+        key("time", Kind::Number(0.0, 1e6), "", "seconds", "When; later than the keyframe before"),
+        key("translation", Kind::Numbers(3), "", UNITS, "Where; left out, as before"),
+        key(
+            "rotation",
+            Kind::Numbers(3),
+            "",
+            DEGREES,
+            "Turn about x, then y, then z, which may exceed a full turn; left out, as before",
+        ),
+        key("scale", Kind::Scale, "", "", "Size; left out, as before"),
+    ],
+    parameters: &[],
+};
+
+/// `[bodies.NAME]`
+pub static BODY: Section = Section {
+    name: "bodies.NAME",
+    help: "How an object moves: a rigid body, or keyframes. Starts where the object is placed",
+    keys: &[
+        key("object", Kind::Name("objects"), "", "", "The object it moves; left out, the object of the body's name"),
+        key(
+            "motion",
+            Kind::Choice(&["dynamic", "fixed", "keyframed"]),
+            "",
+            "",
+            "Left out, `keyframed` with keyframes and else `dynamic`",
+        ),
+        key(
+            "shape",
+            Kind::Choice(STAND_INS),
+            "\"convex\"",
+            "",
+            "What physics sees of it; `trimesh` is the control cage itself, `none` passes through everything",
+        ),
+        key(
+            "inset",
+            NOT_NEGATIVE,
+            "0",
+            UNITS,
+            "How much smaller than the object physics takes it, which is how deep it sinks in where it rests",
+        ),
+        key("radius", POSITIVE, "", UNITS, "Radius of a ball or cylinder; left out, from the mesh"),
+        key("mass", POSITIVE, "", "kg", "Mass; left out, from the density"),
+        key("density", POSITIVE, "", "kg per cubic unit", "Density, 1000 if there is no mass either"),
+        key("friction", Kind::Number(0.0, 100.0), "0.7", "", "Coulomb friction"),
+        key("restitution", Kind::Number(0.0, 1.0), "0", "", "Bounce"),
+        key("velocity", Kind::Numbers(3), "[0, 0, 0]", "scene units per second", "Velocity at the start"),
+        key(
+            "angular_velocity",
+            Kind::Numbers(3),
+            "[0, 0, 0]",
+            "degrees per second",
+            "Angular velocity about x, y and z at the start",
+        ),
+        key("force", Kind::Numbers(3), "[0, 0, 0]", "newtons", "Constant force at the centre of mass"),
+        key("torque", Kind::Numbers(3), "[0, 0, 0]", "newton units", "Constant torque"),
+        key("motor_axis", Kind::Numbers(3), "", "", "Axis of the body that a motor turns, in its own coordinates"),
+        key("motor_speed", ANY, "0", "degrees per second", "Speed the motor holds about its axis"),
+        key("motor_torque", NOT_NEGATIVE, "0", "newton units", "Most the motor can do"),
+        key("damping", NOT_NEGATIVE, "0", "per second", "Loss of velocity"),
+        key("angular_damping", NOT_NEGATIVE, "0", "per second", "Loss of angular velocity"),
+        key(
+            "locked",
+            Kind::Choices(LOCKS),
+            "[]",
+            "",
+            "Translations (x, y, z) and rotations (rx, ry, rz) in world axes that do not happen",
+        ),
+        key("keyframes", Kind::List(&KEYFRAME), "[]", "", "Where it is when"),
+    ],
+    parameters: &[],
+};
+
+/// `[physics]`
+pub static PHYSICS: Section = Section {
+    name: "physics",
+    help: "Rigid-body physics on control cages or simpler stand-ins",
+    keys: &[
+        key(
+            "gravity",
+            Kind::Numbers(3),
+            "",
+            "scene units per second²",
+            "Left out, 9.81 m/s² downwards in the scene's units",
+        ),
+        key("sub_steps", Kind::Whole(1, 1000), "10", "", "Physics steps of a frame"),
+    ],
+    parameters: &[],
+};
+
+/// An item of the camera's `keyframes`.
+pub static VIEW: Section = Section {
+    name: "camera.keyframes",
+    help: "The camera at a time; it moves smoothly in between",
+    keys: &[
+        key("time", Kind::Number(0.0, 1e6), "", "seconds", "When; later than the keyframe before"),
+        key("position", Kind::Numbers(3), "", UNITS, "Where it is; left out, as before"),
+        key("target", Kind::Numbers(3), "", UNITS, "Where it looks; left out, as before"),
+        key("fov", Kind::Number(1.0, 150.0), "", DEGREES, "Vertical field of view; left out, as before"),
+    ],
+    parameters: &[],
+};
+
+/// `[camera]`
+pub static CAMERA: Section = Section {
+    name: "camera",
+    help: "The camera; left out, one that sees everything",
+    keys: &[
+        key(
+            "position",
+            Kind::Numbers(3),
+            "",
+            UNITS,
+            "Where it is; with `follow`, seen from the object. Left out, far enough to see everything",
+        ),
+        key(
+            "target",
+            Kind::Numbers(3),
+            "",
+            UNITS,
+            "Where it looks; with `follow`, seen from the object. Left out, the middle of everything",
+        ),
+        key("fov", Kind::Number(1.0, 150.0), "40", DEGREES, "Vertical field of view"),
+        key("follow", Kind::Name("objects"), "", "", "Object it travels with, without turning"),
+        key("keyframes", Kind::List(&VIEW), "[]", "", "Where it is when"),
+    ],
+    parameters: &[],
+};
+
+/// `[sun]`
+pub static SUN: Section = Section {
+    name: "sun",
+    help: "A distant light",
+    keys: &[
+        key("elevation", Kind::Number(-90.0, 90.0), "35", DEGREES, "Height above the horizon"),
+        key("azimuth", Kind::Number(-720.0, 720.0), "45", DEGREES, "Direction it comes from, about the up axis"),
+        key("strength", NOT_NEGATIVE, "3", "", "Brightness"),
+        key("colour", Kind::Colour, "[1, 0.95, 0.88]", "", "Colour"),
+        key("angle", Kind::Number(0.0, 45.0), "0.53", DEGREES, "Diameter it appears under, which softens shadows"),
+    ],
+    parameters: &[],
+};
+
+/// `[sky]`
+pub static SKY: Section = Section {
+    name: "sky",
+    help: "Light from everywhere else",
+    keys: &[
+        key("zenith", Kind::Colour, "[0.25, 0.42, 0.75]", "", "Colour overhead"),
+        key("horizon", Kind::Colour, "[0.75, 0.82, 0.9]", "", "Colour at the horizon"),
+        key("ground", Kind::Colour, "[0.35, 0.34, 0.33]", "", "Colour from below"),
+        key("strength", NOT_NEGATIVE, "1", "", "Brightness"),
+    ],
+    parameters: &[],
+};
+
+/// `[output]`
+pub static OUTPUT: Section = Section {
+    name: "output",
+    help: "What `relievo run` writes",
+    keys: &[
+        key("frames", Kind::Whole(1, 1_000_000), "1", "", "How many frames there are; they are numbered from 0"),
+        key("width", Kind::Whole(1, 16384), "640", "pixels", "Width of pictures"),
+        key("height", Kind::Whole(1, 16384), "360", "pixels", "Height of pictures"),
+        key("samples", Kind::Whole(1, 4096), "16", "", "Samples of a pixel"),
+        key("images", Kind::Choices(&["png", "exr"]), "[\"png\"]", "", "Formats of pictures"),
+        key(
+            "pictures",
+            Kind::Choices(&["beauty", "wireframe", "tiles", "normals"]),
+            "[\"beauty\"]",
+            "",
+            "Pictures: the lit scene, the lit scene with tessellation, false colours of tile allocation, normals",
+        ),
+        key("aovs", Kind::Flag, "false", "", "Whether EXR pictures carry depth, normal and object layers"),
+        key("picture_frames", Kind::Choice(WHEN), "\"every\"", "", "Frames that get pictures"),
+        key("mesh", Kind::Choice(WHEN), "\"last\"", "", "Frames whose displaced meshes are written"),
+        key("mesh_formats", Kind::Choices(&["glb", "obj", "ply"]), "[\"glb\"]", "", "Formats of meshes"),
+        key(
+            "mesh_rate",
+            Kind::Whole(1, 256),
+            "16",
+            "",
+            "Quads along a side of an untouched tile in written meshes; touched tiles get up to one per coefficient",
+        ),
+        key("tiles", Kind::Choice(WHEN), "\"none\"", "", "Frames whose tiles are written as EXR"),
+        key("exposure", Kind::Number(-20.0, 20.0), "0", "stops", "Brightness of PNG pictures"),
+    ],
+    parameters: &[],
+};
+
+/// `[colliders.NAME]`
+pub static COLLIDER: Section = Section {
+    name: "colliders.NAME",
+    help: "Which object leaves imprints in which others",
+    keys: &[
+        key(
+            "object",
+            Kind::Name("objects"),
+            "",
+            "",
+            "The object that presses; left out, the object of the collider's name",
+        ),
+        key(
+            "into",
+            Kind::Names("objects"),
+            "",
+            "",
+            "The deformable objects it presses into; left out, all others that are deformable",
+        ),
+        key("from", Kind::Number(0.0, 1e6), "0", "seconds", "When it begins"),
+        key("until", Kind::Number(0.0, 1e9), "1e9", "seconds", "When it ends"),
+    ],
+    parameters: &[],
+};
+
+/// The whole file.
+pub static SCENE: Section = Section {
+    name: "",
+    help: "A scene",
+    keys: &[
+        key("version", Kind::Whole(1, 1), "", "", "Version of this format; always 1"),
+        key("fps", Kind::Number(1e-3, 1e4), "24", "frames per second", "Frame n is at n / fps seconds"),
+        key("units", Kind::Choice(&["mm", "cm", "dm", "m", "in", "ft"]), "\"m\"", "", "Length of a scene unit"),
+        key("up", Kind::Choice(AXES), "\"z\"", "", "Axis that points up"),
+        key("seed", Kind::Whole(0, 4_294_967_295), "1", "", "Seed of everything random"),
+        key("meshes", Kind::Named(&MESH), "", "", "Meshes by name"),
+        key("surfaces", Kind::Named(&SURFACE), "", "", "Surfaces by name"),
+        key("details", Kind::Table(&DETAIL), "", "", "How displacement is stored"),
+        key("objects", Kind::Named(&OBJECT), "", "", "Objects by name"),
+        key("bodies", Kind::Named(&BODY), "", "", "Bodies by name"),
+        key("colliders", Kind::Named(&COLLIDER), "", "", "Colliders by name"),
+        key("physics", Kind::Table(&PHYSICS), "", "", "Physics"),
+        key("camera", Kind::Table(&CAMERA), "", "", "The camera"),
+        key("sun", Kind::Table(&SUN), "", "", "The sun"),
+        key("sky", Kind::Table(&SKY), "", "", "The sky"),
+        key("output", Kind::Table(&OUTPUT), "", "", "What is written"),
+    ],
+    parameters: &[],
+};
+
+impl Section {
+    /// The key called `name`, unless it is a parameter.
+    pub fn key(&self, name: &str) -> Option<&'static Key> {
+        self.keys.iter().find(|key| key.name == name)
+    }
+
+    /// The parameter called `name`.
+    pub fn parameter(&self, name: &str) -> Option<&'static Parameter> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// Names of all keys.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        let parameters = self.parameters.iter().map(|parameter| parameter.name);
+        self.keys.iter().map(|key| key.name).chain(parameters)
+    }
+}
+
+impl Kind {
+    /// The type in words.
+    pub fn words(&self) -> String {
+        match self {
+            Kind::Text => "text".into(),
+            Kind::Path => "path".into(),
+            Kind::Name(section) => format!("name in [{section}]"),
+            Kind::Names(section) => format!("one or more names in [{section}]"),
+            Kind::Flag => "true or false".into(),
+            Kind::Whole(low, high) => format!("whole number {low} to {high}"),
+            Kind::Power(low, high) => format!("power of two from {low} to {high}"),
+            Kind::Number(low, high) => format!("number {low} to {high}"),
+            Kind::Numbers(count) => format!("list of {count} numbers"),
+            Kind::Scale => "number or list of 3 numbers".into(),
+            Kind::Colour => "list of 3 numbers or \"#rrggbb\"".into(),
+            Kind::Choice(words) => format!("one of {}", words.join(", ")),
+            Kind::Choices(words) => format!("list of {}", words.join(", ")),
+            Kind::Table(section) => format!("table, see [{}]", section.name),
+            Kind::List(section) => format!("list of tables, see [[{}]]", section.name),
+            Kind::Named(section) => format!("tables by name, see [{}]", section.name),
+        }
+    }
+}
+
+/// Factor, and unit as scene files show it: radians are written in degrees.
+pub fn shown_unit(parameter: &Parameter) -> (f64, &'static str) {
+    match parameter.unit {
+        "rad" => (180.0 / std::f64::consts::PI, DEGREES),
+        "rad/s" => (180.0 / std::f64::consts::PI, "degrees per second"),
+        unit => (1.0, unit),
+    }
+}
+
+/// A number as a scene file shows it: to nine digits, which hides the rounding of radians.
+fn shown(value: f64) -> f64 {
+    format!("{value:.9e}").parse().unwrap_or(value)
+}
+
+/// The sections in the order they are documented.
+pub fn sections() -> Vec<&'static Section> {
+    vec![
+        &SCENE, &MESH, &SURFACE, &DETAIL, &OBJECT, &BODY, &KEYFRAME, &COLLIDER, &PHYSICS, &CAMERA, &VIEW, &SUN, &SKY,
+        &OUTPUT,
+    ]
+}
+
+/// The schema for people: one line of TOML comment per key.
+pub fn text() -> String {
+    let mut out = String::new();
+    for section in sections() {
+        match section.name {
+            "" => out.push_str("# The whole file. Angles are in degrees, paths relative to this file.\n"),
+            name => out.push_str(&format!("\n# {}\n[{name}]\n", section.help)),
+        }
+        for key in section.keys {
+            let unit = if key.unit.is_empty() { String::new() } else { format!(", in {}", key.unit) };
+            let default = if key.default.is_empty() { String::new() } else { format!(" = {}", key.default) };
+            out.push_str(&format!("{}{default}  # {}; {}{unit}\n", key.name, key.help, key.kind.words()));
+        }
+        for parameter in section.parameters {
+            let (factor, unit) = shown_unit(parameter);
+            let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
+            out.push_str(&format!(
+                "{} = {}  # {}; number {} to {}{unit}\n",
+                parameter.name,
+                shown(parameter.default * factor),
+                parameter.help.trim_end_matches('.'),
+                shown(parameter.min * factor),
+                shown(parameter.max * factor),
+            ));
+        }
+    }
+    out
+}
+
+/// The schema for programs: an object with `version` and `sections`, each a list of keys.
+pub fn json() -> Value {
+    let mut list = Map::new();
+    for section in sections() {
+        let keys = section.keys.iter().map(|key| {
+            let mut entry = json!({ "name": key.name, "type": kind_name(&key.kind), "help": key.help });
+            if let Some(entry) = entry.as_object_mut() {
+                if !key.default.is_empty() {
+                    entry.insert("default".into(), key.default.into());
+                }
+                if !key.unit.is_empty() {
+                    entry.insert("unit".into(), key.unit.into());
+                }
+                match key.kind {
+                    Kind::Choice(words) | Kind::Choices(words) => {
+                        entry.insert("words".into(), words.into());
+                    }
+                    Kind::Whole(low, high) | Kind::Power(low, high) => {
+                        entry.insert("min".into(), low.into());
+                        entry.insert("max".into(), high.into());
+                    }
+                    Kind::Number(low, high) => {
+                        entry.insert("min".into(), low.into());
+                        entry.insert("max".into(), high.into());
+                    }
+                    Kind::Table(section) | Kind::List(section) | Kind::Named(section) => {
+                        entry.insert("section".into(), section.name.into());
+                    }
+                    Kind::Name(section) | Kind::Names(section) => {
+                        entry.insert("section".into(), section.into());
+                    }
+                    _ => {}
+                }
+            }
+            entry
+        });
+        let parameters = section.parameters.iter().map(|parameter| {
+            let (factor, unit) = shown_unit(parameter);
+            json!({
+                "name": parameter.name, "type": "number", "help": parameter.help, "unit": unit,
+                "default": shown(parameter.default * factor).to_string(),
+                "min": shown(parameter.min * factor), "max": shown(parameter.max * factor),
+            })
+        });
+        let name = if section.name.is_empty() { "scene" } else { section.name };
+        list.insert(name.into(), json!({ "help": section.help, "keys": keys.chain(parameters).collect::<Vec<_>>() }));
+    }
+    json!({ "version": 1, "sections": list })
+}
+
+fn kind_name(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Text => "text",
+        Kind::Path => "path",
+        Kind::Name(_) => "name",
+        Kind::Names(_) => "names",
+        Kind::Flag => "flag",
+        Kind::Whole(..) => "whole",
+        Kind::Power(..) => "power",
+        Kind::Number(..) => "number",
+        Kind::Numbers(_) => "numbers",
+        Kind::Scale => "scale",
+        Kind::Colour => "colour",
+        Kind::Choice(_) => "choice",
+        Kind::Choices(_) => "choices",
+        Kind::Table(_) => "table",
+        Kind::List(_) => "list",
+        Kind::Named(_) => "tables",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_schema_names_every_key_in_both_forms() {
+        let text = text();
+        let json = json();
+        for section in sections() {
+            for name in section.names() {
+                assert!(text.lines().any(|line| line.split([' ', '#']).next() == Some(name)), "{name} is not printed");
+                let shown = if section.name.is_empty() { "scene" } else { section.name };
+                let keys = json["sections"][shown]["keys"].as_array().unwrap();
+                assert!(keys.iter().any(|key| key["name"] == name), "{shown}.{name} is not in the JSON");
+            }
+        }
+    }
+
+    #[test]
+    fn every_key_has_help_and_names_are_unique() {
+        for section in sections() {
+            let names: Vec<_> = section.names().collect();
+            for (at, name) in names.iter().enumerate() {
+                assert!(!names[..at].contains(name), "{}.{name} twice", section.name);
+            }
+            assert!(section.keys.iter().all(|key| !key.help.is_empty()));
+        }
+    }
+}
