@@ -14,6 +14,7 @@ pub(crate) fn read_body(
     table: Table,
     objects: &Names,
     entries: &[Option<ObjectEntry>],
+    metres: f64,
 ) -> Option<BodyEntry> {
     let object = own_object(reader, name, table, objects);
     let start = object.and_then(|object| entries.get(object)?.as_ref()).map_or(AT_ORIGIN, |object| object.placement);
@@ -71,7 +72,7 @@ pub(crate) fn read_body(
     }
     let mass = match (reader.optional_number(table, "mass"), reader.optional_number(table, "density")) {
         (Some(mass), _) => Mass::Total(mass),
-        (None, density) => Mass::Density(density.unwrap_or(1000.0)),
+        (None, density) => Mass::Density(density.unwrap_or(1000.0 * metres.powi(3))),
     };
     let stand_in = match reader.choice(table, "shape") {
         Some("none") => StandIn::None,

@@ -110,8 +110,10 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
         .iter()
         .map(|(name, table)| read_object(reader, name, *table, &mesh_names, &surface_names, &details))
         .collect();
-    let bodies: Vec<_> =
-        body_tables.iter().map(|(name, table)| read_body(reader, name, *table, &object_names, &objects)).collect();
+    let bodies: Vec<_> = body_tables
+        .iter()
+        .map(|(name, table)| read_body(reader, name, *table, &object_names, &objects, metres))
+        .collect();
     for (at, body) in bodies.iter().enumerate() {
         let Some(body) = body else { continue };
         if let Some(other) = bodies[..at].iter().flatten().find(|other| other.object == body.object) {

@@ -1,0 +1,40 @@
+//! Placements between keyframes: translation, angles and scale each change evenly, so that a wheel may turn many times
+//! between two keyframes.
+
+use crate::description::{Keyframe, Placement};
+
+/// Where a body with `keys`, in order of time, is at `time` seconds; before the first and after the last it rests.
+/// `None` without keys.
+pub fn placement_at(keys: &[Keyframe], time: f64) -> Option<Placement> {
+    let after = keys.partition_point(|key| key.time <= time);
+    let (Some(before), Some(next)) = (after.checked_sub(1).and_then(|at| keys.get(at)), keys.get(after)) else {
+        return keys.get(after).or(keys.last()).map(|key| key.placement);
+    };
+    let share = (time - before.time) / (next.time - before.time);
+    let (a, b) = (before.placement, next.placement);
+    Some(Placement {
+        translation: a.translation.lerp(b.translation, share),
+        rotation: a.rotation.lerp(b.rotation, share),
+        scale: a.scale.lerp(b.scale, share),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn placements_change_evenly_and_rest_outside() {
+        let place = |x: f64| Placement {
+            translation: DVec3::X * x,
+            rotation: DVec3::Y * x * 10.0,
+            scale: DVec3::splat(1.0 + x),
+        };
+        let keys = [Keyframe { time: 1.0, placement: place(0.0) }, Keyframe { time: 3.0, placement: place(2.0) }];
+        for (time, x) in [(0.0, 0.0), (1.0, 0.0), (1.5, 0.5), (3.0, 2.0), (9.0, 2.0)] {
+            assert_eq!(placement_at(&keys, time), Some(place(x)), "at {time}");
+        }
+        assert_eq!(placement_at(&[], 1.0), None);
+    }
+}
