@@ -1,1 +1,40 @@
-//! The C ABI of Relievo.
+//! The C ABI of Relievo: the only crate whose functions C and C++ call.
+//!
+//! One noun is one header in `include/relievo`, one file here and one test in `tests/c`. The headers are the
+//! documentation of every function; `tests/parity.rs` holds them and this crate to the same signatures, values and
+//! layouts. Every function goes through [`entry!`](border), which keeps panics inside and remembers the last error;
+//! every handle goes through the [`registry`], every array through [`array`] and every descriptor through
+//! [`descriptor`].
+
+// The headers document every item; repeating them here would let the two drift apart.
+#![allow(missing_docs, clippy::missing_safety_doc)]
+
+#[macro_use]
+pub mod border;
+pub mod array;
+#[macro_use]
+pub mod descriptor;
+pub mod context;
+pub mod error;
+pub mod mesh;
+pub mod registry;
+pub mod version;
+
+/// The C layout of every descriptor and the value of every constant, for the test that compares them with the headers.
+pub fn layouts() -> Vec<descriptor::Layout> {
+    vec![
+        error::RlvError::LAYOUT,
+        context::RlvContextOptions::LAYOUT,
+        context::RlvContextInfo::LAYOUT,
+        context::RlvContextStat::LAYOUT,
+        mesh::RlvMeshArrays::LAYOUT,
+        mesh::RlvMeshInfo::LAYOUT,
+        mesh::RlvAttributeArrays::LAYOUT,
+        mesh::RlvAttributeInfo::LAYOUT,
+    ]
+}
+
+/// The constants of every noun, name and value.
+pub fn constants() -> Vec<(&'static str, i64)> {
+    [version::CONSTANTS, error::CONSTANTS, context::CONSTANTS, mesh::CONSTANTS].concat()
+}

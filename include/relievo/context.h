@@ -1,0 +1,94 @@
+/* Relievo: contexts.
+ *
+ * A context owns the threads that work, the memory limit and the statistics. Every object is made with a context and
+ * keeps it alive. Results are bit-identical for any number of threads.
+ *
+ * Rules that hold for every noun:
+ * - Handles are structs passed by value. A function that makes one gives its caller one reference; _retain adds one,
+ *   _release takes one away, the last one kills the handle. NULL, dead and foreign handles are RLV_ERROR_INVALID.
+ *   An object stays alive while others need it: releasing a mesh does not hurt the surface made from it.
+ * - Every function may be called from any thread. Calls that do not change an object may run at the same time. A call
+ *   that changes an object ("mutating" in the headers) needs it alone; nobody waits, the later call returns
+ *   RLV_ERROR_BUSY. Calls on a surface or a detail read a snapshot, so they neither cause nor get RLV_ERROR_BUSY
+ *   while it is being changed.
+ * - Arrays are pointer, count and stride in bytes from one element to the next, 0 for packed. They are borrowed for the
+ *   call. NULL is allowed where the count is 0 or the header says so. Floats must be finite.
+ * - Structs that begin with struct_size are started from their RLV_..._INIT and may grow in later versions.
+ * - Callbacks run on the thread that made the call, must not throw, and may call into the library. */
+#ifndef RELIEVO_CONTEXT_H
+#define RELIEVO_CONTEXT_H
+
+#include "relievo/error.h"
+
+typedef struct RlvContext {
+    uint64_t id;
+} RlvContext;
+
+typedef enum RlvDevice {
+    RLV_DEVICE_CPU = 0,
+    RLV_DEVICE_GPU = 1, /* RLV_ERROR_UNSUPPORTED in this version */
+    RLV_DEVICE_AUTO = 2 /* the best there is */
+} RlvDevice;
+
+typedef struct RlvContextOptions {
+    uint32_t struct_size;
+    uint32_t device;       /* RlvDevice */
+    uint32_t threads;      /* 0 to 1024; 0 for one per core, 1 to stay on the calling thread and create none */
+    uint32_t reserved;     /* 0 */
+    uint64_t memory_limit; /* bytes that tables made from one input may occupy; 0 for no limit */
+} RlvContextOptions;
+
+#define RLV_CONTEXT_OPTIONS_INIT {sizeof(RlvContextOptions), RLV_DEVICE_CPU, 0, 0, 0}
+
+typedef struct RlvContextInfo {
+    uint32_t struct_size;
+    uint32_t device;  /* the device that works: RLV_DEVICE_CPU or RLV_DEVICE_GPU */
+    uint32_t threads; /* how many threads work, at least 1 */
+    uint32_t reserved;
+    uint64_t memory_limit;    /* as given */
+    char simd[RLV_NAME_SIZE]; /* instruction level: "baseline", "avx2" or "avx512" */
+} RlvContextInfo;
+
+#define RLV_CONTEXT_INFO_INIT {sizeof(RlvContextInfo), 0, 0, 0, 0, {0}}
+
+/* One row of the statistics. */
+typedef struct RlvContextStat {
+    char stage[RLV_NAME_SIZE];    /* "imprint.voxelise" */
+    char quantity[RLV_NAME_SIZE]; /* "seconds", or what the stage counts */
+    double total;                 /* sum over all runs of the stage since the last reset */
+    uint64_t samples;             /* how many runs there were */
+} RlvContextStat;
+
+typedef enum RlvProgressAnswer { RLV_PROGRESS_CONTINUE = 0, RLV_PROGRESS_CANCEL = 1 } RlvProgressAnswer;
+
+/* Receives the progress of a long call: fraction is 0 to 1, stage names what is being done and lives for the call.
+ * Returns RlvProgressAnswer; after RLV_PROGRESS_CANCEL the long call returns RLV_ERROR_CANCELLED. May be NULL. */
+typedef uint32_t (*RlvProgress)(void *user, float fraction, const char *stage);
+
+typedef enum RlvLogLevel { RLV_LOG_INFO = 0, RLV_LOG_WARNING = 1 } RlvLogLevel;
+
+/* Receives what is worth knowing but no failure: an accepted non-manifold cage, a refused tile. UTF-8, no newline. */
+typedef void (*RlvLog)(void *user, uint32_t level, const char *text);
+
+/* Makes a context. options may be NULL for the defaults. Fails if the device is not there, if the threads cannot be
+ * started, or if the environment variable RELIEVO_SIMD names an instruction level this processor lacks. */
+RLV_API RlvResult rlv_context_create(const RlvContextOptions *options, RlvContext *out);
+
+RLV_API RlvResult rlv_context_retain(RlvContext context);
+RLV_API RlvResult rlv_context_release(RlvContext context);
+
+RLV_API RlvResult rlv_context_info(RlvContext context, RlvContextInfo *out);
+
+/* Sets where log texts of calls on objects of this context go. NULL, the initial state, is silence. The callback runs
+ * on the thread that made the logging call; user must stay valid until another callback or NULL is set and the calls
+ * in progress have returned. */
+RLV_API RlvResult rlv_context_set_log(RlvContext context, RlvLog callback, void *user);
+
+/* Time and counts per stage since the last reset, ordered by stage and quantity. Writes up to capacity rows to stats
+ * and their number to count. stats may be NULL to ask for the number. Fails if there are more rows than capacity. */
+RLV_API RlvResult rlv_context_stats(RlvContext context, RlvContextStat *stats, size_t capacity, size_t *count);
+
+/* Forgets the statistics. */
+RLV_API RlvResult rlv_context_reset_stats(RlvContext context);
+
+#endif

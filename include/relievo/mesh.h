@@ -1,0 +1,144 @@
+/* Relievo: polygon meshes with attributes and subdivision tags.
+ *
+ * A mesh has points, faces of three or more corners, and named attributes of 1 to 4 floats or integers on points,
+ * corners or faces. Known names: "uv" (corner, 2 floats, row 0 of an image is v = 0), "normal", "color" (scene-linear
+ * Rec.709), "velocity" (point, 3), "joints" and "weights" (point, 4), "material" (face, 1 integer). Front faces are
+ * counter-clockwise. Lengths are in object units. */
+#ifndef RELIEVO_MESH_H
+#define RELIEVO_MESH_H
+
+#include "relievo/context.h"
+
+typedef struct RlvMesh {
+    uint64_t id;
+} RlvMesh;
+
+typedef enum RlvDomain { RLV_DOMAIN_POINT = 0, RLV_DOMAIN_CORNER = 1, RLV_DOMAIN_FACE = 2 } RlvDomain;
+
+typedef enum RlvType { RLV_TYPE_F32 = 0, RLV_TYPE_U32 = 1 } RlvType;
+
+/* The arrays a mesh is made from. All strides are in bytes, 0 for packed. */
+typedef struct RlvMeshArrays {
+    uint32_t struct_size;
+    uint32_t face_size; /* corners of every face, if face_sizes is NULL */
+
+    const float *points; /* x, y, z of every point */
+    size_t point_count;
+    size_t point_stride;
+
+    const uint32_t *face_sizes; /* corners of each face, 3 or more; NULL if all have face_size */
+    size_t face_count;
+    size_t face_stride;
+
+    const uint32_t *corners; /* point of every corner, face after face */
+    size_t corner_count;
+    size_t corner_stride;
+
+    const uint32_t *creases;       /* two points per sharp edge */
+    const float *crease_sharpness; /* of each: 0 (smooth) to 10 (infinitely sharp) */
+    size_t crease_count;
+    size_t crease_stride;
+    size_t crease_sharpness_stride;
+
+    const uint32_t *sharp_points;       /* points that are sharp corners */
+    const float *sharp_point_sharpness; /* of each: 0 to 10 */
+    size_t sharp_point_count;
+    size_t sharp_point_stride;
+    size_t sharp_point_sharpness_stride;
+
+    const uint32_t *holes; /* faces that shape their neighbours but have no surface */
+    size_t hole_count;
+    size_t hole_stride;
+} RlvMeshArrays;
+
+#define RLV_MESH_ARRAYS_INIT \
+    {sizeof(RlvMeshArrays), 0, NULL, 0, 0, NULL, 0, 0, NULL, 0, 0, NULL, NULL, 0, 0, 0, NULL, NULL, 0, 0, 0, NULL, 0, 0}
+
+typedef struct RlvMeshInfo {
+    uint32_t struct_size;
+    uint32_t attribute_count;
+    size_t point_count;
+    size_t face_count;
+    size_t corner_count;
+    size_t triangle_count; /* that rlv_mesh_get_triangles writes */
+    size_t crease_count;
+    size_t sharp_point_count;
+    size_t hole_count;
+    float low[3];  /* smallest coordinates of the points */
+    float high[3]; /* largest */
+} RlvMeshInfo;
+
+#define RLV_MESH_INFO_INIT {sizeof(RlvMeshInfo), 0, 0, 0, 0, 0, 0, 0, 0, {0}, {0}}
+
+/* The arrays an attribute is made from. */
+typedef struct RlvAttributeArrays {
+    uint32_t struct_size;
+    uint32_t domain; /* RlvDomain */
+    uint32_t type;   /* RlvType */
+    uint32_t width;  /* numbers per value, 1 to 4 */
+
+    const char *name; /* UTF-8, 1 to 47 bytes, no attribute of the mesh has it yet */
+
+    const void *values; /* width numbers of the type per value; one value per element, or any number with indices */
+    size_t value_count;
+    size_t value_stride;
+
+    const uint32_t *indices; /* NULL, or for corner attributes the value of each corner */
+    size_t index_count;
+    size_t index_stride;
+} RlvAttributeArrays;
+
+#define RLV_ATTRIBUTE_ARRAYS_INIT {sizeof(RlvAttributeArrays), 0, 0, 0, NULL, NULL, 0, 0, NULL, 0, 0}
+
+typedef struct RlvAttributeInfo {
+    uint32_t struct_size;
+    uint32_t domain;    /* RlvDomain */
+    uint32_t type;      /* RlvType */
+    uint32_t width;     /* numbers per value */
+    size_t value_count; /* values; there are width times as many numbers */
+    size_t index_count; /* 0, or the number of corners */
+    char name[RLV_NAME_SIZE];
+} RlvAttributeInfo;
+
+#define RLV_ATTRIBUTE_INFO_INIT {sizeof(RlvAttributeInfo), 0, 0, 0, 0, 0, {0}}
+
+/* Makes a mesh from arrays, which are copied and checked: at least one face, indices that exist, no point twice in a
+ * face, finite numbers. The message of a refusal names the element. */
+RLV_API RlvResult rlv_mesh_create(RlvContext context, const RlvMeshArrays *arrays, RlvMesh *out);
+
+RLV_API RlvResult rlv_mesh_retain(RlvMesh mesh);
+RLV_API RlvResult rlv_mesh_release(RlvMesh mesh);
+
+RLV_API RlvResult rlv_mesh_info(RlvMesh mesh, RlvMeshInfo *out);
+
+/* Mutating. Moves the points: count is the mesh's number of points, three floats each. Surfaces that were made from the
+ * mesh keep theirs; see rlv_surface_set_points. */
+RLV_API RlvResult rlv_mesh_set_points(RlvMesh mesh, const float *points, size_t count, size_t stride);
+
+/* Mutating. Adds an attribute. */
+RLV_API RlvResult rlv_mesh_add_attribute(RlvMesh mesh, const RlvAttributeArrays *arrays);
+
+/* Writes the positions; capacity is in points and at least the number of points. */
+RLV_API RlvResult rlv_mesh_get_points(RlvMesh mesh, float *points, size_t capacity, size_t stride);
+
+/* Writes the size of every face and the point of every corner, packed. Either array may be NULL if it is not wanted;
+ * capacities are in elements. */
+RLV_API RlvResult rlv_mesh_get_faces(RlvMesh mesh, uint32_t *face_sizes, size_t face_capacity, uint32_t *corners,
+                                     size_t corner_capacity);
+
+/* Writes the faces as triangles of three points each, fanned from the first corner of each face; holes are left out.
+ * capacity is in triangles. */
+RLV_API RlvResult rlv_mesh_get_triangles(RlvMesh mesh, uint32_t *triangles, size_t capacity, size_t stride);
+
+/* The index of the attribute called name, RLV_ERROR_NOT_FOUND if there is none. */
+RLV_API RlvResult rlv_mesh_find_attribute(RlvMesh mesh, const char *name, uint32_t *out);
+
+/* What attribute index, counted from 0, is. */
+RLV_API RlvResult rlv_mesh_attribute_info(RlvMesh mesh, uint32_t index, RlvAttributeInfo *out);
+
+/* Writes the numbers of attribute index, packed, and its indices if it has any. Either array may be NULL. capacities
+ * are in numbers and in indices. */
+RLV_API RlvResult rlv_mesh_get_attribute(RlvMesh mesh, uint32_t index, void *values, size_t number_capacity,
+                                         uint32_t *indices, size_t index_capacity);
+
+#endif

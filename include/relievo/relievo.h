@@ -1,0 +1,11 @@
+/* Relievo: surfaces that take imprints, for plugins of DCC applications and renderers. Everything, in C.
+ * The rules that hold for every noun are in relievo/context.h. */
+#ifndef RELIEVO_RELIEVO_H
+#define RELIEVO_RELIEVO_H
+
+#include "relievo/context.h"
+#include "relievo/error.h"
+#include "relievo/mesh.h"
+#include "relievo/version.h"
+
+#endif

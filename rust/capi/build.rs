@@ -1,0 +1,12 @@
+//! Gives the shared library its SONAME, one per minor version until 1.0, and keeps it loaded once a host opened it:
+//! thread-local destructors of an unloaded library would crash the host at exit.
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("linux") {
+        let version = |part: &str| std::env::var(format!("CARGO_PKG_VERSION_{part}")).unwrap_or_default();
+        let soname = format!("librelievo.so.{}.{}", version("MAJOR"), version("MINOR"));
+        println!("cargo::rustc-cdylib-link-arg=-Wl,-soname,{soname}");
+        println!("cargo::rustc-cdylib-link-arg=-Wl,-z,nodelete");
+    }
+}

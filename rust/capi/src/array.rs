@@ -1,0 +1,243 @@
+//! Arrays from and to C: pointer, count and byte stride (0 = packed). They are checked before anything is read or
+//! written, and elements are copied one by one, so neither alignment nor overlap matters.
+
+use std::mem::size_of;
+
+use relievo_core::{Error, Result};
+
+/// A type whose every bit pattern is a value.
+///
+/// # Safety
+/// The type has no padding and every bit pattern is a value of it.
+pub unsafe trait Plain: Copy + Default {}
+
+// SAFETY: integers and floats have no padding and no invalid patterns, and arrays of them neither.
+unsafe impl Plain for u8 {}
+// SAFETY: as above.
+unsafe impl Plain for u16 {}
+// SAFETY: as above.
+unsafe impl Plain for u32 {}
+// SAFETY: as above.
+unsafe impl Plain for f32 {}
+// SAFETY: as above.
+unsafe impl Plain for f64 {}
+// SAFETY: as above.
+unsafe impl Plain for [f32; 3] {}
+// SAFETY: as above.
+unsafe impl Plain for [u32; 2] {}
+// SAFETY: as above.
+unsafe impl Plain for [u32; 3] {}
+
+/// The stride in bytes of `count` elements of `size` bytes at `pointer`, or why they cannot exist.
+fn check(name: &str, null: bool, count: usize, stride: usize, size: usize) -> Result<usize> {
+    let stride = if stride == 0 { size } else { stride };
+    if count == 0 {
+        return Ok(stride);
+    }
+    if null {
+        return Err(Error::invalid(format!("the pointer is NULL but the count is {count}")).at(name));
+    }
+    if stride < size {
+        return Err(Error::invalid(format!("the stride of {stride} bytes is less than an element"))
+            .at(name)
+            .advise(format!("use 0 for packed elements, or at least {size}")));
+    }
+    match stride.checked_mul(count) {
+        Some(bytes) if isize::try_from(bytes).is_ok() => Ok(stride),
+        _ => Err(Error::invalid(format!("{count} elements of {stride} bytes exceed the address space")).at(name)),
+    }
+}
+
+/// An array that C lends for reading.
+#[derive(Clone, Copy)]
+pub struct Input<T> {
+    start: *const u8,
+    count: usize,
+    stride: usize,
+    element: std::marker::PhantomData<T>,
+}
+
+impl<T: Plain> Input<T> {
+    /// The array called `name` in messages.
+    ///
+    /// # Safety
+    /// If `count` is not zero and `pointer` not NULL, `count` elements can be read at `stride` bytes from one another
+    /// until the call ends.
+    pub unsafe fn new(name: &str, pointer: *const T, count: usize, stride: usize) -> Result<Self> {
+        let stride = check(name, pointer.is_null(), count, stride, size_of::<T>())?;
+        Ok(Self { start: pointer.cast(), count, stride, element: std::marker::PhantomData })
+    }
+
+    /// How many elements there are.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The elements.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = T> + '_ {
+        (0..self.count).map(|index| {
+            // SAFETY: `new` was promised `count` readable elements and checked that their offsets do not overflow.
+            unsafe { self.start.add(index * self.stride).cast::<T>().read_unaligned() }
+        })
+    }
+
+    /// Element `index`, which is below the count.
+    pub fn get(&self, index: usize) -> T {
+        assert!(index < self.count);
+        // SAFETY: as in `iter`.
+        unsafe { self.start.add(index * self.stride).cast::<T>().read_unaligned() }
+    }
+
+    /// A copy of the elements, or an error if there is no memory for it within `limit` bytes.
+    pub fn to_vec(&self, name: &str, limit: u64) -> Result<Vec<T>> {
+        let mut copy = reserve(name, self.count, limit)?;
+        copy.extend(self.iter());
+        Ok(copy)
+    }
+}
+
+/// An empty vector with room for `count` elements, or an error if `limit` bytes or the machine do not have it.
+pub fn reserve<T>(name: &str, count: usize, limit: u64) -> Result<Vec<T>> {
+    let bytes = (count as u64).saturating_mul(size_of::<T>() as u64);
+    let mut room = Vec::new();
+    if bytes > limit || room.try_reserve_exact(count).is_err() {
+        return Err(Error::memory(format!("{bytes} bytes are more than there is room for"))
+            .at(name)
+            .advise("raise the memory limit of the context or pass less"));
+    }
+    Ok(room)
+}
+
+/// An array that C lends for writing, or none.
+#[derive(Clone, Copy)]
+pub struct Output<T> {
+    start: *mut u8,
+    count: usize,
+    stride: usize,
+    element: std::marker::PhantomData<T>,
+}
+
+impl<T: Plain> Output<T> {
+    /// The array called `name` in messages, with room for `count` elements.
+    ///
+    /// # Safety
+    /// If `pointer` is not NULL, `count` elements can be written at `stride` bytes from one another until the call
+    /// ends.
+    pub unsafe fn new(name: &str, pointer: *mut T, count: usize, stride: usize) -> Result<Self> {
+        let stride = check(name, pointer.is_null(), count, stride, size_of::<T>())?;
+        Ok(Self { start: pointer.cast(), count, stride, element: std::marker::PhantomData })
+    }
+
+    /// As [`Output::new`], where NULL means that the array is not wanted.
+    ///
+    /// # Safety
+    /// As for [`Output::new`].
+    pub unsafe fn optional(name: &str, pointer: *mut T, count: usize, stride: usize) -> Result<Option<Self>> {
+        if pointer.is_null() {
+            return Ok(None);
+        }
+        // SAFETY: promised by the caller.
+        unsafe { Self::new(name, pointer, count, stride) }.map(Some)
+    }
+
+    /// Fails unless there is room for `needed` elements.
+    pub fn holds(self, name: &str, needed: usize) -> Result<Self> {
+        if needed <= self.count {
+            return Ok(self);
+        }
+        Err(Error::invalid(format!("there is room for {} elements, but there are {needed}", self.count))
+            .at(name)
+            .advise("ask for the count first and pass an array of that size"))
+    }
+
+    /// Writes element `index`; indices beyond the array are ignored.
+    pub fn set(&self, index: usize, value: T) {
+        if index < self.count {
+            // SAFETY: `new` was promised `count` writable elements and checked that their offsets do not overflow.
+            unsafe { self.start.add(index * self.stride).cast::<T>().write_unaligned(value) };
+        }
+    }
+
+    /// Writes `values` from the first element on.
+    pub fn fill(&self, values: impl IntoIterator<Item = T>) {
+        for (index, value) in values.into_iter().enumerate().take(self.count) {
+            self.set(index, value);
+        }
+    }
+}
+
+/// Writes one value through an output pointer that [`present`] has checked.
+///
+/// # Safety
+/// `to` is a pointer to which a `T` may be written.
+pub unsafe fn put<T>(to: *mut T, value: T) {
+    // SAFETY: promised by the caller.
+    unsafe { to.write_unaligned(value) };
+}
+
+/// Fails if the output pointer called `name` is NULL; called before the work whose result goes there.
+pub fn present<T>(name: &str, pointer: *mut T) -> Result<()> {
+    if pointer.is_null() {
+        return Err(Error::invalid("the output pointer is NULL").at(name).advise("pass a place for the result"));
+    }
+    Ok(())
+}
+
+/// The text at `pointer`, or an error if it is NULL or not UTF-8.
+///
+/// # Safety
+/// `pointer` is NULL or points to a NUL-terminated string that lives until the call ends.
+pub unsafe fn text<'a>(name: &str, pointer: *const std::ffi::c_char) -> Result<&'a str> {
+    if pointer.is_null() {
+        return Err(Error::invalid("the text is NULL").at(name));
+    }
+    // SAFETY: the caller promises a NUL-terminated string.
+    let text = unsafe { std::ffi::CStr::from_ptr(pointer) };
+    text.to_str().map_err(|_| Error::invalid("the text is not UTF-8").at(name))
+}
+
+/// A text as C keeps it in an array of `N` bytes: cut at a character boundary if it is too long, NUL-terminated.
+pub fn fixed<const N: usize>(text: &str) -> [u8; N] {
+    let mut end = text.len().min(N - 1);
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    let mut bytes = [0; N];
+    bytes[..end].copy_from_slice(&text.as_bytes()[..end]);
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strides_and_counts_are_checked() {
+        let data = [1_u32, 2, 3, 4];
+        // SAFETY: `data` holds two elements 8 bytes apart.
+        let every_other = unsafe { Input::new("ids", data.as_ptr(), 2, 8) }.unwrap();
+        assert_eq!(every_other.to_vec("ids", 1 << 10).unwrap(), [1, 3]);
+        assert!(every_other.to_vec("ids", 7).is_err());
+        for (count, stride) in [(1, 3), (usize::MAX, 4), (usize::MAX / 2, 0), (2, usize::MAX)] {
+            // SAFETY: refused before anything is read.
+            assert!(unsafe { Input::new("ids", data.as_ptr(), count, stride) }.is_err());
+        }
+        // SAFETY: NULL is refused, or allowed for no elements.
+        unsafe {
+            assert!(Input::<u32>::new("ids", std::ptr::null(), 1, 0).is_err());
+            assert!(Input::<u32>::new("ids", std::ptr::null(), 0, 0).unwrap().is_empty());
+        }
+    }
+
+    #[test]
+    fn texts_are_cut_at_characters() {
+        assert_eq!(&fixed::<4>("ab"), b"ab\0\0");
+        assert_eq!(&fixed::<4>("abcd"), b"abc\0");
+        assert_eq!(&fixed::<4>("abé"), b"ab\0\0");
+    }
+}

@@ -1,0 +1,76 @@
+//! The border between C and Rust: no panic crosses it, and every failure becomes a result and the thread's last error.
+
+use std::cell::RefCell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Once;
+
+use relievo_core::{Error, Result};
+
+use crate::error::{self, RLV_OK, RlvResult};
+
+thread_local! {
+    /// Where this thread panicked last; read right after the panic was caught.
+    static PANIC_PLACE: RefCell<String> = const { RefCell::new(String::new()) };
+}
+
+static QUIET: Once = Once::new();
+
+/// Runs the body of the function called `name`.
+pub fn enter(name: &'static str, body: impl FnOnce() -> Result<()>) -> RlvResult {
+    // A library stays silent; the place of a panic goes into the error instead of the standard error stream.
+    QUIET.call_once(|| {
+        if !cfg!(test) {
+            std::panic::set_hook(Box::new(|info| {
+                let place = info.location().map(ToString::to_string).unwrap_or_default();
+                // A thread that is being torn down has no place to keep it; then it is lost.
+                let _ = PANIC_PLACE.try_with(|last| *last.borrow_mut() = place);
+            }));
+        }
+    });
+    let failure = match catch_unwind(AssertUnwindSafe(body)) {
+        Ok(Ok(())) => return RLV_OK,
+        Ok(Err(failure)) => failure,
+        Err(payload) => {
+            let text = payload.downcast_ref::<String>().map(String::as_str);
+            let text = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message");
+            let place = PANIC_PLACE.try_with(|last| std::mem::take(&mut *last.borrow_mut())).unwrap_or_default();
+            let failure = Error::internal(format!("a fault inside Relievo: {text}"));
+            let failure = if place.is_empty() { failure } else { failure.at(place) };
+            failure.advise("please report it; release the objects of this call")
+        }
+    };
+    error::remember(failure.at(name))
+}
+
+/// Defines functions of the C ABI. The body returns `Result<()>` and writes outputs as its last step.
+macro_rules! entry {
+    ($($(#[$meta:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?) $body:block)*) => {$(
+        $(#[$meta])*
+        #[unsafe(no_mangle)]
+        #[allow(clippy::too_many_arguments)]
+        pub unsafe extern "C" fn $name($($argument: $type),*) -> $crate::error::RlvResult {
+            $crate::border::enter(stringify!($name), || $body)
+        }
+    )*};
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::{RLV_ERROR_INTERNAL, RLV_ERROR_INVALID};
+
+    #[test]
+    fn a_panic_becomes_an_internal_error() {
+        assert_eq!(enter("rlv_test", || panic!("slot {}", 7)), RLV_ERROR_INTERNAL);
+        assert!(error::last_message().starts_with("rlv_test: "));
+        assert!(error::last_message().contains("slot 7"));
+    }
+
+    #[test]
+    fn an_error_keeps_its_place_and_success_keeps_the_last_error() {
+        let result = enter("rlv_test", || Err(Error::invalid("it is bent").at("point 3").advise("straighten it")));
+        assert_eq!(result, RLV_ERROR_INVALID);
+        assert_eq!(enter("rlv_test", || Ok(())), RLV_OK);
+        assert_eq!(error::last_message(), "rlv_test: point 3: it is bent; straighten it");
+    }
+}

@@ -1,0 +1,216 @@
+//! Contexts, progress and log callbacks, statistics; see `include/relievo/context.h`.
+
+use std::collections::BTreeMap;
+use std::ffi::{CString, c_char, c_void};
+use std::sync::{Mutex, PoisonError};
+
+use relievo_core::{Context, ContextOptions, Error, Progress, Result};
+
+use crate::array::{Output, fixed, present, put};
+use crate::descriptor::{read_optional, write_descriptor};
+use crate::registry::{self, handle};
+
+handle!(RlvContext, 1, ContextObject);
+
+constants! {
+    u32:
+    RLV_DEVICE_CPU = 0,
+    RLV_DEVICE_GPU = 1,
+    RLV_DEVICE_AUTO = 2,
+    RLV_PROGRESS_CONTINUE = 0,
+    RLV_PROGRESS_CANCEL = 1,
+    RLV_LOG_INFO = 0,
+    RLV_LOG_WARNING = 1,
+    RLV_NAME_SIZE = 48,
+}
+
+descriptor! {
+    pub struct RlvContextOptions {
+        struct_size: u32,
+        device: u32,
+        threads: u32,
+        reserved: u32,
+        memory_limit: u64,
+    }
+}
+
+descriptor! {
+    pub struct RlvContextInfo {
+        struct_size: u32,
+        device: u32,
+        threads: u32,
+        reserved: u32,
+        memory_limit: u64,
+        simd: [u8; RLV_NAME_SIZE as usize],
+    }
+}
+
+descriptor! {
+    pub struct RlvContextStat {
+        stage: [u8; RLV_NAME_SIZE as usize],
+        quantity: [u8; RLV_NAME_SIZE as usize],
+        total: f64,
+        samples: u64,
+    }
+}
+
+/// `RlvProgress`: NULL, or a function that gets its user pointer, a fraction and a stage.
+pub type RlvProgress = Option<unsafe extern "C" fn(*mut c_void, f32, *const c_char) -> u32>;
+
+/// `RlvLog`: NULL, or a function that gets its user pointer, a level and a text.
+pub type RlvLog = Option<unsafe extern "C" fn(*mut c_void, u32, *const c_char)>;
+
+/// A context with what only C needs of it.
+pub struct ContextObject {
+    pub context: Context,
+    log: Mutex<Log>,
+    totals: Mutex<BTreeMap<(&'static str, &'static str), (f64, u64)>>,
+}
+
+#[derive(Clone, Copy)]
+struct Log {
+    callback: RlvLog,
+    user: *mut c_void,
+}
+
+// SAFETY: the pointer is not dereferenced here, only handed back to its owner's callback; the header says that the
+// callback runs on whichever thread calls into the library.
+unsafe impl Send for Log {}
+
+impl ContextObject {
+    /// Tells the host, on the calling thread.
+    pub fn log(&self, level: u32, text: &str) {
+        // Copied out, so that a callback which calls back finds the lock free.
+        let log = *self.log.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(callback) = log.callback else { return };
+        let text = CString::new(text.replace('\0', " ")).unwrap_or_default();
+        // SAFETY: the host gave this function for this pointer, and the text lives through the call.
+        unsafe { callback(log.user, level, text.as_ptr()) };
+    }
+
+    /// Adds the events since the last call to the totals, so that the list of events stays short.
+    fn settle(&self) -> std::sync::MutexGuard<'_, BTreeMap<(&'static str, &'static str), (f64, u64)>> {
+        let mut totals = self.totals.lock().unwrap_or_else(PoisonError::into_inner);
+        for event in self.context.stats().take() {
+            let seconds = [("seconds", event.length.as_secs_f64())];
+            let counts = event.counts.iter().map(|(name, value)| (*name, *value as f64));
+            for (quantity, value) in seconds.into_iter().chain(counts) {
+                let row = totals.entry((event.stage, quantity)).or_insert((0.0, 0));
+                row.0 += value;
+                row.1 += 1;
+            }
+        }
+        totals
+    }
+}
+
+/// A host's progress callback.
+pub struct HostProgress {
+    pub callback: RlvProgress,
+    pub user: *mut c_void,
+}
+
+impl Progress for HostProgress {
+    fn report(&mut self, fraction: f32, stage: &str) -> bool {
+        let Some(callback) = self.callback else { return true };
+        let stage = CString::new(stage.replace('\0', " ")).unwrap_or_default();
+        // SAFETY: the host gave this function for this pointer, and the text lives through the call.
+        unsafe { callback(self.user, fraction, stage.as_ptr()) == RLV_PROGRESS_CONTINUE }
+    }
+}
+
+entry! {
+    fn rlv_context_create(options: *const RlvContextOptions, out: *mut RlvContext) {
+        present("out", out)?;
+        let default = RlvContextOptions { struct_size: 0, device: RLV_DEVICE_CPU, threads: 0, reserved: 0, memory_limit: 0 };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let options = unsafe { read_optional(options, default) }?;
+        match options.device {
+            RLV_DEVICE_CPU | RLV_DEVICE_AUTO => {}
+            RLV_DEVICE_GPU => {
+                return Err(Error::unsupported("this build has no GPU executor")
+                    .at("device")
+                    .advise("use RLV_DEVICE_CPU or RLV_DEVICE_AUTO"));
+            }
+            other => {
+                return Err(Error::invalid(format!("{other} is no device")).at("device").advise("use an RLV_DEVICE_ value"));
+            }
+        }
+        let options = ContextOptions { threads: options.threads as usize, memory_limit: options.memory_limit };
+        let object = ContextObject {
+            context: Context::new(&options)?,
+            log: Mutex::new(Log { callback: None, user: std::ptr::null_mut() }),
+            totals: Mutex::default(),
+        };
+        let handle = registry::insert(object)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_context_retain(context: RlvContext) {
+        registry::retain(context)
+    }
+
+    fn rlv_context_release(context: RlvContext) {
+        registry::release(context)
+    }
+
+    fn rlv_context_info(context: RlvContext, out: *mut RlvContextInfo) {
+        let object = registry::get(context)?;
+        let limit = object.context.memory_limit();
+        let info = RlvContextInfo {
+            struct_size: 0,
+            device: RLV_DEVICE_CPU,
+            threads: u32::try_from(object.context.threads()).unwrap_or(u32::MAX),
+            reserved: 0,
+            memory_limit: if limit == u64::MAX { 0 } else { limit },
+            simd: fixed(object.context.level().name()),
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_context_set_log(context: RlvContext, callback: RlvLog, user: *mut c_void) {
+        let object = registry::get(context)?;
+        *object.log.lock().unwrap_or_else(PoisonError::into_inner) = Log { callback, user };
+        Ok(())
+    }
+
+    fn rlv_context_stats(context: RlvContext, stats: *mut RlvContextStat, capacity: usize, count: *mut usize) {
+        present("count", count)?;
+        // SAFETY: the caller gives room for `capacity` rows, or NULL to ask for the count alone.
+        let stats = unsafe { Output::optional("stats", stats, capacity, 0) }?;
+        let object = registry::get(context)?;
+        let totals = object.settle();
+        if let Some(stats) = stats {
+            stats.holds("stats", totals.len())?.fill(totals.iter().map(|((stage, quantity), (total, samples))| {
+                RlvContextStat { stage: fixed(stage), quantity: fixed(quantity), total: *total, samples: *samples }
+            }));
+        }
+        // SAFETY: checked above.
+        unsafe { put(count, totals.len()) };
+        Ok(())
+    }
+
+    fn rlv_context_reset_stats(context: RlvContext) {
+        registry::get(context)?.settle().clear();
+        Ok(())
+    }
+}
+
+impl Default for RlvContextStat {
+    fn default() -> Self {
+        Self { stage: fixed(""), quantity: fixed(""), total: 0.0, samples: 0 }
+    }
+}
+
+// SAFETY: bytes, then a double and an integer at a multiple of eight: no padding, no invalid patterns.
+unsafe impl crate::array::Plain for RlvContextStat {}
+
+/// The object of a context handle and its executor.
+pub fn executor(context: RlvContext) -> Result<(std::sync::Arc<ContextObject>, Context)> {
+    let object = registry::get(context)?;
+    let executor = object.context.clone();
+    Ok((object, executor))
+}

@@ -1,0 +1,188 @@
+//! Descriptors: structs that begin with their size, so that a program built with another version of the headers is
+//! understood. Their C layout is kept as a table for the test that compares it with the headers.
+
+use std::mem::size_of;
+
+use relievo_core::{Error, ErrorKind, Result};
+
+/// The layout of a struct.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout {
+    /// Name in C.
+    pub name: &'static str,
+    /// Bytes.
+    pub size: usize,
+    /// Name, offset and size in bytes of every field.
+    pub fields: &'static [(&'static str, usize, usize)],
+}
+
+/// A plain C struct that begins with its size.
+///
+/// # Safety
+/// The type is `#[repr(C)]`, begins with a `u32`, and every bit pattern, all zeros included, is a value of it.
+pub unsafe trait Descriptor: Copy {
+    /// Name in C.
+    const NAME: &'static str;
+    /// Size in the first version of the header that had it.
+    const FIRST_SIZE: usize;
+}
+
+/// Defines plain C structs with their layout table; one whose first field is `struct_size` is a [`Descriptor`].
+macro_rules! descriptor {
+    (pub struct $name:ident { struct_size: u32, $($field:ident: $type:ty,)* }) => {
+        descriptor!(@plain $name { struct_size: u32, $($field: $type,)* });
+        // SAFETY: the struct is `#[repr(C)]`, begins with a `u32` and has fields of plain numbers and pointers only.
+        unsafe impl $crate::descriptor::Descriptor for $name {
+            const NAME: &'static str = stringify!($name);
+            const FIRST_SIZE: usize = std::mem::size_of::<$name>();
+        }
+    };
+    (pub struct $name:ident { $($field:ident: $type:ty,)* }) => {
+        descriptor!(@plain $name { $($field: $type,)* });
+    };
+    (@plain $name:ident { $($field:ident: $type:ty,)* }) => {
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name {
+            $(pub $field: $type,)*
+        }
+
+        impl $name {
+            /// The layout, for comparison with the header.
+            pub const LAYOUT: $crate::descriptor::Layout = $crate::descriptor::Layout {
+                name: stringify!($name),
+                size: std::mem::size_of::<$name>(),
+                fields: &[$((stringify!($field), std::mem::offset_of!($name, $field), std::mem::size_of::<$type>()),)*],
+            };
+        }
+    };
+}
+
+/// Defines the constants of a header and their table.
+macro_rules! constants {
+    ($type:ty: $($name:ident = $value:expr,)*) => {
+        $(pub const $name: $type = $value;)*
+        /// Name and value of every constant, for comparison with the header.
+        pub const CONSTANTS: &[(&str, i64)] = &[$((stringify!($name), $name as i64),)*];
+    };
+}
+
+fn declared_size<D: Descriptor>(size: usize) -> Result<usize> {
+    if size < D::FIRST_SIZE || size > 1 << 16 {
+        return Err(Error::invalid(format!("its struct_size is {size}"))
+            .at(D::NAME)
+            .advise("start from the RLV_…_INIT of the type, which sets it"));
+    }
+    Ok(size)
+}
+
+/// Reads the descriptor that `from` points to. Fields beyond the caller's `struct_size` keep the value in `default`;
+/// fields that a newer header has and this library lacks must be zero.
+///
+/// # Safety
+/// `from` is NULL or points to `struct_size` readable bytes, the first four of which are `struct_size`.
+pub unsafe fn read_descriptor<D: Descriptor>(from: *const D, default: D) -> Result<D> {
+    if from.is_null() {
+        return Err(Error::invalid("the pointer is NULL").at(D::NAME).advise("pass a descriptor"));
+    }
+    // SAFETY: the caller promises the first four bytes.
+    let size = declared_size::<D>(unsafe { from.cast::<u32>().read_unaligned() } as usize)?;
+    let mut read = default;
+    // SAFETY: `size` bytes are readable by the caller's promise, no more than the size of `D` are written, and every
+    // bit pattern is a value of `D`.
+    unsafe {
+        std::ptr::copy_nonoverlapping(from.cast::<u8>(), (&raw mut read).cast::<u8>(), size.min(size_of::<D>()));
+    }
+    // SAFETY: `size` bytes are readable by the caller's promise.
+    let newer = (size_of::<D>()..size).any(|at| unsafe { from.cast::<u8>().add(at).read() } != 0);
+    if newer {
+        return Err(Error::new(ErrorKind::Unsupported, "it uses fields that this version of the library lacks")
+            .at(D::NAME)
+            .advise("leave them zero, or load a newer library"));
+    }
+    Ok(read)
+}
+
+/// As [`read_descriptor`], where NULL means `default`.
+///
+/// # Safety
+/// As for [`read_descriptor`].
+pub unsafe fn read_optional<D: Descriptor>(from: *const D, default: D) -> Result<D> {
+    if from.is_null() {
+        return Ok(default);
+    }
+    // SAFETY: promised by the caller.
+    unsafe { read_descriptor(from, default) }
+}
+
+/// Writes `value` through `to`, no further than the caller's `struct_size`, which is left as it is.
+///
+/// # Safety
+/// `to` is NULL or points to `struct_size` writable bytes, the first four of which are `struct_size`.
+pub unsafe fn write_descriptor<D: Descriptor>(to: *mut D, value: D) -> Result<()> {
+    if to.is_null() {
+        return Err(Error::invalid("the output pointer is NULL").at(D::NAME).advise("pass a place for the result"));
+    }
+    // SAFETY: the caller promises the first four bytes.
+    let size = declared_size::<D>(unsafe { to.cast::<u32>().read_unaligned() } as usize)?;
+    let count = size.min(size_of::<D>()) - size_of::<u32>();
+    // SAFETY: both sides have `count` bytes after their size field.
+    unsafe {
+        let from = (&raw const value).cast::<u8>().add(size_of::<u32>());
+        std::ptr::copy_nonoverlapping(from, to.cast::<u8>().add(size_of::<u32>()), count);
+    }
+    Ok(())
+}
+
+/// Fails if `to` is NULL or not a descriptor; called before the work whose result goes there.
+///
+/// # Safety
+/// As for [`write_descriptor`].
+pub unsafe fn check_descriptor<D: Descriptor>(to: *mut D) -> Result<()> {
+    if to.is_null() {
+        return Err(Error::invalid("the output pointer is NULL").at(D::NAME).advise("pass a place for the result"));
+    }
+    // SAFETY: the caller promises the first four bytes.
+    declared_size::<D>(unsafe { to.cast::<u32>().read_unaligned() } as usize).map(|_| ())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    descriptor! {
+        pub struct Small { struct_size: u32, a: u32, }
+    }
+    descriptor! {
+        pub struct Wide { struct_size: u32, a: u32, b: u32, }
+    }
+
+    #[test]
+    fn sizes_are_understood_in_both_directions() {
+        let default = Small { struct_size: 8, a: 7 };
+        let newer = Wide { struct_size: 12, a: 1, b: 0 };
+        // SAFETY: `newer` has the 12 bytes it declares.
+        let read = unsafe { read_descriptor((&raw const newer).cast::<Small>(), default) }.unwrap();
+        assert_eq!(read.a, 1);
+        let used = Wide { b: 5, ..newer };
+        // SAFETY: as above.
+        let error = unsafe { read_descriptor((&raw const used).cast::<Small>(), default) }.unwrap_err();
+        assert_eq!(error.kind, ErrorKind::Unsupported);
+        let short = Small { struct_size: 3, a: 1 };
+        // SAFETY: `short` has more bytes than it declares.
+        assert!(unsafe { read_descriptor(&raw const short, default) }.is_err());
+        // SAFETY: NULL is allowed.
+        assert!(unsafe { read_descriptor(std::ptr::null(), default) }.is_err());
+    }
+
+    #[test]
+    fn writing_keeps_the_size_and_what_lies_beyond() {
+        let mut out = Wide { struct_size: 8, a: 0, b: 9 };
+        let value = Small { struct_size: 0, a: 4 };
+        // SAFETY: `out` has the 8 bytes it declares.
+        unsafe { write_descriptor((&raw mut out).cast::<Small>(), value) }.unwrap();
+        assert_eq!((out.struct_size, out.a, out.b), (8, 4, 9));
+        assert_eq!(Small::LAYOUT.size, 8);
+        assert_eq!(Wide::LAYOUT.fields[2], ("b", 8, 4));
+    }
+}

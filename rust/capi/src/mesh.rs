@@ -1,0 +1,441 @@
+//! Meshes; see `include/relievo/mesh.h`.
+
+use std::ffi::{c_char, c_void};
+use std::sync::{Arc, RwLock};
+
+use relievo_core::{Attribute, Crease, Domain, Error, ErrorKind, Mesh, Result, Values};
+
+use crate::array::{Input, Output, fixed, present, put, reserve, text};
+use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
+use crate::descriptor::{read_descriptor, write_descriptor};
+use crate::registry::{self, handle, try_read, try_write};
+
+handle!(RlvMesh, 2, MeshObject);
+
+constants! {
+    u32:
+    RLV_DOMAIN_POINT = 0,
+    RLV_DOMAIN_CORNER = 1,
+    RLV_DOMAIN_FACE = 2,
+    RLV_TYPE_F32 = 0,
+    RLV_TYPE_U32 = 1,
+}
+
+descriptor! {
+    pub struct RlvMeshArrays {
+        struct_size: u32,
+        face_size: u32,
+        points: *const f32,
+        point_count: usize,
+        point_stride: usize,
+        face_sizes: *const u32,
+        face_count: usize,
+        face_stride: usize,
+        corners: *const u32,
+        corner_count: usize,
+        corner_stride: usize,
+        creases: *const u32,
+        crease_sharpness: *const f32,
+        crease_count: usize,
+        crease_stride: usize,
+        crease_sharpness_stride: usize,
+        sharp_points: *const u32,
+        sharp_point_sharpness: *const f32,
+        sharp_point_count: usize,
+        sharp_point_stride: usize,
+        sharp_point_sharpness_stride: usize,
+        holes: *const u32,
+        hole_count: usize,
+        hole_stride: usize,
+    }
+}
+
+descriptor! {
+    pub struct RlvMeshInfo {
+        struct_size: u32,
+        attribute_count: u32,
+        point_count: usize,
+        face_count: usize,
+        corner_count: usize,
+        triangle_count: usize,
+        crease_count: usize,
+        sharp_point_count: usize,
+        hole_count: usize,
+        low: [f32; 3],
+        high: [f32; 3],
+    }
+}
+
+descriptor! {
+    pub struct RlvAttributeArrays {
+        struct_size: u32,
+        domain: u32,
+        type_: u32,
+        width: u32,
+        name: *const c_char,
+        values: *const c_void,
+        value_count: usize,
+        value_stride: usize,
+        indices: *const u32,
+        index_count: usize,
+        index_stride: usize,
+    }
+}
+
+descriptor! {
+    pub struct RlvAttributeInfo {
+        struct_size: u32,
+        domain: u32,
+        type_: u32,
+        width: u32,
+        value_count: usize,
+        index_count: usize,
+        name: [u8; RLV_NAME_SIZE as usize],
+    }
+}
+
+/// A mesh and the context it belongs to.
+pub struct MeshObject {
+    pub context: Arc<ContextObject>,
+    pub mesh: RwLock<Mesh>,
+}
+
+/// Registers a checked mesh.
+pub fn register(context: Arc<ContextObject>, mesh: Mesh) -> Result<RlvMesh> {
+    registry::insert(MeshObject { context, mesh: RwLock::new(mesh) })
+}
+
+/// Copies the arrays, refusing what has no room within the memory limit of the context.
+///
+/// # Safety
+/// The arrays are as `mesh.h` demands.
+unsafe fn copy(arrays: &RlvMeshArrays, limit: u64) -> Result<Mesh> {
+    // SAFETY: for all of these, the caller promises that every array that is not NULL has its count of elements.
+    let (points, sizes, corners, creases, crease_sharpness, sharp_points, sharp_sharpness, holes) = unsafe {
+        (
+            Input::new("points", arrays.points.cast::<[f32; 3]>(), arrays.point_count, arrays.point_stride)?,
+            Input::new(
+                "face_sizes",
+                arrays.face_sizes,
+                if arrays.face_sizes.is_null() { 0 } else { arrays.face_count },
+                arrays.face_stride,
+            )?,
+            Input::new("corners", arrays.corners, arrays.corner_count, arrays.corner_stride)?,
+            Input::new("creases", arrays.creases.cast::<[u32; 2]>(), arrays.crease_count, arrays.crease_stride)?,
+            Input::new(
+                "crease_sharpness",
+                arrays.crease_sharpness,
+                arrays.crease_count,
+                arrays.crease_sharpness_stride,
+            )?,
+            Input::new("sharp_points", arrays.sharp_points, arrays.sharp_point_count, arrays.sharp_point_stride)?,
+            Input::new(
+                "sharp_point_sharpness",
+                arrays.sharp_point_sharpness,
+                arrays.sharp_point_count,
+                arrays.sharp_point_sharpness_stride,
+            )?,
+            Input::new("holes", arrays.holes, arrays.hole_count, arrays.hole_stride)?,
+        )
+    };
+    let face_sizes = if arrays.face_sizes.is_null() {
+        let expected = (arrays.face_count as u64).checked_mul(u64::from(arrays.face_size));
+        if expected != Some(arrays.corner_count as u64) {
+            return Err(Error::invalid(format!(
+                "{} faces of {} corners do not make {} corners",
+                arrays.face_count, arrays.face_size, arrays.corner_count
+            ))
+            .at("face_size")
+            .advise("set face_size to the corners of every face, or pass face_sizes"));
+        }
+        let mut same = reserve("face_sizes", arrays.face_count, limit)?;
+        same.resize(arrays.face_count, arrays.face_size);
+        same
+    } else {
+        sizes.to_vec("face_sizes", limit)?
+    };
+    let mut mesh = Mesh::new(points.to_vec("points", limit)?, face_sizes, corners.to_vec("corners", limit)?);
+    mesh.creases = reserve("creases", creases.len(), limit)?;
+    mesh.creases
+        .extend(creases.iter().zip(crease_sharpness.iter()).map(|(points, sharpness)| Crease { points, sharpness }));
+    mesh.sharp_points = reserve("sharp_points", sharp_points.len(), limit)?;
+    mesh.sharp_points.extend(sharp_points.iter().zip(sharp_sharpness.iter()));
+    mesh.holes = holes.to_vec("holes", limit)?;
+    Ok(mesh)
+}
+
+/// Copies an attribute.
+///
+/// # Safety
+/// The arrays are as `mesh.h` demands.
+unsafe fn copy_attribute(arrays: &RlvAttributeArrays, limit: u64) -> Result<Attribute> {
+    let domain = match arrays.domain {
+        RLV_DOMAIN_POINT => Domain::Point,
+        RLV_DOMAIN_CORNER => Domain::Corner,
+        RLV_DOMAIN_FACE => Domain::Face,
+        other => {
+            return Err(Error::invalid(format!("{other} is no domain"))
+                .at("domain")
+                .advise("use an RLV_DOMAIN_ value"));
+        }
+    };
+    if !(1..=4).contains(&arrays.width) {
+        return Err(Error::invalid(format!("{} numbers per value are not supported", arrays.width))
+            .at("width")
+            .advise("use 1 to 4"));
+    }
+    // SAFETY: the caller promises NULL or a NUL-terminated string.
+    let name = unsafe { text("name", arrays.name) }?;
+    if name.is_empty() || name.len() >= RLV_NAME_SIZE as usize {
+        return Err(Error::invalid(format!("the name has {} bytes", name.len()))
+            .at("name")
+            .advise(format!("use 1 to {} bytes", RLV_NAME_SIZE - 1)));
+    }
+    // Both types are four bytes wide, so both are copied as bit patterns first.
+    let width = arrays.width as usize;
+    let stride = if arrays.value_stride == 0 { width * 4 } else { arrays.value_stride };
+    let (count, start) = (arrays.value_count, arrays.values.cast::<u32>());
+    let mut bits: Vec<u32> = reserve("values", count.saturating_mul(width), limit)?;
+    if stride < width * 4 {
+        return Err(Error::invalid(format!("the stride of {stride} bytes is less than a value"))
+            .at("value_stride")
+            .advise(format!("use 0 for packed values, or at least {}", width * 4)));
+    }
+    // SAFETY: the caller promises `count` values of `width` numbers, `stride` bytes from one another; the first input
+    // checks that the whole range fits the address space.
+    unsafe {
+        Input::new("values", start, count, stride)?;
+        for index in 0..count {
+            let value = start.cast::<u8>().add(index * stride).cast::<u32>();
+            bits.extend(Input::new("values", value, width, 0)?.iter());
+        }
+    }
+    let values = match arrays.type_ {
+        RLV_TYPE_F32 => Values::F32(bits.into_iter().map(f32::from_bits).collect()),
+        RLV_TYPE_U32 => Values::U32(bits),
+        other => {
+            return Err(Error::invalid(format!("{other} is no type")).at("type").advise("use an RLV_TYPE_ value"));
+        }
+    };
+    // SAFETY: the caller promises `index_count` indices unless the pointer is NULL.
+    let indices = if arrays.indices.is_null() {
+        None
+    } else {
+        let indices = unsafe { Input::new("indices", arrays.indices, arrays.index_count, arrays.index_stride) }?;
+        Some(indices.to_vec("indices", limit)?)
+    };
+    Ok(Attribute { name: name.to_string(), domain, width: arrays.width, values, indices })
+}
+
+fn attribute(mesh: &Mesh, index: u32) -> Result<&Attribute> {
+    mesh.attributes.get(index as usize).ok_or_else(|| {
+        Error::invalid(format!("attribute {index} does not exist"))
+            .at("attribute")
+            .advise(format!("the mesh has {}", mesh.attributes.len()))
+    })
+}
+
+/// Fails unless every coordinate is finite.
+pub fn finite(name: &str, points: &[[f32; 3]]) -> Result<()> {
+    match points.iter().position(|point| !point.iter().all(|value| value.is_finite())) {
+        Some(index) => {
+            Err(Error::invalid("a coordinate is not a finite number").at(format!("{name}, element {index}")))
+        }
+        None => Ok(()),
+    }
+}
+
+entry! {
+    fn rlv_mesh_create(context: RlvContext, arrays: *const RlvMeshArrays, out: *mut RlvMesh) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+        let default: RlvMeshArrays = unsafe { std::mem::zeroed() };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let arrays = unsafe { read_descriptor(arrays, default) }?;
+        // SAFETY: the caller's arrays are as the header demands.
+        let mesh = unsafe { copy(&arrays, context.context.memory_limit()) }?;
+        mesh.check()?;
+        let handle = register(context, mesh)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_mesh_retain(mesh: RlvMesh) {
+        registry::retain(mesh)
+    }
+
+    fn rlv_mesh_release(mesh: RlvMesh) {
+        registry::release(mesh)
+    }
+
+    fn rlv_mesh_info(mesh: RlvMesh, out: *mut RlvMeshInfo) {
+        let object = registry::get(mesh)?;
+        let mesh = try_read(&object.mesh, "mesh")?;
+        let (low, high) = mesh.bounds().unwrap_or_default();
+        let mut hole = vec![false; mesh.face_count()];
+        for face in &mesh.holes {
+            if let Some(hole) = hole.get_mut(*face as usize) {
+                *hole = true;
+            }
+        }
+        let sizes = mesh.face_sizes.iter().zip(hole);
+        let info = RlvMeshInfo {
+            struct_size: 0,
+            attribute_count: mesh.attributes.len() as u32,
+            point_count: mesh.points.len(),
+            face_count: mesh.face_count(),
+            corner_count: mesh.corners.len(),
+            triangle_count: sizes.filter(|(_, hole)| !hole).map(|(size, _)| *size as usize - 2).sum(),
+            crease_count: mesh.creases.len(),
+            sharp_point_count: mesh.sharp_points.len(),
+            hole_count: mesh.holes.len(),
+            low,
+            high,
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_mesh_set_points(mesh: RlvMesh, points: *const f32, count: usize, stride: usize) {
+        let object = registry::get(mesh)?;
+        // SAFETY: the caller promises `count` points.
+        let points = unsafe { Input::new("points", points.cast::<[f32; 3]>(), count, stride) }?;
+        let points = points.to_vec("points", object.context.context.memory_limit())?;
+        finite("points", &points)?;
+        let mut mesh = try_write(&object.mesh, "mesh")?;
+        if points.len() != mesh.points.len() {
+            return Err(Error::invalid(format!("{} points were given for {}", points.len(), mesh.points.len()))
+                .at("points")
+                .advise("give one position per point; make another mesh if the topology changed"));
+        }
+        mesh.points = points;
+        Ok(())
+    }
+
+    fn rlv_mesh_add_attribute(mesh: RlvMesh, arrays: *const RlvAttributeArrays) {
+        let object = registry::get(mesh)?;
+        // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+        let default: RlvAttributeArrays = unsafe { std::mem::zeroed() };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let arrays = unsafe { read_descriptor(arrays, default) }?;
+        // SAFETY: the caller's arrays are as the header demands.
+        let attribute = unsafe { copy_attribute(&arrays, object.context.context.memory_limit()) }?;
+        let mut mesh = try_write(&object.mesh, "mesh")?;
+        mesh.attributes.push(attribute);
+        if let Err(error) = mesh.check() {
+            mesh.attributes.pop();
+            return Err(error);
+        }
+        Ok(())
+    }
+
+    fn rlv_mesh_get_points(mesh: RlvMesh, points: *mut f32, capacity: usize, stride: usize) {
+        let object = registry::get(mesh)?;
+        let mesh = try_read(&object.mesh, "mesh")?;
+        // SAFETY: the caller promises room for `capacity` points.
+        let out = unsafe { Output::new("points", points.cast::<[f32; 3]>(), capacity, stride) }?;
+        out.holds("points", mesh.points.len())?.fill(mesh.points.iter().copied());
+        Ok(())
+    }
+
+    fn rlv_mesh_get_faces(mesh: RlvMesh, face_sizes: *mut u32, face_capacity: usize, corners: *mut u32, corner_capacity: usize) {
+        let object = registry::get(mesh)?;
+        let mesh = try_read(&object.mesh, "mesh")?;
+        // SAFETY: the caller promises room for the capacities, or NULL for what is not wanted.
+        let (sizes, corners) = unsafe {
+            (
+                Output::optional("face_sizes", face_sizes, face_capacity, 0)?,
+                Output::optional("corners", corners, corner_capacity, 0)?,
+            )
+        };
+        let sizes = sizes.map(|out| out.holds("face_sizes", mesh.face_sizes.len())).transpose()?;
+        let corners = corners.map(|out| out.holds("corners", mesh.corners.len())).transpose()?;
+        if let Some(sizes) = sizes {
+            sizes.fill(mesh.face_sizes.iter().copied());
+        }
+        if let Some(corners) = corners {
+            corners.fill(mesh.corners.iter().copied());
+        }
+        Ok(())
+    }
+
+    fn rlv_mesh_get_triangles(mesh: RlvMesh, triangles: *mut u32, capacity: usize, stride: usize) {
+        let object = registry::get(mesh)?;
+        let mesh = try_read(&object.mesh, "mesh")?;
+        let made = mesh.triangles();
+        // SAFETY: the caller promises room for `capacity` triangles.
+        let out = unsafe { Output::new("triangles", triangles.cast::<[u32; 3]>(), capacity, stride) }?;
+        out.holds("triangles", made.len())?.fill(made);
+        Ok(())
+    }
+
+    fn rlv_mesh_find_attribute(mesh: RlvMesh, name: *const c_char, out: *mut u32) {
+        present("out", out)?;
+        let object = registry::get(mesh)?;
+        // SAFETY: the caller promises NULL or a NUL-terminated string.
+        let name = unsafe { text("name", name) }?;
+        let mesh = try_read(&object.mesh, "mesh")?;
+        let found = mesh.attributes.iter().position(|attribute| attribute.name == name).ok_or_else(|| {
+            let error = Error::new(ErrorKind::NotFound, format!("the mesh has no attribute `{name}`"));
+            match relievo_core::error::nearest(name, mesh.attributes.iter().map(|attribute| attribute.name.as_str())) {
+                Some(near) => error.advise(format!("did you mean `{near}`?")),
+                None => error,
+            }
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, found as u32) };
+        Ok(())
+    }
+
+    fn rlv_mesh_attribute_info(mesh: RlvMesh, index: u32, out: *mut RlvAttributeInfo) {
+        let object = registry::get(mesh)?;
+        let mesh = try_read(&object.mesh, "mesh")?;
+        let attribute = attribute(&mesh, index)?;
+        let info = RlvAttributeInfo {
+            struct_size: 0,
+            domain: match attribute.domain {
+                Domain::Point => RLV_DOMAIN_POINT,
+                Domain::Corner => RLV_DOMAIN_CORNER,
+                Domain::Face => RLV_DOMAIN_FACE,
+            },
+            type_: match attribute.values {
+                Values::F32(_) => RLV_TYPE_F32,
+                Values::U32(_) => RLV_TYPE_U32,
+            },
+            width: attribute.width,
+            value_count: attribute.values.len() / attribute.width as usize,
+            index_count: attribute.indices.as_ref().map_or(0, Vec::len),
+            name: fixed(&attribute.name),
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_mesh_get_attribute(mesh: RlvMesh, index: u32, values: *mut c_void, number_capacity: usize, indices: *mut u32, index_capacity: usize) {
+        let object = registry::get(mesh)?;
+        let mesh = try_read(&object.mesh, "mesh")?;
+        let attribute = attribute(&mesh, index)?;
+        // SAFETY: the caller promises room for the capacities, or NULL for what is not wanted.
+        let (out, index_out) = unsafe {
+            (
+                Output::optional("values", values.cast::<u32>(), number_capacity, 0)?,
+                Output::optional("indices", indices, index_capacity, 0)?,
+            )
+        };
+        let out = out.map(|out| out.holds("values", attribute.values.len())).transpose()?;
+        let have = attribute.indices.as_deref().unwrap_or_default();
+        let index_out = index_out.map(|out| out.holds("indices", have.len())).transpose()?;
+        if let Some(out) = out {
+            match &attribute.values {
+                Values::F32(numbers) => out.fill(numbers.iter().map(|number| number.to_bits())),
+                Values::U32(numbers) => out.fill(numbers.iter().copied()),
+            }
+        }
+        if let Some(out) = index_out {
+            out.fill(have.iter().copied());
+        }
+        Ok(())
+    }
+}

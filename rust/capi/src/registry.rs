@@ -1,0 +1,227 @@
+//! The registry of handles. A handle is a 64-bit id: 8 bits say which noun it is, 24 bits count how often its slot was
+//! used before, 32 bits are the slot. An id that was never given out, was released, or is another noun's is an error.
+
+use std::any::Any;
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
+
+use relievo_core::{Error, ErrorKind, Result};
+
+/// A handle type and what it stands for.
+pub trait Handle: Copy {
+    /// Number of the noun in ids, from 1.
+    const TAG: u8;
+    /// The object behind the handle.
+    type Object: Any + Send + Sync;
+    /// The id in the handle.
+    fn id(self) -> u64;
+    /// The handle with an id.
+    fn of(id: u64) -> Self;
+}
+
+/// Names of the nouns, by tag.
+const NOUNS: [&str; 8] = ["nothing", "context", "mesh", "surface", "detail", "collider", "caster", "history"];
+
+/// Defines the handle type of a noun.
+macro_rules! handle {
+    ($name:ident, $tag:literal, $object:ty) => {
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name {
+            pub id: u64,
+        }
+
+        impl $crate::registry::Handle for $name {
+            const TAG: u8 = $tag;
+            type Object = $object;
+            fn id(self) -> u64 {
+                self.id
+            }
+            fn of(id: u64) -> Self {
+                Self { id }
+            }
+        }
+    };
+}
+pub(crate) use handle;
+
+/// Uses of a slot before it is retired, so that an id never comes back.
+const GENERATIONS: u64 = 1 << 24;
+
+struct Slot {
+    /// The id given out for this slot last.
+    id: u64,
+    /// References that C holds; 0 if the slot is free.
+    references: u32,
+    object: Option<Arc<dyn Any + Send + Sync>>,
+}
+
+struct Registry {
+    slots: Vec<Slot>,
+    free: Vec<u32>,
+}
+
+static REGISTRY: RwLock<Registry> = RwLock::new(Registry { slots: Vec::new(), free: Vec::new() });
+
+// No code that may panic runs while the lock is held, so a poisoned lock guards a sound table.
+fn reading() -> RwLockReadGuard<'static, Registry> {
+    REGISTRY.read().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn writing() -> RwLockWriteGuard<'static, Registry> {
+    REGISTRY.write().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn noun(tag: u8) -> &'static str {
+    NOUNS.get(usize::from(tag)).copied().unwrap_or("unknown thing")
+}
+
+fn refuse<H: Handle>(id: u64) -> Error {
+    let expected = noun(H::TAG);
+    let tag = (id >> 56) as u8;
+    if id == 0 {
+        Error::invalid("the handle is NULL").at(expected).advise(format!("pass a living {expected}"))
+    } else if tag == H::TAG {
+        Error::invalid(format!("the handle {id:#x} is not alive"))
+            .at(expected)
+            .advise("it was released or never made; keep a reference with the noun's retain function")
+    } else {
+        Error::invalid(format!("the handle {id:#x} is of a {}", noun(tag)))
+            .at(expected)
+            .advise(format!("pass a {expected}"))
+    }
+}
+
+impl Registry {
+    fn slot<H: Handle>(&self, handle: H) -> Result<usize> {
+        let id = handle.id();
+        let index = (id & 0xffff_ffff) as usize;
+        match self.slots.get(index) {
+            Some(slot) if slot.id == id && slot.references > 0 && (id >> 56) as u8 == H::TAG => Ok(index),
+            _ => Err(refuse::<H>(id)),
+        }
+    }
+}
+
+/// Registers `object` with one reference.
+pub fn insert<H: Handle>(object: H::Object) -> Result<H> {
+    let object: Arc<dyn Any + Send + Sync> = Arc::new(object);
+    let mut registry = writing();
+    let (index, generation) = match registry.free.pop() {
+        Some(index) => (index, (registry.slots[index as usize].id >> 32 & (GENERATIONS - 1)) + 1),
+        None => {
+            let index = u32::try_from(registry.slots.len())
+                .map_err(|_| Error::memory("too many objects are alive").advise("release some"))?;
+            registry.slots.push(Slot { id: 0, references: 0, object: None });
+            (index, 1)
+        }
+    };
+    let id = u64::from(H::TAG) << 56 | generation << 32 | u64::from(index);
+    registry.slots[index as usize] = Slot { id, references: 1, object: Some(object) };
+    Ok(H::of(id))
+}
+
+/// The object of a handle, which stays alive while the returned reference does, even if C releases the handle.
+pub fn get<H: Handle>(handle: H) -> Result<Arc<H::Object>> {
+    let registry = reading();
+    let index = registry.slot(handle)?;
+    let object = registry.slots[index].object.clone();
+    object.and_then(|object| object.downcast().ok()).ok_or_else(|| refuse::<H>(handle.id()))
+}
+
+/// Adds a reference.
+pub fn retain<H: Handle>(handle: H) -> Result<()> {
+    let mut registry = writing();
+    let index = registry.slot(handle)?;
+    let references = &mut registry.slots[index].references;
+    *references = references.checked_add(1).ok_or_else(|| {
+        Error::invalid("too many references").at(noun(H::TAG)).advise("release as often as you retain")
+    })?;
+    Ok(())
+}
+
+/// Takes a reference away; the handle dies with the last one.
+pub fn release<H: Handle>(handle: H) -> Result<()> {
+    let mut registry = writing();
+    let index = registry.slot(handle)?;
+    let slot = &mut registry.slots[index];
+    slot.references -= 1;
+    if slot.references == 0 {
+        let object = slot.object.take();
+        if (slot.id >> 32 & (GENERATIONS - 1)) + 1 < GENERATIONS {
+            registry.free.push(index as u32);
+        }
+        // What the object owns may be large; it goes after the lock.
+        drop(registry);
+        drop(object);
+    }
+    Ok(())
+}
+
+/// Reads `lock` without waiting; fails as busy while a mutating call is at work.
+pub fn try_read<'a, T>(lock: &'a RwLock<T>, noun: &str) -> Result<RwLockReadGuard<'a, T>> {
+    match lock.try_read() {
+        Ok(guard) => Ok(guard),
+        Err(TryLockError::WouldBlock) => Err(busy(noun)),
+        Err(TryLockError::Poisoned(_)) => Err(broken(noun)),
+    }
+}
+
+/// Takes `lock` exclusively without waiting; fails as busy while any other call is at work.
+pub fn try_write<'a, T>(lock: &'a RwLock<T>, noun: &str) -> Result<RwLockWriteGuard<'a, T>> {
+    match lock.try_write() {
+        Ok(guard) => Ok(guard),
+        Err(TryLockError::WouldBlock) => Err(busy(noun)),
+        Err(TryLockError::Poisoned(_)) => Err(broken(noun)),
+    }
+}
+
+fn busy(noun: &str) -> Error {
+    Error::new(ErrorKind::Busy, "another call is at work on it")
+        .at(noun)
+        .advise("call again when that call has returned; calls that change an object need it alone")
+}
+
+fn broken(noun: &str) -> Error {
+    Error::internal("an earlier call failed inside and left it unusable").at(noun).advise("release it and make another")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    handle!(Apple, 1, u32);
+    handle!(Pear, 2, String);
+
+    #[test]
+    fn null_dead_foreign_and_forged_handles_are_refused() {
+        let apple: Apple = insert(5).unwrap();
+        assert_eq!(*get(apple).unwrap(), 5);
+        assert!(get(Apple { id: 0 }).is_err());
+        assert!(get(Pear { id: apple.id }).unwrap_err().to_string().contains("of a context"));
+        assert!(get(Pear { id: apple.id & !(0xff << 56) | 2 << 56 }).is_err());
+        assert!(get(Apple { id: apple.id + (1 << 32) }).is_err());
+        assert!(get(Apple { id: apple.id | 0xffff_ffff }).is_err());
+        retain(apple).unwrap();
+        release(apple).unwrap();
+        assert_eq!(*get(apple).unwrap(), 5);
+        release(apple).unwrap();
+        assert!(get(apple).unwrap_err().to_string().contains("not alive"));
+        assert!(release(apple).is_err());
+        let next: Pear = insert("b".to_string()).unwrap();
+        assert_ne!(next.id, apple.id);
+        assert!(get(apple).is_err());
+        release(next).unwrap();
+    }
+
+    #[test]
+    fn locks_do_not_wait() {
+        let lock = RwLock::new(1);
+        let first = try_read(&lock, "mesh").unwrap();
+        let second = try_read(&lock, "mesh").unwrap();
+        assert_eq!(try_write(&lock, "mesh").unwrap_err().kind, ErrorKind::Busy);
+        drop((first, second));
+        let alone = try_write(&lock, "mesh").unwrap();
+        assert_eq!(try_read(&lock, "mesh").unwrap_err().kind, ErrorKind::Busy);
+        drop(alone);
+    }
+}
