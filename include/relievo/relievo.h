@@ -5,7 +5,9 @@
 
 #include "relievo/context.h"
 #include "relievo/error.h"
+#include "relievo/evaluate.h"
 #include "relievo/mesh.h"
+#include "relievo/surface.h"
 #include "relievo/version.h"
 
 #endif

@@ -16,8 +16,10 @@ pub mod array;
 pub mod descriptor;
 pub mod context;
 pub mod error;
+pub mod evaluate;
 pub mod mesh;
 pub mod registry;
+pub mod surface;
 pub mod version;
 
 /// The C layout of every descriptor and the value of every constant, for the test that compares them with the headers.
@@ -31,10 +33,14 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         mesh::RlvMeshInfo::LAYOUT,
         mesh::RlvAttributeArrays::LAYOUT,
         mesh::RlvAttributeInfo::LAYOUT,
+        surface::RlvSurfaceOptions::LAYOUT,
+        surface::RlvSurfaceInfo::LAYOUT,
+        surface::RlvTileInfo::LAYOUT,
+        evaluate::RlvEvaluateArrays::LAYOUT,
     ]
 }
 
 /// The constants of every noun, name and value.
 pub fn constants() -> Vec<(&'static str, i64)> {
-    [version::CONSTANTS, error::CONSTANTS, context::CONSTANTS, mesh::CONSTANTS].concat()
+    [version::CONSTANTS, error::CONSTANTS, context::CONSTANTS, mesh::CONSTANTS, surface::CONSTANTS].concat()
 }

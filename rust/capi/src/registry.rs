@@ -175,7 +175,8 @@ pub fn try_write<'a, T>(lock: &'a RwLock<T>, noun: &str) -> Result<RwLockWriteGu
     }
 }
 
-fn busy(noun: &str) -> Error {
+/// The error of a call that cannot have an object for itself.
+pub fn busy(noun: &str) -> Error {
     Error::new(ErrorKind::Busy, "another call is at work on it")
         .at(noun)
         .advise("call again when that call has returned; calls that change an object need it alone")

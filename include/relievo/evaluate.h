@@ -1,0 +1,42 @@
+/* Relievo: evaluation of surfaces at arrays of places. */
+#ifndef RELIEVO_EVALUATE_H
+#define RELIEVO_EVALUATE_H
+
+#include "relievo/surface.h"
+
+/* Places and what is wanted there. Every output is an array of count times three floats, or NULL if it is not wanted.
+ * Strides are in bytes, 0 for packed. Outputs must not overlap one another or the inputs. */
+typedef struct RlvEvaluateArrays {
+    uint32_t struct_size;
+    uint32_t reserved; /* 0 */
+    size_t count;
+
+    const uint32_t *tiles; /* tile of every place */
+    size_t tile_stride;
+    const float *uvs; /* u and v of every place, each from 0 to 1 */
+    size_t uv_stride;
+
+    float *positions; /* object units */
+    size_t position_stride;
+    float *normals; /* unit length; zero where the surface has no normal */
+    size_t normal_stride;
+    float *du; /* derivatives by u and v, object units per tile */
+    size_t du_stride;
+    float *dv;
+    size_t dv_stride;
+    float *duu; /* second derivatives */
+    size_t duu_stride;
+    float *duv;
+    size_t duv_stride;
+    float *dvv;
+    size_t dvv_stride;
+} RlvEvaluateArrays;
+
+#define RLV_EVALUATE_ARRAYS_INIT                                                                                     \
+    {sizeof(RlvEvaluateArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0}
+
+/* Evaluates the limit surface, without any detail on it. A place in a hole gives zeros. Fails without writing if a tile
+ * does not exist or u or v is outside 0 to 1. */
+RLV_API RlvResult rlv_evaluate_surface(RlvSurface surface, const RlvEvaluateArrays *arrays);
+
+#endif

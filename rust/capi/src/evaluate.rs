@@ -1,0 +1,149 @@
+//! Evaluation at arrays of places; see `include/relievo/evaluate.h`.
+
+use relievo_core::{Error, Result};
+use relievo_surface::{Order, Place, Samples, Surface};
+
+use crate::array::{Input, Output};
+use crate::descriptor::read_descriptor;
+use crate::registry;
+use crate::surface::{RlvSurface, check_tile};
+
+descriptor! {
+    pub struct RlvEvaluateArrays {
+        struct_size: u32,
+        reserved: u32,
+        count: usize,
+        tiles: *const u32,
+        tile_stride: usize,
+        uvs: *const f32,
+        uv_stride: usize,
+        positions: *mut f32,
+        position_stride: usize,
+        normals: *mut f32,
+        normal_stride: usize,
+        du: *mut f32,
+        du_stride: usize,
+        dv: *mut f32,
+        dv_stride: usize,
+        duu: *mut f32,
+        duu_stride: usize,
+        duv: *mut f32,
+        duv_stride: usize,
+        dvv: *mut f32,
+        dvv_stride: usize,
+    }
+}
+
+/// Places evaluated between two writes to the caller's arrays, which bounds the memory of a call.
+const CHUNK: usize = 1 << 16;
+
+/// The caller's arrays, checked.
+pub struct Arrays {
+    pub count: usize,
+    tiles: Input<u32>,
+    uvs: Input<[f32; 2]>,
+    pub positions: Option<Output<[f32; 3]>>,
+    pub normals: Option<Output<[f32; 3]>>,
+    /// du, dv, duu, duv, dvv.
+    pub derivatives: [Option<Output<[f32; 3]>>; 5],
+}
+
+impl Arrays {
+    /// Checks the arrays and that every place is on `surface`.
+    ///
+    /// # Safety
+    /// `arrays` is NULL or a descriptor whose arrays are as `evaluate.h` demands.
+    pub unsafe fn new(arrays: *const RlvEvaluateArrays, surface: &Surface) -> Result<Self> {
+        // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+        let default: RlvEvaluateArrays = unsafe { std::mem::zeroed() };
+        // SAFETY: promised by the caller.
+        let given = unsafe { read_descriptor(arrays, default) }?;
+        let count = given.count;
+        // SAFETY: for all of these, the caller promises `count` elements unless the pointer is NULL.
+        let output = |name, pointer: *mut f32, stride| unsafe {
+            Output::optional(name, pointer.cast::<[f32; 3]>(), count, stride)
+        };
+        let made = Self {
+            count,
+            // SAFETY: as above.
+            tiles: unsafe { Input::new("tiles", given.tiles, count, given.tile_stride) }?,
+            // SAFETY: as above.
+            uvs: unsafe { Input::new("uvs", given.uvs.cast(), count, given.uv_stride) }?,
+            positions: output("positions", given.positions, given.position_stride)?,
+            normals: output("normals", given.normals, given.normal_stride)?,
+            derivatives: [
+                output("du", given.du, given.du_stride)?,
+                output("dv", given.dv, given.dv_stride)?,
+                output("duu", given.duu, given.duu_stride)?,
+                output("duv", given.duv, given.duv_stride)?,
+                output("dvv", given.dvv, given.dvv_stride)?,
+            ],
+        };
+        for (index, (tile, [u, v])) in made.tiles.iter().zip(made.uvs.iter()).enumerate() {
+            check_tile(surface, tile).map_err(|error| error.at(format!("place {index}")))?;
+            if !((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
+                return Err(Error::invalid(format!("({u}, {v}) is outside the tile"))
+                    .at(format!("place {index}"))
+                    .advise("use u and v from 0 to 1"));
+            }
+        }
+        Ok(made)
+    }
+
+    /// The places, in pieces that start at the given index.
+    pub fn chunks(&self) -> impl Iterator<Item = (usize, Vec<Place>)> + '_ {
+        (0..self.count).step_by(CHUNK).map(|first| {
+            let range = first..self.count.min(first + CHUNK);
+            let place = |index| {
+                let [u, v] = self.uvs.get(index);
+                Place { tile: self.tiles.get(index), u, v }
+            };
+            (first, range.map(place).collect())
+        })
+    }
+
+    /// Up to which derivative the wanted outputs need the surface.
+    fn order(&self) -> Order {
+        if self.derivatives[2..].iter().any(Option::is_some) {
+            Order::Second
+        } else if self.normals.is_some() || self.derivatives.iter().any(Option::is_some) {
+            Order::First
+        } else {
+            Order::Position
+        }
+    }
+}
+
+fn write(out: Option<Output<[f32; 3]>>, first: usize, count: usize, value: impl Fn(usize) -> [f32; 3]) {
+    if let Some(out) = out {
+        for index in 0..count {
+            out.set(first + index, value(index));
+        }
+    }
+}
+
+entry! {
+    fn rlv_evaluate_surface(surface: RlvSurface, arrays: *const RlvEvaluateArrays) {
+        let object = registry::get(surface)?;
+        let surface = object.snapshot();
+        // SAFETY: the caller's arrays are as the header demands.
+        let arrays = unsafe { Arrays::new(arrays, &surface) }?;
+        let order = arrays.order();
+        let mut samples = Samples::default();
+        for (first, places) in arrays.chunks() {
+            surface.evaluate(&object.context.context, &places, order, &mut samples)?;
+            let vector = |from: &[Vec<f32>; 3], index: usize| [from[0][index], from[1][index], from[2][index]];
+            let count = places.len();
+            write(arrays.positions, first, count, |index| vector(&samples.p, index));
+            write(arrays.normals, first, count, |index| {
+                let du = glam::Vec3::from(vector(&samples.du, index));
+                du.cross(vector(&samples.dv, index).into()).normalize_or_zero().to_array()
+            });
+            let all = [&samples.du, &samples.dv, &samples.duu, &samples.duv, &samples.dvv];
+            for (out, from) in arrays.derivatives.iter().zip(all) {
+                write(*out, first, count, |index| vector(from, index));
+            }
+        }
+        Ok(())
+    }
+}

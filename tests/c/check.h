@@ -1,0 +1,69 @@
+/* Checks of the C tests: a failed one says where and ends the program. */
+#ifndef CHECK_H
+#define CHECK_H
+
+#include <relievo/relievo.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define CHECK(condition)                                                                          \
+    do {                                                                                          \
+        if (!(condition)) {                                                                       \
+            fprintf(stderr, "%s:%d: failed: %s (last error: %s)\n", __FILE__, __LINE__, #condition, \
+                    rlv_last_error());                                                            \
+            exit(1);                                                                              \
+        }                                                                                         \
+    } while (0)
+
+#define CHECK_OK(call) CHECK((call) == RLV_OK)
+
+/* The call fails with the result, and its message contains the text. */
+#define CHECK_FAILS(result, call, text)                        \
+    do {                                                       \
+        CHECK((call) == (result));                             \
+        CHECK(strstr(rlv_last_error(), (text)) != NULL);       \
+    } while (0)
+
+#define CHECK_NEAR(a, b, tolerance) CHECK(fabs((double)(a) - (double)(b)) <= (tolerance))
+
+/* A flat cage of columns x rows quads of side 1 in the plane z = 0, from (0, 0) on. */
+static inline RlvMesh check_plane(RlvContext context, uint32_t columns, uint32_t rows) {
+    size_t points = (size_t)(columns + 1) * (rows + 1), faces = (size_t)columns * rows;
+    float *positions = malloc(points * 3 * sizeof(float));
+    uint32_t *corners = malloc(faces * 4 * sizeof(uint32_t));
+    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
+    RlvMesh mesh = RLV_NULL;
+    CHECK(positions != NULL && corners != NULL);
+    for (uint32_t y = 0; y <= rows; ++y) {
+        for (uint32_t x = 0; x <= columns; ++x) {
+            float *position = positions + 3 * ((size_t)y * (columns + 1) + x);
+            position[0] = (float)x;
+            position[1] = (float)y;
+            position[2] = 0.0f;
+        }
+    }
+    for (uint32_t y = 0; y < rows; ++y) {
+        for (uint32_t x = 0; x < columns; ++x) {
+            uint32_t *corner = corners + 4 * ((size_t)y * columns + x);
+            corner[0] = y * (columns + 1) + x;
+            corner[1] = corner[0] + 1;
+            corner[2] = corner[1] + columns + 1;
+            corner[3] = corner[0] + columns + 1;
+        }
+    }
+    arrays.points = positions;
+    arrays.point_count = points;
+    arrays.face_size = 4;
+    arrays.face_count = faces;
+    arrays.corners = corners;
+    arrays.corner_count = faces * 4;
+    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
+    free(positions);
+    free(corners);
+    return mesh;
+}
+
+#endif

@@ -1,0 +1,77 @@
+/* Evaluation: a plane of unit quads is reproduced exactly inside, with its derivatives and normals. */
+#include "check.h"
+
+int main(void) {
+    RlvContext context = RLV_NULL;
+    RlvSurface surface = RLV_NULL;
+    CHECK_OK(rlv_context_create(NULL, &context));
+    RlvMesh plane = check_plane(context, 4, 4);
+    CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
+    CHECK_OK(rlv_mesh_release(plane));
+
+    enum { COUNT = 5 };
+    static const struct {
+        uint32_t tile;
+        float uv[2];
+    } places[COUNT] = {{5, {0.5f, 0.5f}}, {5, {0, 0}}, {6, {0.25f, 1}}, {9, {1, 0.75f}}, {10, {0.125f, 0.625f}}};
+    float positions[COUNT][4], normals[COUNT][3], du[COUNT][3], dv[COUNT][3], duu[COUNT][3];
+    memset(positions, 0, sizeof(positions));
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    arrays.count = COUNT;
+    arrays.tiles = &places[0].tile;
+    arrays.tile_stride = sizeof(places[0]);
+    arrays.uvs = places[0].uv;
+    arrays.uv_stride = sizeof(places[0]);
+    arrays.positions = positions[0];
+    arrays.position_stride = sizeof(positions[0]);
+    arrays.normals = normals[0];
+    arrays.du = du[0];
+    arrays.dv = dv[0];
+    arrays.duu = duu[0];
+    CHECK_OK(rlv_evaluate_surface(surface, &arrays));
+    for (int index = 0; index < COUNT; ++index) {
+        float x = (float)(places[index].tile % 4) + places[index].uv[0];
+        float y = (float)(places[index].tile / 4) + places[index].uv[1];
+        CHECK_NEAR(positions[index][0], x, 1e-5);
+        CHECK_NEAR(positions[index][1], y, 1e-5);
+        CHECK_NEAR(positions[index][2], 0, 1e-6);
+        CHECK(positions[index][3] == 0.0f);
+        CHECK_NEAR(normals[index][2], 1, 1e-6);
+        CHECK_NEAR(du[index][0], 1, 1e-5);
+        CHECK_NEAR(dv[index][1], 1, 1e-5);
+        CHECK_NEAR(duu[index][0], 0, 1e-4);
+    }
+
+    /* A place off the surface fails and writes nothing. */
+    uint32_t tiles[2] = {5, 16};
+    float uvs[4] = {0.5f, 0.5f, 0.5f, 0.5f};
+    float out[6] = {7, 7, 7, 7, 7, 7};
+    RlvEvaluateArrays bad = RLV_EVALUATE_ARRAYS_INIT;
+    bad.count = 2;
+    bad.tiles = tiles;
+    bad.uvs = uvs;
+    bad.positions = out;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_surface(surface, &bad), "place 1: tile: tile 16");
+    tiles[1] = 6;
+    uvs[2] = 1.5f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_surface(surface, &bad), "place 1: (1.5");
+    uvs[2] = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_surface(surface, &bad), "place 1");
+    CHECK(out[0] == 7.0f && out[5] == 7.0f);
+    bad.uvs = NULL;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_surface(surface, &bad), "uvs");
+    bad.uvs = uvs;
+    bad.position_stride = 4;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_surface(surface, &bad), "positions");
+    bad.count = 0;
+    bad.tiles = NULL;
+    bad.uvs = NULL;
+    CHECK_OK(rlv_evaluate_surface(surface, &bad));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_surface(surface, NULL), "NULL");
+    RlvSurface wrong = {context.id};
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_surface(wrong, &arrays), "of a context");
+
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_context_release(context));
+    return 0;
+}

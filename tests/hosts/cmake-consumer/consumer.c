@@ -1,0 +1,13 @@
+/* A program that found the library through its package. */
+#include <relievo/relievo.h>
+
+#include <stdio.h>
+
+int main(void) {
+    RlvContext context = RLV_NULL;
+    if (rlv_version() != RLV_VERSION || rlv_context_create(NULL, &context) != RLV_OK) {
+        fprintf(stderr, "%s\n", rlv_last_error());
+        return 1;
+    }
+    return rlv_context_release(context) == RLV_OK ? 0 : 1;
+}
