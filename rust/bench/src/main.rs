@@ -1,9 +1,12 @@
 //! `relievo-bench NAME [--json]`: measures Relievo and a peer in the same run and holds the figures against goals.
 //! `cargo xtask bench` builds and runs it.
 
+mod imprint;
 mod measure;
 mod report;
+mod shapes;
 mod surface;
+mod voxels;
 
 use std::process::ExitCode;
 
@@ -14,7 +17,7 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`
+    /// Which bench: `surface` or `imprint`
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -25,7 +28,8 @@ fn run(arguments: &Arguments) -> Result<()> {
     let mut report = Report::new(&arguments.name, arguments.json);
     match arguments.name.as_str() {
         "surface" => surface::run(&mut report)?,
-        name => return Err(Error::invalid(format!("there is no bench `{name}`")).advise("use `surface`")),
+        "imprint" => imprint::run(&mut report)?,
+        name => return Err(Error::invalid(format!("there is no bench `{name}`")).advise("use `surface` or `imprint`")),
     }
     report.finish();
     Ok(())

@@ -79,6 +79,11 @@ impl Report {
         ]);
     }
 
+    /// Says why a case is not measured.
+    pub fn skip(&self, case: &str, reason: &str) {
+        eprintln!("skipped: {case}: {reason}");
+    }
+
     /// Prints the figures so far as a table.
     pub fn finish(self) {
         if self.json {

@@ -48,7 +48,7 @@ enum Task {
     },
     /// Measures, beside a peer in the same run, and holds the figures against their goals
     Bench {
-        /// Which bench: `surface`
+        /// Which bench: `surface` or `imprint`
         name: String,
         /// One JSON object per line instead of a table
         #[arg(long)]
