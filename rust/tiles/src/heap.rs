@@ -1,0 +1,239 @@
+//! Heaps of fixed-size blocks with a free block table, one heap per tile size, under one byte budget.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2013, Local Painting and Deformation of Meshes on the GPU, Section 4: the
+//! free block table lists the unused blocks and `n_free` counts them. A list of allocations takes the entries just
+//! below `n_free`, a list of deallocations writes its blocks back just above it; each item of a list is independent of
+//! the others, so that both run in parallel without synchronisation. Block numbers stay valid until they are freed;
+//! a class grows by whole groups of blocks while the budget allows. Units: bytes.
+
+use relievo_core::{Error, Result};
+
+/// Texels along the smallest tile.
+pub const MIN_SIZE: u32 = 8;
+/// Texels along the largest tile.
+pub const MAX_SIZE: u32 = 256;
+/// Number of tile sizes: 8, 16, … 256.
+pub const CLASS_COUNT: usize = 6;
+
+/// A tile size, as the index of its heap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SizeClass(u8);
+
+impl SizeClass {
+    /// The class of tiles of `size` texels a side. Fails unless it is a power of two from 8 to 256.
+    pub fn of(size: u32) -> Result<Self> {
+        if size.is_power_of_two() && (MIN_SIZE..=MAX_SIZE).contains(&size) {
+            return Ok(Self((size.ilog2() - MIN_SIZE.ilog2()) as u8));
+        }
+        Err(Error::invalid(format!("a tile cannot have {size} texels a side")).advise("use 8, 16, 32, 64, 128 or 256"))
+    }
+
+    /// Texels a side, without the ring.
+    pub fn size(self) -> u32 {
+        MIN_SIZE << self.0
+    }
+
+    /// Coefficients of a block: the texels and a ring of one around them.
+    pub fn texels(self) -> usize {
+        let side = self.size() as usize + 2;
+        side * side
+    }
+
+    /// Bytes of a block.
+    pub fn bytes(self) -> u64 {
+        2 * self.texels() as u64
+    }
+
+    /// The index of the class, below [`CLASS_COUNT`].
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+}
+
+/// A block: its class and its number in the class's heap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BlockId {
+    /// Which heap.
+    pub class: SizeClass,
+    /// Which block of it.
+    pub number: u32,
+}
+
+/// The heap of one class: its free block table, of which the first `n_free` entries are unused blocks.
+#[derive(Clone, Debug, Default)]
+struct ClassHeap {
+    free_table: Vec<u32>,
+    n_free: usize,
+}
+
+/// Blocks a class grows by.
+const GROUP: usize = 64;
+
+/// The heaps of all classes.
+#[derive(Clone, Debug)]
+pub struct Heap {
+    classes: [ClassHeap; CLASS_COUNT],
+    budget: u64,
+    bytes: u64,
+}
+
+impl Heap {
+    /// Empty heaps that hand out at most `budget` bytes together.
+    pub fn new(budget: u64) -> Self {
+        Self { classes: Default::default(), budget, bytes: 0 }
+    }
+
+    /// Bytes of the blocks in use.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Bytes that may be in use.
+    pub fn budget(&self) -> u64 {
+        self.budget
+    }
+
+    /// Changes the budget. Blocks in use stay, even beyond it.
+    pub fn set_budget(&mut self, budget: u64) {
+        self.budget = budget;
+    }
+
+    /// Number of blocks of `class` in use.
+    pub fn in_use(&self, class: SizeClass) -> usize {
+        let heap = &self.classes[class.index()];
+        heap.free_table.len() - heap.n_free
+    }
+
+    /// A block for each of `requests`, in order; `None` where the budget does not allow it. Later requests that still
+    /// fit are granted.
+    pub fn allocate(&mut self, requests: &[SizeClass]) -> Vec<Option<BlockId>> {
+        let mut wanted = [0; CLASS_COUNT];
+        let granted: Vec<Option<usize>> = requests
+            .iter()
+            .map(|class| {
+                let fits = self.bytes.checked_add(class.bytes()).is_some_and(|bytes| bytes <= self.budget);
+                fits.then(|| {
+                    self.bytes += class.bytes();
+                    wanted[class.index()] += 1;
+                    wanted[class.index()] - 1
+                })
+            })
+            .collect();
+        for (heap, wanted) in self.classes.iter_mut().zip(wanted) {
+            heap.reserve(wanted);
+        }
+        // Request i of a class takes the entry at n_free − 1 − i.
+        let blocks = requests.iter().zip(granted).map(|(class, order)| {
+            let heap = &self.classes[class.index()];
+            order.map(|order| BlockId { class: *class, number: heap.free_table[heap.n_free - 1 - order] })
+        });
+        let blocks = blocks.collect();
+        for (heap, wanted) in self.classes.iter_mut().zip(wanted) {
+            heap.n_free -= wanted;
+        }
+        blocks
+    }
+
+    /// Takes back blocks that [`Self::allocate`] handed out.
+    pub fn free(&mut self, blocks: &[BlockId]) {
+        for block in blocks {
+            let heap = &mut self.classes[block.class.index()];
+            debug_assert!(!heap.free_table[..heap.n_free].contains(&block.number), "{block:?} is free already");
+            heap.free_table[heap.n_free] = block.number;
+            heap.n_free += 1;
+            self.bytes -= block.class.bytes();
+        }
+    }
+}
+
+impl ClassHeap {
+    /// Adds blocks until `wanted` are free. New blocks go below the free ones, so that freed blocks are used first.
+    fn reserve(&mut self, wanted: usize) {
+        if wanted <= self.n_free {
+            return;
+        }
+        let old = self.free_table.len();
+        let more = (wanted - self.n_free).next_multiple_of(GROUP);
+        let new = (old as u32..(old + more) as u32).rev();
+        self.free_table.splice(0..0, new);
+        self.n_free += more;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_block_of_128_texels_has_a_ring_and_two_bytes_a_texel() {
+        let class = SizeClass::of(128).unwrap();
+        assert_eq!((class.size(), class.texels(), class.bytes()), (128, 130 * 130, 2 * 130 * 130));
+        for size in [0, 4, 7, 24, 512] {
+            assert!(SizeClass::of(size).is_err());
+        }
+    }
+
+    #[test]
+    fn a_budget_refuses_what_does_not_fit_and_loses_nothing() {
+        let [small, large] = [8, 64].map(|size| SizeClass::of(size).unwrap());
+        let mut heap = Heap::new(large.bytes() + 2 * small.bytes());
+        let blocks = heap.allocate(&[large, large, small, small, small]);
+        assert_eq!(blocks.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, true, true, false]);
+        assert_eq!(heap.bytes(), heap.budget());
+        heap.free(&[blocks[2].unwrap()]);
+        assert_eq!(heap.allocate(&[small, small]).iter().flatten().count(), 1);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Against a model: the set of blocks handed out. 64 runs of 4,000 lists.
+        #[test]
+        fn no_block_is_handed_out_twice_or_lost(seed: u64, budget in 0u64..3_000_000) {
+            let mut state = seed | 1;
+            let mut random = move |below: usize| {
+                state ^= state << 13;
+                state ^= state >> 7;
+                state ^= state << 17;
+                (state >> 16) as usize % below
+            };
+            let mut heap = Heap::new(budget);
+            let mut model = BTreeSet::new();
+            let mut list = Vec::new();
+            for _ in 0..4000 {
+                if random(2) == 0 {
+                    let requests: Vec<_> = (0..random(6)).map(|_| SizeClass(random(CLASS_COUNT) as u8)).collect();
+                    for (block, class) in heap.allocate(&requests).into_iter().zip(&requests) {
+                        match block {
+                            Some(block) => {
+                                prop_assert_eq!(block.class, *class);
+                                prop_assert!(model.insert(block), "{:?} was in use", block);
+                                list.push(block);
+                            }
+                            None => prop_assert!(heap.bytes() + class.bytes() > budget),
+                        }
+                    }
+                } else {
+                    let count = random(6).min(list.len());
+                    let blocks: Vec<_> = (0..count).map(|_| list.swap_remove(random(list.len()))).collect();
+                    blocks.iter().for_each(|block| { model.remove(block); });
+                    heap.free(&blocks);
+                }
+                prop_assert_eq!(heap.bytes(), model.iter().map(|block| block.class.bytes()).sum::<u64>());
+                prop_assert!(heap.bytes() <= budget);
+            }
+            for class in (0..CLASS_COUNT as u8).map(SizeClass) {
+                prop_assert_eq!(heap.in_use(class), model.iter().filter(|block| block.class == class).count());
+            }
+            heap.free(&list);
+            prop_assert_eq!(heap.bytes(), 0);
+            for heap in &heap.classes {
+                let all: BTreeSet<_> = heap.free_table.iter().copied().collect();
+                prop_assert_eq!(heap.n_free, heap.free_table.len());
+                prop_assert_eq!(all.len(), heap.n_free);
+            }
+        }
+    }
+}
