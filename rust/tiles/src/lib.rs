@@ -1,7 +1,13 @@
 //! Tile heaps, rings and displaced evaluation.
 
+pub mod displacement;
+pub mod field;
 pub mod heap;
+pub mod ring;
 pub mod sets;
 pub mod spline;
 
+pub use displacement::{Applied, Displacement, DisplacementOptions, Snapshot, Texels};
+pub use field::Field;
+pub use ring::Change;
 pub use sets::{Candidate, Sets};

@@ -13,17 +13,7 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use relievo_core::dispatch_simd;
 use relievo_core::simd::Arithmetic;
-
-/// How many derivatives are wanted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Derivatives {
-    /// The value alone.
-    None,
-    /// And the first derivatives.
-    First,
-    /// And the second derivatives.
-    Second,
-}
+use relievo_surface::Order;
 
 /// The displacement at a point and its derivatives by the tile's parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -61,14 +51,14 @@ pub struct Jets {
 
 impl Jets {
     /// Makes room for `count` points with the derivatives in `order`, all zero.
-    pub fn reset(&mut self, count: usize, order: Derivatives) {
+    pub fn reset(&mut self, count: usize, order: Order) {
         let lengths = [
-            (&mut self.d, Derivatives::None),
-            (&mut self.du, Derivatives::First),
-            (&mut self.dv, Derivatives::First),
-            (&mut self.duu, Derivatives::Second),
-            (&mut self.duv, Derivatives::Second),
-            (&mut self.dvv, Derivatives::Second),
+            (&mut self.d, Order::Position),
+            (&mut self.du, Order::First),
+            (&mut self.dv, Order::First),
+            (&mut self.duu, Order::Second),
+            (&mut self.duv, Order::Second),
+            (&mut self.dvv, Order::Second),
         ];
         for (list, needed) in lengths {
             list.clear();
@@ -156,7 +146,7 @@ fn sweep<A: Arithmetic>(weights: [f32; 3], row: &[f32], out: &mut [f32]) {
 }
 
 #[inline(always)]
-fn grid_body<A: Arithmetic>(block: &[f16], size: u32, us: &[f32], vs: &[f32], order: Derivatives, out: &mut Jets) {
+fn grid_body<A: Arithmetic>(block: &[f16], size: u32, us: &[f32], vs: &[f32], order: Order, out: &mut Jets) {
     out.reset(us.len() * vs.len(), order);
     if us.is_empty() || vs.is_empty() {
         return;
@@ -200,11 +190,11 @@ fn grid_body<A: Arithmetic>(block: &[f16], size: u32, us: &[f32], vs: &[f32], or
             }
         };
         emit(&mut out.d[span.clone()], value, |w| w.value);
-        if order >= Derivatives::First {
+        if order >= Order::First {
             emit(&mut out.du[span.clone()], value, |w| w.first_derivative);
             emit(&mut out.dv[span.clone()], first, |w| w.value);
         }
-        if order >= Derivatives::Second {
+        if order >= Order::Second {
             emit(&mut out.duu[span.clone()], value, |w| w.second_derivative);
             emit(&mut out.duv[span.clone()], first, |w| w.first_derivative);
             emit(&mut out.dvv[span], second, |w| w.value);
@@ -215,7 +205,7 @@ fn grid_body<A: Arithmetic>(block: &[f16], size: u32, us: &[f32], vs: &[f32], or
 dispatch_simd! {
     /// The spline of a `block` of `size`² texels at every `(u, v)` of `us` × `vs`, at index
     /// `row · us.len() + column`. Columns one texel apart are the fast path. Panics if the block is too short.
-    pub fn grid = grid_body(block: &[f16], size: u32, us: &[f32], vs: &[f32], order: Derivatives, out: &mut Jets)
+    pub fn grid = grid_body(block: &[f16], size: u32, us: &[f32], vs: &[f32], order: Order, out: &mut Jets)
 }
 
 /// The coefficients of the same curve over knots half as far apart, by the masks of Chaikin 1974. Both lists have one
@@ -335,14 +325,14 @@ mod tests {
             for (_, level) in Level::NAMES.iter().map(|(level, name)| (name, *level)) {
                 for (us, vs) in &lattices {
                     let mut jets = Jets::default();
-                    grid(level, &data, SIZE, us, vs, Derivatives::Second, &mut jets);
+                    grid(level, &data, SIZE, us, vs, Order::Second, &mut jets);
                     for (j, v) in vs.iter().enumerate() {
                         for (i, u) in us.iter().enumerate() {
                             prop_assert_eq!(jets.get(j * us.len() + i), point(level, &data, SIZE, *u, *v));
                         }
                     }
                     let mut values = Jets::default();
-                    grid(level, &data, SIZE, us, vs, Derivatives::None, &mut values);
+                    grid(level, &data, SIZE, us, vs, Order::Position, &mut values);
                     prop_assert!(values.d == jets.d && values.du.is_empty());
                 }
             }

@@ -1,0 +1,146 @@
+//! The tiles of a displacement at one moment: which are allocated, their blocks and versions.
+//!
+//! Tiles point to blocks through pages that are shared until one of them is written (copy on write), so that a copy
+//! of the whole field costs one reference per page and an edit copies only what it touches. Units: object units.
+
+use std::sync::Arc;
+
+use half::f16;
+use relievo_core::simd::Level;
+use relievo_surface::{Place, TileTopology};
+
+use crate::heap::{BlockId, SizeClass};
+use crate::spline::{self, Jet};
+
+/// A tile's block.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub texels: Arc<[f16]>,
+    pub id: BlockId,
+    pub version: u64,
+}
+
+/// Tiles that share a page.
+const PAGE: usize = 64;
+
+type Page = [Option<Entry>; PAGE];
+
+/// Displacements of all tiles of a surface, immutable where it is shared. Cloning is cheap.
+#[derive(Clone, Debug)]
+pub struct Field {
+    topology: Arc<TileTopology>,
+    classes: Arc<[SizeClass]>,
+    pages: Vec<Option<Arc<Page>>>,
+}
+
+impl Field {
+    /// A field without blocks, where `classes` says the size of every tile.
+    pub(crate) fn new(topology: Arc<TileTopology>, classes: Vec<SizeClass>) -> Self {
+        let pages = vec![None; topology.tile_count().div_ceil(PAGE)];
+        Self { topology, classes: classes.into(), pages }
+    }
+
+    /// How the tiles meet.
+    pub fn topology(&self) -> &Arc<TileTopology> {
+        &self.topology
+    }
+
+    /// Number of tiles, allocated or not.
+    pub fn tile_count(&self) -> usize {
+        self.topology.tile_count()
+    }
+
+    /// The size class of `tile`, whether it is allocated or not.
+    pub fn class(&self, tile: u32) -> SizeClass {
+        self.classes[tile as usize]
+    }
+
+    /// Texels along the sides of `tile`, whether it is allocated or not.
+    pub fn size(&self, tile: u32) -> u32 {
+        self.class(tile).size()
+    }
+
+    /// Texels along an edge of the cage beside `tile`, 0 if it is not allocated. A sub-tile covers half an edge.
+    pub fn density(&self, tile: u32) -> u32 {
+        match self.entry(tile) {
+            Some(entry) => entry.id.class.size() << u32::from(self.topology.is_sub(tile)),
+            None => 0,
+        }
+    }
+
+    /// Whether `tile` has a block.
+    pub fn is_allocated(&self, tile: u32) -> bool {
+        self.entry(tile).is_some()
+    }
+
+    /// The `(size + 2)²` coefficients of `tile`, see [`crate::spline`]; `None` if it is not allocated.
+    pub fn block(&self, tile: u32) -> Option<&[f16]> {
+        self.entry(tile).map(|entry| &*entry.texels)
+    }
+
+    /// The number of the edit that last changed the block of `tile`, 0 if it is not allocated.
+    pub fn version(&self, tile: u32) -> u64 {
+        self.entry(tile).map_or(0, |entry| entry.version)
+    }
+
+    /// The allocated tiles, ascending.
+    pub fn allocated(&self) -> impl Iterator<Item = u32> {
+        let pages = self.pages.iter().enumerate().filter_map(|(index, page)| Some((index, page.as_ref()?)));
+        pages.flat_map(|(index, page)| {
+            let used = page.iter().enumerate().filter(|(_, entry)| entry.is_some());
+            used.map(move |(slot, _)| (index * PAGE + slot) as u32)
+        })
+    }
+
+    /// The one place at which `place` is evaluated, see [`TileTopology::canonical`].
+    pub fn canonical(&self, place: Place) -> Place {
+        self.topology.canonical(place, |tile| self.density(tile))
+    }
+
+    /// The displacement in `place`'s own tile: zero if it is not allocated. Give it a canonical place for values that
+    /// agree across seams.
+    pub fn point(&self, level: Level, place: Place) -> Jet {
+        match self.entry(place.tile) {
+            Some(entry) => spline::point(level, &entry.texels, entry.id.class.size(), place.u, place.v),
+            None => Jet::default(),
+        }
+    }
+
+    pub(crate) fn entry(&self, tile: u32) -> Option<&Entry> {
+        let tile = tile as usize;
+        self.pages.get(tile / PAGE)?.as_ref()?[tile % PAGE].as_ref()
+    }
+
+    /// The entry of `tile`, which must exist, for writing.
+    pub(crate) fn entry_mut(&mut self, tile: u32) -> &mut Option<Entry> {
+        let tile = tile as usize;
+        let page = self.pages[tile / PAGE].get_or_insert_with(|| Arc::new([const { None }; PAGE]));
+        &mut Arc::make_mut(page)[tile % PAGE]
+    }
+}
+
+/// A line of coefficients of a block along one of its edges.
+///
+/// Coefficient `k` counts along the edge from its first corner; `depth` is 0 for the border row, −1 for the ring.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    start: isize,
+    step: isize,
+}
+
+impl Line {
+    pub fn new(size: u32, edge: u8, depth: isize) -> Self {
+        let (n, stride) = (size as isize, size as isize + 2);
+        match edge & 3 {
+            0 => Self { start: (depth + 1) * stride + 1, step: 1 },
+            1 => Self { start: stride + n - depth, step: stride },
+            2 => Self { start: (n - depth) * stride + n, step: -1 },
+            _ => Self { start: n * stride + depth + 1, step: -stride },
+        }
+    }
+
+    /// The index of coefficient `k` in the block; −1 and `size` are the ring's corners.
+    pub fn at(&self, k: isize) -> usize {
+        (self.start + k * self.step) as usize
+    }
+}

@@ -1,0 +1,509 @@
+//! The ring update: what tiles know of their neighbours, brought up to date after an edit.
+//!
+//! Schäfer, Keinert, Nießner, Buchenau, Guthe and Stamminger 2014, Real-Time Deformation of Subdivision Surfaces from
+//! Object Collisions, Section 6 and Figure 4, for any topology and for neighbours of other sizes:
+//!
+//! - Across an edge, the ring is the neighbour's border row. That makes the displacement C¹.
+//! - At a regular vertex the ring's corner is the border corner of the tile opposite. In the middle of a quad's edge,
+//!   where two sub-tiles meet it, the texels are as regular as anywhere.
+//! - At any other vertex, and at a regular one whose tiles differ in density, the border corners of all tiles are
+//!   averaged, and all four texels around the vertex get the average in every tile: displacement is then continuous
+//!   and its derivatives vanish there. The average is made in f64 and rounded once, so that it does not drift.
+//! - At a border of the surface the ring repeats the border row.
+//! - Between tiles of different density the coarser one's edge curve rules: its ring is the mean of the finer border
+//!   texels, and the finer ring is twice the subdivided edge curve less the finer border. That makes the displacement
+//!   continuous.
+//! - Beside a tile that is not allocated, and at non-manifold edges, the border row and the ring are zero.
+//! - Across a reversed link displacements change sign, because the normals do.
+//!
+//! The first pass equalises border corners and clears borders, from border corners alone; the second derives rings
+//! from borders alone. So nothing depends on the order of tiles, and a second update changes nothing.
+
+use half::f16;
+use relievo_core::Context;
+use relievo_surface::{Incidence, Link, RingClass, Side};
+
+use crate::field::{Field, Line};
+use crate::spline::{restrict_curve, subdivide_curve};
+
+/// What an edit changed of a tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Change {
+    /// The tile.
+    pub tile: u32,
+    /// Bit `e` is set if a coefficient of the border row along edge `e` changed, its corners included.
+    pub borders: u8,
+}
+
+impl Change {
+    /// Everything about `tile` may have changed: it was written, allocated or deallocated.
+    pub fn all(tile: u32) -> Self {
+        Self { tile, borders: 0xf }
+    }
+}
+
+/// Coefficients to write to one tile: index in the block and value.
+pub(crate) type Writes = (u32, Vec<(u32, f16)>);
+
+/// A part of a tile's edge and what lies across it.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    /// First texel and number of texels of this tile.
+    own: (usize, usize),
+    /// The neighbour's side, and first texel and number of texels on it.
+    side: Side,
+    other: (usize, usize),
+    reversed: bool,
+    /// The rings at both ends of the span.
+    ends: [u32; 2],
+}
+
+/// What is known of a vertex: every tile gets this value at all four texels, or each copies its neighbours' texels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Vertex {
+    Set(f16),
+    Copy,
+}
+
+/// The sides and vertices to bring up to date, by tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Work {
+    tile: u32,
+    edges: u8,
+    corners: u8,
+}
+
+fn is_zero(c: f16) -> bool {
+    c.to_bits() & 0x7fff == 0
+}
+
+fn signed(c: f16, flip: bool) -> f16 {
+    if flip && !is_zero(c) { -c } else { c }
+}
+
+/// `value` as a half float, clamped to the finite ones.
+fn rounded(value: f64) -> f16 {
+    f16::from_f64(value.clamp(-65504.0, 65504.0))
+}
+
+/// The tiles that are not allocated but that `changes` reach: across a border that is not zero, or at a vertex whose
+/// corner coefficient is not zero. Ascending.
+pub fn reached(field: &Field, changes: &[Change]) -> Vec<u32> {
+    let mut tiles = Vec::new();
+    for change in changes {
+        let tile = change.tile;
+        let Some(block) = field.block(tile) else { continue };
+        let size = field.size(tile);
+        let topology = field.topology();
+        for edge in (0..4u8).filter(|edge| change.borders >> edge & 1 != 0) {
+            let line = Line::new(size, edge, 0);
+            let set = |k: usize| !is_zero(block[line.at(k as isize)]);
+            for span in spans(field, Side { tile, edge }).into_iter().flatten() {
+                if !field.is_allocated(span.side.tile) && (span.own.0..span.own.0 + span.own.1).any(set) {
+                    tiles.push(span.side.tile);
+                }
+            }
+            let mut vertices = vec![
+                (topology.rings(tile)[usize::from(edge)], set(0)),
+                (topology.rings(tile)[usize::from(edge + 1 & 3)], set(size as usize - 1)),
+            ];
+            if let Link::Halves { middle, .. } = topology.link(tile, edge) {
+                let half = size as usize / 2;
+                vertices.push((middle, set(half - 1) || set(half)));
+            }
+            for (ring, _) in vertices.into_iter().filter(|(_, set)| *set) {
+                if topology.ring_class(ring) != RingClass::Pinned {
+                    let others = topology.ring(ring).iter().map(|entry| entry.tile);
+                    tiles.extend(others.filter(|other| !field.is_allocated(*other)));
+                }
+            }
+        }
+    }
+    tiles.sort_unstable();
+    tiles.dedup();
+    tiles
+}
+
+/// The first pass: border corners and cleared border rows. Only coefficients that differ are listed.
+pub(crate) fn borders(context: &Context, field: &Field, changes: &[Change]) -> Vec<Writes> {
+    let work = gather(field, changes);
+    collect(context, &work, |work, out| {
+        let Some(block) = field.block(work.tile) else { return };
+        let size = field.size(work.tile);
+        let mut write = |line: &Line, k: usize, value: f16| {
+            let index = line.at(k as isize);
+            if block[index] != value {
+                out.push((index as u32, value));
+            }
+        };
+        for edge in (0..4).filter(|edge| work.edges >> edge & 1 != 0) {
+            let line = Line::new(size, edge, 0);
+            let link = field.topology().link(work.tile, edge);
+            if let Link::Pinned { .. } = link {
+                (0..size as usize).for_each(|k| write(&line, k, f16::ZERO));
+            }
+            for span in spans(field, Side { tile: work.tile, edge }).into_iter().flatten() {
+                if !field.is_allocated(span.side.tile) {
+                    (span.own.0..span.own.0 + span.own.1).for_each(|k| write(&line, k, f16::ZERO));
+                }
+            }
+            if let Link::Halves { middle, .. } = link {
+                if vertex(field, middle) != Vertex::Copy {
+                    let half = size as usize / 2;
+                    write(&line, half - 1, f16::ZERO);
+                    write(&line, half, f16::ZERO);
+                }
+            }
+        }
+        for corner in (0..4).filter(|corner| work.corners >> corner & 1 != 0) {
+            if let Some(value) = corner_value(field, work.tile, corner) {
+                write(&Line::new(size, corner, 0), 0, value);
+            }
+        }
+    })
+}
+
+/// The second pass: ring coefficients, from borders that the first pass has made consistent.
+pub(crate) fn rings(context: &Context, field: &Field, changes: &[Change]) -> Vec<Writes> {
+    let work = gather(field, changes);
+    collect(context, &work, |work, out| {
+        let Some(block) = field.block(work.tile) else { return };
+        let size = field.size(work.tile);
+        let last = size as usize - 1;
+        let mut write = |line: &Line, k: isize, value: f16| {
+            let index = line.at(k);
+            if block[index].to_bits() != value.to_bits() {
+                out.push((index as u32, value));
+            }
+        };
+        for edge in (0..4).filter(|edge| work.edges >> edge & 1 != 0) {
+            let line = Line::new(size, edge, -1);
+            ring_row(field, Side { tile: work.tile, edge }, |k, value| write(&line, k as isize, value));
+        }
+        for corner in (0..4).filter(|corner| work.corners >> corner & 1 != 0) {
+            let (after, before) = (Line::new(size, corner, -1), Line::new(size, (corner + 3) & 3, -1));
+            let (tile, ends) = (work.tile, [(corner, 0), ((corner + 3) & 3, last)]);
+            if let Some(value) = corner_value(field, tile, corner) {
+                write(&after, -1, value);
+                write(&after, 0, value);
+                write(&before, last as isize, value);
+                continue;
+            }
+            write(&after, -1, diagonal(field, tile, corner));
+            // Rows that are not brought up to date as a whole end here as well.
+            for ((edge, k), line) in ends.into_iter().zip([after, before]) {
+                if work.edges >> edge & 1 == 0 {
+                    write(&line, k as isize, ring_texel(field, Side { tile, edge }, k));
+                }
+            }
+        }
+    })
+}
+
+/// Runs `of` for every item of `work` and keeps the lists that are not empty.
+fn collect(context: &Context, work: &[Work], of: impl Fn(&Work, &mut Vec<(u32, f16)>) + Sync) -> Vec<Writes> {
+    let lists = context.map(work.len(), |index| {
+        let mut out = Vec::new();
+        of(&work[index], &mut out);
+        (work[index].tile, out)
+    });
+    lists.into_iter().filter(|(_, list)| !list.is_empty()).collect()
+}
+
+/// The sides and vertices that `changes` concern, of allocated tiles, by ascending tile.
+fn gather(field: &Field, changes: &[Change]) -> Vec<Work> {
+    let topology = field.topology();
+    let mut work: Vec<Work> = Vec::with_capacity(8 * changes.len());
+    let side = |side: Side| Work { tile: side.tile, edges: 1 << side.edge, corners: 0 };
+    let mut vertices = Vec::with_capacity(4 * changes.len());
+    for change in changes {
+        let tile = change.tile;
+        for edge in (0..4u8).filter(|edge| change.borders >> edge & 1 != 0) {
+            work.push(side(Side { tile, edge }));
+            vertices.push(topology.rings(tile)[usize::from(edge)]);
+            vertices.push(topology.rings(tile)[usize::from(edge + 1 & 3)]);
+            match topology.link(tile, edge) {
+                Link::Boundary | Link::Pinned { .. } => {}
+                Link::Whole { side: other, .. } | Link::Half { side: other, .. } => work.push(side(other)),
+                Link::Halves { first, second, middle, .. } => {
+                    work.extend([side(first), side(second)]);
+                    vertices.push(middle);
+                }
+            }
+        }
+    }
+    vertices.sort_unstable();
+    vertices.dedup();
+    for ring in vertices {
+        let entries = topology.ring(ring);
+        // Between tiles of different density the value of a vertex reaches further along the row than one texel.
+        let even = entries.iter().all(|entry| field.density(entry.tile) == field.density(entries[0].tile));
+        for entry in entries.iter().filter(|entry| !entry.middle) {
+            let edges = if even { 0 } else { 1 << entry.corner | 1 << (entry.corner + 3 & 3) };
+            work.push(Work { tile: entry.tile, edges, corners: 1 << entry.corner });
+        }
+        // The rows that meet in the middle of an edge may each depend on the others.
+        if let Some(quad) = entries.iter().find(|entry| entry.middle) {
+            work.push(Work { tile: quad.tile, edges: 1 << quad.corner, corners: 0 });
+            if let Link::Halves { first, second, .. } = topology.link(quad.tile, quad.corner) {
+                work.extend([side(first), side(second)]);
+            }
+        }
+    }
+    work.retain(|work| field.is_allocated(work.tile));
+    work.sort_unstable_by_key(|work| work.tile);
+    work.dedup_by(|next, kept| {
+        let same = next.tile == kept.tile;
+        if same {
+            kept.edges |= next.edges;
+            kept.corners |= next.corners;
+        }
+        same
+    });
+    work
+}
+
+/// The parts of a side that have a neighbour: one, or two beside sub-tiles; none at borders and non-manifold edges.
+fn spans(field: &Field, side: Side) -> [Option<Span>; 2] {
+    let topology = field.topology();
+    let size = field.size(side.tile) as usize;
+    let size_of = |side: Side| field.size(side.tile) as usize;
+    let rings = topology.rings(side.tile);
+    let ends = [rings[usize::from(side.edge)], rings[usize::from(side.edge + 1 & 3)]];
+    match topology.link(side.tile, side.edge) {
+        Link::Boundary | Link::Pinned { .. } => [None, None],
+        Link::Whole { side: other, reversed } => {
+            [Some(Span { own: (0, size), side: other, other: (0, size_of(other)), reversed, ends }), None]
+        }
+        Link::Half { side: other, second, reversed } => {
+            let half = size_of(other) / 2;
+            let other_span = (if second { half } else { 0 }, half);
+            [Some(Span { own: (0, size), side: other, other: other_span, reversed, ends }), None]
+        }
+        Link::Halves { first, second, reversed, middle } => {
+            let half = size / 2;
+            let part = |start: usize, side: Side, ends: [u32; 2]| {
+                Some(Span { own: (start, half), side, other: (0, size_of(side)), reversed, ends })
+            };
+            [part(0, first, [ends[0], middle]), part(half, second, [middle, ends[1]])]
+        }
+    }
+}
+
+impl Span {
+    /// The neighbour's texel, along its edge, at position `q` of the span counted in this tile's direction.
+    fn across(&self, q: usize) -> usize {
+        self.other.0 + if self.reversed { q } else { self.other.1 - 1 - q }
+    }
+}
+
+/// The border row of the neighbour along a span, in this tile's direction and sign.
+fn across<'a>(field: &'a Field, span: &'a Span) -> Option<impl Fn(usize) -> f16 + use<'a>> {
+    let block = field.block(span.side.tile)?;
+    let line = Line::new(field.size(span.side.tile), span.side.edge, 0);
+    Some(move |q: usize| signed(block[line.at(span.across(q) as isize)], span.reversed))
+}
+
+/// The ring row along a side, texel by texel.
+fn ring_row(field: &Field, side: Side, mut write: impl FnMut(usize, f16)) {
+    let size = field.size(side.tile) as usize;
+    let Some(block) = field.block(side.tile) else { return };
+    let border = Line::new(size as u32, side.edge, 0);
+    let own = |k: usize| block[border.at(k as isize)];
+    match field.topology().link(side.tile, side.edge) {
+        Link::Boundary => {
+            let ends = [side.edge, side.edge + 1 & 3].map(|corner| corner_value(field, side.tile, corner));
+            write(0, ends[0].unwrap_or(own(0)));
+            (1..size - 1).for_each(|k| write(k, own(k)));
+            write(size - 1, ends[1].unwrap_or(own(size - 1)));
+        }
+        Link::Pinned { .. } => (0..size).for_each(|k| write(k, f16::ZERO)),
+        _ => {
+            let spans = spans(field, side);
+            for span in spans.iter().flatten() {
+                span_row(field, side, span, &mut write);
+            }
+        }
+    }
+}
+
+/// The part of a ring row along a span.
+fn span_row(field: &Field, side: Side, span: &Span, write: &mut impl FnMut(usize, f16)) {
+    let (start, count) = span.own;
+    let Some(neighbour) = across(field, span) else {
+        return (start..start + count).for_each(|k| write(k, f16::ZERO));
+    };
+    let ends = span.ends.map(|ring| end_value(field, side.tile, ring));
+    let inner = usize::from(ends[0].is_some())..count - usize::from(ends[1].is_some());
+    if count == span.other.1 {
+        inner.for_each(|k| write(start + k, neighbour(k)));
+    } else if count < span.other.1 {
+        let fine: Vec<f64> = (0..span.other.1).map(|q| neighbour(q).to_f64()).collect();
+        let row = restrict_curve(&fine, span.other.1 / count);
+        inner.for_each(|k| write(start + k, rounded(row[k])));
+    } else if let Some(block) = field.block(side.tile) {
+        let border = Line::new(field.size(side.tile), side.edge, 0);
+        let mut curve = ended_curve(field, side, span, ends);
+        while curve.len() < count + 2 {
+            curve = subdivide_curve(&curve);
+        }
+        inner.for_each(|k| {
+            let own = block[border.at((start + k) as isize)].to_f64();
+            write(start + k, rounded(2.0 * curve[k + 1] - own));
+        });
+    }
+    if let Some(value) = ends[0] {
+        write(start, value);
+    }
+    if let Some(value) = ends[1] {
+        write(start + count - 1, value);
+    }
+}
+
+/// The edge curve of the coarser neighbour along a span of the finer side: the mean of its border and of its ring.
+fn edge_curve(field: &Field, side: Side, span: &Span) -> Vec<f64> {
+    let (Some(neighbour), Some(block)) = (across(field, span), field.block(side.tile)) else {
+        return vec![0.0; span.other.1];
+    };
+    let border = Line::new(field.size(side.tile), side.edge, 0);
+    let own = |k: usize| block[border.at((span.own.0 + k) as isize)].to_f64();
+    let fine: Vec<f64> = (0..span.own.1).map(own).collect();
+    let ring = restrict_curve(&fine, span.own.1 / span.other.1);
+    ring.into_iter().enumerate().map(|(q, ring)| 0.5 * (neighbour(q).to_f64() + rounded(ring).to_f64())).collect()
+}
+
+/// As [`edge_curve`], with one coefficient more at each end.
+fn ended_curve(field: &Field, side: Side, span: &Span, ends: [Option<f16>; 2]) -> Vec<f64> {
+    let mut curve = edge_curve(field, side, span);
+    let last = curve.len() - 1;
+    for (end, at) in ends.into_iter().zip([0, last]) {
+        if let Some(value) = end {
+            curve[at] = value.to_f64();
+        }
+    }
+    // The curve goes on beyond the middle of a quad's edge; everywhere else the vertex has a value.
+    let beyond = |end: usize| match ends[end] {
+        Some(value) => value.to_f64(),
+        None => {
+            let other = continuation(field, side, span, end == 1);
+            other.map_or(curve[if end == 0 { 0 } else { last }], |(side, span, at_start)| {
+                let curve = edge_curve(field, side, &span);
+                if at_start { curve[0] } else { curve[curve.len() - 1] }
+            })
+        }
+    };
+    let (before, after) = (beyond(0), beyond(1));
+    std::iter::once(before).chain(curve).chain(std::iter::once(after)).collect()
+}
+
+/// The finer side and span that continue a span beyond its start or end, which is the middle of a quad's edge, and
+/// whether the continuation begins there.
+fn continuation(field: &Field, side: Side, span: &Span, at_end: bool) -> Option<(Side, Span, bool)> {
+    match field.topology().link(side.tile, side.edge) {
+        Link::Halves { .. } => {
+            let [first, second] = spans(field, side);
+            if at_end { Some((side, second?, true)) } else { Some((side, first?, false)) }
+        }
+        Link::Half { side: quad, second, .. } => {
+            let Link::Halves { first: a, second: b, .. } = field.topology().link(quad.tile, quad.edge) else {
+                return None;
+            };
+            let sibling = if second { a } else { b };
+            let [other, _] = spans(field, sibling);
+            let other = other?;
+            // Both sub-tiles have one face, so that their edges run on in the same direction.
+            let at_start = other.ends[0] == span.ends[usize::from(at_end)];
+            Some((sibling, other, at_start))
+        }
+        _ => None,
+    }
+}
+
+/// One texel of a ring row.
+fn ring_texel(field: &Field, side: Side, k: usize) -> f16 {
+    let mut found = f16::ZERO;
+    for span in spans(field, side).iter().flatten() {
+        let (start, count) = span.own;
+        if (start..start + count).contains(&k) && count == span.other.1 {
+            return across(field, span).map_or(f16::ZERO, |neighbour| neighbour(k - start));
+        }
+    }
+    ring_row(field, side, |at, value| {
+        if at == k {
+            found = value;
+        }
+    });
+    found
+}
+
+/// The ring's corner at a vertex where texels are copied.
+fn diagonal(field: &Field, tile: u32, corner: u8) -> f16 {
+    let topology = field.topology();
+    let ring = topology.rings(tile)[usize::from(corner)];
+    let entries = topology.ring(ring);
+    let Some(own) = entries.iter().position(|entry| (entry.tile, entry.corner) == (tile, corner)) else {
+        return f16::ZERO;
+    };
+    let sign = |other: &Incidence| other.flipped != entries[own].flipped;
+    match (topology.ring_class(ring), entries.len()) {
+        (RingClass::Tee, _) => {
+            // What the other sub-tile has across its half of the quad's edge.
+            let Some(other) = entries.iter().enumerate().find(|(i, entry)| *i != own && !entry.middle) else {
+                return f16::ZERO;
+            };
+            let other = other.1;
+            let last = field.size(other.tile) as usize - 1;
+            // Corner 1 ends edge 0, corner 3 begins edge 3: the two halves of an edge of a face.
+            let (edge, k) = if other.corner == 1 { (0, last) } else { (3, 0) };
+            signed(ring_texel(field, Side { tile: other.tile, edge }, k), sign(other))
+        }
+        (_, count) => {
+            let other = &entries[(own + count / 2) % count];
+            signed(border_corner(field, other), sign(other))
+        }
+    }
+}
+
+/// The coefficient of a tile's border at a vertex, zero if it is not allocated.
+fn border_corner(field: &Field, entry: &Incidence) -> f16 {
+    let line = Line::new(field.size(entry.tile), entry.corner, 0);
+    field.block(entry.tile).map_or(f16::ZERO, |block| block[line.at(0)])
+}
+
+/// How the texels around a vertex are made. A value has the sign of the ring's first tile.
+fn vertex(field: &Field, ring: u32) -> Vertex {
+    let topology = field.topology();
+    let entries = topology.ring(ring);
+    let class = topology.ring_class(ring);
+    if class == RingClass::Pinned || !entries.iter().all(|entry| field.is_allocated(entry.tile)) {
+        return Vertex::Set(f16::ZERO);
+    }
+    let density = |entry: &Incidence| field.density(entry.tile);
+    let even = entries.iter().all(|entry| density(entry) == density(&entries[0]));
+    match class {
+        RingClass::Tee => Vertex::Copy,
+        RingClass::Regular if even => Vertex::Copy,
+        RingClass::Boundary if even && entries.len() <= 2 => Vertex::Copy,
+        _ => {
+            let sum: f64 =
+                entries.iter().map(|entry| signed(border_corner(field, entry), entry.flipped).to_f64()).sum();
+            Vertex::Set(rounded(sum / entries.len() as f64))
+        }
+    }
+}
+
+/// The value of all four texels around a corner in the tile's sign, or `None` where they are copied.
+fn corner_value(field: &Field, tile: u32, corner: u8) -> Option<f16> {
+    end_value(field, tile, field.topology().rings(tile)[usize::from(corner)])
+}
+
+/// The value that `ring`'s vertex gives all its texels in `tile`'s sign, or `None` where they are copied.
+fn end_value(field: &Field, tile: u32, ring: u32) -> Option<f16> {
+    match vertex(field, ring) {
+        Vertex::Copy => None,
+        Vertex::Set(value) => {
+            let entry = field.topology().ring(ring).iter().find(|entry| entry.tile == tile);
+            Some(signed(value, entry.is_some_and(|entry| entry.flipped)))
+        }
+    }
+}
