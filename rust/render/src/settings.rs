@@ -1,0 +1,78 @@
+//! What a picture is made with, apart from the scene, the camera and the light.
+
+use relievo_core::parameter::Switch;
+use relievo_core::{Error, Result};
+
+use crate::camera::Camera;
+use crate::color::Color;
+use crate::light::Lights;
+
+relievo_core::parameters! {
+    /// Size and quality of a picture.
+    pub struct Settings {
+        /// Pixels in a row.
+        width: u32 = 640, 1..=16384, "px";
+        /// Rows.
+        height: u32 = 360, 1..=16384, "px";
+        /// Rays from the camera per pixel.
+        samples: u32 = 4, 1..=1024, "";
+        /// Rays to the sky per ray from the camera; 0 lights without looking for what is in the way.
+        sky_rays: u32 = 2, 0..=256, "";
+        /// Whether suns throw shadows.
+        shadows: Switch = Switch::ON, 0..=1, "";
+        /// Whether the edges of triangles are drawn.
+        wireframe: Switch = Switch::OFF, 0..=1, "";
+        /// Width of those lines.
+        line_width: f32 = 1.0, 0.1..=16, "px";
+        /// How much of a false colour covers the material, where there is one.
+        false_color: f32 = 0.75, 0..=1, "";
+    }
+}
+
+/// Colours that stand for the tags of triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FalseColor {
+    /// Colour of tag 0, 1, …; larger tags start again from the first.
+    pub palette: Vec<Color>,
+}
+
+/// All a picture of a scene depends on.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// From where.
+    pub camera: Camera,
+    /// The light.
+    pub lights: Lights,
+    /// Size and quality.
+    pub settings: Settings,
+    /// Colours for the tags of triangles, in place of the materials' colours.
+    pub false_color: Option<FalseColor>,
+    /// Colour of the wireframe.
+    pub line_color: Color,
+}
+
+impl View {
+    /// A view with the default light and settings.
+    pub fn new(camera: Camera) -> Self {
+        Self {
+            camera,
+            lights: Lights::default(),
+            settings: Settings::default(),
+            false_color: None,
+            line_color: [0.01, 0.012, 0.02],
+        }
+    }
+
+    pub(crate) fn check(&self) -> Result<()> {
+        self.settings.check()?;
+        self.lights.check()?;
+        let finite = |color: &Color| color.iter().all(|value| value.is_finite());
+        let palette = self.false_color.as_ref().is_none_or(|colors| {
+            !colors.palette.is_empty() && colors.palette.iter().all(finite)
+        });
+        if palette && finite(&self.line_color) {
+            return Ok(());
+        }
+        Err(Error::invalid("a palette is empty or has colours that are not finite"))
+    }
+}
