@@ -142,7 +142,7 @@ macro_rules! parameters {
     (
         $(#[$meta:meta])*
         pub struct $name:ident {
-            $(#[doc = $help:literal] $field:ident: $ty:ty = $default:expr, $min:literal..=$max:expr, $unit:literal;)*
+            $(#[doc = $help:literal] $field:ident: $ty:ident = $default:expr, $min:literal..=$max:expr, $unit:literal;)*
         }
     ) => {
         $(#[$meta])*
@@ -166,7 +166,7 @@ macro_rules! parameters {
                 offset: std::mem::offset_of!($name, $field),
                 min: $min as f64,
                 max: $max as f64,
-                default: $crate::parameters!(@number $default),
+                default: $crate::parameters!(@number $ty $default),
                 unit: $unit,
                 help: $help.trim_ascii(),
             },)*];
@@ -194,7 +194,6 @@ macro_rules! parameters {
             }
         }
     };
-    (@number Switch::OFF) => { 0.0 };
-    (@number Switch::ON) => { 1.0 };
-    (@number $value:expr) => { ($value) as f64 };
+    (@number Switch $value:expr) => { ($value).0 as f64 };
+    (@number $ty:ident $value:expr) => { ($value) as f64 };
 }
