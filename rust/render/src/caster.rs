@@ -70,9 +70,8 @@ impl Scene {
         let caster = Caster::new(&placed, view);
         let columns = width.div_ceil(BLOCK);
         let blocks = columns * height.div_ceil(BLOCK);
-        let found = context.map(blocks as usize, |block| {
-            caster.block(block as u32 % columns * BLOCK, block as u32 / columns * BLOCK)
-        });
+        let found = context
+            .map(blocks as usize, |block| caster.block(block as u32 % columns * BLOCK, block as u32 / columns * BLOCK));
         let mut frame = Frame {
             color: Image::new(width, height, 3)?,
             depth: Image::new(width, height, 1)?,
@@ -220,9 +219,7 @@ impl<'a> Caster<'a> {
         for (number, sun) in (1..).zip(&self.suns) {
             let toward = match sun.cos {
                 1.0 => sun.direction,
-                cos => {
-                    cone(sun.direction, cos, Shift::new(x, y, number).sample(sample, settings.samples)).normalize()
-                }
+                cos => cone(sun.direction, cos, Shift::new(x, y, number).sample(sample, settings.samples)).normalize(),
             };
             let cos = place.smooth.dot(toward);
             if cos <= 0.0 {
@@ -273,10 +270,8 @@ impl<'a> Caster<'a> {
     fn line(&self, facet: &Facet, direction: Vec3) -> f32 {
         let marked = facet.mesh.edges.get(facet.primitive).copied().unwrap_or(0b111);
         let distances = edge_distances(facet.points, direction, &self.rays);
-        let nearest = (0..3)
-            .filter(|edge| marked >> edge & 1 == 1)
-            .map(|edge| distances[edge])
-            .fold(f32::INFINITY, f32::min);
+        let nearest =
+            (0..3).filter(|edge| marked >> edge & 1 == 1).map(|edge| distances[edge]).fold(f32::INFINITY, f32::min);
         (0.5 * self.view.settings.line_width + 0.5 - nearest).clamp(0.0, 1.0)
     }
 }

@@ -3,15 +3,20 @@
 mod camera;
 mod caster;
 pub mod color;
+mod exr_file;
 mod image;
 mod light;
+mod output;
+mod png_file;
 mod sampling;
 mod scene;
 mod settings;
 
 pub use camera::Camera;
 pub use caster::{Frame, NO_OBJECT};
+pub use exr_file::{Channel, Content, Layer, Samples, Value, read_exr, write_exr};
 pub use image::Image;
 pub use light::{Lights, Sky, Sun};
+pub use png_file::{read_png, write_png};
 pub use scene::{Material, Mesh, ObjectId, Scene};
 pub use settings::{FalseColor, Settings, View};

@@ -67,9 +67,10 @@ impl View {
         self.settings.check()?;
         self.lights.check()?;
         let finite = |color: &Color| color.iter().all(|value| value.is_finite());
-        let palette = self.false_color.as_ref().is_none_or(|colors| {
-            !colors.palette.is_empty() && colors.palette.iter().all(finite)
-        });
+        let palette = self
+            .false_color
+            .as_ref()
+            .is_none_or(|colors| !colors.palette.is_empty() && colors.palette.iter().all(finite));
         if palette && finite(&self.line_color) {
             return Ok(());
         }
