@@ -48,6 +48,14 @@ impl Budget {
         Ok(())
     }
 
+    /// Makes room for `additional` more items of a list that grows in pieces; room is at least doubled.
+    pub fn reserve_more<T>(&mut self, list: &mut Vec<T>, additional: usize) -> Result<()> {
+        if additional <= list.capacity() - list.len() {
+            return Ok(());
+        }
+        self.reserve(list, additional.max(list.len()))
+    }
+
     /// Appends one item; room is doubled when there is none.
     #[inline]
     pub fn push<T>(&mut self, list: &mut Vec<T>, value: T) -> Result<()> {

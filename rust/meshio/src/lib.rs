@@ -6,58 +6,82 @@
 mod budget;
 mod color;
 mod file;
+mod gltf;
+mod merge;
 mod model;
 mod notes;
 mod obj;
 mod ply;
 mod ply_header;
+mod pose;
+mod root;
 mod text;
 
 use std::path::Path;
 
 use relievo_core::{Context, Error, Mesh, Result};
 
+pub use gltf::{Open, read_gltf};
 pub use model::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, Skin};
 pub use obj::read_obj;
 pub use ply::read_ply;
+pub use pose::{Pose, Shape};
+pub use root::Root;
 
-/// Formats that can be read, by extension.
+/// Formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Obj,
     Ply,
+    Gltf,
 }
 
 impl Format {
     /// The format that the first bytes of a file show, or else its extension.
-    fn of(path: &Path, _bytes: &[u8]) -> Result<Self> {
+    fn of(path: &Path, bytes: &[u8]) -> Result<Self> {
+        if bytes.starts_with(b"glTF") {
+            return Ok(Self::Gltf);
+        }
+        if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+            return Ok(Self::Ply);
+        }
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("obj") => Ok(Self::Obj),
             Some("ply") => Ok(Self::Ply),
-            _ => Err(Error::unsupported("the format of the file is not known").advise("use OBJ or PLY")),
+            Some("glb" | "gltf") => Ok(Self::Gltf),
+            _ => Err(Error::unsupported("the format of the file is not known").advise("use OBJ, PLY, GLB or glTF")),
         }
     }
 }
 
-/// Reads a mesh. See [`read_model`].
+/// Reads a file as one mesh, at rest if it is animated. See [`read_model`].
 pub fn read(context: &Context, path: &Path) -> Result<Mesh> {
     let model = read_model(context, path)?;
-    Ok(model.meshes.into_iter().next().unwrap_or_default().mesh)
+    model.into_merged_mesh(context).map_err(|error| error.at(path.display().to_string()))
 }
 
-/// Reads everything a file holds. The context's memory limit bounds the file and what is made of it together.
+/// Reads everything a file holds. Files that it names are opened only below its own folder.
 ///
-/// Indices are in range and numbers finite in what is returned; whether the faces can be used says
-/// [`Mesh::check`].
+/// The context's memory limit bounds the file and what is made of it together. Indices are in range and numbers
+/// finite in what is returned; whether the faces can be used says [`Mesh::check`].
 pub fn read_model(context: &Context, path: &Path) -> Result<Model> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    read_model_within(context, path, &Root::below(folder)?)
+}
+
+/// As [`read_model`]; files that it names are opened only where `root` allows.
+pub fn read_model_within(context: &Context, path: &Path, root: &Root) -> Result<Model> {
     let named = |error: Error| error.at(path.display().to_string());
     let limit = context.memory_limit();
     let bytes = file::load(path, limit)?;
     let left = limit - bytes.len() as u64;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let open = |name: &str, most: u64| file::load(&root.resolve(folder, name)?, most);
     let model = match Format::of(path, &bytes).map_err(named)? {
         Format::Obj => read_obj(&bytes, left),
         Format::Ply => read_ply(&bytes, left),
+        Format::Gltf => read_gltf(&bytes, left, &open),
     };
     model.map_err(named)
 }

@@ -5,7 +5,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 use relievo_core::Mesh;
 
-/// The contents of a file. Every index in it exists.
+/// The contents of a file. Every index in it exists; see [`Model::merged_mesh`] for one mesh of everything.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
     /// Meshes, each in its own space.

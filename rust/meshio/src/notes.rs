@@ -22,6 +22,11 @@ impl Notes {
         }
     }
 
+    /// Notes every one of `list`.
+    pub fn extend(&mut self, list: Vec<String>) {
+        list.iter().for_each(|what| self.add(what, 0));
+    }
+
     /// The notes as sentences.
     pub fn into_list(self) -> Vec<String> {
         let mut list: Vec<String> = self

@@ -138,3 +138,35 @@ fn odd_ply_files_are_read() {
     assert_eq!((uv.domain, uv.values.len()), (relievo_core::Domain::Corner, 6000));
     assert_eq!(fuze.meshes[0].mesh.check(), Ok(()));
 }
+
+/// Meshes, triangles, points and animations of every instance of the characters.
+#[test]
+fn characters_have_the_known_parts() {
+    let Some(data) = data() else { return };
+    let context = Context::serial();
+    let cases = [
+        ("AnimatedMorphCube", 12, 24, 1, 0),
+        ("BoxAnimated", 254, 0, 1, 0),
+        ("girl", 561, 496, 2, 23),
+        ("greenman", 356, 196, 4, 12),
+        ("rigged_figure", 256, 370, 1, 19),
+        ("robot", 3238, 7218, 14, 43),
+    ];
+    for (name, triangles, points, animations, joints) in cases {
+        let model = read_model(&context, &data.join(format!("characters/{name}.glb"))).unwrap();
+        let mesh = model.merged_mesh(&context).unwrap();
+        assert_eq!(mesh.check(), Ok(()), "{name}");
+        assert_eq!(mesh.face_count(), triangles, "{name}");
+        assert!(points == 0 || mesh.points.len() == points, "{name}");
+        assert_eq!(model.animations.len(), animations, "{name}");
+        assert_eq!(model.skins.first().map_or(0, |skin| skin.joints.len()), joints, "{name}");
+        for animation in 0..animations {
+            let (start, end) = model.animations[animation].range();
+            for time in [start - 1.0, start, 0.5 * (start + end), end, end + 1.0] {
+                let points = model.pose(&context, animation, time).unwrap().merged_points();
+                assert_eq!(points.len(), mesh.points.len());
+                assert!(points.as_flattened().iter().all(|value| value.is_finite() && value.abs() < 1e3), "{name}");
+            }
+        }
+    }
+}
