@@ -216,7 +216,7 @@ fn a_dent_inside_a_tile_touches_no_other() {
     // The same edit again changes nothing.
     assert_eq!(displacement.edit(&context, &[5], write).unwrap(), []);
     assert_eq!(displacement.commit().changed(), [5]);
-    assert_eq!(displacement.commit().changed(), []);
+    assert!(displacement.commit().changed().is_empty());
 }
 
 #[test]
