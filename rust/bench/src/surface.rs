@@ -1,25 +1,114 @@
 //! Bench `surface`: evaluation of limit surfaces over tile grids, beside OpenSubdiv's evaluators and beside the time
-//! that merely storing as many numbers takes, which is the floor.
+//! that merely storing as many numbers takes, which is the floor: P, du and dv are 36 bytes a sample and 33
+//! multiply-adds.
 
 use std::hint::black_box;
 
-use relievo_core::Result;
+use relievo_core::simd::Level;
+use relievo_core::{Context, Mesh, Result};
+use relievo_opensubdiv::reference::{Bfr, far_grid};
+use relievo_surface::{Grid, Order, Placement, SampleSlices, Surface, SurfaceOptions};
 
-use crate::measure::{sample, seconds};
+use crate::measure::{compare, sample, seconds};
 use crate::report::{Goal, Report};
 
-/// Bytes of the buffer stored to: more than any cache holds.
-const BUFFER: usize = 256 << 20;
+/// Floats of the buffer stored to: 256 MiB, more than any cache holds.
+const BUFFER: usize = (256 << 20) / size_of::<f32>();
+
+/// Samples along a tile's edge.
+const SIZE: usize = 128;
+
+/// Floats of a tile's P, du and dv.
+const TILE: usize = 9 * SIZE * SIZE;
+
+/// Runs of each side.
+const RUNS: usize = 5;
 
 /// Measures every case into `report`.
 pub fn run(report: &mut Report) -> Result<()> {
-    let mut buffer = vec![0.0f32; BUFFER / size_of::<f32>()];
-    let mut value = 0.0;
-    let floor = sample(9, || {
-        value += 1.0;
-        let time = seconds(|| black_box(&mut buffer).fill(black_box(value)));
-        BUFFER as f64 / time / 1e9
-    });
-    report.add("store constants, 1 thread", &floor, None, "GB/s", Goal::None);
+    let context = Context::serial();
+    let mut buffer = vec![0.0; BUFFER];
+    regular(report, &context, &mut buffer)?;
+    for name in ["monsterfrog", "car", "bishop", "suzanne"] {
+        let Some(path) = crate::data(&format!("cages/{name}.obj")) else { continue };
+        model(report, &context, name, &relievo_meshio::read(&context, &path)?, &mut buffer)?;
+    }
     Ok(())
+}
+
+/// A torus has regular tiles only, so that nothing but storing is left to do.
+fn regular(report: &mut Report, context: &Context, buffer: &mut [f32]) -> Result<()> {
+    let surface = Surface::new(context, &torus(32, 16), &SurfaceOptions::default())?;
+    let buffer = std::cell::RefCell::new(buffer);
+    let mut value = 0.0;
+    let bytes = (surface.tile_count().min(BUFFER / TILE) * TILE * size_of::<f32>()) as f64;
+    let (ours, floor) = compare(
+        2 * RUNS,
+        || bytes / seconds(|| grids(context.level(), &surface, &mut buffer.borrow_mut())) / 1e9,
+        || {
+            value += 1.0;
+            let end = bytes as usize / size_of::<f32>();
+            bytes / seconds(|| black_box(&mut buffer.borrow_mut()[..end]).fill(black_box(value))) / 1e9
+        },
+    );
+    report.add("regular tiles, stores", &ours, Some(("constants", &floor)), "GB/s", Goal::RatioAtLeast(0.5));
+    Ok(())
+}
+
+fn model(report: &mut Report, context: &Context, name: &str, mesh: &Mesh, buffer: &mut [f32]) -> Result<()> {
+    let surface = Surface::new(context, mesh, &SurfaceOptions::default())?;
+    let samples = (surface.tile_count() * SIZE * SIZE) as f64;
+    let buffer = std::cell::RefCell::new(buffer);
+    let ours = || samples / seconds(|| grids(context.level(), &surface, &mut buffer.borrow_mut())) / 1e6;
+    // As precise as the table beside it is at its isolation.
+    let mut bfr = Bfr::new(surface.table(), 6)?;
+    let rate = |samples: Result<u64>, time: f64| samples.map_or(f64::NAN, |samples| samples as f64 / time / 1e6);
+    let (mine, peer) = compare(RUNS, ours, || {
+        let mut count = Ok(0);
+        let time = seconds(|| count = bfr.grid(&mesh.points, SIZE, &mut buffer.borrow_mut()));
+        rate(count, time)
+    });
+    report.add(&format!("{name}, P du dv"), &mine, Some(("Bfr", &peer)), "M/s", Goal::RatioAtLeast(15.0));
+    let points: Vec<[f32; 3]> =
+        surface.table_points(context, &mesh.points).iter().map(|point| point.map(|value| value as f32)).collect();
+    let (mine, peer) = compare(RUNS, ours, || {
+        let mut count = Ok(0);
+        let time = seconds(|| count = far_grid(surface.table(), &points, SIZE, &mut buffer.borrow_mut()));
+        rate(count, time)
+    });
+    report.add(&format!("{name}, P du dv"), &mine, Some(("Far", &peer)), "M/s", Goal::None);
+    let build = sample(RUNS, || 1e3 * seconds(|| Surface::new(context, mesh, &SurfaceOptions::default())));
+    report.add(&format!("{name}, {} patches, build", surface.patch_count()), &build, None, "ms", Goal::None);
+    let pose = sample(RUNS, || 1e3 * seconds(|| surface.posed(context, &mesh.points)));
+    report.add(&format!("{name}, new pose"), &pose, None, "ms", Goal::None);
+    Ok(())
+}
+
+/// Evaluates every tile into the buffer, from its start again when it is full.
+fn grids(level: Level, surface: &Surface, buffer: &mut [f32]) {
+    let grid = Grid::whole(SIZE as u32, Placement::Centred);
+    for tile in 0..surface.tile_count() {
+        let first = tile % (BUFFER / TILE) * TILE;
+        let mut values = SampleSlices::default();
+        for (index, values_of) in buffer[first..first + TILE].chunks_exact_mut(SIZE * SIZE).enumerate() {
+            values.values[index / 3][index % 3] = values_of;
+        }
+        surface.grid_into(level, tile as u32, &grid, Order::First, &mut values);
+    }
+}
+
+fn torus(around: u32, across: u32) -> Mesh {
+    let angle = |index: u32, count: u32| std::f32::consts::TAU * index as f32 / count as f32;
+    let mut points = Vec::new();
+    let mut corners = Vec::new();
+    for i in 0..around {
+        for j in 0..across {
+            let (a, b) = (angle(i, around), angle(j, across));
+            let radius = 3.0 + b.cos();
+            points.push([radius * a.cos(), radius * a.sin(), b.sin()]);
+            let point = |i: u32, j: u32| i % around * across + j % across;
+            corners.extend([point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)]);
+        }
+    }
+    Mesh::new(points, vec![4; (around * across) as usize], corners)
 }

@@ -68,9 +68,6 @@ impl Grid {
     }
 }
 
-/// Columns evaluated at a time, so that the basis values stay on the stack.
-const BLOCK: usize = 256;
-
 impl Surface {
     /// Evaluates a grid of a tile, row by row: sample (i, j) has the index
     /// `(j − rows.start) · columns.len() + i − columns.start`. A hole gives zeros.
@@ -142,11 +139,48 @@ relievo_core::dispatch_simd! {
     )
 }
 
-/// Basis values of a block of columns: B, and the bases of first and second differences.
+/// Columns evaluated together.
+const LANES: usize = 16;
+
+/// Blocks of columns whose basis values are kept on the stack.
+const BLOCKS: usize = 16;
+
+type Lanes = [f32; LANES];
+
+/// Basis values of columns in blocks: B, and the bases of first and second differences.
 struct Basis {
-    cubic: [[f32; BLOCK]; 4],
-    quadratic: [[f32; BLOCK]; 3],
-    linear: [[f32; BLOCK]; 2],
+    cubic: [[Lanes; 4]; BLOCKS],
+    quadratic: [[Lanes; 3]; BLOCKS],
+    linear: [[Lanes; 2]; BLOCKS],
+}
+
+/// A row of the patch at one v: the curves in u of P, ∂P/∂v and ∂²P/∂v², and their differences, of one axis.
+#[derive(Clone, Copy, Default)]
+struct Row {
+    origin: f32,
+    p: [f32; 4],
+    du: [f32; 3],
+    dv: [f32; 4],
+    duu: [f32; 2],
+    duv: [f32; 3],
+    dvv: [f32; 4],
+}
+
+impl Row {
+    #[inline(always)]
+    fn new(points: &[f32], origin: f32, t: f32, scale: [f32; 2], order: Order) -> Self {
+        let mut row = Row { origin, p: across(points, cubic(t), 1.0), ..Row::default() };
+        if order >= Order::First {
+            row.du = differences(&row.p, 3.0 * scale[0]);
+            row.dv = across(points, cubic_first(t), scale[1]);
+        }
+        if order >= Order::Second {
+            row.duu = differences(&row.du, 2.0 * scale[0]);
+            row.duv = differences(&row.dv, 3.0 * scale[0]);
+            row.dvv = across(points, cubic_second(t), scale[1] * scale[1]);
+        }
+        row
+    }
 }
 
 #[inline(always)]
@@ -164,73 +198,103 @@ fn bezier_grid_body<A: Arithmetic>(
     let local = |index: u32, axis: usize| {
         (((f64::from(index) + grid.offset()) * step - f64::from(patch.low[axis])) * f64::from(scale[axis])) as f32
     };
-    let mut basis = Basis { cubic: [[0.0; BLOCK]; 4], quadratic: [[0.0; BLOCK]; 3], linear: [[0.0; BLOCK]; 2] };
-    let mut block = columns.start;
-    while block < columns.end {
-        let count = ((columns.end - block) as usize).min(BLOCK);
-        let start = local(block, 0);
-        let slope = (step * f64::from(scale[0])) as f32;
-        for k in 0..count {
-            let s = A::fma(k as f32, slope, start);
-            let r = 1.0 - s;
-            let values = cubic(s);
-            for (row, value) in basis.cubic.iter_mut().zip(values) {
-                row[k] = value;
+    let slope = (step * f64::from(scale[0])) as f32;
+    let mut basis = Basis {
+        cubic: [[[0.0; LANES]; 4]; BLOCKS],
+        quadratic: [[[0.0; LANES]; 3]; BLOCKS],
+        linear: [[[0.0; LANES]; 2]; BLOCKS],
+    };
+    let mut first = columns.start;
+    while first < columns.end {
+        let count = ((columns.end - first) as usize).min(BLOCKS * LANES);
+        for block in 0..count.div_ceil(LANES) {
+            let start = local(first + (block * LANES) as u32, 0);
+            for k in 0..LANES {
+                let s = A::fma(k as f32, slope, start);
+                let r = 1.0 - s;
+                for (row, value) in basis.cubic[block].iter_mut().zip(cubic(s)) {
+                    row[k] = value;
+                }
+                for (row, value) in basis.quadratic[block].iter_mut().zip([r * r, 2.0 * r * s, s * s]) {
+                    row[k] = value;
+                }
+                for (row, value) in basis.linear[block].iter_mut().zip([r, s]) {
+                    row[k] = value;
+                }
             }
-            (basis.quadratic[0][k], basis.quadratic[1][k], basis.quadratic[2][k]) = (r * r, 2.0 * r * s, s * s);
-            (basis.linear[0][k], basis.linear[1][k]) = (r, s);
         }
-        for j in rows.clone() {
-            let t = local(j, 1);
-            let row = (j - grid.rows.start) as usize * grid.columns.len() + (block - grid.columns.start) as usize;
-            let (b_t, d_t, dd_t) = (cubic(t), cubic_first(t), cubic_second(t));
-            for axis in 0..3 {
-                let points = &data[ORIGIN + 16 * axis..ORIGIN + 16 * axis + 16];
-                let across = |basis: &[f32; 4], scale: f32| -> [f32; 4] {
-                    std::array::from_fn(|k| {
-                        let column = [points[k], points[4 + k], points[8 + k], points[12 + k]];
-                        scale * (0..4).map(|i| basis[i] * column[i]).sum::<f32>()
-                    })
-                };
-                let curve = across(&b_t, 1.0);
+        // One axis after the other, so that at most six streams are written at a time.
+        for axis in 0..3 {
+            let points = &data[ORIGIN + 16 * axis..ORIGIN + 16 * axis + 16];
+            for j in rows.clone() {
+                let row = Row::new(points, data[axis], local(j, 1), scale, order);
+                let at = (j - grid.rows.start) as usize * grid.columns.len() + (first - grid.columns.start) as usize;
                 let [p, du, dv, duu, duv, dvv] = &mut out.values;
-                combine::<A, 4>(&basis.cubic, &curve, data[axis], &mut p[axis][row..row + count]);
-                if order == Order::Position {
-                    continue;
+                span::<A, 4>(&basis.cubic, &row.p, row.origin, &mut p[axis][at..at + count]);
+                if order >= Order::First {
+                    span::<A, 3>(&basis.quadratic, &row.du, 0.0, &mut du[axis][at..at + count]);
+                    span::<A, 4>(&basis.cubic, &row.dv, 0.0, &mut dv[axis][at..at + count]);
                 }
-                let curve_v = across(&d_t, scale[1]);
-                let first = 3.0 * scale[0];
-                combine::<A, 3>(&basis.quadratic, &differences(&curve, first), 0.0, &mut du[axis][row..row + count]);
-                combine::<A, 4>(&basis.cubic, &curve_v, 0.0, &mut dv[axis][row..row + count]);
-                if order == Order::First {
-                    continue;
+                if order >= Order::Second {
+                    span::<A, 2>(&basis.linear, &row.duu, 0.0, &mut duu[axis][at..at + count]);
+                    span::<A, 3>(&basis.quadratic, &row.duv, 0.0, &mut duv[axis][at..at + count]);
+                    span::<A, 4>(&basis.cubic, &row.dvv, 0.0, &mut dvv[axis][at..at + count]);
                 }
-                let second: [f32; 2] = differences(&differences::<4, 3>(&curve, first), 2.0 * scale[0]);
-                let curve_vv = across(&dd_t, scale[1] * scale[1]);
-                combine::<A, 2>(&basis.linear, &second, 0.0, &mut duu[axis][row..row + count]);
-                combine::<A, 3>(&basis.quadratic, &differences(&curve_v, first), 0.0, &mut duv[axis][row..row + count]);
-                combine::<A, 4>(&basis.cubic, &curve_vv, 0.0, &mut dvv[axis][row..row + count]);
             }
         }
-        block += count as u32;
+        first += count as u32;
     }
 }
 
-/// `offset + Σ basis[k] · weights[k]` for every column.
+/// The Bézier points of the curve at one v, from the basis values there.
 #[inline(always)]
-fn combine<A: Arithmetic, const N: usize>(basis: &[[f32; BLOCK]; N], weights: &[f32; N], offset: f32, out: &mut [f32]) {
-    let count = out.len().min(BLOCK);
-    let rows: [&[f32]; N] = std::array::from_fn(|k| &basis[k][..count]);
-    for (i, value) in out.iter_mut().take(count).enumerate() {
-        let mut sum = rows[0][i] * weights[0];
-        for k in 1..N {
-            sum = A::fma(rows[k][i], weights[k], sum);
+fn across(points: &[f32], basis: [f32; 4], scale: f32) -> [f32; 4] {
+    let mut curve = [0.0; 4];
+    for k in 0..4 {
+        for i in 0..4 {
+            curve[k] += basis[i] * points[4 * i + k];
         }
-        *value = sum + offset;
+        curve[k] *= scale;
     }
+    curve
+}
+
+/// Writes `offset + Σ basis[k] · weights[k]` for as many columns as `out` has.
+#[inline(always)]
+fn span<A: Arithmetic, const N: usize>(basis: &[[Lanes; N]], weights: &[f32; N], offset: f32, out: &mut [f32]) {
+    let mut blocks = out.chunks_exact_mut(LANES);
+    let mut bases = basis.iter();
+    for (out, basis) in blocks.by_ref().zip(bases.by_ref()) {
+        out.copy_from_slice(&combine::<A, N>(basis, weights, offset));
+    }
+    if let Some(basis) = bases.next() {
+        let rest = blocks.into_remainder();
+        rest.copy_from_slice(&combine::<A, N>(basis, weights, offset)[..rest.len()]);
+    }
+}
+
+#[inline(always)]
+fn combine<A: Arithmetic, const N: usize>(basis: &[Lanes; N], weights: &[f32; N], offset: f32) -> Lanes {
+    let mut sums = [0.0; LANES];
+    for i in 0..LANES {
+        sums[i] = basis[0][i] * weights[0];
+    }
+    for k in 1..N {
+        for i in 0..LANES {
+            sums[i] = A::fma(basis[k][i], weights[k], sums[i]);
+        }
+    }
+    for sum in &mut sums {
+        *sum += offset;
+    }
+    sums
 }
 
 #[inline(always)]
 fn differences<const N: usize, const M: usize>(values: &[f32; N], scale: f32) -> [f32; M] {
-    std::array::from_fn(|k| scale * (values[k + 1] - values[k]))
+    let mut out = [0.0; M];
+    for k in 0..M {
+        out[k] = scale * (values[k + 1] - values[k]);
+    }
+    out
 }
