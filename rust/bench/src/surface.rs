@@ -7,7 +7,7 @@ use std::hint::black_box;
 use relievo_core::simd::Level;
 use relievo_core::{Context, Mesh, Result};
 use relievo_opensubdiv::reference::{Bfr, far_grid};
-use relievo_surface::{Grid, Order, Placement, SampleSlices, Surface, SurfaceOptions};
+use relievo_surface::{Destination, Grid, Order, Placement, SampleSlices, Surface, SurfaceOptions};
 
 use crate::measure::{compare, sample, seconds};
 use crate::report::{Goal, Report};
@@ -93,7 +93,7 @@ fn grids(level: Level, surface: &Surface, buffer: &mut [f32]) {
         for (index, values_of) in buffer[first..first + TILE].chunks_exact_mut(SIZE * SIZE).enumerate() {
             values.values[index / 3][index % 3] = values_of;
         }
-        surface.grid_into(level, tile as u32, &grid, Order::First, &mut values);
+        surface.grid_into(level, tile as u32, &grid, Order::First, Destination::Memory, &mut values);
     }
 }
 

@@ -1,5 +1,5 @@
 //! Grids of a tile, the fast path of evaluation: rows of a bicubic patch are curves whose basis values are shared by all
-//! rows and axes, so that a sample costs 33 multiply-adds for P, du and dv, less than its nine stores.
+//! rows and axes, so that a sample costs 33 multiply-adds for P, du and dv, and its nine stores are the floor.
 
 use std::ops::Range;
 
@@ -76,11 +76,19 @@ impl Surface {
     /// If there is no such tile, or columns or rows exceed the grid.
     pub fn grid(&self, level: Level, tile: u32, grid: &Grid, order: Order, out: &mut Samples) {
         out.resize(order, grid.len());
-        self.grid_into(level, tile, grid, order, &mut out.as_slices());
+        self.grid_into(level, tile, grid, order, Destination::Cache, &mut out.as_slices());
     }
 
     /// As [`Surface::grid`], into slices of at least `grid.len()` numbers each.
-    pub fn grid_into(&self, level: Level, tile: u32, grid: &Grid, order: Order, out: &mut SampleSlices<'_>) {
+    pub fn grid_into(
+        &self,
+        level: Level,
+        tile: u32,
+        grid: &Grid,
+        order: Order,
+        destination: Destination,
+        out: &mut SampleSlices<'_>,
+    ) {
         let limit = Grid::whole(grid.size, grid.placement).columns.end;
         assert!(grid.columns.end <= limit && grid.rows.end <= limit, "columns and rows lie in the grid");
         let patches = self.tile_patches(tile);
@@ -97,9 +105,12 @@ impl Surface {
             }
             let data = self.data_of(patch);
             match patch.form {
-                PatchForm::Bezier => bezier_grid(level, patch, data, grid, columns, rows, order, out),
+                PatchForm::Bezier => bezier_grid(level, patch, data, grid, columns, rows, order, destination, out),
                 PatchForm::Gregory => gregory_grid(level, patch, data, grid, columns, rows, order, out),
             }
+        }
+        if destination == Destination::Memory {
+            finish_streams();
         }
     }
 }
@@ -135,7 +146,7 @@ fn gregory_grid(
 relievo_core::dispatch_simd! {
     fn bezier_grid = bezier_grid_body(
         patch: &Patch, data: &[f32], grid: &Grid, columns: Range<u32>, rows: Range<u32>, order: Order,
-        out: &mut SampleSlices<'_>
+        destination: Destination, out: &mut SampleSlices<'_>
     )
 }
 
@@ -144,6 +155,18 @@ const LANES: usize = 16;
 
 /// Blocks of columns whose basis values are kept on the stack.
 const BLOCKS: usize = 16;
+
+/// Where samples go, which decides how they are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Destination {
+    /// They are read again soon: ordinary stores.
+    Cache,
+    /// They fill a buffer larger than the caches: stores that do not read the lines they overwrite.
+    Memory,
+}
+
+/// Rows whose curves are kept on the stack.
+const BAND: usize = 128;
 
 type Lanes = [f32; LANES];
 
@@ -184,6 +207,7 @@ impl Row {
 }
 
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 fn bezier_grid_body<A: Arithmetic>(
     patch: &Patch,
     data: &[f32],
@@ -191,6 +215,7 @@ fn bezier_grid_body<A: Arithmetic>(
     columns: Range<u32>,
     rows: Range<u32>,
     order: Order,
+    destination: Destination,
     out: &mut SampleSlices<'_>,
 ) {
     let scale = patch.size.map(|size| 1.0 / size);
@@ -204,6 +229,8 @@ fn bezier_grid_body<A: Arithmetic>(
         quadratic: [[[0.0; LANES]; 3]; BLOCKS],
         linear: [[[0.0; LANES]; 2]; BLOCKS],
     };
+    let mut curves = [Row::default(); BAND];
+    let width = grid.columns.len();
     let mut first = columns.start;
     while first < columns.end {
         let count = ((columns.end - first) as usize).min(BLOCKS * LANES);
@@ -223,23 +250,30 @@ fn bezier_grid_body<A: Arithmetic>(
                 }
             }
         }
-        // One axis after the other, so that at most six streams are written at a time.
+        // One array after the other, so that memory sees one stream of stores at a time.
         for axis in 0..3 {
             let points = &data[ORIGIN + 16 * axis..ORIGIN + 16 * axis + 16];
-            for j in rows.clone() {
-                let row = Row::new(points, data[axis], local(j, 1), scale, order);
-                let at = (j - grid.rows.start) as usize * grid.columns.len() + (first - grid.columns.start) as usize;
+            let mut low = rows.start;
+            while low < rows.end {
+                let band = low..rows.end.min(low + BAND as u32);
+                for (row, j) in curves.iter_mut().zip(band.clone()) {
+                    *row = Row::new(points, data[axis], local(j, 1), scale, order);
+                }
+                let curves = &curves[..band.len()];
+                let at = (low - grid.rows.start) as usize * width + (first - grid.columns.start) as usize;
+                let area = Area { at, width, count, destination };
                 let [p, du, dv, duu, duv, dvv] = &mut out.values;
-                span::<A, 4>(&basis.cubic, &row.p, row.origin, &mut p[axis][at..at + count]);
+                fill::<A, 4>(&basis.cubic, curves, |row| (&row.p, row.origin), &area, p[axis]);
                 if order >= Order::First {
-                    span::<A, 3>(&basis.quadratic, &row.du, 0.0, &mut du[axis][at..at + count]);
-                    span::<A, 4>(&basis.cubic, &row.dv, 0.0, &mut dv[axis][at..at + count]);
+                    fill::<A, 3>(&basis.quadratic, curves, |row| (&row.du, 0.0), &area, du[axis]);
+                    fill::<A, 4>(&basis.cubic, curves, |row| (&row.dv, 0.0), &area, dv[axis]);
                 }
                 if order >= Order::Second {
-                    span::<A, 2>(&basis.linear, &row.duu, 0.0, &mut duu[axis][at..at + count]);
-                    span::<A, 3>(&basis.quadratic, &row.duv, 0.0, &mut duv[axis][at..at + count]);
-                    span::<A, 4>(&basis.cubic, &row.dvv, 0.0, &mut dvv[axis][at..at + count]);
+                    fill::<A, 2>(&basis.linear, curves, |row| (&row.duu, 0.0), &area, duu[axis]);
+                    fill::<A, 3>(&basis.quadratic, curves, |row| (&row.duv, 0.0), &area, duv[axis]);
+                    fill::<A, 4>(&basis.cubic, curves, |row| (&row.dvv, 0.0), &area, dvv[axis]);
                 }
+                low = band.end;
             }
         }
         first += count as u32;
@@ -259,17 +293,67 @@ fn across(points: &[f32], basis: [f32; 4], scale: f32) -> [f32; 4] {
     curve
 }
 
-/// Writes `offset + Σ basis[k] · weights[k]` for as many columns as `out` has.
+/// Where in an array a rectangle of samples goes: `count` numbers at `at`, and every `width` numbers again.
+struct Area {
+    at: usize,
+    width: usize,
+    count: usize,
+    destination: Destination,
+}
+
+/// Writes `offset + Σ basis[k] · weights[k]` for every row and column.
 #[inline(always)]
-fn span<A: Arithmetic, const N: usize>(basis: &[[Lanes; N]], weights: &[f32; N], offset: f32, out: &mut [f32]) {
-    let mut blocks = out.chunks_exact_mut(LANES);
-    let mut bases = basis.iter();
-    for (out, basis) in blocks.by_ref().zip(bases.by_ref()) {
-        out.copy_from_slice(&combine::<A, N>(basis, weights, offset));
-    }
-    if let Some(basis) = bases.next() {
+fn fill<A: Arithmetic, const N: usize>(
+    basis: &[[Lanes; N]],
+    rows: &[Row],
+    weights: impl Fn(&Row) -> (&[f32; N], f32),
+    area: &Area,
+    out: &mut [f32],
+) {
+    for (row, out) in rows.iter().zip(out[area.at..].chunks_mut(area.width)) {
+        let (weights, offset) = weights(row);
+        let mut blocks = out[..area.count].chunks_exact_mut(LANES);
+        let mut bases = basis.iter();
+        for (out, basis) in blocks.by_ref().zip(bases.by_ref()) {
+            let values = combine::<A, N>(basis, weights, offset);
+            match area.destination {
+                Destination::Cache => out.copy_from_slice(&values),
+                Destination::Memory => stream(out, &values),
+            }
+        }
         let rest = blocks.into_remainder();
-        rest.copy_from_slice(&combine::<A, N>(basis, weights, offset)[..rest.len()]);
+        if !rest.is_empty() {
+            let basis = &basis[area.count / LANES];
+            rest.copy_from_slice(&combine::<A, N>(basis, weights, offset)[..rest.len()]);
+        }
+    }
+}
+
+/// Stores a block past the caches.
+#[inline(always)]
+fn stream(out: &mut [f32], values: &Lanes) {
+    #[cfg(target_arch = "x86_64")]
+    if out.len() == LANES && out.as_ptr().addr().is_multiple_of(16) {
+        use std::arch::x86_64::{_mm_loadu_ps, _mm_stream_ps};
+        for quarter in (0..LANES).step_by(4) {
+            // SAFETY: SSE is part of x86-64; `out` has LANES numbers and starts at a multiple of 16 bytes.
+            #[allow(unsafe_code)]
+            unsafe {
+                _mm_stream_ps(out.as_mut_ptr().add(quarter), _mm_loadu_ps(values.as_ptr().add(quarter)));
+            }
+        }
+        return;
+    }
+    out.copy_from_slice(values);
+}
+
+/// Makes streamed stores visible to other threads.
+fn finish_streams() {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: SSE is part of x86-64.
+    #[allow(unsafe_code)]
+    unsafe {
+        std::arch::x86_64::_mm_sfence();
     }
 }
 

@@ -14,7 +14,7 @@ pub mod topology;
 pub use catmull_clark::{PatchView, Surface, SurfaceOptions};
 pub use cone::Cone;
 pub use evaluate::{Order, Sample, SampleSlices, Samples};
-pub use grid::{Grid, Placement};
+pub use grid::{Destination, Grid, Placement};
 pub use patch::{Patch, PatchForm};
 pub use relievo_opensubdiv::BoundaryRule;
 pub use topology::{Incidence, Link, Place, RingClass, Side, TileTopology};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use relievo_core::{Context, Crease, Mesh};
 use relievo_opensubdiv::{PatchKind, reference};
-use relievo_surface::{Grid, Order, Place, Placement, Samples, Surface, SurfaceOptions};
+use relievo_surface::{Destination, Grid, Order, Place, Placement, Samples, Surface, SurfaceOptions};
 
 fn cube() -> Mesh {
     let points = (0..8).map(|i| [(i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32]).collect();
@@ -274,6 +274,11 @@ fn grids_agree_with_single_places_at_every_size_and_rectangle() {
                     let mut samples = Samples::default();
                     surface.grid(context.level(), tile, &grid, Order::Second, &mut samples);
                     assert_eq!(samples.len(), grid.len());
+                    let mut streamed = Samples::default();
+                    streamed.resize(Order::Second, grid.len());
+                    let target = &mut streamed.as_slices();
+                    surface.grid_into(context.level(), tile, &grid, Order::Second, Destination::Memory, target);
+                    assert!(streamed == samples, "{name}, tile {tile}");
                     for (index, j) in grid.rows.clone().enumerate() {
                         for (column, i) in grid.columns.clone().enumerate() {
                             let place = Place { tile, u: grid.parameter(i), v: grid.parameter(j) };
