@@ -8,7 +8,6 @@ mod shapes;
 mod surface;
 mod voxels;
 
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -23,18 +22,6 @@ struct Arguments {
     /// One JSON object per line instead of a table
     #[arg(long)]
     json: bool,
-}
-
-/// A file of the folder of real models beside the checkout, or of `RELIEVO_DATA`; says so where it is absent.
-fn data(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("RELIEVO_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);
-    let path = folder.join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!("skipped: {name} is not there");
-    None
 }
 
 fn run(arguments: &Arguments) -> Result<()> {

@@ -31,3 +31,20 @@ pub fn knot(n: u32, m: u32) -> Mesh {
     }
     Mesh::from_triangles(points, &triangles)
 }
+
+/// A torus of `around` × `across` quads, all of them regular.
+pub fn torus(around: u32, across: u32) -> Mesh {
+    let angle = |index: u32, count: u32| TAU * index as f32 / count as f32;
+    let mut points = Vec::new();
+    let mut corners = Vec::new();
+    for i in 0..around {
+        for j in 0..across {
+            let (a, b) = (angle(i, around), angle(j, across));
+            let radius = 3.0 + b.cos();
+            points.push([radius * a.cos(), radius * a.sin(), b.sin()]);
+            let point = |i: u32, j: u32| i % around * across + j % across;
+            corners.extend([point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)]);
+        }
+    }
+    Mesh::new(points, vec![4; (around * across) as usize], corners)
+}

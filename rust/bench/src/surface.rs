@@ -11,6 +11,7 @@ use relievo_surface::{Destination, Grid, Order, Placement, SampleSlices, Surface
 
 use crate::measure::{compare, sample, seconds};
 use crate::report::{Goal, Report};
+use crate::shapes;
 
 /// Floats of the buffer stored to: 256 MiB, more than any cache holds.
 const BUFFER: usize = (256 << 20) / size_of::<f32>();
@@ -30,15 +31,17 @@ pub fn run(report: &mut Report) -> Result<()> {
     let mut buffer = vec![0.0; BUFFER];
     regular(report, &context, &mut buffer)?;
     for name in ["monsterfrog", "car", "bishop", "suzanne"] {
-        let Some(path) = crate::data(&format!("cages/{name}.obj")) else { continue };
-        model(report, &context, name, &relievo_meshio::read(&context, &path)?, &mut buffer)?;
+        match shapes::model(&context, &format!("cages/{name}.obj"))? {
+            Some(mesh) => model(report, &context, name, &mesh, &mut buffer)?,
+            None => eprintln!("skipped: cages/{name}.obj is not there"),
+        }
     }
     Ok(())
 }
 
 /// A torus has regular tiles only, so that nothing but storing is left to do.
 fn regular(report: &mut Report, context: &Context, buffer: &mut [f32]) -> Result<()> {
-    let surface = Surface::new(context, &torus(32, 16), &SurfaceOptions::default())?;
+    let surface = Surface::new(context, &shapes::torus(32, 16), &SurfaceOptions::default())?;
     let buffer = std::cell::RefCell::new(buffer);
     let mut value = 0.0;
     let bytes = (surface.tile_count().min(BUFFER / TILE) * TILE * size_of::<f32>()) as f64;
@@ -95,20 +98,4 @@ fn grids(level: Level, surface: &Surface, buffer: &mut [f32]) {
         }
         surface.grid_into(level, tile as u32, &grid, Order::First, Destination::Memory, &mut values);
     }
-}
-
-fn torus(around: u32, across: u32) -> Mesh {
-    let angle = |index: u32, count: u32| std::f32::consts::TAU * index as f32 / count as f32;
-    let mut points = Vec::new();
-    let mut corners = Vec::new();
-    for i in 0..around {
-        for j in 0..across {
-            let (a, b) = (angle(i, around), angle(j, across));
-            let radius = 3.0 + b.cos();
-            points.push([radius * a.cos(), radius * a.sin(), b.sin()]);
-            let point = |i: u32, j: u32| i % around * across + j % across;
-            corners.extend([point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)]);
-        }
-    }
-    Mesh::new(points, vec![4; (around * across) as usize], corners)
 }
