@@ -106,6 +106,11 @@ typedef struct RlvAttributeInfo {
  * face, finite numbers. The message of a refusal names the element. */
 RLV_API RlvResult rlv_mesh_create(RlvContext context, const RlvMeshArrays *arrays, RlvMesh *out);
 
+/* Reads a mesh from an OBJ or PLY file, whose format its extension tells; subdivision tags "t crease" and "t corner" of
+ * OBJ files are taken over. path is UTF-8. The file may be hostile: the context's memory limit bounds what reading it
+ * takes, and the message of a refusal names the line or element. */
+RLV_API RlvResult rlv_mesh_read(RlvContext context, const char *path, RlvMesh *out);
+
 RLV_API RlvResult rlv_mesh_retain(RlvMesh mesh);
 RLV_API RlvResult rlv_mesh_release(RlvMesh mesh);
 

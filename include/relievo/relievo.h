@@ -3,6 +3,7 @@
 #ifndef RELIEVO_RELIEVO_H
 #define RELIEVO_RELIEVO_H
 
+#include "relievo/caster.h"
 #include "relievo/context.h"
 #include "relievo/error.h"
 #include "relievo/evaluate.h"

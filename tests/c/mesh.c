@@ -157,10 +157,34 @@ static void attributes(RlvMesh mesh) {
     CHECK(values[0] == 1.0f && values[5] == 6.0f);
 }
 
+static void write_file(const char *path, const char *text) {
+    FILE *file = fopen(path, "w");
+    CHECK(file != NULL && fputs(text, file) >= 0 && fclose(file) == 0);
+}
+
+static void files(RlvContext context) {
+    RlvMesh mesh = {77};
+    RlvMeshInfo info = RLV_MESH_INFO_INIT;
+    write_file("mesh_test.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 1 2.5\n");
+    CHECK_OK(rlv_mesh_read(context, "mesh_test.obj", &mesh));
+    CHECK_OK(rlv_mesh_info(mesh, &info));
+    CHECK(info.point_count == 4 && info.face_count == 1 && info.crease_count == 1);
+    CHECK_OK(rlv_mesh_release(mesh));
+    mesh.id = 77;
+    write_file("mesh_test.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_mesh_read(context, "mesh_test.obj", &mesh), "mesh_test.obj");
+    write_file("mesh_test.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 2\n");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_mesh_read(context, "mesh_test.obj", &mesh), "repeated");
+    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_mesh_read(context, "no such file.obj", &mesh), "no such file.obj");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_mesh_read(context, NULL, &mesh), "path");
+    CHECK(mesh.id == 77 && remove("mesh_test.obj") == 0);
+}
+
 int main(void) {
     RlvContext context = RLV_NULL;
     CHECK_OK(rlv_context_create(NULL, &context));
     refusals(context);
+    files(context);
 
     static const uint32_t creases[] = {0, 1, 1, 2};
     static const float sharpness[] = {10.0f, 2.5f};

@@ -14,6 +14,7 @@ pub mod border;
 pub mod array;
 #[macro_use]
 pub mod descriptor;
+pub mod caster;
 pub mod context;
 pub mod error;
 pub mod evaluate;
@@ -37,10 +38,13 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         surface::RlvSurfaceInfo::LAYOUT,
         surface::RlvTileInfo::LAYOUT,
         evaluate::RlvEvaluateArrays::LAYOUT,
+        caster::RlvHit::LAYOUT,
+        caster::RlvRayArrays::LAYOUT,
     ]
 }
 
 /// The constants of every noun, name and value.
 pub fn constants() -> Vec<(&'static str, i64)> {
-    [version::CONSTANTS, error::CONSTANTS, context::CONSTANTS, mesh::CONSTANTS, surface::CONSTANTS].concat()
+    [version::CONSTANTS, error::CONSTANTS, context::CONSTANTS, mesh::CONSTANTS, surface::CONSTANTS, caster::CONSTANTS]
+        .concat()
 }

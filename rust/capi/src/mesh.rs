@@ -1,6 +1,7 @@
 //! Meshes; see `include/relievo/mesh.h`.
 
 use std::ffi::{c_char, c_void};
+use std::path::Path;
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Attribute, Crease, Domain, Error, ErrorKind, Mesh, Result, Values};
@@ -256,6 +257,19 @@ entry! {
         // SAFETY: the caller's arrays are as the header demands.
         let mesh = unsafe { copy(&arrays, context.context.memory_limit()) }?;
         mesh.check()?;
+        let handle = register(context, mesh)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_mesh_read(context: RlvContext, path: *const c_char, out: *mut RlvMesh) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        // SAFETY: the caller promises NULL or a NUL-terminated string.
+        let path = unsafe { text("path", path) }?;
+        let mesh = relievo_meshio::read(&context.context, Path::new(path))?;
+        mesh.check().map_err(|error| error.at(path))?;
         let handle = register(context, mesh)?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };

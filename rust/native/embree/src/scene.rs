@@ -219,6 +219,16 @@ impl Scene {
         Ok(Tracer { scene: self })
     }
 
+    /// The scene for tracing as it was committed, from any number of threads.
+    ///
+    /// Fails if it changed since the last [`Scene::commit`].
+    pub fn tracer(&self) -> Result<Tracer<'_>> {
+        if self.dirty || self.objects.values().any(|object| object.dirty) {
+            return Err(Error::internal("a scene is traced that is not committed"));
+        }
+        Ok(Tracer { scene: self })
+    }
+
     fn object(&self, object: ObjectId) -> Result<&Object> {
         self.objects.get(&object.0).ok_or_else(|| Error::invalid(format!("there is no object {}", object.0)))
     }
