@@ -1,5 +1,6 @@
 //! Tile heaps, rings and displaced evaluation.
 
+pub mod displaced;
 pub mod displacement;
 pub mod field;
 pub mod heap;
@@ -7,6 +8,7 @@ pub mod ring;
 pub mod sets;
 pub mod spline;
 
+pub use displaced::{Displaced, Points};
 pub use displacement::{Applied, Displacement, DisplacementOptions, Snapshot, Texels};
 pub use field::Field;
 pub use ring::Change;

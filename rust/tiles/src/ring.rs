@@ -105,7 +105,7 @@ pub fn reached(field: &Field, changes: &[Change]) -> Vec<u32> {
             }
             let mut vertices = vec![
                 (topology.rings(tile)[usize::from(edge)], set(0)),
-                (topology.rings(tile)[usize::from(edge + 1 & 3)], set(size as usize - 1)),
+                (topology.rings(tile)[usize::from((edge + 1) & 3)], set(size as usize - 1)),
             ];
             if let Link::Halves { middle, .. } = topology.link(tile, edge) {
                 let half = size as usize / 2;
@@ -221,7 +221,7 @@ fn gather(field: &Field, changes: &[Change]) -> Vec<Work> {
         for edge in (0..4u8).filter(|edge| change.borders >> edge & 1 != 0) {
             work.push(side(Side { tile, edge }));
             vertices.push(topology.rings(tile)[usize::from(edge)]);
-            vertices.push(topology.rings(tile)[usize::from(edge + 1 & 3)]);
+            vertices.push(topology.rings(tile)[usize::from((edge + 1) & 3)]);
             match topology.link(tile, edge) {
                 Link::Boundary | Link::Pinned { .. } => {}
                 Link::Whole { side: other, .. } | Link::Half { side: other, .. } => work.push(side(other)),
@@ -239,7 +239,7 @@ fn gather(field: &Field, changes: &[Change]) -> Vec<Work> {
         // Between tiles of different density the value of a vertex reaches further along the row than one texel.
         let even = entries.iter().all(|entry| field.density(entry.tile) == field.density(entries[0].tile));
         for entry in entries.iter().filter(|entry| !entry.middle) {
-            let edges = if even { 0 } else { 1 << entry.corner | 1 << (entry.corner + 3 & 3) };
+            let edges = if even { 0 } else { 1 << entry.corner | 1 << ((entry.corner + 3) & 3) };
             work.push(Work { tile: entry.tile, edges, corners: 1 << entry.corner });
         }
         // The rows that meet in the middle of an edge may each depend on the others.
@@ -269,7 +269,7 @@ fn spans(field: &Field, side: Side) -> [Option<Span>; 2] {
     let size = field.size(side.tile) as usize;
     let size_of = |side: Side| field.size(side.tile) as usize;
     let rings = topology.rings(side.tile);
-    let ends = [rings[usize::from(side.edge)], rings[usize::from(side.edge + 1 & 3)]];
+    let ends = [rings[usize::from(side.edge)], rings[usize::from((side.edge + 1) & 3)]];
     match topology.link(side.tile, side.edge) {
         Link::Boundary | Link::Pinned { .. } => [None, None],
         Link::Whole { side: other, reversed } => {
@@ -312,7 +312,7 @@ fn ring_row(field: &Field, side: Side, mut write: impl FnMut(usize, f16)) {
     let own = |k: usize| block[border.at(k as isize)];
     match field.topology().link(side.tile, side.edge) {
         Link::Boundary => {
-            let ends = [side.edge, side.edge + 1 & 3].map(|corner| corner_value(field, side.tile, corner));
+            let ends = [side.edge, (side.edge + 1) & 3].map(|corner| corner_value(field, side.tile, corner));
             write(0, ends[0].unwrap_or(own(0)));
             (1..size - 1).for_each(|k| write(k, own(k)));
             write(size - 1, ends[1].unwrap_or(own(size - 1)));
