@@ -1,0 +1,328 @@
+// Relievo in C++17: objects that release themselves, arrays as vectors, failures as exceptions. Header only; everything
+// is a thin layer over the C functions of the same names, whose headers say what they do.
+#ifndef RELIEVO_RELIEVO_HPP
+#define RELIEVO_RELIEVO_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "relievo/relievo.h"
+
+namespace relievo {
+
+using Float2 = std::array<float, 2>;
+using Float3 = std::array<float, 3>;
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// A failed call. what() is the whole message; the parts say what went wrong, where, and what can be done.
+class Error : public std::runtime_error {
+public:
+    Error(RlvResult result, const std::string &message, std::string reason, std::string place, std::string remedy)
+        : std::runtime_error(message), result_(result), reason_(std::move(reason)), place_(std::move(place)),
+          remedy_(std::move(remedy)) {}
+
+    RlvResult result() const noexcept { return result_; }
+    const std::string &reason() const noexcept { return reason_; }
+    const std::string &place() const noexcept { return place_; }
+    const std::string &remedy() const noexcept { return remedy_; }
+
+private:
+    RlvResult result_;
+    std::string reason_, place_, remedy_;
+};
+
+/// Throws the calling thread's last error unless result is RLV_OK.
+inline void check(RlvResult result) {
+    if (result == RLV_OK) {
+        return;
+    }
+    RlvError error = RLV_ERROR_INIT;
+    if (rlv_error_get(&error) != RLV_OK) {
+        throw Error(result, "an error without a text", "", "", "");
+    }
+    throw Error(result, error.message, error.what, error.place, error.remedy);
+}
+
+/// One reference to an object of the library. Copies share the object.
+template <class Handle, RlvResult (*retain)(Handle), RlvResult (*release)(Handle)> class Reference {
+public:
+    Reference() noexcept = default;
+    /// Takes over a reference that the caller has.
+    explicit Reference(Handle handle) noexcept : handle_(handle) {}
+    Reference(const Reference &other) : handle_(other.handle_) {
+        if (handle_.id != 0) {
+            check(retain(handle_));
+        }
+    }
+    Reference(Reference &&other) noexcept : handle_(std::exchange(other.handle_, Handle{0})) {}
+    Reference &operator=(Reference other) noexcept {
+        std::swap(handle_, other.handle_);
+        return *this;
+    }
+    ~Reference() {
+        if (handle_.id != 0) {
+            release(handle_);
+        }
+    }
+
+    /// The handle, for C functions. The reference stays here.
+    Handle get() const noexcept { return handle_; }
+    explicit operator bool() const noexcept { return handle_.id != 0; }
+
+protected:
+    Handle *out() noexcept { return &handle_; }
+
+private:
+    Handle handle_{0};
+};
+
+/// See relievo/context.h.
+class Context : public Reference<RlvContext, rlv_context_retain, rlv_context_release> {
+public:
+    using Reference::Reference;
+
+    static Context create(const RlvContextOptions &options = RLV_CONTEXT_OPTIONS_INIT) {
+        Context made;
+        check(rlv_context_create(&options, made.out()));
+        return made;
+    }
+
+    RlvContextInfo info() const {
+        RlvContextInfo info = RLV_CONTEXT_INFO_INIT;
+        check(rlv_context_info(get(), &info));
+        return info;
+    }
+
+    void set_log(RlvLog callback, void *user) const { check(rlv_context_set_log(get(), callback, user)); }
+
+    std::vector<RlvContextStat> stats() const {
+        // Other threads may add rows between the two calls; then the second one is made again.
+        for (;;) {
+            std::size_t count = 0;
+            check(rlv_context_stats(get(), nullptr, 0, &count));
+            std::vector<RlvContextStat> rows(count + 16);
+            if (rlv_context_stats(get(), rows.data(), rows.size(), &count) == RLV_OK) {
+                rows.resize(count);
+                return rows;
+            }
+        }
+    }
+
+    void reset_stats() const { check(rlv_context_reset_stats(get())); }
+};
+
+/// See relievo/mesh.h.
+class Mesh : public Reference<RlvMesh, rlv_mesh_retain, rlv_mesh_release> {
+public:
+    using Reference::Reference;
+
+    static Mesh create(const Context &context, const RlvMeshArrays &arrays) {
+        Mesh made;
+        check(rlv_mesh_create(context.get(), &arrays, made.out()));
+        return made;
+    }
+
+    /// A mesh of faces of the given sizes.
+    static Mesh create(const Context &context, const std::vector<Float3> &points,
+                       const std::vector<std::uint32_t> &face_sizes, const std::vector<std::uint32_t> &corners) {
+        RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
+        arrays.points = points.empty() ? nullptr : points.front().data();
+        arrays.point_count = points.size();
+        arrays.face_sizes = face_sizes.data();
+        arrays.face_count = face_sizes.size();
+        arrays.corners = corners.data();
+        arrays.corner_count = corners.size();
+        return create(context, arrays);
+    }
+
+    static Mesh read(const Context &context, const std::string &path) {
+        Mesh made;
+        check(rlv_mesh_read(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    RlvMeshInfo info() const {
+        RlvMeshInfo info = RLV_MESH_INFO_INIT;
+        check(rlv_mesh_info(get(), &info));
+        return info;
+    }
+
+    void set_points(const std::vector<Float3> &points) const {
+        check(rlv_mesh_set_points(get(), points.empty() ? nullptr : points.front().data(), points.size(), 0));
+    }
+
+    void add_attribute(const RlvAttributeArrays &arrays) const { check(rlv_mesh_add_attribute(get(), &arrays)); }
+
+    std::vector<Float3> points() const {
+        std::vector<Float3> points(info().point_count);
+        check(rlv_mesh_get_points(get(), points.empty() ? nullptr : points.front().data(), points.size(), 0));
+        return points;
+    }
+
+    std::vector<std::uint32_t> face_sizes() const {
+        std::vector<std::uint32_t> sizes(info().face_count);
+        check(rlv_mesh_get_faces(get(), sizes.data(), sizes.size(), nullptr, 0));
+        return sizes;
+    }
+
+    std::vector<std::uint32_t> corners() const {
+        std::vector<std::uint32_t> corners(info().corner_count);
+        check(rlv_mesh_get_faces(get(), nullptr, 0, corners.data(), corners.size()));
+        return corners;
+    }
+
+    std::vector<Triangle> triangles() const {
+        std::vector<Triangle> triangles(info().triangle_count);
+        std::uint32_t *first = triangles.empty() ? nullptr : triangles.front().data();
+        check(rlv_mesh_get_triangles(get(), first, triangles.size(), 0));
+        return triangles;
+    }
+
+    std::uint32_t find_attribute(const std::string &name) const {
+        std::uint32_t index = 0;
+        check(rlv_mesh_find_attribute(get(), name.c_str(), &index));
+        return index;
+    }
+
+    RlvAttributeInfo attribute_info(std::uint32_t index) const {
+        RlvAttributeInfo info = RLV_ATTRIBUTE_INFO_INIT;
+        check(rlv_mesh_attribute_info(get(), index, &info));
+        return info;
+    }
+
+    /// The numbers of a float attribute, width per value.
+    std::vector<float> attribute_floats(const std::string &name) const { return numbers<float>(name, RLV_TYPE_F32); }
+    /// The numbers of an integer attribute, width per value.
+    std::vector<std::uint32_t> attribute_integers(const std::string &name) const {
+        return numbers<std::uint32_t>(name, RLV_TYPE_U32);
+    }
+
+private:
+    template <class Number> std::vector<Number> numbers(const std::string &name, std::uint32_t type) const {
+        const std::uint32_t index = find_attribute(name);
+        const RlvAttributeInfo info = attribute_info(index);
+        if (info.type != type) {
+            throw Error(RLV_ERROR_INVALID, "attribute `" + name + "` has numbers of another type",
+                        "it has numbers of another type", "attribute `" + name + "`", "");
+        }
+        std::vector<Number> values(info.value_count * info.width);
+        check(rlv_mesh_get_attribute(get(), index, values.data(), values.size(), nullptr, 0));
+        return values;
+    }
+};
+
+/// A place on a surface.
+struct Place {
+    std::uint32_t tile;
+    Float2 uv;
+};
+
+/// What evaluation gives, one element per place.
+struct Samples {
+    std::vector<Float3> positions, normals, du, dv;
+};
+
+/// See relievo/surface.h.
+class Surface : public Reference<RlvSurface, rlv_surface_retain, rlv_surface_release> {
+public:
+    using Reference::Reference;
+
+    static Surface create(const Context &context, const Mesh &cage,
+                          const RlvSurfaceOptions &options = RLV_SURFACE_OPTIONS_INIT) {
+        Surface made;
+        check(rlv_surface_create(context.get(), cage.get(), &options, made.out()));
+        return made;
+    }
+
+    RlvSurfaceInfo info() const {
+        RlvSurfaceInfo info = RLV_SURFACE_INFO_INIT;
+        check(rlv_surface_info(get(), &info));
+        return info;
+    }
+
+    void set_points(const std::vector<Float3> &points) const {
+        check(rlv_surface_set_points(get(), points.empty() ? nullptr : points.front().data(), points.size(), 0));
+    }
+
+    RlvTileInfo tile_info(std::uint32_t tile) const {
+        RlvTileInfo info = RLV_TILE_INFO_INIT;
+        check(rlv_surface_tile_info(get(), tile, &info));
+        return info;
+    }
+
+    /// The first tile of a face and how many it has.
+    std::pair<std::uint32_t, std::uint32_t> face_tiles(std::uint32_t face) const {
+        std::pair<std::uint32_t, std::uint32_t> tiles;
+        check(rlv_surface_face_tiles(get(), face, &tiles.first, &tiles.second));
+        return tiles;
+    }
+
+    Samples evaluate(const std::vector<Place> &places) const {
+        return samples(places, [this](const RlvEvaluateArrays &arrays) { check(rlv_evaluate_surface(get(), &arrays)); });
+    }
+
+    /// Positions, normals and first derivatives of what the given function evaluates.
+    template <class Evaluate> static Samples samples(const std::vector<Place> &places, Evaluate evaluate) {
+        const std::size_t count = places.size();
+        Samples made;
+        RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+        if (count == 0) {
+            return made;
+        }
+        for (std::vector<Float3> *values : {&made.positions, &made.normals, &made.du, &made.dv}) {
+            values->resize(count);
+        }
+        arrays.count = count;
+        arrays.tiles = &places.front().tile;
+        arrays.uvs = places.front().uv.data();
+        arrays.tile_stride = arrays.uv_stride = sizeof(Place);
+        arrays.positions = made.positions.front().data();
+        arrays.normals = made.normals.front().data();
+        arrays.du = made.du.front().data();
+        arrays.dv = made.dv.front().data();
+        evaluate(arrays);
+        return made;
+    }
+};
+
+/// A ray; the direction may have any length but zero.
+struct CastRay {
+    Float3 origin, direction;
+};
+
+/// See relievo/caster.h.
+class Caster : public Reference<RlvCaster, rlv_caster_retain, rlv_caster_release> {
+public:
+    using Reference::Reference;
+
+    static Caster create(const Context &context, const Mesh &mesh) {
+        Caster made;
+        check(rlv_caster_create_mesh(context.get(), mesh.get(), made.out()));
+        return made;
+    }
+
+    std::vector<RlvHit> cast(const std::vector<CastRay> &rays, float max_distance = 0.0f) const {
+        std::vector<RlvHit> hits(rays.size());
+        RlvRayArrays arrays = RLV_RAY_ARRAYS_INIT;
+        if (rays.empty()) {
+            return hits;
+        }
+        arrays.count = rays.size();
+        arrays.origins = rays.front().origin.data();
+        arrays.directions = rays.front().direction.data();
+        arrays.origin_stride = arrays.direction_stride = sizeof(CastRay);
+        arrays.hits = hits.data();
+        arrays.max_distance = max_distance;
+        check(rlv_caster_cast(get(), &arrays));
+        return hits;
+    }
+};
+
+} // namespace relievo
+
+#endif

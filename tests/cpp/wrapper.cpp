@@ -1,0 +1,87 @@
+// The C++ header: objects share and release, failures are exceptions with their parts, vectors go in and out.
+#include <relievo/relievo.hpp>
+#include <relievo/relievo.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#define CHECK(condition)                                                              \
+    do {                                                                              \
+        if (!(condition)) {                                                           \
+            std::fprintf(stderr, "%s:%d: failed: %s\n", __FILE__, __LINE__, #condition); \
+            std::exit(1);                                                             \
+        }                                                                             \
+    } while (0)
+
+using relievo::Float3;
+
+static bool alive(const relievo::Mesh &mesh) {
+    RlvMeshInfo info = RLV_MESH_INFO_INIT;
+    return rlv_mesh_info(mesh.get(), &info) == RLV_OK;
+}
+
+int main() {
+    RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
+    options.threads = 1;
+    const auto context = relievo::Context::create(options);
+    CHECK(context.info().threads == 1);
+
+    const std::vector<Float3> points{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}};
+    auto mesh = relievo::Mesh::create(context, points, {4, 4}, {0, 1, 4, 3, 1, 2, 5, 4});
+    CHECK(mesh.points() == points && mesh.triangles().size() == 4 && mesh.face_sizes().size() == 2);
+    CHECK(mesh.corners()[5] == 2);
+
+    // Copies share, moves pass on, the last one releases.
+    relievo::Mesh copy = mesh;
+    CHECK(copy.get().id == mesh.get().id);
+    relievo::Mesh moved = std::move(mesh);
+    CHECK(!mesh && moved);
+    copy = relievo::Mesh();
+    CHECK(alive(moved));
+    const relievo::Mesh dead(moved.get());
+    CHECK(rlv_mesh_retain(moved.get()) == RLV_OK);
+
+    try {
+        relievo::Mesh::create(context, points, {4}, {0, 1, 4, 9});
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.result() == RLV_ERROR_INVALID);
+        CHECK(error.reason() == "point 9 does not exist");
+        CHECK(error.place() == "rlv_mesh_create: face 0, corner 3");
+        CHECK(!error.remedy().empty() && std::string(error.what()).find(error.reason()) != std::string::npos);
+    }
+
+    RlvAttributeArrays slots = RLV_ATTRIBUTE_ARRAYS_INIT;
+    const std::uint32_t materials[] = {3, 5};
+    slots.domain = RLV_DOMAIN_FACE;
+    slots.type = RLV_TYPE_U32;
+    slots.width = 1;
+    slots.name = "material";
+    slots.values = materials;
+    slots.value_count = 2;
+    moved.add_attribute(slots);
+    CHECK(moved.attribute_integers("material")[1] == 5);
+    try {
+        moved.attribute_floats("material");
+        CHECK(false);
+    } catch (const relievo::Error &) {
+    }
+
+    const auto surface = relievo::Surface::create(context, moved);
+    CHECK(surface.info().tile_count == 2 && surface.face_tiles(1).first == 1 && surface.tile_info(1).face == 1);
+    const auto samples = surface.evaluate({{0, {0.5f, 0.5f}}, {1, {1.0f, 0.0f}}});
+    CHECK(std::abs(samples.normals[0][2] - 1.0f) < 1e-6f);
+    CHECK(std::abs(samples.positions[1][0] - 2.0f) < 1e-5f);
+    CHECK(surface.evaluate({}).positions.empty());
+
+    const auto caster = relievo::Caster::create(context, moved);
+    const auto hits = caster.cast({{{1.5f, 0.5f, 3.0f}, {0, 0, -1}}, {{9, 9, 9}, {0, 0, -1}}});
+    CHECK(hits[0].face == 1 && std::abs(hits[0].distance - 3.0f) < 1e-5f);
+    CHECK(hits[1].face == RLV_NO_ELEMENT && std::isinf(hits[1].distance));
+
+    CHECK(!context.stats().empty());
+    context.reset_stats();
+    CHECK(context.stats().empty());
+    return 0;
+}
