@@ -7,6 +7,7 @@ pub mod bezier;
 mod catmull_clark;
 mod cone;
 mod evaluate;
+mod face_varying;
 mod grid;
 mod patch;
 pub mod topology;
