@@ -3,8 +3,10 @@
 mod camera;
 mod caster;
 pub mod color;
+mod comparison;
 mod exr_file;
 mod image;
+mod legend;
 mod light;
 mod output;
 mod png_file;
@@ -14,8 +16,10 @@ mod settings;
 
 pub use camera::Camera;
 pub use caster::{Frame, NO_OBJECT};
+pub use comparison::{Comparison, PIXELS_PER_DEGREE, Picture, Spread, compare};
 pub use exr_file::{Channel, Content, Layer, Samples, Value, read_exr, write_exr};
 pub use image::Image;
+pub use legend::draw_legend;
 pub use light::{Lights, Sky, Sun};
 pub use png_file::{read_png, write_png};
 pub use scene::{Material, Mesh, ObjectId, Scene};

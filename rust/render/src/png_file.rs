@@ -19,7 +19,7 @@ pub fn write_png(path: &Path, image: &Image) -> Result<()> {
         _ => png::ColorType::Rgba,
     };
     let channels = image.channels() as usize;
-    let has_alpha = channels % 2 == 0;
+    let has_alpha = channels.is_multiple_of(2);
     let bytes: Vec<u8> = image
         .data()
         .iter()
@@ -80,7 +80,7 @@ fn decode(file: impl std::io::BufRead + std::io::Seek, memory_limit: u64) -> Res
         _ => raw.iter().map(|byte| f32::from(*byte) / 255.0).collect(),
     };
     let mut image = Image::from_data(width, height, channels, values)?;
-    let colors = if channels % 2 == 0 { channels as usize - 1 } else { channels as usize };
+    let colors = if channels.is_multiple_of(2) { channels as usize - 1 } else { channels as usize };
     for pixel in image.data_mut().chunks_exact_mut(channels as usize) {
         for value in &mut pixel[..colors] {
             *value = decode_srgb(*value);
