@@ -1,7 +1,7 @@
 //! Whole files in and out: bounded reads, and writes that appear under their name only when complete.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufWriter, Read, Write};
 use std::path::Path;
 
 use relievo_core::{Error, Result};
@@ -29,4 +29,48 @@ pub(crate) fn load(path: &Path, limit: u64) -> Result<Vec<u8>> {
     // The file may grow while it is read.
     file.take(metadata.len()).read_to_end(&mut bytes).map_err(failed)?;
     Ok(bytes)
+}
+
+/// Makes the file at `path` from what `write` writes. It appears under its name when it is complete; until then it
+/// has another name in the same folder, and after an error it is gone.
+pub(crate) fn store(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>) -> Result<()> {
+    let failed = |error: std::io::Error| Error::io(path, &error).advise("check the folder, its rights and its space");
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".relievo-");
+    #[cfg(unix)]
+    {
+        // As any new file, not only for its owner; the process's mask still applies.
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut temporary = builder.tempfile_in(folder).map_err(failed)?;
+    let mut out = BufWriter::with_capacity(1 << 18, temporary.as_file_mut());
+    write(&mut out).and_then(|()| out.flush()).map_err(failed)?;
+    drop(out);
+    temporary.persist(path).map(drop).map_err(|error| failed(error.error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        store(&path, |out| out.write_all(b"old")).unwrap();
+        let error = store(&path, |out| {
+            out.write_all(b"new")?;
+            Err(std::io::Error::other("disk full"))
+        });
+        assert!(error.unwrap_err().to_string().contains("disk full"));
+        assert_eq!(load(&path, 100).unwrap(), b"old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        assert_eq!(load(&path, 2).unwrap_err().kind, relievo_core::ErrorKind::Memory);
+        assert!(load(folder.path(), 100).is_err());
+    }
 }

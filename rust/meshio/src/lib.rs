@@ -5,14 +5,18 @@
 
 mod budget;
 mod color;
+mod corners;
 mod file;
+mod glb_writer;
 mod gltf;
 mod merge;
 mod model;
 mod notes;
 mod obj;
+mod obj_writer;
 mod ply;
 mod ply_header;
+mod ply_writer;
 mod pose;
 mod root;
 mod text;
@@ -21,10 +25,13 @@ use std::path::Path;
 
 use relievo_core::{Context, Error, Mesh, Result};
 
+pub use glb_writer::{Instance, write_glb};
 pub use gltf::{Open, read_gltf};
 pub use model::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, Skin};
 pub use obj::read_obj;
+pub use obj_writer::write_obj;
 pub use ply::read_ply;
+pub use ply_writer::write_ply;
 pub use pose::{Pose, Shape};
 pub use root::Root;
 
@@ -84,4 +91,18 @@ pub fn read_model_within(context: &Context, path: &Path, root: &Root) -> Result<
         Format::Gltf => read_gltf(&bytes, left, &open),
     };
     model.map_err(named)
+}
+
+/// Writes a mesh as OBJ, PLY or GLB, as the extension of the path says. See [`write_obj`], [`write_ply`] and
+/// [`write_glb`].
+pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    match extension.as_deref() {
+        Some("obj") => write_obj(path, mesh, &[]),
+        Some("ply") => write_ply(path, mesh),
+        Some("glb") => write_glb(path, &[Instance::new("mesh", mesh)]),
+        _ => Err(Error::unsupported("the format to write is not known")
+            .at(path.display().to_string())
+            .advise("use the extension .obj, .ply or .glb")),
+    }
 }

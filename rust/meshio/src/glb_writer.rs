@@ -1,0 +1,234 @@
+//! Writes binary glTF 2.0: triangles with normals, texture coordinates and colours, one node per instance.
+//!
+//! Faces are fanned into triangles and holes left out. Points whose corners differ in an attribute are repeated. v of
+//! texture coordinates is turned, because glTF counts it from the top of the image.
+
+use std::collections::HashMap;
+use std::io::Write;
+use std::path::Path;
+
+use glam::{DAffine3, Vec3};
+use relievo_core::{Error, Mesh, Result};
+use serde_json::{Value, json};
+
+use crate::corners::CornerValues;
+use crate::file;
+
+/// A mesh and where it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Instance<'a> {
+    /// Name of its node and mesh.
+    pub name: &'a str,
+    /// The mesh, in its own space.
+    pub mesh: &'a Mesh,
+    /// The map from its space to the scene's.
+    pub transform: DAffine3,
+}
+
+impl<'a> Instance<'a> {
+    /// A mesh that is where its points are.
+    pub fn new(name: &'a str, mesh: &'a Mesh) -> Self {
+        Self { name, mesh, transform: DAffine3::IDENTITY }
+    }
+}
+
+/// Writes instances as GLB.
+///
+/// Fails, and leaves no file, if a mesh cannot be used (see [`Mesh::check`]), there are none, a transform is not
+/// finite, the file would be larger than the format's 4 GiB, or the system refuses.
+pub fn write_glb(path: &Path, instances: &[Instance]) -> Result<()> {
+    let named = |error: Error| error.at(path.display().to_string());
+    let mut writer = Writer::default();
+    for (index, instance) in instances.iter().enumerate() {
+        writer.add(instance).map_err(|error| named(error.at(format!("instance {index} `{}`", instance.name))))?;
+    }
+    if instances.is_empty() {
+        return Err(named(Error::invalid("there is no mesh to write")));
+    }
+    let (json, buffer) = writer.finish();
+    let mut text = json.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let length = u32::try_from(12 + 8 + text.len() + 8 + buffer.len());
+    let length = length.map_err(|_| named(Error::unsupported("a GLB holds at most 4 GiB").advise("split the mesh")))?;
+    file::store(path, |out| {
+        let mut word = |value: u32| out.write_all(&value.to_le_bytes());
+        word(u32::from_le_bytes(*b"glTF"))?;
+        word(2)?;
+        word(length)?;
+        word(text.len() as u32)?;
+        word(u32::from_le_bytes(*b"JSON"))?;
+        out.write_all(&text)?;
+        out.write_all(&(buffer.len() as u32).to_le_bytes())?;
+        out.write_all(b"BIN\0")?;
+        out.write_all(&buffer)
+    })
+}
+
+/// glTF's number for an array of vertex attributes.
+const ARRAY_BUFFER: u32 = 34962;
+/// glTF's number for an array of indices.
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+/// glTF's number for 32-bit floats.
+const FLOAT: u32 = 5126;
+/// glTF's number for 32-bit unsigned integers.
+const UNSIGNED_INT: u32 = 5125;
+
+/// Collects the buffer and its description. Every array is of four-byte numbers, so that all are aligned.
+#[derive(Default)]
+struct Writer {
+    buffer: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+    meshes: Vec<Value>,
+    nodes: Vec<Value>,
+}
+
+impl Writer {
+    fn add(&mut self, instance: &Instance) -> Result<()> {
+        let mesh = instance.mesh;
+        mesh.check()?;
+        if !instance.transform.is_finite() {
+            return Err(Error::invalid("its transform is not finite"));
+        }
+        let vertices = Vertices::of(mesh);
+        if vertices.triangles.is_empty() {
+            return Err(Error::invalid("all its faces are holes").advise("leave the mesh out"));
+        }
+        let mut attributes = serde_json::Map::new();
+        let positions = vertices.gather(|[point, ..]| mesh.points[point as usize]);
+        let (mut low, mut high) = (positions[0], positions[0]);
+        for point in &positions {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(point[axis]);
+                high[axis] = high[axis].max(point[axis]);
+            }
+        }
+        let accessor = self.floats(positions.as_flattened(), 3);
+        self.accessors[accessor]["min"] = json!(low);
+        self.accessors[accessor]["max"] = json!(high);
+        attributes.insert("POSITION".into(), json!(accessor));
+        if let Some(normals) = &vertices.normals {
+            // glTF wants unit normals; one that is none is set to an axis.
+            let unit = |value: [f32; 3]| Vec3::from(value).try_normalize().unwrap_or(Vec3::Z).to_array();
+            let values = vertices.gather(|[_, _, normal, _]| unit(normals.value(normal)));
+            attributes.insert("NORMAL".into(), json!(self.floats(values.as_flattened(), 3)));
+        }
+        if let Some(uvs) = &vertices.uvs {
+            let values = vertices.gather(|[_, uv, ..]| {
+                let [u, v] = uvs.value(uv);
+                [u, 1.0 - v]
+            });
+            attributes.insert("TEXCOORD_0".into(), json!(self.floats(values.as_flattened(), 2)));
+        }
+        if let Some(colors) = &vertices.colors {
+            let values = vertices.gather(|[.., color]| colors.value::<4>(color));
+            attributes.insert("COLOR_0".into(), json!(self.floats(values.as_flattened(), 4)));
+        }
+        let indices = vertices.triangles.as_flattened();
+        let view = self.view(bytemuck::cast_slice(indices), ELEMENT_ARRAY_BUFFER);
+        self.accessors.push(json!({
+            "bufferView": view, "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR",
+        }));
+        self.meshes.push(json!({
+            "name": instance.name,
+            "primitives": [{ "attributes": attributes, "indices": self.accessors.len() - 1 }],
+        }));
+        let mut node = json!({ "name": instance.name, "mesh": self.meshes.len() - 1 });
+        if instance.transform != DAffine3::IDENTITY {
+            node["matrix"] = json!(glam::DMat4::from(instance.transform).to_cols_array());
+        }
+        self.nodes.push(node);
+        Ok(())
+    }
+
+    fn view(&mut self, bytes: &[u8], target: u32) -> usize {
+        self.views.push(json!({
+            "buffer": 0, "byteOffset": self.buffer.len(), "byteLength": bytes.len(), "target": target,
+        }));
+        // The format is little-endian, as every processor Relievo runs on.
+        self.buffer.extend_from_slice(bytes);
+        self.views.len() - 1
+    }
+
+    fn floats(&mut self, values: &[f32], width: usize) -> usize {
+        let view = self.view(bytemuck::cast_slice(values), ARRAY_BUFFER);
+        let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][width - 1];
+        self.accessors.push(json!({
+            "bufferView": view, "componentType": FLOAT, "count": values.len() / width, "type": kind,
+        }));
+        self.accessors.len() - 1
+    }
+
+    fn finish(self) -> (Value, Vec<u8>) {
+        let json = json!({
+            "asset": { "version": "2.0", "generator": concat!("Relievo ", env!("CARGO_PKG_VERSION")) },
+            "scene": 0,
+            "scenes": [{ "nodes": (0..self.nodes.len()).collect::<Vec<_>>() }],
+            "nodes": self.nodes,
+            "meshes": self.meshes,
+            "accessors": self.accessors,
+            "bufferViews": self.views,
+            "buffers": [{ "byteLength": self.buffer.len() }],
+        });
+        (json, self.buffer)
+    }
+}
+
+/// Vertices of a mesh that have one value of every attribute, and triangles of them.
+struct Vertices<'a> {
+    uvs: Option<CornerValues<'a>>,
+    normals: Option<CornerValues<'a>>,
+    colors: Option<CornerValues<'a>>,
+    /// Point, texture coordinate, normal and colour of every vertex; `None` if vertices are points.
+    split: Option<Vec<[u32; 4]>>,
+    points: usize,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl<'a> Vertices<'a> {
+    fn of(mesh: &'a Mesh) -> Self {
+        let uvs = CornerValues::find(mesh, "uv", 2);
+        let normals = CornerValues::find(mesh, "normal", 3);
+        let colors = CornerValues::find(mesh, "color", 3);
+        let on_corners = [&uvs, &normals, &colors].into_iter().flatten().any(|values| values.indices.is_some());
+        let points = mesh.points.len();
+        if !on_corners {
+            return Self { uvs, normals, colors, split: None, points, triangles: mesh.triangles() };
+        }
+        let mut hole = vec![false; mesh.face_count()];
+        mesh.holes.iter().for_each(|face| hole[*face as usize] = true);
+        let mut known = HashMap::new();
+        let mut split = Vec::new();
+        let mut triangles = Vec::with_capacity(mesh.corners.len());
+        let mut corner = 0;
+        let mut face_vertices = Vec::new();
+        for (face, hole) in mesh.faces().zip(hole) {
+            face_vertices.clear();
+            for point in face {
+                let index =
+                    |values: &Option<CornerValues>| values.as_ref().map_or(0, |values| values.index(corner, *point));
+                let key = [*point, index(&uvs), index(&normals), index(&colors)];
+                corner += 1;
+                if hole {
+                    continue;
+                }
+                let next = split.len() as u32;
+                face_vertices.push(*known.entry(key).or_insert_with(|| {
+                    split.push(key);
+                    next
+                }));
+            }
+            let fan = 2..face_vertices.len();
+            triangles.extend(fan.map(|last| [face_vertices[0], face_vertices[last - 1], face_vertices[last]]));
+        }
+        Self { uvs, normals, colors, split: Some(split), points, triangles }
+    }
+
+    /// `value` of every vertex, which gets its point, texture coordinate, normal and colour.
+    fn gather<T>(&self, value: impl Fn([u32; 4]) -> T) -> Vec<T> {
+        match &self.split {
+            Some(split) => split.iter().copied().map(value).collect(),
+            None => (0..self.points as u32).map(|point| value([point; 4])).collect(),
+        }
+    }
+}
