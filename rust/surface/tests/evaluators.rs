@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use relievo_core::{Context, Crease, Mesh};
+use relievo_core::{Context, ContextOptions, Crease, Mesh};
 use relievo_opensubdiv::{PatchKind, reference};
 use relievo_surface::{Destination, Grid, Order, Place, Placement, Samples, Surface, SurfaceOptions};
 
@@ -380,4 +380,6 @@ fn bad_places_and_exploding_cages_are_errors() {
     let options = SurfaceOptions { patch_limit: 20_000, ..Default::default() };
     let error = Surface::new(&context, &mesh, &options).unwrap_err();
     assert!(error.to_string().contains("patches are expected"), "{error}");
+    let limited = Context::new(&ContextOptions { threads: 1, memory_limit: 20 << 20 }).unwrap();
+    assert!(Surface::new(&limited, &mesh, &SurfaceOptions::default()).is_err());
 }
