@@ -1,8 +1,9 @@
 //! Dependencies between our crates point one way: a crate may use those of lower layers, and none of its own.
 
 use std::collections::BTreeMap;
+use std::process::Command;
 
-use cargo_metadata::{DependencyKind, MetadataCommand};
+use serde_json::Value;
 
 /// Layers from the bottom. Systems share one layer: they do not know each other.
 const LAYERS: &[&[&str]] = &[
@@ -23,25 +24,35 @@ const APART: &[&str] = &["xtask"];
 #[test]
 fn dependencies_point_down_the_layers() {
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.toml");
-    let metadata = MetadataCommand::new().manifest_path(manifest).no_deps().exec().expect("cargo metadata runs");
+    let arguments = ["metadata", "--format-version", "1", "--no-deps", "--manifest-path", manifest];
+    let output = Command::new(env!("CARGO")).args(arguments).output().expect("cargo metadata runs");
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON");
     let layer: BTreeMap<_, _> =
         LAYERS.iter().enumerate().flat_map(|(layer, names)| names.iter().map(move |name| (*name, layer))).collect();
     let mut seen = 0;
-    for package in &metadata.packages {
-        let name = package.name.as_str();
+    for package in list(&metadata["packages"]) {
+        let name = text(&package["name"]);
         // A path dependency is one of ours. Tests may look sideways and up, as peers and fixtures do.
-        let ours = package.dependencies.iter().filter(|used| used.path.is_some());
-        let ours = ours.filter(|used| used.kind != DependencyKind::Development);
+        let ours = list(&package["dependencies"]).iter().filter(|used| used["path"].is_string());
+        let ours = ours.filter(|used| used["kind"] != "dev").map(|used| text(&used["name"]));
         if APART.contains(&name) {
             assert_eq!(ours.count(), 0, "{name} uses one of our crates");
             continue;
         }
         let own = layer.get(name).unwrap_or_else(|| panic!("{name} has no layer yet: give it one in {}", file!()));
         for used in ours {
-            let below = layer.get(used.name.as_str()).unwrap_or_else(|| panic!("{} has no layer yet", used.name));
-            assert!(below < own, "{name} may not use {}: it is not in a lower layer", used.name);
+            let below = layer.get(used).unwrap_or_else(|| panic!("{used} has no layer yet"));
+            assert!(below < own, "{name} may not use {used}: it is not in a lower layer");
             seen += 1;
         }
     }
     assert!(seen > 0, "no dependency between our crates was seen");
+}
+
+fn list(value: &Value) -> &[Value] {
+    value.as_array().expect("a list")
+}
+
+fn text(value: &Value) -> &str {
+    value.as_str().expect("a text")
 }
