@@ -18,4 +18,4 @@ pub use evaluate::{Order, Sample, SampleSlices, Samples};
 pub use grid::{Destination, Grid, Placement};
 pub use patch::{Patch, PatchForm};
 pub use relievo_opensubdiv::BoundaryRule;
-pub use topology::{Incidence, Link, Place, RingClass, Side, TileTopology};
+pub use topology::{Incidence, Link, Place, RingClass, Segment, Side, TileTopology};

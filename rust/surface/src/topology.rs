@@ -124,6 +124,17 @@ pub enum Link {
     },
 }
 
+/// A part of an edge between two vertices, the same for all sides along it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Segment {
+    /// The side it is named after, all of which it covers.
+    pub owner: Side,
+    /// Whether that side runs against the one that was asked.
+    pub flipped: bool,
+    /// The rings at its start and end, in the direction of the side that was asked.
+    pub ends: [u32; 2],
+}
+
 /// Where a tile touches a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Incidence {
@@ -365,6 +376,43 @@ impl TileTopology {
             }
         };
         if key(other.tile) < key(own.tile) { other } else { own }
+    }
+
+    /// The segments of a side in order: two for a quad beside sub-tiles, else one.
+    pub fn segments(&self, side: Side) -> [Option<Segment>; 2] {
+        let rings = self.rings(side.tile);
+        let ends = [rings[usize::from(side.edge)], rings[usize::from((side.edge + 1) & 3)]];
+        let own = Segment { owner: side, flipped: false, ends };
+        match self.link(side.tile, side.edge) {
+            Link::Boundary | Link::Half { .. } => [Some(own), None],
+            Link::Whole { side: other, reversed } => {
+                let segment = if side < other { own } else { Segment { owner: other, flipped: !reversed, ends } };
+                [Some(segment), None]
+            }
+            Link::Halves { first, second, reversed, middle } => [
+                Some(Segment { owner: first, flipped: !reversed, ends: [ends[0], middle] }),
+                Some(Segment { owner: second, flipped: !reversed, ends: [middle, ends[1]] }),
+            ],
+            Link::Pinned { edge } => self.pinned_segments(own, edge),
+        }
+    }
+
+    fn pinned_segments(&self, own: Segment, edge: u32) -> [Option<Segment>; 2] {
+        let sides = self.pinned(edge);
+        let Some(asked) = sides.iter().find(|other| other.side == own.owner) else { return [Some(own), None] };
+        let flipped = |other: &PinnedSide| other.backward != asked.backward;
+        // The half of the edge that a side covers, counted in the direction of the side that was asked.
+        let half = |other: &PinnedSide| other.half.map(|second| second != flipped(other));
+        let named = |wanted: Option<bool>, ends: [u32; 2]| {
+            let owner = sides.iter().find(|other| half(other) == wanted)?;
+            Some(Segment { owner: owner.side, flipped: flipped(owner), ends })
+        };
+        let middle = self.pinned_middles[edge as usize];
+        match asked.half {
+            None if middle == NO_RING => [named(None, own.ends), None],
+            None => [named(Some(false), [own.ends[0], middle]), named(Some(true), [middle, own.ends[1]])],
+            Some(second) => [named(Some(second), own.ends), None],
+        }
     }
 
     fn canonical_vertex(&self, ring: u32, density: impl Fn(u32) -> u32) -> Place {
@@ -769,6 +817,23 @@ mod tests {
         for tile in (0..topology.tile_count() as u32).filter(|tile| !topology.is_hole(*tile)) {
             corners -= 4;
             for edge in 0..4 {
+                // Each segment lies along its part of the edge, from ring to ring.
+                let segments = topology.segments(Side { tile, edge });
+                let count = segments.iter().flatten().count() as f32;
+                for (index, segment) in segments.iter().flatten().enumerate() {
+                    let ends = segment.ends.map(|ring| position(mesh, topology, topology.ring(ring)[0].place()));
+                    for (end, t) in ends.into_iter().zip([0.0, 1.0]) {
+                        let here = Place::on_edge(tile, edge, (index as f32 + t) / count);
+                        let s = if segment.flipped { 1.0 - t } else { t };
+                        let there = Place::on_edge(segment.owner.tile, segment.owner.edge, s);
+                        assert!(distance(position(mesh, topology, here), end) < 1e-6);
+                        assert!(distance(position(mesh, topology, there), end) < 1e-6);
+                    }
+                    let [Some(own), None] = topology.segments(segment.owner) else {
+                        panic!("an owner has one segment")
+                    };
+                    assert_eq!((own.owner, own.flipped), (segment.owner, false));
+                }
                 for t in [0.0, 1e-9, 0.125, 0.3, 0.4999999, 0.5, 0.6, 0.875, 0.9999999, 1.0] {
                     let place = Place::on_edge(tile, edge, t);
                     let canonical = topology.canonical(place, density);

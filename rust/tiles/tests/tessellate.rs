@@ -1,0 +1,166 @@
+//! Tessellations: closed where the surface is, oriented, with their attributes.
+
+mod cages;
+
+use std::collections::BTreeMap;
+
+use cages::{Random, cage, grid};
+use glam::Vec3;
+use half::f16;
+use proptest::prelude::*;
+use relievo_core::{Attribute, Context, ContextOptions, Domain, Mesh, Values};
+use relievo_surface::{Surface, SurfaceOptions};
+use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Sets, Tessellation, uniform_rates};
+
+fn surface(mesh: &Mesh) -> Surface {
+    Surface::new(&Context::serial(), mesh, &SurfaceOptions::default()).unwrap()
+}
+
+fn random_rates(surface: &Surface, seed: u64) -> Vec<u32> {
+    let mut random = Random(seed);
+    (0..surface.tile_count()).map(|_| 1 << random.below(5)).collect()
+}
+
+/// How often each directed edge occurs.
+fn edges(mesh: &Mesh) -> BTreeMap<(u32, u32), u32> {
+    let mut edges = BTreeMap::new();
+    for face in mesh.faces() {
+        for k in 0..3 {
+            *edges.entry((face[k], face[(k + 1) % 3])).or_insert(0) += 1;
+        }
+    }
+    edges
+}
+
+/// Checks that every edge is used once in each direction, but for `border` edges, and that all vertices are used.
+fn check_closed(mesh: &Mesh, border: usize) {
+    mesh.check().unwrap();
+    let edges = edges(mesh);
+    let open = edges.keys().filter(|(a, b)| !edges.contains_key(&(*b, *a))).count();
+    assert!(edges.values().all(|count| *count == 1));
+    assert_eq!(open, border);
+    let mut used = vec![false; mesh.points.len()];
+    mesh.corners.iter().for_each(|corner| used[*corner as usize] = true);
+    assert!(used.iter().all(|used| *used));
+}
+
+fn plain(surface: &Surface, cage: &Mesh, rates: &[u32], context: &Context) -> Tessellation {
+    let displacement = Displacement::new(surface.topology().clone(), &DisplacementOptions::default()).unwrap();
+    Displaced::new(surface, displacement.field()).unwrap().tessellate(context, cage, rates).unwrap()
+}
+
+fn triangle(mesh: &Mesh, index: usize) -> [Vec3; 3] {
+    [0, 1, 2].map(|k| Vec3::from(mesh.points[mesh.corners[3 * index + k] as usize]))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn any_rates_over_a_torus_make_a_closed_mesh(
+        size in 3u32..6, choices in prop::collection::vec(any::<u8>(), 1..30), seed: u64,
+    ) {
+        let mesh = grid(size, true, &choices, false);
+        let surface = surface(&mesh);
+        let rates = random_rates(&surface, seed);
+        let made = plain(&surface, &mesh, &rates, &Context::serial());
+        check_closed(&made.mesh, 0);
+        let (v, f) = (made.mesh.points.len(), made.mesh.face_count());
+        prop_assert_eq!(2 * v, f, "Euler's number of a torus is 0");
+        let context = Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap();
+        prop_assert_eq!(plain(&surface, &mesh, &rates, &context), made);
+    }
+
+    #[test]
+    fn a_plane_keeps_its_area_its_side_and_its_coordinates(
+        choices in prop::collection::vec(any::<u8>(), 1..30), seed: u64,
+    ) {
+        let mut mesh = grid(4, false, &choices, false);
+        mesh.points.iter_mut().for_each(|p| p[2] = 0.0);
+        let uv: Vec<f32> = mesh.corners.iter().flat_map(|corner| [0, 1].map(|axis| mesh.points[*corner as usize][axis])).collect();
+        let attribute = |name: &str, domain, width, values| Attribute { name: name.into(), domain, width, values, indices: None };
+        mesh.attributes = vec![
+            attribute("uv", Domain::Corner, 2, Values::F32(uv)),
+            attribute("height", Domain::Point, 1, Values::F32(mesh.points.iter().map(|p| 3.0 * p[0]).collect())),
+            attribute("joints", Domain::Point, 1, Values::U32((0..mesh.points.len() as u32).collect())),
+            attribute("material", Domain::Face, 1, Values::U32((0..mesh.face_count() as u32).collect())),
+        ];
+        let surface = surface(&mesh);
+        let made = plain(&surface, &mesh, &random_rates(&surface, seed), &Context::serial()).mesh;
+        made.check().unwrap();
+        let area: f32 = (0..made.face_count()).map(|index| {
+            let [a, b, c] = triangle(&made, index);
+            let facing = (b - a).cross(c - a);
+            assert!(facing.z > 0.0, "{a} {b} {c}");
+            0.5 * facing.z
+        }).sum();
+        // Corners that belong to two triangles are rounded.
+        prop_assert!(area > 14.0 && area < 16.001, "{}", area);
+        let names: Vec<&str> = made.attributes.iter().map(|attribute| attribute.name.as_str()).collect();
+        prop_assert_eq!(names, ["normal", "uv", "height", "joints", "material"]);
+        // Corners of the same vertex have the same coordinates, although they belong to different tiles.
+        let uv = made.attribute("uv").unwrap();
+        let (Values::F32(values), Some(indices)) = (&uv.values, &uv.indices) else { panic!() };
+        let mut seen = BTreeMap::new();
+        for (corner, index) in made.corners.iter().zip(indices) {
+            let uv = [values[2 * *index as usize], values[2 * *index as usize + 1]];
+            let old = *seen.entry(*corner).or_insert(uv);
+            prop_assert!((old[0] - uv[0]).abs() + (old[1] - uv[1]).abs() < 1e-5);
+            let Values::F32(heights) = &made.attribute("height").unwrap().values else { panic!() };
+            prop_assert!((heights[*corner as usize] - 3.0 * uv[0]).abs() < 1e-4);
+        }
+    }
+}
+
+#[test]
+fn displaced_cages_of_the_shared_data_have_no_cracks() {
+    let borders =
+        [("rabbit.obj", true), ("spot_control_mesh.obj", true), ("monsterfrog.obj", true), ("suzanne.obj", false)];
+    for (name, closed) in borders {
+        let Some(mesh) = cage(name) else { return };
+        let surface = surface(&mesh);
+        let context = Context::serial();
+        let mut displacement = Displacement::new(surface.topology().clone(), &DisplacementOptions::default()).unwrap();
+        displacement.apply(&Sets { allocate: (0..40).collect(), ..Sets::default() }).unwrap();
+        let depth = surface.extent() / 50.0;
+        let changes = displacement.edit(&context, &(0..40).collect::<Vec<_>>(), |tile, texels| {
+            let mut random = Random(u64::from(tile));
+            (0..texels.size()).for_each(|row| texels.row_mut(row).fill_with(|| f16::from_f32(-depth * random.unit())));
+        });
+        displacement.settle(&context, &changes.unwrap()).unwrap();
+        let displaced = Displaced::new(&surface, displacement.field()).unwrap();
+        let made = displaced.tessellate(&context, &mesh, &random_rates(&surface, 3)).unwrap();
+        if closed {
+            check_closed(&made.mesh, 0);
+        } else {
+            made.mesh.check().unwrap();
+        }
+        assert!(made.tiles.is_sorted() && made.tiles.len() == made.mesh.face_count());
+        let Values::F32(normals) = &made.mesh.attribute("normal").unwrap().values else { panic!() };
+        for normal in normals.chunks_exact(3) {
+            assert!((Vec3::from_slice(normal).length() - 1.0).abs() < 1e-4, "{name} {normal:?}");
+        }
+        // Two triangles per cell where all rates agree.
+        let rates = uniform_rates(surface.topology(), 8);
+        let cells: u32 = rates.iter().map(|rate| rate * rate).sum();
+        let made = displaced.tessellate(&context, &mesh, &rates).unwrap();
+        assert_eq!(made.mesh.face_count() as u32, 2 * cells);
+    }
+}
+
+#[test]
+fn a_hole_is_left_out_and_bad_rates_are_refused() {
+    let mut mesh = grid(4, true, &[2], false);
+    mesh.holes = vec![5];
+    let surface = surface(&mesh);
+    let context = Context::serial();
+    let made = plain(&surface, &mesh, &uniform_rates(surface.topology(), 4), &context);
+    check_closed(&made.mesh, 16);
+    assert_eq!(made.mesh.face_count(), 15 * 32);
+    let displacement = Displacement::new(surface.topology().clone(), &DisplacementOptions::default()).unwrap();
+    let displaced = Displaced::new(&surface, displacement.field()).unwrap();
+    for rates in [vec![4; 15], vec![3; 16], vec![0; 16], vec![1024; 16]] {
+        assert!(displaced.tessellate(&context, &mesh, &rates).is_err());
+    }
+    assert!(displaced.tessellate(&context, &grid(3, true, &[2], false), &[4; 16]).is_err());
+}
