@@ -1,0 +1,265 @@
+//! Conservative culling of a displaced surface against an overlap (Schäfer et al. 2014, Section 5, Culling Geometry
+//! within Overlap): which tiles, and which blocks of 16 × 16 of their coefficients, may have points in the voxel grid.
+//!
+//! Tiles are found through the hierarchy, so that the cost does not grow with the scene. Of their patches the Bézier
+//! hulls are bounded in voxel coordinates and widened by the tile's range of displacement along the cone of normals
+//! (Sederberg and Meyers 1988). Patches larger than a block are cut along the blocks' borders first.
+
+use glam::{DAffine3, DVec3};
+use half::f16;
+use relievo_core::Context;
+use relievo_surface::{PatchForm, PatchView};
+
+use crate::grid::Grid;
+use crate::hierarchy::Region;
+use crate::knots::block_edge;
+use crate::object::DisplacedObject;
+
+/// A tile that may have coefficients in the overlap.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CulledTile {
+    /// The tile.
+    pub tile: u32,
+    /// Its blocks that may, ascending; see [`crate::knots`].
+    pub blocks: Vec<u32>,
+}
+
+/// From object space to voxel coordinates in f32, by way of a place near the middle of the grid so that little is lost.
+#[derive(Clone, Copy, Debug)]
+pub struct VoxelFrame {
+    /// The linear part, row by row.
+    pub rows: [[f32; 3]; 3],
+    /// The place in object space that is subtracted first.
+    pub origin: [f32; 3],
+    /// Where that place is, in voxels.
+    pub shift: [f32; 3],
+    /// The size of the grid, in voxels.
+    pub dims: [f32; 3],
+}
+
+impl VoxelFrame {
+    /// The frame for an object with the given transform to the world.
+    pub fn new(grid: &Grid, transform: &DAffine3) -> Self {
+        let map = grid.map * *transform;
+        let origin = transform.inverse().transform_point3(grid.obb.center).as_vec3();
+        let matrix = map.matrix3.transpose();
+        let shift = map.transform_point3(origin.as_dvec3());
+        Self {
+            rows: [0, 1, 2].map(|row| matrix.col(row).as_vec3().to_array()),
+            origin: origin.to_array(),
+            shift: shift.as_vec3().to_array(),
+            dims: grid.dims.map(|count| count as f32),
+        }
+    }
+
+    /// The place of a point, in voxels.
+    #[inline(always)]
+    pub fn place(&self, p: [f32; 3]) -> [f32; 3] {
+        let q = [p[0] - self.origin[0], p[1] - self.origin[1], p[2] - self.origin[2]];
+        let turned = self.turn(q);
+        [turned[0] + self.shift[0], turned[1] + self.shift[1], turned[2] + self.shift[2]]
+    }
+
+    /// A direction of object space, in voxels.
+    #[inline(always)]
+    pub fn turn(&self, d: [f32; 3]) -> [f32; 3] {
+        self.rows.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
+    }
+
+    /// Whether intervals of voxel coordinates reach into the grid.
+    fn meets(&self, low: [f32; 3], high: [f32; 3]) -> bool {
+        (0..3).all(|axis| low[axis] <= self.dims[axis] + SLACK && high[axis] >= -SLACK)
+    }
+
+    fn holds(&self, low: [f32; 3], high: [f32; 3]) -> bool {
+        (0..3).all(|axis| low[axis] >= 0.0 && high[axis] <= self.dims[axis])
+    }
+}
+
+/// Voxels by which bounds are widened against rounding.
+const SLACK: f32 = 0.05;
+
+/// The tiles and blocks that may have points in `grid`, ascending by the hierarchy's order.
+pub fn cull(context: &Context, object: &mut DisplacedObject, grid: &Grid) -> Vec<CulledTile> {
+    let [least, most] = object.reach();
+    let object = &*object;
+    let frame = VoxelFrame::new(grid, &object.transform);
+    let map = grid.map * object.transform;
+    let reach = f64::from(most.max(-least));
+    let rows = map.matrix3.transpose();
+    let margin = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length()) * reach;
+    let dims = DVec3::from(grid.dims.map(f64::from));
+    let mut tiles = Vec::new();
+    object.hierarchy.query(context, &Region::new(map, -margin, dims + margin), &mut tiles);
+    let culled = context.map(tiles.len(), |index| {
+        let tile = tiles[index];
+        let range = object.displacement.field().block(tile).map_or([0.0; 2], range);
+        CulledTile { tile, blocks: blocks(object, &frame, tile, range) }
+    });
+    culled.into_iter().filter(|tile| !tile.blocks.is_empty()).collect()
+}
+
+/// Every tile with every block: what imprints cost without culling.
+pub fn everything(object: &DisplacedObject) -> Vec<CulledTile> {
+    let field = object.displacement.field();
+    let tiles = (0..field.tile_count() as u32).filter(|tile| !field.topology().is_hole(*tile));
+    tiles
+        .map(|tile| {
+            let size = field.size(tile);
+            CulledTile { tile, blocks: (0..(size / block_edge(size)).pow(2)).collect() }
+        })
+        .collect()
+}
+
+/// The least and the largest of some coefficients.
+fn range(block: &[f16]) -> [f32; 2] {
+    // Half floats order like integers once the magnitude of negative ones is reversed.
+    let key = |bits: u16| (bits ^ (((bits as i16) >> 15) as u16 & 0x7fff)) as i16;
+    let back = |key: i16| f16::from_bits(key as u16 ^ ((key >> 15) as u16 & 0x7fff)).to_f32();
+    let (mut low, mut high) = (i16::MAX, i16::MIN);
+    for value in block {
+        let key = key(value.to_bits());
+        low = low.min(key);
+        high = high.max(key);
+    }
+    [back(low), back(high)]
+}
+
+/// The blocks of a tile that may have points in the grid.
+fn blocks(object: &DisplacedObject, frame: &VoxelFrame, tile: u32, range: [f32; 2]) -> Vec<u32> {
+    let size = object.displacement.field().size(tile);
+    let count = size / block_edge(size);
+    let mut hit = vec![false; (count * count) as usize];
+    for patch in object.surface.patches(tile) {
+        mark(&patch, frame, range, count, &mut hit);
+    }
+    (0..count * count).filter(|block| hit[*block as usize]).collect()
+}
+
+/// Marks the blocks of `count` × `count` in which the patch may have points in the grid.
+fn mark(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, hit: &mut [bool]) {
+    let (low, size) = (patch.patch.low, patch.patch.size);
+    let touched = |axis: usize| {
+        let from = (low[axis] * count as f32) as u32;
+        let to = ((low[axis] + size[axis]) * count as f32).ceil() as u32;
+        from.min(count - 1)..to.clamp(from.min(count - 1) + 1, count)
+    };
+    let (columns, rows) = (touched(0), touched(1));
+    let full = |hit: &[bool]| rows.clone().all(|v| columns.clone().all(|u| hit[(v * count + u) as usize]));
+    if full(hit) {
+        return;
+    }
+    let mut points = [[0.0f32; 20]; 3];
+    let mut points_count = 0;
+    for point in patch.points() {
+        let place = frame.place(point);
+        for axis in 0..3 {
+            points[axis][points_count] = place[axis];
+        }
+        points_count += 1;
+    }
+    let spread = displacement(patch, frame, range);
+    let bounds = |values: &[f32], axis: usize| {
+        let (low, high) = values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
+            (low.min(*value), high.max(*value))
+        });
+        (low + spread[axis].0, high + spread[axis].1)
+    };
+    let whole = [0, 1, 2].map(|axis| bounds(&points[axis][..points_count], axis));
+    let (least, most) = (whole.map(|bounds| bounds.0), whole.map(|bounds| bounds.1));
+    if !frame.meets(least, most) {
+        return;
+    }
+    let single = columns.len() == 1 && rows.len() == 1;
+    if single || patch.patch.form == PatchForm::Gregory || frame.holds(least, most) {
+        for v in rows {
+            for u in columns.clone() {
+                hit[(v * count + u) as usize] = true;
+            }
+        }
+        return;
+    }
+    let part = |axis: usize, block: u32| {
+        let place = |border: u32| ((border as f32 / count as f32 - low[axis]) / size[axis]).clamp(0.0, 1.0);
+        restriction(place(block), place(block + 1))
+    };
+    let row_parts: Vec<_> = rows.clone().map(|v| part(1, v)).collect();
+    for u in columns {
+        let in_u = part(0, u);
+        // Restricted along u: row by row, four points.
+        let mut strip = [[0.0f32; 16]; 3];
+        for (strip, points) in strip.iter_mut().zip(&points) {
+            for row in 0..4 {
+                for (i, weights) in in_u.iter().enumerate() {
+                    strip[4 * row + i] = (0..4).map(|k| weights[k] * points[4 * row + k]).sum();
+                }
+            }
+        }
+        for (v, in_v) in rows.clone().zip(&row_parts) {
+            let mut piece = [[0.0f32; 16]; 3];
+            for (piece, strip) in piece.iter_mut().zip(&strip) {
+                for (j, weights) in in_v.iter().enumerate() {
+                    for i in 0..4 {
+                        piece[4 * j + i] = (0..4).map(|k| weights[k] * strip[4 * k + i]).sum();
+                    }
+                }
+            }
+            let bounds = [0, 1, 2].map(|axis| bounds(&piece[axis], axis));
+            if frame.meets(bounds.map(|bounds| bounds.0), bounds.map(|bounds| bounds.1)) {
+                hit[(v * count + u) as usize] = true;
+            }
+        }
+    }
+}
+
+/// How far displacements in `range` reach along each voxel axis, from the patch's cone of normals.
+fn displacement(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2]) -> [(f32, f32); 3] {
+    if range == [0.0; 2] {
+        return [(0.0, 0.0); 3];
+    }
+    let cone = patch.normals();
+    frame.rows.map(|row| {
+        let (least, most) = cone.span(row);
+        let ends = [range[0] * least, range[0] * most, range[1] * least, range[1] * most];
+        (ends.into_iter().fold(f32::INFINITY, f32::min), ends.into_iter().fold(f32::NEG_INFINITY, f32::max))
+    })
+}
+
+/// The cubic Bézier points of a curve's part from `a` to `b` as weights of the curve's own points, by blossoming.
+fn restriction(a: f32, b: f32) -> [[f32; 4]; 4] {
+    [[a, a, a], [a, a, b], [a, b, b], [b, b, b]].map(|[r, s, t]| {
+        let (r1, s1, t1) = (1.0 - r, 1.0 - s, 1.0 - t);
+        [
+            r1 * s1 * t1,
+            r * s1 * t1 + r1 * s * t1 + r1 * s1 * t,
+            r * s * t1 + r * s1 * t + r1 * s * t,
+            r * s * t,
+        ]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_range_of_coefficients_is_exact() {
+        let values = [0.5, -3.25, 7.0, -0.0, 0.001].map(f16::from_f32);
+        assert_eq!(range(&values), [-3.25, 7.0]);
+        assert_eq!(range(&[f16::from_f32(-2.0), f16::from_f32(-5.0)]), [-5.0, -2.0]);
+        assert_eq!(range(&[f16::from_f32(2.0), f16::from_f32(5.0)]), [2.0, 5.0]);
+    }
+
+    #[test]
+    fn a_restricted_curve_ends_where_it_is_cut() {
+        let curve = [0.0f32, 1.0, -1.0, 2.0];
+        let value = |points: [f32; 4], t: f32| {
+            let s = 1.0 - t;
+            s * s * s * points[0] + 3.0 * s * s * t * points[1] + 3.0 * s * t * t * points[2] + t * t * t * points[3]
+        };
+        let part = restriction(0.25, 0.75).map(|weights| (0..4).map(|k| weights[k] * curve[k]).sum::<f32>());
+        for t in [0.0, 0.3, 1.0] {
+            assert!((value(part, t) - value(curve, 0.25 + 0.5 * t)).abs() < 1e-6);
+        }
+    }
+}
