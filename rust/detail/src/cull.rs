@@ -160,9 +160,9 @@ fn mark(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, 
     }
     let spread = displacement(patch, frame, range);
     let bounds = |values: &[f32], axis: usize| {
-        let (low, high) = values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
-            (low.min(*value), high.max(*value))
-        });
+        let (low, high) = values
+            .iter()
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
         (low + spread[axis].0, high + spread[axis].1)
     };
     let whole = [0, 1, 2].map(|axis| bounds(&points[axis][..points_count], axis));
@@ -229,12 +229,7 @@ fn displacement(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2]) -> [
 fn restriction(a: f32, b: f32) -> [[f32; 4]; 4] {
     [[a, a, a], [a, a, b], [a, b, b], [b, b, b]].map(|[r, s, t]| {
         let (r1, s1, t1) = (1.0 - r, 1.0 - s, 1.0 - t);
-        [
-            r1 * s1 * t1,
-            r * s1 * t1 + r1 * s * t1 + r1 * s1 * t,
-            r * s * t1 + r * s1 * t + r1 * s * t,
-            r * s * t,
-        ]
+        [r1 * s1 * t1, r * s1 * t1 + r1 * s * t1 + r1 * s1 * t, r * s * t1 + r * s1 * t + r1 * s * t, r * s * t]
     })
 }
 

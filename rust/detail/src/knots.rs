@@ -33,12 +33,7 @@ impl KnotBlock {
         let edge = block_edge(size);
         let blocks = size / edge;
         let (column, row) = (index % blocks * edge, index / blocks * edge);
-        let grid = Grid {
-            size,
-            placement: Placement::Centred,
-            columns: column..column + edge,
-            rows: row..row + edge,
-        };
+        let grid = Grid { size, placement: Placement::Centred, columns: column..column + edge, rows: row..row + edge };
         let count = grid.len();
         let mut dv = [[0.0; BLOCK_KNOTS]; 3];
         let mut slices = SampleSlices::default();

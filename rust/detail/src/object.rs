@@ -1,12 +1,14 @@
 //! A deformable object: a limit surface, its displacement, and an affine transform to the world. Displacement is in
 //! object units.
 
-use glam::DAffine3;
+use std::collections::BTreeMap;
+
+use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Result};
-use relievo_surface::Surface;
+use relievo_surface::{Cone, Surface};
 use relievo_tiles::Displacement;
 
-use crate::hierarchy::{Bounds, Hierarchy};
+use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::knots::Knots;
 use crate::obb::Obb;
 
@@ -19,6 +21,8 @@ pub struct DisplacedObject {
     pub(crate) hierarchy: Hierarchy,
     pub(crate) knots: Knots,
     obb: Obb,
+    /// Cones of the normals of the tiles that were looked at in this pose.
+    cones: BTreeMap<u32, Cone>,
     reach: Option<[f32; 2]>,
 }
 
@@ -46,7 +50,16 @@ impl DisplacedObject {
         let hierarchy = context.stats().time("object.hierarchy", || {
             Hierarchy::build(context, surface.tile_count(), |tile| tile_bounds(&surface, tile))
         })?;
-        Ok(Self { surface, displacement, transform, hierarchy, knots: Knots::default(), obb, reach: None })
+        Ok(Self {
+            surface,
+            displacement,
+            transform,
+            hierarchy,
+            knots: Knots::default(),
+            obb,
+            cones: BTreeMap::new(),
+            reach: None,
+        })
     }
 
     /// Moves the cage: poses the surface anew and refits the hierarchy. Displacements stay.
@@ -57,6 +70,7 @@ impl DisplacedObject {
         context.stats().time("object.refit", || hierarchy.refit(context, |tile| tile_bounds(&surface, tile)));
         self.surface = surface;
         self.knots.forget();
+        self.cones.clear();
         Ok(())
     }
 
@@ -91,6 +105,45 @@ impl DisplacedObject {
     /// The box of the undisplaced surface in the world, enlarged by `margin` object units.
     pub fn obb(&self, margin: f64) -> Obb {
         self.obb.enlarged(margin).transformed(&self.transform)
+    }
+
+    /// The part of `obb`, along its axes, that holds all tiles in it, displaced by `from` to `to` object units along
+    /// their normals; `None` if there are none.
+    pub fn occupied(&mut self, context: &Context, obb: &Obb, from: f64, to: f64) -> Option<Obb> {
+        let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
+        let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
+        let margin = DVec3::from(rows.map(|row| row.length())) * from.abs().max(to.abs());
+        let mut tiles = Vec::new();
+        self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut tiles);
+        let spread = map.matrix3.abs();
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for tile in tiles {
+            let (least, most) = self.surface.tile_bounds(tile);
+            let (least, most) = (DVec3::from(least.map(f64::from)), DVec3::from(most.map(f64::from)));
+            let center = map.transform_point3(0.5 * (least + most));
+            let half = spread * (0.5 * (most - least));
+            let surface = &self.surface;
+            let cone = self.cones.entry(tile).or_insert_with(|| tile_cone(surface, tile));
+            let (mut down, mut up) = (center - half, center + half);
+            for axis in 0..3 {
+                let (along, against) = cone.span(rows[axis].as_vec3().to_array());
+                let ends = [from, to].map(|d| [d * f64::from(along), d * f64::from(against)]);
+                let ends = ends.as_flattened();
+                down[axis] += ends.iter().copied().fold(f64::INFINITY, f64::min);
+                up[axis] += ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            }
+            // A tile beside the box does not widen it.
+            if down.cmple(obb.half).all() && up.cmpge(-obb.half).all() {
+                (low, high) = (low.min(down), high.max(up));
+            }
+        }
+        let slack = 1e-5 * obb.half;
+        let (low, high) = ((low - slack).max(-obb.half), (high + slack).min(obb.half));
+        if low.cmpgt(high).any() {
+            return None;
+        }
+        let local = Obb::from_interval(DMat3::IDENTITY, low, high);
+        Some(Obb { center: obb.center + obb.axes * local.center, axes: obb.axes, half: local.half })
     }
 
     /// The least and the largest coefficient of the displacement, 0 between them.
@@ -128,4 +181,23 @@ fn tile_bounds(surface: &Surface, tile: u32) -> Bounds {
     }
     let (low, high) = surface.tile_bounds(tile);
     Bounds { low, high }
+}
+
+/// A cone of the normals of all patches of a tile.
+fn tile_cone(surface: &Surface, tile: u32) -> Cone {
+    let cones: Vec<Cone> = surface.patches(tile).map(|patch| patch.normals()).collect();
+    if let [cone] = cones[..] {
+        return cone;
+    }
+    let axis = cones.iter().map(|cone| DVec3::from(cone.axis.map(f64::from))).sum::<DVec3>().normalize_or_zero();
+    // The widest angle from the new axis to the rim of a cone.
+    let angle = cones.iter().map(|cone| {
+        let between = axis.dot(DVec3::from(cone.axis.map(f64::from))).clamp(-1.0, 1.0).acos();
+        between + f64::from(cone.cosine).clamp(-1.0, 1.0).acos()
+    });
+    let angle = angle.fold(0.0, f64::max) + 1e-6;
+    if axis == DVec3::ZERO || angle >= std::f64::consts::PI {
+        return Cone::ALL;
+    }
+    Cone { axis: axis.as_vec3().to_array(), cosine: angle.cos() as f32 }
 }

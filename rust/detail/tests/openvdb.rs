@@ -33,7 +33,8 @@ fn signs_agree_with_openvdb_beyond_a_voxel_diagonal() {
         (knot(24, 9, 5.0, 0.02), [1.7, 2.5, 1.1], 2.0),
     ] {
         let axes = DMat3::from_euler(EulerRot::XYZ, angle, 0.3 * angle, -angle);
-        let grid = Grid::new(&Obb { center: DVec3::new(0.01, 0.02, 0.03), axes, half: DVec3::from(half) }, 1 << 18, None);
+        let grid =
+            Grid::new(&Obb { center: DVec3::new(0.01, 0.02, 0.03), axes, half: DVec3::from(half) }, 1 << 18, None);
         let solid = Solid { points: &soup.0, triangles: &soup.1, transform: DAffine3::IDENTITY, closed: true };
         let mut voxels = Voxels::default();
         voxels.fill(&Context::serial(), &grid, &solid, None, Side::Forward).unwrap();

@@ -1,0 +1,369 @@
+//! Colliders: triangle meshes that imprint themselves on deformable objects, rigid ones moved by a transform and
+//! deforming ones by new points, with their box and their hierarchy (Schäfer et al. 2014, Section 5).
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use relievo_core::{Context, Error, Mesh, Result};
+
+use crate::grid::Grid;
+use crate::hierarchy::{Bounds, Hierarchy, Region};
+use crate::obb::Obb;
+use crate::object::check_transform;
+use crate::voxel::{Side, Solid, Voxels};
+
+/// A triangle mesh in the world.
+#[derive(Clone, Debug)]
+pub struct Collider {
+    points: Vec<[f32; 3]>,
+    triangles: Arc<[[u32; 3]]>,
+    hierarchy: Hierarchy,
+    obb: Obb,
+    closed: bool,
+    transform: DAffine3,
+}
+
+impl Collider {
+    /// A collider of the faces of `mesh`, cut into triangles.
+    ///
+    /// Fails if the mesh does not pass [`Mesh::check`] or the transform cannot be undone.
+    pub fn of_mesh(context: &Context, mesh: &Mesh, transform: DAffine3) -> Result<Self> {
+        mesh.check()?;
+        Self::new(context, mesh.points.clone(), mesh.triangles(), transform)
+    }
+
+    /// A collider of triangles, counter-clockwise seen from outside.
+    ///
+    /// A mesh whose every edge is met by the same edge in the opposite direction is closed and solid inside, even
+    /// where shells overlap or are turned inside out. An open mesh is solid behind its front, as far as the box
+    /// reaches. Fails if there is no triangle, a point does not exist or a coordinate is not finite.
+    pub fn new(
+        context: &Context,
+        points: Vec<[f32; 3]>,
+        triangles: Vec<[u32; 3]>,
+        transform: DAffine3,
+    ) -> Result<Self> {
+        check_transform(&transform)?;
+        check_points(&points)?;
+        if triangles.is_empty() {
+            return Err(Error::invalid("the collider has no triangle").advise("give it at least one face"));
+        }
+        if let Some(index) = triangles.iter().position(|corners| corners.iter().any(|p| *p as usize >= points.len())) {
+            return Err(Error::invalid("a point does not exist").at(format!("triangle {index}")));
+        }
+        let closed = is_closed(&points, &triangles);
+        let obb = Obb::of_points(&points)?;
+        let hierarchy = context.stats().time("collider.hierarchy", || {
+            Hierarchy::build(context, triangles.len(), |index| bounds(&points, &triangles[index as usize]))
+        })?;
+        Ok(Self { points, triangles: triangles.into(), hierarchy, obb, closed, transform })
+    }
+
+    /// Positions in object space.
+    pub fn points(&self) -> &[[f32; 3]] {
+        &self.points
+    }
+
+    /// Point indices of the triangles.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Whether the mesh has no open edge.
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    /// From object space to the world.
+    pub fn transform(&self) -> &DAffine3 {
+        &self.transform
+    }
+
+    /// Moves the collider. Fails if the transform cannot be undone.
+    pub fn set_transform(&mut self, transform: DAffine3) -> Result<()> {
+        check_transform(&transform)?;
+        self.transform = transform;
+        Ok(())
+    }
+
+    /// Deforms the collider: as many points as before. Refits the hierarchy.
+    pub fn set_points(&mut self, context: &Context, points: &[[f32; 3]]) -> Result<()> {
+        if points.len() != self.points.len() {
+            return Err(Error::invalid(format!(
+                "the pose has {} points, the collider {}",
+                points.len(),
+                self.points.len()
+            )));
+        }
+        check_points(points)?;
+        self.points.copy_from_slice(points);
+        self.obb = Obb::of_points(points)?;
+        let (points, triangles) = (&self.points, &self.triangles);
+        let hierarchy = &mut self.hierarchy;
+        context.stats().time("collider.refit", || {
+            hierarchy.refit(context, |index| bounds(points, &triangles[index as usize]));
+        });
+        Ok(())
+    }
+
+    /// The box in object space.
+    pub fn object_obb(&self) -> &Obb {
+        &self.obb
+    }
+
+    /// The box in the world.
+    pub fn obb(&self) -> Obb {
+        self.obb.transformed(&self.transform)
+    }
+
+    /// The part of `obb`, along its axes, that holds everything of the collider in it; `None` if nothing is in it.
+    ///
+    /// It is spanned by the surface in the box. Where no surface is, the box is inside or outside as a whole: a voxel of
+    /// each slab that the surface leaves tells which. Boxes around open meshes are left as they are.
+    pub fn occupied(&self, context: &Context, obb: &Obb) -> Result<Option<Obb>> {
+        let to_box = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
+        let mut found = Vec::new();
+        self.hierarchy.query(context, &Region::new(to_box, -obb.half, obb.half), &mut found);
+        if !self.closed {
+            return Ok((!found.is_empty()).then_some(*obb));
+        }
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for index in found {
+            let corners = self.triangles[index as usize]
+                .map(|point| to_box.transform_point3(DVec3::from(self.points[point as usize].map(f64::from))));
+            let (from, to) = clipped_bounds(corners, obb.half);
+            (low, high) = (low.min(from), high.max(to));
+        }
+        let part = |low: DVec3, high: DVec3| {
+            let local = Obb::from_interval(glam::DMat3::IDENTITY, low, high);
+            Obb { center: obb.center + obb.axes * local.center, axes: obb.axes, half: local.half }
+        };
+        if low.cmpgt(high).any() {
+            return Ok(self.covers(context, obb)?.then_some(*obb));
+        }
+        let slack = 1e-9 * obb.half;
+        (low, high) = ((low - slack).max(-obb.half), (high + slack).min(obb.half));
+        for axis in 0..3 {
+            let (mut below, mut above) = (obb.half, -obb.half);
+            below[axis] = low[axis];
+            above[axis] = high[axis];
+            if low[axis] > -obb.half[axis] && self.covers(context, &part(-obb.half, below))? {
+                low[axis] = -obb.half[axis];
+            }
+            if high[axis] < obb.half[axis] && self.covers(context, &part(above, obb.half))? {
+                high[axis] = obb.half[axis];
+            }
+        }
+        Ok(Some(part(low, high)))
+    }
+
+    /// Whether the middle of `obb` is inside, by a grid of one voxel.
+    fn covers(&self, context: &Context, obb: &Obb) -> Result<bool> {
+        let mut voxel = Voxels::default();
+        self.voxelise(context, &Grid::new(obb, 1, None), &mut voxel)?;
+        Ok(voxel.count() > 0)
+    }
+
+    /// The grid of an overlap with this collider. Columns run along the longest edge of the box; those of an open mesh
+    /// run across its sheets, which a column beside them would not tell apart.
+    pub fn grid(&self, context: &Context, obb: &Obb, budget: u64) -> Grid {
+        if self.closed {
+            return Grid::new(obb, budget, None);
+        }
+        let mut found = Vec::new();
+        let inverse = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
+        self.hierarchy.query(context, &Region::new(inverse, -obb.half, obb.half), &mut found);
+        let mut area = DVec3::ZERO;
+        for index in found {
+            let [a, b, c] = self.triangles[index as usize]
+                .map(|point| inverse.transform_point3(DVec3::from(self.points[point as usize].map(f64::from))));
+            area += (b - a).cross(c - a).abs();
+        }
+        // A little preference for the longest edge decides where there is nothing.
+        area += obb.half * 1e-12;
+        let widest = (0..3).max_by(|a, b| area[*a].total_cmp(&area[*b]));
+        Grid::new(obb, budget, widest)
+    }
+
+    /// Voxelises the part of the collider in `grid`, from the side that has fewer triangles. Returns how many
+    /// triangles were looked at.
+    pub fn voxelise(&self, context: &Context, grid: &Grid, voxels: &mut Voxels) -> Result<usize> {
+        let map = grid.map * self.transform;
+        let dims = DVec3::from(grid.dims.map(f64::from));
+        // Snapping moves corners by up to 1/512 voxel.
+        let (low, high) = (DVec3::splat(-0.01), dims + 0.01);
+        let prism = |side: Side| {
+            let (mut low, mut high) = (low, high);
+            match side {
+                Side::Forward => low.z = f64::NEG_INFINITY,
+                Side::Backward => high.z = f64::INFINITY,
+            }
+            let mut found = Vec::new();
+            self.hierarchy.query(context, &Region::new(map, low, high), &mut found);
+            found
+        };
+        let (forward, backward) = (prism(Side::Forward), prism(Side::Backward));
+        let (side, selection) =
+            if backward.len() < forward.len() { (Side::Backward, backward) } else { (Side::Forward, forward) };
+        let solid =
+            Solid { points: &self.points, triangles: &self.triangles, transform: self.transform, closed: self.closed };
+        voxels.fill(context, grid, &solid, Some(&selection), side)?;
+        Ok(selection.len())
+    }
+}
+
+fn bounds(points: &[[f32; 3]], triangle: &[u32; 3]) -> Bounds {
+    Bounds::of_points(triangle.iter().map(|point| &points[*point as usize]))
+}
+
+/// The bounds of what a box around the origin leaves of a triangle. Only a triangle that reaches far out of the box is
+/// cut; small ones are taken whole, which the caller clamps.
+fn clipped_bounds(corners: [DVec3; 3], half: DVec3) -> (DVec3, DVec3) {
+    let bounds = |corners: &[DVec3]| {
+        corners.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)))
+    };
+    let (low, high) = bounds(&corners);
+    if low.cmpgt(half).any() || high.cmplt(-half).any() {
+        return (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    }
+    if (high - half).max(-half - low).cmple(0.05 * half).all() {
+        return (low, high);
+    }
+    let mut polygon = corners.to_vec();
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            let inside = |p: DVec3| half[axis] - sign * p[axis];
+            let mut cut = Vec::with_capacity(polygon.len() + 1);
+            for (index, a) in polygon.iter().enumerate() {
+                let b = polygon[(index + 1) % polygon.len()];
+                let (da, db) = (inside(*a), inside(b));
+                if da >= 0.0 {
+                    cut.push(*a);
+                }
+                if (da < 0.0) != (db < 0.0) {
+                    cut.push(a.lerp(b, da / (da - db)));
+                }
+            }
+            polygon = cut;
+        }
+    }
+    bounds(&polygon)
+}
+
+fn check_points(points: &[[f32; 3]]) -> Result<()> {
+    match points.iter().position(|point| !point.iter().all(|value| value.is_finite())) {
+        Some(index) => Err(Error::invalid("a coordinate is not a finite number").at(format!("point {index}"))),
+        None => Ok(()),
+    }
+}
+
+/// Whether every edge is met as often in one direction as in the other. Points at the same place count as one, so
+/// that meshes split along seams are closed.
+fn is_closed(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> bool {
+    let key = |point: u32| points[point as usize].map(|value| (value + 0.0).to_bits());
+    let mut order: Vec<u32> = (0..points.len() as u32).collect();
+    order.sort_unstable_by_key(|point| key(*point));
+    let mut same = vec![0; points.len()];
+    let mut first = 0;
+    for (index, point) in order.iter().enumerate() {
+        if key(order[first]) != key(*point) {
+            first = index;
+        }
+        same[*point as usize] = order[first];
+    }
+    let mut edges: Vec<(u32, u32, bool)> = Vec::with_capacity(3 * triangles.len());
+    for corners in triangles {
+        for k in 0..3 {
+            let (a, b) = (same[corners[k] as usize], same[corners[(k + 1) % 3] as usize]);
+            if a != b {
+                edges.push((a.min(b), a.max(b), a < b));
+            }
+        }
+    }
+    edges.sort_unstable();
+    edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).all(|uses| {
+        let up = uses.iter().filter(|edge| edge.2).count();
+        2 * up == uses.len()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+    use glam::DMat3;
+
+    #[test]
+    fn closed_and_open_meshes_are_told_apart() {
+        let context = Context::serial();
+        let make =
+            |(points, triangles): shapes::Soup| Collider::new(&context, points, triangles, DAffine3::IDENTITY).unwrap();
+        assert!(make(shapes::sphere(1.0, 12, 8, 0.1)).is_closed());
+        assert!(make(shapes::inverted(shapes::torus(1.0, 0.3, 9, 7))).is_closed());
+        let (points, mut triangles) = shapes::cube(1.0);
+        // Every triangle with points of its own.
+        let split: Vec<[f32; 3]> = triangles.iter().flatten().map(|point| points[*point as usize]).collect();
+        let split_triangles = (0..triangles.len() as u32).map(|index| [0, 1, 2].map(|k| 3 * index + k)).collect();
+        assert!(make((split, split_triangles)).is_closed());
+        triangles.pop();
+        assert!(!make((points, triangles)).is_closed());
+    }
+
+    #[test]
+    fn bad_colliders_are_refused() {
+        let context = Context::serial();
+        let (points, triangles) = shapes::cube(1.0);
+        let new = |points: &[[f32; 3]], triangles: &[[u32; 3]], transform| {
+            Collider::new(&context, points.to_vec(), triangles.to_vec(), transform)
+        };
+        assert!(new(&points, &[], DAffine3::IDENTITY).is_err());
+        assert!(new(&points, &[[0, 1, 8]], DAffine3::IDENTITY).is_err());
+        assert!(new(&[[f32::INFINITY; 3]; 8], &triangles, DAffine3::IDENTITY).is_err());
+        assert!(new(&points, &triangles, DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0))).is_err());
+        let mut good = new(&points, &triangles, DAffine3::IDENTITY).unwrap();
+        assert!(good.set_points(&context, &points[..7]).is_err());
+        assert!(good.set_transform(DAffine3::from_translation(DVec3::NAN)).is_err());
+    }
+
+    #[test]
+    fn a_box_is_cut_down_to_what_the_collider_fills_of_it() {
+        let context = Context::serial();
+        let (points, triangles) = shapes::sphere(1.0, 60, 40, 0.0);
+        let ball = Collider::new(&context, points, triangles, DAffine3::IDENTITY).unwrap();
+        let slab = |center: [f64; 3], half: [f64; 3]| {
+            let obb = Obb { center: DVec3::from(center), axes: DMat3::from_rotation_z(0.3), half: DVec3::from(half) };
+            ball.occupied(&context, &obb).unwrap()
+        };
+        // A cap of height 0.2 has the radius 0.6.
+        let cap = slab([0.0, 0.0, -0.9], [3.0, 3.0, 0.1]).unwrap();
+        assert!(cap.half.x > 0.58 && cap.half.x < 0.65 && cap.half.y < 0.65 && cap.half.z > 0.099, "{cap:?}");
+        // The flank: solid to one side, so that side stays although no surface is near.
+        let flank = slab([0.5, 0.0, 0.0], [0.9, 0.05, 0.05]).unwrap();
+        let low = flank.center.dot(flank.axes.x_axis) - flank.half.x;
+        assert!(low < 0.5 * 0.3f64.cos() - 0.9 + 1e-6, "{flank:?}");
+        assert!(flank.half.x < 0.9);
+        let inside = slab([0.0; 3], [0.2; 3]).unwrap();
+        assert_eq!(inside.half, DVec3::splat(0.2));
+        assert_eq!(slab([3.0, 0.0, 0.0], [0.5; 3]), None);
+        // Close by, where boxes of triangles are met but the ball is not.
+        assert_eq!(slab([0.9, 0.9, 0.9], [0.05; 3]), None);
+    }
+
+    #[test]
+    fn an_open_sheet_is_voxelised_across_its_columns() {
+        let context = Context::serial();
+        let points = vec![[-9.0, -9.0, 0.1], [9.0, -9.0, 0.1], [9.0, 9.0, 0.1], [-9.0, 9.0, 0.1]];
+        let sheet = Collider::new(&context, points, vec![[0, 1, 2], [0, 2, 3]], DAffine3::IDENTITY).unwrap();
+        let obb = Obb { center: DVec3::ZERO, axes: DMat3::from_rotation_x(0.05), half: DVec3::new(3.0, 3.0, 0.5) };
+        let grid = sheet.grid(&context, &obb, 1 << 15);
+        let mut voxels = Voxels::default();
+        sheet.voxelise(&context, &grid, &mut voxels).unwrap();
+        for index in 0..4096u32 {
+            let voxel = [index % 16, index / 16 % 16, index / 256].map(|v| v * 2);
+            if (0..3).all(|axis| voxel[axis] < grid.dims[axis]) {
+                let height = grid.center(voxel).z - 0.1;
+                assert!(height.abs() < 1e-3 || voxels.get(voxel) == (height < 0.0), "{voxel:?} {height}");
+            }
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! The imprint of a collider on a displaced surface, stage by stage (Schäfer et al. 2014, Sections 5 and 6): overlap of
+//! the boxes, culling, compaction, voxelisation, ray casting, ring update. Each stage is a public function of its own
+//! and reports its time under `imprint.obb`, `imprint.cull`, `imprint.compact`, `imprint.voxelise`, `imprint.raycast`
+//! and `imprint.ring`.
+
+use relievo_core::{Context, Result};
+use relievo_tiles::{Candidate, Change, Sets};
+
+use crate::collider::Collider;
+use crate::cull::{self, CulledTile, VoxelFrame};
+use crate::grid::Grid;
+use crate::object::DisplacedObject;
+use crate::overlap::{jittered, overlap};
+use crate::raycast::{self, Limits, TileDents};
+use crate::smoothing;
+use crate::voxel::Voxels;
+
+relievo_core::parameters! {
+    /// How colliders imprint themselves.
+    pub struct ImprintSettings {
+        /// Voxels an overlap is divided into at most; one bit each.
+        voxels: u32 = 16_777_216, 4096..=1_073_741_824u32, "";
+        /// Largest random turn of the voxel grid per frame, about each axis. It spreads the steps of the voxels.
+        jitter: f32 = std::f32::consts::PI / 32.0, 0.0..=0.8, "rad";
+        /// Seed of the random turns.
+        seed: u32 = 0, 0..=u32::MAX, "";
+        /// Largest distance by which a surface may be displaced inwards. Boxes are enlarged by it.
+        max_displacement: f32 = 1.0, 0.0..=60000.0, "object units";
+        /// Share of the penetration that the surface gives way to.
+        share: f32 = 1.0, 0.0..=1.0, "";
+        /// Largest distance by which a surface gives way in one frame.
+        depth_limit: f32 = 60000.0, 0.0..=60000.0, "object units";
+        /// Strength of the smoothing of what an imprint changed, 0 for none.
+        smoothing: f32 = 0.0, 0.0..=1.0, "";
+        /// Passes of the smoothing.
+        smoothing_passes: u32 = 1, 1..=64, "";
+        /// Most sub-steps of a frame.
+        sub_steps: u32 = 256, 1..=4096, "";
+        /// Whether surfaces are culled against the overlap (1) or looked at as a whole (0).
+        culling: u32 = 1, 0..=1, "";
+        /// Whether only changed tiles take part in the ring update (1) or all allocated ones (0).
+        compaction: u32 = 1, 0..=1, "";
+    }
+}
+
+/// Which imprint this is, for the random turn of its grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Moment {
+    /// The frame.
+    pub frame: u64,
+    /// The sub-step of the frame.
+    pub step: u32,
+    /// The pair of objects.
+    pub pair: u32,
+}
+
+/// What an imprint did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Tiles that were ray cast.
+    pub tested_tiles: u64,
+    /// Coefficients that were ray cast.
+    pub tested_coefficients: u64,
+    /// Tiles of which coefficients changed, ascending.
+    pub changed: Vec<u32>,
+    /// Coefficients that changed.
+    pub changed_coefficients: u64,
+    /// Tiles that were newly allocated, neighbours included.
+    pub allocated: u64,
+    /// Tiles that the budget refused, ascending.
+    pub refused: Vec<u32>,
+    /// Rays that left the grid inside the collider and were held at its border.
+    pub clamped: u64,
+    /// Triangles that were voxelised.
+    pub triangles: u64,
+    /// The longest distance inside a voxel, world units.
+    pub voxel_diagonal: f64,
+    /// Bytes of the allocated tiles afterwards.
+    pub bytes: u64,
+}
+
+impl Report {
+    /// Adds what another imprint did afterwards.
+    pub fn merge(&mut self, other: Report) {
+        let union = |a: &mut Vec<u32>, b: Vec<u32>| {
+            a.extend(b);
+            a.sort_unstable();
+            a.dedup();
+        };
+        self.tested_tiles += other.tested_tiles;
+        self.tested_coefficients += other.tested_coefficients;
+        union(&mut self.changed, other.changed);
+        self.changed_coefficients += other.changed_coefficients;
+        self.allocated += other.allocated;
+        union(&mut self.refused, other.refused);
+        self.clamped += other.clamped;
+        self.triangles += other.triangles;
+        self.voxel_diagonal = self.voxel_diagonal.max(other.voxel_diagonal);
+        self.bytes = other.bytes;
+    }
+}
+
+/// The voxel buffer that all imprints of a scene share.
+#[derive(Debug, Default)]
+pub struct Imprinter {
+    voxels: Voxels,
+}
+
+impl Imprinter {
+    /// An imprinter; its buffer is allocated by the first imprint.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The voxels of the last imprint.
+    pub fn voxels(&self) -> &Voxels {
+        &self.voxels
+    }
+
+    /// Presses `collider` into `object` where it stands, all stages in a row.
+    ///
+    /// Fails if a setting is out of range or the collider is too large for its overlap; nothing is changed then.
+    pub fn imprint(
+        &mut self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+    ) -> Result<Report> {
+        settings.check()?;
+        let stats = context.stats();
+        let mut report = Report { bytes: object.displacement().bytes(), ..Report::default() };
+        let Some(grid) = stats.time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?
+        else {
+            return Ok(report);
+        };
+        report.voxel_diagonal = grid.diagonal();
+        let culled = {
+            let mut stage = stats.begin("imprint.cull");
+            let culled =
+                if settings.culling != 0 { cull::cull(context, object, &grid) } else { cull::everything(object) };
+            stage.count("tiles", culled.len() as u64);
+            stage.count("blocks", culled.iter().map(|tile| tile.blocks.len() as u64).sum());
+            culled
+        };
+        let tiles = {
+            let mut stage = stats.begin("imprint.compact");
+            let tiles = if settings.compaction != 0 { compact(context, object, culled) } else { culled };
+            stage.count("tiles", tiles.len() as u64);
+            tiles
+        };
+        if tiles.is_empty() {
+            return Ok(report);
+        }
+        {
+            let mut stage = stats.begin("imprint.voxelise");
+            report.triangles = collider.voxelise(context, &grid, &mut self.voxels)? as u64;
+            stage.count("triangles", report.triangles);
+        }
+        let dents = {
+            let mut stage = stats.begin("imprint.raycast");
+            let dents = cast(context, object, &tiles, &self.voxels, settings);
+            stage.count("coefficients", dents.iter().map(|dents| u64::from(dents.tested)).sum());
+            stage.count("changed", dents.iter().map(|dents| dents.texels.len() as u64).sum());
+            dents
+        };
+        report.tested_tiles = tiles.len() as u64;
+        report.tested_coefficients = dents.iter().map(|dents| u64::from(dents.tested)).sum();
+        report.clamped = dents.iter().map(|dents| u64::from(dents.clamped)).sum();
+        let mut stage = stats.begin("imprint.ring");
+        write(context, object, &dents, settings, &mut report)?;
+        stage.count("allocated", report.allocated);
+        stage.count("refused", report.refused.len() as u64);
+        stage.count("clamped", report.clamped);
+        Ok(report)
+    }
+}
+
+/// The voxel grid of the pair's overlap, turned for this moment; `None` if the two do not meet.
+///
+/// The surface's box is enlarged by the largest displacement a tile may reach: inwards by the settings, outwards by
+/// what there is. The overlap of the boxes is then cut down to what the collider fills of it and to the tiles that
+/// reach into it. Fails if the collider is too large for its overlap.
+pub fn overlap_grid(
+    context: &Context,
+    object: &mut DisplacedObject,
+    collider: &Collider,
+    settings: &ImprintSettings,
+    moment: Moment,
+) -> Result<Option<Grid>> {
+    let [least, most] = object.reach().map(f64::from);
+    let least = least.min(f64::from(-settings.max_displacement));
+    let Some(mut both) = overlap(&collider.obb(), &object.obb(most.max(-least))) else { return Ok(None) };
+    // What the collider leaves decides which tiles matter and the other way round; two rounds get most of it.
+    for _ in 0..2 {
+        let Some(part) = object.occupied(context, &both, least, most) else { return Ok(None) };
+        let Some(part) = collider.occupied(context, &part)? else { return Ok(None) };
+        both = part;
+    }
+    let step = moment.frame.wrapping_shl(20).wrapping_add(u64::from(moment.step));
+    let turned = jittered(&both, f64::from(settings.jitter), settings.seed, step, moment.pair);
+    Ok(Some(collider.grid(context, &turned, u64::from(settings.voxels))))
+}
+
+/// The tiles that are left of the cull decisions, by the scan of [`Sets`].
+pub fn compact(context: &Context, object: &DisplacedObject, culled: Vec<CulledTile>) -> Vec<CulledTile> {
+    let decide = |tile: &CulledTile| if tile.blocks.is_empty() { Candidate::KEEP } else { Candidate::MODIFY };
+    let candidates: Vec<Candidate> =
+        culled.iter().map(|tile| Candidate { tile: tile.tile, decision: decide(tile) }).collect();
+    let field = object.displacement().field();
+    let sets = Sets::scan(context, &candidates, |tile| field.is_allocated(tile));
+    let mut wanted = sets.modify.iter().peekable();
+    culled.into_iter().filter(|tile| wanted.next_if_eq(&&tile.tile).is_some()).collect()
+}
+
+/// Casts the rays of `tiles` into `voxels`.
+pub fn cast(
+    context: &Context,
+    object: &mut DisplacedObject,
+    tiles: &[CulledTile],
+    voxels: &Voxels,
+    settings: &ImprintSettings,
+) -> Vec<TileDents> {
+    let frame = VoxelFrame::new(voxels.grid(), object.transform());
+    let limits =
+        Limits { share: settings.share, max_displacement: settings.max_displacement, depth: settings.depth_limit };
+    let DisplacedObject { surface, displacement, knots, .. } = object;
+    raycast::cast(context, surface, displacement.field(), knots, tiles, &frame, voxels, &limits)
+}
+
+/// Writes the dents into the tiles: allocates those that need it, smooths if asked, and brings rings up to date.
+pub fn write(
+    context: &Context,
+    object: &mut DisplacedObject,
+    dents: &[TileDents],
+    settings: &ImprintSettings,
+    report: &mut Report,
+) -> Result<()> {
+    let mut dents: Vec<&TileDents> = dents.iter().filter(|dents| !dents.texels.is_empty()).collect();
+    dents.sort_unstable_by_key(|dents| dents.tile);
+    if let Some(least) = dents.iter().map(|dents| dents.least).reduce(f32::min) {
+        object.deepen(least);
+    }
+    let displacement = &mut object.displacement;
+    let bytes = displacement.bytes();
+    let candidates: Vec<Candidate> =
+        dents.iter().map(|dents| Candidate { tile: dents.tile, decision: Candidate::MODIFY }).collect();
+    let field = displacement.field();
+    let before = field.allocated().count() as u64;
+    let sets = Sets::scan(context, &candidates, |tile| field.is_allocated(tile));
+    let applied = displacement.apply(&sets)?;
+    dents.retain(|dents| applied.refused.binary_search(&dents.tile).is_err());
+    let tiles: Vec<u32> = dents.iter().map(|dents| dents.tile).collect();
+    let mut changes = displacement.edit(context, &tiles, |tile, texels| {
+        let Ok(index) = dents.binary_search_by_key(&tile, |dents| dents.tile) else { return };
+        let size = texels.size();
+        for (texel, value) in &dents[index].texels {
+            texels.row_mut(*texel as usize / size)[*texel as usize % size] = *value;
+        }
+    })?;
+    changes.extend(applied.changes);
+    if settings.compaction == 0 {
+        changes.extend(displacement.field().allocated().map(Change::all));
+    }
+    let mut refused = applied.refused;
+    refused.extend(displacement.settle(context, &changes)?);
+    if settings.smoothing > 0.0 && !tiles.is_empty() {
+        refused.extend(smoothing::smooth(
+            context,
+            displacement,
+            &dents,
+            settings.smoothing,
+            settings.smoothing_passes,
+        )?);
+    }
+    refused.sort_unstable();
+    refused.dedup();
+    report.changed_coefficients = dents.iter().map(|dents| dents.texels.len() as u64).sum();
+    report.changed = tiles;
+    report.refused = refused;
+    report.bytes = displacement.bytes();
+    if report.bytes != bytes {
+        report.allocated = (displacement.field().allocated().count() as u64).saturating_sub(before);
+    }
+    Ok(())
+}
