@@ -164,11 +164,17 @@ impl Collider {
         Ok(voxel.count() > 0)
     }
 
-    /// The grid of an overlap with this collider. Columns run along the longest edge of the box; those of an open mesh
-    /// run across its sheets, which a column beside them would not tell apart.
-    pub fn grid(&self, context: &Context, obb: &Obb, budget: u64) -> Grid {
+    /// The grid of an overlap with this collider, into which rays will be cast along `facing`, a direction along the
+    /// axes of the box as long as it is sure, 0 to 1.
+    ///
+    /// Columns run along that direction if it is clear enough, or else along the longest edge of the box. Those of an
+    /// open mesh run across its sheets, which a column beside them would not tell apart.
+    pub fn grid(&self, context: &Context, obb: &Obb, budget: u64, facing: DVec3) -> Grid {
         if self.closed {
-            return Grid::new(obb, budget, None);
+            let along = (0..3).find(|axis| facing[*axis].abs() > 0.7);
+            // In very flat boxes columns would be too many for their length.
+            let deep = |axis: &usize| obb.half[*axis] > 0.05 * obb.half.max_element();
+            return Grid::new(obb, budget, along.filter(deep));
         }
         let mut found = Vec::new();
         let inverse = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
@@ -355,7 +361,7 @@ mod tests {
         let points = vec![[-9.0, -9.0, 0.1], [9.0, -9.0, 0.1], [9.0, 9.0, 0.1], [-9.0, 9.0, 0.1]];
         let sheet = Collider::new(&context, points, vec![[0, 1, 2], [0, 2, 3]], DAffine3::IDENTITY).unwrap();
         let obb = Obb { center: DVec3::ZERO, axes: DMat3::from_rotation_x(0.05), half: DVec3::new(3.0, 3.0, 0.5) };
-        let grid = sheet.grid(&context, &obb, 1 << 15);
+        let grid = sheet.grid(&context, &obb, 1 << 15, DVec3::ZERO);
         let mut voxels = Voxels::default();
         sheet.voxelise(&context, &grid, &mut voxels).unwrap();
         for index in 0..4096u32 {

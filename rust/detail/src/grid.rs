@@ -33,7 +33,7 @@ impl Grid {
     /// Divides `obb` into at most `budget` voxels, about as long as they are wide.
     ///
     /// `column` names the axis of the box that columns run along; by default it is the longest, which makes columns
-    /// fewest. Columns of 64 voxels and more are cut to whole words. A flat box is given a little depth.
+    /// fewest. Columns of 16 voxels and more are cut or stretched to whole words. A flat box is given a little depth.
     pub fn new(obb: &Obb, budget: u64, column: Option<usize>) -> Self {
         let half = obb.half.max(DVec3::splat((1e-6 * obb.half.max_element()).max(1e-30)));
         let obb = Obb { half, ..*obb };
@@ -53,8 +53,8 @@ impl Grid {
         let ideal = cube / budget.powf(2.0 / 9.0);
         let mut dims = [1u32; 3];
         dims[2] = cap((edges.z / ideal + 0.5).min(budget));
-        if dims[2] >= WORD {
-            dims[2] = (dims[2] + WORD / 2) / WORD * WORD;
+        if dims[2] >= WORD / 4 && budget >= 4096.0 {
+            dims[2] = ((dims[2] + WORD / 2) / WORD).max(1) * WORD;
             dims[2] = dims[2].min(MAX_VOXELS_PER_AXIS).min((budget as u64 / 64 * 64).max(64).min(1 << 30) as u32);
         }
         let area = (budget / f64::from(dims[2])).max(1.0);

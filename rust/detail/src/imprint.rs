@@ -200,7 +200,9 @@ pub fn overlap_grid(
     }
     let step = moment.frame.wrapping_shl(20).wrapping_add(u64::from(moment.step));
     let turned = jittered(&both, f64::from(settings.jitter), settings.seed, step, moment.pair);
-    Ok(Some(collider.grid(context, &turned, u64::from(settings.voxels))))
+    // Rays along the columns skip whole runs of bits.
+    let facing = object.facing(context, &turned);
+    Ok(Some(collider.grid(context, &turned, u64::from(settings.voxels), facing)))
 }
 
 /// The tiles that are left of the cull decisions, by the scan of [`Sets`].

@@ -146,6 +146,25 @@ impl DisplacedObject {
         Some(Obb { center: obb.center + obb.axes * local.center, axes: obb.axes, half: local.half })
     }
 
+    /// The mean direction of the normals of the tiles in `obb`, along its axes; its length says how much they agree, 0
+    /// to 1.
+    pub fn facing(&mut self, context: &Context, obb: &Obb) -> DVec3 {
+        let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
+        let mut tiles = Vec::new();
+        self.hierarchy.query(context, &Region::new(map, -obb.half, obb.half), &mut tiles);
+        let count = tiles.len().max(1) as f64;
+        let sum: DVec3 = tiles
+            .into_iter()
+            .map(|tile| {
+                let surface = &self.surface;
+                let cone = self.cones.entry(tile).or_insert_with(|| tile_cone(surface, tile));
+                let weight = f64::from(cone.cosine).max(0.0);
+                weight * (map.matrix3 * DVec3::from(cone.axis.map(f64::from))).normalize_or_zero()
+            })
+            .sum();
+        sum / count
+    }
+
     /// The least and the largest coefficient of the displacement, 0 between them.
     pub fn reach(&mut self) -> [f32; 2] {
         let field = self.displacement.field();

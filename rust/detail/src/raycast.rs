@@ -87,7 +87,8 @@ fn cast_tile(
     let mut dents = TileDents { tile, ..TileDents::default() };
     let mut values = [0.0; BLOCK_KNOTS];
     let mut probes = Probes::default();
-    let deepest = lower_bound(-limits.max_displacement);
+    let deepest = key(lower_bound(-limits.max_displacement));
+    let mut least = 0i16;
     for block in &culled.blocks {
         let (column, row) = (block % (size / edge) * edge, block / (size / edge) * edge);
         if let Some(coefficients) = coefficients {
@@ -127,14 +128,17 @@ fn cast_tile(
                 }
                 Exit::Limit => reach,
             };
-            let new = rounded_down(value - limits.share * distance).max(deepest);
-            if new.to_f32() < value {
+            // Values are half floats, so rounding them down changes nothing.
+            let new = key(rounded_down(value - limits.share * distance)).max(deepest);
+            if new < key(rounded_down(value)) {
                 let k = k as u32;
-                dents.texels.push(((row + k / edge) * size + column + k % edge, new));
-                dents.least = dents.least.min(new.to_f32());
+                let new_value = unkey(new);
+                dents.texels.push(((row + k / edge) * size + column + k % edge, new_value));
+                least = least.min(new);
             }
         }
     }
+    dents.least = unkey(least).to_f32();
     dents
 }
 
@@ -190,18 +194,32 @@ fn probe_body<A: Arithmetic>(
 }
 
 /// The largest half float that is not above `value`; the least finite one for what is below all.
+#[inline(always)]
 fn rounded_down(value: f32) -> f16 {
-    let near = f16::from_f32(value.max(f16::MIN.to_f32()));
-    if near.to_f32() <= value.max(f16::MIN.to_f32()) {
-        return near;
-    }
-    let bits = near.to_bits();
-    match bits {
-        // Below zero comes the least negative number.
-        0 | 0x8000 => f16::from_bits(0x8001),
-        _ if bits & 0x8000 != 0 => f16::from_bits(bits + 1),
-        _ => f16::from_bits(bits - 1),
-    }
+    let negative = value < 0.0;
+    let magnitude = value.abs().min(65504.0);
+    // Away from zero below it, toward zero above it.
+    let bits = if magnitude < 6.103_515_6e-5 {
+        // Denormal half floats are multiples of 2^−24.
+        let steps = magnitude * 16_777_216.0;
+        (if negative { steps.ceil() } else { steps.floor() }) as u32
+    } else {
+        (magnitude.to_bits() - (112 << 23) + if negative { 0x1fff } else { 0 }) >> 13
+    };
+    f16::from_bits(bits as u16 | u16::from(negative && bits != 0) << 15)
+}
+
+/// Half floats as integers of the same order.
+#[inline(always)]
+fn key(value: f16) -> i16 {
+    let bits = value.to_bits();
+    (bits ^ (((bits as i16) >> 15) as u16 & 0x7fff)) as i16
+}
+
+/// The half float of a [`key`].
+#[inline(always)]
+fn unkey(key: i16) -> f16 {
+    f16::from_bits(key as u16 ^ ((key >> 15) as u16 & 0x7fff))
 }
 
 /// The least half float that is not below `value`.

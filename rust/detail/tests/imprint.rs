@@ -1,0 +1,251 @@
+//! Imprints of a ball on plates and cubes: how deep, where, at which orientation, and that nothing else changes.
+
+use glam::{DAffine3, DQuat, DVec3, EulerRot};
+use relievo_core::{Context, ContextOptions, Mesh};
+use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Report};
+use relievo_surface::{Place, Surface, SurfaceOptions};
+use relievo_tiles::{Displacement, DisplacementOptions};
+
+fn context(threads: usize) -> Context {
+    Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap()
+}
+
+/// A plate of n × n quads of edge 1 around the origin, facing +z; `bump` shakes it.
+fn plate(n: u32, bump: f32) -> Mesh {
+    let mut points = Vec::new();
+    let mut corners = Vec::new();
+    for j in 0..=n {
+        for i in 0..=n {
+            let (x, y) = (i as f32 - n as f32 / 2.0, j as f32 - n as f32 / 2.0);
+            points.push([x, y, bump * (1.3 * x).sin() * (0.9 * y).cos()]);
+            if i < n && j < n {
+                let a = j * (n + 1) + i;
+                corners.extend([a, a + 1, a + n + 2, a + n + 1]);
+            }
+        }
+    }
+    Mesh::new(points, vec![4; (n * n) as usize], corners)
+}
+
+fn cube() -> Mesh {
+    let points = (0..8).map(|i| [0, 1, 2].map(|axis| if i >> axis & 1 == 0 { -2.0 } else { 2.0 })).collect();
+    let corners = vec![0, 4, 6, 2, 1, 3, 7, 5, 0, 1, 5, 4, 2, 6, 7, 3, 0, 2, 3, 1, 4, 5, 7, 6];
+    Mesh::new(points, vec![4; 6], corners)
+}
+
+fn object(context: &Context, mesh: &Mesh, size: u32, transform: DAffine3) -> DisplacedObject {
+    let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
+    let options = DisplacementOptions { size, ..DisplacementOptions::default() };
+    let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
+    DisplacedObject::new(context, surface, &mesh.points, displacement, transform).unwrap()
+}
+
+fn ball(context: &Context, radius: f32, transform: DAffine3) -> Collider {
+    let (n, m) = (64u32, 32u32);
+    let mut points = vec![[0.0, 0.0, -radius], [0.0, 0.0, radius]];
+    let at = |i: u32, j: u32| match j {
+        0 => 0,
+        j if j == m => 1,
+        j => 2 + (j - 1) * n + i % n,
+    };
+    let mut triangles = Vec::new();
+    for j in 0..m {
+        for i in 0..n {
+            if j > 0 {
+                let (a, b) = (i as f32 / n as f32, j as f32 / m as f32 / 2.0 - 0.25);
+                let (a, b) = (std::f32::consts::TAU * a, std::f32::consts::TAU * b);
+                points.push([radius * b.cos() * a.cos(), radius * b.cos() * a.sin(), radius * b.sin()]);
+                triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+            }
+            if j + 1 < m {
+                triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+    }
+    Collider::new(context, points, triangles, transform).unwrap()
+}
+
+/// All coefficients with their points in the world: tile, point, value.
+fn coefficients(object: &DisplacedObject) -> Vec<(u32, DVec3, f32)> {
+    let field = object.displacement().field();
+    let mut all = Vec::new();
+    for tile in 0..field.tile_count() as u32 {
+        let size = field.size(tile);
+        for index in 0..size * size {
+            let (i, j) = (index % size, index / size);
+            let centre = |k: u32| (k as f32 + 0.5) / size as f32;
+            let sample = object.surface().sample(Place { tile, u: centre(i), v: centre(j) }).unwrap();
+            let value = field.block(tile).map_or(0.0, |block| block[((j + 1) * (size + 2) + i + 1) as usize].to_f32());
+            let (p, n) = (DVec3::from(sample.p.map(f64::from)), DVec3::from(sample.normal().map(f64::from)));
+            all.push((tile, object.transform().transform_point3(p + n * f64::from(value)), value));
+        }
+    }
+    all
+}
+
+fn blocks(object: &DisplacedObject) -> Vec<Option<Vec<u16>>> {
+    let field = object.displacement().field();
+    (0..field.tile_count() as u32)
+        .map(|tile| field.block(tile).map(|b| b.iter().map(|c| c.to_bits()).collect()))
+        .collect()
+}
+
+fn settings() -> ImprintSettings {
+    ImprintSettings { voxels: 1 << 20, max_displacement: 1.0, ..ImprintSettings::default() }
+}
+
+fn press(context: &Context, object: &mut DisplacedObject, collider: &Collider, frames: u64) -> Report {
+    let mut imprinter = Imprinter::new();
+    let mut report = Report::default();
+    for frame in 0..frames {
+        let moment = Moment { frame, ..Moment::default() };
+        report.merge(imprinter.imprint(context, object, collider, &settings(), moment).unwrap());
+    }
+    report
+}
+
+#[test]
+fn no_point_ends_deeper_than_a_voxel_diagonal_at_any_orientation_and_scale() {
+    let turns = [(0.0, 0.0), (1.5, 0.3), (3.1, 0.0), (2.2, -1.0), (-0.9, 2.0)];
+    let scales = [DVec3::ONE, DVec3::splat(3.0), DVec3::new(1.0, 1.5, 0.6), DVec3::new(-1.0, 1.0, 1.0)];
+    for (case, (x, y)) in turns.into_iter().enumerate() {
+        let scale = scales[case % scales.len()];
+        let turn = DQuat::from_euler(EulerRot::XYZ, x, y, 0.4);
+        let transform = DAffine3::from_scale_rotation_translation(scale, turn, DVec3::new(10.0, -20.0, 5.0));
+        let context = context(1);
+        let mut plate = object(&context, &plate(8, 0.1), 32, transform);
+        let untouched = plate.displacement().bytes();
+        assert_eq!(untouched, 0);
+        // The ball's middle is 0.6 of its radius above the plate.
+        let radius = 1.1 * scale.abs().min_element();
+        let normal = transform.matrix3.inverse().transpose() * DVec3::Z;
+        let middle = transform.translation + normal.normalize() * 0.6 * radius;
+        let ball = ball(&context, radius as f32, DAffine3::from_translation(middle));
+        let report = press(&context, &mut plate, &ball, 2);
+        assert!(report.changed_coefficients > 500 && report.clamped == 0, "case {case}: {report:?}");
+        let mut deepest: f64 = 0.0;
+        for (_, point, value) in coefficients(&plate) {
+            deepest = deepest.max(radius - (point - middle).length());
+            assert!(value <= 0.0);
+        }
+        assert!(deepest <= report.voxel_diagonal, "case {case}: {deepest} of {}", report.voxel_diagonal);
+        assert_eq!(plate.displacement().bytes(), report.bytes);
+    }
+}
+
+#[test]
+fn only_what_the_ball_touches_changes_and_threads_do_not_matter() {
+    let run = |threads| {
+        let context = context(threads);
+        let mut plate = object(&context, &plate(10, 0.2), 64, DAffine3::IDENTITY);
+        let first = ball(&context, 1.0, DAffine3::from_translation(DVec3::new(-2.0, -2.0, 0.6)));
+        let a = press(&context, &mut plate, &first, 1);
+        let before = blocks(&plate);
+        let second = ball(&context, 1.0, DAffine3::from_translation(DVec3::new(2.6, 2.3, 0.7)));
+        let b = press(&context, &mut plate, &second, 3);
+        (before, blocks(&plate), a, b, plate)
+    };
+    let (before, after, first, second, plate) = run(1);
+    assert!(!first.changed.is_empty() && !second.changed.is_empty());
+    let reach = |tile: u32| {
+        let (low, high) = plate.surface().tile_bounds(tile);
+        (0..2).all(|axis| low[axis] < [2.6, 2.3][axis] + 1.1 && high[axis] > [2.6, 2.3][axis] - 1.1)
+    };
+    for (tile, (before, after)) in before.iter().zip(&after).enumerate() {
+        assert!(before == after || reach(tile as u32), "tile {tile}");
+    }
+    assert!(second.allocated > 0 && after.iter().flatten().count() < 40);
+    let (_, two, _, report, _) = run(2);
+    assert!(two == after);
+    assert_eq!(report, second);
+}
+
+#[test]
+fn dents_go_over_the_corners_of_a_cube() {
+    // Extraordinary vertices of valence 3, and tiles whose sides run either way.
+    let context = context(1);
+    let mut cube = object(&context, &cube(), 64, DAffine3::IDENTITY);
+    let corner = cube.surface().sample(Place::corner(0, 0)).unwrap();
+    let middle = DVec3::from(corner.p.map(f64::from)) * 1.15;
+    let ball = ball(&context, 0.7, DAffine3::from_translation(middle));
+    let report = press(&context, &mut cube, &ball, 1);
+    assert_eq!(report.changed.len(), 3);
+    let mut touched = 0;
+    for (_, point, value) in coefficients(&cube) {
+        // At the corner itself coefficients of all tiles are averaged.
+        let near = (point - DVec3::from(corner.p.map(f64::from))).length() < 0.1;
+        let depth = 0.7 - (point - middle).length();
+        assert!(near || depth <= report.voxel_diagonal, "{depth} {}", report.voxel_diagonal);
+        touched += u32::from(value < 0.0);
+    }
+    assert!(touched > 200);
+}
+
+#[test]
+fn share_and_depth_limit_hold_back() {
+    let context = context(1);
+    let deepest = |change: fn(&mut ImprintSettings), frames: u64| {
+        let mut plate = object(&context, &plate(6, 0.0), 32, DAffine3::IDENTITY);
+        let ball = ball(&context, 1.0, DAffine3::from_translation(DVec3::new(0.1, 0.2, 0.5)));
+        let mut settings = settings();
+        change(&mut settings);
+        let mut imprinter = Imprinter::new();
+        for frame in 0..frames {
+            let moment = Moment { frame, ..Moment::default() };
+            imprinter.imprint(&context, &mut plate, &ball, &settings, moment).unwrap();
+        }
+        coefficients(&plate).into_iter().map(|(_, _, value)| value).fold(0.0, f32::min)
+    };
+    let near = |found: f32, expected: f32| assert!((found - expected).abs() < 0.03, "{found} {expected}");
+    near(deepest(|_| {}, 1), -0.5);
+    near(deepest(|settings| settings.share = 0.5, 1), -0.25);
+    near(deepest(|settings| settings.share = 0.5, 2), -0.375);
+    near(deepest(|settings| settings.depth_limit = 0.125, 1), -0.125);
+    near(deepest(|settings| settings.depth_limit = 0.125, 3), -0.375);
+    near(deepest(|settings| settings.max_displacement = 0.25, 3), -0.25);
+    near(deepest(|settings| settings.share = 0.0, 1), 0.0);
+    near(deepest(|settings| settings.culling = 0, 1), -0.5);
+    near(deepest(|settings| settings.compaction = 0, 1), -0.5);
+    let smooth = deepest(
+        |settings| {
+            settings.smoothing = 1.0;
+            settings.smoothing_passes = 20;
+        },
+        1,
+    );
+    assert!(smooth > -0.5 && smooth < -0.3, "{smooth}");
+}
+
+#[test]
+fn culling_loses_no_coefficient() {
+    for mesh in [plate(8, 0.3), cube()] {
+        let run = |culling| {
+            let context = context(1);
+            let mut object = object(&context, &mesh, 32, DAffine3::from_rotation_y(0.5));
+            let mut imprinter = Imprinter::new();
+            for frame in 0..6u32 {
+                let at = DVec3::new(1.7 - 0.6 * f64::from(frame), 0.3 * f64::from(frame), 1.6 - 0.2 * f64::from(frame));
+                let ball = ball(&context, 1.0, DAffine3::from_translation(at));
+                let settings = ImprintSettings { culling, ..settings() };
+                let moment = Moment { frame: frame.into(), ..Moment::default() };
+                imprinter.imprint(&context, &mut object, &ball, &settings, moment).unwrap();
+            }
+            blocks(&object)
+        };
+        let culled = run(1);
+        assert!(culled.iter().flatten().count() > 2);
+        assert!(culled == run(0));
+    }
+}
+
+#[test]
+fn a_full_budget_is_reported_and_the_rest_still_dented() {
+    let context = context(1);
+    let mut plate = object(&context, &plate(6, 0.0), 32, DAffine3::IDENTITY);
+    let block = 2 * 34 * 34;
+    plate.displacement_mut().set_budget(3 * block);
+    let ball = ball(&context, 1.5, DAffine3::from_translation(DVec3::new(0.0, 0.0, 1.2)));
+    let report = press(&context, &mut plate, &ball, 1);
+    assert_eq!(report.bytes, 3 * block);
+    assert!(!report.refused.is_empty() && !report.changed.is_empty());
+}
