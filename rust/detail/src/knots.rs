@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use relievo_core::dispatch_simd;
 use relievo_core::simd::{Arithmetic, Level};
-use relievo_surface::{Grid, Order, Placement, SampleSlices, Surface};
+use relievo_surface::{Destination, Grid, Order, Placement, SampleSlices, Surface};
 
 /// Texels along a block at most.
 pub const BLOCK: usize = 16;
@@ -43,7 +43,7 @@ impl KnotBlock {
                 *slice = &mut values[..count];
             }
         }
-        surface.grid_into(level, tile, &grid, Order::First, &mut slices);
+        surface.grid_into(level, tile, &grid, Order::First, Destination::Cache, &mut slices);
         normals(level, &mut self.n, &dv);
     }
 }
