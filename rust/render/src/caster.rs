@@ -1,9 +1,7 @@
 //! The reference ray caster: direct light with shadows, sky light with occlusion, and the geometry behind each pixel.
 //!
 //! Light is in radiance, scene-linear Rec.709. Diffuse reflection is Lambert's; the glossy part has the GGX
-//! distribution (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces", Section 5.2). Light
-//! that bounces in hollows is approximated from occlusion and colour (Jimenez et al. 2016, "Practical Realtime
-//! Strategies for Accurate Indirect Occlusion", Section 5), so that dents in snow do not turn black. Shadow rays start
+//! distribution (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces", Section 5.2). Shadow rays start
 //! on the smooth surface that the normals suggest (Hanika 2021, "Hacking the Shadow Terminator").
 
 use glam::{Vec2, Vec3};
@@ -13,8 +11,9 @@ use relievo_embree::{Hit, Ray};
 use crate::camera::Rays;
 use crate::image::Image;
 use crate::sampling::{Shift, cone, cosine_hemisphere, in_pixel};
-use crate::scene::{Mesh, Placed, Placement, Scene};
+use crate::scene::{Material, Mesh, Placed, Placement, Scene};
 use crate::settings::View;
+use crate::sky::{ClearSky, SkyLight, reflected_row};
 
 /// Object number where there is none.
 pub const NO_OBJECT: u32 = u32::MAX;
@@ -37,7 +36,7 @@ pub struct Frame {
 /// Side of the square of pixels that is one item of work.
 const BLOCK: u32 = 16;
 
-/// What one camera ray finds.
+/// What camera rays find, without the sky's light on surfaces.
 #[derive(Clone, Copy)]
 struct Found {
     color: Vec3,
@@ -56,7 +55,7 @@ impl Scene {
         view.check()?;
         let (width, height) = (view.settings.width, view.settings.height);
         let pixels = u64::from(width) * u64::from(height);
-        if pixels.saturating_mul(2 * size_of::<Found>() as u64) > context.memory_limit() {
+        if pixels.saturating_mul(2 * size_of::<(Found, SkyLight)>() as u64) > context.memory_limit() {
             return Err(Error::memory(format!("a picture of {width}×{height} pixels does not fit the memory limit"))
                 .advise("make the picture smaller or the limit larger"));
         }
@@ -79,10 +78,11 @@ impl Scene {
             albedo: Image::new(width, height, 3)?,
             object: vec![NO_OBJECT; pixels as usize],
         };
+        let mut sky = vec![SkyLight::default(); pixels as usize];
         for (block, found) in (0..blocks).zip(found) {
             let (left, top) = (block % columns * BLOCK, block / columns * BLOCK);
             let side = BLOCK.min(width - left);
-            for (index, found) in (0..).zip(found) {
+            for (index, (found, light)) in (0..).zip(found) {
                 let (x, y) = (left + index % side, top + index / side);
                 let at = y as usize * width as usize + x as usize;
                 frame.color.set_color(x, y, found.color.to_array());
@@ -90,6 +90,14 @@ impl Scene {
                 frame.albedo.set_color(x, y, found.albedo.to_array());
                 frame.depth.data_mut()[at] = found.depth;
                 frame.object[at] = found.object;
+                sky[at] = light;
+            }
+        }
+        let radius = view.settings.sky_filter;
+        let rows = context.map(height as usize, |y| reflected_row(&frame, &sky, &caster.rays, radius, y as u32));
+        for (color, light) in frame.color.data_mut().chunks_exact_mut(3).zip(rows.into_iter().flatten()) {
+            for (value, light) in color.iter_mut().zip(light.to_array()) {
+                *value += light;
             }
         }
         stage.end();
@@ -110,6 +118,7 @@ struct Caster<'a> {
     rays: Rays,
     suns: Vec<SunCone>,
     up: Vec3,
+    clear: ClearSky,
 }
 
 /// The triangle behind a hit, in the camera's space.
@@ -144,40 +153,45 @@ impl<'a> Caster<'a> {
             rays: view.camera.rays(view.settings.width, view.settings.height),
             suns: suns.collect(),
             up: Vec3::from(view.lights.sky.up).normalize(),
+            clear: ClearSky::new(&view.lights.sky),
         }
     }
 
     /// The pixels of the block whose top left pixel is (left, top), row after row.
-    fn block(&self, left: u32, top: u32) -> Vec<Found> {
+    fn block(&self, left: u32, top: u32) -> Vec<(Found, SkyLight)> {
         let settings = &self.view.settings;
         let (right, bottom) = ((left + BLOCK).min(settings.width), (top + BLOCK).min(settings.height));
         let mut pixels = Vec::with_capacity((BLOCK * BLOCK) as usize);
         for y in top..bottom {
             for x in left..right {
-                let mut pixel = self.sample(x, y, 0);
+                let (mut pixel, mut sky) = self.sample(x, y, 0);
                 for sample in 1..settings.samples {
-                    pixel.color += self.sample(x, y, sample).color;
+                    let (other, light) = self.sample(x, y, sample);
+                    pixel.color += other.color;
+                    sky.add(&light);
                 }
                 pixel.color /= settings.samples as f32;
-                pixels.push(pixel);
+                pixels.push((pixel, sky.scaled(1.0 / settings.samples as f32)));
             }
         }
         pixels
     }
 
-    fn sample(&self, x: u32, y: u32, sample: u32) -> Found {
+    /// What one ray finds, its colour without the sky's light on surfaces, which is given apart.
+    fn sample(&self, x: u32, y: u32, sample: u32) -> (Found, SkyLight) {
         let place = Vec2::new(x as f32, y as f32) + in_pixel(sample);
         let direction = self.rays.direction(place.x, place.y);
         let ray = Ray::new([0.0; 3], direction.to_array());
         let found = self.placed.tracer.intersect(&ray).and_then(|hit| Some((hit, self.facet(&hit)?)));
         let Some((hit, facet)) = found else {
-            return Found {
+            let found = Found {
                 color: self.view.lights.sky.radiance(self.up, direction.normalize()),
                 depth: f32::INFINITY,
                 normal: Vec3::ZERO,
                 albedo: Vec3::ZERO,
                 object: NO_OBJECT,
             };
+            return (found, SkyLight::default());
         };
         let place = facet.place(direction);
         let albedo = facet.albedo();
@@ -186,11 +200,12 @@ impl<'a> Caster<'a> {
             let tint = colors.palette[*tag as usize % colors.palette.len()];
             seen = seen.lerp(Vec3::from(tint), self.view.settings.false_color);
         }
-        let mut color = self.light(&place, &facet.placement.material, seen, -direction.normalize(), [x, y, sample]);
-        if self.view.settings.wireframe.is_on() {
-            color = color.lerp(Vec3::from(self.view.line_color), self.line(&facet, direction));
-        }
-        Found { color, depth: hit.t, normal: place.smooth, albedo, object: hit.object.0 }
+        let material = &facet.placement.material;
+        let line = if self.view.settings.wireframe.is_on() { self.line(&facet, direction) } else { 0.0 };
+        let lit = self.sun_light(&place, material, seen, -direction.normalize(), [x, y, sample]);
+        let color = lit.lerp(Vec3::from(self.view.line_color), line);
+        let sky = self.sky_light(&place, seen, 1.0 - line, Shift::new(x, y, 0), sample);
+        (Found { color, depth: hit.t, normal: place.smooth, albedo, object: hit.object.0 }, sky)
     }
 
     fn facet(&self, hit: &Hit) -> Option<Facet<'a>> {
@@ -204,11 +219,11 @@ impl<'a> Caster<'a> {
         Some(Facet { mesh, placement, primitive, corners, points, weights })
     }
 
-    /// Radiance towards `to_eye`.
-    fn light(
+    /// Radiance towards `to_eye` of what the suns throw on a place.
+    fn sun_light(
         &self,
         place: &Place,
-        material: &crate::scene::Material,
+        material: &Material,
         albedo: Vec3,
         to_eye: Vec3,
         [x, y, sample]: [u32; 3],
@@ -232,11 +247,11 @@ impl<'a> Caster<'a> {
             let gloss = gloss(material.specular, material.roughness, place.smooth, toward, to_eye);
             color += sun.irradiance * cos * (albedo * std::f32::consts::FRAC_1_PI + gloss);
         }
-        color + self.sky_light(place, albedo, Shift::new(x, y, 0), sample)
+        color
     }
 
-    /// Radiance that the diffuse surface gives back of the sky's light.
-    fn sky_light(&self, place: &Place, albedo: Vec3, shift: Shift, sample: u32) -> Vec3 {
+    /// The sky's light on a place of which the picture shows the share `shown`.
+    fn sky_light(&self, place: &Place, albedo: Vec3, shown: f32, shift: Shift, sample: u32) -> SkyLight {
         let settings = &self.view.settings;
         let (sky, rays) = (&self.view.lights.sky, settings.sky_rays);
         let directions = rays.max(1);
@@ -255,15 +270,8 @@ impl<'a> Caster<'a> {
                 open += radiance;
             }
         }
-        let direct = open / directions as f32;
-        if all == open || all.min_element() <= 0.0 {
-            return albedo * direct;
-        }
-        // The share of light that arrives after any number of bounces, for the share that arrives straight.
-        let share = open / all;
-        let (a, b, c) = (2.0404 * albedo - 0.3324, -4.7951 * albedo + 0.6417, 2.7552 * albedo + 0.6903);
-        let bounced = (((share * a + b) * share + c) * share).max(share);
-        albedo * all / directions as f32 * bounced
+        let clear = self.clear.mean(place.smooth) * shown;
+        SkyLight { open: open * shown, all: all * shown, clear, reflected: albedo * clear }
     }
 
     /// How much of the wireframe's colour covers a place.
@@ -307,6 +315,14 @@ impl Facet<'_> {
             (self.placement.normal * Vec3::from(self.mesh.normals[at as usize])).normalize_or(flat * seen) * seen
         });
         let smooth = self.blend(normals).normalize_or(flat);
+        if normals.iter().any(|normal| normal.dot(flat) < 0.1) || smooth.dot(flat) < 0.1 {
+            // The normals say little about such a triangle.
+            return Place {
+                start: point + flat * step,
+                flat,
+                smooth: if smooth.dot(flat) > 0.0 { smooth } else { flat },
+            };
+        }
         // Each corner's tangent plane lifts the point if it lies below; the smooth surface is about where they agree.
         let lifts = [0, 1, 2].map(|corner| {
             let below = (point - self.points[corner]).dot(normals[corner]);

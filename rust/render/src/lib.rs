@@ -13,6 +13,7 @@ mod png_file;
 mod sampling;
 mod scene;
 mod settings;
+mod sky;
 
 pub use camera::Camera;
 pub use caster::{Frame, NO_OBJECT};

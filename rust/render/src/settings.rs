@@ -17,7 +17,9 @@ relievo_core::parameters! {
         /// Rays from the camera per pixel.
         samples: u32 = 4, 1..=1024, "";
         /// Rays to the sky per ray from the camera; 0 lights without looking for what is in the way.
-        sky_rays: u32 = 2, 0..=256, "";
+        sky_rays: u32 = 1, 0..=256, "";
+        /// Radius in which neighbouring pixels share what they know of the sky; 0 for none.
+        sky_filter: u32 = 3, 0..=16, "px";
         /// Whether suns throw shadows.
         shadows: Switch = Switch::ON, 0..=1, "";
         /// Whether the edges of triangles are drawn.
