@@ -20,6 +20,8 @@ pub struct Tessellation {
     pub mesh: Mesh,
     /// The tile of every triangle, ascending.
     pub tiles: Vec<u32>,
+    /// u and v in that tile of every corner.
+    pub parameters: Vec<[f32; 2]>,
 }
 
 /// The rates of all tiles for `cells` cells along an edge of the cage: sub-tiles have half as many.
@@ -268,6 +270,7 @@ impl Displaced<'_> {
         let mut corners = vec![0u32; 3 * triangle_count];
         let mut locals = vec![0u32; 3 * triangle_count];
         let mut tiles = vec![0u32; triangle_count];
+        let mut parameters = vec![[0.0; 2]; 3 * triangle_count];
         // Every tile writes its own part of each list.
         struct Part<'a> {
             tile: u32,
@@ -276,6 +279,7 @@ impl Displaced<'_> {
             corners: &'a mut [u32],
             locals: &'a mut [u32],
             tiles: &'a mut [u32],
+            parameters: &'a mut [[f32; 2]],
             result: Result<()>,
         }
         let shared = points.p.len()
@@ -286,6 +290,7 @@ impl Displaced<'_> {
         let mut parts = Vec::with_capacity(rates.len());
         let (mut p, mut normal) = (&mut points.p[shared..], &mut points.normal[shared..]);
         let (mut corner_rest, mut local_rest, mut tile_rest) = (&mut corners[..], &mut locals[..], &mut tiles[..]);
+        let mut parameter_rest = &mut parameters[..];
         for tile in (0..rates.len() as u32).filter(|tile| !topology.is_hole(*tile)) {
             let inner = numbering.inner(tile) as usize;
             let count = (numbering.triangles[tile as usize + 1] - numbering.triangles[tile as usize]) as usize;
@@ -296,6 +301,7 @@ impl Displaced<'_> {
                 corners: corner_rest.split_off_mut(..3 * count).unwrap_or_default(),
                 locals: local_rest.split_off_mut(..3 * count).unwrap_or_default(),
                 tiles: tile_rest.split_off_mut(..count).unwrap_or_default(),
+                parameters: parameter_rest.split_off_mut(..3 * count).unwrap_or_default(),
                 result: Ok(()),
             });
         }
@@ -307,6 +313,7 @@ impl Displaced<'_> {
             for (slot, index) in local.triangles(rate).as_flattened().iter().enumerate() {
                 part.corners[slot] = local.vertices[*index as usize];
                 part.locals[slot] = first + index;
+                part.parameters[slot] = local.parameters[*index as usize];
             }
             let mut inside = Points::default();
             part.result = if rate == 1 && !part.p.is_empty() {
@@ -333,7 +340,7 @@ impl Displaced<'_> {
         for attribute in cage.attributes.iter().filter(|attribute| attribute.name != "normal") {
             mesh.attributes.push(carried.attribute(attribute, &tiles, &locals));
         }
-        Ok(Tessellation { mesh, tiles })
+        Ok(Tessellation { mesh, tiles, parameters })
     }
 
     /// The points of rings, then of segments.

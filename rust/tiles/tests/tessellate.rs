@@ -9,7 +9,7 @@ use glam::Vec3;
 use half::f16;
 use proptest::prelude::*;
 use relievo_core::{Attribute, Context, ContextOptions, Domain, Mesh, Values};
-use relievo_surface::{Surface, SurfaceOptions};
+use relievo_surface::{Place, Surface, SurfaceOptions};
 use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Sets, Tessellation, uniform_rates};
 
 fn surface(mesh: &Mesh) -> Surface {
@@ -67,6 +67,12 @@ proptest! {
         check_closed(&made.mesh, 0);
         let (v, f) = (made.mesh.points.len(), made.mesh.face_count());
         prop_assert_eq!(2 * v, f, "Euler's number of a torus is 0");
+        // Every corner's own tile and parameters lead to its point.
+        for (corner, [u, v]) in made.parameters.iter().enumerate() {
+            let at = surface.sample(Place::new(made.tiles[corner / 3], *u, *v)).unwrap().p;
+            let point = made.mesh.points[made.mesh.corners[corner] as usize];
+            prop_assert!((0..3).all(|axis| (at[axis] - point[axis]).abs() < 1e-5), "{:?} {:?}", at, point);
+        }
         let context = Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap();
         prop_assert_eq!(plain(&surface, &mesh, &rates, &context), made);
     }
