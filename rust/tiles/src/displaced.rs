@@ -43,6 +43,8 @@ pub struct Displaced<'a> {
 
 /// Places per item of parallel work.
 const CHUNK: usize = 1024;
+/// Rows of a grid computed together.
+const ROWS: u32 = 16;
 
 impl<'a> Displaced<'a> {
     /// `surface` displaced by `field`. Fails if the field belongs to a cage with other tiles.
@@ -83,25 +85,44 @@ impl<'a> Displaced<'a> {
 
     /// As [`Self::evaluate`], at places that are canonical.
     pub(crate) fn evaluate_canonical(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
-        let mut samples = Samples::default();
-        self.surface.evaluate(context, places, Order::Second, &mut samples)?;
         out.reset(places.len());
-        let level = context.level();
-        let mut chunks: Vec<_> = out.p.chunks_mut(CHUNK).zip(out.normal.chunks_mut(CHUNK)).collect();
-        context.for_each_mut(&mut chunks, |index, (p, normal)| {
-            let start = index * CHUNK;
-            let places = &places[start..start + p.len()];
-            let mut jets = Jets::default();
-            jets.reset(places.len(), Order::First);
-            for (i, place) in places.iter().enumerate() {
-                let jet = self.field.point(level, *place);
-                (jets.d[i], jets.du[i], jets.dv[i]) = (jet.d, jet.du, jet.dv);
-            }
-            displace(level, &samples, start, &jets, p, normal);
+        let lists = out.p.chunks_mut(CHUNK).zip(out.normal.chunks_mut(CHUNK));
+        let mut chunks: Vec<_> = places.chunks(CHUNK).zip(lists).map(|chunk| (chunk, Ok(()))).collect();
+        context.for_each_mut(&mut chunks, |_, ((places, (p, normal)), result)| {
+            *result = self.evaluate_chunk(context, places, p, normal);
         });
-        for index in 0..places.len() {
-            if out.normal[index] == [0.0; 3] {
-                (out.p[index], out.normal[index]) = self.singular(context, places[index], out.p[index], true)?;
+        chunks.into_iter().try_for_each(|(_, result)| result)
+    }
+
+    fn evaluate_chunk(
+        &self,
+        context: &Context,
+        places: &[Place],
+        p: &mut [[f32; 3]],
+        normal: &mut [[f32; 3]],
+    ) -> Result<()> {
+        // Second derivatives are only needed where there is displacement.
+        let (displaced, still): (Vec<usize>, Vec<usize>) =
+            (0..places.len()).partition(|index| self.field.is_allocated(places[*index].tile));
+        let level = context.level();
+        let (mut samples, mut jets, mut points) = (Samples::default(), Jets::default(), Points::default());
+        for (indices, order) in [(displaced, Order::Second), (still, Order::First)] {
+            let chosen: Vec<Place> = indices.iter().map(|index| places[*index]).collect();
+            self.surface.evaluate(context, &chosen, order, &mut samples)?;
+            jets.reset(chosen.len(), Order::First);
+            if order == Order::Second {
+                for (i, place) in chosen.iter().enumerate() {
+                    let jet = self.field.point(level, *place);
+                    (jets.d[i], jets.du[i], jets.dv[i]) = (jet.d, jet.du, jet.dv);
+                }
+            }
+            points.reset(chosen.len());
+            displace(level, &samples, &jets, &mut points.p, &mut points.normal);
+            for (i, index) in indices.into_iter().enumerate() {
+                (p[index], normal[index]) = (points.p[i], points.normal[i]);
+                if normal[index] == [0.0; 3] {
+                    (p[index], normal[index]) = self.singular(context, places[index], p[index], true)?;
+                }
             }
         }
         Ok(())
@@ -124,19 +145,27 @@ impl<'a> Displaced<'a> {
             return Err(Error::invalid(format!("{grid:?} is not a grid of a tile")).at(format!("tile {tile}")));
         }
         let level = context.level();
-        let mut samples = Samples::default();
-        self.surface.grid(level, tile, grid, Order::Second, &mut samples);
+        let order = if self.field.is_allocated(tile) { Order::Second } else { Order::First };
         let parameters = |range: &std::ops::Range<u32>| range.clone().map(|i| grid.parameter(i)).collect::<Vec<f32>>();
         let (us, vs) = (parameters(&grid.columns), parameters(&grid.rows));
-        let mut jets = Jets::default();
-        match self.field.block(tile) {
-            Some(block) => {
-                spline::grid(level, block, self.field.size(tile), &us, &vs, Order::First, &mut jets);
-            }
-            None => jets.reset(grid.len(), Order::First),
-        }
+        let (mut samples, mut jets) = (Samples::default(), Jets::default());
         out.reset(grid.len());
-        displace(level, &samples, 0, &jets, &mut out.p, &mut out.normal);
+        // A few rows at a time, so that what lies between the steps stays in the cache.
+        for first in grid.rows.clone().step_by(ROWS as usize) {
+            let rows = first..(first + ROWS).min(grid.rows.end);
+            let part = Grid { rows: rows.clone(), ..grid.clone() };
+            self.surface.grid(level, tile, &part, order, &mut samples);
+            let vs = &vs[(rows.start - grid.rows.start) as usize..][..rows.len()];
+            match self.field.block(tile) {
+                Some(block) => {
+                    spline::grid(level, block, self.field.size(tile), &us, vs, Order::First, &mut jets);
+                }
+                None => jets.reset(part.len(), Order::First),
+            }
+            let span = (rows.start - grid.rows.start) as usize * us.len()..;
+            let (p, normal) = (&mut out.p[span.clone()][..part.len()], &mut out.normal[span][..part.len()]);
+            displace(level, &samples, &jets, p, normal);
+        }
         // Points on edges, and places without a normal.
         let is_end = |t: f32| t == 0.0 || t == 1.0;
         let (mut borders, mut indices) = (Vec::new(), Vec::new());
@@ -147,6 +176,7 @@ impl<'a> Displaced<'a> {
                     indices.push(index);
                     borders.push(self.field.canonical(place));
                 } else if out.normal[index] == [0.0; 3] {
+                    // Only where the tangents fail inside a tile, which cages with collapsed edges do.
                     (out.p[index], out.normal[index]) = self.singular(context, place, out.p[index], true)?;
                 }
             }
@@ -171,21 +201,21 @@ impl<'a> Displaced<'a> {
         // The displacement is that of the place itself; where N points is all that is taken from further inside.
         let (here, there) = (self.field.point(level, place), self.field.point(level, inner));
         let (mut moved, mut base) = ([[0.0; 3]], [[0.0; 3]]);
-        displace(level, &samples, 0, &jets, &mut moved, &mut base);
+        displace(level, &samples, &jets, &mut moved, &mut base);
         if base[0] == [0.0; 3] {
             return if again { self.singular(context, place, p, false) } else { Ok((p, [0.0, 0.0, 1.0])) };
         }
         (jets.d[0], jets.du[0], jets.dv[0]) = (there.d, there.du, there.dv);
         let mut normal = [[0.0; 3]];
-        displace(level, &samples, 0, &jets, &mut moved, &mut normal);
+        displace(level, &samples, &jets, &mut moved, &mut normal);
         Ok((std::array::from_fn(|axis| p[axis] + here.d * base[0][axis]), normal[0]))
     }
 }
 
 dispatch_simd! {
-    /// Displaces samples from `start` on. Where there is no normal, it is zero and the position undisplaced.
+    /// Displaces samples. Where there is no normal, it is zero and the position undisplaced.
     fn displace = displace_body(
-        samples: &Samples, start: usize, jets: &Jets, p: &mut [[f32; 3]], normal: &mut [[f32; 3]]
+        samples: &Samples, jets: &Jets, p: &mut [[f32; 3]], normal: &mut [[f32; 3]]
     )
 }
 
@@ -195,13 +225,7 @@ const LANES: usize = 16;
 type Lanes = [f32; LANES];
 
 #[inline(always)]
-fn displace_body<A: Arithmetic>(
-    samples: &Samples,
-    start: usize,
-    jets: &Jets,
-    p: &mut [[f32; 3]],
-    normal: &mut [[f32; 3]],
-) {
+fn displace_body<A: Arithmetic>(samples: &Samples, jets: &Jets, p: &mut [[f32; 3]], normal: &mut [[f32; 3]]) {
     let quantities = [&samples.p, &samples.du, &samples.dv, &samples.duu, &samples.duv, &samples.dvv];
     let mut input = [[[0.0; LANES]; 3]; 6];
     let mut jet = [[0.0; LANES]; 3];
@@ -209,18 +233,28 @@ fn displace_body<A: Arithmetic>(
     for (block, (p, normal)) in p.chunks_mut(LANES).zip(normal.chunks_mut(LANES)).enumerate() {
         let (at, count) = (block * LANES, p.len());
         for (lanes, quantity) in input.iter_mut().zip(quantities) {
-            for (lanes, values) in lanes.iter_mut().zip(quantity) {
-                lanes[..count].copy_from_slice(&values[start + at..start + at + count]);
+            // Quantities that were not evaluated stay zero.
+            for (lanes, values) in lanes.iter_mut().zip(quantity).filter(|(_, values)| !values.is_empty()) {
+                load(lanes, &values[at..at + count]);
             }
         }
         for (lanes, values) in jet.iter_mut().zip([&jets.d, &jets.du, &jets.dv]) {
-            lanes[..count].copy_from_slice(&values[at..at + count]);
+            load(lanes, &values[at..at + count]);
         }
         displace_lanes(&input, &jet, &mut output);
         for i in 0..count {
             p[i] = std::array::from_fn(|axis| output[0][axis][i]);
             normal[i] = std::array::from_fn(|axis| output[1][axis][i]);
         }
+    }
+}
+
+/// Copies up to [`LANES`] values; the usual full block is one move of known size.
+#[inline(always)]
+fn load(lanes: &mut Lanes, values: &[f32]) {
+    match values.try_into() {
+        Ok(full) => *lanes = full,
+        Err(_) => lanes[..values.len()].copy_from_slice(values),
     }
 }
 

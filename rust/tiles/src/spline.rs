@@ -153,8 +153,9 @@ fn grid_body<A: Arithmetic>(block: &[f16], size: u32, us: &[f32], vs: &[f32], or
     }
     let stride = size as usize + 2;
     let columns: Vec<Weights> = us.iter().map(|u| weights(*u, size)).collect();
-    let lead = columns[0];
-    let even = columns.iter().enumerate().all(|(i, column)| *column == Weights { first: lead.first + i, ..lead });
+    // Runs of columns one texel apart have the same weights.
+    let next = |a: &Weights, b: &Weights| *b == Weights { first: a.first + 1, ..*a };
+    let runs: Vec<&[Weights]> = columns.chunk_by(next).collect();
     // The columns in use, with the ring.
     let low = columns.iter().map(|column| column.first).min().unwrap_or(0);
     let high = columns.iter().map(|column| column.first + 3).max().unwrap_or(0);
@@ -180,13 +181,18 @@ fn grid_body<A: Arithmetic>(block: &[f16], size: u32, us: &[f32], vs: &[f32], or
         let span = index * us.len()..(index + 1) * us.len();
         let [value, first, second] = &sums;
         let emit = |out: &mut [f32], row: &[f32], pick: fn(&Weights) -> [f32; 3]| {
-            if even {
-                sweep::<A>(pick(&lead), row, out);
-            } else {
+            if 4 * runs.len() > columns.len() {
                 for (out, column) in out.iter_mut().zip(&columns) {
                     let at = column.first - low;
                     *out = combine::<A>(pick(column), [row[at], row[at + 1], row[at + 2]]);
                 }
+                return;
+            }
+            let mut start = 0;
+            for run in &runs {
+                let at = run[0].first - low;
+                sweep::<A>(pick(&run[0]), &row[at..at + run.len() + 2], &mut out[start..start + run.len()]);
+                start += run.len();
             }
         };
         emit(&mut out.d[span.clone()], value, |w| w.value);
