@@ -19,6 +19,8 @@ mod ply_header;
 mod ply_writer;
 mod pose;
 mod root;
+mod sequence;
+mod summary;
 mod text;
 
 use std::path::Path;
@@ -34,6 +36,8 @@ pub use ply::read_ply;
 pub use ply_writer::write_ply;
 pub use pose::{Pose, Shape};
 pub use root::Root;
+pub use sequence::Sequence;
+pub use summary::Summary;
 
 /// Formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

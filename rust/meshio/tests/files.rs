@@ -170,3 +170,37 @@ fn characters_have_the_known_parts() {
         }
     }
 }
+
+/// Boundary and non-manifold edges, components and unused points that others counted.
+#[test]
+fn summaries_agree_with_known_counts() {
+    let Some(data) = data() else { return };
+    let cases = [
+        ("cages/armorguy.obj", 2034, 0, 345, 0),
+        ("cages/car.obj", 0, 0, 31, 0),
+        ("cages/monsterfrog.obj", 0, 0, 9, 0),
+        ("cages/quadknot.obj", 0, 0, 1, 0),
+        ("cages/t-rex.obj", 562, 0, 54, 0),
+        ("cages/target.obj", 120, 0, 0, 0),
+        ("meshes/beetle-alt.obj", 1136, 0, 0, 0),
+        ("meshes/ogre.obj", 236, 0, 44, 0),
+        ("meshes/stanford-bunny.obj", 223, 0, 0, 1113),
+        ("meshes/igea.ply", 0, 0, 1, 0),
+        ("ugly/beetle.obj", 296, 47, 0, 0),
+        ("ugly/bunny_zippered.ply", 123, 150, 0, 25),
+        ("ugly/cycloidal.ply", 0, 242, 100, 0),
+        ("ugly/joined_tetrahedra.obj", 0, 3, 1, 0),
+        ("ugly/octagonal_pocket.ply", 54, 0, 0, 0),
+        ("ugly/teapot_unwelded.obj", 1036, 0, 0, 0),
+    ];
+    for (name, boundary, non_manifold, components, unused) in cases {
+        let mesh = relievo_meshio::read(&Context::serial(), &data.join(name)).unwrap();
+        let summary = relievo_meshio::Summary::of_mesh(&mesh);
+        let found = (summary.boundary_edges, summary.non_manifold_edges, summary.components, summary.unused_points);
+        // Zero stands for what nobody counted.
+        let or = |known: usize, found: usize| if known == 0 { found } else { known };
+        let expected = (or(boundary, found.0), non_manifold, or(components, found.2), or(unused, found.3));
+        println!("{name}: {found:?}");
+        assert_eq!(found, expected, "{name}");
+    }
+}
