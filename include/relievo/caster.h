@@ -1,4 +1,4 @@
-/* Relievo: casting of rays against triangle meshes.
+/* Relievo: casting of rays against meshes and details.
  *
  * A caster is a picture of the geometry at the time it was made; it does not change. Rays are traced by Embree, which
  * is loaded with symbols of its own: a host that links another version of Embree is not affected and does not affect
@@ -6,7 +6,7 @@
 #ifndef RELIEVO_CASTER_H
 #define RELIEVO_CASTER_H
 
-#include "relievo/mesh.h"
+#include "relievo/tessellate.h"
 
 typedef struct RlvCaster {
     uint64_t id;
@@ -18,12 +18,12 @@ typedef struct RlvCaster {
 /* Where a ray met the geometry. Without a hit, distance is infinite, face and tile are RLV_NO_ELEMENT, the rest zero. */
 typedef struct RlvHit {
     float distance;    /* in multiples of the ray's direction */
-    uint32_t face;     /* of the mesh */
-    uint32_t tile;     /* RLV_NO_ELEMENT for a mesh */
-    float u;           /* barycentric weight of the second corner of the triangle */
-    float v;           /* and of the third */
+    uint32_t face;     /* of the mesh, or of the detail's cage */
+    uint32_t tile;     /* of the detail; RLV_NO_ELEMENT for a mesh */
+    float u;           /* place in the tile; for a mesh the barycentric weight of the triangle's second corner, */
+    float v;           /* and that of the third */
     float position[3]; /* object units */
-    float normal[3];   /* unit length, to the side from which the corners are counter-clockwise */
+    float normal[3];   /* unit length, of the displaced surface or of the triangle, to the front */
 } RlvHit;
 
 /* Rays and where their hits go. Strides are in bytes, 0 for packed. */
@@ -47,6 +47,10 @@ typedef struct RlvRayArrays {
  * rlv_mesh_get_triangles does. Fails with RLV_ERROR_UNSUPPORTED or RLV_ERROR_NOT_FOUND if there is no Embree 3.13 to
  * load; the environment variable RELIEVO_EMBREE may name its file. */
 RLV_API RlvResult rlv_caster_create_mesh(RlvContext context, RlvMesh mesh, RlvCaster *out);
+
+/* Makes a caster for a detail as it was committed last, in object space: the triangles that rlv_tessellate_detail makes
+ * with these options, NULL for the defaults. A hit is as exact as they are; its place can be evaluated. */
+RLV_API RlvResult rlv_caster_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvCaster *out);
 
 RLV_API RlvResult rlv_caster_retain(RlvCaster caster);
 RLV_API RlvResult rlv_caster_release(RlvCaster caster);

@@ -1,10 +1,11 @@
-/* Relievo: evaluation of surfaces at arrays of places. */
+/* Relievo: evaluation of surfaces and details at arrays of places. */
 #ifndef RELIEVO_EVALUATE_H
 #define RELIEVO_EVALUATE_H
 
-#include "relievo/surface.h"
+#include "relievo/detail.h"
 
-/* Places and what is wanted there. Every output is an array of count times three floats, or NULL if it is not wanted.
+/* Places and what is wanted there. Every output is an array of count times three floats
+ * (one for displacements), or NULL if it is not wanted.
  * Strides are in bytes, 0 for packed. Outputs must not overlap one another or the inputs. */
 typedef struct RlvEvaluateArrays {
     uint32_t struct_size;
@@ -30,13 +31,21 @@ typedef struct RlvEvaluateArrays {
     size_t duv_stride;
     float *dvv;
     size_t dvv_stride;
+    float *displacements; /* one float each: scalar displacement along the normal of the limit surface, object units */
+    size_t displacement_stride;
 } RlvEvaluateArrays;
 
-#define RLV_EVALUATE_ARRAYS_INIT                                                                                     \
-    {sizeof(RlvEvaluateArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0}
+#define RLV_EVALUATE_ARRAYS_INIT                                                                                  \
+    {sizeof(RlvEvaluateArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, \
+     0, NULL, 0}
 
-/* Evaluates the limit surface, without any detail on it. A place in a hole gives zeros. Fails without writing if a tile
+/* Evaluates the limit surface, without any detail on it; displacements are 0. A place in a hole gives zeros. Fails without writing if a tile
  * does not exist or u or v is outside 0 to 1. */
 RLV_API RlvResult rlv_evaluate_surface(RlvSurface surface, const RlvEvaluateArrays *arrays);
+
+/* Evaluates the displaced surface as it was committed last: positions, normals and displacements. A point on an edge or
+ * vertex that tiles share is the same to the last bit whichever tile is asked. Fails with RLV_ERROR_UNSUPPORTED if one
+ * of du to dvv is wanted. */
+RLV_API RlvResult rlv_evaluate_detail(RlvDetail detail, const RlvEvaluateArrays *arrays);
 
 #endif

@@ -4,11 +4,15 @@
 #define RELIEVO_RELIEVO_H
 
 #include "relievo/caster.h"
+#include "relievo/collider.h"
 #include "relievo/context.h"
+#include "relievo/detail.h"
 #include "relievo/error.h"
 #include "relievo/evaluate.h"
+#include "relievo/imprint.h"
 #include "relievo/mesh.h"
 #include "relievo/surface.h"
+#include "relievo/tessellate.h"
 #include "relievo/version.h"
 
 #endif

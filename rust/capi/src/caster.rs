@@ -3,14 +3,19 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use relievo_core::{Context, Error, Mesh, Result};
-use relievo_embree::{Device, Ray, Scene};
+use relievo_core::{Error, Mesh, Result};
+use relievo_embree::{Device, Ray, Scene, Tracer};
+use relievo_surface::Place;
+use relievo_tiles::Tessellation;
+use relievo_tiles::displaced::Points;
 
 use crate::array::{Input, Output, Plain, present, put};
 use crate::context::{ContextObject, RlvContext};
 use crate::descriptor::read_descriptor;
+use crate::detail::{RlvDetail, View};
 use crate::mesh::RlvMesh;
 use crate::registry::{self, handle, try_read};
+use crate::tessellate::{Cells, RlvTessellateOptions, tessellate};
 
 handle!(RlvCaster, 6, CasterObject);
 
@@ -70,41 +75,88 @@ pub struct CasterObject {
     scene: Scene,
     /// The face of every triangle.
     faces: Vec<u32>,
+    places: Option<Places>,
 }
 
-/// Rays of one item of parallel work, and of the memory between two writes.
+/// Where the triangles of a detail are on its surface, and the detail they are of.
+struct Places {
+    view: Arc<View>,
+    /// u and v of every corner in the triangle's tile, which is what `faces` says.
+    parameters: Vec<[f32; 2]>,
+}
+
+/// Rays of one item of parallel work.
 const CHUNK: usize = 1024;
+/// Items of work between two writes to the caller's array, which bounds the memory of a call.
+const BATCH: usize = 64;
 
 impl CasterObject {
     /// Builds the hierarchy over the triangles of `mesh`.
     fn of_mesh(context: Arc<ContextObject>, mesh: &Mesh) -> Result<Self> {
-        let mut scene = Scene::new(&Device::new()?)?;
-        let triangles = mesh.triangles();
         let mut hole = vec![false; mesh.face_count()];
         mesh.holes.iter().for_each(|face| hole[*face as usize] = true);
         let faces = mesh.face_sizes.iter().zip(hole).enumerate().filter(|(_, (_, hole))| !hole);
         let faces = faces.flat_map(|(face, (size, _))| std::iter::repeat_n(face as u32, *size as usize - 2)).collect();
-        let object = scene.add_object()?;
-        context.context.stats().time("caster.build", || {
-            scene.set_mesh(object, 0, &mesh.points, &triangles)?;
-            scene.commit().map(|_| ())
-        })?;
-        Ok(Self { context, scene, faces })
+        let scene = build(&context, &mesh.points, &mesh.triangles())?;
+        Ok(Self { context, scene, faces, places: None })
     }
 
-    fn cast(&self, ray: &Ray, tracer: &relievo_embree::Tracer<'_>) -> RlvHit {
+    /// Builds the hierarchy over the triangles of a detail.
+    fn of_detail(context: Arc<ContextObject>, view: Arc<View>, cells: Cells) -> Result<Self> {
+        // Attributes are of no use here.
+        let cage = Mesh { attributes: Vec::new(), ..(*view.cage).clone() };
+        let Tessellation { mesh, tiles, parameters } = tessellate(&context.context, &view.displaced()?, &cage, cells)?;
+        let scene = build(&context, &mesh.points, &mesh.triangles())?;
+        Ok(Self { context, scene, faces: tiles, places: Some(Places { view, parameters }) })
+    }
+
+    fn cast(&self, ray: &Ray, tracer: &Tracer<'_>) -> RlvHit {
         let Some(hit) = tracer.intersect(ray) else { return RlvHit::default() };
         let position = Vec3::from(ray.origin) + hit.t * Vec3::from(ray.direction);
-        RlvHit {
+        let triangle = hit.primitive as usize;
+        let mut found = RlvHit {
             distance: hit.t,
-            face: self.faces.get(hit.primitive as usize).copied().unwrap_or(RLV_NO_ELEMENT),
-            tile: RLV_NO_ELEMENT,
+            face: self.faces.get(triangle).copied().unwrap_or(RLV_NO_ELEMENT),
             u: hit.u,
             v: hit.v,
             position: position.to_array(),
             normal: Vec3::from(hit.normal).normalize_or_zero().to_array(),
-        }
+            ..RlvHit::default()
+        };
+        let Some(places) = &self.places else { return found };
+        let Some([a, b, c]) = places.parameters.get(3 * triangle..3 * triangle + 3) else { return found };
+        let blend = |axis: usize| {
+            let value = a[axis] + hit.u * (b[axis] - a[axis]) + hit.v * (c[axis] - a[axis]);
+            value.clamp(0.0, 1.0)
+        };
+        (found.tile, found.u, found.v) = (found.face, blend(0), blend(1));
+        found.face = places.view.surface.topology().face(found.tile);
+        found
     }
+
+    /// The normals of the displaced surface, in place of those of the triangles.
+    fn smooth(&self, hits: &mut [RlvHit]) -> Result<()> {
+        let Some(places) = &self.places else { return Ok(()) };
+        let on: Vec<usize> = (0..hits.len()).filter(|index| hits[*index].tile != RLV_NO_ELEMENT).collect();
+        let at: Vec<Place> =
+            on.iter().map(|index| &hits[*index]).map(|hit| Place::new(hit.tile, hit.u, hit.v)).collect();
+        let mut points = Points::default();
+        places.view.displaced()?.evaluate(&self.context.context, &at, &mut points)?;
+        for (index, normal) in on.into_iter().zip(points.normal) {
+            hits[index].normal = normal;
+        }
+        Ok(())
+    }
+}
+
+fn build(context: &ContextObject, points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Scene> {
+    let mut scene = Scene::new(&Device::new()?)?;
+    let object = scene.add_object()?;
+    context.context.stats().time("caster.build", || {
+        scene.set_mesh(object, 0, points, triangles)?;
+        scene.commit().map(|_| ())
+    })?;
+    Ok(scene)
 }
 
 /// The caller's rays, checked.
@@ -136,9 +188,12 @@ impl Rays {
             }
         };
         if !(rays.min_distance >= 0.0 && rays.min_distance <= rays.max_distance) {
-            return Err(Error::invalid(format!("rays cannot run from {} to {}", given.min_distance, given.max_distance))
-                .at("min_distance")
-                .advise("use 0 <= min_distance <= max_distance; a max_distance of 0 is no limit"));
+            return Err(Error::invalid(format!(
+                "rays cannot run from {} to {}",
+                given.min_distance, given.max_distance
+            ))
+            .at("min_distance")
+            .advise("use 0 <= min_distance <= max_distance; a max_distance of 0 is no limit"));
         }
         for index in 0..count {
             let (origin, direction) = (Vec3::from(rays.origins.get(index)), Vec3::from(rays.directions.get(index)));
@@ -154,20 +209,6 @@ impl Rays {
         let (origin, direction) = (self.origins.get(index), self.directions.get(index));
         Ray { origin, direction, near: self.min_distance, far: self.max_distance }
     }
-
-    /// Casts all rays.
-    fn cast(&self, context: &Context, cast: impl Fn(&Ray) -> RlvHit + Sync) {
-        let count = self.origins.len();
-        for first in (0..count).step_by(CHUNK * 64) {
-            let rays: Vec<Ray> = (first..count.min(first + CHUNK * 64)).map(|index| self.get(index)).collect();
-            let hits = context.map(rays.len().div_ceil(CHUNK), |chunk| {
-                rays.iter().skip(chunk * CHUNK).take(CHUNK).map(&cast).collect::<Vec<_>>()
-            });
-            for (index, hit) in hits.into_iter().flatten().enumerate() {
-                self.hits.set(first + index, hit);
-            }
-        }
-    }
 }
 
 entry! {
@@ -177,6 +218,17 @@ entry! {
         let mesh = registry::get(mesh)?;
         let caster = CasterObject::of_mesh(context, &*try_read(&mesh.mesh, "mesh")?)?;
         let handle = registry::insert(caster)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_caster_create_detail(detail: RlvDetail, options: *const RlvTessellateOptions, out: *mut RlvCaster) {
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let (cells, _) = unsafe { Cells::new(options) }?;
+        let handle = registry::insert(CasterObject::of_detail(detail.context.clone(), detail.view(), cells)?)?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -195,7 +247,19 @@ entry! {
         // SAFETY: the caller's arrays are as the header demands.
         let rays = unsafe { Rays::new(arrays) }?;
         let tracer = object.scene.tracer()?;
-        rays.cast(&object.context.context, |ray| object.cast(ray, &tracer));
+        let count = rays.origins.len();
+        for first in (0..count).step_by(CHUNK * BATCH) {
+            let batch: Vec<Ray> = (first..count.min(first + CHUNK * BATCH)).map(|index| rays.get(index)).collect();
+            let hits = object.context.context.map(batch.len().div_ceil(CHUNK), |chunk| {
+                let rays = batch.iter().skip(chunk * CHUNK).take(CHUNK);
+                rays.map(|ray| object.cast(ray, &tracer)).collect::<Vec<_>>()
+            });
+            let mut hits = hits.concat();
+            object.smooth(&mut hits)?;
+            for (index, hit) in hits.into_iter().enumerate() {
+                rays.hits.set(first + index, hit);
+            }
+        }
         Ok(())
     }
 }

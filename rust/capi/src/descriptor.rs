@@ -6,14 +6,14 @@ use std::mem::size_of;
 use relievo_core::{Error, ErrorKind, Result};
 
 /// The layout of a struct.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Layout {
     /// Name in C.
     pub name: &'static str,
     /// Bytes.
     pub size: usize,
     /// Name, offset and size in bytes of every field.
-    pub fields: &'static [(&'static str, usize, usize)],
+    pub fields: Vec<(&'static str, usize, usize)>,
 }
 
 /// A plain C struct that begins with its size.
@@ -49,11 +49,15 @@ macro_rules! descriptor {
 
         impl $name {
             /// The layout, for comparison with the header.
-            pub const LAYOUT: $crate::descriptor::Layout = $crate::descriptor::Layout {
-                name: stringify!($name),
-                size: std::mem::size_of::<$name>(),
-                fields: &[$((stringify!($field), std::mem::offset_of!($name, $field), std::mem::size_of::<$type>()),)*],
-            };
+            pub fn layout() -> $crate::descriptor::Layout {
+                $crate::descriptor::Layout {
+                    name: stringify!($name),
+                    size: std::mem::size_of::<$name>(),
+                    fields: vec![
+                        $((stringify!($field), std::mem::offset_of!($name, $field), std::mem::size_of::<$type>()),)*
+                    ],
+                }
+            }
         }
     };
 }
@@ -182,7 +186,7 @@ mod tests {
         // SAFETY: `out` has the 8 bytes it declares.
         unsafe { write_descriptor((&raw mut out).cast::<Small>(), value) }.unwrap();
         assert_eq!((out.struct_size, out.a, out.b), (8, 4, 9));
-        assert_eq!(Small::LAYOUT.size, 8);
-        assert_eq!(Wide::LAYOUT.fields[2], ("b", 8, 4));
+        assert_eq!(Small::layout().size, 8);
+        assert_eq!(Wide::layout().fields[2], ("b", 8, 4));
     }
 }

@@ -2,9 +2,11 @@
 
 use relievo_core::{Error, Result};
 use relievo_surface::{Order, Place, Samples, Surface};
+use relievo_tiles::displaced::Points;
 
-use crate::array::{Input, Output};
+use crate::array::{Input, Output, Plain};
 use crate::descriptor::read_descriptor;
+use crate::detail::RlvDetail;
 use crate::registry;
 use crate::surface::{RlvSurface, check_tile};
 
@@ -31,6 +33,8 @@ descriptor! {
         duv_stride: usize,
         dvv: *mut f32,
         dvv_stride: usize,
+        displacements: *mut f32,
+        displacement_stride: usize,
     }
 }
 
@@ -46,6 +50,7 @@ pub struct Arrays {
     pub normals: Option<Output<[f32; 3]>>,
     /// du, dv, duu, duv, dvv.
     pub derivatives: [Option<Output<[f32; 3]>>; 5],
+    pub displacements: Option<Output<f32>>,
 }
 
 impl Arrays {
@@ -78,6 +83,10 @@ impl Arrays {
                 output("duv", given.duv, given.duv_stride)?,
                 output("dvv", given.dvv, given.dvv_stride)?,
             ],
+            // SAFETY: as above.
+            displacements: unsafe {
+                Output::optional("displacements", given.displacements, count, given.displacement_stride)
+            }?,
         };
         for (index, (tile, [u, v])) in made.tiles.iter().zip(made.uvs.iter()).enumerate() {
             check_tile(surface, tile).map_err(|error| error.at(format!("place {index}")))?;
@@ -114,7 +123,7 @@ impl Arrays {
     }
 }
 
-fn write(out: Option<Output<[f32; 3]>>, first: usize, count: usize, value: impl Fn(usize) -> [f32; 3]) {
+fn write<T: Plain>(out: Option<Output<T>>, first: usize, count: usize, value: impl Fn(usize) -> T) {
     if let Some(out) = out {
         for index in 0..count {
             out.set(first + index, value(index));
@@ -125,7 +134,7 @@ fn write(out: Option<Output<[f32; 3]>>, first: usize, count: usize, value: impl 
 entry! {
     fn rlv_evaluate_surface(surface: RlvSurface, arrays: *const RlvEvaluateArrays) {
         let object = registry::get(surface)?;
-        let surface = object.snapshot();
+        let surface = object.snapshot().surface;
         // SAFETY: the caller's arrays are as the header demands.
         let arrays = unsafe { Arrays::new(arrays, &surface) }?;
         let order = arrays.order();
@@ -143,6 +152,30 @@ entry! {
             for (out, from) in arrays.derivatives.iter().zip(all) {
                 write(*out, first, count, |index| vector(from, index));
             }
+            write(arrays.displacements, first, count, |_| 0.0);
+        }
+        Ok(())
+    }
+
+    fn rlv_evaluate_detail(detail: RlvDetail, arrays: *const RlvEvaluateArrays) {
+        let object = registry::get(detail)?;
+        let view = object.view();
+        // SAFETY: the caller's arrays are as the header demands.
+        let arrays = unsafe { Arrays::new(arrays, &view.surface) }?;
+        if arrays.derivatives.iter().any(Option::is_some) {
+            return Err(Error::unsupported("displaced surfaces have positions, normals and displacements only")
+                .at("derivatives")
+                .advise("leave du to dvv NULL, or evaluate the surface"));
+        }
+        let (context, displaced, field) = (&object.context.context, view.displaced()?, view.snapshot.field());
+        let mut points = Points::default();
+        for (first, places) in arrays.chunks() {
+            displaced.evaluate(context, &places, &mut points)?;
+            write(arrays.positions, first, places.len(), |index| points.p[index]);
+            write(arrays.normals, first, places.len(), |index| points.normal[index]);
+            write(arrays.displacements, first, places.len(), |index| {
+                field.point(context.level(), field.canonical(places[index])).d
+            });
         }
         Ok(())
     }

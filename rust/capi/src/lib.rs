@@ -15,36 +15,58 @@ pub mod array;
 #[macro_use]
 pub mod descriptor;
 pub mod caster;
+pub mod collider;
 pub mod context;
+pub mod detail;
 pub mod error;
 pub mod evaluate;
+pub mod imprint;
 pub mod mesh;
 pub mod registry;
 pub mod surface;
+pub mod tessellate;
 pub mod version;
 
 /// The C layout of every descriptor and the value of every constant, for the test that compares them with the headers.
 pub fn layouts() -> Vec<descriptor::Layout> {
     vec![
-        error::RlvError::LAYOUT,
-        context::RlvContextOptions::LAYOUT,
-        context::RlvContextInfo::LAYOUT,
-        context::RlvContextStat::LAYOUT,
-        mesh::RlvMeshArrays::LAYOUT,
-        mesh::RlvMeshInfo::LAYOUT,
-        mesh::RlvAttributeArrays::LAYOUT,
-        mesh::RlvAttributeInfo::LAYOUT,
-        surface::RlvSurfaceOptions::LAYOUT,
-        surface::RlvSurfaceInfo::LAYOUT,
-        surface::RlvTileInfo::LAYOUT,
-        evaluate::RlvEvaluateArrays::LAYOUT,
-        caster::RlvHit::LAYOUT,
-        caster::RlvRayArrays::LAYOUT,
+        error::RlvError::layout(),
+        context::RlvContextOptions::layout(),
+        context::RlvContextInfo::layout(),
+        context::RlvContextStat::layout(),
+        mesh::RlvMeshArrays::layout(),
+        mesh::RlvMeshInfo::layout(),
+        mesh::RlvAttributeArrays::layout(),
+        mesh::RlvAttributeInfo::layout(),
+        surface::RlvSurfaceOptions::layout(),
+        surface::RlvSurfaceInfo::layout(),
+        surface::RlvTileInfo::layout(),
+        evaluate::RlvEvaluateArrays::layout(),
+        detail::RlvDetailOptions::layout(),
+        detail::RlvDetailInfo::layout(),
+        detail::RlvDetailChanges::layout(),
+        detail::RlvDetailTileInfo::layout(),
+        tessellate::RlvTessellateOptions::layout(),
+        collider::RlvColliderInfo::layout(),
+        imprint::RlvParameter::layout(),
+        imprint::RlvImprintSettings::layout(),
+        imprint::RlvImprintMoment::layout(),
+        imprint::RlvImprintReport::layout(),
+        caster::RlvHit::layout(),
+        caster::RlvRayArrays::layout(),
     ]
 }
 
 /// The constants of every noun, name and value.
 pub fn constants() -> Vec<(&'static str, i64)> {
-    [version::CONSTANTS, error::CONSTANTS, context::CONSTANTS, mesh::CONSTANTS, surface::CONSTANTS, caster::CONSTANTS]
-        .concat()
+    [
+        version::CONSTANTS,
+        error::CONSTANTS,
+        context::CONSTANTS,
+        mesh::CONSTANTS,
+        surface::CONSTANTS,
+        caster::CONSTANTS,
+        imprint::CONSTANTS,
+    ]
+    .concat()
 }

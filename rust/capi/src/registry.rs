@@ -182,7 +182,8 @@ pub fn busy(noun: &str) -> Error {
         .advise("call again when that call has returned; calls that change an object need it alone")
 }
 
-fn broken(noun: &str) -> Error {
+/// The error of an object that a panic left in an unknown state.
+pub fn broken(noun: &str) -> Error {
     Error::internal("an earlier call failed inside and left it unusable").at(noun).advise("release it and make another")
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError};
 
-use relievo_core::{Error, Result};
+use relievo_core::{Error, Mesh, Result};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
 
 use crate::array::{Input, present, put};
@@ -56,17 +56,26 @@ descriptor! {
     }
 }
 
+/// A surface and the points of the cage it was posed at.
+#[derive(Clone)]
+pub struct Pose {
+    pub surface: Surface,
+    pub points: Arc<[[f32; 3]]>,
+}
+
 /// A surface whose pose can be replaced while others read the one before.
 pub struct SurfaceObject {
     pub context: Arc<ContextObject>,
-    pose: RwLock<Surface>,
+    /// The cage it was made from, with its attributes.
+    pub cage: Arc<Mesh>,
+    pose: RwLock<Pose>,
     /// Held by the call that makes the next pose.
     posing: Mutex<()>,
 }
 
 impl SurfaceObject {
     /// The present pose, which stays as it is.
-    pub fn snapshot(&self) -> Surface {
+    pub fn snapshot(&self) -> Pose {
         // Held only for as long as a clone or an assignment takes.
         self.pose.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -87,7 +96,7 @@ entry! {
     fn rlv_surface_create(context: RlvContext, cage: RlvMesh, options: *const RlvSurfaceOptions, out: *mut RlvSurface) {
         present("out", out)?;
         let context = registry::get(context)?;
-        let cage = registry::get(cage)?;
+        let mesh_object = registry::get(cage)?;
         let default = RlvSurfaceOptions { struct_size: 0, boundary: 0, isolation: 0, patch_limit: 0 };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, default) }?;
@@ -112,10 +121,14 @@ entry! {
         if given.patch_limit > 0 {
             options.patch_limit = given.patch_limit;
         }
-        let surface = Surface::new(&context.context, &*try_read(&cage.mesh, "mesh")?, &options)?;
+        let mesh = try_read(&mesh_object.mesh, "mesh")?;
+        let surface = Surface::new(&context.context, &mesh, &options)?;
+        let cage = Arc::new(mesh.clone());
+        drop(mesh);
+        let points = cage.points.as_slice().into();
         let pinned = surface.topology().pinned_side_count();
         let log = context.clone();
-        let handle = registry::insert(SurfaceObject { context, pose: RwLock::new(surface), posing: Mutex::new(()) })?;
+        let handle = registry::insert(SurfaceObject { context, cage, pose: RwLock::new(Pose { surface, points }), posing: Mutex::new(()) })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         if pinned > 0 {
@@ -133,7 +146,7 @@ entry! {
     }
 
     fn rlv_surface_info(surface: RlvSurface, out: *mut RlvSurfaceInfo) {
-        let surface = registry::get(surface)?.snapshot();
+        let surface = registry::get(surface)?.snapshot().surface;
         let (low, high) = surface.bounds();
         let info = RlvSurfaceInfo {
             struct_size: 0,
@@ -163,13 +176,14 @@ entry! {
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
             Err(TryLockError::WouldBlock) => return Err(busy("surface")),
         };
-        let posed = object.snapshot().posed(&object.context.context, &points)?;
+        let surface = object.snapshot().surface.posed(&object.context.context, &points)?;
+        let posed = Pose { surface, points: points.into() };
         *object.pose.write().unwrap_or_else(PoisonError::into_inner) = posed;
         Ok(())
     }
 
     fn rlv_surface_tile_info(surface: RlvSurface, tile: u32, out: *mut RlvTileInfo) {
-        let surface = registry::get(surface)?.snapshot();
+        let surface = registry::get(surface)?.snapshot().surface;
         check_tile(&surface, tile)?;
         let topology = surface.topology();
         let (low, high) = surface.tile_bounds(tile);
@@ -189,7 +203,7 @@ entry! {
     fn rlv_surface_face_tiles(surface: RlvSurface, face: u32, first: *mut u32, count: *mut u32) {
         present("first", first)?;
         present("count", count)?;
-        let surface = registry::get(surface)?.snapshot();
+        let surface = registry::get(surface)?.snapshot().surface;
         let topology = surface.topology();
         if face as usize >= topology.face_count() {
             return Err(Error::invalid(format!("face {face} does not exist"))

@@ -133,7 +133,7 @@ fn layouts_and_values_agree() {
         writeln!(probe, "static_assert(sizeof({name}) == {}, \"{name}\");", layout.size).unwrap();
         let fields: Vec<&str> = layout.fields.iter().map(|(field, _, _)| field.trim_end_matches('_')).collect();
         assert_eq!(structs[name], fields, "{name}");
-        for (field, offset, size) in layout.fields {
+        for (field, offset, size) in &layout.fields {
             let field = field.trim_end_matches('_');
             writeln!(probe, "static_assert(offsetof({name}, {field}) == {offset}, \"{name}.{field}\");").unwrap();
             writeln!(probe, "static_assert(sizeof((({name} *)0)->{field}) == {size}, \"{name}.{field}\");").unwrap();

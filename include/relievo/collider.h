@@ -1,0 +1,48 @@
+/* Relievo: colliders, triangle meshes that imprint themselves on details.
+ *
+ * A collider whose every edge is met by the same edge in the opposite direction is closed and solid inside, also where
+ * shells overlap. An open one is solid behind its front, the side from which its corners are counter-clockwise. */
+#ifndef RELIEVO_COLLIDER_H
+#define RELIEVO_COLLIDER_H
+
+#include "relievo/tessellate.h"
+
+typedef struct RlvCollider {
+    uint64_t id;
+} RlvCollider;
+
+typedef struct RlvColliderInfo {
+    uint32_t struct_size;
+    uint32_t is_closed; /* 1 if the mesh has no open edge, else 0 */
+    size_t point_count;
+    size_t triangle_count;
+    double matrix[12]; /* from object space to the world, in columns, the translation last */
+} RlvColliderInfo;
+
+#define RLV_COLLIDER_INFO_INIT {sizeof(RlvColliderInfo), 0, 0, 0, {0}}
+
+/* Makes a collider of a mesh, which may be released or changed afterwards. matrix is twelve doubles, the affine map
+ * from object space to the world in columns: three for the linear part, then the translation; NULL for the identity. */
+RLV_API RlvResult rlv_collider_create_mesh(RlvContext context, RlvMesh mesh, const double *matrix, RlvCollider *out);
+
+/* Makes a collider of the triangles of a limit surface in its present pose; options as for rlv_tessellate_surface.
+ * Triangles should be smaller than a voxel of the imprint. */
+RLV_API RlvResult rlv_collider_create_surface(RlvSurface surface, const RlvTessellateOptions *options,
+                                              const double *matrix, RlvCollider *out);
+
+/* Makes a collider of a detail as it was committed last, at its place in the world, displacement included. For two
+ * details that deform each other: make a collider of each, imprint each with a share of its own, commit both. */
+RLV_API RlvResult rlv_collider_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvCollider *out);
+
+RLV_API RlvResult rlv_collider_retain(RlvCollider collider);
+RLV_API RlvResult rlv_collider_release(RlvCollider collider);
+
+RLV_API RlvResult rlv_collider_info(RlvCollider collider, RlvColliderInfo *out);
+
+/* Mutating. Moves the collider; matrix as for rlv_collider_create_mesh. */
+RLV_API RlvResult rlv_collider_set_transform(RlvCollider collider, const double *matrix);
+
+/* Mutating. Deforms the collider: count is its number of points, in the order of the mesh it was made from. */
+RLV_API RlvResult rlv_collider_set_points(RlvCollider collider, const float *points, size_t count, size_t stride);
+
+#endif

@@ -1,0 +1,113 @@
+//! Colliders; see `include/relievo/collider.h`.
+
+use std::sync::{Arc, RwLock};
+
+use relievo_detail::Collider;
+
+use crate::array::{Input, present, put};
+use crate::context::{ContextObject, RlvContext};
+use crate::descriptor::write_descriptor;
+use crate::detail::{RlvDetail, transform};
+use crate::mesh::RlvMesh;
+use crate::registry::{self, handle, try_read, try_write};
+use crate::surface::RlvSurface;
+use crate::tessellate::{Cells, RlvTessellateOptions, tessellate, tessellate_bare};
+
+handle!(RlvCollider, 5, ColliderObject);
+
+descriptor! {
+    pub struct RlvColliderInfo {
+        struct_size: u32,
+        is_closed: u32,
+        point_count: usize,
+        triangle_count: usize,
+        matrix: [f64; 12],
+    }
+}
+
+/// A collider and the context it belongs to.
+pub struct ColliderObject {
+    pub context: Arc<ContextObject>,
+    pub collider: RwLock<Collider>,
+}
+
+entry! {
+    fn rlv_collider_create_mesh(context: RlvContext, mesh: RlvMesh, matrix: *const f64, out: *mut RlvCollider) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        let mesh = registry::get(mesh)?;
+        // SAFETY: the caller promises NULL or twelve doubles.
+        let matrix = unsafe { transform(matrix) }?;
+        let collider = Collider::of_mesh(&context.context, &*try_read(&mesh.mesh, "mesh")?, matrix)?;
+        let handle = registry::insert(ColliderObject { context, collider: RwLock::new(collider) })?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_collider_create_surface(surface: RlvSurface, options: *const RlvTessellateOptions, matrix: *const f64, out: *mut RlvCollider) {
+        present("out", out)?;
+        let surface = registry::get(surface)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, and NULL or twelve doubles.
+        let ((cells, _), matrix) = unsafe { (Cells::new(options)?, transform(matrix)?) };
+        let context = surface.context.clone();
+        let made = tessellate_bare(&context.context, &surface.snapshot().surface, &surface.cage, cells)?;
+        let collider = Collider::of_mesh(&context.context, &made.mesh, matrix)?;
+        let handle = registry::insert(ColliderObject { context, collider: RwLock::new(collider) })?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_collider_create_detail(detail: RlvDetail, options: *const RlvTessellateOptions, out: *mut RlvCollider) {
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let (cells, _) = unsafe { Cells::new(options) }?;
+        let (context, view) = (detail.context.clone(), detail.view());
+        let made = tessellate(&context.context, &view.displaced()?, &view.cage, cells)?;
+        let collider = Collider::of_mesh(&context.context, &made.mesh, view.transform)?;
+        let handle = registry::insert(ColliderObject { context, collider: RwLock::new(collider) })?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_collider_retain(collider: RlvCollider) {
+        registry::retain(collider)
+    }
+
+    fn rlv_collider_release(collider: RlvCollider) {
+        registry::release(collider)
+    }
+
+    fn rlv_collider_info(collider: RlvCollider, out: *mut RlvColliderInfo) {
+        let object = registry::get(collider)?;
+        let collider = try_read(&object.collider, "collider")?;
+        let info = RlvColliderInfo {
+            struct_size: 0,
+            is_closed: u32::from(collider.is_closed()),
+            point_count: collider.points().len(),
+            triangle_count: collider.triangles().len(),
+            matrix: collider.transform().to_cols_array(),
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_collider_set_transform(collider: RlvCollider, matrix: *const f64) {
+        let object = registry::get(collider)?;
+        // SAFETY: the caller promises NULL or twelve doubles.
+        let matrix = unsafe { transform(matrix) }?;
+        try_write(&object.collider, "collider")?.set_transform(matrix)
+    }
+
+    fn rlv_collider_set_points(collider: RlvCollider, points: *const f32, count: usize, stride: usize) {
+        let object = registry::get(collider)?;
+        // SAFETY: the caller promises `count` points.
+        let points = unsafe { Input::new("points", points.cast::<[f32; 3]>(), count, stride) }?;
+        let context = &object.context.context;
+        let points = points.to_vec("points", context.memory_limit())?;
+        try_write(&object.collider, "collider")?.set_points(context, &points)
+    }
+}
