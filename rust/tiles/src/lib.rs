@@ -2,6 +2,7 @@
 
 pub mod displaced;
 pub mod displacement;
+pub mod face_varying;
 pub mod field;
 pub mod heap;
 pub mod ring;
