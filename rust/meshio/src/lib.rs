@@ -1,4 +1,4 @@
-//! Readers and writers of mesh files.
+//! Readers and writers of mesh files: OBJ, PLY and glTF both ways, STL and OFF in.
 //!
 //! Files are hostile until read: every size is checked against the file's length and the memory limit before anything
 //! is allocated, every index before it is used. Errors name the file and the line or element.
@@ -14,12 +14,14 @@ mod model;
 mod notes;
 mod obj;
 mod obj_writer;
+mod off;
 mod ply;
 mod ply_header;
 mod ply_writer;
 mod pose;
 mod root;
 mod sequence;
+mod stl;
 mod summary;
 mod text;
 
@@ -32,11 +34,13 @@ pub use gltf::{Open, read_gltf};
 pub use model::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, Skin};
 pub use obj::read_obj;
 pub use obj_writer::write_obj;
+pub use off::read_off;
 pub use ply::read_ply;
 pub use ply_writer::write_ply;
 pub use pose::{Pose, Shape};
 pub use root::Root;
 pub use sequence::Sequence;
+pub use stl::read_stl;
 pub use summary::Summary;
 
 /// Formats that can be read.
@@ -45,6 +49,8 @@ enum Format {
     Obj,
     Ply,
     Gltf,
+    Stl,
+    Off,
 }
 
 impl Format {
@@ -61,7 +67,12 @@ impl Format {
             Some("obj") => Ok(Self::Obj),
             Some("ply") => Ok(Self::Ply),
             Some("glb" | "gltf") => Ok(Self::Gltf),
-            _ => Err(Error::unsupported("the format of the file is not known").advise("use OBJ, PLY, GLB or glTF")),
+            Some("stl") => Ok(Self::Stl),
+            Some("off") => Ok(Self::Off),
+            _ => {
+                Err(Error::unsupported("the format of the file is not known")
+                    .advise("use OBJ, PLY, GLB, glTF, STL or OFF"))
+            }
         }
     }
 }
@@ -93,6 +104,8 @@ pub fn read_model_within(context: &Context, path: &Path, root: &Root) -> Result<
         Format::Obj => read_obj(&bytes, left),
         Format::Ply => read_ply(&bytes, left),
         Format::Gltf => read_gltf(&bytes, left, &open),
+        Format::Stl => read_stl(&bytes, left),
+        Format::Off => read_off(&bytes, left),
     };
     model.map_err(named)
 }

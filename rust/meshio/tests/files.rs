@@ -57,8 +57,11 @@ const COUNTS: &[(&str, usize, usize)] = &[
     ("ugly/cycloidal.ply", 21384, 43368),
     ("ugly/featuretype.ply", 5096, 3476),
     ("ugly/joined_tetrahedra.obj", 5, 8),
+    ("ugly/multibody.stl", 20, 32),
     ("ugly/not_convex.obj", 288, 96),
     ("ugly/octagonal_pocket.ply", 1658, 3262),
+    ("ugly/shared.STL", 14, 24),
+    ("ugly/soup.stl", 300, 100),
     ("ugly/teapot_unwelded.obj", 3644, 6320),
 ];
 
@@ -203,4 +206,16 @@ fn summaries_agree_with_known_counts() {
         println!("{name}: {found:?}");
         assert_eq!(found, expected, "{name}");
     }
+}
+
+#[test]
+fn odd_stl_and_off_files_are_read() {
+    let Some(data) = data() else { return };
+    let read = |name: &str| relievo_meshio::read(&Context::serial(), &data.join("formats").join(name)).unwrap();
+    let counts = |name: &str| (read(name).points.len(), read(name).face_count());
+    assert_eq!(counts("comments.off"), (8, 6));
+    assert_eq!(counts("whitespace.off"), (8, 6));
+    assert_eq!(counts("stl_empty_ascii.stl"), (0, 0));
+    assert_eq!(counts("stl_empty_bin.stl"), (0, 0));
+    assert_eq!(counts("two_objects_mixed_case_names.stl").1, 24);
 }

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_meshio::{Instance, Model, read_gltf, read_obj, read_ply, write_glb, write_ply};
+use relievo_meshio::{Instance, Model, read_gltf, read_obj, read_off, read_ply, read_stl, write_glb, write_ply};
 
 const OBJ: &str = "# seed\no thing\nv 0 0 0 1 .5 .25\nv 1 0 0\nv 1 1 0\nv 0 1 1e-3\nvt 0 0\nvt 1 1\nvn 0 0 1\nusemtl a\n\
                    f 1/1/1 2/2/1 3/1/1 \\\n 4/2/1\nf -4//-1 -3//1 -2//1\ng b c\nusemtl d\nf 1 2 4\nl 1 2\n\
@@ -14,6 +14,11 @@ const PLY: &str = "ply\nformat ascii 1.0\ncomment seed\nelement vertex 4\nproper
                    property short tag\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\
                    0 0 0 1 2 3\n1 0 0 4 5 6\n1 1 0 7 8 9\n0 1 0 1 1 1\n4 0 1 2 3 8 0 0 1 0 1 1 0 1 -3\n\
                    3 0 1 2 6 0 0 1 0 1 1 4\n6 0 1 2 -1 3 1\n";
+
+const STL: &str = "solid seed\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n\
+                   endfacet\nendsolid seed\n";
+
+const OFF: &str = "CNOFF\n3 1 3 # seed\n0 0 0 0 0 1 9 9 9 9\n1 0 0 0 0 1 9 9 9 9\n0 1 0 0 0 1 9 9 9 9\n3 0 1 2 1 0 0\n";
 
 fn binary_ply() -> Vec<u8> {
     written("seed.ply", |path, mesh| write_ply(path, mesh))
@@ -160,10 +165,22 @@ proptest! {
     }
 
     #[test]
+    fn stl(list in damage()) {
+        check(read_stl(&apply(STL.as_bytes(), &list), 1 << 20));
+    }
+
+    #[test]
+    fn off(list in damage()) {
+        check(read_off(&apply(OFF.as_bytes(), &list), 1 << 20));
+    }
+
+    #[test]
     fn any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         check(read_obj(&bytes, 1 << 20));
         check(read_ply(&[b"ply\n", bytes.as_slice()].concat(), 1 << 20));
         check(read_gltf(&bytes, 1 << 20, &no_files));
+        check(read_stl(&bytes, 1 << 20));
+        check(read_off(&[b"OFF 3 2 0\n", bytes.as_slice()].concat(), 1 << 20));
         check(read_gltf(&[b"glTF\x02\0\0\0", bytes.as_slice()].concat(), 1 << 20, &no_files));
     }
 }
@@ -175,6 +192,8 @@ fn the_seeds_are_good() {
     sound(&read_ply(&binary_ply(), 1 << 20).unwrap());
     sound(&read_gltf(GLTF.as_bytes(), 1 << 20, &no_files).unwrap());
     sound(&read_gltf(&glb(), 1 << 20, &no_files).unwrap());
+    sound(&read_stl(STL.as_bytes(), 1 << 20).unwrap());
+    sound(&read_off(OFF.as_bytes(), 1 << 20).unwrap());
 }
 
 /// Sizes that a header only claims cost nothing.
