@@ -166,6 +166,11 @@ impl Displacement {
         &self.field
     }
 
+    /// Number of allocated tiles.
+    pub fn allocated_count(&self) -> usize {
+        self.heap.total()
+    }
+
     /// Bytes of the allocated blocks.
     pub fn bytes(&self) -> u64 {
         self.heap.bytes()
@@ -259,8 +264,7 @@ impl Displacement {
             if before == after {
                 return None;
             }
-            // Counted rather than searched, which compiles to wide comparisons.
-            let finite = after.iter().map(|bits| usize::from(bits & 0x7c00 == 0x7c00)).sum::<usize>() == 0;
+            let finite = after.chunks(256).all(all_finite);
             Some((tile, finite, changed_borders(old, &new, size as u32), new))
         });
         if let Some((tile, ..)) = edited.iter().flatten().find(|(_, finite, ..)| !finite) {
@@ -296,8 +300,9 @@ impl Displacement {
         }
         self.revision += 1;
         let mut tiles = Vec::new();
+        let plan = ring::plan(&self.field, changes);
         for pass in [ring::borders, ring::rings] {
-            let writes = pass(context, &self.field, changes);
+            let writes = pass(context, &self.field, &plan);
             tiles.extend(writes.iter().map(|(tile, _)| *tile));
             self.write_texels(context, &writes);
         }
@@ -407,6 +412,11 @@ impl Displacement {
             self.replace(writes[index].0, texels);
         }
     }
+}
+
+/// Whether all of up to 256 half floats are finite. Counted in 16 bits, which compiles to wide comparisons.
+fn all_finite(bits: &[u16]) -> bool {
+    bits.iter().map(|bits| u16::from(bits & 0x7c00 == 0x7c00)).sum::<u16>() == 0
 }
 
 /// Which border rows differ between two blocks, as bits.

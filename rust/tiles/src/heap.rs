@@ -104,6 +104,11 @@ impl Heap {
         heap.free_table.len() - heap.n_free
     }
 
+    /// Number of blocks of all classes in use.
+    pub fn total(&self) -> usize {
+        self.classes.iter().map(|heap| heap.free_table.len() - heap.n_free).sum()
+    }
+
     /// A block for each of `requests`, in order; `None` where the budget does not allow it. Later requests that still
     /// fit are granted.
     pub fn allocate(&mut self, requests: &[SizeClass]) -> Vec<Option<BlockId>> {
@@ -227,6 +232,7 @@ mod tests {
             for class in (0..CLASS_COUNT as u8).map(SizeClass) {
                 prop_assert_eq!(heap.in_use(class), model.iter().filter(|block| block.class == class).count());
             }
+            prop_assert_eq!(heap.total(), model.len());
             heap.free(&list);
             prop_assert_eq!(heap.bytes(), 0);
             for heap in &heap.classes {

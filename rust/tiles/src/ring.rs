@@ -124,10 +124,43 @@ pub fn reached(field: &Field, changes: &[Change]) -> Vec<u32> {
     tiles
 }
 
+/// The sides and vertices that an update concerns.
+pub(crate) struct Plan {
+    /// By ascending tile.
+    work: Vec<Work>,
+    /// Rings of so many tiles that their value is made once for all.
+    poles: Vec<u32>,
+}
+
+/// The number of tiles above which a ring is a pole.
+const POLE: usize = 16;
+
+/// The tiles during one pass, with the values of poles, ascending.
+struct Pass<'a> {
+    field: &'a Field,
+    poles: Vec<(u32, Vertex)>,
+}
+
+impl<'a> Pass<'a> {
+    fn new(context: &Context, field: &'a Field, plan: &Plan) -> Self {
+        let made = Self { field, poles: Vec::new() };
+        let poles = context.map(plan.poles.len(), |index| (plan.poles[index], vertex(&made, plan.poles[index])));
+        Self { field, poles }
+    }
+}
+
+impl std::ops::Deref for Pass<'_> {
+    type Target = Field;
+
+    fn deref(&self) -> &Field {
+        self.field
+    }
+}
+
 /// The first pass: border corners and cleared border rows. Only coefficients that differ are listed.
-pub(crate) fn borders(context: &Context, field: &Field, changes: &[Change]) -> Vec<Writes> {
-    let work = gather(field, changes);
-    collect(context, &work, |work, out| {
+pub(crate) fn borders(context: &Context, field: &Field, plan: &Plan) -> Vec<Writes> {
+    let field = &Pass::new(context, field, plan);
+    collect(context, &plan.work, |work, out| {
         let Some(block) = field.block(work.tile) else { return };
         let size = field.size(work.tile);
         let mut write = |line: &Line, k: usize, value: f16| {
@@ -164,9 +197,9 @@ pub(crate) fn borders(context: &Context, field: &Field, changes: &[Change]) -> V
 }
 
 /// The second pass: ring coefficients, from borders that the first pass has made consistent.
-pub(crate) fn rings(context: &Context, field: &Field, changes: &[Change]) -> Vec<Writes> {
-    let work = gather(field, changes);
-    collect(context, &work, |work, out| {
+pub(crate) fn rings(context: &Context, field: &Field, plan: &Plan) -> Vec<Writes> {
+    let field = &Pass::new(context, field, plan);
+    collect(context, &plan.work, |work, out| {
         let Some(block) = field.block(work.tile) else { return };
         let size = field.size(work.tile);
         let last = size as usize - 1;
@@ -210,8 +243,8 @@ fn collect(context: &Context, work: &[Work], of: impl Fn(&Work, &mut Vec<(u32, f
     lists.into_iter().filter(|(_, list)| !list.is_empty()).collect()
 }
 
-/// The sides and vertices that `changes` concern, of allocated tiles, by ascending tile.
-fn gather(field: &Field, changes: &[Change]) -> Vec<Work> {
+/// The sides and vertices that `changes` concern, of allocated tiles.
+pub(crate) fn plan(field: &Field, changes: &[Change]) -> Plan {
     let topology = field.topology();
     let mut work: Vec<Work> = Vec::with_capacity(8 * changes.len());
     let side = |side: Side| Work { tile: side.tile, edges: 1 << side.edge, corners: 0 };
@@ -234,7 +267,7 @@ fn gather(field: &Field, changes: &[Change]) -> Vec<Work> {
     }
     vertices.sort_unstable();
     vertices.dedup();
-    for ring in vertices {
+    for ring in vertices.iter().copied() {
         let entries = topology.ring(ring);
         // Between tiles of different density the value of a vertex reaches further along the row than one texel.
         let even = entries.iter().all(|entry| field.density(entry.tile) == field.density(entries[0].tile));
@@ -260,7 +293,8 @@ fn gather(field: &Field, changes: &[Change]) -> Vec<Work> {
         }
         same
     });
-    work
+    vertices.retain(|ring| topology.ring(*ring).len() > POLE);
+    Plan { work, poles: vertices }
 }
 
 /// The parts of a side that have a neighbour: one, or two beside sub-tiles; none at borders and non-manifold edges.
@@ -305,7 +339,7 @@ fn across<'a>(field: &'a Field, span: &'a Span) -> Option<impl Fn(usize) -> f16 
 }
 
 /// The ring row along a side, texel by texel.
-fn ring_row(field: &Field, side: Side, mut write: impl FnMut(usize, f16)) {
+fn ring_row(field: &Pass<'_>, side: Side, mut write: impl FnMut(usize, f16)) {
     let size = field.size(side.tile) as usize;
     let Some(block) = field.block(side.tile) else { return };
     let border = Line::new(size as u32, side.edge, 0);
@@ -328,7 +362,7 @@ fn ring_row(field: &Field, side: Side, mut write: impl FnMut(usize, f16)) {
 }
 
 /// The part of a ring row along a span.
-fn span_row(field: &Field, side: Side, span: &Span, write: &mut impl FnMut(usize, f16)) {
+fn span_row(field: &Pass<'_>, side: Side, span: &Span, write: &mut impl FnMut(usize, f16)) {
     let (start, count) = span.own;
     let Some(neighbour) = across(field, span) else {
         return (start..start + count).for_each(|k| write(k, f16::ZERO));
@@ -373,7 +407,7 @@ fn edge_curve(field: &Field, side: Side, span: &Span) -> Vec<f64> {
 }
 
 /// As [`edge_curve`], with one coefficient more at each end.
-fn ended_curve(field: &Field, side: Side, span: &Span, ends: [Option<f16>; 2]) -> Vec<f64> {
+fn ended_curve(field: &Pass<'_>, side: Side, span: &Span, ends: [Option<f16>; 2]) -> Vec<f64> {
     let mut curve = edge_curve(field, side, span);
     let last = curve.len() - 1;
     for (end, at) in ends.into_iter().zip([0, last]) {
@@ -420,7 +454,7 @@ fn continuation(field: &Field, side: Side, span: &Span, at_end: bool) -> Option<
 }
 
 /// One texel of a ring row.
-fn ring_texel(field: &Field, side: Side, k: usize) -> f16 {
+fn ring_texel(field: &Pass<'_>, side: Side, k: usize) -> f16 {
     let mut found = f16::ZERO;
     for span in spans(field, side).iter().flatten() {
         let (start, count) = span.own;
@@ -437,7 +471,7 @@ fn ring_texel(field: &Field, side: Side, k: usize) -> f16 {
 }
 
 /// The ring's corner at a vertex where texels are copied.
-fn diagonal(field: &Field, tile: u32, corner: u8) -> f16 {
+fn diagonal(field: &Pass<'_>, tile: u32, corner: u8) -> f16 {
     let topology = field.topology();
     let ring = topology.rings(tile)[usize::from(corner)];
     let entries = topology.ring(ring);
@@ -471,9 +505,14 @@ fn border_corner(field: &Field, entry: &Incidence) -> f16 {
 }
 
 /// How the texels around a vertex are made. A value has the sign of the ring's first tile.
-fn vertex(field: &Field, ring: u32) -> Vertex {
+fn vertex(field: &Pass<'_>, ring: u32) -> Vertex {
     let topology = field.topology();
     let entries = topology.ring(ring);
+    if entries.len() > POLE {
+        if let Ok(index) = field.poles.binary_search_by_key(&ring, |(pole, _)| *pole) {
+            return field.poles[index].1;
+        }
+    }
     let class = topology.ring_class(ring);
     if class == RingClass::Pinned || !entries.iter().all(|entry| field.is_allocated(entry.tile)) {
         return Vertex::Set(f16::ZERO);
@@ -493,12 +532,12 @@ fn vertex(field: &Field, ring: u32) -> Vertex {
 }
 
 /// The value of all four texels around a corner in the tile's sign, or `None` where they are copied.
-fn corner_value(field: &Field, tile: u32, corner: u8) -> Option<f16> {
+fn corner_value(field: &Pass<'_>, tile: u32, corner: u8) -> Option<f16> {
     end_value(field, tile, field.topology().rings(tile)[usize::from(corner)])
 }
 
 /// The value that `ring`'s vertex gives all its texels in `tile`'s sign, or `None` where they are copied.
-fn end_value(field: &Field, tile: u32, ring: u32) -> Option<f16> {
+fn end_value(field: &Pass<'_>, tile: u32, ring: u32) -> Option<f16> {
     match vertex(field, ring) {
         Vertex::Copy => None,
         Vertex::Set(value) => {

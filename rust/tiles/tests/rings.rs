@@ -202,6 +202,28 @@ fn cages_of_the_shared_data_are_smooth() {
 }
 
 #[test]
+fn poles_and_faces_of_any_number_of_corners_are_smooth() {
+    // A fan of 60 quads round a point, and a face of 60 corners on its other side.
+    let mut mesh = Mesh::default();
+    mesh.points.push([0.0, 0.0, 1.0]);
+    for k in 0..120 {
+        let angle = k as f32 * std::f32::consts::TAU / 120.0;
+        mesh.points.push([angle.cos(), angle.sin(), 0.0]);
+    }
+    for k in 0..60 {
+        mesh.face_sizes.push(4);
+        mesh.corners.extend([0, 1 + 2 * k, 2 + 2 * k, 1 + (2 * k + 2) % 120]);
+    }
+    mesh.face_sizes.push(120);
+    mesh.corners.extend((1..=120).rev());
+    let options = DisplacementOptions { size: 16, face_sizes: vec![(3, 64), (60, 128)], ..Default::default() };
+    let displacement = exercise(&mesh, &options, 3, &Context::serial());
+    let topology = displacement.field().topology();
+    assert_eq!(topology.ring(topology.rings(0)[0]).len(), 60);
+    assert_eq!(topology.ring(topology.rings(60)[2]).len(), 120);
+}
+
+#[test]
 fn a_dent_inside_a_tile_touches_no_other() {
     let context = Context::serial();
     let mut displacement = displacement(&grid(4, true, &[2], false), &DisplacementOptions::default());
