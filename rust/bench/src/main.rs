@@ -1,11 +1,13 @@
 //! `relievo-bench NAME [--json]`: measures Relievo and a peer in the same run and holds the figures against goals.
 //! `cargo xtask bench` builds and runs it.
 
+mod contact;
 mod imprint;
 mod measure;
 mod report;
 mod shapes;
 mod surface;
+mod table1;
 mod voxels;
 
 use std::process::ExitCode;

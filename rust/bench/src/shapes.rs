@@ -48,3 +48,47 @@ pub fn torus(around: u32, across: u32) -> Mesh {
     }
     Mesh::new(points, vec![4; (around * across) as usize], corners)
 }
+
+/// A rolling plane of `side` × `side` faces of edge 1 around the origin, z up.
+pub fn terrain(side: u32) -> Mesh {
+    let half = side as f32 / 2.0;
+    let row = side + 1;
+    let mut points = Vec::new();
+    for (j, i) in (0..row).flat_map(|j| (0..row).map(move |i| (j, i))) {
+        let (x, y) = (i as f32 - half, j as f32 - half);
+        points.push([x, y, 0.04 * ((0.9 * x).sin() + (1.1 * y + 0.3 * x).cos())]);
+    }
+    let corners = (0..side).flat_map(|j| (0..side).map(move |i| j * row + i));
+    let corners: Vec<u32> = corners.flat_map(|at| [at, at + 1, at + row + 1, at + row]).collect();
+    Mesh::new(points, vec![4; (side * side) as usize], corners)
+}
+
+/// A sphere around the origin with `meridians` and `bands` of equal area, so that a tenth of its height holds a tenth of
+/// its 2·`meridians`·(`bands` − 1) triangles.
+pub fn ball(radius: f32, meridians: u32, bands: u32) -> Mesh {
+    let mut points = vec![[0.0, 0.0, -radius], [0.0, 0.0, radius]];
+    for j in 1..bands {
+        let z = 2.0 * j as f32 / bands as f32 - 1.0;
+        let ring = (1.0 - z * z).sqrt();
+        for i in 0..meridians {
+            let turn = TAU * i as f32 / meridians as f32;
+            points.push([radius * ring * turn.cos(), radius * ring * turn.sin(), radius * z]);
+        }
+    }
+    let at = |i: u32, j: u32| match j {
+        0 => 0,
+        j if j == bands => 1,
+        j => 2 + (j - 1) * meridians + i % meridians,
+    };
+    let mut triangles = Vec::new();
+    for (j, i) in (0..bands).flat_map(|j| (0..meridians).map(move |i| (j, i))) {
+        let [p, q, r, s] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        if j > 0 {
+            triangles.push([p, q, r]);
+        }
+        if j + 1 < bands {
+            triangles.push([p, r, s]);
+        }
+    }
+    Mesh::from_triangles(points, &triangles)
+}

@@ -2,11 +2,12 @@
 //! object units.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Result};
 use relievo_surface::{Cone, Surface};
-use relievo_tiles::Displacement;
+use relievo_tiles::{Displacement, Snapshot};
 
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::knots::Knots;
@@ -88,6 +89,11 @@ impl DisplacedObject {
     pub fn displacement_mut(&mut self) -> &mut Displacement {
         self.reach = None;
         &mut self.displacement
+    }
+
+    /// Makes what imprints changed visible to readers.
+    pub fn commit(&mut self) -> Arc<Snapshot> {
+        self.displacement.commit()
     }
 
     /// From object space to the world.

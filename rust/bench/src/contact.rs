@@ -1,0 +1,101 @@
+//! A flattened ball of 20,000 triangles pressed into a surface: the pair that imprints are measured on.
+
+use std::collections::BTreeMap;
+
+use glam::{DAffine3, DQuat, DVec3};
+use relievo_core::{Context, Mesh, Result};
+use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Report};
+use relievo_surface::{Place, Surface, SurfaceOptions};
+use relievo_tiles::{Displacement, DisplacementOptions};
+
+use crate::measure::seconds;
+use crate::shapes;
+
+/// A surface, and a ball in proportion to its faces.
+pub struct Contact {
+    cage: Mesh,
+    surface: Surface,
+    collider: Collider,
+    imprinter: Imprinter,
+    radius: f64,
+    settings: ImprintSettings,
+}
+
+/// One imprint: seconds of every stage by name, of all, and what was done.
+pub struct Press {
+    /// Seconds of each stage.
+    pub stages: BTreeMap<&'static str, f64>,
+    /// Seconds in all.
+    pub sum: f64,
+    /// What was done.
+    pub report: Report,
+}
+
+/// Height of the ball in parts of its width.
+const HEIGHT: f64 = 0.35;
+/// How deep the ball goes, in parts of its height: a tenth of its triangles.
+const DEPTH: f64 = 0.1;
+
+impl Contact {
+    /// A surface of `cage` and a ball of `radius` in its units.
+    pub fn new(context: &Context, cage: Mesh, radius: f64) -> Result<Self> {
+        let surface = Surface::new(context, &cage, &SurfaceOptions::default())?;
+        let ball = shapes::ball(radius as f32, 100, 101);
+        let collider = Collider::of_mesh(context, &ball, DAffine3::IDENTITY)?;
+        let settings =
+            ImprintSettings { max_displacement: (1.2 * DEPTH * radius) as f32, ..ImprintSettings::default() };
+        Ok(Self { cage, surface, collider, imprinter: Imprinter::new(), radius, settings })
+    }
+
+    /// The surface.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
+    /// The cage.
+    pub fn cage(&self) -> &Mesh {
+        &self.cage
+    }
+
+    /// The settings of the next imprints.
+    pub fn settings_mut(&mut self) -> &mut ImprintSettings {
+        &mut self.settings
+    }
+
+    /// The surface without a dent, in tiles of `size`.
+    pub fn object(&self, context: &Context, size: u32) -> Result<DisplacedObject> {
+        let options = DisplacementOptions { size, budget: 1 << 34, ..DisplacementOptions::default() };
+        let displacement = Displacement::new(self.surface.topology().clone(), &options)?;
+        DisplacedObject::new(context, self.surface.clone(), &self.cage.points, displacement, DAffine3::IDENTITY)
+    }
+
+    /// Presses the ball into the surface at `place`, along the normal there and, the second time at a place, a little
+    /// deeper.
+    pub fn press(
+        &mut self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        place: Place,
+        again: bool,
+    ) -> Result<Press> {
+        let sample = self.surface.sample(place)?;
+        let lift = HEIGHT * self.radius * (1.0 - 2.0 * if again { 1.1 * DEPTH } else { DEPTH });
+        let normal = DVec3::from(sample.normal().map(f64::from));
+        let center = DVec3::from(sample.p.map(f64::from)) + normal * lift;
+        let turn = DQuat::from_rotation_arc(DVec3::Z, normal);
+        let flat = DVec3::new(1.0, 1.0, HEIGHT);
+        self.collider.set_transform(DAffine3::from_scale_rotation_translation(flat, turn, center))?;
+        context.stats().take();
+        let mut report = Ok(Report::default());
+        let moment = Moment { frame: u64::from(place.tile), ..Moment::default() };
+        let sum = seconds(|| {
+            report = self.imprinter.imprint(context, object, &self.collider, &self.settings, moment);
+            object.commit()
+        });
+        let mut stages = BTreeMap::new();
+        for event in context.stats().take() {
+            *stages.entry(event.stage).or_default() += event.length.as_secs_f64();
+        }
+        Ok(Press { stages, sum, report: report? })
+    }
+}
