@@ -195,10 +195,11 @@ fn failed(error: exr::error::Error) -> Error {
 pub fn read_exr(path: &Path, memory_limit: u64) -> Result<Vec<Layer>> {
     let place = |error: Error| error.at(path.display().to_string());
     let opened = File::open(path).map_err(|error| Error::io(path, &error))?;
-    decode(BufReader::new(opened), memory_limit).map_err(place)
+    decode_exr(BufReader::new(opened), memory_limit).map_err(place)
 }
 
-fn decode(mut reader: impl std::io::BufRead + std::io::Seek, memory_limit: u64) -> Result<Vec<Layer>> {
+/// As [`read_exr`], from an open file or bytes in memory.
+pub fn decode_exr(mut reader: impl std::io::BufRead + std::io::Seek, memory_limit: u64) -> Result<Vec<Layer>> {
     let meta = exr::meta::MetaData::read_from_buffered(&mut reader, false).map_err(failed)?;
     let mut bytes = 0u64;
     for header in &meta.headers {
@@ -377,7 +378,7 @@ mod tests {
         write_exr(&path, &tiles(), Content::Data).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         for length in (0..bytes.len()).step_by(3) {
-            assert!(decode(Cursor::new(&bytes[..length]), u64::MAX).is_err(), "{length} of {}", bytes.len());
+            assert!(decode_exr(Cursor::new(&bytes[..length]), u64::MAX).is_err(), "{length} of {}", bytes.len());
         }
         assert_eq!(read_exr(&path, 1000).unwrap_err().kind, ErrorKind::Memory);
         // A data window of 2³¹ pixels a side must be refused before room is made for it.
@@ -385,7 +386,7 @@ mod tests {
             bytes.windows(10).position(|part| part == b"dataWindow").unwrap() + "dataWindow\0box2i\0".len() + 4;
         let mut wide = bytes.clone();
         wide[window + 8..window + 16].copy_from_slice(&[0xFF, 0xFF, 0xFF, 0x3F, 0xFF, 0xFF, 0xFF, 0x3F]);
-        assert!(decode(Cursor::new(wide), u64::MAX).is_err());
+        assert!(decode_exr(Cursor::new(wide), u64::MAX).is_err());
     }
 
     #[test]
@@ -398,7 +399,7 @@ mod tests {
             for flip in [0x01, 0x80, 0xFF] {
                 let mut changed = bytes.clone();
                 changed[at] ^= flip;
-                let _ = decode(Cursor::new(changed), 1 << 26);
+                let _ = decode_exr(Cursor::new(changed), 1 << 26);
             }
         }
     }

@@ -50,10 +50,11 @@ pub fn write_png(path: &Path, image: &Image) -> Result<()> {
 pub fn read_png(path: &Path, memory_limit: u64) -> Result<Image> {
     let file = File::open(path).map_err(|error| Error::io(path, &error))?;
     let place = || path.display().to_string();
-    decode(BufReader::new(file), memory_limit).map_err(|error| error.at(place()))
+    decode_png(BufReader::new(file), memory_limit).map_err(|error| error.at(place()))
 }
 
-fn decode(file: impl std::io::BufRead + std::io::Seek, memory_limit: u64) -> Result<Image> {
+/// As [`read_png`], from an open file or bytes in memory.
+pub fn decode_png(file: impl std::io::BufRead + std::io::Seek, memory_limit: u64) -> Result<Image> {
     let damaged = |error: png::DecodingError| match error {
         png::DecodingError::LimitsExceeded => too_large(),
         other => Error::invalid(format!("the PNG cannot be read: {other}")),
@@ -130,12 +131,12 @@ mod tests {
         write_png(&path, &ramp(3)).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         for length in 0..bytes.len() - 12 {
-            assert!(decode(Cursor::new(&bytes[..length]), u64::MAX).is_err(), "{length} of {}", bytes.len());
+            assert!(decode_png(Cursor::new(&bytes[..length]), u64::MAX).is_err(), "{length} of {}", bytes.len());
         }
         assert_eq!(read_png(&path, 100).unwrap_err().kind, relievo_core::ErrorKind::Memory);
         let mut wide = bytes.clone();
         wide[16..20].copy_from_slice(&0x7FFF_FFFFu32.to_be_bytes());
-        assert!(decode(Cursor::new(wide), 1 << 30).is_err());
+        assert!(decode_png(Cursor::new(wide), 1 << 30).is_err());
         assert!(read_png(&folder.path().join("none.png"), 1).unwrap_err().to_string().contains("none.png"));
     }
 }
