@@ -1,0 +1,55 @@
+/* A ball of triangles for the tests of colliders and imprints. */
+#ifndef BALL_H
+#define BALL_H
+
+#include "check.h"
+
+enum { BALL_ROWS = 48, BALL_COLUMNS = 96 };
+
+/* A closed ball of the radius around the origin. */
+static inline RlvMesh check_ball(RlvContext context, double radius) {
+    size_t points = 2 + (size_t)(BALL_ROWS - 1) * BALL_COLUMNS, faces = 2 * (size_t)(BALL_ROWS - 1) * BALL_COLUMNS;
+    float *positions = malloc(points * 12), *position = positions;
+    uint32_t *corners = malloc(faces * 12), *corner = corners;
+    const double pi = 3.14159265358979323846;
+    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
+    RlvMesh mesh = RLV_NULL;
+    CHECK(positions != NULL && corners != NULL);
+    for (int row = 1; row < BALL_ROWS; ++row) {
+        for (int column = 0; column < BALL_COLUMNS; ++column) {
+            double theta = pi * row / BALL_ROWS, phi = 2 * pi * column / BALL_COLUMNS;
+            *position++ = (float)(radius * sin(theta) * cos(phi));
+            *position++ = (float)(radius * sin(theta) * sin(phi));
+            *position++ = (float)(radius * cos(theta));
+        }
+    }
+    for (int pole = 0; pole < 2; ++pole) {
+        *position++ = 0, *position++ = 0, *position++ = (float)(pole == 0 ? radius : -radius);
+    }
+    uint32_t north = (uint32_t)points - 2, south = (uint32_t)points - 1;
+    for (uint32_t column = 0; column < BALL_COLUMNS; ++column) {
+        uint32_t next = (column + 1) % BALL_COLUMNS, last = (BALL_ROWS - 2) * BALL_COLUMNS;
+        *corner++ = north, *corner++ = column, *corner++ = next;
+        *corner++ = south, *corner++ = last + next, *corner++ = last + column;
+        for (uint32_t row = 0; row + 2 < BALL_ROWS; ++row) {
+            uint32_t a = row * BALL_COLUMNS + column, b = row * BALL_COLUMNS + next;
+            *corner++ = a, *corner++ = a + BALL_COLUMNS, *corner++ = b + BALL_COLUMNS;
+            *corner++ = a, *corner++ = b + BALL_COLUMNS, *corner++ = b;
+        }
+    }
+    arrays.points = positions;
+    arrays.point_count = points;
+    arrays.face_size = 3;
+    arrays.face_count = faces;
+    arrays.corners = corners;
+    arrays.corner_count = faces * 3;
+    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
+    free(positions);
+    free(corners);
+    return mesh;
+}
+
+/* The matrix that moves by (x, y, z). */
+#define CHECK_MOVED(x, y, z) {1, 0, 0, 0, 1, 0, 0, 0, 1, (x), (y), (z)}
+
+#endif
