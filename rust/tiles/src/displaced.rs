@@ -70,6 +70,18 @@ impl<'a> Displaced<'a> {
         self.field
     }
 
+    /// Bounds of the displaced surface over `tile`, conservative: where hosts refit after a commit.
+    ///
+    /// # Panics
+    /// If there is no such tile.
+    pub fn tile_bounds(&self, tile: u32) -> ([f32; 3], [f32; 3]) {
+        let (low, high) = self.surface.tile_bounds(tile);
+        let [least, most] = self.field.range(tile);
+        // Edges may be evaluated in a neighbour, whose patches and coefficients are rounded apart from these.
+        let reach = 1.001 * least.abs().max(most.abs()) + 1e-6 * self.surface.extent();
+        (low.map(|value| value - reach), high.map(|value| value + reach))
+    }
+
     /// Positions and normals at many places. Fails, without touching `out`, if a tile does not exist or u or v is
     /// outside 0 to 1.
     pub fn evaluate(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
@@ -241,7 +253,7 @@ fn displace_body<A: Arithmetic>(samples: &Samples, jets: &Jets, p: &mut [[f32; 3
         for (lanes, values) in jet.iter_mut().zip([&jets.d, &jets.du, &jets.dv]) {
             load(lanes, &values[at..at + count]);
         }
-        displace_lanes(&input, &jet, &mut output);
+        displace_lanes::<A>(&input, &jet, &mut output);
         for i in 0..count {
             p[i] = std::array::from_fn(|axis| output[0][axis][i]);
             normal[i] = std::array::from_fn(|axis| output[1][axis][i]);
@@ -261,9 +273,9 @@ fn load(lanes: &mut Lanes, values: &[f32]) {
 /// The sine of the angle between the tangents at and below which they count as parallel, squared.
 const PARALLEL: f32 = 1e-12;
 
-// No fused arithmetic here: cross products of parallel vectors must vanish.
+// No fused arithmetic in cross products: those of parallel vectors must vanish.
 #[inline(always)]
-fn displace_lanes(input: &[[Lanes; 3]; 6], jet: &[Lanes; 3], output: &mut [[Lanes; 3]; 2]) {
+fn displace_lanes<A: Arithmetic>(input: &[[Lanes; 3]; 6], jet: &[Lanes; 3], output: &mut [[Lanes; 3]; 2]) {
     let cross = |a: [f32; 3], b: [f32; 3]| -> [f32; 3] {
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     };
@@ -290,7 +302,7 @@ fn displace_lanes(input: &[[Lanes; 3]; 6], jet: &[Lanes; 3], output: &mut [[Lane
         let upright = length > PARALLEL * dot(p_u, p_u) * dot(p_v, p_v) && length < f32::INFINITY;
         let inverse = if upright { 1.0 / length.sqrt() } else { 1.0 };
         for axis in 0..3 {
-            output[0][axis][i] = p[axis] + d * n[axis];
+            output[0][axis][i] = A::fma(d, n[axis], p[axis]);
             output[1][axis][i] = if upright { facing[axis] * inverse } else { n[axis] };
         }
     }

@@ -106,6 +106,21 @@ impl Field {
         }
     }
 
+    /// The least and the largest coefficient of `tile`, ring included: bounds of its displacement. Zeros if it is not
+    /// allocated.
+    pub fn range(&self, tile: u32) -> [f32; 2] {
+        // Half floats of one sign are ordered as their bits are.
+        let Some(block) = self.block(tile) else { return [0.0; 2] };
+        let ordered = |c: &f16| {
+            let bits = c.to_bits() as i16;
+            bits ^ ((bits >> 15) & 0x7fff)
+        };
+        let value = |ordered: i16| f16::from_bits((ordered ^ ((ordered >> 15) & 0x7fff)) as u16).to_f32();
+        let low = block.iter().map(ordered).fold(i16::MAX, i16::min);
+        let high = block.iter().map(ordered).fold(i16::MIN, i16::max);
+        [value(low), value(high)]
+    }
+
     pub(crate) fn entry(&self, tile: u32) -> Option<&Entry> {
         let tile = tile as usize;
         self.pages.get(tile / PAGE)?.as_ref()?[tile % PAGE].as_ref()

@@ -1,10 +1,12 @@
 //! Tile heaps, rings and displaced evaluation.
 
+mod carried;
 pub mod displaced;
 pub mod displacement;
 pub mod face_varying;
 pub mod field;
 pub mod heap;
+mod numbering;
 pub mod ring;
 pub mod sets;
 pub mod spline;
@@ -15,4 +17,4 @@ pub use displacement::{Applied, Displacement, DisplacementOptions, Snapshot, Tex
 pub use field::Field;
 pub use ring::Change;
 pub use sets::{Candidate, Sets};
-pub use tessellate::{Tessellation, uniform_rates};
+pub use tessellate::{Tessellation, Tessellator, uniform_rates};

@@ -180,12 +180,12 @@ pub(crate) fn borders(context: &Context, field: &Field, plan: &Plan) -> Vec<Writ
                     (span.own.0..span.own.0 + span.own.1).for_each(|k| write(&line, k, f16::ZERO));
                 }
             }
-            if let Link::Halves { middle, .. } = link {
-                if vertex(field, middle) != Vertex::Copy {
-                    let half = size as usize / 2;
-                    write(&line, half - 1, f16::ZERO);
-                    write(&line, half, f16::ZERO);
-                }
+            if let Link::Halves { middle, .. } = link
+                && vertex(field, middle) != Vertex::Copy
+            {
+                let half = size as usize / 2;
+                write(&line, half - 1, f16::ZERO);
+                write(&line, half, f16::ZERO);
             }
         }
         for corner in (0..4).filter(|corner| work.corners >> corner & 1 != 0) {
@@ -508,10 +508,10 @@ fn border_corner(field: &Field, entry: &Incidence) -> f16 {
 fn vertex(field: &Pass<'_>, ring: u32) -> Vertex {
     let topology = field.topology();
     let entries = topology.ring(ring);
-    if entries.len() > POLE {
-        if let Ok(index) = field.poles.binary_search_by_key(&ring, |(pole, _)| *pole) {
-            return field.poles[index].1;
-        }
+    if entries.len() > POLE
+        && let Ok(index) = field.poles.binary_search_by_key(&ring, |(pole, _)| *pole)
+    {
+        return field.poles[index].1;
     }
     let class = topology.ring_class(ring);
     if class == RingClass::Pinned || !entries.iter().all(|entry| field.is_allocated(entry.tile)) {

@@ -234,7 +234,7 @@ pub fn restrict_curve(fine: &[f64], ratio: usize) -> Vec<f64> {
 pub fn subdivide_block(coarse: &[f32], size: usize) -> Vec<f32> {
     let (from, to) = (size + 2, 2 * size + 2);
     // Coefficient k of the fine block is ¾ of the coarse one above it and ¼ of the next.
-    let parents = |k: usize| if k % 2 == 0 { (k / 2, k / 2 + 1) } else { (k / 2 + 1, k / 2) };
+    let parents = |k: usize| if k.is_multiple_of(2) { (k / 2, k / 2 + 1) } else { (k / 2 + 1, k / 2) };
     let mut fine = Vec::with_capacity(to * to);
     for j in 0..to {
         let (near, far) = parents(j);

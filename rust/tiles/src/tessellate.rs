@@ -5,13 +5,15 @@
 //! finer edge is stitched, as hardware tessellators do. Vertices on edges are evaluated at their canonical place.
 //! Attributes are carried along: bilinear over the tile for corners and points, copied for faces.
 
+use std::sync::Arc;
+
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
 use relievo_surface::{Grid, Place, Placement, Side, TileTopology};
 
+use crate::carried::Carried;
 use crate::displaced::{Displaced, Points};
-
-/// Most cells a side of a tile.
-pub const MAX_RATE: u32 = 512;
+pub use crate::numbering::MAX_RATE;
+use crate::numbering::{Local, Numbering, key};
 
 /// A tessellated surface.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,267 +33,79 @@ pub fn uniform_rates(topology: &TileTopology, cells: u32) -> Vec<u32> {
         .collect()
 }
 
-/// Where the vertices of the mesh are numbered.
-struct Numbering<'a> {
-    topology: &'a TileTopology,
-    rates: &'a [u32],
-    /// Cells along the segment that each side owns, 0 if it owns none, at `4 · tile + edge`.
-    cells: Vec<u32>,
-    /// The first vertex inside that segment.
-    segments: Vec<u32>,
-    /// The vertex of each ring.
-    rings: Vec<u32>,
-    /// The first vertex inside each tile.
-    interiors: Vec<u32>,
-    /// The first triangle of each tile, and at the end their number.
-    triangles: Vec<u32>,
-    /// The first of each tile's own vertices, counted tile by tile, and at the end their number.
-    locals: Vec<u32>,
-    vertices: u32,
+/// Makes tessellations of one cage at fixed rates, whose triangles stay the same while their points move.
+pub struct Tessellator {
+    numbering: Numbering,
 }
 
-fn key(side: Side) -> usize {
-    4 * side.tile as usize + usize::from(side.edge)
-}
-
-fn too_large() -> Error {
-    Error::memory("the tessellation has more than 2^32 corners").advise("use lower rates")
-}
-
-impl<'a> Numbering<'a> {
-    fn new(topology: &'a TileTopology, rates: &'a [u32]) -> Result<Self> {
-        let tiles = topology.tile_count();
-        let live = || (0..tiles as u32).filter(|tile| !topology.is_hole(*tile));
-        let mut numbering = Self {
-            topology,
-            rates,
-            cells: vec![0; 4 * tiles],
-            segments: vec![0; 4 * tiles],
-            rings: vec![u32::MAX; topology.ring_count()],
-            interiors: vec![0; tiles],
-            triangles: Vec::with_capacity(tiles + 1),
-            locals: Vec::with_capacity(tiles + 1),
-            vertices: 0,
-        };
-        let sides = |tile: u32| (0..4).map(move |edge| Side { tile, edge });
-        for side in live().flat_map(sides) {
-            let segments = topology.segments(side);
-            let count = segments.iter().flatten().count() as u32;
-            for segment in segments.iter().flatten() {
-                let cells = &mut numbering.cells[key(segment.owner)];
-                *cells = (*cells).max((rates[side.tile as usize] / count).max(1));
-            }
-        }
-        let mut vertices = 0u64;
-        let mut take = |count: u64| {
-            let first = vertices;
-            vertices += count;
-            u32::try_from(vertices).map(|_| first as u32).map_err(|_| too_large())
-        };
-        for ring in live().flat_map(|tile| *topology.rings(tile)) {
-            if numbering.rings[ring as usize] == u32::MAX {
-                numbering.rings[ring as usize] = take(1)?;
-            }
-        }
-        for side in live().flat_map(sides) {
-            if numbering.cells[key(side)] > 0 {
-                numbering.segments[key(side)] = take(u64::from(numbering.cells[key(side)]) - 1)?;
-            }
-        }
-        let (mut triangles, mut locals) = (0u64, 0u64);
-        for tile in 0..tiles as u32 {
-            numbering.triangles.push(triangles as u32);
-            numbering.locals.push(locals as u32);
-            if !topology.is_hole(tile) {
-                let (outer, inner) = (u64::from(numbering.outer(tile)), u64::from(numbering.inner(tile)));
-                numbering.interiors[tile as usize] = take(inner)?;
-                locals += outer + inner;
-                let row = u64::from(rates[tile as usize]).saturating_sub(2);
-                triangles += if inner == 0 { 2 } else { outer + 4 * row + 2 * row * row };
-                if 3 * triangles > u64::from(u32::MAX) || locals > u64::from(u32::MAX) {
-                    return Err(too_large());
-                }
-            }
-        }
-        numbering.triangles.push(triangles as u32);
-        numbering.locals.push(locals as u32);
-        numbering.vertices = take(0)?;
-        Ok(numbering)
-    }
-
-    /// Vertices around a tile.
-    fn outer(&self, tile: u32) -> u32 {
-        let segments = (0..4).flat_map(|edge| self.topology.segments(Side { tile, edge }));
-        segments.flatten().map(|segment| self.cells[key(segment.owner)]).sum()
-    }
-
-    /// Vertices inside a tile: its lattice, or its centre if only its edges are divided.
-    fn inner(&self, tile: u32) -> u32 {
-        match self.rates[tile as usize] {
-            1 => u32::from(self.outer(tile) > 4),
-            rate => (rate - 1) * (rate - 1),
-        }
-    }
-}
-
-/// The vertices of one tile: around it, then inside.
-#[derive(Default)]
-struct Local {
-    /// Vertices of the mesh.
-    vertices: Vec<u32>,
-    /// Their parameters.
-    parameters: Vec<[f32; 2]>,
-    /// Where each edge begins, and at the end the number of vertices around the tile.
-    edges: [usize; 5],
-}
-
-impl Local {
-    fn new(numbering: &Numbering<'_>, tile: u32) -> Self {
-        let mut local = Self::default();
-        for edge in 0..4u8 {
-            local.edges[usize::from(edge)] = local.vertices.len();
-            let segments = numbering.topology.segments(Side { tile, edge });
-            let count = segments.iter().flatten().count() as f32;
-            for (index, segment) in segments.iter().flatten().enumerate() {
-                let cells = numbering.cells[key(segment.owner)];
-                let first = numbering.segments[key(segment.owner)];
-                for k in 0..cells {
-                    local.vertices.push(match k {
-                        0 => numbering.rings[segment.ends[0] as usize],
-                        k if segment.flipped => first + cells - 1 - k,
-                        k => first + k - 1,
-                    });
-                    let t = (index as f32 + k as f32 / cells as f32) / count;
-                    let place = Place::on_edge(tile, edge, t);
-                    local.parameters.push([place.u, place.v]);
-                }
-            }
-        }
-        local.edges[4] = local.vertices.len();
-        let (rate, first) = (numbering.rates[tile as usize], numbering.interiors[tile as usize]);
-        local.vertices.extend(first..first + numbering.inner(tile));
-        if rate == 1 {
-            local.parameters.resize(local.vertices.len(), [0.5; 2]);
-        } else {
-            let at = |i: u32| i as f32 / rate as f32;
-            local.parameters.extend((1..rate).flat_map(|j| (1..rate).map(move |i| [at(i), at(j)])));
-        }
-        local
-    }
-
-    /// Triangles between the vertices of the tile.
-    fn triangles(&self, rate: u32) -> Vec<[u32; 3]> {
-        let around = self.edges[4];
-        if self.vertices.len() == around {
-            return vec![[0, 1, 2], [0, 2, 3]];
-        }
-        let row = (rate as usize).saturating_sub(1).max(1);
-        let inner = |i: usize, j: usize| (around + j * row + i) as u32;
-        let mut triangles = Vec::with_capacity(around + 4 * (row - 1) + 2 * (row - 1) * (row - 1));
-        for j in 0..row - 1 {
-            for i in 0..row - 1 {
-                let [a, b, c, d] = [inner(i, j), inner(i + 1, j), inner(i + 1, j + 1), inner(i, j + 1)];
-                triangles.extend([[a, b, c], [a, c, d]]);
-            }
-        }
-        for edge in 0..4 {
-            let (start, end) = (self.edges[edge], self.edges[edge + 1]);
-            let cells = end - start;
-            let outer = |k: usize| if start + k == around { 0 } else { (start + k) as u32 };
-            let last = row - 1;
-            let inner = |k: usize| match edge {
-                0 => inner(k, 0),
-                1 => inner(last, k),
-                2 => inner(last - k, last),
-                _ => inner(0, last - k),
-            };
-            // Advance on the side whose next segment has its middle first. Outer samples are even on each half.
-            let along = |k: usize| {
-                let [u, v] = self.parameters[outer(k) as usize];
-                let t = match edge {
-                    0 => u,
-                    1 => v,
-                    2 => 1.0 - u,
-                    _ => 1.0 - v,
-                };
-                if k == cells { 1.0 } else { t }
-            };
-            let (mut a, mut b) = (0, 0);
-            while a < cells || b < last {
-                let outer_next = b == last || {
-                    let middle = |k: usize| (k as f32 + 1.5) / rate as f32;
-                    a < cells && 0.5 * (along(a) + along(a + 1)) <= middle(b)
-                };
-                if outer_next {
-                    triangles.push([outer(a), outer(a + 1), inner(b)]);
-                    a += 1;
-                } else {
-                    triangles.push([outer(a), inner(b + 1), inner(b)]);
-                    b += 1;
-                }
-            }
-        }
-        triangles
-    }
+/// What one tile writes of a tessellation.
+struct Part<'a> {
+    tile: u32,
+    p: &'a mut [[f32; 3]],
+    normal: &'a mut [[f32; 3]],
+    corners: &'a mut [u32],
+    locals: &'a mut [u32],
+    tiles: &'a mut [u32],
+    parameters: &'a mut [[f32; 2]],
+    result: Result<()>,
 }
 
 impl Displaced<'_> {
-    /// Triangles of the displaced surface, `rates[tile]` cells along the sides of each tile: a power of two up to
-    /// [`MAX_RATE`]. Attributes come from `cage`. Holes are left out.
-    ///
-    /// Fails if there is not one rate per tile, a rate is no power of two, the cage has other faces, or the mesh would
-    /// have 2³² corners or more.
+    /// Triangles of the displaced surface at these rates, see [`Tessellator`].
     pub fn tessellate(&self, context: &Context, cage: &Mesh, rates: &[u32]) -> Result<Tessellation> {
-        let topology = self.field().topology();
+        Tessellator::new(self.field().topology(), rates.to_vec())?.tessellate(context, self, cage)
+    }
+}
+
+impl Tessellator {
+    /// Tessellates with `rates[tile]` cells along the sides of each tile: a power of two up to [`MAX_RATE`].
+    ///
+    /// Fails if there is not one rate per tile, a rate cannot be used, or the mesh would have 2³² corners or more.
+    pub fn new(topology: &Arc<TileTopology>, rates: Vec<u32>) -> Result<Self> {
+        Ok(Self { numbering: Numbering::new(topology.clone(), rates)? })
+    }
+
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.numbering.triangles.last().map_or(0, |count| *count as usize)
+    }
+
+    /// Number of points.
+    pub fn point_count(&self) -> usize {
+        self.numbering.vertices as usize
+    }
+
+    /// Triangles of the displaced surface, with the attributes of `cage`. Holes are left out.
+    ///
+    /// Fails if the cage has other faces, or the surface other tiles.
+    pub fn tessellate(&self, context: &Context, displaced: &Displaced<'_>, cage: &Mesh) -> Result<Tessellation> {
+        let numbering = &self.numbering;
+        let topology = &numbering.topology;
         cage.check()?;
+        let tiles_of =
+            |(face, size): (u32, &u32)| (topology.tiles_of(face).len() as u32, if *size == 4 { 1 } else { *size });
         let sizes_agree = cage.face_count() == topology.face_count()
-            && cage
-                .face_sizes
-                .iter()
-                .zip(0..)
-                .all(|(size, face)| topology.tiles_of(face).len() as u32 == if *size == 4 { 1 } else { *size });
+            && (0..).zip(&cage.face_sizes).map(tiles_of).all(|(tiles, expected)| tiles == expected);
         if !sizes_agree {
             return Err(Error::invalid("the cage has other faces than the surface"));
         }
-        if rates.len() != topology.tile_count() {
-            let message = format!("there are {} rates for {} tiles", rates.len(), topology.tile_count());
-            return Err(Error::invalid(message));
-        }
-        if let Some(tile) = rates.iter().position(|rate| !rate.is_power_of_two() || *rate > MAX_RATE) {
-            return Err(Error::invalid(format!("a tile cannot have {} cells a side", rates[tile]))
-                .at(format!("tile {tile}"))
-                .advise(format!("use a power of two up to {MAX_RATE}")));
-        }
-        let numbering = Numbering::new(topology, rates)?;
-        let mut points = self.shared_points(context, &numbering)?;
-        points.p.resize(numbering.vertices as usize, [0.0; 3]);
-        points.normal.resize(numbering.vertices as usize, [0.0; 3]);
-        let triangle_count = numbering.triangles.last().map_or(0, |count| *count as usize);
+        self.check(displaced)?;
+        let mut points = self.shared_points(context, displaced)?;
+        let shared = points.p.len();
+        points.p.resize(self.point_count(), [0.0; 3]);
+        points.normal.resize(self.point_count(), [0.0; 3]);
+        let triangle_count = self.triangle_count();
         let mut corners = vec![0u32; 3 * triangle_count];
-        let mut locals = vec![0u32; 3 * triangle_count];
+        // Indices of corner attributes, if there are any.
+        let indexed = cage.attributes.iter().any(|attribute| attribute.domain == Domain::Corner);
+        let mut locals = vec![0u32; if indexed { 3 * triangle_count } else { 0 }];
         let mut tiles = vec![0u32; triangle_count];
         let mut parameters = vec![[0.0; 2]; 3 * triangle_count];
-        // Every tile writes its own part of each list.
-        struct Part<'a> {
-            tile: u32,
-            p: &'a mut [[f32; 3]],
-            normal: &'a mut [[f32; 3]],
-            corners: &'a mut [u32],
-            locals: &'a mut [u32],
-            tiles: &'a mut [u32],
-            parameters: &'a mut [[f32; 2]],
-            result: Result<()>,
-        }
-        let shared = points.p.len()
-            - (0..rates.len() as u32)
-                .filter(|tile| !topology.is_hole(*tile))
-                .map(|tile| numbering.inner(tile) as usize)
-                .sum::<usize>();
-        let mut parts = Vec::with_capacity(rates.len());
+        let mut parts = Vec::with_capacity(numbering.rates.len());
         let (mut p, mut normal) = (&mut points.p[shared..], &mut points.normal[shared..]);
         let (mut corner_rest, mut local_rest, mut tile_rest) = (&mut corners[..], &mut locals[..], &mut tiles[..]);
         let mut parameter_rest = &mut parameters[..];
-        for tile in (0..rates.len() as u32).filter(|tile| !topology.is_hole(*tile)) {
+        for tile in (0..numbering.rates.len() as u32).filter(|tile| !topology.is_hole(*tile)) {
             let inner = numbering.inner(tile) as usize;
             let count = (numbering.triangles[tile as usize + 1] - numbering.triangles[tile as usize]) as usize;
             parts.push(Part {
@@ -306,26 +120,21 @@ impl Displaced<'_> {
             });
         }
         context.for_each_mut(&mut parts, |_, part| {
-            let (tile, rate) = (part.tile, rates[part.tile as usize]);
-            let local = Local::new(&numbering, tile);
-            let first = numbering.locals[tile as usize];
-            part.tiles.fill(tile);
-            for (slot, index) in local.triangles(rate).as_flattened().iter().enumerate() {
+            let local = Local::new(numbering, part.tile);
+            let first = numbering.locals[part.tile as usize];
+            part.tiles.fill(part.tile);
+            let triangles = local.triangles(numbering.rates[part.tile as usize]);
+            let indices = triangles.as_flattened();
+            for (slot, index) in indices.iter().enumerate() {
                 part.corners[slot] = local.vertices[*index as usize];
-                part.locals[slot] = first + index;
                 part.parameters[slot] = local.parameters[*index as usize];
             }
-            let mut inside = Points::default();
-            part.result = if rate == 1 && !part.p.is_empty() {
-                self.evaluate_canonical(context, &[Place::new(tile, 0.5, 0.5)], &mut inside)
-            } else {
-                let grid = Grid { size: rate, placement: Placement::Lattice, columns: 1..rate, rows: 1..rate };
-                self.grid(context, tile, &grid, &mut inside)
-            };
-            if part.result.is_ok() && inside.p.len() == part.p.len() {
+            part.locals.iter_mut().zip(indices).for_each(|(slot, index)| *slot = first + index);
+            let inside = self.inside(context, displaced, part.tile);
+            part.result = inside.map(|inside| {
                 part.p.copy_from_slice(&inside.p);
                 part.normal.copy_from_slice(&inside.normal);
-            }
+            });
         });
         parts.into_iter().try_for_each(|part| part.result)?;
         let mut mesh = Mesh::new(points.p, vec![3; triangle_count], corners);
@@ -336,171 +145,113 @@ impl Displaced<'_> {
             values: Values::F32(points.normal.into_flattened()),
             indices: None,
         });
-        let carried = Carried { context, numbering: &numbering, cage, offsets: cage.face_offsets() };
+        let carried = Carried { context, numbering, cage, offsets: cage.face_offsets() };
         for attribute in cage.attributes.iter().filter(|attribute| attribute.name != "normal") {
             mesh.attributes.push(carried.attribute(attribute, &tiles, &locals));
         }
         Ok(Tessellation { mesh, tiles, parameters })
     }
 
+    /// Moves the points and normals of `changed` tiles to where the displaced surface now is, as
+    /// [`Snapshot::changed`](crate::Snapshot::changed) lists them; all else stays.
+    ///
+    /// Fails, and changes nothing, if a tile does not exist, the tessellation is not one of this tessellator, or the
+    /// surface has other tiles.
+    pub fn update(
+        &self,
+        context: &Context,
+        displaced: &Displaced<'_>,
+        changed: &[u32],
+        tessellation: &mut Tessellation,
+    ) -> Result<()> {
+        let topology = &self.numbering.topology;
+        self.check(displaced)?;
+        if let Some(tile) = changed.iter().find(|tile| **tile as usize >= topology.tile_count()) {
+            return Err(Error::invalid(format!("tile {tile} does not exist")));
+        }
+        let Mesh { points, attributes, face_sizes, .. } = &mut tessellation.mesh;
+        let normals = attributes.iter_mut().find(|attribute| attribute.name == "normal");
+        let normals = normals.and_then(|attribute| match &mut attribute.values {
+            Values::F32(normals) => Some(normals),
+            Values::U32(_) => None,
+        });
+        let (count, triangles) = (self.point_count(), self.triangle_count());
+        let normals =
+            normals.filter(|normals| (normals.len(), points.len(), face_sizes.len()) == (3 * count, count, triangles));
+        let normals = normals.ok_or_else(|| Error::invalid("the tessellation is not one of these rates"))?;
+        let live: Vec<u32> = changed.iter().copied().filter(|tile| !topology.is_hole(*tile)).collect();
+        let made = context.map(live.len(), |index| -> Result<_> {
+            let tile = live[index];
+            let local = Local::new(&self.numbering, tile);
+            let around = local.edges[4];
+            let place = |[u, v]: &[f32; 2]| displaced.field().canonical(Place::new(tile, *u, *v));
+            let places: Vec<Place> = local.parameters[..around].iter().map(place).collect();
+            let mut outside = Points::default();
+            displaced.evaluate_canonical(context, &places, &mut outside)?;
+            Ok((local.vertices, outside, self.inside(context, displaced, tile)?))
+        });
+        let made = made.into_iter().collect::<Result<Vec<_>>>()?;
+        for (vertices, outside, inside) in made {
+            let p = outside.p.iter().chain(&inside.p).zip(outside.normal.iter().chain(&inside.normal));
+            for (vertex, (p, normal)) in vertices.into_iter().zip(p) {
+                let vertex = vertex as usize;
+                points[vertex] = *p;
+                normals[3 * vertex..3 * vertex + 3].copy_from_slice(normal);
+            }
+        }
+        Ok(())
+    }
+
+    fn check(&self, displaced: &Displaced<'_>) -> Result<()> {
+        if displaced.field().tile_count() != self.numbering.rates.len() {
+            return Err(Error::invalid("the surface has other tiles than the tessellator"));
+        }
+        Ok(())
+    }
+
+    /// The points inside a tile.
+    fn inside(&self, context: &Context, displaced: &Displaced<'_>, tile: u32) -> Result<Points> {
+        let rate = self.numbering.rates[tile as usize];
+        let mut points = Points::default();
+        if rate > 1 {
+            let grid = Grid { size: rate, placement: Placement::Lattice, columns: 1..rate, rows: 1..rate };
+            displaced.grid(context, tile, &grid, &mut points)?;
+        } else if self.numbering.inner(tile) > 0 {
+            displaced.evaluate_canonical(context, &[Place::new(tile, 0.5, 0.5)], &mut points)?;
+        }
+        Ok(points)
+    }
+
     /// The points of rings, then of segments.
-    fn shared_points(&self, context: &Context, numbering: &Numbering<'_>) -> Result<Points> {
+    fn shared_points(&self, context: &Context, displaced: &Displaced<'_>) -> Result<Points> {
         let mut places = Vec::new();
-        let topology = numbering.topology;
-        let mut next = 0;
-        for tile in 0..topology.tile_count() as u32 {
+        let topology = &self.numbering.topology;
+        let canonical = |place: Place| displaced.field().canonical(place);
+        for tile in (0..topology.tile_count() as u32).filter(|tile| !topology.is_hole(*tile)) {
             for corner in 0..4 {
                 let ring = topology.rings(tile)[usize::from(corner)];
-                if numbering.rings[ring as usize] == next && !topology.is_hole(tile) {
-                    next += 1;
-                    places.push(self.field().canonical(Place::corner(tile, corner)));
+                if self.numbering.rings[ring as usize] as usize == places.len() {
+                    places.push(canonical(Place::corner(tile, corner)));
                 }
             }
         }
         for tile in 0..topology.tile_count() as u32 {
             for edge in 0..4 {
-                let cells = numbering.cells[key(Side { tile, edge })];
-                places.extend(
-                    (1..cells).map(|k| self.field().canonical(Place::on_edge(tile, edge, k as f32 / cells as f32))),
-                );
+                let cells = self.numbering.cells[key(Side { tile, edge })];
+                places.extend((1..cells).map(|k| canonical(Place::on_edge(tile, edge, k as f32 / cells as f32))));
             }
         }
         let mut points = Points::default();
-        self.evaluate_canonical(context, &places, &mut points)?;
+        displaced.evaluate_canonical(context, &places, &mut points)?;
         Ok(points)
     }
 }
 
-/// Attributes of a cage on their way to a tessellation.
-struct Carried<'a> {
-    context: &'a Context,
-    numbering: &'a Numbering<'a>,
-    cage: &'a Mesh,
-    offsets: Vec<u32>,
-}
-
-impl Carried<'_> {
-    fn attribute(&self, attribute: &Attribute, tiles: &[u32], locals: &[u32]) -> Attribute {
-        let topology = self.numbering.topology;
-        let width = attribute.width as usize;
-        let (values, indices) = match attribute.domain {
-            Domain::Face => {
-                let face = |tile: &u32| topology.face(*tile) as usize * width;
-                let values = match &attribute.values {
-                    Values::F32(from) => {
-                        Values::F32(tiles.iter().flat_map(|tile| &from[face(tile)..][..width]).copied().collect())
-                    }
-                    Values::U32(from) => {
-                        Values::U32(tiles.iter().flat_map(|tile| &from[face(tile)..][..width]).copied().collect())
-                    }
-                };
-                (values, None)
-            }
-            Domain::Corner => (self.local_values(attribute), Some(locals.to_vec())),
-            Domain::Point => (self.point_values(attribute), None),
-        };
-        let Attribute { name, domain, width, .. } = attribute.clone();
-        Attribute { name, domain, width, values, indices }
-    }
-
-    /// Values at every tile's own vertices.
-    fn local_values(&self, attribute: &Attribute) -> Values {
-        let tiles = self.numbering.rates.len();
-        let lists = self.context.map(tiles, |tile| {
-            let tile = tile as u32;
-            if self.numbering.topology.is_hole(tile) {
-                return (Vec::new(), Vec::new());
-            }
-            let parameters = Local::new(self.numbering, tile).parameters;
-            self.interpolate(attribute, tile, &parameters)
-        });
-        match attribute.values {
-            Values::F32(_) => Values::F32(lists.into_iter().flat_map(|list| list.0).collect()),
-            Values::U32(_) => Values::U32(lists.into_iter().flat_map(|list| list.1).collect()),
-        }
-    }
-
-    /// Values at every vertex of the mesh: a shared vertex has that of the first tile it belongs to.
-    fn point_values(&self, attribute: &Attribute) -> Values {
-        let width = attribute.width as usize;
-        let count = self.numbering.vertices as usize;
-        let mut values = (vec![0f32; count * width], vec![0u32; count * width]);
-        let mut done = vec![false; count];
-        for tile in (0..self.numbering.rates.len() as u32).filter(|tile| !self.numbering.topology.is_hole(*tile)) {
-            let local = Local::new(self.numbering, tile);
-            let (floats, integers) = self.interpolate(attribute, tile, &local.parameters);
-            for (index, vertex) in local.vertices.iter().enumerate() {
-                let (from, to) = (index * width, *vertex as usize * width);
-                if std::mem::replace(&mut done[*vertex as usize], true) {
-                    continue;
-                }
-                if floats.is_empty() {
-                    values.1[to..to + width].copy_from_slice(&integers[from..from + width]);
-                } else {
-                    values.0[to..to + width].copy_from_slice(&floats[from..from + width]);
-                }
-            }
-        }
-        match attribute.values {
-            Values::F32(_) => Values::F32(values.0),
-            Values::U32(_) => Values::U32(values.1),
-        }
-    }
-
-    /// Values at `parameters` of a tile, as floats or as integers. Integers, and the weights that belong to joints,
-    /// are those of the nearest corner of the face.
-    fn interpolate(&self, attribute: &Attribute, tile: u32, parameters: &[[f32; 2]]) -> (Vec<f32>, Vec<u32>) {
-        let topology = self.numbering.topology;
-        let width = attribute.width as usize;
-        let face = topology.face(tile) as usize;
-        let (first, size) = (self.offsets[face] as usize, self.cage.face_sizes[face] as usize);
-        let value = |corner: usize| {
-            let corner = first + corner % size;
-            width
-                * match (attribute.domain, &attribute.indices) {
-                    (Domain::Corner, Some(indices)) => indices[corner] as usize,
-                    (Domain::Corner, None) => corner,
-                    _ => self.cage.corners[corner] as usize,
-                }
-        };
-        let (k, sub) = (topology.sub_corner(tile) as usize, topology.is_sub(tile));
-        let nearest = |[u, v]: &[f32; 2]| match (sub, *u >= 0.5, *v >= 0.5) {
-            (true, ..) => k,
-            (false, false, false) => 0,
-            (false, true, false) => 1,
-            (false, true, true) => 2,
-            (false, false, true) => 3,
-        };
-        match &attribute.values {
-            Values::U32(from) => {
-                let copied = parameters.iter().flat_map(|place| &from[value(nearest(place))..][..width]);
-                (Vec::new(), copied.copied().collect())
-            }
-            Values::F32(from) if attribute.name == "weights" => {
-                let copied = parameters.iter().flat_map(|place| &from[value(nearest(place))..][..width]);
-                (copied.copied().collect(), Vec::new())
-            }
-            Values::F32(from) => {
-                let mut out = Vec::with_capacity(parameters.len() * width);
-                let corners: Vec<[f32; 4]> = (0..width)
-                    .map(|axis| {
-                        let at = |corner: usize| from[value(corner) + axis];
-                        if sub {
-                            let centre = (0..size).map(at).sum::<f32>() / size as f32;
-                            [at(k), 0.5 * (at(k) + at(k + 1)), centre, 0.5 * (at(k) + at(k + size - 1))]
-                        } else {
-                            std::array::from_fn(at)
-                        }
-                    })
-                    .collect();
-                for [u, v] in parameters {
-                    out.extend(corners.iter().map(|c| {
-                        let (low, high) = (c[0] + (c[1] - c[0]) * u, c[3] + (c[2] - c[3]) * u);
-                        low + (high - low) * v
-                    }));
-                }
-                (out, Vec::new())
-            }
-        }
+impl std::fmt::Debug for Tessellator {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("Tessellator")
+            .field("points", &self.point_count())
+            .field("triangles", &self.triangle_count())
+            .finish()
     }
 }

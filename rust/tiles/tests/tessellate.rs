@@ -10,7 +10,7 @@ use half::f16;
 use proptest::prelude::*;
 use relievo_core::{Attribute, Context, ContextOptions, Domain, Mesh, Values};
 use relievo_surface::{Place, Surface, SurfaceOptions};
-use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Sets, Tessellation, uniform_rates};
+use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Sets, Tessellation, Tessellator, uniform_rates};
 
 fn surface(mesh: &Mesh) -> Surface {
     Surface::new(&Context::serial(), mesh, &SurfaceOptions::default()).unwrap()
@@ -151,6 +151,40 @@ fn displaced_cages_of_the_shared_data_have_no_cracks() {
         let cells: u32 = rates.iter().map(|rate| rate * rate).sum();
         let made = displaced.tessellate(&context, &mesh, &rates).unwrap();
         assert_eq!(made.mesh.face_count() as u32, 2 * cells);
+    }
+}
+
+#[test]
+fn an_update_of_the_changed_tiles_is_a_whole_tessellation() {
+    let mesh = grid(5, true, &[2, 1, 0, 3, 2, 0, 1], false);
+    let surface = surface(&mesh);
+    let context = Context::serial();
+    let mut displacement = Displacement::new(surface.topology().clone(), &DisplacementOptions::default()).unwrap();
+    let tessellator = Tessellator::new(surface.topology(), random_rates(&surface, 8)).unwrap();
+    let displaced = |snapshot: &relievo_tiles::Snapshot| {
+        tessellator.tessellate(&context, &Displaced::new(&surface, snapshot.field()).unwrap(), &mesh).unwrap()
+    };
+    let mut made = displaced(&displacement.commit());
+    for tile in [3, 17, 4, 3] {
+        displacement.apply(&Sets { allocate: vec![tile], ..Sets::default() }).unwrap();
+        let changes = displacement.edit(&context, &[tile], |tile, texels| {
+            let mut random = Random(u64::from(tile));
+            (0..texels.size()).for_each(|row| texels.row_mut(row).fill_with(|| f16::from_f32(-0.1 * random.unit())));
+        });
+        displacement.settle(&context, &changes.unwrap()).unwrap();
+        let snapshot = displacement.commit();
+        let view = Displaced::new(&surface, snapshot.field()).unwrap();
+        assert!(snapshot.changed().len() < surface.tile_count());
+        tessellator.update(&context, &view, snapshot.changed(), &mut made).unwrap();
+        assert_eq!(made, displaced(&snapshot));
+        for (triangle, tile) in made.tiles.iter().enumerate() {
+            let (low, high) = view.tile_bounds(*tile);
+            for p in self::triangle(&made.mesh, triangle) {
+                assert!(p.cmpge(Vec3::from(low)).all() && p.cmple(Vec3::from(high)).all(), "{tile}");
+            }
+        }
+        assert!(tessellator.update(&context, &view, &[9999], &mut made).is_err());
+        assert!(tessellator.update(&context, &view, &[0], &mut Tessellation::default()).is_err());
     }
 }
 

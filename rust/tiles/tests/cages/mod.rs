@@ -1,5 +1,8 @@
 //! Cages for tests: random ones, and those of the shared data.
 
+// Every test uses a part of it.
+#![allow(dead_code)]
+
 use std::path::PathBuf;
 
 use relievo_core::{Context, Mesh};
