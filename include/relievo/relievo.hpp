@@ -222,9 +222,22 @@ struct Place {
     Float2 uv;
 };
 
-/// What evaluation gives, one element per place.
+/// What evaluation gives, one element per place; what was not evaluated is empty.
 struct Samples {
     std::vector<Float3> positions, normals, du, dv;
+    std::vector<float> displacements;
+
+    /// Makes room for positions and normals at places, of which there is at least one, and points arrays at them.
+    void prepare(const std::vector<Place> &places, RlvEvaluateArrays &arrays) {
+        positions.resize(places.size());
+        normals.resize(places.size());
+        arrays.count = places.size();
+        arrays.tiles = &places.front().tile;
+        arrays.uvs = places.front().uv.data();
+        arrays.tile_stride = arrays.uv_stride = sizeof(Place);
+        arrays.positions = positions.front().data();
+        arrays.normals = normals.front().data();
+    }
 };
 
 /// See relievo/surface.h.
@@ -262,33 +275,158 @@ public:
         return tiles;
     }
 
+    /// Positions, normals and first derivatives.
     Samples evaluate(const std::vector<Place> &places) const {
-        return samples(places, [this](const RlvEvaluateArrays &arrays) { check(rlv_evaluate_surface(get(), &arrays)); });
-    }
-
-    /// Positions, normals and first derivatives of what the given function evaluates.
-    template <class Evaluate> static Samples samples(const std::vector<Place> &places, Evaluate evaluate) {
-        const std::size_t count = places.size();
         Samples made;
         RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
-        if (count == 0) {
-            return made;
+        if (!places.empty()) {
+            made.prepare(places, arrays);
+            made.du.resize(places.size());
+            made.dv.resize(places.size());
+            arrays.du = made.du.front().data();
+            arrays.dv = made.dv.front().data();
+            check(rlv_evaluate_surface(get(), &arrays));
         }
-        for (std::vector<Float3> *values : {&made.positions, &made.normals, &made.du, &made.dv}) {
-            values->resize(count);
-        }
-        arrays.count = count;
-        arrays.tiles = &places.front().tile;
-        arrays.uvs = places.front().uv.data();
-        arrays.tile_stride = arrays.uv_stride = sizeof(Place);
-        arrays.positions = made.positions.front().data();
-        arrays.normals = made.normals.front().data();
-        arrays.du = made.du.front().data();
-        arrays.dv = made.dv.front().data();
-        evaluate(arrays);
         return made;
     }
+
+    Mesh tessellate(const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) const {
+        RlvMesh made{0};
+        check(rlv_tessellate_surface(get(), &options, &made));
+        return Mesh(made);
+    }
 };
+
+/// An affine map in columns: three for the linear part, then the translation.
+using Matrix = std::array<double, 12>;
+
+/// The map that moves by (x, y, z).
+inline Matrix moved(double x, double y, double z) { return {1, 0, 0, 0, 1, 0, 0, 0, 1, x, y, z}; }
+
+/// See relievo/detail.h.
+class Detail : public Reference<RlvDetail, rlv_detail_retain, rlv_detail_release> {
+public:
+    using Reference::Reference;
+
+    static Detail create(const Surface &surface, const RlvDetailOptions &options = RLV_DETAIL_OPTIONS_INIT,
+                         const Matrix &matrix = moved(0, 0, 0)) {
+        Detail made;
+        check(rlv_detail_create(surface.get(), &options, matrix.data(), made.out()));
+        return made;
+    }
+
+    RlvDetailInfo info() const {
+        RlvDetailInfo info = RLV_DETAIL_INFO_INIT;
+        check(rlv_detail_info(get(), &info));
+        return info;
+    }
+
+    void set_budget(std::uint64_t budget) const { check(rlv_detail_set_budget(get(), budget)); }
+    void set_transform(const Matrix &matrix) const { check(rlv_detail_set_transform(get(), matrix.data())); }
+
+    void set_points(const std::vector<Float3> &points) const {
+        check(rlv_detail_set_points(get(), points.empty() ? nullptr : points.front().data(), points.size(), 0));
+    }
+
+    RlvDetailChanges commit() const {
+        RlvDetailChanges changes = RLV_DETAIL_CHANGES_INIT;
+        check(rlv_detail_commit(get(), &changes));
+        return changes;
+    }
+
+    std::vector<std::uint32_t> changed_tiles() const {
+        std::vector<std::uint32_t> tiles(info().tile_count);
+        std::size_t count = 0;
+        check(rlv_detail_changed_tiles(get(), tiles.data(), tiles.size(), &count));
+        tiles.resize(count);
+        return tiles;
+    }
+
+    RlvDetailTileInfo tile_info(std::uint32_t tile) const {
+        RlvDetailTileInfo info = RLV_DETAIL_TILE_INFO_INIT;
+        check(rlv_detail_tile_info(get(), tile, &info));
+        return info;
+    }
+
+    /// The block of a tile, empty if it is not allocated.
+    std::vector<unsigned char> read_block(std::uint32_t tile) const {
+        std::vector<unsigned char> bytes(tile_info(tile).block_size);
+        std::size_t size = 0;
+        check(rlv_detail_read_block(get(), tile, bytes.data(), bytes.size(), &size));
+        bytes.resize(size);
+        return bytes;
+    }
+
+    void write_block(std::uint32_t tile, const std::vector<unsigned char> &bytes) const {
+        check(rlv_detail_write_block(get(), tile, bytes.data(), bytes.size()));
+    }
+
+    /// Positions, normals and displacements of the displaced surface.
+    Samples evaluate(const std::vector<Place> &places) const {
+        Samples made;
+        RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+        if (!places.empty()) {
+            made.prepare(places, arrays);
+            made.displacements.resize(places.size());
+            arrays.displacements = made.displacements.data();
+            check(rlv_evaluate_detail(get(), &arrays));
+        }
+        return made;
+    }
+
+    Mesh tessellate(const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) const {
+        RlvMesh made{0};
+        check(rlv_tessellate_detail(get(), &options, &made));
+        return Mesh(made);
+    }
+};
+
+/// See relievo/collider.h.
+class Collider : public Reference<RlvCollider, rlv_collider_retain, rlv_collider_release> {
+public:
+    using Reference::Reference;
+
+    static Collider create(const Context &context, const Mesh &mesh, const Matrix &matrix = moved(0, 0, 0)) {
+        Collider made;
+        check(rlv_collider_create_mesh(context.get(), mesh.get(), matrix.data(), made.out()));
+        return made;
+    }
+
+    static Collider create(const Surface &surface, const Matrix &matrix = moved(0, 0, 0),
+                           const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) {
+        Collider made;
+        check(rlv_collider_create_surface(surface.get(), &options, matrix.data(), made.out()));
+        return made;
+    }
+
+    static Collider create(const Detail &detail,
+                           const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) {
+        Collider made;
+        check(rlv_collider_create_detail(detail.get(), &options, made.out()));
+        return made;
+    }
+
+    RlvColliderInfo info() const {
+        RlvColliderInfo info = RLV_COLLIDER_INFO_INIT;
+        check(rlv_collider_info(get(), &info));
+        return info;
+    }
+
+    void set_transform(const Matrix &matrix) const { check(rlv_collider_set_transform(get(), matrix.data())); }
+
+    void set_points(const std::vector<Float3> &points) const {
+        check(rlv_collider_set_points(get(), points.empty() ? nullptr : points.front().data(), points.size(), 0));
+    }
+};
+
+/// Presses a collider into a detail; commit the detail to see it.
+inline RlvImprintReport imprint(const Detail &detail, const Collider &collider,
+                                const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
+                                const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT) {
+    RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
+    check(rlv_imprint_run(detail.get(), collider.get(), &settings, &moment, &report));
+    return report;
+}
 
 /// A ray; the direction may have any length but zero.
 struct CastRay {
@@ -303,6 +441,13 @@ public:
     static Caster create(const Context &context, const Mesh &mesh) {
         Caster made;
         check(rlv_caster_create_mesh(context.get(), mesh.get(), made.out()));
+        return made;
+    }
+
+    static Caster create(const Detail &detail,
+                         const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) {
+        Caster made;
+        check(rlv_caster_create_detail(detail.get(), &options, made.out()));
         return made;
     }
 

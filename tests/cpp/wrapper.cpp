@@ -80,6 +80,37 @@ int main() {
     CHECK(hits[0].face == 1 && std::abs(hits[0].distance - 3.0f) < 1e-5f);
     CHECK(hits[1].face == RLV_NO_ELEMENT && std::isinf(hits[1].distance));
 
+    // A box over the plane, its underside 0.2 below it.
+    std::vector<Float3> corners;
+    for (int index = 0; index < 8; ++index) {
+        corners.push_back({index & 1 ? 2.5f : -0.5f, index & 2 ? 1.5f : -0.5f, index & 4 ? 1.0f : -0.2f});
+    }
+    const auto box = relievo::Mesh::create(context, corners, std::vector<std::uint32_t>(6, 4),
+                                           {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 1, 3, 7, 5, 3, 2, 6, 7, 2, 0, 4, 6});
+    RlvDetailOptions coarse = RLV_DETAIL_OPTIONS_INIT;
+    coarse.tile_size = 16;
+    const auto detail = relievo::Detail::create(surface, coarse);
+    CHECK(detail.info().allocated_count == 0 && detail.tile_info(0).block_size == 648);
+    const auto collider = relievo::Collider::create(context, box);
+    CHECK(collider.info().triangle_count == 12 && collider.info().is_closed == 1 && relievo::Collider::create(surface).info().triangle_count > 4);
+    RlvImprintSettings settings = RLV_IMPRINT_SETTINGS_INIT;
+    settings.voxels = 1 << 18;
+    const auto report = relievo::imprint(detail, collider, settings);
+    const auto changes = detail.commit();
+    CHECK(changes.tile_count == report.changed_tiles && detail.changed_tiles().size() == changes.tile_count);
+    const auto dent = detail.evaluate({{0, {0.5f, 0.5f}}});
+    CHECK(dent.displacements[0] < -0.19f && dent.displacements[0] > -0.3f);
+    CHECK(detail.tessellate().info().point_count > surface.tessellate().info().point_count);
+    const auto block = detail.read_block(0);
+    detail.write_block(0, {});
+    detail.commit();
+    CHECK(detail.evaluate({{0, {0.5f, 0.5f}}}).displacements[0] == 0.0f);
+    detail.write_block(0, block);
+    detail.commit();
+    CHECK(detail.evaluate({{0, {0.5f, 0.5f}}}).displacements == dent.displacements);
+    const auto hit = relievo::Caster::create(detail).cast({{{0.5f, 0.5f, 3.0f}, {0, 0, -1}}});
+    CHECK(hit[0].tile == 0 && std::abs(hit[0].position[2] - dent.displacements[0]) < 1e-3f);
+
     CHECK(!context.stats().empty());
     context.reset_stats();
     CHECK(context.stats().empty());
