@@ -106,10 +106,13 @@ typedef struct RlvAttributeInfo {
  * face, finite numbers. The message of a refusal names the element. */
 RLV_API RlvResult rlv_mesh_create(RlvContext context, const RlvMeshArrays *arrays, RlvMesh *out);
 
-/* Reads a mesh from an OBJ or PLY file, whose format its extension tells; subdivision tags "t crease" and "t corner" of
- * OBJ files are taken over. path is UTF-8. The file may be hostile: the context's memory limit bounds what reading it
- * takes, and the message of a refusal names the line or element. */
+/* Reads a file as one mesh: OBJ with its subdivision tags "t crease" and "t corner", PLY, glTF or GLB at rest, STL, OFF.
+ * path is UTF-8. The file may be hostile: the context's memory limit bounds what reading it takes, files that it names
+ * are opened only below its own folder, and the message of a refusal names the line or element. */
 RLV_API RlvResult rlv_mesh_read(RlvContext context, const char *path, RlvMesh *out);
+
+/* Writes a mesh as OBJ, PLY or GLB, as the extension of the path says. The file appears whole or not at all. */
+RLV_API RlvResult rlv_mesh_write(RlvMesh mesh, const char *path);
 
 RLV_API RlvResult rlv_mesh_retain(RlvMesh mesh);
 RLV_API RlvResult rlv_mesh_release(RlvMesh mesh);

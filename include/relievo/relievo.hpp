@@ -146,6 +146,8 @@ public:
         return made;
     }
 
+    void write(const std::string &path) const { check(rlv_mesh_write(get(), path.c_str())); }
+
     RlvMeshInfo info() const {
         RlvMeshInfo info = RLV_MESH_INFO_INIT;
         check(rlv_mesh_info(get(), &info));

@@ -169,6 +169,13 @@ static void files(RlvContext context) {
     CHECK_OK(rlv_mesh_read(context, "mesh_test.obj", &mesh));
     CHECK_OK(rlv_mesh_info(mesh, &info));
     CHECK(info.point_count == 4 && info.face_count == 1 && info.crease_count == 1);
+    CHECK_OK(rlv_mesh_write(mesh, "mesh_test.ply"));
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_mesh_write(mesh, "mesh_test.xyz"), "mesh_test.xyz");
+    CHECK(rlv_mesh_write(mesh, "no such folder/mesh.ply") == RLV_ERROR_NOT_FOUND);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_mesh_read(context, "mesh_test.ply", &mesh));
+    CHECK_OK(rlv_mesh_info(mesh, &info));
+    CHECK(info.point_count == 4 && info.face_count == 1 && remove("mesh_test.ply") == 0);
     CHECK_OK(rlv_mesh_release(mesh));
     mesh.id = 77;
     write_file("mesh_test.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n");

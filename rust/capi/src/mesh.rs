@@ -276,6 +276,13 @@ entry! {
         Ok(())
     }
 
+    fn rlv_mesh_write(mesh: RlvMesh, path: *const c_char) {
+        let object = registry::get(mesh)?;
+        // SAFETY: the caller promises NULL or a NUL-terminated string.
+        let path = unsafe { text("path", path) }?;
+        relievo_meshio::write(Path::new(path), &*try_read(&object.mesh, "mesh")?)
+    }
+
     fn rlv_mesh_retain(mesh: RlvMesh) {
         registry::retain(mesh)
     }
