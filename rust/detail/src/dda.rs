@@ -1,6 +1,7 @@
 //! Rays through the solid voxels (Schäfer et al. 2014, Section 6), with the traversal of Amanatides and Woo 1987, A Fast
 //! Voxel Traversal Algorithm for Ray Tracing. Places are in voxel coordinates.
 
+use crate::grid::WORD;
 use crate::voxel::Voxels;
 
 /// How a ray that starts in the voxels leaves them. Distances are in multiples of the ray's direction.
@@ -35,72 +36,85 @@ impl Voxels {
         if !self.contains(origin) {
             return Exit::Outside;
         }
-        let grid = self.grid();
-        let words = self.words();
-        let nx = grid.dims[0] as usize;
-        let row = nx * grid.words() as usize;
-        let start = origin.map(|value| value as u32);
-        let forward = direction.map(|value| value > 0.0);
-        // Distance to the next face along each axis. Without motion there is none.
-        let mut next = [f32::INFINITY; 3];
-        for axis in 0..3 {
-            if direction[axis] != 0.0 {
-                let face = (start[axis] + u32::from(forward[axis])) as f32;
-                next[axis] = (face - origin[axis]) / direction[axis];
-            }
-        }
-        let delta = [(1.0 / direction[0]).abs(), (1.0 / direction[1]).abs()];
-        let step = [if forward[0] { 1 } else { usize::MAX }, if forward[1] { row } else { row.wrapping_neg() }];
-        // Columns that are left along x and y before the grid ends.
-        let left = |axis: usize| if forward[axis] { grid.dims[axis] - 1 - start[axis] } else { start[axis] };
-        let mut left = [left(0), left(1)];
-        let nearest = next[0].min(next[1]).min(next[2]);
-        let leave = |distance: f32, exit: Exit| match distance {
-            // Not a number ends here as well.
-            distance if !(distance < limit) => Exit::Limit,
-            distance if distance <= nearest => Exit::Border,
-            _ => exit,
-        };
-        let inverse = 1.0 / direction[2];
-        let mut z = start[2] as i32;
-        let mut column = start[1] as usize * row + start[0] as usize;
-        loop {
-            let axis = usize::from(next[1] <= next[0]);
-            let side = next[axis];
-            // The voxel in which the ray leaves the column, or stays at the limit.
-            let end = if direction[2] == 0.0 { z } else { (origin[2] + side.min(limit) * direction[2]).floor() as i32 };
-            if direction[2] < 0.0 {
-                let end = end.min(z);
-                let clear = run_down(words, column, nx, z as u32);
-                if clear >= end {
-                    let distance = ((clear + 1) as f32 - origin[2]) * inverse;
-                    return leave(distance, if clear < 0 { Exit::Grid(distance) } else { Exit::Clear(distance) });
-                }
-                z = end;
-            } else if direction[2] > 0.0 {
+        exit(self.words(), self.grid().dims, origin, direction, limit)
+    }
+}
+
+/// As [`Voxels::exit`] for an origin that is known to be in a solid voxel of these words.
+#[inline(always)]
+pub(crate) fn exit(words: &[u64], dims: [u32; 3], origin: [f32; 3], direction: [f32; 3], limit: f32) -> Exit {
+    let nx = dims[0] as usize;
+    let row = nx * dims[2].div_ceil(WORD) as usize;
+    let start = origin.map(|value| value as i32);
+    let forward = direction.map(|value| value > 0.0);
+    let inverse = direction.map(|value| 1.0 / value);
+    // Distance to the next face along each axis. Without motion there is none.
+    let next: [f32; 3] = std::array::from_fn(|axis| {
+        let face = (start[axis] + i32::from(forward[axis])) as f32;
+        if direction[axis] == 0.0 { f32::INFINITY } else { (face - origin[axis]) * inverse[axis] }
+    });
+    let nearest = next[0].min(next[1]).min(next[2]);
+    let mut next = [next[0], next[1]];
+    let delta = [inverse[0].abs(), inverse[1].abs()];
+    let step = [if forward[0] { 1 } else { usize::MAX }, if forward[1] { row } else { row.wrapping_neg() }];
+    // Columns that are left along x and y before the grid ends.
+    let left = |axis: usize| if forward[axis] { dims[axis] as i32 - 1 - start[axis] } else { start[axis] };
+    let mut left = [left(0), left(1)];
+    let leave = |distance: f32, exit: Exit| match distance {
+        // Not a number ends here as well.
+        distance if !(distance < limit) => Exit::Limit,
+        distance if distance <= nearest => Exit::Border,
+        _ => exit,
+    };
+    let mut z = start[2];
+    let mut column = start[1] as usize * row + start[0] as usize;
+    loop {
+        let axis = usize::from(next[1] <= next[0]);
+        let side = next[axis];
+        if direction[2] != 0.0 {
+            // The voxel in which the ray leaves the column, or reaches the limit.
+            let end = floor(origin[2] + side.min(limit) * direction[2], dims[2]);
+            if forward[2] {
                 let end = end.max(z);
-                let clear = run_up(words, column, nx, z as u32, grid.dims[2]);
+                let clear = run_up(words, column, nx, z as u32, dims[2]);
                 if clear <= end {
-                    let distance = (clear as f32 - origin[2]) * inverse;
-                    let beyond = clear >= grid.dims[2] as i32;
+                    let distance = (clear as f32 - origin[2]) * inverse[2];
+                    let beyond = clear >= dims[2] as i32;
                     return leave(distance, if beyond { Exit::Grid(distance) } else { Exit::Clear(distance) });
                 }
                 z = end;
-            }
-            if !(side < limit) {
-                return Exit::Limit;
-            }
-            if left[axis] == 0 {
-                return leave(side, Exit::Grid(side));
-            }
-            left[axis] -= 1;
-            next[axis] += delta[axis];
-            column = column.wrapping_add(step[axis]);
-            if words[column + (z as usize / 64) * nx] >> (z as u32 % 64) & 1 == 0 {
-                return leave(side, Exit::Clear(side));
+            } else {
+                let end = end.min(z);
+                let clear = run_down(words, column, nx, z as u32);
+                if clear >= end {
+                    let distance = ((clear + 1) as f32 - origin[2]) * inverse[2];
+                    return leave(distance, if clear < 0 { Exit::Grid(distance) } else { Exit::Clear(distance) });
+                }
+                z = end;
             }
         }
+        if !(side < limit) {
+            return Exit::Limit;
+        }
+        if left[axis] == 0 {
+            return leave(side, Exit::Grid(side));
+        }
+        left[axis] -= 1;
+        next[axis] += delta[axis];
+        column = column.wrapping_add(step[axis]);
+        if words[column + (z as usize / 64) * nx] >> (z as u32 % 64) & 1 == 0 {
+            return leave(side, Exit::Clear(side));
+        }
     }
+}
+
+/// The voxel of a place in a column, −1 below it and `nz` above it. A place between two voxels may count as either.
+#[inline(always)]
+fn floor(value: f32, nz: u32) -> i32 {
+    // At 1.5 · 2²³ floats are whole numbers, which are in the low bits.
+    const WHOLE: f32 = 12_582_912.0;
+    let clamped = value.max(-1.0).min(nz as f32) - 0.5;
+    ((clamped + WHOLE).to_bits() as i32).wrapping_sub(WHOLE.to_bits() as i32)
 }
 
 /// The first clear voxel of a column at or below the solid voxel z; −1 if there is none.

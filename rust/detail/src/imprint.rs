@@ -241,8 +241,8 @@ pub fn write(
 ) -> Result<()> {
     let mut dents: Vec<&TileDents> = dents.iter().filter(|dents| !dents.texels.is_empty()).collect();
     dents.sort_unstable_by_key(|dents| dents.tile);
-    if let Some(least) = dents.iter().map(|dents| dents.least).reduce(f32::min) {
-        object.deepen(least);
+    for dents in &dents {
+        object.deepen(dents.least.to_f32());
     }
     let displacement = &mut object.displacement;
     let bytes = displacement.bytes();
@@ -256,9 +256,11 @@ pub fn write(
     let tiles: Vec<u32> = dents.iter().map(|dents| dents.tile).collect();
     let mut changes = displacement.edit(context, &tiles, |tile, texels| {
         let Ok(index) = dents.binary_search_by_key(&tile, |dents| dents.tile) else { return };
-        let size = texels.size();
-        for (texel, value) in &dents[index].texels {
-            texels.row_mut(*texel as usize / size)[*texel as usize % size] = *value;
+        for run in dents[index].texels.chunk_by(|a, b| a.0 >> 16 == b.0 >> 16) {
+            let row = texels.row_mut(run[0].0 as usize >> 16);
+            for (texel, value) in run {
+                row[*texel as usize & 0xffff] = *value;
+            }
         }
     })?;
     changes.extend(applied.changes);

@@ -12,7 +12,7 @@ use relievo_surface::Surface;
 use relievo_tiles::Field;
 
 use crate::cull::{CulledTile, VoxelFrame};
-use crate::dda::Exit;
+use crate::dda::{Exit, exit};
 use crate::knots::{BLOCK_KNOTS, KnotBlock, Knots, TileKnots, block_edge};
 use crate::voxel::Voxels;
 
@@ -32,14 +32,14 @@ pub struct Limits {
 pub struct TileDents {
     /// The tile.
     pub tile: u32,
-    /// Index (row · size + column, without the ring) and new value of each coefficient that changes.
+    /// Place (row · 65536 + column, without the ring) and new value of each coefficient that changes.
     pub texels: Vec<(u32, f16)>,
     /// Coefficients that were looked at.
     pub tested: u32,
     /// Rays that left the grid inside the collider and were held at its border.
     pub clamped: u32,
     /// The least new value.
-    pub least: f32,
+    pub least: f16,
 }
 
 /// Casts the rays of all coefficients in `tiles`. What is returned is in their order; tiles without a change are left
@@ -83,113 +83,112 @@ fn cast_tile(
     let tile = culled.tile;
     let size = field.size(tile);
     let edge = block_edge(size);
+    let count = (edge * edge) as usize;
     let coefficients = field.block(tile);
     let mut dents = TileDents { tile, ..TileDents::default() };
-    let mut values = [0.0; BLOCK_KNOTS];
-    let mut probes = Probes::default();
-    let deepest = key(lower_bound(-limits.max_displacement));
-    let mut least = 0i16;
+    let mut values = [f16::ZERO; BLOCK_KNOTS];
     for block in &culled.blocks {
         let (column, row) = (block % (size / edge) * edge, block / (size / edge) * edge);
         if let Some(coefficients) = coefficients {
             for (j, values) in values.chunks_mut(edge as usize).take(edge as usize).enumerate() {
                 let start = ((row + 1) as usize + j) * (size as usize + 2) + column as usize + 1;
-                coefficients[start..start + edge as usize].convert_to_f32_slice(values);
+                values.copy_from_slice(&coefficients[start..start + edge as usize]);
             }
         }
         let knots = knots.block(level, surface, tile, size, *block);
-        let count = (edge * edge) as usize;
-        probe(level, frame, knots, &values, voxels.grid().dims, voxels.grid().words(), &mut probes);
-        dents.tested += count as u32;
-        let words = voxels.words();
-        for k in 0..count {
-            let cell = probes.cell[k];
-            if cell == OUTSIDE || words[cell as usize] >> probes.bit[k] & 1 == 0 {
-                continue;
-            }
-            let value = values[k];
-            // Beyond this distance nothing would change any more.
-            let reach = ((value + limits.max_displacement) / limits.share).min(limits.depth / limits.share);
-            // Not a number, as for a share of 0, ends here as well.
-            if !(reach > 0.0) {
-                continue;
-            }
-            let normal = [knots.n[0][k], knots.n[1][k], knots.n[2][k]];
-            let direction = frame.turn(normal).map(|value| -value);
-            if direction == [0.0; 3] {
-                continue;
-            }
-            let distance = match voxels.exit([probes.q[0][k], probes.q[1][k], probes.q[2][k]], direction, reach) {
-                Exit::Outside | Exit::Border => continue,
-                Exit::Clear(distance) => distance,
-                Exit::Grid(distance) => {
-                    dents.clamped += 1;
-                    distance
-                }
-                Exit::Limit => reach,
-            };
-            // Values are half floats, so rounding them down changes nothing.
-            let new = key(rounded_down(value - limits.share * distance)).max(deepest);
-            if new < key(rounded_down(value)) {
-                let k = k as u32;
-                let new_value = unkey(new);
-                dents.texels.push(((row + k / edge) * size + column + k % edge, new_value));
-                least = least.min(new);
-            }
+        let found = dents.texels.len();
+        cast_block(level, frame, knots, &values[..count], voxels, limits, &mut dents);
+        for (k, _) in &mut dents.texels[found..] {
+            *k = texel(row + *k / edge, column + *k % edge);
         }
+        dents.tested += count as u32;
     }
-    dents.least = unkey(least).to_f32();
     dents
 }
 
-/// A place outside the grid.
-const OUTSIDE: u32 = u32::MAX;
-
-/// Where the points of a block are in the voxels: coordinates, word and bit.
-struct Probes {
-    q: [[f32; BLOCK_KNOTS]; 3],
-    cell: [u32; BLOCK_KNOTS],
-    bit: [u32; BLOCK_KNOTS],
-}
-
-impl Default for Probes {
-    fn default() -> Self {
-        Self { q: [[0.0; BLOCK_KNOTS]; 3], cell: [OUTSIDE; BLOCK_KNOTS], bit: [0; BLOCK_KNOTS] }
-    }
+/// Where a texel is in its tile, as [`TileDents::texels`] says.
+pub(crate) fn texel(row: u32, column: u32) -> u32 {
+    row << 16 | column
 }
 
 dispatch_simd! {
-    /// Places the points of a block, surface plus coefficient times normal, in the voxels.
-    fn probe = probe_body(
-        frame: &VoxelFrame, knots: &KnotBlock, values: &[f32; BLOCK_KNOTS], dims: [u32; 3], words: u32, probes: &mut Probes
+    /// Appends the coefficients of a block that change, by their index in the block.
+    fn cast_block = cast_block_body(
+        frame: &VoxelFrame, knots: &KnotBlock, values: &[f16], voxels: &Voxels, limits: &Limits, dents: &mut TileDents
     )
 }
 
 #[inline(always)]
-fn probe_body<A: Arithmetic>(
+fn cast_block_body<A: Arithmetic>(
     frame: &VoxelFrame,
     knots: &KnotBlock,
-    values: &[f32; BLOCK_KNOTS],
-    dims: [u32; 3],
-    words: u32,
-    probes: &mut Probes,
+    values: &[f16],
+    voxels: &Voxels,
+    limits: &Limits,
+    dents: &mut TileDents,
 ) {
     let frame = *frame;
-    let nx = dims[0];
+    let dims = voxels.grid().dims;
+    let (nx, stack) = (dims[0], voxels.grid().words());
+    let words = voxels.words();
+    let mut heights = [0.0f32; BLOCK_KNOTS];
+    values.convert_to_f32_slice(&mut heights[..values.len()]);
+    // The point of every coefficient in voxels, the direction of its normal, and its word and bit.
+    let mut place = [[0.0f32; BLOCK_KNOTS]; 3];
+    let mut normal = [[0.0f32; BLOCK_KNOTS]; 3];
+    let mut cell = [0u32; BLOCK_KNOTS];
+    let mut bit = [0u32; BLOCK_KNOTS];
     for k in 0..BLOCK_KNOTS {
-        let v: [f32; 3] =
-            std::array::from_fn(|axis| A::fma(values[k], knots.n[axis][k], knots.p[axis][k] - frame.origin[axis]));
-        let q = frame.rows.map(|row| A::fma(row[0], v[0], A::fma(row[1], v[1], row[2] * v[2])));
-        let q: [f32; 3] = std::array::from_fn(|axis| q[axis] + frame.shift[axis]);
+        let from = [0, 1, 2].map(|axis| knots.p[axis][k] - frame.origin[axis]);
         let mut inside = true;
+        let mut q = [0.0; 3];
         for axis in 0..3 {
-            probes.q[axis][k] = q[axis];
+            let row = frame.rows[axis];
+            let n = A::fma(row[0], knots.n[0][k], A::fma(row[1], knots.n[1][k], row[2] * knots.n[2][k]));
+            let p = A::fma(row[0], from[0], A::fma(row[1], from[1], A::fma(row[2], from[2], frame.shift[axis])));
+            q[axis] = A::fma(heights[k], n, p);
             inside &= q[axis] >= 0.0 && q[axis] < frame.dims[axis];
+            normal[axis][k] = n;
+            place[axis][k] = q[axis];
         }
-        let [x, y, z] = q.map(|value| value.clamp(0.0, 65535.0) as i32 as u32);
-        let cell = (y.wrapping_mul(words).wrapping_add(z >> 6)).wrapping_mul(nx).wrapping_add(x);
-        probes.cell[k] = if inside { cell } else { OUTSIDE };
-        probes.bit[k] = z & 63;
+        // Outside, the place is moved into the grid and a bit is asked for that no word has.
+        let [x, y, z] = [0, 1, 2].map(|axis| q[axis].max(0.0).min(frame.dims[axis] - 1.0) as i32 as u32);
+        cell[k] = (y.wrapping_mul(stack).wrapping_add(z >> 6)).wrapping_mul(nx).wrapping_add(x);
+        bit[k] = if inside { z & 63 } else { 64 };
+    }
+    // Solid ones, listed without a branch.
+    let mut solid = [0u16; BLOCK_KNOTS];
+    let mut count = 0;
+    for k in 0..values.len() {
+        solid[count & 255] = k as u16;
+        let hit = u128::from(words[cell[k] as usize]) >> bit[k] & 1;
+        count += hit as usize;
+    }
+    let deepest = key(lower_bound(-limits.max_displacement));
+    let scale = 1.0 / limits.share;
+    for k in solid[..count].iter().map(|k| usize::from(*k)) {
+        // Beyond this distance nothing would change any more.
+        let reach = (heights[k] + limits.max_displacement).min(limits.depth) * scale;
+        let direction = [-normal[0][k], -normal[1][k], -normal[2][k]];
+        // Not a number, as for a share of 0, ends here as well. A degenerate place of the surface has no normal.
+        if !(reach > 0.0) || direction == [0.0; 3] {
+            continue;
+        }
+        let distance = match exit(words, dims, [place[0][k], place[1][k], place[2][k]], direction, reach) {
+            Exit::Outside | Exit::Border => continue,
+            Exit::Clear(distance) => distance,
+            Exit::Grid(distance) => {
+                dents.clamped += 1;
+                distance
+            }
+            Exit::Limit => reach,
+        };
+        let new = key(rounded_down(heights[k] - limits.share * distance)).max(deepest);
+        if new < key(values[k]) {
+            let new = unkey(new);
+            dents.least = dents.least.min(new);
+            dents.texels.push((k as u32, new));
+        }
     }
 }
 

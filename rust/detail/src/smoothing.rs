@@ -50,7 +50,7 @@ pub fn smooth(
 fn mask(dents: &TileDents, size: u32) -> Vec<bool> {
     let mut mask = vec![false; (size * size) as usize];
     for (texel, _) in &dents.texels {
-        let (row, column) = (texel / size, texel % size);
+        let (row, column) = (texel >> 16, texel & 0xffff);
         for j in row.saturating_sub(REACH)..(row + REACH + 1).min(size) {
             for i in column.saturating_sub(REACH)..(column + REACH + 1).min(size) {
                 mask[(j * size + i) as usize] = true;
