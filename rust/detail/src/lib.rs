@@ -8,6 +8,7 @@ pub mod grid;
 pub mod hierarchy;
 pub mod imprint;
 pub mod knots;
+pub mod motion;
 pub mod obb;
 pub mod object;
 pub mod overlap;
@@ -16,6 +17,7 @@ mod scanline;
 #[cfg(test)]
 mod shapes;
 mod smoothing;
+pub mod tool;
 pub mod voxel;
 
 pub use collider::Collider;
@@ -23,6 +25,7 @@ pub use dda::Exit;
 pub use grid::Grid;
 pub use hierarchy::{Bounds, Hierarchy, Region};
 pub use imprint::{ImprintSettings, Imprinter, Moment, Report};
+pub use motion::{Motion, Pose};
 pub use obb::Obb;
 pub use object::DisplacedObject;
 pub use voxel::{Side, Solid, Voxels};
