@@ -3,13 +3,16 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Mesh, Result};
+use relievo_surface::{PatchForm, PatchView};
+use relievo_tiles::Displaced;
+use relievo_tiles::tessellate::MAX_RATE;
 
 use crate::grid::Grid;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::obb::Obb;
-use crate::object::check_transform;
+use crate::object::{DisplacedObject, check_transform};
 use crate::voxel::{Side, Solid, Voxels};
 
 /// A triangle mesh in the world.
@@ -57,6 +60,25 @@ impl Collider {
             Hierarchy::build(context, triangles.len(), |index| bounds(&points, &triangles[index as usize]))
         })?;
         Ok(Self { points, triangles: triangles.into(), hierarchy, obb, closed, transform })
+    }
+
+    /// A collider of a displaced surface, as it is now.
+    ///
+    /// Tiles that may be in `obb` are cut into cells whose sides are at most `edge` long there (world units), as far as
+    /// a tile can be cut; the others are only as fine as their faces. `cage` has the surface's faces.
+    pub fn of_object(context: &Context, object: &DisplacedObject, cage: &Mesh, obb: &Obb, edge: f64) -> Result<Self> {
+        let topology = object.surface().topology();
+        let mut rates = vec![1; topology.tile_count()];
+        for tile in object.tiles_near(context, obb) {
+            let length = object.surface().patches(tile).map(|patch| speed(&patch, &object.transform().matrix3));
+            let cells = (length.fold(0.0, f64::max) / edge).ceil().clamp(1.0, f64::from(MAX_RATE)) as u32;
+            rates[tile as usize] = cells.next_power_of_two().min(MAX_RATE);
+        }
+        let faces = Mesh::new(cage.points.clone(), cage.face_sizes.clone(), cage.corners.clone());
+        let displaced = Displaced::new(object.surface(), object.displacement().field())?;
+        let mesh = displaced.tessellate(context, &faces, &rates)?.mesh;
+        let (triangles, points) = (mesh.triangles(), mesh.points);
+        Self::new(context, points, triangles, *object.transform())
     }
 
     /// Positions in object space.
@@ -218,6 +240,27 @@ impl Collider {
     }
 }
 
+/// A bound of the length of a patch's derivatives by the tile's parameters, after a linear map: a Bézier curve is no
+/// faster than three times its longest difference.
+fn speed(patch: &PatchView<'_>, map: &DMat3) -> f64 {
+    let points: Vec<DVec3> = patch.points().map(|point| *map * DVec3::from(point.map(f64::from))).collect();
+    let size = patch.patch.size.map(f64::from);
+    if patch.patch.form == PatchForm::Gregory {
+        // All control points are near the patch, which is small.
+        let far = points.iter().map(|point| (*point - points[0]).length()).fold(0.0, f64::max);
+        return 6.0 * far / size[0].min(size[1]);
+    }
+    let mut fastest: f64 = 0.0;
+    for row in 0..4 {
+        for k in 0..3 {
+            let in_u = (points[4 * row + k + 1] - points[4 * row + k]).length() / size[0];
+            let in_v = (points[4 * (k + 1) + row] - points[4 * k + row]).length() / size[1];
+            fastest = fastest.max(3.0 * in_u.max(in_v));
+        }
+    }
+    fastest
+}
+
 fn bounds(points: &[[f32; 3]], triangle: &[u32; 3]) -> Bounds {
     Bounds::of_points(triangle.iter().map(|point| &points[*point as usize]))
 }
@@ -297,7 +340,6 @@ fn is_closed(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> bool {
 mod tests {
     use super::*;
     use crate::shapes;
-    use glam::DMat3;
 
     #[test]
     fn closed_and_open_meshes_are_told_apart() {

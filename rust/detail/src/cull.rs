@@ -112,7 +112,7 @@ pub fn everything(object: &DisplacedObject) -> Vec<CulledTile> {
 }
 
 /// The least and the largest of some coefficients.
-fn range(block: &[f16]) -> [f32; 2] {
+pub(crate) fn range(block: &[f16]) -> [f32; 2] {
     // Half floats order like integers once the magnitude of negative ones is reversed.
     let key = |bits: u16| (bits ^ (((bits as i16) >> 15) as u16 & 0x7fff)) as i16;
     let back = |key: i16| f16::from_bits(key as u16 ^ ((key >> 15) as u16 & 0x7fff)).to_f32();

@@ -4,11 +4,12 @@
 //! and `imprint.ring`.
 
 use relievo_core::{Context, Result};
-use relievo_tiles::{Candidate, Change, Sets};
+use relievo_tiles::{Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
 use crate::grid::Grid;
+use crate::motion::Motion;
 use crate::object::DisplacedObject;
 use crate::overlap::{jittered, overlap};
 use crate::raycast::{self, Limits, TileDents};
@@ -77,6 +78,11 @@ pub struct Report {
     pub voxel_diagonal: f64,
     /// Bytes of the allocated tiles afterwards.
     pub bytes: u64,
+    /// Imprints that were made.
+    pub sub_steps: u64,
+    /// Imprints that the motion needs for a track without gaps, where it was a motion; more than were made if the
+    /// settings do not allow them.
+    pub sub_steps_wanted: u64,
 }
 
 impl Report {
@@ -97,6 +103,8 @@ impl Report {
         self.triangles += other.triangles;
         self.voxel_diagonal = self.voxel_diagonal.max(other.voxel_diagonal);
         self.bytes = other.bytes;
+        self.sub_steps += other.sub_steps;
+        self.sub_steps_wanted += other.sub_steps_wanted;
     }
 }
 
@@ -129,8 +137,49 @@ impl Imprinter {
         moment: Moment,
     ) -> Result<Report> {
         settings.check()?;
+        self.step(context, object, collider, settings, moment, None)
+    }
+
+    /// Moves `collider` along `motion` and presses it into `object` at every sub-step, the end of the motion last.
+    ///
+    /// There are as many sub-steps as [`Motion::sub_steps`] wants, but no more than the settings allow; the depth limit
+    /// counts over all of them. The first frame of a collider is a motion that stays where it is.
+    pub fn sweep(
+        &mut self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        collider: &mut Collider,
+        motion: &Motion,
+        settings: &ImprintSettings,
+        moment: Moment,
+    ) -> Result<Report> {
+        settings.check()?;
+        let limited = settings.depth_limit < Self::NO_LIMIT;
+        let start = limited.then(|| object.displacement().field().clone());
+        let count = motion.sub_steps().min(settings.sub_steps);
+        let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
+        for step in 1..=count {
+            collider.set_pose(context, &motion.at(f64::from(step) / f64::from(count)))?;
+            let moment = Moment { step: moment.step + step - 1, ..moment };
+            report.merge(self.step(context, object, collider, settings, moment, start.as_ref())?);
+        }
+        Ok(report)
+    }
+
+    /// The depth limit that limits nothing, because half floats reach no further.
+    const NO_LIMIT: f32 = 60000.0;
+
+    fn step(
+        &mut self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+        start: Option<&Field>,
+    ) -> Result<Report> {
         let stats = context.stats();
-        let mut report = Report { bytes: object.displacement().bytes(), ..Report::default() };
+        let mut report = Report { bytes: object.displacement().bytes(), sub_steps: 1, ..Report::default() };
         let Some(grid) = stats.time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?
         else {
             return Ok(report);
@@ -160,7 +209,7 @@ impl Imprinter {
         }
         let dents = {
             let mut stage = stats.begin("imprint.raycast");
-            let dents = cast(context, object, &tiles, &self.voxels, settings);
+            let dents = cast(context, object, start, &tiles, &self.voxels, settings);
             stage.count("coefficients", dents.iter().map(|dents| u64::from(dents.tested)).sum());
             stage.count("changed", dents.iter().map(|dents| dents.texels.len() as u64).sum());
             dents
@@ -191,7 +240,12 @@ pub fn overlap_grid(
 ) -> Result<Option<Grid>> {
     let [least, most] = object.reach().map(f64::from);
     let least = least.min(f64::from(-settings.max_displacement));
-    let Some(mut both) = overlap(&collider.obb(), &object.obb(most.max(-least))) else { return Ok(None) };
+    let margin = most.max(-least);
+    // What is solid behind an open sheet is outside the sheet's own box.
+    let scale = object.transform().matrix3;
+    let stretch = scale.x_axis.length().max(scale.y_axis.length()).max(scale.z_axis.length());
+    let behind = if collider.is_closed() { 0.0 } else { margin * stretch };
+    let Some(mut both) = overlap(&collider.obb().enlarged(behind), &object.obb(margin)) else { return Ok(None) };
     // What the collider leaves decides which tiles matter and the other way round; two rounds get most of it.
     for _ in 0..2 {
         let Some(part) = object.occupied(context, &both, least, most) else { return Ok(None) };
@@ -216,10 +270,11 @@ pub fn compact(context: &Context, object: &DisplacedObject, culled: Vec<CulledTi
     culled.into_iter().filter(|tile| wanted.next_if_eq(&&tile.tile).is_some()).collect()
 }
 
-/// Casts the rays of `tiles` into `voxels`.
+/// Casts the rays of `tiles` into `voxels`. The depth limit counts from `start`, or from what the displacements are.
 pub fn cast(
     context: &Context,
     object: &mut DisplacedObject,
+    start: Option<&Field>,
     tiles: &[CulledTile],
     voxels: &Voxels,
     settings: &ImprintSettings,
@@ -228,7 +283,7 @@ pub fn cast(
     let limits =
         Limits { share: settings.share, max_displacement: settings.max_displacement, depth: settings.depth_limit };
     let DisplacedObject { surface, displacement, knots, .. } = object;
-    raycast::cast(context, surface, displacement.field(), knots, tiles, &frame, voxels, &limits)
+    raycast::cast(context, surface, displacement.field(), start, knots, tiles, &frame, voxels, &limits)
 }
 
 /// Writes the dents into the tiles: allocates those that need it, smooths if asked, and brings rings up to date.

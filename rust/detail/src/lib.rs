@@ -12,6 +12,7 @@ pub mod motion;
 pub mod obb;
 pub mod object;
 pub mod overlap;
+pub mod pair;
 pub mod raycast;
 mod scanline;
 #[cfg(test)]
@@ -28,4 +29,5 @@ pub use imprint::{ImprintSettings, Imprinter, Moment, Report};
 pub use motion::{Motion, Pose};
 pub use obb::Obb;
 pub use object::DisplacedObject;
+pub use pair::Deformable;
 pub use voxel::{Side, Solid, Voxels};

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Result};
 use relievo_surface::{Cone, Surface};
-use relievo_tiles::{Displacement, Snapshot};
+use relievo_tiles::{Displacement, Field, Snapshot};
 
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::knots::Knots;
@@ -152,6 +152,17 @@ impl DisplacedObject {
         Some(Obb { center: obb.center + obb.axes * local.center, axes: obb.axes, half: local.half })
     }
 
+    /// Tiles whose surface, displaced as far as coefficients reach, may be in `obb`.
+    pub fn tiles_near(&self, context: &Context, obb: &Obb) -> Vec<u32> {
+        let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
+        let [least, most] = self.reach.unwrap_or_else(|| coefficient_range(self.displacement.field()));
+        let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
+        let margin = DVec3::from(rows.map(|row| row.length())) * f64::from(most.max(-least));
+        let mut tiles = Vec::new();
+        self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut tiles);
+        tiles
+    }
+
     /// The mean direction of the normals of the tiles in `obb`, along its axes; its length says how much they agree, 0
     /// to 1.
     pub fn facing(&mut self, context: &Context, obb: &Obb) -> DVec3 {
@@ -174,13 +185,7 @@ impl DisplacedObject {
     /// The least and the largest coefficient of the displacement, 0 between them.
     pub fn reach(&mut self) -> [f32; 2] {
         let field = self.displacement.field();
-        *self.reach.get_or_insert_with(|| {
-            let blocks = field.allocated().filter_map(|tile| field.block(tile));
-            blocks.flatten().fold([0.0, 0.0], |[least, most], value| {
-                let value = value.to_f32();
-                [least.min(value), most.max(value)]
-            })
-        })
+        *self.reach.get_or_insert_with(|| coefficient_range(field))
     }
 
     /// Notes that an imprint reached down to `least`, so that the blocks need not be read for it.
@@ -206,6 +211,15 @@ fn tile_bounds(surface: &Surface, tile: u32) -> Bounds {
     }
     let (low, high) = surface.tile_bounds(tile);
     Bounds { low, high }
+}
+
+/// The least and the largest coefficient of all blocks, and 0.
+fn coefficient_range(field: &Field) -> [f32; 2] {
+    let blocks = field.allocated().filter_map(|tile| field.block(tile));
+    blocks.fold([0.0, 0.0], |[least, most], block| {
+        let [low, high] = crate::cull::range(block);
+        [least.min(low), most.max(high)]
+    })
 }
 
 /// A cone of the normals of all patches of a tile.

@@ -23,7 +23,7 @@ pub struct Limits {
     pub share: f32,
     /// Object units that a coefficient may be displaced inwards.
     pub max_displacement: f32,
-    /// Object units that a coefficient may move at a time.
+    /// Object units that a coefficient may move, counted from what it was in `start`.
     pub depth: f32,
 }
 
@@ -42,13 +42,15 @@ pub struct TileDents {
     pub least: f16,
 }
 
-/// Casts the rays of all coefficients in `tiles`. What is returned is in their order; tiles without a change are left
-/// out.
+/// Casts the rays of all coefficients in `tiles`. What is returned is in their order.
+///
+/// `start` are the displacements from which the depth limit counts, those of `field` where it is `None`.
 #[allow(clippy::too_many_arguments)]
 pub fn cast(
     context: &Context,
     surface: &Surface,
     field: &Field,
+    start: Option<&Field>,
     knots: &mut Knots,
     tiles: &[CulledTile],
     frame: &VoxelFrame,
@@ -59,7 +61,7 @@ pub fn cast(
         tiles.iter().map(|tile| (tile, knots.take(tile.tile), TileDents::default())).collect();
     let level = context.level();
     context.for_each_mut(&mut work, |_, (tile, knots, dents)| {
-        *dents = cast_tile(level, surface, field, knots, tile, frame, voxels, limits);
+        *dents = cast_tile(level, surface, field, start, knots, tile, frame, voxels, limits);
     });
     let mut dents = Vec::with_capacity(work.len());
     knots.put(work.into_iter().map(|(tile, knots, found)| {
@@ -74,6 +76,7 @@ fn cast_tile(
     level: Level,
     surface: &Surface,
     field: &Field,
+    start: Option<&Field>,
     knots: &mut TileKnots,
     culled: &CulledTile,
     frame: &VoxelFrame,
@@ -84,20 +87,22 @@ fn cast_tile(
     let size = field.size(tile);
     let edge = block_edge(size);
     let count = (edge * edge) as usize;
-    let coefficients = field.block(tile);
     let mut dents = TileDents { tile, ..TileDents::default() };
-    let mut values = [f16::ZERO; BLOCK_KNOTS];
+    // What the coefficients are and what they were; unallocated ones are zero.
+    let sources = [field.block(tile), start.map_or_else(|| field.block(tile), |start| start.block(tile))];
+    let mut values = [[f16::ZERO; BLOCK_KNOTS]; 2];
     for block in &culled.blocks {
         let (column, row) = (block % (size / edge) * edge, block / (size / edge) * edge);
-        if let Some(coefficients) = coefficients {
+        for (source, values) in sources.iter().zip(&mut values) {
+            let Some(source) = source else { continue };
             for (j, values) in values.chunks_mut(edge as usize).take(edge as usize).enumerate() {
-                let start = ((row + 1) as usize + j) * (size as usize + 2) + column as usize + 1;
-                values.copy_from_slice(&coefficients[start..start + edge as usize]);
+                let first = ((row + 1) as usize + j) * (size as usize + 2) + column as usize + 1;
+                values.copy_from_slice(&source[first..first + edge as usize]);
             }
         }
         let knots = knots.block(level, surface, tile, size, *block);
         let found = dents.texels.len();
-        cast_block(level, frame, knots, &values[..count], voxels, limits, &mut dents);
+        cast_block(level, frame, knots, &values[0][..count], &values[1], voxels, limits, &mut dents);
         for (k, _) in &mut dents.texels[found..] {
             *k = texel(row + *k / edge, column + *k % edge);
         }
@@ -114,15 +119,18 @@ pub(crate) fn texel(row: u32, column: u32) -> u32 {
 dispatch_simd! {
     /// Appends the coefficients of a block that change, by their index in the block.
     fn cast_block = cast_block_body(
-        frame: &VoxelFrame, knots: &KnotBlock, values: &[f16], voxels: &Voxels, limits: &Limits, dents: &mut TileDents
+        frame: &VoxelFrame, knots: &KnotBlock, values: &[f16], start: &[f16; BLOCK_KNOTS], voxels: &Voxels, limits: &Limits,
+        dents: &mut TileDents
     )
 }
 
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 fn cast_block_body<A: Arithmetic>(
     frame: &VoxelFrame,
     knots: &KnotBlock,
     values: &[f16],
+    start: &[f16; BLOCK_KNOTS],
     voxels: &Voxels,
     limits: &Limits,
     dents: &mut TileDents,
@@ -168,7 +176,8 @@ fn cast_block_body<A: Arithmetic>(
     let scale = 1.0 / limits.share;
     for k in solid[..count].iter().map(|k| usize::from(*k)) {
         // Beyond this distance nothing would change any more.
-        let reach = (heights[k] + limits.max_displacement).min(limits.depth) * scale;
+        let spent = start[k].to_f32() - heights[k];
+        let reach = (heights[k] + limits.max_displacement).min(limits.depth - spent) * scale;
         let direction = [-normal[0][k], -normal[1][k], -normal[2][k]];
         // Not a number, as for a share of 0, ends here as well. A degenerate place of the surface has no normal.
         if !(reach > 0.0) || direction == [0.0; 3] {

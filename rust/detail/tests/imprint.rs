@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot};
 use relievo_core::{Context, ContextOptions, Mesh};
-use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Report};
+use relievo_detail::{Collider, Deformable, DisplacedObject, ImprintSettings, Imprinter, Moment, Motion, Pose, Report};
 use relievo_surface::{Place, Surface, SurfaceOptions};
 use relievo_tiles::{Displacement, DisplacementOptions};
 
@@ -248,4 +248,63 @@ fn a_full_budget_is_reported_and_the_rest_still_dented() {
     let report = press(&context, &mut plate, &ball, 1);
     assert_eq!(report.bytes, 3 * block);
     assert!(!report.refused.is_empty() && !report.changed.is_empty());
+}
+
+#[test]
+fn a_fast_ball_leaves_a_track_and_not_dots() {
+    let context = context(2);
+    let (from, to) = (DVec3::new(-4.0, 0.1, 0.3), DVec3::new(4.0, 0.1, 0.3));
+    let roll =
+        |at: DVec3, angle: f64| Pose::rigid(DAffine3::from_rotation_translation(DQuat::from_rotation_y(angle), at));
+    let run = |settings: ImprintSettings| {
+        let mut plate = object(&context, &plate(12, 0.0), 64, DAffine3::IDENTITY);
+        let mut ball = ball(&context, 0.5, DAffine3::IDENTITY);
+        let motion = Motion::new(&ball, roll(from, 0.0), roll(to, 2.0)).unwrap();
+        let report =
+            Imprinter::new().sweep(&context, &mut plate, &mut ball, &motion, &settings, Moment::default()).unwrap();
+        assert_eq!(ball.transform().translation, to);
+        // The shallowest and the deepest place along the middle of the track.
+        let depths = coefficients(&plate).into_iter().filter(|(_, p, _)| (p.y - 0.1).abs() < 0.02 && p.x.abs() < 3.9);
+        let depths = depths.fold((0.0f32, -1.0f32), |(deep, shallow), (_, _, v)| (deep.min(v), shallow.max(v)));
+        (report, depths)
+    };
+    let (report, (deep, shallow)) = run(settings());
+    assert!(report.sub_steps > 30 && report.sub_steps == report.sub_steps_wanted, "{report:?}");
+    assert!(shallow < -0.17 && deep > -0.25, "{shallow} {deep}");
+    let (report, (deep, _)) = run(ImprintSettings { depth_limit: 0.0625, ..settings() });
+    assert_eq!(deep, -0.0625);
+    assert!(report.changed.len() > 8);
+    let (report, (_, shallow)) = run(ImprintSettings { sub_steps: 3, ..settings() });
+    assert!(report.sub_steps == 3 && report.sub_steps_wanted > 30 && shallow == 0.0);
+}
+
+#[test]
+fn two_deformable_objects_share_the_penetration() {
+    let context = context(2);
+    let (ground, body) = (plate(8, 0.0), cube());
+    let mut below = object(&context, &ground, 32, DAffine3::IDENTITY);
+    let mut above = object(&context, &body, 32, DAffine3::IDENTITY);
+    // The lowest point of the limit surface of the cube, in the middle of the face it looks down with.
+    let lowest = coefficients(&above).into_iter().map(|(_, p, _)| p.z).fold(f64::INFINITY, f64::min);
+    let overlap = 0.3;
+    above.set_transform(DAffine3::from_translation(DVec3::new(0.1, 0.2, -lowest - overlap))).unwrap();
+    let settings = ImprintSettings { voxels: 1 << 18, ..settings() };
+    let mut first =
+        Deformable { object: &mut below, cage: &ground, settings: ImprintSettings { share: 0.5, ..settings } };
+    let mut second = Deformable { object: &mut above, cage: &body, settings };
+    let reports = Imprinter::new().collide(&context, &mut first, &mut second, Moment::default()).unwrap();
+    assert!(reports.iter().all(|report| report.changed_coefficients > 100), "{reports:?}");
+    let slack = reports[0].voxel_diagonal.max(reports[1].voxel_diagonal);
+    let deepest = |object: &DisplacedObject| coefficients(object).into_iter().map(|(_, _, v)| v).fold(0.0, f32::min);
+    let (a, b) = (f64::from(-deepest(&below)), f64::from(-deepest(&above)));
+    assert!((a - 0.5 * overlap).abs() < slack && (a + b - overlap).abs() < 2.0 * slack, "{a} {b} {slack}");
+    // Nothing of the body is left below the ground around it.
+    let ground: Vec<DVec3> = coefficients(&below).into_iter().map(|(_, p, _)| p).collect();
+    for (_, point, _) in coefficients(&above).into_iter().filter(|(_, p, _)| p.z < 0.0) {
+        let near = ground.iter().min_by(|a, b| {
+            let far = |p: &DVec3| (p.truncate() - point.truncate()).length();
+            far(a).total_cmp(&far(b))
+        });
+        assert!(point.z > near.unwrap().z - 2.0 * slack, "{point} {near:?}");
+    }
 }
