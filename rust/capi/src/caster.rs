@@ -197,9 +197,12 @@ impl Rays {
         }
         for index in 0..count {
             let (origin, direction) = (Vec3::from(rays.origins.get(index)), Vec3::from(rays.directions.get(index)));
-            if !origin.is_finite() || !direction.is_finite() || direction == Vec3::ZERO {
-                return Err(Error::invalid("the origin or direction is not finite, or the direction is zero")
-                    .at(format!("ray {index}")));
+            let usable = |value: Vec3| value.abs().max_element() <= Ray::LARGEST && value.is_finite();
+            if !usable(origin) || !usable(direction) || direction == Vec3::ZERO {
+                return Err(Error::invalid(
+                    "the origin or direction is not finite or beyond 1e12, or the direction is zero",
+                )
+                .at(format!("ray {index}")));
             }
         }
         Ok(rays)

@@ -24,9 +24,21 @@ pub struct Ray {
 }
 
 impl Ray {
+    /// The largest coordinate of an origin or direction. Embree's builds with assertions abort at rays of about 1e18,
+    /// also after the transform of an object; what is larger than this hits nothing.
+    pub const LARGEST: f32 = 1e12;
+
     /// A ray without end.
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
         Self { origin, direction, near: 0.0, far: f32::INFINITY }
+    }
+
+    #[inline]
+    fn is_traceable(&self) -> bool {
+        // The comparison also refuses what is not a number.
+        self.origin.iter().chain(&self.direction).all(|value| value.abs() <= Self::LARGEST)
+            && self.near >= 0.0
+            && self.near <= self.far
     }
 }
 
@@ -258,6 +270,9 @@ impl Tracer<'_> {
     /// The closest hit of `ray`.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        if !ray.is_traceable() {
+            return None;
+        }
         let hit = HitRecord {
             normal: [0.0; 3],
             u: 0.0,
@@ -284,6 +299,9 @@ impl Tracer<'_> {
     /// Whether anything is hit by `ray`.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
+        if !ray.is_traceable() {
+            return false;
+        }
         let mut record = record(ray);
         // SAFETY: as for `intersect`.
         unsafe { self.scene.device.table().trace.occluded(self.scene.top.handle, &mut record) };
@@ -328,6 +346,23 @@ mod tests {
         let object = scene.add_object().unwrap();
         scene.set_mesh(object, 7, &[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]], &[[0, 1, 2]]).unwrap();
         scene
+    }
+
+    #[test]
+    fn rays_that_embree_would_abort_at_hit_nothing() {
+        let mut scene = one_triangle();
+        let tracer = scene.commit().unwrap();
+        for value in [f32::MAX, 1e19, f32::INFINITY, f32::NAN] {
+            for axis in 0..3 {
+                let mut ray = Ray::new([0.5, 0.5, 1.0], [0.0, 0.0, -1.0]);
+                assert!(tracer.intersect(&ray).is_some());
+                ray.origin[axis] = value;
+                assert!(tracer.intersect(&ray).is_none() && !tracer.occluded(&ray));
+                let mut ray = Ray::new([0.5, 0.5, 1.0], [0.0, 0.0, -1.0]);
+                ray.direction[axis] = value;
+                assert!(tracer.intersect(&ray).is_none() && !tracer.occluded(&ray));
+            }
+        }
     }
 
     #[test]

@@ -1,0 +1,441 @@
+//! Sequences of C calls on live, dead, foreign and made-up handles, with arrays that are what the headers demand or
+//! visibly not. Every failure is an ordinary result: a fault inside the library, or an output written by a failed call,
+//! is a bug.
+#![no_main]
+
+use std::ptr::{null, null_mut};
+
+use libfuzzer_sys::arbitrary::{Result, Unstructured};
+use libfuzzer_sys::fuzz_target;
+use relievo_abi::caster::*;
+use relievo_abi::collider::*;
+use relievo_abi::context::*;
+use relievo_abi::detail::*;
+use relievo_abi::error::{RLV_ERROR_INTERNAL, RLV_OK, RlvResult};
+use relievo_abi::evaluate::*;
+use relievo_abi::imprint::*;
+use relievo_abi::mesh::*;
+use relievo_abi::surface::*;
+use relievo_abi::tessellate::*;
+
+/// What an output holds that no call may leave a part of.
+const UNTOUCHED: u64 = 0xfedc_ba98_7654_3210;
+
+/// Handles by noun. What is in one list may be tried as another.
+#[derive(Default)]
+struct Handles {
+    contexts: Vec<u64>,
+    meshes: Vec<u64>,
+    surfaces: Vec<u64>,
+    details: Vec<u64>,
+    colliders: Vec<u64>,
+    casters: Vec<u64>,
+}
+
+impl Handles {
+    fn lists(&self) -> [&[u64]; 6] {
+        [&self.contexts, &self.meshes, &self.surfaces, &self.details, &self.colliders, &self.casters]
+    }
+
+    /// A handle of `noun`, mostly one that was given out.
+    fn pick(&self, bytes: &mut Unstructured, noun: usize) -> Result<u64> {
+        let list = match bytes.int_in_range(0..=31_u8)? {
+            0 => return Ok(0),
+            1 => return bytes.arbitrary(),
+            2 => self.lists()[bytes.int_in_range(0..=5)?],
+            _ => self.lists()[noun],
+        };
+        if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
+    }
+}
+
+/// Checks what every call promises.
+fn called(result: RlvResult) -> bool {
+    assert_ne!(result, RLV_ERROR_INTERNAL, "a fault inside the library");
+    result == RLV_OK
+}
+
+/// Keeps the handle of a call that made one; a call that failed must not have written it.
+fn made(result: RlvResult, id: u64, list: &mut Vec<u64>) {
+    if called(result) {
+        list.push(id);
+    } else {
+        assert_eq!(id, UNTOUCHED, "a failed call wrote its output");
+    }
+}
+
+/// A descriptor of zeros but for its size, which is now and then wrong.
+fn sized<T>(bytes: &mut Unstructured) -> Result<T> {
+    let size = if bytes.ratio(1, 32)? { bytes.int_in_range(0..=size_of::<T>() as u32)? } else { size_of::<T>() as u32 };
+    // SAFETY: descriptors are plain numbers and pointers, for which zeros are values, and begin with a u32.
+    unsafe {
+        let mut value: T = std::mem::zeroed();
+        (&raw mut value).cast::<u32>().write(size);
+        Ok(value)
+    }
+}
+
+/// Mostly a small number in eighths, now and then anything.
+fn number(bytes: &mut Unstructured) -> Result<f32> {
+    if bytes.ratio(1, 64)? { bytes.arbitrary() } else { Ok(f32::from(bytes.arbitrary::<i8>()?) / 8.0) }
+}
+
+fn numbers(bytes: &mut Unstructured, count: usize) -> Result<Vec<f32>> {
+    (0..count).map(|_| number(bytes)).collect()
+}
+
+/// A count that says what an array holds, or a little less; with a NULL pointer also more.
+fn count(bytes: &mut Unstructured, length: usize) -> Result<usize> {
+    if bytes.ratio(1, 16)? { bytes.int_in_range(0..=length) } else { Ok(length) }
+}
+
+/// Twelve doubles of an affine map, or none.
+fn matrix(bytes: &mut Unstructured) -> Result<Option<[f64; 12]>> {
+    if bytes.arbitrary()? {
+        return Ok(None);
+    }
+    let mut matrix = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+    for _ in 0..bytes.int_in_range(0..=4)? {
+        matrix[bytes.int_in_range(0..=11)?] = f64::from(number(bytes)?);
+    }
+    for value in &mut matrix[9..] {
+        *value = f64::from(number(bytes)?) / 4.0;
+    }
+    Ok(Some(matrix))
+}
+
+fn pointer(matrix: &Option<[f64; 12]>) -> *const f64 {
+    matrix.as_ref().map_or(null(), |matrix| matrix.as_ptr())
+}
+
+fn create_mesh(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let (columns, rows) = (bytes.int_in_range(1..=3_u32)?, bytes.int_in_range(1..=3_u32)?);
+    let mut corners: Vec<u32> = Vec::new();
+    for at in (0..rows).flat_map(|row| (0..columns).map(move |column| row * (columns + 1) + column)) {
+        corners.extend([at, at + 1, at + columns + 2, at + columns + 1]);
+    }
+    if bytes.ratio(1, 8)? {
+        let at = bytes.int_in_range(0..=corners.len() - 1)?;
+        corners[at] = bytes.int_in_range(0..=20)?;
+    }
+    let sizes = vec![if bytes.ratio(1, 16)? { bytes.int_in_range(0..=8)? } else { 4_u32 }; corners.len() / 4];
+    let mut points = Vec::new();
+    for point in 0..(columns + 1) * (rows + 1) {
+        points.extend([(point % (columns + 1)) as f32, (point / (columns + 1)) as f32, number(bytes)? / 32.0]);
+    }
+    let creases: Vec<u32> =
+        (0..2 * bytes.int_in_range(0..=2)?).map(|_| bytes.int_in_range(0..=16)).collect::<Result<_>>()?;
+    let sharpness = numbers(bytes, creases.len() / 2)?;
+    let holes: Vec<u32> = (0..bytes.int_in_range(0..=1)?).map(|_| bytes.int_in_range(0..=9)).collect::<Result<_>>()?;
+    let mut arrays: RlvMeshArrays = sized(bytes)?;
+    arrays.points = points.as_ptr();
+    arrays.point_count = count(bytes, points.len() / 3)?;
+    arrays.face_size = 4;
+    if bytes.arbitrary()? {
+        arrays.face_sizes = sizes.as_ptr();
+    }
+    arrays.face_count = count(bytes, sizes.len())?;
+    arrays.corners = if bytes.ratio(1, 64)? { null() } else { corners.as_ptr() };
+    arrays.corner_count = count(bytes, corners.len())?;
+    arrays.creases = creases.as_ptr();
+    arrays.crease_sharpness = sharpness.as_ptr();
+    arrays.crease_count = sharpness.len();
+    arrays.holes = holes.as_ptr();
+    arrays.hole_count = holes.len();
+    if bytes.ratio(1, 64)? {
+        // Reading less than an element apart is refused; further apart would leave the array.
+        arrays.point_stride = bytes.int_in_range(0..=11)?;
+    }
+    let context = RlvContext { id: handles.pick(bytes, 0)? };
+    let mut out = RlvMesh { id: UNTOUCHED };
+    // SAFETY: arrays hold at least what their counts say, or are NULL.
+    let result = unsafe { rlv_mesh_create(context, &arrays, &mut out) };
+    made(result, out.id, &mut handles.meshes);
+    Ok(())
+}
+
+fn read_mesh(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mesh = RlvMesh { id: handles.pick(bytes, 1)? };
+    let mut info: RlvMeshInfo = sized(bytes)?;
+    let room = bytes.int_in_range(0..=64_usize)?;
+    let (mut floats, mut whole) = (vec![0.0_f32; 3 * room], vec![0_u32; 3 * room]);
+    let index = bytes.int_in_range(0..=2)?;
+    let name = [b'u', b'v', 0];
+    let values = numbers(bytes, 64)?;
+    let mut attribute: RlvAttributeArrays = sized(bytes)?;
+    attribute.domain = bytes.int_in_range(0..=3)?;
+    attribute.type_ = bytes.int_in_range(0..=2)?;
+    attribute.width = bytes.int_in_range(0..=5)?;
+    attribute.name = name.as_ptr().cast();
+    attribute.values = values.as_ptr().cast();
+    attribute.value_count = bytes.int_in_range(0..=12)?;
+    let mut about: RlvAttributeInfo = sized(bytes)?;
+    let mut found = 0;
+    // SAFETY: every array has the room that is told.
+    unsafe {
+        called(rlv_mesh_info(mesh, &mut info));
+        called(rlv_mesh_get_points(mesh, floats.as_mut_ptr(), room, 0));
+        called(rlv_mesh_get_faces(mesh, whole.as_mut_ptr(), room, whole.as_mut_ptr().add(room), room));
+        called(rlv_mesh_get_triangles(mesh, whole.as_mut_ptr(), room, 0));
+        called(rlv_mesh_add_attribute(mesh, &attribute));
+        called(rlv_mesh_find_attribute(mesh, name.as_ptr().cast(), &mut found));
+        called(rlv_mesh_attribute_info(mesh, index, &mut about));
+        called(rlv_mesh_get_attribute(mesh, index, floats.as_mut_ptr().cast(), floats.len(), null_mut(), 0));
+        called(rlv_mesh_set_points(mesh, values.as_ptr(), bytes.int_in_range(0..=21)?, 0));
+    }
+    Ok(())
+}
+
+fn use_surface(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mut options: RlvSurfaceOptions = sized(bytes)?;
+    options.boundary = bytes.int_in_range(0..=2)?;
+    options.isolation = bytes.int_in_range(0..=11)?;
+    options.patch_limit = if bytes.arbitrary()? { 5000 } else { bytes.arbitrary()? };
+    let (context, mesh) = (RlvContext { id: handles.pick(bytes, 0)? }, RlvMesh { id: handles.pick(bytes, 1)? });
+    let mut out = RlvSurface { id: UNTOUCHED };
+    // SAFETY: the descriptor is sized, the output is there.
+    let result = unsafe { rlv_surface_create(context, mesh, &options, &mut out) };
+    made(result, out.id, &mut handles.surfaces);
+    let surface = RlvSurface { id: handles.pick(bytes, 2)? };
+    let (mut info, mut tile): (RlvSurfaceInfo, RlvTileInfo) = (sized(bytes)?, sized(bytes)?);
+    let (mut first, mut tiles) = (0, 0);
+    let points = numbers(bytes, 48)?;
+    // SAFETY: every array has the room that is told.
+    unsafe {
+        called(rlv_surface_info(surface, &mut info));
+        called(rlv_surface_tile_info(surface, bytes.int_in_range(0..=12)?, &mut tile));
+        called(rlv_surface_face_tiles(surface, bytes.int_in_range(0..=12)?, &mut first, &mut tiles));
+        called(rlv_surface_set_points(surface, points.as_ptr(), bytes.int_in_range(0..=16)?, 0));
+    }
+    Ok(())
+}
+
+fn use_detail(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mut options: RlvDetailOptions = sized(bytes)?;
+    options.tile_size = *bytes.choose(&[8, 8, 16, 16, 32, 0, 7, 512])?;
+    options.budget = if bytes.arbitrary()? { 0 } else { bytes.int_in_range(0..=40_000)? };
+    let sizes: Vec<u32> =
+        (0..2 * bytes.int_in_range(0..=2)?).map(|_| bytes.int_in_range(0..=17)).collect::<Result<_>>()?;
+    options.face_sizes = sizes.as_ptr();
+    options.face_size_count = sizes.len() / 2;
+    let place = matrix(bytes)?;
+    let mut out = RlvDetail { id: UNTOUCHED };
+    let surface = RlvSurface { id: handles.pick(bytes, 2)? };
+    // SAFETY: arrays hold what their counts say.
+    let result = unsafe { rlv_detail_create(surface, &options, pointer(&place), &mut out) };
+    made(result, out.id, &mut handles.details);
+    let detail = RlvDetail { id: handles.pick(bytes, 3)? };
+    let (mut info, mut changes): (RlvDetailInfo, RlvDetailChanges) = (sized(bytes)?, sized(bytes)?);
+    let mut about: RlvDetailTileInfo = sized(bytes)?;
+    let mut tiles = [0; 8];
+    let mut found = 0;
+    let tile = bytes.int_in_range(0..=12)?;
+    let mut block = vec![0_u8; 2 * 34 * 34];
+    let points = numbers(bytes, 48)?;
+    // SAFETY: every array has the room that is told.
+    unsafe {
+        called(rlv_detail_info(detail, &mut info));
+        called(rlv_detail_tile_info(detail, tile, &mut about));
+        match bytes.int_in_range(0..=7_u8)? {
+            0 => {
+                called(rlv_detail_set_budget(detail, bytes.int_in_range(0..=100_000)?));
+            }
+            1 => {
+                called(rlv_detail_set_transform(detail, pointer(&place)));
+            }
+            2 => {
+                called(rlv_detail_set_points(detail, points.as_ptr(), bytes.int_in_range(0..=16)?, 0));
+            }
+            3 => {
+                let size = *bytes.choose(&[0, 2 * 10 * 10, 2 * 18 * 18, 2 * 34 * 34, 7])?;
+                bytes.fill_buffer(&mut block[..64])?;
+                called(rlv_detail_write_block(detail, tile, block.as_ptr().cast(), size));
+            }
+            _ => {}
+        }
+        called(rlv_detail_read_block(detail, tile, block.as_mut_ptr().cast(), block.len(), &mut found));
+        called(rlv_detail_commit(detail, if bytes.arbitrary()? { &mut changes } else { null_mut() }));
+        called(rlv_detail_changed_tiles(detail, tiles.as_mut_ptr(), tiles.len(), &mut found));
+    }
+    Ok(())
+}
+
+fn tessellation(bytes: &mut Unstructured) -> Result<RlvTessellateOptions> {
+    let mut options: RlvTessellateOptions = sized(bytes)?;
+    options.coarse = *bytes.choose(&[1, 2, 4, 8, 0, 3, 1024])?;
+    options.fine = *bytes.choose(&[1, 4, 16, 5, 4096])?;
+    options.places = bytes.int_in_range(0..=2)?;
+    Ok(options)
+}
+
+fn use_collider(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let place = matrix(bytes)?;
+    let options = tessellation(bytes)?;
+    let (context, mesh) = (RlvContext { id: handles.pick(bytes, 0)? }, RlvMesh { id: handles.pick(bytes, 1)? });
+    let (surface, detail) = (RlvSurface { id: handles.pick(bytes, 2)? }, RlvDetail { id: handles.pick(bytes, 3)? });
+    let mut out = RlvCollider { id: UNTOUCHED };
+    // SAFETY: descriptors are sized, the matrix has twelve doubles or is NULL.
+    let result = unsafe {
+        match bytes.int_in_range(0..=2_u8)? {
+            0 => rlv_collider_create_mesh(context, mesh, pointer(&place), &mut out),
+            1 => rlv_collider_create_surface(surface, &options, pointer(&place), &mut out),
+            _ => rlv_collider_create_detail(detail, &options, &mut out),
+        }
+    };
+    made(result, out.id, &mut handles.colliders);
+    let collider = RlvCollider { id: handles.pick(bytes, 4)? };
+    let mut info: RlvColliderInfo = sized(bytes)?;
+    let points = numbers(bytes, 48)?;
+    // SAFETY: as above, and the points are as many as told.
+    unsafe {
+        called(rlv_collider_info(collider, &mut info));
+        if bytes.ratio(1, 4)? {
+            called(rlv_collider_set_points(collider, points.as_ptr(), bytes.int_in_range(0..=16)?, 0));
+        }
+        called(rlv_collider_set_transform(collider, pointer(&place)));
+    }
+    Ok(())
+}
+
+fn press(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    // Words in the order of the header.
+    let mut words = [
+        if bytes.ratio(1, 32)? { bytes.arbitrary()? } else { size_of::<RlvImprintSettings>() as u32 },
+        bytes.int_in_range(4000..=60_000)?,
+        (number(bytes)? / 64.0).abs().to_bits(),
+        bytes.arbitrary()?,
+        number(bytes)?.abs().to_bits(),
+        (number(bytes)? / 16.0).abs().to_bits(),
+        number(bytes)?.abs().to_bits(),
+        (number(bytes)? / 16.0).abs().to_bits(),
+        bytes.int_in_range(0..=3)?,
+        bytes.int_in_range(0..=3)?,
+        bytes.int_in_range(0..=2)?,
+        bytes.int_in_range(0..=1)?,
+    ];
+    // A larger size than the struct has would have to be there.
+    words[0] = words[0].min(size_of_val(&words) as u32);
+    let mut moment: RlvImprintMoment = sized(bytes)?;
+    moment.frame = bytes.arbitrary()?;
+    let mut report: RlvImprintReport = sized(bytes)?;
+    let (detail, collider) = (RlvDetail { id: handles.pick(bytes, 3)? }, RlvCollider { id: handles.pick(bytes, 4)? });
+    // SAFETY: descriptors are sized.
+    called(unsafe { rlv_imprint_run(detail, collider, words.as_ptr().cast(), &moment, &mut report) });
+    Ok(())
+}
+
+fn evaluate(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let tiles: Vec<u32> = (0..4).map(|_| bytes.int_in_range(0..=9)).collect::<Result<_>>()?;
+    let uvs: Vec<f32> = (0..8).map(|_| Ok(number(bytes)?.abs() / 8.0)).collect::<Result<_>>()?;
+    let mut outputs = [[0.0_f32; 12]; 3];
+    let mut arrays: RlvEvaluateArrays = sized(bytes)?;
+    arrays.count = 4;
+    arrays.tiles = tiles.as_ptr();
+    arrays.uvs = uvs.as_ptr();
+    let [positions, normals, displacements] = &mut outputs;
+    arrays.positions = positions.as_mut_ptr();
+    arrays.normals = normals.as_mut_ptr();
+    arrays.displacements = displacements.as_mut_ptr();
+    let (surface, detail) = (RlvSurface { id: handles.pick(bytes, 2)? }, RlvDetail { id: handles.pick(bytes, 3)? });
+    let options = tessellation(bytes)?;
+    let mut out = RlvMesh { id: UNTOUCHED };
+    // SAFETY: arrays hold what the count says.
+    let result = unsafe {
+        called(rlv_evaluate_surface(surface, &arrays));
+        called(rlv_evaluate_detail(detail, &arrays));
+        if bytes.arbitrary()? {
+            rlv_tessellate_surface(surface, &options, &mut out)
+        } else {
+            rlv_tessellate_detail(detail, &options, &mut out)
+        }
+    };
+    made(result, out.id, &mut handles.meshes);
+    Ok(())
+}
+
+fn cast(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let (context, mesh) = (RlvContext { id: handles.pick(bytes, 0)? }, RlvMesh { id: handles.pick(bytes, 1)? });
+    let detail = RlvDetail { id: handles.pick(bytes, 3)? };
+    let options = tessellation(bytes)?;
+    let mut out = RlvCaster { id: UNTOUCHED };
+    // SAFETY: descriptors are sized.
+    let result = unsafe {
+        if bytes.arbitrary()? {
+            rlv_caster_create_mesh(context, mesh, &mut out)
+        } else {
+            rlv_caster_create_detail(detail, &options, &mut out)
+        }
+    };
+    made(result, out.id, &mut handles.casters);
+    let rays = numbers(bytes, 12)?;
+    let mut hits = [RlvHit::default(); 2];
+    let mut arrays: RlvRayArrays = sized(bytes)?;
+    arrays.count = 2;
+    arrays.origins = rays.as_ptr();
+    arrays.directions = rays[6..].as_ptr();
+    arrays.hits = hits.as_mut_ptr();
+    arrays.max_distance = number(bytes)?;
+    // SAFETY: arrays hold two rays.
+    called(unsafe { rlv_caster_cast(RlvCaster { id: handles.pick(bytes, 5)? }, &arrays) });
+    Ok(())
+}
+
+/// Retains or releases a handle as the given noun.
+fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
+    // SAFETY: handles are checked by the library, whatever their number.
+    unsafe {
+        match (noun, retain) {
+            (0, true) => rlv_context_retain(RlvContext { id }),
+            (0, false) => rlv_context_release(RlvContext { id }),
+            (1, true) => rlv_mesh_retain(RlvMesh { id }),
+            (1, false) => rlv_mesh_release(RlvMesh { id }),
+            (2, true) => rlv_surface_retain(RlvSurface { id }),
+            (2, false) => rlv_surface_release(RlvSurface { id }),
+            (3, true) => rlv_detail_retain(RlvDetail { id }),
+            (3, false) => rlv_detail_release(RlvDetail { id }),
+            (4, true) => rlv_collider_retain(RlvCollider { id }),
+            (4, false) => rlv_collider_release(RlvCollider { id }),
+            (_, true) => rlv_caster_retain(RlvCaster { id }),
+            (_, false) => rlv_caster_release(RlvCaster { id }),
+        }
+    }
+}
+
+fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mut options: RlvContextOptions = sized(bytes)?;
+    options.threads = 1;
+    options.memory_limit = 1 << 24;
+    let mut out = RlvContext { id: UNTOUCHED };
+    // SAFETY: the descriptor is sized.
+    let result = unsafe { rlv_context_create(&options, &mut out) };
+    made(result, out.id, &mut handles.contexts);
+    while !bytes.is_empty() {
+        match bytes.int_in_range(0..=15_u8)? {
+            0..=2 => create_mesh(bytes, handles)?,
+            3 => read_mesh(bytes, handles)?,
+            4..=5 => use_surface(bytes, handles)?,
+            6..=7 => use_detail(bytes, handles)?,
+            8..=9 => use_collider(bytes, handles)?,
+            10..=12 => press(bytes, handles)?,
+            13 => evaluate(bytes, handles)?,
+            14 => cast(bytes, handles)?,
+            _ => {
+                let noun = bytes.int_in_range(0..=5)?;
+                let id = handles.pick(bytes, noun)?;
+                called(count_reference(noun, id, bytes.ratio(1, 3)?));
+            }
+        }
+    }
+    Ok(())
+}
+
+fuzz_target!(|data: &[u8]| {
+    let mut handles = Handles::default();
+    // The bytes end somewhere in the sequence.
+    let _ = sequence(&mut Unstructured::new(data), &mut handles);
+    for (noun, list) in handles.lists().into_iter().enumerate() {
+        for id in list {
+            while count_reference(noun, *id, false) == RLV_OK {}
+        }
+    }
+});
