@@ -7,6 +7,7 @@
 //! as an immutable [`Snapshot`]. Where the byte budget refuses a tile it stays as it was, the borders beside it are
 //! held at zero, and the tile is reported. Units: object units; bytes.
 
+use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -19,6 +20,7 @@ use crate::field::{Entry, Field, Line};
 use crate::heap::{CLASS_COUNT, Heap, MIN_SIZE, SizeClass};
 use crate::ring::{self, Change, Writes};
 use crate::sets::Sets;
+use crate::spline::{coarsen_block, subdivide_block};
 
 /// How a displacement is made.
 #[derive(Clone, Debug, PartialEq)]
@@ -142,8 +144,7 @@ impl Displacement {
         let mut classes = Vec::with_capacity(topology.tile_count());
         let mut full_bytes = 0;
         for tile in 0..topology.tile_count() as u32 {
-            let class = sizes[topology.face(tile) as usize];
-            let class = if topology.is_sub(tile) { SizeClass::of((class.size() / 2).max(MIN_SIZE))? } else { class };
+            let class = class_of(&topology, tile, sizes[topology.face(tile) as usize])?;
             if !topology.is_hole(tile) {
                 full_bytes += class.bytes();
             }
@@ -311,6 +312,59 @@ impl Displacement {
         Ok(tiles)
     }
 
+    /// Gives faces other sizes, texels along an edge of the cage. What is allocated is kept: exactly, but for rounding,
+    /// where a face becomes finer, in the least detail where it becomes coarser. Returns tiles that the budget refused
+    /// to allocate beside a coarser one, as [`Self::settle`] does.
+    ///
+    /// Fails, and changes nothing, if a face or size does not exist or the budget does not allow it.
+    pub fn resize(&mut self, context: &Context, faces: &[(u32, u32)]) -> Result<Vec<u32>> {
+        let topology = self.field.topology().clone();
+        let mut sizes = BTreeMap::new();
+        for (face, size) in faces {
+            if *face as usize >= topology.face_count() {
+                return Err(Error::invalid(format!("face {face} does not exist")));
+            }
+            for tile in topology.tiles_of(*face) {
+                let class = SizeClass::of(*size).map_err(|error| error.at(format!("face {face}")))?;
+                sizes.insert(tile, class_of(&topology, tile, class)?);
+            }
+        }
+        sizes.retain(|tile, class| *class != self.field.class(*tile) && !topology.is_hole(*tile));
+        let allocated: Vec<(u32, SizeClass)> =
+            sizes.iter().filter(|(tile, _)| self.field.is_allocated(**tile)).map(|(a, b)| (*a, *b)).collect();
+        let old: u64 = allocated.iter().map(|(tile, _)| self.field.class(*tile).bytes()).sum();
+        let new: u64 = allocated.iter().map(|(_, class)| class.bytes()).sum();
+        if new > old && self.bytes() - old + new > self.budget() {
+            return Err(Error::memory("the tiles need more than their budget")
+                .advise(format!("allow at least {} bytes", self.bytes() - old + new)));
+        }
+        self.revision += 1;
+        let field = &self.field;
+        let blocks = context.map(allocated.len(), |index| {
+            let (tile, class) = allocated[index];
+            convert(field.block(tile).unwrap_or(&[]), field.size(tile) as usize, class.size() as usize)
+        });
+        let freed: Vec<_> =
+            allocated.iter().filter_map(|(tile, _)| self.field.entry_mut(*tile).take().map(|entry| entry.id)).collect();
+        self.heap.free(&freed);
+        for (tile, class) in &sizes {
+            self.full_bytes = self.full_bytes - self.field.class(*tile).bytes() + class.bytes();
+            self.field.set_class(*tile, *class);
+        }
+        let classes: Vec<SizeClass> = allocated.iter().map(|(_, class)| *class).collect();
+        // Blocks beyond a budget that was lowered may stay, and so may coarser ones in their place.
+        let budget = self.heap.budget();
+        self.heap.set_budget(u64::MAX);
+        let ids = self.heap.allocate(&classes);
+        self.heap.set_budget(budget);
+        for (((tile, _), texels), id) in allocated.iter().zip(blocks).zip(ids) {
+            *self.field.entry_mut(*tile) = id.map(|id| Entry { texels, id, version: self.revision });
+            self.mark(*tile);
+        }
+        let changes: Vec<Change> = allocated.iter().map(|(tile, _)| Change::all(*tile)).collect();
+        self.settle(context, &changes)
+    }
+
     /// Makes everything up to now visible as a snapshot.
     pub fn commit(&mut self) -> Arc<Snapshot> {
         let mut changed = std::mem::take(&mut self.changed);
@@ -412,6 +466,25 @@ impl Displacement {
             self.replace(writes[index].0, texels);
         }
     }
+}
+
+/// The class of a tile whose face has `class`: sub-tiles are half as large.
+fn class_of(topology: &TileTopology, tile: u32, class: SizeClass) -> Result<SizeClass> {
+    if topology.is_sub(tile) { SizeClass::of((class.size() / 2).max(MIN_SIZE)) } else { Ok(class) }
+}
+
+/// A block of `from` texels a side at `to` texels.
+fn convert(block: &[f16], from: usize, to: usize) -> Arc<[f16]> {
+    let (mut texels, mut size) = (block.to_f32_vec(), from);
+    while size < to {
+        texels = subdivide_block(&texels, size);
+        size *= 2;
+    }
+    while size > to {
+        texels = coarsen_block(&texels, size);
+        size /= 2;
+    }
+    texels.into_iter().map(|c| f16::from_f32(c.clamp(-65504.0, 65504.0))).collect()
 }
 
 /// Whether all of up to 256 half floats are finite. Counted in 16 bits, which compiles to wide comparisons.

@@ -55,6 +55,10 @@ impl Field {
         self.classes[tile as usize]
     }
 
+    pub(crate) fn set_class(&mut self, tile: u32, class: SizeClass) {
+        Arc::make_mut(&mut self.classes)[tile as usize] = class;
+    }
+
     /// Texels along the sides of `tile`, whether it is allocated or not.
     pub fn size(&self, tile: u32) -> u32 {
         self.class(tile).size()

@@ -132,6 +132,13 @@ fn exercise(mesh: &Mesh, options: &DisplacementOptions, seed: u64, context: &Con
             let gone = Sets { deallocate: tiles, ..Sets::default() };
             let applied = displacement.apply(&gone).unwrap();
             displacement.settle(context, &applied.changes).unwrap();
+        } else if step == 4 {
+            let faces: Vec<(u32, u32)> =
+                tiles.iter().map(|tile| (displacement.field().topology().face(*tile), 8 << random.below(3))).collect();
+            if let Err(error) = displacement.resize(context, &faces) {
+                assert_eq!(error.kind, relievo_core::ErrorKind::Memory);
+                assert_eq!(blocks(displacement.field()), old);
+            }
         } else {
             let refused = dent(&mut displacement, context, &mut random, &tiles);
             assert!(refused.iter().all(|tile| !displacement.field().is_allocated(*tile)));
@@ -270,6 +277,38 @@ fn a_refused_neighbour_is_reported_and_its_border_stays_at_rest() {
     check(displacement.field());
     let middle = Place::new(5, 0.5, 0.5);
     assert!((displacement.field().point(Level::best(), middle).d + 0.25).abs() < 1e-6, "nothing is lost inside");
+}
+
+#[test]
+fn a_finer_face_keeps_its_displacement_and_a_coarser_one_gives_it_back() {
+    let context = Context::serial();
+    let mesh = grid(4, true, &[2], false);
+    let mut displacement = displacement(&mesh, &DisplacementOptions { size: 32, ..Default::default() });
+    displacement.apply(&new(&[5])).unwrap();
+    // Dents well inside the tile, in sixteenths, so that finer coefficients are exact.
+    let changes = displacement.edit(&context, &[5], |_, texels| {
+        let mut random = Random(11);
+        (4..28).for_each(|j| texels.row_mut(j)[4..28].fill_with(|| f16::from_f32(random.below(16) as f32 / -16.0)));
+    });
+    displacement.settle(&context, &changes.unwrap()).unwrap();
+    let before = displacement.commit();
+    assert_eq!(displacement.resize(&context, &[(5, 128)]), Ok(vec![]));
+    assert_eq!((displacement.bytes(), displacement.field().size(5)), (2 * 130 * 130, 128));
+    assert_eq!(displacement.full_bytes(), 2 * (130 * 130 + 15 * 34 * 34));
+    let mut random = Random(2);
+    for _ in 0..200 {
+        let place = Place::new(5, random.unit(), random.unit());
+        let [a, b] = [before.field(), displacement.field()].map(|field| field.point(Level::best(), place));
+        assert!((a.d - b.d).abs() < 1e-3 && (a.du - b.du).abs() < 0.1, "{a:?} {b:?}");
+    }
+    displacement.resize(&context, &[(5, 32)]).unwrap();
+    let values = |field: &Field| -> Vec<f32> { field.block(5).unwrap().iter().map(|c| c.to_f32()).collect() };
+    let pairs = values(before.field()).into_iter().zip(values(displacement.field()));
+    assert!(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) < 2e-3);
+    displacement.set_budget(4000);
+    assert!(displacement.resize(&context, &[(5, 64)]).is_err());
+    assert!(displacement.resize(&context, &[(99, 64)]).is_err() && displacement.resize(&context, &[(5, 60)]).is_err());
+    assert_eq!(displacement.field().size(5), 32);
 }
 
 #[test]
