@@ -1,17 +1,18 @@
 //! The reference ray caster: direct light with shadows, sky light with occlusion, and the geometry behind each pixel.
 //!
 //! Light is in radiance, scene-linear Rec.709. Diffuse reflection is Lambert's; the glossy part has the GGX
-//! distribution (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces", Section 5.2). Shadow rays start
-//! on the smooth surface that the normals suggest (Hanika 2021, "Hacking the Shadow Terminator").
+//! distribution (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces", Section 5.2). Rays are
+//! traced eight at a time, in an order that does not depend on the threads.
 
 use glam::{Vec2, Vec3};
 use relievo_core::{Context, Error, Result};
 use relievo_embree::{Hit, Ray};
 
 use crate::camera::Rays;
+use crate::facet::{Facet, Place};
 use crate::image::Image;
 use crate::sampling::{Shift, cone, cosine_hemisphere, in_pixel};
-use crate::scene::{Material, Mesh, Placed, Placement, Scene};
+use crate::scene::{Material, Placed, Scene};
 use crate::settings::View;
 use crate::sky::{ClearSky, SkyLight, reflected_row};
 
@@ -121,24 +122,30 @@ struct Caster<'a> {
     clear: ClearSky,
 }
 
-/// The triangle behind a hit, in the camera's space.
-struct Facet<'a> {
-    mesh: &'a Mesh,
-    placement: &'a Placement,
-    primitive: usize,
-    corners: [u32; 3],
-    points: [Vec3; 3],
-    weights: [f32; 3],
+/// A camera ray.
+#[derive(Clone, Copy)]
+struct Shot {
+    pixel: [u32; 2],
+    sample: u32,
+    direction: Vec3,
 }
 
-/// A place on a surface to be lit.
-struct Place {
-    /// From where rays start that go to the lit side.
-    start: Vec3,
-    /// Unit normal of the triangle and of the smooth surface, both to the side that is seen.
-    flat: Vec3,
-    smooth: Vec3,
+/// A surface that a camera ray sees.
+struct Seen<'a> {
+    shot: Shot,
+    depth: f32,
+    object: u32,
+    place: Place,
+    material: &'a Material,
+    /// Diffuse reflectance, and the same under false colours.
+    albedo: Vec3,
+    tinted: Vec3,
+    /// How much of it the wireframe covers.
+    line: f32,
 }
+
+/// Rays that are traced together.
+const LANES: usize = 8;
 
 impl<'a> Caster<'a> {
     fn new(placed: &'a Placed<'a>, view: &'a View) -> Self {
@@ -161,197 +168,149 @@ impl<'a> Caster<'a> {
     fn block(&self, left: u32, top: u32) -> Vec<(Found, SkyLight)> {
         let settings = &self.view.settings;
         let (right, bottom) = ((left + BLOCK).min(settings.width), (top + BLOCK).min(settings.height));
-        let mut pixels = Vec::with_capacity((BLOCK * BLOCK) as usize);
-        for y in top..bottom {
-            for x in left..right {
-                let (mut pixel, mut sky) = self.sample(x, y, 0);
-                for sample in 1..settings.samples {
-                    let (other, light) = self.sample(x, y, sample);
-                    pixel.color += other.color;
-                    sky.add(&light);
+        let shots = (top..bottom).flat_map(|y| (left..right).map(move |x| [x, y])).flat_map(|pixel| {
+            (0..settings.samples).map(move |sample| {
+                let place = Vec2::new(pixel[0] as f32, pixel[1] as f32) + in_pixel(sample);
+                Shot { pixel, sample, direction: self.rays.direction(place.x, place.y) }
+            })
+        });
+        let mut shots = shots.peekable();
+        let mut pixels: Vec<(Found, SkyLight)> = Vec::with_capacity((BLOCK * BLOCK) as usize);
+        let share = 1.0 / settings.samples as f32;
+        while shots.peek().is_some() {
+            let packet: [Option<Shot>; LANES] = std::array::from_fn(|_| shots.next());
+            for (shot, (mut found, light)) in packet.iter().flatten().zip(self.trace(&packet)) {
+                found.color *= share;
+                let light = light.scaled(share);
+                match pixels.last_mut() {
+                    Some((pixel, sky)) if shot.sample > 0 => {
+                        pixel.color += found.color;
+                        sky.add(&light);
+                    }
+                    _ => pixels.push((found, light)),
                 }
-                pixel.color /= settings.samples as f32;
-                pixels.push((pixel, sky.scaled(1.0 / settings.samples as f32)));
             }
         }
         pixels
     }
 
-    /// What one ray finds, its colour without the sky's light on surfaces, which is given apart.
-    fn sample(&self, x: u32, y: u32, sample: u32) -> (Found, SkyLight) {
-        let place = Vec2::new(x as f32, y as f32) + in_pixel(sample);
-        let direction = self.rays.direction(place.x, place.y);
-        let ray = Ray::new([0.0; 3], direction.to_array());
-        let found = self.placed.tracer.intersect(&ray).and_then(|hit| Some((hit, self.facet(&hit)?)));
-        let Some((hit, facet)) = found else {
-            let found = Found {
-                color: self.view.lights.sky.radiance(self.up, direction.normalize()),
-                depth: f32::INFINITY,
-                normal: Vec3::ZERO,
-                albedo: Vec3::ZERO,
-                object: NO_OBJECT,
-            };
-            return (found, SkyLight::default());
-        };
-        let place = facet.place(direction);
+    /// What rays find, their colours without the sky's light on surfaces, which is given apart. The rays that exist are
+    /// the first ones of the packet.
+    fn trace(&self, packet: &[Option<Shot>; LANES]) -> [(Found, SkyLight); LANES] {
+        let rays = packet.map(|shot| Some(Ray::new([0.0; 3], shot?.direction.to_array())));
+        let hits = self.placed.tracer.intersect8(&rays);
+        let seen = std::array::from_fn(|lane| self.seen(packet[lane]?, &hits[lane]?));
+        let (suns, sky) = (self.sun_light(&seen), self.sky_light(&seen));
+        std::array::from_fn(|lane| match (&seen[lane], packet[lane]) {
+            (Some(seen), _) => {
+                let color = suns[lane].lerp(Vec3::from(self.view.line_color), seen.line);
+                let (depth, normal) = (seen.depth, seen.place.smooth);
+                (Found { color, depth, normal, albedo: seen.albedo, object: seen.object }, sky[lane])
+            }
+            (None, shot) => {
+                let direction = shot.map_or(self.up, |shot| shot.direction.normalize());
+                let color = self.view.lights.sky.radiance(self.up, direction);
+                let (normal, albedo) = (Vec3::ZERO, Vec3::ZERO);
+                (Found { color, depth: f32::INFINITY, normal, albedo, object: NO_OBJECT }, SkyLight::default())
+            }
+        })
+    }
+
+    fn seen(&self, shot: Shot, hit: &Hit) -> Option<Seen<'a>> {
+        let facet = Facet::of(self.placed, hit)?;
+        let settings = &self.view.settings;
         let albedo = facet.albedo();
-        let mut seen = albedo;
+        let mut tinted = albedo;
         if let (Some(colors), Some(tag)) = (&self.view.false_color, facet.mesh.tags.get(facet.primitive)) {
             let tint = colors.palette[*tag as usize % colors.palette.len()];
-            seen = seen.lerp(Vec3::from(tint), self.view.settings.false_color);
+            tinted = tinted.lerp(Vec3::from(tint), settings.false_color);
         }
-        let material = &facet.placement.material;
-        let line = if self.view.settings.wireframe.is_on() { self.line(&facet, direction) } else { 0.0 };
-        let lit = self.sun_light(&place, material, seen, -direction.normalize(), [x, y, sample]);
-        let color = lit.lerp(Vec3::from(self.view.line_color), line);
-        let sky = self.sky_light(&place, seen, 1.0 - line, Shift::new(x, y, 0), sample);
-        (Found { color, depth: hit.t, normal: place.smooth, albedo, object: hit.object.0 }, sky)
+        let mut line = 0.0;
+        if settings.wireframe.is_on() {
+            let marked = facet.mesh.edges.get(facet.primitive).copied().unwrap_or(0b111);
+            let distances = facet.edge_distances(shot.direction, &self.rays);
+            let of_marked = (0..3).filter(|edge| marked >> edge & 1 == 1).map(|edge| distances[edge]);
+            line = (0.5 * settings.line_width + 0.5 - of_marked.fold(f32::INFINITY, f32::min)).clamp(0.0, 1.0);
+        }
+        Some(Seen {
+            shot,
+            depth: hit.t,
+            object: hit.object.0,
+            place: facet.place(shot.direction),
+            material: &facet.placement.material,
+            albedo,
+            tinted,
+            line,
+        })
     }
 
-    fn facet(&self, hit: &Hit) -> Option<Facet<'a>> {
-        let index = hit.object.0 as usize;
-        let placement = self.placed.placements.get(index)?.as_ref()?;
-        let mesh = self.placed.objects.get(index)?.as_ref()?.meshes.get(hit.mesh as usize)?.as_ref()?;
-        let primitive = hit.primitive as usize;
-        let corners = *mesh.triangles.get(primitive)?;
-        let points = corners.map(|at| placement.linear * Vec3::from(mesh.points[at as usize]) + placement.translation);
-        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        Some(Facet { mesh, placement, primitive, corners, points, weights })
-    }
-
-    /// Radiance towards `to_eye` of what the suns throw on a place.
-    fn sun_light(
-        &self,
-        place: &Place,
-        material: &Material,
-        albedo: Vec3,
-        to_eye: Vec3,
-        [x, y, sample]: [u32; 3],
-    ) -> Vec3 {
+    /// Radiance towards the camera of what the suns throw on surfaces.
+    fn sun_light(&self, seen: &[Option<Seen>; LANES]) -> [Vec3; LANES] {
         let settings = &self.view.settings;
-        let tracer = &self.placed.tracer;
-        let mut color = Vec3::ZERO;
+        let mut colors = [Vec3::ZERO; LANES];
         for (number, sun) in (1..).zip(&self.suns) {
-            let toward = match sun.cos {
-                1.0 => sun.direction,
-                cos => cone(sun.direction, cos, Shift::new(x, y, number).sample(sample, settings.samples)).normalize(),
-            };
-            let cos = place.smooth.dot(toward);
-            if cos <= 0.0 {
-                continue;
+            let towards: [Option<Vec3>; LANES] = std::array::from_fn(|lane| {
+                let Seen { shot, place, .. } = seen[lane].as_ref()?;
+                let toward = if sun.cos == 1.0 {
+                    sun.direction
+                } else {
+                    let [x, y] = shot.pixel;
+                    let sample = Shift::new(x, y, number).sample(shot.sample, settings.samples);
+                    cone(sun.direction, sun.cos, sample).normalize()
+                };
+                (place.smooth.dot(toward) > 0.0).then_some(toward)
+            });
+            let rays = std::array::from_fn(|lane| {
+                Some(Ray::new(seen[lane].as_ref()?.place.start.to_array(), towards[lane]?.to_array()))
+            });
+            let blocked = if settings.shadows.is_on() { self.placed.tracer.occluded8(&rays) } else { [false; LANES] };
+            for lane in 0..LANES {
+                let (Some(seen), Some(toward), false) = (&seen[lane], towards[lane], blocked[lane]) else { continue };
+                let gloss = gloss(seen.material, seen.place.smooth, toward, -seen.shot.direction.normalize());
+                let diffuse = seen.tinted * std::f32::consts::FRAC_1_PI;
+                colors[lane] += sun.irradiance * seen.place.smooth.dot(toward) * (diffuse + gloss);
             }
-            let ray = Ray::new(place.start.to_array(), toward.to_array());
-            if settings.shadows.is_on() && tracer.occluded(&ray) {
-                continue;
-            }
-            let gloss = gloss(material.specular, material.roughness, place.smooth, toward, to_eye);
-            color += sun.irradiance * cos * (albedo * std::f32::consts::FRAC_1_PI + gloss);
         }
-        color
+        colors
     }
 
-    /// The sky's light on a place of which the picture shows the share `shown`.
-    fn sky_light(&self, place: &Place, albedo: Vec3, shown: f32, shift: Shift, sample: u32) -> SkyLight {
+    /// The sky's light on surfaces.
+    fn sky_light(&self, seen: &[Option<Seen>; LANES]) -> [SkyLight; LANES] {
         let settings = &self.view.settings;
-        let (sky, rays) = (&self.view.lights.sky, settings.sky_rays);
-        let directions = rays.max(1);
-        let (mut open, mut all) = (Vec3::ZERO, Vec3::ZERO);
+        let directions = settings.sky_rays.max(1);
+        let mut lights = [SkyLight::default(); LANES];
         for index in 0..directions {
-            let place_in = shift.sample(sample * directions + index, settings.samples * directions);
-            let mut toward = cosine_hemisphere(place.smooth, place_in);
-            let below = toward.dot(place.flat);
-            if below < 0.0 {
-                toward -= place.flat * (2.0 * below);
+            let towards: [Option<Vec3>; LANES] = std::array::from_fn(|lane| {
+                let Seen { shot, place, .. } = seen[lane].as_ref()?;
+                let shift = Shift::new(shot.pixel[0], shot.pixel[1], 0);
+                let sample = shift.sample(shot.sample * directions + index, settings.samples * directions);
+                let toward = cosine_hemisphere(place.smooth, sample);
+                // What would go into the triangle is thrown back.
+                Some(toward - place.flat * (2.0 * toward.dot(place.flat).min(0.0)))
+            });
+            for lane in 0..LANES {
+                let (Some(seen), Some(toward)) = (&seen[lane], towards[lane]) else { continue };
+                let radiance = self.view.lights.sky.radiance(self.up, toward);
+                lights[lane].all += radiance;
+                let ray = Ray::new(seen.place.start.to_array(), toward.to_array());
+                // These rays go every way, so there is nothing to gain from tracing them together.
+                if settings.sky_rays == 0 || !self.placed.tracer.occluded(&ray) {
+                    lights[lane].open += radiance;
+                }
             }
-            let radiance = sky.radiance(self.up, toward);
-            all += radiance;
-            let ray = Ray::new(place.start.to_array(), toward.to_array());
-            if rays == 0 || !self.placed.tracer.occluded(&ray) {
-                open += radiance;
-            }
         }
-        let clear = self.clear.mean(place.smooth) * shown;
-        SkyLight { open: open * shown, all: all * shown, clear, reflected: albedo * clear }
-    }
-
-    /// How much of the wireframe's colour covers a place.
-    fn line(&self, facet: &Facet, direction: Vec3) -> f32 {
-        let marked = facet.mesh.edges.get(facet.primitive).copied().unwrap_or(0b111);
-        let distances = edge_distances(facet.points, direction, &self.rays);
-        let nearest =
-            (0..3).filter(|edge| marked >> edge & 1 == 1).map(|edge| distances[edge]).fold(f32::INFINITY, f32::min);
-        (0.5 * self.view.settings.line_width + 0.5 - nearest).clamp(0.0, 1.0)
-    }
-}
-
-impl Facet<'_> {
-    fn blend(&self, values: [Vec3; 3]) -> Vec3 {
-        values[0] * self.weights[0] + values[1] * self.weights[1] + values[2] * self.weights[2]
-    }
-
-    fn albedo(&self) -> Vec3 {
-        match self.mesh.colors.as_slice() {
-            [] => Vec3::from(self.placement.material.base_color),
-            colors => self.blend(self.corners.map(|at| Vec3::from(colors[at as usize]))),
+        for (light, seen) in lights.iter_mut().zip(seen).filter_map(|(light, seen)| Some((light, seen.as_ref()?))) {
+            light.clear = self.clear.mean(seen.place.smooth);
+            light.reflected = seen.tinted * light.clear;
+            *light = light.scaled(1.0 - seen.line);
         }
+        lights
     }
-
-    /// The place of the hit, seen along `direction`.
-    fn place(&self, direction: Vec3) -> Place {
-        let [a, b, c] = self.points;
-        let mut flat = (b - a).cross(c - a).normalize_or(Vec3::Z);
-        if self.placement.mirrored {
-            flat = -flat;
-        }
-        let point = self.blend(self.points);
-        // A few units in the last place of what the coordinates were summed from.
-        let step = 4e-6 * (point.abs().max_element() + self.placement.translation.abs().max_element());
-        let seen = if flat.dot(direction) > 0.0 { -1.0 } else { 1.0 };
-        flat *= seen;
-        if self.mesh.normals.is_empty() {
-            return Place { start: point + flat * step, flat, smooth: flat };
-        }
-        let normals = self.corners.map(|at| {
-            (self.placement.normal * Vec3::from(self.mesh.normals[at as usize])).normalize_or(flat * seen) * seen
-        });
-        let smooth = self.blend(normals).normalize_or(flat);
-        if normals.iter().any(|normal| normal.dot(flat) < 0.1) || smooth.dot(flat) < 0.1 {
-            // The normals say little about such a triangle.
-            return Place {
-                start: point + flat * step,
-                flat,
-                smooth: if smooth.dot(flat) > 0.0 { smooth } else { flat },
-            };
-        }
-        // Each corner's tangent plane lifts the point if it lies below; the smooth surface is about where they agree.
-        let lifts = [0, 1, 2].map(|corner| {
-            let below = (point - self.points[corner]).dot(normals[corner]);
-            normals[corner] * -below.min(0.0)
-        });
-        Place { start: point + self.blend(lifts) + flat * step, flat, smooth }
-    }
-}
-
-/// Distances in pixels from the place that `direction` sees to the lines through the edges of a triangle, edge e from
-/// corner e to the next.
-fn edge_distances(points: [Vec3; 3], direction: Vec3, rays: &Rays) -> [f32; 3] {
-    let [a, b, c] = points;
-    // Weight i of a direction is the volume it spans with the other two corners.
-    let rows = [b.cross(c - b), c.cross(a - c), a.cross(b - a)];
-    let of = |direction: Vec3| rows.map(|row| row.dot(direction));
-    let (here, dx, dy) = (of(direction), of(rays.dx), of(rays.dy));
-    let sum = |weights: [f32; 3]| weights[0] + weights[1] + weights[2];
-    let scale = 1.0 / sum(here);
-    [2, 0, 1].map(|corner| {
-        let weight = here[corner] * scale;
-        let slope = |change: [f32; 3]| (change[corner] - weight * sum(change)) * scale;
-        let distance = weight.abs() / slope(dx).hypot(slope(dy));
-        if distance.is_nan() { f32::INFINITY } else { distance }
-    })
 }
 
 /// The GGX lobe with Schlick's Fresnel term and the height-correlated shadowing of Smith.
-fn gloss(specular: f32, roughness: f32, normal: Vec3, toward: Vec3, to_eye: Vec3) -> Vec3 {
+fn gloss(material: &Material, normal: Vec3, toward: Vec3, to_eye: Vec3) -> Vec3 {
+    let (specular, roughness) = (material.specular, material.roughness);
     let (light, eye) = (normal.dot(toward), normal.dot(to_eye));
     let half = (toward + to_eye).normalize_or_zero();
     if specular <= 0.0 || light <= 0.0 || eye <= 0.0 {

@@ -5,6 +5,7 @@ mod caster;
 pub mod color;
 mod comparison;
 mod exr_file;
+mod facet;
 mod image;
 mod legend;
 mod light;

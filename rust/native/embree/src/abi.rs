@@ -53,6 +53,8 @@ pub mod format {
 
 /// `RTC_BUILD_QUALITY_LOW`: the Morton-order builder.
 pub const QUALITY_LOW: c_int = 0;
+/// `RTC_BUILD_QUALITY_MEDIUM`: the surface area heuristic.
+pub const QUALITY_MEDIUM: c_int = 1;
 /// `RTC_SCENE_FLAG_DYNAMIC`: one tree per geometry under a small one, so that an edit rebuilds what it touched.
 pub const SCENE_DYNAMIC: c_int = 1;
 /// `RTC_SCENE_FLAG_ROBUST`: rays do not slip through between triangles that share an edge.
@@ -91,6 +93,48 @@ pub struct RayHitRecord {
     pub ray: RayRecord,
     pub hit: HitRecord,
 }
+
+/// `RTCRay8`.
+#[repr(C, align(32))]
+#[derive(Clone, Copy, Debug)]
+pub struct Ray8Record {
+    pub origin: [[f32; 8]; 3],
+    pub near: [f32; 8],
+    pub direction: [[f32; 8]; 3],
+    pub time: [f32; 8],
+    pub far: [f32; 8],
+    pub mask: [c_uint; 8],
+    pub id: [c_uint; 8],
+    pub flags: [c_uint; 8],
+}
+
+/// `RTCHit8`.
+#[repr(C, align(32))]
+#[derive(Clone, Copy, Debug)]
+pub struct Hit8Record {
+    pub normal: [[f32; 8]; 3],
+    pub u: [f32; 8],
+    pub v: [f32; 8],
+    pub primitive: [c_uint; 8],
+    pub geometry: [c_uint; 8],
+    pub instance: [[c_uint; 8]; 1],
+}
+
+/// `RTCRayHit8`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct RayHit8Record {
+    pub ray: Ray8Record,
+    pub hit: Hit8Record,
+}
+
+/// Which rays of a packet are traced: −1 for yes, 0 for no.
+#[repr(C, align(32))]
+#[derive(Clone, Copy, Debug)]
+pub struct Valid8(pub [c_int; 8]);
+
+/// `RTC_INTERSECT_CONTEXT_FLAG_COHERENT`: the rays of a packet go much the same way.
+pub const CONTEXT_COHERENT: c_int = 1;
 
 /// `RTCIntersectContext` of 3.x.
 #[repr(C)]
@@ -135,6 +179,9 @@ mod tests {
         assert_eq!((size_of::<HitRecord>(), align_of::<HitRecord>()), (32, 16));
         assert_eq!(offset_of!(HitRecord, instance), 28);
         assert_eq!(size_of::<RayHitRecord>(), 80);
+        assert_eq!((size_of::<Ray8Record>(), align_of::<Ray8Record>()), (384, 32));
+        assert_eq!((size_of::<Hit8Record>(), size_of::<RayHit8Record>()), (256, 640));
+        assert_eq!((offset_of!(Ray8Record, far), offset_of!(Hit8Record, geometry)), (256, 192));
         assert_eq!((size_of::<IntersectContext>(), offset_of!(IntersectContext, instance)), (24, 16));
         assert_eq!(offset_of!(InterpolateArguments, p), 32);
         assert_eq!(offset_of!(InterpolateArguments, width), 80);

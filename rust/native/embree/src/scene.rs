@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use relievo_core::{Error, Result};
 
-use crate::abi::{self, HitRecord, RayHitRecord, RayRecord};
+use crate::abi::{self, Hit8Record, HitRecord, Ray8Record, RayHit8Record, RayHitRecord, RayRecord, Valid8};
 use crate::device::{Device, GeometryOwner, SceneOwner};
 
 /// A ray. `direction` need not have unit length; distances are multiples of it.
@@ -86,6 +86,10 @@ struct Mesh {
     points: usize,
 }
 
+/// Triangles up to which a mesh gets the better hierarchy, which takes longer to build and less to trace: a large one
+/// would be waited for after every edit.
+const SMALL_MESH: usize = 1024;
+
 const IDENTITY: [f32; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 
 impl Scene {
@@ -161,9 +165,10 @@ impl Scene {
         geometry.fill(abi::buffer::VERTEX, abi::format::FLOAT3, &padded(points))?;
         geometry.fill(abi::buffer::INDEX, abi::format::UINT3, triangles)?;
         let scene = self.object(object)?.scene.handle;
+        let quality = if triangles.len() <= SMALL_MESH { abi::QUALITY_MEDIUM } else { abi::QUALITY_LOW };
         // SAFETY: all handles are alive and the number is free.
         unsafe {
-            (table.set_geometry_quality)(geometry.handle, abi::QUALITY_LOW);
+            (table.set_geometry_quality)(geometry.handle, quality);
             (table.commit_geometry)(geometry.handle);
             (table.attach)(scene, geometry.handle, mesh);
         }
@@ -307,6 +312,44 @@ impl Tracer<'_> {
         unsafe { self.scene.device.table().trace.occluded(self.scene.top.handle, &mut record) };
         record.far == f32::NEG_INFINITY
     }
+
+    /// The closest hits of up to eight rays. It is faster than one at a time where they go much the same way.
+    #[inline]
+    pub fn intersect8(&self, rays: &[Option<Ray>; 8]) -> [Option<Hit>; 8] {
+        let (valid, ray) = record8(rays);
+        let hit = Hit8Record {
+            normal: [[0.0; 8]; 3],
+            u: [0.0; 8],
+            v: [0.0; 8],
+            primitive: [abi::INVALID_ID; 8],
+            geometry: [abi::INVALID_ID; 8],
+            instance: [[abi::INVALID_ID; 8]],
+        };
+        let mut record = RayHit8Record { ray, hit };
+        // SAFETY: as for `intersect`.
+        unsafe { self.scene.device.table().trace.intersect8(&valid, self.scene.top.handle, &mut record) };
+        let RayHit8Record { ray, hit } = record;
+        std::array::from_fn(|at| {
+            (rays[at].is_some() && hit.geometry[at] != abi::INVALID_ID).then(|| Hit {
+                t: ray.far[at],
+                object: ObjectId(hit.instance[0][at]),
+                mesh: hit.geometry[at],
+                primitive: hit.primitive[at],
+                u: hit.u[at],
+                v: hit.v[at],
+                normal: hit.normal.map(|values| values[at]),
+            })
+        })
+    }
+
+    /// Whether anything is hit by each of up to eight rays, which should go much the same way.
+    #[inline]
+    pub fn occluded8(&self, rays: &[Option<Ray>; 8]) -> [bool; 8] {
+        let (valid, mut record) = record8(rays);
+        // SAFETY: as for `intersect`.
+        unsafe { self.scene.device.table().trace.occluded8(&valid, self.scene.top.handle, &mut record) };
+        std::array::from_fn(|at| rays[at].is_some() && record.far[at] == f32::NEG_INFINITY)
+    }
 }
 
 #[inline]
@@ -321,6 +364,24 @@ fn record(ray: &Ray) -> RayRecord {
         id: 0,
         flags: 0,
     }
+}
+
+#[inline]
+fn record8(rays: &[Option<Ray>; 8]) -> (Valid8, Ray8Record) {
+    // What is not traced is a ray without length.
+    let none = Ray { origin: [0.0; 3], direction: [1.0; 3], near: 0.0, far: -1.0 };
+    let ray = |at: usize| rays[at].unwrap_or(none);
+    let record = Ray8Record {
+        origin: [0, 1, 2].map(|axis| std::array::from_fn(|at| ray(at).origin[axis])),
+        near: std::array::from_fn(|at| ray(at).near),
+        direction: [0, 1, 2].map(|axis| std::array::from_fn(|at| ray(at).direction[axis])),
+        time: [0.0; 8],
+        far: std::array::from_fn(|at| ray(at).far),
+        mask: [u32::MAX; 8],
+        id: [0; 8],
+        flags: [0; 8],
+    };
+    (Valid8(std::array::from_fn(|at| -i32::from(rays[at].is_some()))), record)
 }
 
 #[cfg(test)]
@@ -462,6 +523,33 @@ mod tests {
             assert_eq!(found.is_some(), tracer.occluded(&ray));
         }
         assert!(hits > 500, "{hits} hits say too little");
+    }
+
+    #[test]
+    fn eight_rays_at_once_hit_what_each_hits_alone() {
+        let mut random = Sequence(2);
+        let mut scene = Scene::new(&Device::new().unwrap()).unwrap();
+        let object = scene.add_object().unwrap();
+        let points: Vec<[f32; 3]> = (0..3000).map(|_| random.point(4.0)).collect();
+        let triangles: Vec<[u32; 3]> = (0..1000).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
+        scene.set_mesh(object, 3, &points, &triangles).unwrap();
+        let tracer = scene.commit().unwrap();
+        for turn in 0..200 {
+            let (origin, middle) = (random.point(20.0), random.point(4.0));
+            let rays: [Option<Ray>; 8] = std::array::from_fn(|at| {
+                let offset = random.point(0.5);
+                let toward = [0, 1, 2].map(|axis| middle[axis] + offset[axis] - origin[axis]);
+                ((turn + at) % 5 != 0).then_some(Ray::new(origin, toward))
+            });
+            let alone = rays.map(|ray| ray.and_then(|ray| tracer.intersect(&ray)));
+            let together = tracer.intersect8(&rays);
+            let name = |hit: Option<Hit>| hit.map(|hit| (hit.object, hit.mesh, hit.primitive));
+            assert_eq!(together.map(name), alone.map(name));
+            for (a, b) in alone.iter().flatten().zip(together.iter().flatten()) {
+                assert!((a.t - b.t).abs() < 1e-5 && (a.u - b.u).abs() < 1e-3 && (a.v - b.v).abs() < 1e-3);
+            }
+            assert_eq!(tracer.occluded8(&rays), alone.map(|hit| hit.is_some()));
+        }
     }
 
     /// The ray–triangle test of Möller and Trumbore 1997 in f64.

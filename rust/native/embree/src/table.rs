@@ -9,13 +9,16 @@ use std::sync::OnceLock;
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use relievo_core::{Error, ErrorKind, Result};
 
-use crate::abi::{self, DeviceHandle, GeometryHandle, IntersectContext, RayHitRecord, RayRecord, SceneHandle};
+use crate::abi::{
+    self, DeviceHandle, GeometryHandle, IntersectContext, Ray8Record, RayHit8Record, RayHitRecord, RayRecord,
+    SceneHandle, Valid8,
+};
 use crate::arena::Arena;
 
 /// The file that is opened unless `RELIEVO_EMBREE` names another.
 const FILE: &str = "libembree3.so.3";
 
-/// Tracing of one ray, whose signature depends on the major version.
+/// Tracing of rays, whose signature depends on the major version.
 pub trait Trace: Send + Sync {
     /// Closest hit.
     ///
@@ -28,29 +31,53 @@ pub trait Trace: Send + Sync {
     /// # Safety
     /// As for `intersect`.
     unsafe fn occluded(&self, scene: SceneHandle, ray: &mut RayRecord);
+
+    /// Closest hits of eight rays that go much the same way.
+    ///
+    /// # Safety
+    /// As for `intersect`.
+    unsafe fn intersect8(&self, valid: &Valid8, scene: SceneHandle, ray_hit: &mut RayHit8Record);
+
+    /// As `occluded`, for eight rays that go much the same way.
+    ///
+    /// # Safety
+    /// As for `intersect`.
+    unsafe fn occluded8(&self, valid: &Valid8, scene: SceneHandle, ray: &mut Ray8Record);
 }
 
 /// Tracing as 3.x has it, with a context structure.
 struct Trace3 {
     intersect: unsafe extern "C" fn(SceneHandle, *mut IntersectContext, *mut RayHitRecord),
     occluded: unsafe extern "C" fn(SceneHandle, *mut IntersectContext, *mut RayRecord),
+    intersect8: unsafe extern "C" fn(*const Valid8, SceneHandle, *mut IntersectContext, *mut RayHit8Record),
+    occluded8: unsafe extern "C" fn(*const Valid8, SceneHandle, *mut IntersectContext, *mut Ray8Record),
 }
 
 impl Trace3 {
-    fn context() -> IntersectContext {
-        IntersectContext { flags: 0, filter: std::ptr::null(), instance: [abi::INVALID_ID] }
+    fn context(flags: c_int) -> IntersectContext {
+        IntersectContext { flags, filter: std::ptr::null(), instance: [abi::INVALID_ID] }
     }
 }
 
 impl Trace for Trace3 {
     unsafe fn intersect(&self, scene: SceneHandle, ray_hit: &mut RayHitRecord) {
         // SAFETY: the caller vouches for the scene; the structures are those of the version that was checked.
-        unsafe { (self.intersect)(scene, &mut Self::context(), ray_hit) }
+        unsafe { (self.intersect)(scene, &mut Self::context(0), ray_hit) }
     }
 
     unsafe fn occluded(&self, scene: SceneHandle, ray: &mut RayRecord) {
         // SAFETY: as above.
-        unsafe { (self.occluded)(scene, &mut Self::context(), ray) }
+        unsafe { (self.occluded)(scene, &mut Self::context(0), ray) }
+    }
+
+    unsafe fn intersect8(&self, valid: &Valid8, scene: SceneHandle, ray_hit: &mut RayHit8Record) {
+        // SAFETY: as above; the records are aligned to their 32 bytes.
+        unsafe { (self.intersect8)(valid, scene, &mut Self::context(abi::CONTEXT_COHERENT), ray_hit) }
+    }
+
+    unsafe fn occluded8(&self, valid: &Valid8, scene: SceneHandle, ray: &mut Ray8Record) {
+        // SAFETY: as above.
+        unsafe { (self.occluded8)(valid, scene, &mut Self::context(abi::CONTEXT_COHERENT), ray) }
     }
 }
 
@@ -78,6 +105,8 @@ macro_rules! functions {
                         trace: Box::new(Trace3 {
                             intersect: symbol(&library, "rtcIntersect1")?,
                             occluded: symbol(&library, "rtcOccluded1")?,
+                            intersect8: symbol(&library, "rtcIntersect8")?,
+                            occluded8: symbol(&library, "rtcOccluded8")?,
                         }),
                         version: [0; 3],
                         arena: None,
