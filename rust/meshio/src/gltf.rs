@@ -34,6 +34,14 @@ pub fn read_gltf(bytes: &[u8], memory_limit: u64, open: &Open) -> Result<Model> 
         meshes.push(primitive::mesh(&file, &mut budget, &mut notes, index, &mut materials)?);
     }
     let hierarchy = hierarchy::Hierarchy::read(&file, &mut budget, &mut notes, &meshes)?;
+    // What a pose of all instances takes, so that many nodes cannot make much of one mesh either.
+    for node in &hierarchy.nodes {
+        let Some(part) = node.mesh.and_then(|mesh| meshes.get(mesh)) else { continue };
+        let joints = node.skin.and_then(|skin| hierarchy.skins.get(skin)).map_or(0, |skin| skin.joints.len());
+        let point = 48 + 12 * part.targets.len() as u64;
+        budget
+            .charge(point * part.mesh.points.len() as u64 + 8 * part.mesh.corners.len() as u64 + 96 * joints as u64)?;
+    }
     let animations = animation::animations(&file, &mut budget, &mut notes, &hierarchy, &meshes)?;
     let hierarchy::Hierarchy { nodes, skins, .. } = hierarchy;
     Ok(Model { meshes, nodes, skins, animations, materials, groups: Vec::new(), notes: notes.into_list() })

@@ -44,7 +44,7 @@ pub fn read_off(bytes: &[u8], memory_limit: u64) -> Result<Model> {
     let mut points = budget.filled(point_count, [0.0; 3])?;
     let mut normals = Vec::new();
     let mut colors = Vec::new();
-    for index in 0..point_count {
+    for (index, point) in points.iter_mut().enumerate() {
         let place = |error: Error| error.at(format!("point {index}"));
         let numbers = |words: &mut Words, into: &mut [f32]| {
             into.iter_mut().try_for_each(|value| {
@@ -53,7 +53,7 @@ pub fn read_off(bytes: &[u8], memory_limit: u64) -> Result<Model> {
                 Ok(())
             })
         };
-        numbers(&mut words, &mut points[index])?;
+        numbers(&mut words, point)?;
         if with_normals {
             let mut normal = [0.0; 3];
             numbers(&mut words, &mut normal)?;
@@ -103,7 +103,7 @@ pub fn read_off(bytes: &[u8], memory_limit: u64) -> Result<Model> {
         // Whole numbers up to 255, sRGB-encoded, and shares of one are both in use.
         if colors.iter().any(|value| *value > 1.0) {
             for color in colors.as_chunks_mut::<4>().0 {
-                *color = color.map(|value| value / 255.0);
+                *color = color.map(|value| (value / 255.0).min(1.0));
                 color[..3].iter_mut().for_each(|value| *value = linear_from_srgb(*value));
             }
         }

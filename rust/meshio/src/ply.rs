@@ -379,7 +379,7 @@ impl Reader<'_> {
         let corners = element.list(FACE_LISTS).unwrap_or_default();
         let coordinates = element.list(&["texcoord"]);
         let mut columns = columns(element, Domain::Face, &[]);
-        // Strips may have come before; attributes of faces then have a gap.
+        // Other faces may have come before; attributes of these would have a gap.
         let columns_fit = self.mesh.face_sizes.is_empty();
         if !columns_fit {
             columns.clear();
@@ -472,12 +472,20 @@ impl Reader<'_> {
             }
             self.end_row(element);
         }
-        // Attributes of faces read before no longer have a value for every face.
-        self.mesh.attributes.retain(|attribute| attribute.domain == Domain::Point);
         Ok(())
     }
 
-    fn finish(self) -> Result<Model> {
+    fn finish(mut self) -> Result<Model> {
+        // Several elements may have made points or faces; attributes of one have no value for those of another.
+        let Mesh { points, face_sizes, corners, attributes, .. } = &mut self.mesh;
+        attributes.retain(|attribute| {
+            let expected = match attribute.domain {
+                Domain::Point => points.len(),
+                Domain::Corner => corners.len(),
+                Domain::Face => face_sizes.len(),
+            };
+            attribute.values.len() == expected * attribute.width as usize
+        });
         let count = self.mesh.points.len();
         if let Some((index, name, row, line)) = self.largest.filter(|(index, ..)| *index as usize >= count) {
             let error = Error::invalid(format!("point {index} does not exist")).at(format!("{name} {row}"));
@@ -631,6 +639,15 @@ mod tests {
         assert_eq!((red.domain, &red.values), (Domain::Face, &Values::U32(vec![1, 2])));
         assert_eq!(model.notes, ["the element `edge` is left out", "a second `uv` is left out"]);
         assert_eq!(mesh.check(), Ok(()));
+    }
+
+    #[test]
+    fn attributes_that_miss_some_faces_are_left_out() {
+        let mesh = ascii(&format!(
+            "{POINTS}element face 1\n{FACES}property list uchar float texcoord\nproperty int a\nelement face 1\n{FACES}end_header\n\
+             0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 6 0 0 1 0 1 1 5\n3 0 2 3\n"
+        ));
+        assert_eq!((mesh.face_sizes.len(), mesh.attributes.len()), (2, 0));
     }
 
     #[test]

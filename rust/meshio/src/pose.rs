@@ -40,10 +40,8 @@ impl Model {
         if let Some(index) = self.animations.iter().position(|animation| animation.name == name) {
             return Ok(index);
         }
-        if let Ok(index) = name.parse::<usize>() {
-            if index < self.animations.len() {
-                return Ok(index);
-            }
+        if let Some(index) = name.parse().ok().filter(|index| *index < self.animations.len()) {
+            return Ok(index);
         }
         let error = Error::new(ErrorKind::NotFound, format!("there is no animation `{name}`"));
         let names = || self.animations.iter().map(|animation| animation.name.as_str());

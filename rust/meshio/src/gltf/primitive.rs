@@ -87,6 +87,9 @@ fn target_indices(primitive: &Primitive) -> Vec<Option<usize>> {
     targets.iter().map(|target| target.positions.map(|index| index.value())).collect()
 }
 
+/// Sets of texture coordinates and of colours that are read.
+const SETS: u32 = 8;
+
 /// The points of a primitive with their attributes.
 fn points(file: &Container, budget: &mut Budget, notes: &mut Notes, primitive: &Primitive) -> Result<Mesh> {
     let find = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|index| index.value());
@@ -110,6 +113,9 @@ fn points(file: &Container, budget: &mut Budget, notes: &mut Notes, primitive: &
         };
         let place = |error: Error| error.at(format!("{semantic:?}"));
         match semantic {
+            Semantic::TexCoords(SETS..) | Semantic::Colors(SETS..) => {
+                notes.add("only the first eight sets of texture coordinates and colours are read", 0);
+            }
             Semantic::Normals => {
                 let wanted = Wanted { shapes: &[Type::Vec3], count };
                 add("normal".into(), 3, Values::F32(floats(file, budget, index, &wanted).map_err(place)?.0));
