@@ -1,2 +1,113 @@
-//! The `relievo` command.
-fn main() {}
+//! The `relievo` command: runs scenes, checks them, writes a first one, and looks into files.
+//!
+//! Results go to standard output, everything else to standard error. Exit codes: 0 done, 1 failed, 2 wrong usage,
+//! 3 files that were compared differ by more than allowed.
+
+mod check;
+mod compare;
+mod info;
+mod new;
+mod run;
+mod schema;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use relievo_core::{Context, ContextOptions, Result};
+use relievo_scene::diagnostic::Failure;
+
+/// Surfaces that are dented where objects collide with them.
+#[derive(Parser)]
+#[command(name = "relievo", version, propagate_version = true, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Runs a scene: physics, imprints, pictures and meshes of its frames.
+    Run(run::Arguments),
+    /// Writes a commented scene for your own meshes.
+    New(new::Arguments),
+    /// Reads a scene and its meshes and says what is wrong, without running it.
+    Check(check::Arguments),
+    /// Prints the format of scene files.
+    Schema(schema::Arguments),
+    /// Says how much two pictures differ.
+    Compare(compare::Arguments),
+    /// Says what is in a mesh file.
+    Info(info::Arguments),
+}
+
+/// What a command ends with.
+type Outcome = std::result::Result<ExitCode, Failure>;
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::New(arguments) => new::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Schema(arguments) => schema::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+    };
+    outcome.unwrap_or_else(|failure| {
+        let text = failure.to_string();
+        // A pipe that nobody reads any more is no reason to panic.
+        let _ = writeln!(std::io::stderr(), "{}", text.trim_end());
+        ExitCode::FAILURE
+    })
+}
+
+/// Prints a result.
+fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(relievo_core::Error::new(relievo_core::ErrorKind::Io, error.to_string()).at("standard output"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A context for commands that only look.
+fn context(memory_limit: u64) -> Result<Context> {
+    Context::new(&ContextOptions { threads: 0, memory_limit })
+}
+
+/// Bytes, with an optional suffix K, M, G or T of powers of 1024.
+fn bytes(text: &str) -> std::result::Result<u64, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    let power = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" | "B" => 0,
+        "K" | "KB" | "KIB" => 10,
+        "M" | "MB" | "MIB" => 20,
+        "G" | "GB" | "GIB" => 30,
+        "T" | "TB" | "TIB" => 40,
+        other => return Err(format!("{other} is no unit of memory; use K, M, G or T")),
+    };
+    let number: u64 = digits.trim().parse().map_err(|_| format!("{digits:?} is not a whole number"))?;
+    number.checked_mul(1 << power).ok_or_else(|| "that is too much".to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_are_consistent() {
+        use clap::CommandFactory;
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn bytes_take_suffixes() {
+        assert_eq!(bytes("12"), Ok(12));
+        assert_eq!(bytes("2G"), Ok(2 << 30));
+        assert_eq!(bytes("3 MiB"), Ok(3 << 20));
+        assert!(bytes("2X").is_err() && bytes("-1").is_err() && bytes("99999999999T").is_err());
+    }
+}

@@ -117,8 +117,6 @@ pub struct DetailEntry {
     pub tile_size: u32,
     /// Most bytes of tiles.
     pub budget: u64,
-    /// Largest displacement, if given.
-    pub max_displacement: Option<f64>,
 }
 
 /// What an object shows.
@@ -141,6 +139,10 @@ pub struct ObjectEntry {
     pub placement: Placement,
     /// Linear Rec.709.
     pub colour: [f32; 3],
+    /// Reflectance of the glossy part.
+    pub specular: f32,
+    /// Roughness of the glossy part.
+    pub roughness: f32,
     /// Whether it takes imprints.
     pub deformable: bool,
     /// Whether pictures show it.
@@ -262,6 +264,8 @@ pub struct ColliderEntry {
     pub from: f64,
     /// When it ends.
     pub until: f64,
+    /// How it imprints.
+    pub settings: relievo_detail::ImprintSettings,
 }
 
 /// `[physics]`
@@ -344,26 +348,20 @@ impl When {
 pub struct OutputEntry {
     /// How many frames there are.
     pub frames: u32,
-    /// Pixels.
-    pub width: u32,
-    /// Pixels.
-    pub height: u32,
-    /// Samples of a pixel.
-    pub samples: u32,
+    /// Size and quality of pictures.
+    pub settings: relievo_render::Settings,
     /// Formats: `png`, `exr`.
     pub images: Vec<&'static str>,
-    /// Kinds: `beauty`, `wireframe`, `tiles`, `normals`.
+    /// Kinds: `beauty`, `wireframe`, `tiles`.
     pub pictures: Vec<&'static str>,
-    /// Whether EXR pictures carry depth, normal and object layers.
-    pub aovs: bool,
     /// Frames that get pictures.
     pub picture_frames: When,
     /// Frames whose meshes are written.
     pub mesh: When,
     /// Formats: `glb`, `obj`, `ply`.
     pub mesh_formats: Vec<&'static str>,
-    /// Quads along a side of an untouched tile in written meshes.
-    pub mesh_rate: u32,
+    /// Quads along a side of an untouched tile.
+    pub rate: u32,
     /// Frames whose tiles are written.
     pub tiles: When,
     /// Stops.

@@ -130,6 +130,45 @@ impl From<&Faults> for Error {
     }
 }
 
+/// Why a scene was not read or not run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// The scene file has faults.
+    Scene(Faults),
+    /// Anything else.
+    Other(Error),
+}
+
+impl From<Faults> for Failure {
+    fn from(faults: Faults) -> Self {
+        Failure::Scene(faults)
+    }
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Failure::Other(error)
+    }
+}
+
+impl From<Failure> for Error {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Scene(faults) => Error::from(&faults),
+            Failure::Other(error) => error,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Failure::Scene(faults) => faults.fmt(out),
+            Failure::Other(error) => writeln!(out, "error: {error}"),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

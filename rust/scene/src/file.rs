@@ -1,21 +1,45 @@
 //! From the text of a scene file to its [`Scene`]: values by the schema, names resolved, contradictions found.
 
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
+use relievo_core::Error;
 use relievo_core::error::nearest;
 use toml::de::DeTable;
 
 use crate::bodies::{read_body, read_time};
 use crate::description::*;
-use crate::diagnostic::{Diagnostic, Faults, Span};
+use crate::diagnostic::{Diagnostic, Failure, Faults, Span};
 use crate::reader::{Name, Reader, Table};
 use crate::schema;
 use crate::shapes;
 
 /// Scene files larger than this are refused before they are parsed.
 pub const MAX_BYTES: u64 = 16 << 20;
+
+/// Reads the scene file at `path`.
+pub fn read_file(path: &Path) -> Result<Scene, Failure> {
+    let failed = |error: std::io::Error| Error::io(path, &error);
+    let metadata = std::fs::metadata(path).map_err(failed)?;
+    let place = path.display().to_string();
+    if !metadata.is_file() {
+        return Err(Error::invalid("it is not a file").at(place).advise("name a scene file").into());
+    }
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(failed)?;
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(Error::invalid(format!("a scene file of more than {MAX_BYTES} bytes")).at(place).into());
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let line =
+            error.as_bytes()[..error.utf8_error().valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;
+        Error::invalid("the file is not UTF-8").at(format!("{place}:{line}")).advise("save it as UTF-8")
+    })?;
+    Ok(parse(path, &text)?)
+}
 
 /// Reads a scene from `text`, which came from `path`. All faults found are told at once.
 pub fn parse(path: &Path, text: &str) -> Result<Scene, Faults> {
@@ -124,9 +148,12 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
             );
         }
     }
+    let imprints = reader.sub_table(root, "imprints");
+    let mut settings = relievo_detail::ImprintSettings { seed, ..Default::default() };
+    reader.parameters(imprints, |parameter, value| settings.set(parameter.name, value).is_ok());
     let colliders: Vec<_> = collider_tables
         .iter()
-        .map(|(name, table)| read_collider(reader, name, *table, &object_names, &objects))
+        .map(|(name, table)| read_collider(reader, name, *table, &object_names, &objects, settings))
         .collect();
     for (at, collider) in colliders.iter().enumerate() {
         let Some(collider) = collider else { continue };
@@ -298,11 +325,8 @@ fn read_surface(reader: &mut Reader, name: &Name, table: Table, meshes: &Names) 
 }
 
 fn read_detail(reader: &mut Reader, table: Table, general: Option<&DetailEntry>) -> DetailEntry {
-    let mut own = DetailEntry {
-        tile_size: reader.whole(table, "tile_size") as u32,
-        budget: reader.whole(table, "budget"),
-        max_displacement: reader.optional_number(table, "max_displacement"),
-    };
+    let mut own =
+        DetailEntry { tile_size: reader.whole(table, "tile_size") as u32, budget: reader.whole(table, "budget") };
     if let Some(general) = general {
         if !table.has("tile_size") {
             own.tile_size = general.tile_size;
@@ -310,7 +334,6 @@ fn read_detail(reader: &mut Reader, table: Table, general: Option<&DetailEntry>)
         if !table.has("budget") {
             own.budget = general.budget;
         }
-        own.max_displacement = own.max_displacement.or(general.max_displacement);
     }
     own
 }
@@ -338,6 +361,8 @@ fn read_object(
 ) -> Option<ObjectEntry> {
     let placement = read_placement(reader, table, AT_ORIGIN);
     let colour = reader.colour(table, "colour");
+    let specular = reader.number(table, "specular") as f32;
+    let roughness = reader.number(table, "roughness") as f32;
     let visible = reader.flag(table, "visible");
     let detail = reader.sub_table(table, "detail");
     let detail = read_detail(reader, detail, Some(details));
@@ -374,7 +399,17 @@ fn read_object(
                 .advise("make a surface over the mesh and give the object that `surface`"),
         );
     }
-    Some(ObjectEntry { name: name.clone(), geometry, placement, colour, deformable, visible, detail })
+    Some(ObjectEntry {
+        name: name.clone(),
+        geometry,
+        placement,
+        colour,
+        specular,
+        roughness,
+        deformable,
+        visible,
+        detail,
+    })
 }
 
 /// The object at `key`, or the object that has the entry's own name.
@@ -392,6 +427,7 @@ fn read_collider(
     table: Table,
     objects: &Names,
     entries: &[Option<ObjectEntry>],
+    mut settings: relievo_detail::ImprintSettings,
 ) -> Option<ColliderEntry> {
     let object = own_object(reader, name, table, objects);
     let (from, until) = (reader.number(table, "from"), reader.number(table, "until"));
@@ -431,7 +467,8 @@ fn read_collider(
                 .advise("give another object a `surface`"),
         );
     }
-    Some(ColliderEntry { name: name.clone(), object: object?, into, from, until })
+    reader.parameters(table, |parameter, value| settings.set(parameter.name, value).is_ok());
+    Some(ColliderEntry { name: name.clone(), object: object?, into, from, until, settings })
 }
 
 fn read_camera(reader: &mut Reader, table: Table, objects: &Names) -> CameraEntry {
@@ -491,18 +528,20 @@ fn read_output(reader: &mut Reader, table: Table) -> OutputEntry {
         _ => When::Never,
     };
     let (picture_frames, mesh, tiles) = (when("picture_frames"), when("mesh"), when("tiles"));
+    let mut settings = relievo_render::Settings::default();
+    reader.parameters(table, |parameter, value| {
+        // The reader has checked the value.
+        settings.set(parameter.name, value).is_ok()
+    });
     OutputEntry {
         frames: reader.whole(table, "frames") as u32,
-        width: reader.whole(table, "width") as u32,
-        height: reader.whole(table, "height") as u32,
-        samples: reader.whole(table, "samples") as u32,
         images: reader.choices(table, "images"),
         pictures: reader.choices(table, "pictures"),
-        aovs: reader.flag(table, "aovs"),
         picture_frames,
         mesh,
         mesh_formats: reader.choices(table, "mesh_formats"),
-        mesh_rate: reader.whole(table, "mesh_rate") as u32,
+        rate: reader.whole(table, "rate") as u32,
+        settings,
         tiles,
         exposure: reader.number(table, "exposure"),
     }

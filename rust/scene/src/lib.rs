@@ -1,12 +1,23 @@
 //! Scene files, physics, frame stepping and caches.
 
+pub mod assets;
+pub mod bake;
 mod bodies;
+pub mod cache;
 pub mod description;
 pub mod diagnostic;
+pub mod export;
 pub mod file;
 pub mod keyframe;
+pub mod output;
 pub mod paths;
 pub mod physics;
+pub mod picture;
 mod reader;
 pub mod schema;
 pub mod shapes;
+pub mod starter;
+pub mod stepper;
+pub mod tessellation;
+pub mod trace;
+pub mod world;

@@ -1,87 +1,48 @@
 //! Which files a scene may refer to: those below its own folder, and below folders the user allowed.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use relievo_core::error::nearest;
 use relievo_core::{Error, ErrorKind, Result};
+use relievo_meshio::Root;
 
 /// Resolves paths of a scene file.
 #[derive(Clone, Debug)]
 pub struct Paths {
     folder: PathBuf,
-    allowed: Vec<PathBuf>,
+    root: Root,
 }
 
 impl Paths {
     /// Paths of the scene file at `scene`, which may also lead below the folders `allowed`. Fails if one of them does
     /// not exist.
     pub fn new(scene: &Path, allowed: &[PathBuf]) -> Result<Self> {
-        let parent = scene.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let real = |folder: &Path| std::fs::canonicalize(folder).map_err(|error| Error::io(folder, &error));
-        let folder = real(parent)?;
-        let mut list = vec![folder.clone()];
-        for path in allowed {
-            list.push(real(path)?);
-        }
-        Ok(Self { folder, allowed: list })
+        let folder = scene.parent().unwrap_or(Path::new("")).to_path_buf();
+        let root = allowed.iter().try_fold(Root::below(&folder)?, |root, folder| root.allow(folder))?;
+        Ok(Self { folder, root })
+    }
+
+    /// What files that the scene's files name may be opened.
+    pub fn root(&self) -> &Root {
+        &self.root
     }
 
     /// The file that the scene calls `written`. Fails if it lies elsewhere (links are followed first) or is missing.
     pub fn resolve(&self, written: &str) -> Result<PathBuf> {
-        if written.contains("://") {
-            return Err(Error::invalid(format!("`{written}` is an address, and scenes fetch nothing"))
-                .advise("download the file and name its path"));
-        }
-        let outside = || {
-            Error::invalid(format!("`{written}` lies outside the scene's folder"))
-                .advise("move it below the scene's folder, or allow its folder with --allow-path")
-        };
-        let path = lexical(&self.folder.join(written)).ok_or_else(outside)?;
-        // Checked before the file system is asked, so that a scene cannot find out what exists elsewhere.
-        if !self.contains(&path) && !self.allowed_by_link(&path) {
-            return Err(outside());
-        }
-        let real = std::fs::canonicalize(&path).map_err(|error| {
-            if error.kind() != std::io::ErrorKind::NotFound {
-                return Error::io(&path, &error);
-            }
-            let missing = Error::new(ErrorKind::NotFound, format!("there is no file `{written}`"));
-            match similar(&path) {
-                Some(near) => missing.advise(format!("did you mean `{near}`?")),
-                None => missing.advise("paths are relative to the scene file"),
-            }
-        })?;
-        if !self.contains(&real) {
-            return Err(outside());
-        }
-        Ok(real)
-    }
-
-    fn contains(&self, path: &Path) -> bool {
-        self.allowed.iter().any(|folder| path.starts_with(folder))
-    }
-
-    /// Whether the folder of `path` is, by its real name, one of the allowed.
-    fn allowed_by_link(&self, path: &Path) -> bool {
-        path.parent().and_then(|parent| std::fs::canonicalize(parent).ok()).is_some_and(|parent| self.contains(&parent))
-    }
-}
-
-/// `path` without `.` and `..`; `None` if it climbs above the root.
-fn lexical(path: &Path) -> Option<PathBuf> {
-    let mut out = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => {
-                if !out.pop() {
-                    return None;
+        self.root.resolve(&self.folder, written).map_err(|error| match error.kind {
+            ErrorKind::NotFound => {
+                let missing = Error::new(ErrorKind::NotFound, format!("there is no file `{written}`"));
+                match similar(&self.folder.join(written)) {
+                    Some(near) => missing.advise(format!("did you mean `{near}`?")),
+                    None => missing.advise("paths are relative to the scene file"),
                 }
             }
-            other => out.push(other),
-        }
+            ErrorKind::Invalid => {
+                error.advise("move it below the scene's folder, or allow its folder with --allow-path")
+            }
+            _ => error,
+        })
     }
-    Some(out)
 }
 
 /// A file beside `path` with a similar name.
@@ -121,7 +82,7 @@ mod tests {
             let message = paths.resolve(escape).unwrap_err().to_string();
             assert!(message.contains("--allow-path"), "{escape}: {message}");
         }
-        assert!(paths.resolve("http://a/b.obj").unwrap_err().to_string().contains("fetch nothing"));
+        assert!(paths.resolve("http://a/b.obj").unwrap_err().to_string().contains("nothing is fetched"));
         assert!(paths.resolve("sub/mash.obj").unwrap_err().to_string().contains("did you mean `mesh.obj`"));
         let wide = Paths::new(&scene, &[other.path().to_path_buf()]).unwrap();
         assert!(wide.resolve(secret).is_ok());

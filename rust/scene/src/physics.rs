@@ -107,6 +107,11 @@ impl Physics {
         all
     }
 
+    /// The frame that the bodies have reached.
+    pub fn frame(&self) -> u32 {
+        (self.steps / u64::from(self.sub_steps)) as u32
+    }
+
     /// Seconds since the start.
     pub fn time(&self) -> f64 {
         self.steps as f64 / (self.fps * f64::from(self.sub_steps))

@@ -25,13 +25,19 @@ pub struct Table<'a> {
     pub span: (usize, usize),
 }
 
-/// A name written in the file and where.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A name written in the file and where. Its debug text leaves the place out, which does not matter for results.
+#[derive(Clone, PartialEq, Eq)]
 pub struct Name {
     /// The name.
     pub text: String,
     /// Its bytes.
     pub span: Span,
+}
+
+impl std::fmt::Debug for Name {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.text.fmt(out)
+    }
 }
 
 impl<'a> Table<'a> {
@@ -351,8 +357,9 @@ impl Reader {
         found
     }
 
-    /// Calls `set` with every parameter that is written, as the parameter's unit counts it.
-    pub fn parameters(&mut self, table: Table, mut set: impl FnMut(&Parameter, f64)) {
+    /// Calls `set` with every parameter that is written, as the parameter's unit counts it. `set` says whether it took
+    /// the value.
+    pub fn parameters(&mut self, table: Table, mut set: impl FnMut(&Parameter, f64) -> bool) {
         for parameter in table.section.parameters {
             let Some(value) = table.value(parameter.name) else { continue };
             let (factor, unit) = shown_unit(parameter);
@@ -368,8 +375,7 @@ impl Reader {
             } else {
                 number.clamp(parameter.min, parameter.max)
             };
-            if parameter.check(number).is_ok() {
-                set(parameter, number);
+            if set(parameter, number) {
                 continue;
             }
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };

@@ -183,13 +183,6 @@ pub static DETAIL: Section = Section {
             "bytes",
             "Most memory the tiles of an object may occupy",
         ),
-        key(
-            "max_displacement",
-            POSITIVE,
-            "",
-            UNITS,
-            "Largest displacement a tile may reach; left out, a quarter of the smallest side of the largest collider",
-        ),
     ],
     parameters: &[],
 };
@@ -205,6 +198,8 @@ pub static OBJECT: Section = Section {
         key("rotation", Kind::Numbers(3), "[0, 0, 0]", DEGREES, "Turn about x, then y, then z"),
         key("scale", Kind::Scale, "1", "", "Size, for all axes or for x, y and z"),
         key("colour", Kind::Colour, "[0.6, 0.6, 0.6]", "", "Colour, linear Rec.709 or \"#rrggbb\" in sRGB"),
+        key("specular", Kind::Number(0.0, 1.0), "0.02", "", "Reflectance of the glossy part seen straight on"),
+        key("roughness", Kind::Number(0.0, 1.0), "0.5", "", "Roughness of the glossy part"),
         key(
             "role",
             Kind::Choice(&["deformable", "rigid"]),
@@ -391,32 +386,36 @@ pub static OUTPUT: Section = Section {
     help: "What `relievo run` writes",
     keys: &[
         key("frames", Kind::Whole(1, 1_000_000), "1", "", "How many frames there are; they are numbered from 0"),
-        key("width", Kind::Whole(1, 16384), "640", "pixels", "Width of pictures"),
-        key("height", Kind::Whole(1, 16384), "360", "pixels", "Height of pictures"),
-        key("samples", Kind::Whole(1, 4096), "16", "", "Samples of a pixel"),
         key("images", Kind::Choices(&["png", "exr"]), "[\"png\"]", "", "Formats of pictures"),
         key(
             "pictures",
-            Kind::Choices(&["beauty", "wireframe", "tiles", "normals"]),
+            Kind::Choices(&["beauty", "wireframe", "tiles"]),
             "[\"beauty\"]",
             "",
-            "Pictures: the lit scene, the lit scene with tessellation, false colours of tile allocation, normals",
+            "Pictures: the lit scene, the same with the lines of its tessellation, and false colours of its tiles",
         ),
-        key("aovs", Kind::Flag, "false", "", "Whether EXR pictures carry depth, normal and object layers"),
         key("picture_frames", Kind::Choice(WHEN), "\"every\"", "", "Frames that get pictures"),
         key("mesh", Kind::Choice(WHEN), "\"last\"", "", "Frames whose displaced meshes are written"),
         key("mesh_formats", Kind::Choices(&["glb", "obj", "ply"]), "[\"glb\"]", "", "Formats of meshes"),
         key(
-            "mesh_rate",
-            Kind::Whole(1, 256),
-            "16",
+            "rate",
+            Kind::Power(2, 256),
+            "8",
             "",
-            "Quads along a side of an untouched tile in written meshes; touched tiles get up to one per coefficient",
+            "Quads along a side of an untouched tile in pictures and meshes; touched tiles get one per coefficient",
         ),
         key("tiles", Kind::Choice(WHEN), "\"none\"", "", "Frames whose tiles are written as EXR"),
         key("exposure", Kind::Number(-20.0, 20.0), "0", "stops", "Brightness of PNG pictures"),
     ],
-    parameters: &[],
+    parameters: relievo_render::Settings::PARAMETERS,
+};
+
+/// `[imprints]`
+pub static IMPRINT: Section = Section {
+    name: "imprints",
+    help: "How colliders imprint themselves; a collider overrides single keys",
+    keys: &[],
+    parameters: relievo_detail::ImprintSettings::PARAMETERS,
 };
 
 /// `[colliders.NAME]`
@@ -441,7 +440,7 @@ pub static COLLIDER: Section = Section {
         key("from", Kind::Number(0.0, 1e6), "0", "seconds", "When it begins"),
         key("until", Kind::Number(0.0, 1e9), "1e9", "seconds", "When it ends"),
     ],
-    parameters: &[],
+    parameters: relievo_detail::ImprintSettings::PARAMETERS,
 };
 
 /// The whole file.
@@ -460,6 +459,7 @@ pub static SCENE: Section = Section {
         key("objects", Kind::Named(&OBJECT), "", "", "Objects by name"),
         key("bodies", Kind::Named(&BODY), "", "", "Bodies by name"),
         key("colliders", Kind::Named(&COLLIDER), "", "", "Colliders by name"),
+        key("imprints", Kind::Table(&IMPRINT), "", "", "How colliders imprint themselves"),
         key("physics", Kind::Table(&PHYSICS), "", "", "Physics"),
         key("camera", Kind::Table(&CAMERA), "", "", "The camera"),
         key("sun", Kind::Table(&SUN), "", "", "The sun"),
@@ -520,6 +520,25 @@ pub fn shown_unit(parameter: &Parameter) -> (f64, &'static str) {
     }
 }
 
+/// A value of a parameter as a scene file shows it.
+fn shown_value(parameter: &Parameter, value: f64) -> String {
+    match parameter.kind {
+        relievo_core::ParameterKind::Bool => (value != 0.0).to_string(),
+        _ => shown(value * shown_unit(parameter).0).to_string(),
+    }
+}
+
+/// The type and range of a parameter in words.
+fn parameter_words(parameter: &Parameter) -> String {
+    match parameter.kind {
+        relievo_core::ParameterKind::Bool => "true or false".into(),
+        relievo_core::ParameterKind::U32 => format!("whole number {} to {}", parameter.min, parameter.max),
+        relievo_core::ParameterKind::F32 => {
+            format!("number {} to {}", shown_value(parameter, parameter.min), shown_value(parameter, parameter.max))
+        }
+    }
+}
+
 /// A number as a scene file shows it: to nine digits, which hides the rounding of radians.
 fn shown(value: f64) -> f64 {
     format!("{value:.9e}").parse().unwrap_or(value)
@@ -528,8 +547,8 @@ fn shown(value: f64) -> f64 {
 /// The sections in the order they are documented.
 pub fn sections() -> Vec<&'static Section> {
     vec![
-        &SCENE, &MESH, &SURFACE, &DETAIL, &OBJECT, &BODY, &KEYFRAME, &COLLIDER, &PHYSICS, &CAMERA, &VIEW, &SUN, &SKY,
-        &OUTPUT,
+        &SCENE, &MESH, &SURFACE, &DETAIL, &OBJECT, &BODY, &KEYFRAME, &IMPRINT, &COLLIDER, &PHYSICS, &CAMERA, &VIEW,
+        &SUN, &SKY, &OUTPUT,
     ]
 }
 
@@ -547,16 +566,11 @@ pub fn text() -> String {
             out.push_str(&format!("{}{default}  # {}; {}{unit}\n", key.name, key.help, key.kind.words()));
         }
         for parameter in section.parameters {
-            let (factor, unit) = shown_unit(parameter);
+            let (_, unit) = shown_unit(parameter);
             let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
-            out.push_str(&format!(
-                "{} = {}  # {}; number {} to {}{unit}\n",
-                parameter.name,
-                shown(parameter.default * factor),
-                parameter.help.trim_end_matches('.'),
-                shown(parameter.min * factor),
-                shown(parameter.max * factor),
-            ));
+            let default = shown_value(parameter, parameter.default);
+            let help = parameter.help.trim_end_matches('.');
+            out.push_str(&format!("{} = {default}  # {help}; {}{unit}\n", parameter.name, parameter_words(parameter)));
         }
     }
     out
@@ -600,9 +614,14 @@ pub fn json() -> Value {
         });
         let parameters = section.parameters.iter().map(|parameter| {
             let (factor, unit) = shown_unit(parameter);
+            let kind = match parameter.kind {
+                relievo_core::ParameterKind::Bool => "flag",
+                relievo_core::ParameterKind::U32 => "whole",
+                relievo_core::ParameterKind::F32 => "number",
+            };
             json!({
-                "name": parameter.name, "type": "number", "help": parameter.help, "unit": unit,
-                "default": shown(parameter.default * factor).to_string(),
+                "name": parameter.name, "type": kind, "help": parameter.help, "unit": unit,
+                "default": shown_value(parameter, parameter.default),
                 "min": shown(parameter.min * factor), "max": shown(parameter.max * factor),
             })
         });

@@ -1,0 +1,72 @@
+//! `relievo info`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use relievo_meshio::Summary;
+use serde_json::{Value, json};
+
+use crate::Outcome;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The mesh file.
+    file: PathBuf,
+    /// Print JSON for programs.
+    #[arg(long)]
+    json: bool,
+    /// Bytes that the file and what is made of it may occupy, with K, M or G; 0 for no limit.
+    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
+    memory_limit: u64,
+}
+
+/// Ends with 1 if the mesh cannot be used.
+pub fn run(arguments: &Arguments) -> Outcome {
+    let context = crate::context(arguments.memory_limit)?;
+    let place = arguments.file.display().to_string();
+    let model = relievo_meshio::read_model(&context, &arguments.file)?;
+    let summary = Summary::of_model(&context, &model).map_err(|error| error.at(&place))?;
+    let text = match arguments.json {
+        true => format!("{:#}\n", machine_readable(&summary)),
+        false => format!("{place}\n{summary}\n"),
+    };
+    crate::print(&text)?;
+    Ok(if summary.problem.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn machine_readable(summary: &Summary) -> Value {
+    let sizes: serde_json::Map<String, Value> =
+        summary.faces_by_size.iter().map(|(size, count)| (size.to_string(), (*count).into())).collect();
+    let attributes: Vec<Value> = summary
+        .attributes
+        .iter()
+        .map(|(name, domain, width, count)| {
+            json!({ "name": name, "domain": format!("{domain:?}").to_lowercase(), "width": width, "values": count })
+        })
+        .collect();
+    let animations: Vec<Value> =
+        summary.animations.iter().map(|(name, from, to)| json!({ "name": name, "from": from, "to": to })).collect();
+    json!({
+        "points": summary.points,
+        "unused_points": summary.unused_points,
+        "faces": summary.faces,
+        "faces_by_size": sizes,
+        "edges": summary.edges,
+        "boundary_edges": summary.boundary_edges,
+        "non_manifold_edges": summary.non_manifold_edges,
+        "turned_edges": summary.turned_edges,
+        "components": summary.components,
+        "extraordinary_points": summary.extraordinary_points,
+        "largest_valence": summary.largest_valence,
+        "creases": summary.creases,
+        "sharp_points": summary.sharp_points,
+        "holes": summary.holes,
+        "attributes": attributes,
+        "bounds": summary.bounds.map(|(low, high)| [low, high]),
+        "problem": summary.problem,
+        "skins": summary.skins.iter().map(|(name, joints)| json!({ "name": name, "joints": joints })).collect::<Vec<_>>(),
+        "animations": animations,
+        "materials": summary.materials,
+        "notes": summary.notes,
+    })
+}

@@ -1,0 +1,141 @@
+//! `relievo run`
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use relievo_core::{Context, ContextOptions, Error};
+use relievo_scene::stepper::{RunOptions, Summary};
+
+use crate::Outcome;
+
+#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
+enum Device {
+    /// The processor.
+    Cpu,
+    /// The graphics device.
+    Gpu,
+    /// The graphics device if there is one that can be used, else the processor.
+    Auto,
+}
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The scene file.
+    scene: PathBuf,
+    /// Folder for everything that is written; left out, one named after the scene.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// First and last frame, both included; a run goes on from the baked frame before.
+    #[arg(long, value_name = "A..B", value_parser = range)]
+    frames: Option<(u32, u32)>,
+    /// What computes.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: Device,
+    /// Threads; 0 for one per core. Results do not depend on it.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Write what each stage cost to this file, for Perfetto or Chrome.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
+    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
+    memory_limit: u64,
+    /// Also read files below this folder.
+    #[arg(long, value_name = "DIR")]
+    allow_path: Vec<PathBuf>,
+    /// Compute frames again that are in the cache.
+    #[arg(long)]
+    rebake: bool,
+}
+
+/// `A..B`, `A..=B` or `A`.
+fn range(text: &str) -> Result<(u32, u32), String> {
+    let number = |text: &str| text.trim().parse::<u32>().map_err(|_| format!("{text:?} is no frame number"));
+    let (from, to) = match text.split_once("..") {
+        Some((from, to)) => (number(from)?, number(to.trim_start_matches('='))?),
+        None => (number(text)?, number(text)?),
+    };
+    if from > to { Err(format!("frame {from} comes after frame {to}")) } else { Ok((from, to)) }
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    if arguments.device == Device::Gpu {
+        return Err(Error::unsupported("this build computes on the processor only")
+            .at("--device gpu")
+            .advise("use --device cpu or auto")
+            .into());
+    }
+    let context = Context::new(&ContextOptions { threads: arguments.threads, memory_limit: arguments.memory_limit })?;
+    let scene = relievo_scene::file::read_file(&arguments.scene)?;
+    let out = arguments.out.clone().unwrap_or_else(|| {
+        let mut name = arguments.scene.file_stem().unwrap_or_default().to_os_string();
+        name.push("-out");
+        PathBuf::from(name)
+    });
+    let options = RunOptions {
+        out: out.clone(),
+        frames: arguments.frames,
+        allowed: arguments.allow_path.clone(),
+        rebake: arguments.rebake,
+    };
+    let bar = bar();
+    let mut progress = |fraction: f32, stage: &str| {
+        bar.set_position((fraction * 1000.0) as u64);
+        bar.set_message(stage.to_string());
+        true
+    };
+    let summary = relievo_scene::stepper::run(&context, scene, &options, &mut progress);
+    bar.finish_and_clear();
+    let summary = summary?;
+    if let Some(path) = &arguments.trace {
+        let json = summary.trace.json().to_string();
+        relievo_scene::output::write_whole(path, |file| std::io::Write::write_all(file, json.as_bytes()))?;
+    }
+    for note in &summary.notes {
+        eprintln!("note: {note}");
+    }
+    crate::print(&report(&summary, &out))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A bar on a terminal; elsewhere nothing is shown.
+fn bar() -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(1000);
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {elapsed} of about {duration}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
+fn report(summary: &Summary, out: &std::path::Path) -> String {
+    let mut text = summary.trace.table();
+    let [tiles, all_tiles] = summary.tiles;
+    let [bytes, all_bytes] = summary.tile_bytes.map(|bytes| bytes as f64 / f64::from(1 << 20));
+    text.push_str(&format!(
+        "\nframes: {} computed, {} opened from the cache\n\
+         tiles: {tiles} of {all_tiles} allocated, {bytes:.1} of {all_bytes:.1} MiB\n\
+         files: {} in {}\n",
+        summary.baked,
+        summary.opened,
+        summary.files.len(),
+        out.display()
+    ));
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_inclusive_ranges() {
+        assert_eq!(range("3..7"), Ok((3, 7)));
+        assert_eq!(range("3..=7"), Ok((3, 7)));
+        assert_eq!(range("4"), Ok((4, 4)));
+        assert!(range("7..3").is_err() && range("a..b").is_err() && range("-1..2").is_err());
+    }
+}

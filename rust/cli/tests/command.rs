@@ -1,0 +1,89 @@
+//! The `relievo` command as a user sees it: standard output, standard error and exit codes.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn relievo(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+    f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+#[test]
+fn a_new_scene_checks_runs_and_leaves_only_results_on_standard_output() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cube.obj"), CUBE).unwrap();
+    let new = relievo(folder.path(), &["new", "cube.obj", "-o", "scene.toml"]);
+    assert!(new.status.success() && new.stdout.is_empty(), "{new:?}");
+    assert!(!relievo(folder.path(), &["new", "cube.obj", "-o", "scene.toml"]).status.success());
+    let check = relievo(folder.path(), &["check", "scene.toml"]);
+    assert!(check.status.success() && text(&check.stdout).contains("no faults"), "{check:?}");
+    // The starter scene as it is, but small and short.
+    let scene = std::fs::read_to_string(folder.path().join("scene.toml")).unwrap();
+    let small = scene
+        .replace("frames = 25", "frames = 14")
+        .replace("width = 640", "width = 64")
+        .replace("height = 480", "height = 48");
+    let small = small
+        .replace("samples = 16", "samples = 1\npicture_frames = \"last\"")
+        .replace("tile_size = 128", "tile_size = 16");
+    std::fs::write(folder.path().join("scene.toml"), small).unwrap();
+    let run = relievo(folder.path(), &["run", "scene.toml", "--trace", "trace.json"]);
+    assert!(run.status.success() && run.stderr.is_empty(), "{run:?}");
+    assert!(text(&run.stdout).contains("imprint.raycast"));
+    assert!(folder.path().join("scene-out/beauty-000013.png").exists());
+    assert!(folder.path().join("scene-out/mesh-000013.glb").exists());
+    let trace: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("trace.json")).unwrap()).unwrap();
+    assert!(trace["traceEvents"].as_array().unwrap().len() > 20);
+    let picture = "scene-out/beauty-000013.png";
+    let compare = relievo(folder.path(), &["compare", picture, picture, "--json", "--max-error", "0"]);
+    assert!(compare.status.success(), "{compare:?}");
+    let found: serde_json::Value = serde_json::from_slice(&compare.stdout).unwrap();
+    assert_eq!(found["flip_mean"], 0.0);
+}
+
+#[test]
+fn faults_point_into_the_scene_and_end_with_one() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bad.toml"), "version = 1\n[objects.a]\nmash = \"b\"\n").unwrap();
+    for command in ["check", "run"] {
+        let output = relievo(folder.path(), &[command, "bad.toml"]);
+        assert_eq!(output.status.code(), Some(1));
+        let shown = text(&output.stderr);
+        assert!(output.stdout.is_empty() && shown.contains("bad.toml:3:1") && shown.contains("did you mean `mesh`?"));
+    }
+    assert!(!folder.path().join("bad-out").exists());
+    let missing = relievo(folder.path(), &["check", "none.toml"]);
+    assert!(missing.status.code() == Some(1) && text(&missing.stderr).contains("none.toml"));
+    assert_eq!(relievo(folder.path(), &["fly"]).status.code(), Some(2));
+}
+
+#[test]
+fn the_graphics_device_is_refused_and_automatic_falls_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "version = 1\n[meshes.a]\nshape = \"plane\"\n[objects.a]\nmesh = \"a\"\n[output]\npictures = []\nmesh = \"none\"\n";
+    std::fs::write(folder.path().join("a.toml"), scene).unwrap();
+    let gpu = relievo(folder.path(), &["run", "a.toml", "--device", "gpu"]);
+    assert!(gpu.status.code() == Some(1) && text(&gpu.stderr).contains("processor"));
+    assert!(relievo(folder.path(), &["run", "a.toml", "--device", "auto", "--out", "o"]).status.success());
+}
+
+#[test]
+fn schema_and_info_print_for_people_and_programs() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cube.obj"), CUBE).unwrap();
+    let schema = relievo(folder.path(), &["schema", "--json"]);
+    let schema: serde_json::Value = serde_json::from_slice(&schema.stdout).unwrap();
+    assert_eq!(schema["version"], 1);
+    assert!(text(&relievo(folder.path(), &["schema"]).stdout).contains("max_displacement = 1"));
+    let info = relievo(folder.path(), &["info", "cube.obj", "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    assert_eq!((&info["faces"], &info["boundary_edges"]), (&6.into(), &0.into()));
+    assert!(text(&relievo(folder.path(), &["info", "cube.obj"]).stdout).contains("6 quads"));
+}

@@ -1,0 +1,217 @@
+//! The meshes of a scene: read or generated, and where their points are at any time.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use relievo_core::{Context, Error, Mesh, Result};
+use relievo_meshio::Model;
+
+use crate::description::{MeshSource, Scene};
+use crate::diagnostic::{Diagnostic, Faults};
+use crate::paths::{Paths, numbered};
+
+/// The meshes of a scene, by index.
+#[derive(Debug)]
+pub struct Assets {
+    list: Vec<Asset>,
+}
+
+#[derive(Debug)]
+struct Asset {
+    /// At time 0.
+    mesh: Mesh,
+    motion: Motion,
+    /// Checksums of the files it came from.
+    files: Vec<u32>,
+    notes: Vec<String>,
+}
+
+#[derive(Debug)]
+enum Motion {
+    Still,
+    Animation { model: Box<Model>, animation: usize },
+    Sequence { paths: Vec<PathBuf>, loaded: Vec<(usize, Vec<[f32; 3]>)> },
+}
+
+impl Assets {
+    /// Reads and generates the meshes of `scene`. All meshes that cannot be used are told at once.
+    pub fn load(context: &Context, scene: &Scene, paths: &Paths) -> std::result::Result<Self, Faults> {
+        let mut list = Vec::new();
+        let mut faults = Vec::new();
+        for (index, entry) in scene.meshes.iter().enumerate() {
+            match load(context, scene, paths, &entry.source) {
+                Ok(asset) => list.push(asset),
+                Err(error) => faults.push(Diagnostic::from_error(scene.source_span(index), &error)),
+            }
+        }
+        if faults.is_empty() {
+            return Ok(Self { list });
+        }
+        Err(Faults { name: scene.path.display().to_string(), text: scene.text.clone(), list: faults })
+    }
+
+    /// A mesh at time 0.
+    pub fn mesh(&self, index: usize) -> &Mesh {
+        &self.list[index].mesh
+    }
+
+    /// Whether the points of a mesh move.
+    pub fn is_animated(&self, index: usize) -> bool {
+        !matches!(self.list[index].motion, Motion::Still)
+    }
+
+    /// What was left out or repaired while reading a mesh.
+    pub fn notes(&self, index: usize) -> &[String] {
+        &self.list[index].notes
+    }
+
+    /// Checksums of the files a mesh came from.
+    pub fn checksums(&self, index: usize) -> &[u32] {
+        &self.list[index].files
+    }
+
+    /// The points of a mesh at `time` seconds, `fps` frames a second; between files of a sequence they move evenly.
+    pub fn points(&mut self, context: &Context, index: usize, time: f64, fps: f64) -> Result<Vec<[f32; 3]>> {
+        let asset = &mut self.list[index];
+        match &mut asset.motion {
+            Motion::Still => Ok(asset.mesh.points.clone()),
+            Motion::Animation { model, animation } => Ok(model.pose(context, *animation, time)?.merged_points()),
+            Motion::Sequence { paths, loaded } => {
+                let place = (time * fps).clamp(0.0, (paths.len() - 1) as f64);
+                let (before, share) = (place.floor() as usize, place.fract());
+                let after = (before + 1).min(paths.len() - 1);
+                loaded.retain(|(number, _)| *number == before || *number == after);
+                for number in [before, after] {
+                    if loaded.iter().all(|(known, _)| *known != number) {
+                        let read = read_mesh(context, &paths[number])?;
+                        if read.points.len() != asset.mesh.points.len() || read.corners != asset.mesh.corners {
+                            return Err(Error::invalid("the topology differs from the sequence's first file")
+                                .at(paths[number].display().to_string())
+                                .advise("export all files of a sequence with the same faces"));
+                        }
+                        loaded.push((number, read.points));
+                    }
+                }
+                let find = |number: usize| loaded.iter().find(|(known, _)| *known == number).map(|(_, points)| points);
+                let (Some(a), Some(b)) = (find(before), find(after)) else {
+                    return Err(Error::internal("a file of the sequence is not loaded"));
+                };
+                if share == 0.0 {
+                    return Ok(a.clone());
+                }
+                let blend = |a: f32, b: f32| (f64::from(a) + (f64::from(b) - f64::from(a)) * share) as f32;
+                Ok(a.iter().zip(b).map(|(a, b)| std::array::from_fn(|axis| blend(a[axis], b[axis]))).collect())
+            }
+        }
+    }
+}
+
+fn read_mesh(context: &Context, path: &Path) -> Result<Mesh> {
+    let mesh = relievo_meshio::read(context, path)?;
+    mesh.check().map_err(|error| error.at(path.display().to_string()))?;
+    Ok(mesh)
+}
+
+fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) -> Result<Asset> {
+    match source {
+        MeshSource::Shape(shape) => {
+            Ok(Asset { mesh: shape.mesh(scene.up), motion: Motion::Still, files: Vec::new(), notes: Vec::new() })
+        }
+        MeshSource::File { path, animation } => {
+            let path = paths.resolve(&path.text)?;
+            let place = |error: Error| error.at(path.display().to_string());
+            let files = vec![checksum(&path)?];
+            let model = relievo_meshio::read_model_within(context, &path, paths.root())?;
+            let notes = model.notes.clone();
+            let (mesh, motion) = match animation {
+                None => (model.into_merged_mesh(context).map_err(place)?, Motion::Still),
+                Some(name) => {
+                    let animation = model.animation(&name.text).map_err(place)?;
+                    let mut mesh = model.merged_mesh(context).map_err(place)?;
+                    mesh.points = model.pose(context, animation, 0.0).map_err(place)?.merged_points();
+                    (mesh, Motion::Animation { model: Box::new(model), animation })
+                }
+            };
+            mesh.check().map_err(place)?;
+            Ok(Asset { mesh, motion, files, notes })
+        }
+        MeshSource::Sequence { pattern, first, count } => {
+            let mut list = Vec::new();
+            let mut files = Vec::new();
+            for number in *first..first.saturating_add(*count) {
+                let path = paths.resolve(&numbered(&pattern.text, number))?;
+                files.push(checksum(&path)?);
+                list.push(path);
+            }
+            let Some(start) = list.first() else { return Err(Error::invalid("the sequence has no files")) };
+            let mesh = read_mesh(context, start)?;
+            let motion = Motion::Sequence { loaded: vec![(0, mesh.points.clone())], paths: list };
+            Ok(Asset { mesh, motion, files, notes: Vec::new() })
+        }
+    }
+}
+
+/// CRC-32 of the bytes of a file.
+fn checksum(path: &Path) -> Result<u32> {
+    let failed = |error: std::io::Error| Error::io(path, &error);
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(Error::invalid("it is not a file").at(path.display().to_string()));
+    }
+    let mut file = File::open(path).map_err(failed)?;
+    let mut hasher = crc32fast::Hasher::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut buffer).map_err(failed)? {
+            0 => return Ok(hasher.finalize()),
+            count => hasher.update(&buffer[..count]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 HEIGHT\nf 1 2 3\n";
+
+    fn scene(folder: &Path, meshes: &str) -> (Scene, Paths) {
+        let text = format!("version = 1\n[objects.a]\nmesh = \"a\"\n[meshes.a]\n{meshes}\n");
+        let path = folder.join("scene.toml");
+        let scene = crate::file::parse(&path, &text).unwrap_or_else(|faults| panic!("{faults}"));
+        (scene, Paths::new(&path, &[]).unwrap())
+    }
+
+    #[test]
+    fn a_sequence_moves_evenly_between_its_files_and_rests_at_its_ends() {
+        let folder = tempfile::tempdir().unwrap();
+        for number in 3..6 {
+            let text = TRIANGLE.replace("HEIGHT", &number.to_string());
+            std::fs::write(folder.path().join(format!("walk.{number:03}.obj")), text).unwrap();
+        }
+        let (scene, paths) = scene(folder.path(), "sequence = \"walk.###.obj\"\nfirst = 3\ncount = 3");
+        let context = Context::serial();
+        let mut assets = Assets::load(&context, &scene, &paths).unwrap();
+        for (frame, height) in [(0.0, 3.0), (0.25, 3.25), (1.0, 4.0), (1.5, 4.5), (9.0, 5.0), (0.5, 3.5)] {
+            assert_eq!(assets.points(&context, 0, frame / 24.0, 24.0).unwrap()[2][2], height, "frame {frame}");
+        }
+    }
+
+    #[test]
+    fn meshes_that_cannot_be_used_are_told_at_the_path() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("bad.obj"), "v 0 0 0\nv 1 0 0\nf 1 2 9\n").unwrap();
+        let context = Context::serial();
+        for (mesh, says) in [
+            ("file = \"missing.obj\"", "there is no file"),
+            ("file = \"bad.obj\"", "bad.obj"),
+            ("file = \"../bad.obj\"", "--allow-path"),
+            ("sequence = \"bad.#.obj\"\ncount = 2", "there is no file"),
+        ] {
+            let (scene, paths) = scene(folder.path(), mesh);
+            let faults = Assets::load(&context, &scene, &paths).unwrap_err();
+            let shown = faults.to_string();
+            assert!(shown.contains(says) && shown.contains("scene.toml:5:"), "{shown}");
+        }
+    }
+}

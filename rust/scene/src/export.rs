@@ -1,0 +1,164 @@
+//! The files of a frame: displaced meshes, tiles as EXR, pictures.
+
+use std::path::PathBuf;
+
+use glam::{DAffine3, DMat3, DVec3};
+use relievo_core::{Context, Mesh, Result, Values};
+use relievo_meshio::Instance;
+use relievo_render::{Channel, Content, Layer, Samples, Value, write_exr, write_png};
+use relievo_tiles::Displaced;
+
+use crate::description::Up;
+use crate::output::Folder;
+use crate::picture::Studio;
+use crate::tessellation::Rates;
+use crate::world::{Item, World};
+
+/// Writes the meshes of all visible objects in the formats the scene asks for: GLB as one file with y up, OBJ and PLY
+/// one file per object in world space. Returns the files.
+pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
+    let _stage = context.stats().begin("export.meshes");
+    let scene = &world.scene;
+    let mut list: Vec<(&str, Mesh, DAffine3)> = Vec::new();
+    for (index, item) in world.items().iter().enumerate().filter(|(index, _)| scene.objects[*index].visible) {
+        let name = scene.objects[index].name.text.as_str();
+        list.push(match item {
+            Item::Mesh(item) => (name, item.mesh.clone(), item.transform),
+            Item::Surface(surface) => {
+                let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
+                let rates = Rates::new(&displaced, scene.output.rate, u32::MAX);
+                let mesh = displaced.tessellate(context, world.cage(index), rates.as_slice())?.mesh;
+                (name, mesh, *surface.transform())
+            }
+        });
+    }
+    let mut written = Vec::new();
+    for format in &scene.output.mesh_formats {
+        if *format == "glb" {
+            let path = folder.file(&format!("mesh-{frame:06}.glb"));
+            let y_up = y_up(scene.up);
+            let instances: Vec<Instance> = list
+                .iter()
+                .map(|(name, mesh, transform)| Instance { name, mesh, transform: y_up * *transform })
+                .collect();
+            relievo_meshio::write_glb(&path, &instances)?;
+            written.push(path);
+            continue;
+        }
+        for (name, mesh, transform) in &list {
+            let path = folder.file(&format!("mesh-{frame:06}-{name}.{format}"));
+            relievo_meshio::write(&path, &placed(mesh, transform))?;
+            written.push(path);
+        }
+    }
+    Ok(written)
+}
+
+/// The rotation that brings `up` to y, which glTF has up.
+fn y_up(up: Up) -> DAffine3 {
+    // The inverse of the turn from z up, after the one to y up.
+    let turn = |up: Up| {
+        DMat3::from_cols_array_2d(
+            &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| up.from_z_up(axis).map(f64::from)),
+        )
+    };
+    DAffine3::from_mat3(turn(Up::Y) * turn(up).transpose())
+}
+
+/// `mesh` in world space.
+fn placed(mesh: &Mesh, transform: &DAffine3) -> Mesh {
+    let mut mesh = mesh.clone();
+    for point in &mut mesh.points {
+        *point = transform.transform_point3(DVec3::from(point.map(f64::from))).as_vec3().to_array();
+    }
+    let normal = transform.matrix3.inverse().transpose();
+    for attribute in mesh.attributes.iter_mut().filter(|attribute| attribute.name == "normal" && attribute.width == 3) {
+        let Values::F32(values) = &mut attribute.values else { continue };
+        for value in values.chunks_exact_mut(3) {
+            let turned = normal * DVec3::new(f64::from(value[0]), f64::from(value[1]), f64::from(value[2]));
+            value.copy_from_slice(&turned.normalize_or_zero().as_vec3().to_array());
+        }
+    }
+    mesh
+}
+
+/// Writes the allocated tiles of every surface, one EXR file per object with a layer per tile: the coefficients of the
+/// displacement in half floats, row 0 at v = 0. Returns the files.
+pub fn write_tiles(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
+    let _stage = context.stats().begin("export.tiles");
+    let mut written = Vec::new();
+    for (index, item) in world.items().iter().enumerate() {
+        let Item::Surface(surface) = item else { continue };
+        let field = surface.displacement().field();
+        let name = &world.scene.objects[index].name.text;
+        let layers: Vec<Layer> = field
+            .allocated()
+            .filter_map(|tile| {
+                let (block, size) = (field.block(tile)?, field.size(tile) as usize);
+                let rows = block.chunks_exact(size + 2).skip(1).take(size);
+                let samples = rows.flat_map(|row| row[1..=size].iter().copied()).collect();
+                let topology = field.topology();
+                Some(Layer {
+                    name: Some(format!("tile.{tile}")),
+                    width: size as u32,
+                    height: size as u32,
+                    channels: vec![Channel { name: "displacement".into(), samples: Samples::F16(samples) }],
+                    attributes: vec![
+                        ("object".into(), Value::Text(name.clone())),
+                        ("face".into(), Value::I32(topology.face(tile) as i32)),
+                        ("corner".into(), Value::I32(topology.sub_corner(tile) as i32)),
+                    ],
+                })
+            })
+            .collect();
+        if layers.is_empty() {
+            continue;
+        }
+        let path = folder.file(&format!("tiles-{frame:06}-{name}.exr"));
+        write_exr(&path, &layers, Content::Data)?;
+        written.push(path);
+    }
+    Ok(written)
+}
+
+/// Renders and writes the pictures that the scene asks for. Returns the files.
+pub fn write_pictures(
+    context: &Context,
+    world: &World,
+    studio: &mut Studio,
+    folder: &Folder,
+    frame: u32,
+) -> Result<Vec<PathBuf>> {
+    let output = &world.scene.output;
+    let mut written = Vec::new();
+    for kind in &output.pictures {
+        let mut picture = studio.render(context, world, kind, world.scene.time(frame))?;
+        let _stage = context.stats().begin("export.pictures");
+        for format in &output.images {
+            let path = folder.file(&format!("{kind}-{frame:06}.{format}"));
+            if *format == "exr" {
+                picture.write_exr(&path)?;
+            } else {
+                picture.color.expose(output.exposure as f32);
+                write_png(&path, &picture.color)?;
+                picture.color.expose(-output.exposure as f32);
+            }
+            written.push(path);
+        }
+    }
+    Ok(written)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_up_axis_becomes_y() {
+        for up in [Up::X, Up::Y, Up::Z] {
+            let turned = y_up(up).transform_vector3(up.direction());
+            assert!((turned - DVec3::Y).length() < 1e-12);
+            assert!((y_up(up).matrix3.determinant() - 1.0).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! Pictures of a world: what changed since the last frame is tessellated and handed to the ray caster, then the views
+//! the scene asks for are rendered.
+
+use glam::DVec3;
+use relievo_core::{Context, Result};
+use relievo_render as render;
+use relievo_tiles::Displaced;
+
+use crate::description::{CameraEntry, Scene, View};
+use crate::tessellation::{self, Rates};
+use crate::world::{Item, World};
+
+/// The ray caster's view of a world.
+pub struct Studio {
+    scene: render::Scene,
+    objects: Vec<Shown>,
+    automatic: View,
+}
+
+struct Shown {
+    id: Option<render::ObjectId>,
+    rates: Option<Rates>,
+    /// Tiles that are shown as just changed.
+    recent: Vec<u32>,
+}
+
+impl std::fmt::Debug for Studio {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("Studio").field("objects", &self.objects.len()).finish_non_exhaustive()
+    }
+}
+
+/// Tags of triangles: what the false colours of tiles tell apart.
+const TAGS: [(&str, u32); 4] =
+    [("untouched", 0xBBBBBB), ("allocated", 0x56B4E9), ("changed in this frame", 0xE69F00), ("rigid", 0x555555)];
+const UNTOUCHED: u32 = 0;
+const ALLOCATED: u32 = 1;
+const CHANGED: u32 = 2;
+const RIGID: u32 = 3;
+
+impl Studio {
+    /// Fails if the ray caster cannot be used.
+    pub fn new(context: &Context, world: &World) -> Result<Self> {
+        let mut studio = Self {
+            scene: render::Scene::new()?,
+            objects: Vec::new(),
+            automatic: View { time: 0.0, position: None, target: None, fov: 0.7 },
+        };
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (index, item) in world.items().iter().enumerate() {
+            let entry = &world.scene.objects[index];
+            let mut shown = Shown { id: None, rates: None, recent: Vec::new() };
+            if entry.visible {
+                let base_color = entry.colour.map(|value| value.min(1.0));
+                let (specular, roughness) = (entry.specular, entry.roughness);
+                let material = render::Material { base_color, specular, roughness };
+                let (transform, points) = match item {
+                    Item::Surface(surface) => (*surface.transform(), &world.cage(index).points),
+                    Item::Mesh(item) => (item.transform, &item.mesh.points),
+                };
+                for point in points {
+                    let place = transform.transform_point3(DVec3::from(point.map(f64::from)));
+                    (low, high) = (low.min(place), high.max(place));
+                }
+                shown.id = Some(studio.scene.add_object(transform, material)?);
+            }
+            studio.objects.push(shown);
+        }
+        studio.automatic = automatic_view(&world.scene, low, high);
+        let changes: Vec<Option<&[u32]>> = vec![None; world.items().len()];
+        studio.update(context, world, &changes)?;
+        Ok(studio)
+    }
+
+    /// Takes over what changed: per object the tiles that changed, or `None` if it changed as a whole.
+    pub fn update(&mut self, context: &Context, world: &World, changes: &[Option<&[u32]>]) -> Result<()> {
+        let mut stage = context.stats().begin("tessellate");
+        let mut count = 0;
+        let tagged = world.scene.output.pictures.contains(&"tiles");
+        for (index, item) in world.items().iter().enumerate() {
+            let Some(id) = self.objects[index].id else { continue };
+            let change = changes.get(index).copied().flatten();
+            match item {
+                Item::Surface(surface) => {
+                    self.scene.set_transform(id, *surface.transform())?;
+                    let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
+                    let rates = Rates::new(&displaced, world.scene.output.rate, u32::MAX);
+                    let field = displaced.field();
+                    let topology = field.topology();
+                    let before = self.objects[index].rates.replace(rates.clone());
+                    let recent = std::mem::replace(
+                        &mut self.objects[index].recent,
+                        change.filter(|_| tagged).map_or_else(Vec::new, <[u32]>::to_vec),
+                    );
+                    let stale = |tile: u32| match (change, &before) {
+                        (Some(tiles), Some(before)) => {
+                            tiles.binary_search(&tile).is_ok()
+                                || recent.binary_search(&tile).is_ok()
+                                || before.of(tile) != rates.of(tile)
+                                || before.edges(topology, tile) != rates.edges(topology, tile)
+                        }
+                        _ => true,
+                    };
+                    let tiles: Vec<u32> = (0..field.tile_count() as u32).filter(|tile| stale(*tile)).collect();
+                    let pieces =
+                        context.map(tiles.len(), |at| tessellation::tile(context, &displaced, &rates, tiles[at]));
+                    for (tile, piece) in tiles.iter().zip(pieces) {
+                        let piece = piece?;
+                        let changed = change.is_some_and(|tiles| tiles.binary_search(tile).is_ok());
+                        let tag = match (field.is_allocated(*tile), changed) {
+                            (true, true) => CHANGED,
+                            (true, false) => ALLOCATED,
+                            (false, _) => UNTOUCHED,
+                        };
+                        count += piece.triangles.len() as u64;
+                        let tags = vec![tag; piece.triangles.len()];
+                        let mesh = render::Mesh {
+                            points: piece.points,
+                            triangles: piece.triangles,
+                            normals: piece.normals,
+                            colors: Vec::new(),
+                            tags,
+                            edges: piece.edges,
+                        };
+                        self.scene.set_mesh(id, *tile, mesh)?;
+                    }
+                }
+                Item::Mesh(item) => {
+                    self.scene.set_transform(id, item.transform)?;
+                    if change.is_some() {
+                        continue;
+                    }
+                    let triangles = item.mesh.triangles();
+                    count += triangles.len() as u64;
+                    let tags = vec![RIGID; triangles.len()];
+                    let mesh =
+                        render::Mesh { points: item.mesh.points.clone(), triangles, tags, ..render::Mesh::default() };
+                    self.scene.set_mesh(id, 0, mesh)?;
+                }
+            }
+        }
+        stage.count("triangles", count);
+        Ok(())
+    }
+
+    /// Renders `kind`, one of the scene's pictures, at `time` seconds.
+    pub fn render(&mut self, context: &Context, world: &World, kind: &str, time: f64) -> Result<render::Frame> {
+        let scene = &world.scene;
+        let mut view = render::View::new(self.camera(world, time)?);
+        view.settings = scene.output.settings;
+        view.lights = lights(scene);
+        match kind {
+            "wireframe" => view.settings.wireframe = relievo_core::parameter::Switch::ON,
+            "tiles" => {
+                let palette = TAGS.iter().map(|(_, hex)| render::color::from_hex(*hex)).collect();
+                view.false_color = Some(render::FalseColor { palette });
+            }
+            _ => {}
+        }
+        let mut frame = context.stats().time("render", || self.scene.render(context, &view))?;
+        if kind == "tiles" {
+            let entries = TAGS.map(|(text, hex)| (render::color::from_hex(hex), text));
+            render::draw_legend(&mut frame.color, &entries);
+        }
+        Ok(frame)
+    }
+
+    fn camera(&self, world: &World, time: f64) -> Result<render::Camera> {
+        let entry = &world.scene.camera;
+        let view = view_at(entry, time);
+        let shift = entry.follow.and_then(|object| world.items().get(object)).map_or(DVec3::ZERO, |item| match item {
+            Item::Surface(surface) => surface.transform().translation,
+            Item::Mesh(item) => item.transform.translation,
+        });
+        // Without a place of its own the camera looks from the automatic direction, at a given target too.
+        let automatic = &self.automatic;
+        let (place, middle) = (automatic.position.unwrap_or(DVec3::ONE), automatic.target.unwrap_or(DVec3::ZERO));
+        let target = view.target.map_or(middle, |target| target + shift);
+        let position = view.position.map_or(target + (place - middle), |position| position + shift);
+        let up = world.scene.up.direction();
+        // Straight from above the up direction says nothing.
+        let along = (target - position).normalize_or_zero().dot(up).abs() > 1.0 - 1e-9;
+        let up = if along { up.any_orthogonal_vector() } else { up };
+        render::Camera::look_at(position, target, up, view.fov)
+    }
+}
+
+/// The camera at `time`: positions follow a cubic through the keyframes, so that it does not jerk.
+fn view_at(entry: &CameraEntry, time: f64) -> View {
+    let views = &entry.views;
+    let after = views.partition_point(|view| view.time <= time);
+    let at = |index: usize| views.get(index).or(views.last());
+    let (Some(before), Some(next)) = (after.checked_sub(1).and_then(at), views.get(after)) else {
+        let none = View { time, position: None, target: None, fov: 0.7 };
+        return views.get(after).or(views.last()).copied().unwrap_or(none);
+    };
+    let share = (time - before.time) / (next.time - before.time);
+    let early = after.checked_sub(2).and_then(at).unwrap_or(before);
+    let late = at(after + 1).unwrap_or(next);
+    let blend = |pick: fn(&View) -> Option<DVec3>| {
+        let (a, b) = (pick(before)?, pick(next)?);
+        let slope = |from: &View, to: &View| match (pick(from), pick(to)) {
+            (Some(p), Some(q)) if to.time > from.time => (q - p) / (to.time - from.time),
+            _ => DVec3::ZERO,
+        };
+        let span = next.time - before.time;
+        let (out, into) = (slope(early, next) * span, slope(before, late) * span);
+        let (s, s2, s3) = (share, share * share, share * share * share);
+        let hermite = a * (2.0 * s3 - 3.0 * s2 + 1.0) + out * (s3 - 2.0 * s2 + s) + b * (3.0 * s2 - 2.0 * s3);
+        Some(hermite + into * (s3 - s2))
+    };
+    View {
+        time,
+        position: blend(|view| view.position),
+        target: blend(|view| view.target),
+        fov: before.fov + (next.fov - before.fov) * share,
+    }
+}
+
+/// A view from the front, the side and above that sees everything between `low` and `high`.
+fn automatic_view(scene: &Scene, low: DVec3, high: DVec3) -> View {
+    let fov = scene.camera.views.first().map_or(0.7, |view| view.fov);
+    let (target, radius) =
+        if low.cmple(high).all() { ((low + high) * 0.5, ((high - low) * 0.5).length()) } else { (DVec3::ZERO, 1.0) };
+    let settings = &scene.output.settings;
+    let aspect = f64::from(settings.width) / f64::from(settings.height);
+    // The narrower of both fields of view must hold the sphere around everything.
+    let narrow = ((fov * 0.5).tan() * aspect.min(1.0)).atan();
+    let distance = (radius / narrow.sin()).max(1e-6) * 1.02;
+    let direction = scene.up.from_z_up([0.55, -0.7, 0.5]).map(f64::from);
+    let position = target + DVec3::from(direction).normalize() * distance;
+    View { time: 0.0, position: Some(position), target: Some(target), fov }
+}
+
+fn lights(scene: &Scene) -> render::Lights {
+    let sun = render::Sun {
+        direction: scene.sun.direction.as_vec3().to_array(),
+        irradiance: scene.sun.radiance,
+        angular_radius: (scene.sun.angle * 0.5) as f32,
+    };
+    let sky = render::Sky {
+        up: scene.up.direction().as_vec3().to_array(),
+        zenith: scene.sky.zenith,
+        horizon: scene.sky.horizon,
+        ground: scene.sky.ground,
+    };
+    render::Lights { suns: vec![sun], sky }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_camera_passes_its_keyframes_and_rests_outside() {
+        let view =
+            |time: f64, x: f64| View { time, position: Some(DVec3::X * x), target: Some(DVec3::Y), fov: 0.5 + x };
+        let entry = CameraEntry { views: vec![view(1.0, 0.0), view(2.0, 1.0), view(4.0, 2.0)], follow: None };
+        for (time, x) in [(0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (4.0, 2.0), (9.0, 2.0)] {
+            let at = view_at(&entry, time);
+            assert!((at.position.unwrap().x - x).abs() < 1e-12 && (at.fov - 0.5 - x).abs() < 1e-12, "{time}");
+        }
+        let speed = |time: f64| {
+            let x = |time: f64| view_at(&entry, time).position.unwrap().x;
+            (x(time + 1e-6) - x(time)) / 1e-6
+        };
+        assert!((speed(2.0 - 2e-6) - speed(2.0)).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,258 @@
+//! Frame after frame: physics, imprints, cache, pictures and meshes. Frame n is at n / fps seconds.
+//!
+//! Frames that the cache already has are opened, others are computed from the one before. Bodies are not cached: their
+//! physics repeats itself exactly and is cheap, so it runs again from the start where it is needed.
+
+use std::path::{Path, PathBuf};
+
+use relievo_core::{Context, Error, Progress};
+
+use crate::bake::{self, Baker, Changes};
+use crate::cache::{Cache, Frame, Identity, State};
+use crate::description::Scene;
+use crate::diagnostic::Failure;
+use crate::export;
+use crate::output::Folder;
+use crate::picture::Studio;
+use crate::trace::Trace;
+use crate::world::{Item, World};
+
+/// How a scene is run.
+#[derive(Clone, Debug)]
+pub struct RunOptions {
+    /// The folder that everything is written to.
+    pub out: PathBuf,
+    /// First and last frame; all if left out.
+    pub frames: Option<(u32, u32)>,
+    /// Folders besides the scene's that files may be read from.
+    pub allowed: Vec<PathBuf>,
+    /// Whether cached frames are computed again.
+    pub rebake: bool,
+}
+
+/// What a run did.
+#[derive(Clone, Debug, Default)]
+pub struct Summary {
+    /// Files for the user, in the order written.
+    pub files: Vec<PathBuf>,
+    /// What each stage of each frame cost.
+    pub trace: Trace,
+    /// What the user should know.
+    pub notes: Vec<String>,
+    /// Frames that were computed.
+    pub baked: u32,
+    /// Frames that were opened from the cache.
+    pub opened: u32,
+    /// Bytes of allocated tiles at the end, and if all were.
+    pub tile_bytes: [u64; 2],
+    /// Allocated tiles at the end, and all there are.
+    pub tiles: [u64; 2],
+}
+
+/// The name of the cache's folder in the output folder.
+pub const CACHE_FOLDER: &str = "cache";
+
+/// Runs `scene`.
+///
+/// Fails, leaving the frames before whole, if the scene cannot be used, a file cannot be read or written, the frames do
+/// not exist, or `progress` asks to stop.
+pub fn run(
+    context: &Context,
+    scene: Scene,
+    options: &RunOptions,
+    progress: &mut dyn Progress,
+) -> Result<Summary, Failure> {
+    let last_frame = scene.output.frames - 1;
+    let (first, last) = options.frames.unwrap_or((0, last_frame));
+    if first > last || last > last_frame {
+        return Err(Error::invalid(format!("there are no frames {first}..{last}"))
+            .advise(format!("the scene has frames 0..{last_frame}"))
+            .into());
+    }
+    progress.step(0.0, "load")?;
+    let world = World::new(context, scene, &options.allowed)?;
+    let mut stepper = Stepper::new(context, world, &options.out)?;
+    stepper.summary.notes.extend(stepper.world.notes());
+    let start = stepper.begin(first, options.rebake)?;
+    let load = context.stats().take();
+    stepper.summary.trace.add(start, load);
+    let count = f64::from(last - start + 1);
+    for frame in start..=last {
+        let done = f64::from(frame - start);
+        progress.step((done / count) as f32, &format!("frame {frame}"))?;
+        let changes = stepper.step(context, frame, options.rebake && frame >= first)?;
+        if frame >= first {
+            stepper.write(context, frame, last_frame, &changes)?;
+        }
+        stepper.summary.trace.add(frame, context.stats().take());
+    }
+    progress.step(1.0, "done")?;
+    Ok(stepper.finish())
+}
+
+/// A world on its way through the frames.
+#[derive(Debug)]
+pub struct Stepper {
+    world: World,
+    baker: Baker,
+    cache: Cache,
+    /// The cached form of the state the world is in.
+    current: Option<Frame>,
+    studio: Option<Studio>,
+    /// Changes that no picture has shown yet.
+    unseen: Vec<Changes>,
+    folder: Folder,
+    summary: Summary,
+    refused: u64,
+    clamped: u64,
+}
+
+impl Stepper {
+    /// A world before its first frame, whose files go to `out`.
+    pub fn new(context: &Context, world: World, out: &Path) -> relievo_core::Result<Self> {
+        let folder = Folder::new(out)?;
+        let identity = Identity { scene: world.fingerprint(), level: context.level() as u32 };
+        let cache = Cache::new(&folder.path().join(CACHE_FOLDER), identity)?;
+        Ok(Self {
+            world,
+            baker: Baker::default(),
+            cache,
+            current: None,
+            studio: None,
+            unseen: Vec::new(),
+            folder,
+            summary: Summary::default(),
+            refused: 0,
+            clamped: 0,
+        })
+    }
+
+    /// The world as it is.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The baked frames.
+    pub fn cache(&self) -> &Cache {
+        &self.cache
+    }
+
+    /// Decides at which frame to begin so that `first` can be reached: at `first` itself if the frame before is baked.
+    /// A stale cache is emptied and said.
+    fn begin(&mut self, first: u32, rebake: bool) -> relievo_core::Result<u32> {
+        let stale = (0..self.world.scene.output.frames).any(|frame| self.cache.state(frame) == State::Stale);
+        if stale {
+            self.summary.notes.push(
+                "the cache was baked from another version of the scene or at another instruction level; it is baked anew"
+                    .into(),
+            );
+            self.cache.truncate(0)?;
+        }
+        let baked = |frame: u32| self.cache.state(frame) == State::Baked;
+        let start = (0..first).rev().find(|frame| baked(*frame)).unwrap_or(0);
+        if start + 1 < first {
+            self.summary
+                .notes
+                .push(format!("frames {start} to {} are not baked yet; they are computed first", first - 1));
+        }
+        if rebake {
+            self.cache.truncate(first)?;
+        }
+        Ok(start.min(first))
+    }
+
+    /// Goes to `frame`, which must be the next one, or the first after [`Self::begin`]: opens it if it is baked, else
+    /// computes it from the frame before.
+    fn step(&mut self, context: &Context, frame: u32, rebake: bool) -> relievo_core::Result<Changes> {
+        if !rebake && self.cache.state(frame) == State::Baked {
+            let opened = context.stats().time("cache.open", || self.open(context, frame));
+            match opened {
+                Ok(changes) => return Ok(changes),
+                Err(error) => self.summary.notes.push(format!("{error}; the frame is computed again")),
+            }
+        }
+        let changes = if frame == 0 {
+            self.baker.start(context, &mut self.world)?
+        } else {
+            // After opened frames the bodies are still where they began.
+            context.stats().time("physics.replay", || {
+                while self.world.physics.frame() + 1 < frame {
+                    self.world.physics.advance();
+                }
+            });
+            self.baker.advance(context, &mut self.world, frame)?
+        };
+        let _stage = context.stats().begin("cache.write");
+        let blocks = bake::blocks(context, &self.world, &changes)?;
+        let baked = self.cache.write(context, frame, self.world.transforms(), self.current.as_ref(), &blocks)?;
+        self.current = Some(baked);
+        self.summary.baked += 1;
+        self.refused += changes.report.refused.len() as u64;
+        self.clamped += changes.report.clamped;
+        Ok(changes)
+    }
+
+    /// Opens a baked frame, whichever frame the world is at.
+    pub fn open(&mut self, context: &Context, frame: u32) -> relievo_core::Result<Changes> {
+        let opened = self.cache.open(context, frame)?;
+        let changes = bake::restore(context, &mut self.world, &opened, self.current.as_ref())?;
+        self.current = Some(opened);
+        self.summary.opened += 1;
+        Ok(changes)
+    }
+
+    /// Writes what the scene asks for at `frame`.
+    fn write(&mut self, context: &Context, frame: u32, last: u32, changes: &Changes) -> relievo_core::Result<()> {
+        let output = &self.world.scene.output;
+        let (pictures, mesh, tiles) = (output.picture_frames, output.mesh, output.tiles);
+        if pictures.includes(frame, last) && !output.pictures.is_empty() && !output.images.is_empty() {
+            match &mut self.studio {
+                None => self.studio = Some(Studio::new(context, &self.world)?),
+                Some(studio) => {
+                    for unseen in self.unseen.drain(..) {
+                        studio.update(context, &self.world, &unseen.for_pictures())?;
+                    }
+                    studio.update(context, &self.world, &changes.for_pictures())?;
+                }
+            }
+            if let Some(studio) = &mut self.studio {
+                let written = export::write_pictures(context, &self.world, studio, &self.folder, frame)?;
+                self.summary.files.extend(written);
+            }
+        } else if self.studio.is_some() {
+            self.unseen.push(changes.clone());
+        }
+        if mesh.includes(frame, last) {
+            self.summary.files.extend(export::write_meshes(context, &self.world, &self.folder, frame)?);
+        }
+        if tiles.includes(frame, last) {
+            self.summary.files.extend(export::write_tiles(context, &self.world, &self.folder, frame)?);
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Summary {
+        if self.refused > 0 {
+            self.summary.notes.push(format!(
+                "the budget refused tiles {} times, where surfaces stay as they were; raise `budget` in [details]",
+                self.refused
+            ));
+        }
+        if self.clamped > 0 {
+            self.summary.notes.push(format!(
+                "{} times a surface could not give way far enough; raise `max_displacement` of the collider",
+                self.clamped
+            ));
+        }
+        for item in self.world.items() {
+            if let Item::Surface(surface) = item {
+                let displacement = surface.displacement();
+                self.summary.tile_bytes[0] += displacement.bytes();
+                self.summary.tile_bytes[1] += displacement.full_bytes();
+                self.summary.tiles[0] += displacement.field().allocated().count() as u64;
+                self.summary.tiles[1] += displacement.field().tile_count() as u64;
+            }
+        }
+        self.summary
+    }
+}

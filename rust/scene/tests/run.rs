@@ -1,0 +1,348 @@
+//! Whole runs of small scenes: what is written, that nothing is written elsewhere, and that a run that goes on from
+//! the cache ends in the same bits as one that never stopped.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use relievo_core::progress::Silent;
+use relievo_core::{Context, ContextOptions, Progress};
+use relievo_scene::bake;
+use relievo_scene::cache::{Cache, Identity};
+use relievo_scene::diagnostic::Failure;
+use relievo_scene::file::read_file;
+use relievo_scene::stepper::{RunOptions, Summary, run};
+use relievo_scene::world::{Item, World};
+
+const SCENE: &str = r##"version = 1
+[meshes.ground]
+shape = "plane"
+size = [1, 1, 1]
+faces = 4
+[meshes.ball]
+shape = "spiked_ball"
+radius = 0.12
+spikes = 20
+spike_length = 0.04
+spike_radius = 0.02
+[meshes.tool]
+shape = "box"
+size = [0.1, 0.1, 0.1]
+faces = 2
+[surfaces.ground]
+mesh = "ground"
+[details]
+tile_size = 16
+[objects.ground]
+surface = "ground"
+[objects.ball]
+mesh = "ball"
+translation = [-0.25, 0, 0.13]
+[objects.tool]
+mesh = "tool"
+[bodies.ground]
+motion = "fixed"
+shape = "trimesh"
+inset = 0.02
+[bodies.ball]
+shape = "ball"
+radius = 0.12
+mass = 1
+velocity = [2, 0, 0]
+[bodies.tool]
+shape = "none"
+keyframes = [{ time = 0, translation = [0.3, 0.3, 0.1] }, { time = 0.2, translation = [0.3, 0.2, 0.01], rotation = [0, 0, 45] }]
+[imprints]
+voxels = 65536
+[colliders.ball]
+[colliders.tool]
+into = "ground"
+[output]
+frames = 6
+width = 48
+height = 32
+samples = 1
+sky_rays = 1
+images = ["png", "exr"]
+pictures = ["beauty", "wireframe", "tiles"]
+picture_frames = "last"
+mesh = "last"
+mesh_formats = ["glb", "obj", "ply"]
+tiles = "last"
+rate = 4
+"##;
+
+fn context(threads: usize) -> Context {
+    Context::new(&ContextOptions { threads, memory_limit: 1 << 30 }).unwrap()
+}
+
+fn options(out: &Path) -> RunOptions {
+    RunOptions { out: out.to_path_buf(), frames: None, allowed: Vec::new(), rebake: false }
+}
+
+fn run_with(context: &Context, scene: &Path, options: &RunOptions) -> Result<Summary, Failure> {
+    run(context, read_file(scene)?, options, &mut Silent)
+}
+
+/// Every file below `folder` with its bytes.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(path) = open.pop() {
+        for entry in std::fs::read_dir(path).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_path_buf();
+                found.insert(name, std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+/// The files that two folders do not both have with the same bytes. The header of EXR files has no fixed order.
+fn differing(a: &Path, b: &Path) -> Vec<PathBuf> {
+    let (a, b) = (files(a), files(b));
+    let exr = |path: &Path| path.extension().is_some_and(|extension| extension == "exr");
+    let names = a.keys().chain(b.keys()).filter(|path| !exr(path) && a.get(*path) != b.get(*path));
+    names.cloned().collect()
+}
+
+#[test]
+fn a_run_writes_pictures_meshes_and_tiles_below_its_folder_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).unwrap();
+    let out = folder.path().join("out");
+    let summary = run_with(&context(0), &scene, &options(&out)).unwrap();
+    assert_eq!((summary.baked, summary.opened), (6, 0));
+    assert!(summary.tiles[0] > 0 && summary.tiles[0] < summary.tiles[1], "{:?}", summary.tiles);
+    let names: Vec<String> =
+        files(folder.path()).into_keys().map(|path| path.to_string_lossy().replace('\\', "/")).collect();
+    for expected in [
+        "out/beauty-000005.png",
+        "out/beauty-000005.exr",
+        "out/wireframe-000005.png",
+        "out/tiles-000005.png",
+        "out/mesh-000005.glb",
+        "out/mesh-000005-ground.obj",
+        "out/mesh-000005-ball.ply",
+        "out/tiles-000005-ground.exr",
+        "out/cache/frame-000000.rlvcache",
+    ] {
+        assert!(names.iter().any(|name| name == expected), "{expected} is missing in {names:?}");
+    }
+    assert!(names.iter().all(|name| name == "scene.toml" || name.starts_with("out/")), "{names:?}");
+    // The dents are in the mesh: the plane goes below where it was.
+    let mesh = relievo_meshio::read(&context(1), &out.join("mesh-000005-ground.obj")).unwrap();
+    mesh.check().unwrap();
+    let lowest = mesh.bounds().unwrap().0[2];
+    assert!((-0.1..-0.01).contains(&lowest), "{lowest}");
+    for stage in ["imprint.voxelise", "imprint.raycast", "physics", "render", "cache.write"] {
+        assert!(summary.trace.table().contains(stage), "{stage}");
+    }
+    // Everything is there, so a second run opens the frames and ends in the same picture.
+    let first = std::fs::read(out.join("beauty-000005.png")).unwrap();
+    let again = run_with(&context(0), &scene, &options(&out)).unwrap();
+    assert_eq!((again.baked, again.opened), (0, 6));
+    assert_eq!(std::fs::read(out.join("beauty-000005.png")).unwrap(), first);
+}
+
+#[test]
+fn going_on_from_the_cache_and_other_threads_end_in_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE.replace("picture_frames = \"last\"", "picture_frames = \"none\"")).unwrap();
+    let straight = folder.path().join("straight");
+    run_with(&context(1), &scene, &options(&straight)).unwrap();
+    let resumed = folder.path().join("resumed");
+    let part = |first: u32, last: u32| RunOptions { frames: Some((first, last)), ..options(&resumed) };
+    run_with(&context(2), &scene, &part(0, 2)).unwrap();
+    let rest = run_with(&context(2), &scene, &part(3, 5)).unwrap();
+    assert_eq!((rest.baked, rest.opened), (3, 1));
+    assert_eq!(differing(&straight, &resumed), Vec::<PathBuf>::new());
+    // Frames in the middle can be asked for alone, and be computed again.
+    let again = run_with(&context(2), &scene, &RunOptions { rebake: true, ..part(4, 5) }).unwrap();
+    assert_eq!(again.baked, 2);
+    assert_eq!(differing(&straight, &resumed), Vec::<PathBuf>::new());
+}
+
+#[test]
+fn scrubbing_to_any_frame_shows_that_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).unwrap();
+    let out = folder.path().join("out");
+    let context = context(1);
+    let none = SCENE.replace("picture_frames = \"last\"", "picture_frames = \"none\"");
+    std::fs::write(&scene, none).unwrap();
+    run_with(&context, &scene, &options(&out)).unwrap();
+    let mut world = World::new(&context, read_file(&scene).unwrap(), &[]).unwrap();
+    let identity = Identity { scene: world.fingerprint(), level: context.level() as u32 };
+    let cache = Cache::new(&out.join("cache"), identity).unwrap();
+    let state = |world: &World| -> Vec<(u32, Vec<u8>)> {
+        let Item::Surface(surface) = &world.items()[0] else { panic!("the ground is a surface") };
+        let tiles: Vec<u32> = surface.displacement().field().allocated().collect();
+        tiles.iter().map(|tile| (*tile, surface.displacement().read(*tile).unwrap().unwrap())).collect()
+    };
+    let mut seen: BTreeMap<u32, Vec<(u32, Vec<u8>)>> = BTreeMap::new();
+    let mut current = None;
+    for frame in [5, 0, 3, 1, 5, 2, 0, 3] {
+        let opened = cache.open(&context, frame).unwrap();
+        bake::restore(&context, &mut world, &opened, current.as_ref()).unwrap();
+        let now = state(&world);
+        assert_eq!(seen.entry(frame).or_insert_with(|| now.clone()), &now, "frame {frame}");
+        current = Some(opened);
+    }
+    assert!(seen[&0].len() < seen[&5].len());
+}
+
+#[test]
+fn a_changed_scene_is_baked_anew_and_a_changed_camera_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let quiet = SCENE.replace("picture_frames = \"last\"", "picture_frames = \"none\"");
+    std::fs::write(&scene, &quiet).unwrap();
+    let out = folder.path().join("out");
+    run_with(&context(1), &scene, &options(&out)).unwrap();
+    std::fs::write(&scene, format!("{quiet}[camera]\nposition = [2, 2, 2]\n")).unwrap();
+    assert_eq!(run_with(&context(1), &scene, &options(&out)).unwrap().opened, 6);
+    std::fs::write(&scene, quiet.replace("inset = 0.02", "inset = 0.03")).unwrap();
+    let summary = run_with(&context(1), &scene, &options(&out)).unwrap();
+    assert_eq!(summary.baked, 6);
+    assert!(summary.notes.iter().any(|note| note.contains("another version of the scene")), "{:?}", summary.notes);
+}
+
+#[test]
+fn wishes_that_cannot_be_met_are_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).unwrap();
+    let out = folder.path().join("out");
+    let beyond = RunOptions { frames: Some((3, 9)), ..options(&out) };
+    let message = run_with(&context(1), &scene, &beyond).unwrap_err().to_string();
+    assert!(message.contains("0..5"), "{message}");
+    struct Stop;
+    impl Progress for Stop {
+        fn report(&mut self, fraction: f32, _: &str) -> bool {
+            fraction < 0.3
+        }
+    }
+    let stopped = run(&context(1), read_file(&scene).unwrap(), &options(&out), &mut Stop).unwrap_err();
+    assert!(stopped.to_string().contains("cancelled"), "{stopped}");
+    // What was baked before the stop is whole.
+    assert!(run_with(&context(1), &scene, &options(&out)).unwrap().opened > 0);
+}
+
+#[test]
+fn two_deformable_objects_share_a_dent() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let text = r#"version = 1
+[meshes.block]
+shape = "box"
+size = [1, 1, 1]
+faces = 2
+[surfaces.block]
+mesh = "block"
+[details]
+tile_size = 16
+[objects.low]
+surface = "block"
+[objects.high]
+surface = "block"
+translation = [0.05, 0.03, 0.7]
+rotation = [0, 0, 20]
+[imprints]
+voxels = 262144
+[colliders.low]
+into = "high"
+[colliders.high]
+into = "low"
+[output]
+pictures = []
+mesh = "last"
+mesh_formats = ["obj"]
+rate = 4
+"#;
+    std::fs::write(&scene, text).unwrap();
+    let out = folder.path().join("out");
+    let context = context(2);
+    run_with(&context, &scene, &options(&out)).unwrap();
+    let bounds = |name: &str| {
+        let mesh = relievo_meshio::read(&context, &out.join(format!("mesh-000000-{name}.obj"))).unwrap();
+        // Near the axis, away from the rounded rims.
+        let near = mesh.points.iter().filter(|p| p[0].abs() < 0.12 && p[1].abs() < 0.12);
+        near.fold((f32::MAX, f32::MIN), |(low, high), p| (low.min(p[2]), high.max(p[2])))
+    };
+    let undented = {
+        let world = World::new(&context, read_file(&scene).unwrap(), &[]).unwrap();
+        let Item::Surface(surface) = &world.items()[0] else { panic!("a surface") };
+        surface.surface().sample(relievo_surface::Place::new(0, 0.5, 0.5)).unwrap();
+        let (_, high) = (0..surface.surface().tile_count() as u32)
+            .map(|tile| surface.surface().tile_bounds(tile))
+            .fold((f32::MAX, f32::MIN), |(low, high), (a, b)| (low.min(a[2]), high.max(b[2])));
+        high
+    };
+    let (low_top, high_bottom) = (bounds("low").1, bounds("high").0);
+    assert!(low_top < undented - 0.02, "the lower one gave way: {low_top} of {undented}");
+    assert!(high_bottom > 0.7 - undented + 0.02, "the upper one gave way: {high_bottom}");
+    assert!(low_top - high_bottom < 0.03, "they meet: {low_top} and {high_bottom}");
+}
+
+/// A cow with n-gons and triangles by Keenan Crane, public domain, dented by a wheel.
+#[test]
+fn a_real_model_is_dented() {
+    let data = std::env::var_os("RELIEVO_DATA")
+        .map_or_else(|| Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")).into(), PathBuf::from);
+    let cage = data.join("cages/spot_control_mesh.obj");
+    if !cage.exists() {
+        println!("skipped: {} is missing", cage.display());
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let text = format!(
+        r#"version = 1
+up = "y"
+[meshes.spot]
+file = {:?}
+[meshes.ball]
+shape = "spiked_ball"
+radius = 0.2
+spikes = 40
+spike_length = 0.06
+spike_radius = 0.03
+[surfaces.spot]
+mesh = "spot"
+[details]
+tile_size = 32
+[objects.spot]
+surface = "spot"
+[objects.ball]
+mesh = "ball"
+[bodies.ball]
+keyframes = [{{ time = 0, translation = [0.75, 0.1, 0.1] }}, {{ time = 0.1, translation = [0.42, 0.1, 0.1] }}]
+[imprints]
+voxels = 1048576
+[colliders.ball]
+into = "spot"
+[output]
+frames = 3
+width = 64
+height = 48
+picture_frames = "last"
+mesh = "none"
+"#,
+        cage.display().to_string()
+    );
+    std::fs::write(&scene, text).unwrap();
+    let out = folder.path().join("out");
+    let refused = run_with(&context(2), &scene, &options(&out)).unwrap_err().to_string();
+    assert!(refused.contains("--allow-path") && refused.contains("scene.toml:4:8"), "{refused}");
+    let allowed = RunOptions { allowed: vec![data], ..options(&out) };
+    let summary = run_with(&context(2), &scene, &allowed).unwrap();
+    assert!(summary.tiles[0] > 0, "{:?}", summary.tiles);
+    assert!(out.join("beauty-000002.png").exists());
+}
