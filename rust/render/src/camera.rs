@@ -11,9 +11,12 @@ pub struct Camera {
     pub eye: DVec3,
     /// Columns: right, up, and against the direction of view, of unit length.
     pub axes: DMat3,
-    /// Vertical field of view, radians, in (0, π).
+    /// Vertical field of view, radians, above 0 and at most 175 degrees.
     pub fov: f64,
 }
+
+/// The widest field of view: a plane that is wider shows nothing but its border.
+const MOST_FOV: f64 = 175.0 / 180.0 * std::f64::consts::PI;
 
 impl Camera {
     /// A camera at `eye` that looks at `target`, with `up` as near to upwards as that allows.
@@ -50,9 +53,9 @@ impl Camera {
         if !(eye.is_finite() && axes.is_finite()) {
             return Err(Error::invalid("the camera's position is not finite"));
         }
-        if !(fov > 0.0 && fov < std::f64::consts::PI) {
+        if !(fov > 0.0 && fov <= MOST_FOV) {
             return Err(Error::invalid(format!("the camera's field of view is {} degrees", fov.to_degrees()))
-                .advise("use more than 0 and less than 180 degrees"));
+                .advise("use more than 0 and at most 175 degrees"));
         }
         Ok(Self { eye, axes, fov })
     }

@@ -34,9 +34,9 @@ impl Ray {
     }
 
     #[inline]
-    fn is_traceable(&self) -> bool {
+    fn is_traceable(&self, reach: f32) -> bool {
         // The comparison also refuses what is not a number.
-        self.origin.iter().chain(&self.direction).all(|value| value.abs() <= Self::LARGEST)
+        self.origin.iter().chain(&self.direction).all(|value| value.abs() <= reach)
             && self.near >= 0.0
             && self.near <= self.far
     }
@@ -79,12 +79,18 @@ struct Object {
     instance: GeometryOwner,
     meshes: BTreeMap<u32, Mesh>,
     dirty: bool,
+    /// How much larger coordinates can become from scene to object space.
+    stretch: f32,
 }
 
 struct Mesh {
     geometry: GeometryOwner,
     points: usize,
 }
+
+/// The largest coordinate of a ray in the space of an object, and how much a transform may make coordinates larger.
+const LARGEST_INSIDE: f32 = 1e17;
+const LARGEST_STRETCH: f32 = 1e12;
 
 /// Triangles up to which a mesh gets the better hierarchy, which takes longer to build and less to trace: a large one
 /// would be waited for after every edit.
@@ -111,7 +117,7 @@ impl Scene {
             (table.attach)(self.top.handle, instance.handle, id);
         }
         self.device.check()?;
-        self.objects.insert(id, Object { scene, instance, meshes: BTreeMap::new(), dirty: true });
+        self.objects.insert(id, Object { scene, instance, meshes: BTreeMap::new(), dirty: true, stretch: 1.0 });
         self.next += 1;
         self.dirty = true;
         self.set_transform(ObjectId(id), &IDENTITY)?;
@@ -129,9 +135,18 @@ impl Scene {
     }
 
     /// Places an object: the columns of a 3×4 matrix from object to scene space.
+    ///
+    /// # Errors
+    /// The matrix is singular or nearly so, not finite, or has numbers beyond 1e12.
     pub fn set_transform(&mut self, object: ObjectId, columns: &[f32; 12]) -> Result<()> {
-        if !columns.iter().all(|value| value.is_finite()) {
-            return Err(Error::invalid("the transform of an object is not finite"));
+        let stretch = stretch(columns);
+        // The comparison also refuses what is not a number.
+        if !(columns.iter().all(|value| value.abs() <= Ray::LARGEST) && stretch <= LARGEST_STRETCH) {
+            return Err(Error::invalid("the transform of an object is singular, not finite or beyond 1e12"));
+        }
+        self.object(object)?;
+        if let Some(object) = self.objects.get_mut(&object.0) {
+            object.stretch = stretch;
         }
         let instance = self.object(object)?.instance.handle;
         let table = self.device.table();
@@ -153,6 +168,7 @@ impl Scene {
         if mesh == abi::INVALID_ID || u32::try_from(triangles.len()).is_err() {
             return Err(Error::invalid("a mesh has too large a number or too many triangles"));
         }
+        check_points(points)?;
         if let Some(at) = triangles.iter().position(|corners| corners.iter().any(|at| *at as usize >= points.len())) {
             return Err(Error::invalid(format!("it names a point that does not exist, of {}", points.len()))
                 .at(format!("triangle {at}")));
@@ -188,6 +204,7 @@ impl Scene {
                 .advise("set the mesh anew when its topology changes"));
         }
         let geometry = found.geometry.handle;
+        check_points(points)?;
         // SAFETY: the vertex buffer has room for `points` items of four floats and nobody traces while the scene is
         // borrowed mutably.
         unsafe {
@@ -233,7 +250,8 @@ impl Scene {
             self.dirty = false;
         }
         self.device.check()?;
-        Ok(Tracer { scene: self })
+        let stretch = self.objects.values().map(|object| object.stretch).fold(1.0, f32::max);
+        Ok(Tracer { scene: self, reach: Ray::LARGEST.min(LARGEST_INSIDE / stretch) })
     }
 
     /// The scene for tracing as it was committed, from any number of threads.
@@ -243,7 +261,8 @@ impl Scene {
         if self.dirty || self.objects.values().any(|object| object.dirty) {
             return Err(Error::internal("a scene is traced that is not committed"));
         }
-        Ok(Tracer { scene: self })
+        let stretch = self.objects.values().map(|object| object.stretch).fold(1.0, f32::max);
+        Ok(Tracer { scene: self, reach: Ray::LARGEST.min(LARGEST_INSIDE / stretch) })
     }
 
     fn object(&self, object: ObjectId) -> Result<&Object> {
@@ -260,6 +279,27 @@ impl Scene {
     }
 }
 
+/// The largest sum of a row of the inverse of a matrix's linear part, or the like with its translation: what it makes of
+/// coordinates of size 1.
+fn stretch(columns: &[f32; 12]) -> f32 {
+    let [x, y, z] = [0, 3, 6].map(|at| [0, 1, 2].map(|axis| f64::from(columns[at + axis])));
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let rows = [cross(y, z), cross(z, x), cross(x, y)];
+    let determinant = x[0] * rows[0][0] + x[1] * rows[0][1] + x[2] * rows[0][2];
+    let sum = |row: [f64; 3]| (row[0].abs() + row[1].abs() + row[2].abs()) / determinant.abs();
+    let largest = rows.map(sum).into_iter().fold(0.0, |a: f64, b| if a >= b { a } else { b });
+    (2.0 * largest) as f32
+}
+
+/// Fails unless Embree can use the points.
+pub(crate) fn check_points(points: &[[f32; 3]]) -> Result<()> {
+    match points.iter().position(|point| !point.iter().all(|value| value.abs() <= Ray::LARGEST)) {
+        None => Ok(()),
+        Some(at) => Err(Error::invalid("a coordinate is not finite or beyond 1e12").at(format!("point {at}"))),
+    }
+}
+
 /// Points in the 16-byte steps in which Embree reads them.
 pub(crate) fn padded(points: &[[f32; 3]]) -> Vec<[f32; 4]> {
     points.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect()
@@ -269,13 +309,15 @@ pub(crate) fn padded(points: &[[f32; 3]]) -> Vec<[f32; 4]> {
 #[derive(Clone, Copy)]
 pub struct Tracer<'a> {
     scene: &'a Scene,
+    /// The largest coordinate of rays that stay small enough for Embree in the space of every object.
+    reach: f32,
 }
 
 impl Tracer<'_> {
     /// The closest hit of `ray`.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        if !ray.is_traceable() {
+        if !ray.is_traceable(self.reach) {
             return None;
         }
         let hit = HitRecord {
@@ -304,7 +346,7 @@ impl Tracer<'_> {
     /// Whether anything is hit by `ray`.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        if !ray.is_traceable() {
+        if !ray.is_traceable(self.reach) {
             return false;
         }
         let mut record = record(ray);
@@ -316,7 +358,7 @@ impl Tracer<'_> {
     /// The closest hits of up to eight rays. It is faster than one at a time where they go much the same way.
     #[inline]
     pub fn intersect8(&self, rays: &[Option<Ray>; 8]) -> [Option<Hit>; 8] {
-        let (valid, ray) = record8(rays);
+        let (valid, ray) = record8(rays, self.reach);
         let hit = Hit8Record {
             normal: [[0.0; 8]; 3],
             u: [0.0; 8],
@@ -330,7 +372,7 @@ impl Tracer<'_> {
         unsafe { self.scene.device.table().trace.intersect8(&valid, self.scene.top.handle, &mut record) };
         let RayHit8Record { ray, hit } = record;
         std::array::from_fn(|at| {
-            (rays[at].is_some() && hit.geometry[at] != abi::INVALID_ID).then(|| Hit {
+            (valid.0[at] != 0 && hit.geometry[at] != abi::INVALID_ID).then(|| Hit {
                 t: ray.far[at],
                 object: ObjectId(hit.instance[0][at]),
                 mesh: hit.geometry[at],
@@ -345,10 +387,10 @@ impl Tracer<'_> {
     /// Whether anything is hit by each of up to eight rays, which should go much the same way.
     #[inline]
     pub fn occluded8(&self, rays: &[Option<Ray>; 8]) -> [bool; 8] {
-        let (valid, mut record) = record8(rays);
+        let (valid, mut record) = record8(rays, self.reach);
         // SAFETY: as for `intersect`.
         unsafe { self.scene.device.table().trace.occluded8(&valid, self.scene.top.handle, &mut record) };
-        std::array::from_fn(|at| rays[at].is_some() && record.far[at] == f32::NEG_INFINITY)
+        std::array::from_fn(|at| valid.0[at] != 0 && record.far[at] == f32::NEG_INFINITY)
     }
 }
 
@@ -367,10 +409,11 @@ fn record(ray: &Ray) -> RayRecord {
 }
 
 #[inline]
-fn record8(rays: &[Option<Ray>; 8]) -> (Valid8, Ray8Record) {
+fn record8(rays: &[Option<Ray>; 8], reach: f32) -> (Valid8, Ray8Record) {
     // What is not traced is a ray without length.
     let none = Ray { origin: [0.0; 3], direction: [1.0; 3], near: 0.0, far: -1.0 };
-    let ray = |at: usize| rays[at].unwrap_or(none);
+    let traced = rays.map(|ray| ray.filter(|ray| ray.is_traceable(reach)));
+    let ray = |at: usize| traced[at].unwrap_or(none);
     let record = Ray8Record {
         origin: [0, 1, 2].map(|axis| std::array::from_fn(|at| ray(at).origin[axis])),
         near: std::array::from_fn(|at| ray(at).near),
@@ -381,7 +424,7 @@ fn record8(rays: &[Option<Ray>; 8]) -> (Valid8, Ray8Record) {
         id: [0; 8],
         flags: [0; 8],
     };
-    (Valid8(std::array::from_fn(|at| -i32::from(rays[at].is_some()))), record)
+    (Valid8(std::array::from_fn(|at| -i32::from(traced[at].is_some()))), record)
 }
 
 #[cfg(test)]
@@ -422,7 +465,40 @@ mod tests {
                 let mut ray = Ray::new([0.5, 0.5, 1.0], [0.0, 0.0, -1.0]);
                 ray.direction[axis] = value;
                 assert!(tracer.intersect(&ray).is_none() && !tracer.occluded(&ray));
+                let mut packet = [Some(Ray::new([0.5, 0.5, 1.0], [0.0, 0.0, -1.0])); 8];
+                packet[axis] = Some(ray);
+                assert_eq!(tracer.intersect8(&packet).map(|hit| hit.is_none()), std::array::from_fn(|at| at == axis));
+                assert_eq!(tracer.occluded8(&packet), std::array::from_fn(|at| at != axis));
             }
+        }
+    }
+
+    #[test]
+    fn tiny_huge_flat_and_far_objects_are_traced_or_refused() {
+        let mut scene = one_triangle();
+        let object = ObjectId(0);
+        for exponent in -44..=38 {
+            let scale = 10f32.powi(exponent);
+            for (stretched, offset) in [(0..3, 0.0), (2..3, 0.0), (0..1, 1e12), (0..3, f32::MAX)] {
+                let mut place = IDENTITY;
+                for axis in stretched {
+                    place[4 * axis] = scale;
+                }
+                place[11] = offset;
+                let placed = scene.set_transform(object, &place);
+                assert!(placed.is_ok() || !(1e-9..1e12).contains(&scale) || offset > 1e12, "{scale}");
+                let tracer = scene.commit().unwrap();
+                for far in [1.0, 1e6, 1e12] {
+                    let ray = Ray::new([0.5 * scale, 0.25 * scale, far], [0.0, far * 1e-3, -far]);
+                    let hit = tracer.intersect(&ray);
+                    assert_eq!(hit.is_some(), tracer.occluded(&ray));
+                }
+            }
+        }
+        for value in [f32::NAN, f32::INFINITY, 1e30] {
+            let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, value, 0.0]];
+            assert!(scene.set_mesh(object, 1, &points, &[[0, 1, 2]]).unwrap_err().to_string().contains("point 2"));
+            assert!(scene.move_points(object, 7, &points).is_err());
         }
     }
 

@@ -8,7 +8,7 @@ use relievo_core::{Error, Result};
 
 use crate::abi;
 use crate::device::{Device, GeometryOwner, SceneOwner};
-use crate::scene::padded;
+use crate::scene::{check_points, padded};
 
 /// Corners a face may have.
 const MAX_FACE_CORNERS: u32 = 16;
@@ -133,6 +133,7 @@ impl Subdivision {
 }
 
 fn check(cage: &Cage) -> Result<()> {
+    check_points(cage.points)?;
     let total: u64 = cage.face_sizes.iter().map(|size| u64::from(*size)).sum();
     let exists = |point: &u32| (*point as usize) < cage.points.len();
     let sharp = |weight: f32| weight >= 0.0;
@@ -248,6 +249,9 @@ mod tests {
         assert!(make(&[4], &[0, 1, 2]).is_err());
         assert!(make(&[3], &[0, 1, 17]).is_err());
         assert!(make(&[], &[]).is_err());
+        let endless = [[0.0; 3], [f32::INFINITY, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let cage = Cage { points: &endless, face_sizes: &[3], corners: &[0, 1, 2], ..Cage::default() };
+        assert!(Subdivision::new(&device, &cage, Boundary::Edges).is_err());
         assert!(make(&[17], &(0..17).collect::<Vec<u32>>()).unwrap_err().to_string().contains("face 0"));
     }
 }
