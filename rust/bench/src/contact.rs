@@ -32,9 +32,9 @@ pub struct Press {
 }
 
 /// Height of the ball in parts of its width.
-const HEIGHT: f64 = 0.35;
-/// How deep the ball goes, in parts of its height: a tenth of its triangles.
-const DEPTH: f64 = 0.1;
+const HEIGHT: f64 = 0.5;
+/// How deep the ball goes, in parts of its height. With what the turned voxel grid adds, a tenth of its triangles.
+const DEPTH: f64 = 0.04;
 
 impl Contact {
     /// A surface of `cage` and a ball of `radius` in its units.

@@ -11,7 +11,7 @@ use crate::{shapes, table1, voxels};
 /// Faces along a side of the terrain: 8,836 in all, as many as the paper's has.
 pub const SIDE: u32 = 94;
 /// Radius of the ball on the terrain, whose faces have edges of 1: it touches up to 24 of them.
-pub const RADIUS: f64 = 3.2;
+pub const RADIUS: f64 = 4.9;
 /// Texels along an edge of a tile.
 const SIZE: u32 = 128;
 /// Runs of what is set up for every run.
@@ -46,7 +46,7 @@ pub fn frog(context: &Context) -> Result<Option<Contact>> {
         f64::from(a.distance(b))
     });
     let mean = lengths.sum::<f64>() / cage.corners.len() as f64;
-    Contact::new(context, cage, 1.6 * mean).map(Some)
+    Contact::new(context, cage, 2.4 * mean).map(Some)
 }
 
 /// Places all over the frog.

@@ -33,7 +33,7 @@ struct Column {
 }
 
 const fn column(name: &'static str, size: u32, culling: u32, compaction: u32, paper: [Option<f64>; 6]) -> Column {
-    Column { name, size, culling, compaction, runs: if culling == 0 { 3 } else { 9 }, paper }
+    Column { name, size, culling, compaction, runs: if culling == 0 { 2 } else { 9 }, paper }
 }
 
 const TERRAIN: [Column; 4] = [
