@@ -1,6 +1,6 @@
 //! The sky's light on surfaces: what arrives, what bounces, and how few rays per pixel are made to say it.
 //!
-//! Light that bounces in hollows is approximated from occlusion and colour (Jimenez et al. 2016, "Practical Realtime
+//! Light that bounces in hollows is approximated from occlusion and colour (Jimenez et al. 2016, "Practical Real-Time
 //! Strategies for Accurate Indirect Occlusion", Section 5), so that dents in snow do not turn black. Occlusion is
 //! averaged over neighbouring pixels of the same smooth piece of surface, as with the cross-bilateral filters of
 //! Bavoil and Sainz 2008, "Screen Space Ambient Occlusion".
