@@ -41,76 +41,105 @@ impl Voxels {
 }
 
 /// As [`Voxels::exit`] for an origin that is known to be in a solid voxel of these words.
-#[inline(always)]
-pub(crate) fn exit(words: &[u64], dims: [u32; 3], origin: [f32; 3], direction: [f32; 3], limit: f32) -> Exit {
-    let nx = dims[0] as usize;
-    let row = nx * dims[2].div_ceil(WORD) as usize;
-    let start = origin.map(|value| value as i32);
-    let forward = direction.map(|value| value > 0.0);
-    let inverse = direction.map(|value| 1.0 / value);
-    // Distance to the next face along each axis. Without motion there is none.
-    let next: [f32; 3] = std::array::from_fn(|axis| {
-        let face = (start[axis] + i32::from(forward[axis])) as f32;
-        if direction[axis] == 0.0 { f32::INFINITY } else { (face - origin[axis]) * inverse[axis] }
-    });
-    let nearest = next[0].min(next[1]).min(next[2]);
-    let mut next = [next[0], next[1]];
-    let delta = [inverse[0].abs(), inverse[1].abs()];
-    let step = [if forward[0] { 1 } else { usize::MAX }, if forward[1] { row } else { row.wrapping_neg() }];
-    // Columns that are left along x and y before the grid ends.
-    let left = |axis: usize| if forward[axis] { dims[axis] as i32 - 1 - start[axis] } else { start[axis] };
-    let mut left = [left(0), left(1)];
-    let leave = |distance: f32, exit: Exit| match distance {
-        // Not a number ends here as well.
-        distance if !(distance < limit) => Exit::Limit,
-        distance if distance <= nearest => Exit::Border,
-        _ => exit,
-    };
-    let mut z = start[2];
-    let mut column = start[1] as usize * row + start[0] as usize;
-    loop {
-        let axis = usize::from(next[1] <= next[0]);
-        let side = next[axis];
-        if direction[2] != 0.0 {
+fn exit(words: &[u64], dims: [u32; 3], origin: [f32; 3], direction: [f32; 3], limit: f32) -> Exit {
+    let ray = Ray::new(origin, direction);
+    match ray.traverse(&Steps::new(dims), words, origin[2], direction[2], limit) {
+        (distance, _) if !(distance < limit) => Exit::Limit,
+        (distance, _) if distance <= ray.nearest => Exit::Border,
+        (distance, true) => Exit::Grid(distance),
+        (distance, false) => Exit::Clear(distance),
+    }
+}
+
+/// How columns follow each other in the words.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Steps {
+    pub dims: [i32; 3],
+    pub stride: usize,
+    pub row: usize,
+}
+
+impl Steps {
+    pub fn new(dims: [u32; 3]) -> Self {
+        let stride = dims[0] as usize;
+        Self { dims: dims.map(|count| count as i32), stride, row: stride * dims[2].div_ceil(WORD) as usize }
+    }
+}
+
+/// A ray made ready: its voxel, and per axis the reciprocal of its direction and the distance to the next face.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ray {
+    pub start: [i32; 3],
+    pub inverse: [f32; 3],
+    pub next: [f32; 3],
+    /// The distance at which it leaves its first voxel.
+    pub nearest: f32,
+}
+
+impl Ray {
+    #[inline(always)]
+    pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
+        let start = origin.map(|value| value as i32);
+        let inverse = direction.map(|value| 1.0 / value);
+        let next: [f32; 3] = std::array::from_fn(|axis| {
+            let face = (start[axis] + i32::from(direction[axis] > 0.0)) as f32;
+            // Without motion there is no next face.
+            if direction[axis] == 0.0 { f32::INFINITY } else { (face - origin[axis]) * inverse[axis] }
+        });
+        Self { start, inverse, next, nearest: next[0].min(next[1]).min(next[2]) }
+    }
+
+    /// The distance at which the ray leaves the solid, or at least `limit` where it does not do so before, and whether
+    /// it leaves the grid there.
+    #[inline(always)]
+    pub fn traverse(&self, steps: &Steps, words: &[u64], z0: f32, dz: f32, limit: f32) -> (f32, bool) {
+        let [x, y, mut z] = self.start;
+        let forward = [self.inverse[0] > 0.0, self.inverse[1] > 0.0];
+        let mut next = [self.next[0], self.next[1]];
+        let delta = [self.inverse[0].abs(), self.inverse[1].abs()];
+        let step =
+            [if forward[0] { 1 } else { usize::MAX }, if forward[1] { steps.row } else { steps.row.wrapping_neg() }];
+        // Columns that are left along x and y before the grid ends.
+        let mut left =
+            [if forward[0] { steps.dims[0] - 1 - x } else { x }, if forward[1] { steps.dims[1] - 1 - y } else { y }];
+        let mut column = y as usize * steps.row + x as usize;
+        loop {
+            let axis = usize::from(next[1] <= next[0]);
+            let side = next[axis];
             // The voxel in which the ray leaves the column, or reaches the limit.
-            let end = floor(origin[2] + side.min(limit) * direction[2], dims[2]);
-            if forward[2] {
-                let end = end.max(z);
-                let clear = run_up(words, column, nx, z as u32, dims[2]);
-                if clear <= end {
-                    let distance = (clear as f32 - origin[2]) * inverse[2];
-                    let beyond = clear >= dims[2] as i32;
-                    return leave(distance, if beyond { Exit::Grid(distance) } else { Exit::Clear(distance) });
+            let end = floor(z0 + side.min(limit) * dz, steps.dims[2]);
+            if dz < 0.0 {
+                let end = end.min(z);
+                let clear = run_down(words, column, steps.stride, z as u32);
+                if clear >= end {
+                    return (((clear + 1) as f32 - z0) * self.inverse[2], clear < 0);
                 }
                 z = end;
-            } else {
-                let end = end.min(z);
-                let clear = run_down(words, column, nx, z as u32);
-                if clear >= end {
-                    let distance = ((clear + 1) as f32 - origin[2]) * inverse[2];
-                    return leave(distance, if clear < 0 { Exit::Grid(distance) } else { Exit::Clear(distance) });
+            } else if dz > 0.0 {
+                let end = end.max(z);
+                let clear = run_up(words, column, steps.stride, z as u32, steps.dims[2] as u32);
+                if clear <= end {
+                    return ((clear as f32 - z0) * self.inverse[2], clear >= steps.dims[2]);
                 }
                 z = end;
             }
-        }
-        if !(side < limit) {
-            return Exit::Limit;
-        }
-        if left[axis] == 0 {
-            return leave(side, Exit::Grid(side));
-        }
-        left[axis] -= 1;
-        next[axis] += delta[axis];
-        column = column.wrapping_add(step[axis]);
-        if words[column + (z as usize / 64) * nx] >> (z as u32 % 64) & 1 == 0 {
-            return leave(side, Exit::Clear(side));
+            // Not a number ends here as well.
+            if !(side < limit) || left[axis] == 0 {
+                return (side, true);
+            }
+            left[axis] -= 1;
+            next[axis] += delta[axis];
+            column = column.wrapping_add(step[axis]);
+            if words[column + (z as usize / 64) * steps.stride] >> (z as u32 % 64) & 1 == 0 {
+                return (side, false);
+            }
         }
     }
 }
 
 /// The voxel of a place in a column, −1 below it and `nz` above it. A place between two voxels may count as either.
 #[inline(always)]
-fn floor(value: f32, nz: u32) -> i32 {
+fn floor(value: f32, nz: i32) -> i32 {
     // At 1.5 · 2²³ floats are whole numbers, which are in the low bits.
     const WHOLE: f32 = 12_582_912.0;
     let clamped = value.max(-1.0).min(nz as f32) - 0.5;

@@ -12,7 +12,7 @@ use relievo_surface::Surface;
 use relievo_tiles::Field;
 
 use crate::cull::{CulledTile, VoxelFrame};
-use crate::dda::{Exit, exit};
+use crate::dda::{Ray, Steps};
 use crate::knots::{BLOCK_KNOTS, KnotBlock, Knots, TileKnots, block_edge};
 use crate::voxel::Voxels;
 
@@ -57,6 +57,9 @@ pub fn cast(
     voxels: &Voxels,
     limits: &Limits,
 ) -> Vec<TileDents> {
+    if limits.share <= 0.0 {
+        return Vec::new();
+    }
     let mut work: Vec<(&CulledTile, TileKnots, TileDents)> =
         tiles.iter().map(|tile| (tile, knots.take(tile.tile), TileDents::default())).collect();
     let level = context.level();
@@ -136,67 +139,115 @@ fn cast_block_body<A: Arithmetic>(
     dents: &mut TileDents,
 ) {
     let frame = *frame;
-    let dims = voxels.grid().dims;
-    let (nx, stack) = (dims[0], voxels.grid().words());
+    let steps = Steps::new(voxels.grid().dims);
+    let stack = voxels.grid().words();
     let words = voxels.words();
+    let count = values.len();
     let mut heights = [0.0f32; BLOCK_KNOTS];
-    values.convert_to_f32_slice(&mut heights[..values.len()]);
-    // The point of every coefficient in voxels, the direction of its normal, and its word and bit.
-    let mut place = [[0.0f32; BLOCK_KNOTS]; 3];
-    let mut normal = [[0.0f32; BLOCK_KNOTS]; 3];
+    let mut starts = [0.0f32; BLOCK_KNOTS];
+    values.convert_to_f32_slice(&mut heights[..count]);
+    start[..count].convert_to_f32_slice(&mut starts[..count]);
+    let scale = 1.0 / limits.share;
+    // The ray of every coefficient, made ready side by side: along −N from S + coefficient·N.
+    let mut z0 = [0.0f32; BLOCK_KNOTS];
+    let mut dz = [0.0f32; BLOCK_KNOTS];
+    let mut reach = [0.0f32; BLOCK_KNOTS];
+    let mut ray = RaySoa::default();
     let mut cell = [0u32; BLOCK_KNOTS];
     let mut bit = [0u32; BLOCK_KNOTS];
     for k in 0..BLOCK_KNOTS {
         let from = [0, 1, 2].map(|axis| knots.p[axis][k] - frame.origin[axis]);
         let mut inside = true;
         let mut q = [0.0; 3];
+        let mut d = [0.0; 3];
         for axis in 0..3 {
             let row = frame.rows[axis];
             let n = A::fma(row[0], knots.n[0][k], A::fma(row[1], knots.n[1][k], row[2] * knots.n[2][k]));
             let p = A::fma(row[0], from[0], A::fma(row[1], from[1], A::fma(row[2], from[2], frame.shift[axis])));
             q[axis] = A::fma(heights[k], n, p);
             inside &= q[axis] >= 0.0 && q[axis] < frame.dims[axis];
-            normal[axis][k] = n;
-            place[axis][k] = q[axis];
+            d[axis] = -n;
         }
         // Outside, the place is moved into the grid and a bit is asked for that no word has.
-        let [x, y, z] = [0, 1, 2].map(|axis| q[axis].max(0.0).min(frame.dims[axis] - 1.0) as i32 as u32);
-        cell[k] = (y.wrapping_mul(stack).wrapping_add(z >> 6)).wrapping_mul(nx).wrapping_add(x);
+        let place = [0, 1, 2].map(|axis| q[axis].max(0.0).min(frame.dims[axis] - 1.0));
+        let place = if inside { q } else { place };
+        let made = Ray::new(place, d);
+        let [x, y, z] = made.start.map(|value| value as u32);
+        cell[k] = (y.wrapping_mul(stack).wrapping_add(z >> 6)).wrapping_mul(steps.stride as u32).wrapping_add(x);
         bit[k] = if inside { z & 63 } else { 64 };
+        // Beyond this distance nothing would change any more. A degenerate place of the surface has no normal.
+        let room = (heights[k] + limits.max_displacement).min(limits.depth - (starts[k] - heights[k]));
+        let still = d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0;
+        reach[k] = if still { 0.0 } else { room * scale };
+        (z0[k], dz[k]) = (place[2], d[2]);
+        ray.set(k, &made);
     }
     // Solid ones, listed without a branch.
     let mut solid = [0u16; BLOCK_KNOTS];
-    let mut count = 0;
-    for k in 0..values.len() {
-        solid[count & 255] = k as u16;
-        let hit = u128::from(words[cell[k] as usize]) >> bit[k] & 1;
-        count += hit as usize;
+    let mut hits = 0;
+    for k in 0..count {
+        solid[hits & (BLOCK_KNOTS - 1)] = k as u16;
+        hits += (u128::from(words[cell[k] as usize]) >> bit[k] & 1) as usize;
+    }
+    let mut distance = [0.0f32; BLOCK_KNOTS];
+    for k in solid[..hits].iter().map(|k| usize::from(*k)) {
+        let limit = reach[k];
+        let ray = ray.get(k);
+        let (far, grid) = ray.traverse(&steps, words, z0[k], dz[k], limit);
+        dents.clamped += u32::from(grid && far < limit && far > ray.nearest);
+        // Leaving in the first step changes nothing.
+        let far = if far <= ray.nearest { 0.0 } else { far };
+        distance[k] = if far < limit { far } else { limit };
     }
     let deepest = key(lower_bound(-limits.max_displacement));
-    let scale = 1.0 / limits.share;
-    for k in solid[..count].iter().map(|k| usize::from(*k)) {
-        // Beyond this distance nothing would change any more.
-        let spent = start[k].to_f32() - heights[k];
-        let reach = (heights[k] + limits.max_displacement).min(limits.depth - spent) * scale;
-        let direction = [-normal[0][k], -normal[1][k], -normal[2][k]];
-        // Not a number, as for a share of 0, ends here as well. A degenerate place of the surface has no normal.
-        if !(reach > 0.0) || direction == [0.0; 3] {
-            continue;
-        }
-        let distance = match exit(words, dims, [place[0][k], place[1][k], place[2][k]], direction, reach) {
-            Exit::Outside | Exit::Border => continue,
-            Exit::Clear(distance) => distance,
-            Exit::Grid(distance) => {
-                dents.clamped += 1;
-                distance
-            }
-            Exit::Limit => reach,
-        };
-        let new = key(rounded_down(heights[k] - limits.share * distance)).max(deepest);
-        if new < key(values[k]) {
-            let new = unkey(new);
+    let mut new = [0i16; BLOCK_KNOTS];
+    for k in 0..BLOCK_KNOTS {
+        new[k] = key(rounded_down(heights[k] - limits.share * distance[k])).max(deepest);
+    }
+    dents.texels.reserve(hits);
+    for k in solid[..hits].iter().map(|k| usize::from(*k)) {
+        if new[k] < key(values[k]) {
+            let new = unkey(new[k]);
             dents.least = dents.least.min(new);
             dents.texels.push((k as u32, new));
+        }
+    }
+}
+
+/// Rays side by side.
+struct RaySoa {
+    start: [[i32; BLOCK_KNOTS]; 3],
+    inverse: [[f32; BLOCK_KNOTS]; 3],
+    next: [[f32; BLOCK_KNOTS]; 3],
+    nearest: [f32; BLOCK_KNOTS],
+}
+
+impl Default for RaySoa {
+    #[inline(always)]
+    fn default() -> Self {
+        let zero = [[0.0; BLOCK_KNOTS]; 3];
+        Self { start: [[0; BLOCK_KNOTS]; 3], inverse: zero, next: zero, nearest: [0.0; BLOCK_KNOTS] }
+    }
+}
+
+impl RaySoa {
+    #[inline(always)]
+    fn set(&mut self, k: usize, ray: &Ray) {
+        for axis in 0..3 {
+            self.start[axis][k] = ray.start[axis];
+            self.inverse[axis][k] = ray.inverse[axis];
+            self.next[axis][k] = ray.next[axis];
+        }
+        self.nearest[k] = ray.nearest;
+    }
+
+    #[inline(always)]
+    fn get(&self, k: usize) -> Ray {
+        Ray {
+            start: [0, 1, 2].map(|axis| self.start[axis][k]),
+            inverse: [0, 1, 2].map(|axis| self.inverse[axis][k]),
+            next: [0, 1, 2].map(|axis| self.next[axis][k]),
+            nearest: self.nearest[k],
         }
     }
 }
