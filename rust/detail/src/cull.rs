@@ -15,13 +15,36 @@ use crate::hierarchy::Region;
 use crate::knots::block_edge;
 use crate::object::DisplacedObject;
 
+/// A block of coefficients that may be in the overlap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Block {
+    /// Its number in the tile, see [`crate::knots`].
+    pub index: u32,
+    /// Smallest voxel coordinates of its points.
+    pub low: [f32; 3],
+    /// Largest voxel coordinates of its points.
+    pub high: [f32; 3],
+}
+
+impl Block {
+    /// A block of which nothing is known.
+    const EMPTY: Self = Self { index: 0, low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+
+    fn grow(&mut self, low: [f32; 3], high: [f32; 3]) {
+        for axis in 0..3 {
+            self.low[axis] = self.low[axis].min(low[axis] - SLACK);
+            self.high[axis] = self.high[axis].max(high[axis] + SLACK);
+        }
+    }
+}
+
 /// A tile that may have coefficients in the overlap.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CulledTile {
     /// The tile.
     pub tile: u32,
-    /// Its blocks that may, ascending; see [`crate::knots`].
-    pub blocks: Vec<u32>,
+    /// Its blocks that may, ascending.
+    pub blocks: Vec<Block>,
 }
 
 /// From object space to voxel coordinates in f32, by way of a place near the middle of the grid so that little is lost.
@@ -70,10 +93,6 @@ impl VoxelFrame {
     fn meets(&self, low: [f32; 3], high: [f32; 3]) -> bool {
         (0..3).all(|axis| low[axis] <= self.dims[axis] + SLACK && high[axis] >= -SLACK)
     }
-
-    fn holds(&self, low: [f32; 3], high: [f32; 3]) -> bool {
-        (0..3).all(|axis| low[axis] >= 0.0 && high[axis] <= self.dims[axis])
-    }
 }
 
 /// Voxels by which bounds are widened against rounding.
@@ -106,7 +125,8 @@ pub fn everything(object: &DisplacedObject) -> Vec<CulledTile> {
     tiles
         .map(|tile| {
             let size = field.size(tile);
-            CulledTile { tile, blocks: (0..(size / block_edge(size)).pow(2)).collect() }
+            let everywhere = |index| Block { index, low: [f32::NEG_INFINITY; 3], high: [f32::INFINITY; 3] };
+            CulledTile { tile, blocks: (0..(size / block_edge(size)).pow(2)).map(everywhere).collect() }
         })
         .collect()
 }
@@ -126,18 +146,19 @@ pub(crate) fn range(block: &[f16]) -> [f32; 2] {
 }
 
 /// The blocks of a tile that may have points in the grid.
-fn blocks(object: &DisplacedObject, frame: &VoxelFrame, tile: u32, range: [f32; 2]) -> Vec<u32> {
+fn blocks(object: &DisplacedObject, frame: &VoxelFrame, tile: u32, range: [f32; 2]) -> Vec<Block> {
     let size = object.displacement.field().size(tile);
     let count = size / block_edge(size);
-    let mut hit = vec![false; (count * count) as usize];
+    let mut blocks: Vec<Block> = (0..count * count).map(|index| Block { index, ..Block::EMPTY }).collect();
     for patch in object.surface.patches(tile) {
-        mark(&patch, frame, range, count, &mut hit);
+        mark(&patch, frame, range, count, &mut blocks);
     }
-    (0..count * count).filter(|block| hit[*block as usize]).collect()
+    blocks.retain(|block| block.low[0] <= block.high[0]);
+    blocks
 }
 
-/// Marks the blocks of `count` × `count` in which the patch may have points in the grid.
-fn mark(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, hit: &mut [bool]) {
+/// Widens the blocks of `count` × `count` in which the patch may have points in the grid.
+fn mark(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, blocks: &mut [Block]) {
     let (low, size) = (patch.patch.low, patch.patch.size);
     let touched = |axis: usize| {
         let from = (low[axis] * count as f32) as u32;
@@ -145,10 +166,6 @@ fn mark(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, 
         from.min(count - 1)..to.clamp(from.min(count - 1) + 1, count)
     };
     let (columns, rows) = (touched(0), touched(1));
-    let full = |hit: &[bool]| rows.clone().all(|v| columns.clone().all(|u| hit[(v * count + u) as usize]));
-    if full(hit) {
-        return;
-    }
     let mut points = [[0.0f32; 20]; 3];
     let mut points_count = 0;
     for point in patch.points() {
@@ -171,10 +188,10 @@ fn mark(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, 
         return;
     }
     let single = columns.len() == 1 && rows.len() == 1;
-    if single || patch.patch.form == PatchForm::Gregory || frame.holds(least, most) {
+    if single || patch.patch.form == PatchForm::Gregory {
         for v in rows {
             for u in columns.clone() {
-                hit[(v * count + u) as usize] = true;
+                blocks[(v * count + u) as usize].grow(least, most);
             }
         }
         return;
@@ -205,8 +222,9 @@ fn mark(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, 
                 }
             }
             let bounds = [0, 1, 2].map(|axis| bounds(&piece[axis], axis));
-            if frame.meets(bounds.map(|bounds| bounds.0), bounds.map(|bounds| bounds.1)) {
-                hit[(v * count + u) as usize] = true;
+            let (least, most) = (bounds.map(|bounds| bounds.0), bounds.map(|bounds| bounds.1));
+            if frame.meets(least, most) {
+                blocks[(v * count + u) as usize].grow(least, most);
             }
         }
     }

@@ -273,7 +273,7 @@ pub fn compact(context: &Context, object: &DisplacedObject, culled: Vec<CulledTi
 /// Casts the rays of `tiles` into `voxels`. The depth limit counts from `start`, or from what the displacements are.
 pub fn cast(
     context: &Context,
-    object: &mut DisplacedObject,
+    object: &DisplacedObject,
     start: Option<&Field>,
     tiles: &[CulledTile],
     voxels: &Voxels,
@@ -282,8 +282,7 @@ pub fn cast(
     let frame = VoxelFrame::new(voxels.grid(), object.transform());
     let limits =
         Limits { share: settings.share, max_displacement: settings.max_displacement, depth: settings.depth_limit };
-    let DisplacedObject { surface, displacement, knots, .. } = object;
-    raycast::cast(context, surface, displacement.field(), start, knots, tiles, &frame, voxels, &limits)
+    raycast::cast(context, object.surface(), object.displacement().field(), start, tiles, &frame, voxels, &limits)
 }
 
 /// Writes the dents into the tiles: allocates those that need it, smooths if asked, and brings rings up to date.

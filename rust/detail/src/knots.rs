@@ -1,7 +1,6 @@
 //! The places where displacement coefficients act: limit points and unit normals at the knots of the tiles, in blocks
-//! of 16 × 16, kept for tiles that are touched again until the surface moves.
-
-use std::collections::BTreeMap;
+//! of 16 × 16 that stay in the first-level cache. Evaluating a block is no slower than reading it from memory, so
+//! nothing is kept.
 
 use relievo_core::dispatch_simd;
 use relievo_core::simd::{Arithmetic, Level};
@@ -28,6 +27,9 @@ pub struct KnotBlock {
 }
 
 impl KnotBlock {
+    /// A block of zeros.
+    pub const ZERO: Self = Self { p: [[0.0; BLOCK_KNOTS]; 3], n: [[0.0; BLOCK_KNOTS]; 3] };
+
     /// Evaluates block `index` of `tile`, whose tiles have `size` texels a side.
     pub fn evaluate(&mut self, level: Level, surface: &Surface, tile: u32, size: u32, index: u32) {
         let edge = block_edge(size);
@@ -63,74 +65,5 @@ fn normals_body<A: Arithmetic>(du: &mut [[f32; BLOCK_KNOTS]; 3], dv: &[[f32; BLO
         for axis in 0..3 {
             du[axis][i] = n[axis] * scale;
         }
-    }
-}
-
-/// The blocks of one tile that were evaluated.
-#[derive(Debug, Default)]
-pub struct TileKnots {
-    blocks: Vec<Option<Box<KnotBlock>>>,
-    used: u64,
-}
-
-impl TileKnots {
-    /// Block `index`, evaluated if it is not there yet.
-    pub fn block(&mut self, level: Level, surface: &Surface, tile: u32, size: u32, index: u32) -> &KnotBlock {
-        let count = (size / block_edge(size)).pow(2) as usize;
-        if self.blocks.len() != count {
-            self.blocks.clear();
-            self.blocks.resize_with(count, || None);
-        }
-        self.blocks[index as usize].get_or_insert_with(|| {
-            let mut block = Box::new(KnotBlock { p: [[0.0; BLOCK_KNOTS]; 3], n: [[0.0; BLOCK_KNOTS]; 3] });
-            block.evaluate(level, surface, tile, size, index);
-            block
-        })
-    }
-
-    fn count(&self) -> usize {
-        self.blocks.iter().flatten().count()
-    }
-}
-
-/// The evaluated knots of an object's tiles.
-#[derive(Debug, Default)]
-pub struct Knots {
-    tiles: BTreeMap<u32, TileKnots>,
-    clock: u64,
-}
-
-/// Bytes of knots an object keeps between imprints.
-const CAPACITY: usize = 64 << 20;
-
-impl Knots {
-    /// Forgets everything, because the surface moved.
-    pub fn forget(&mut self) {
-        self.tiles.clear();
-    }
-
-    /// Takes out what there is for `tile`.
-    pub fn take(&mut self, tile: u32) -> TileKnots {
-        self.tiles.remove(&tile).unwrap_or_default()
-    }
-
-    /// Puts tiles back and forgets those unused for longest where there is too much.
-    pub fn put(&mut self, tiles: impl IntoIterator<Item = (u32, TileKnots)>) {
-        self.clock += 1;
-        for (tile, mut knots) in tiles {
-            knots.used = self.clock;
-            self.tiles.insert(tile, knots);
-        }
-        let mut bytes = self.bytes();
-        while bytes > CAPACITY && self.tiles.len() > 1 {
-            let oldest = self.tiles.iter().min_by_key(|(tile, knots)| (knots.used, **tile)).map(|(tile, _)| *tile);
-            let Some(dropped) = oldest.and_then(|tile| self.tiles.remove(&tile)) else { break };
-            bytes -= dropped.count() * size_of::<KnotBlock>();
-        }
-    }
-
-    /// Bytes of the evaluated blocks.
-    pub fn bytes(&self) -> usize {
-        self.tiles.values().map(|knots| knots.count() * size_of::<KnotBlock>()).sum()
     }
 }

@@ -10,7 +10,6 @@ use relievo_surface::{Cone, Surface};
 use relievo_tiles::{Displacement, Field, Snapshot};
 
 use crate::hierarchy::{Bounds, Hierarchy, Region};
-use crate::knots::Knots;
 use crate::obb::Obb;
 
 /// A displaced surface in the world.
@@ -20,7 +19,6 @@ pub struct DisplacedObject {
     pub(crate) displacement: Displacement,
     pub(crate) transform: DAffine3,
     pub(crate) hierarchy: Hierarchy,
-    pub(crate) knots: Knots,
     obb: Obb,
     /// Cones of the normals of the tiles that were looked at in this pose.
     cones: BTreeMap<u32, Cone>,
@@ -51,16 +49,7 @@ impl DisplacedObject {
         let hierarchy = context.stats().time("object.hierarchy", || {
             Hierarchy::build(context, surface.tile_count(), |tile| tile_bounds(&surface, tile))
         })?;
-        Ok(Self {
-            surface,
-            displacement,
-            transform,
-            hierarchy,
-            knots: Knots::default(),
-            obb,
-            cones: BTreeMap::new(),
-            reach: None,
-        })
+        Ok(Self { surface, displacement, transform, hierarchy, obb, cones: BTreeMap::new(), reach: None })
     }
 
     /// Moves the cage: poses the surface anew and refits the hierarchy. Displacements stay.
@@ -70,7 +59,6 @@ impl DisplacedObject {
         let hierarchy = &mut self.hierarchy;
         context.stats().time("object.refit", || hierarchy.refit(context, |tile| tile_bounds(&surface, tile)));
         self.surface = surface;
-        self.knots.forget();
         self.cones.clear();
         Ok(())
     }

@@ -13,7 +13,7 @@ use relievo_tiles::Field;
 
 use crate::cull::{CulledTile, VoxelFrame};
 use crate::dda::{Ray, Steps};
-use crate::knots::{BLOCK_KNOTS, KnotBlock, Knots, TileKnots, block_edge};
+use crate::knots::{BLOCK_KNOTS, KnotBlock, block_edge};
 use crate::voxel::Voxels;
 
 /// What limits the displacement update.
@@ -51,7 +51,6 @@ pub fn cast(
     surface: &Surface,
     field: &Field,
     start: Option<&Field>,
-    knots: &mut Knots,
     tiles: &[CulledTile],
     frame: &VoxelFrame,
     voxels: &Voxels,
@@ -60,18 +59,8 @@ pub fn cast(
     if limits.share <= 0.0 {
         return Vec::new();
     }
-    let mut work: Vec<(&CulledTile, TileKnots, TileDents)> =
-        tiles.iter().map(|tile| (tile, knots.take(tile.tile), TileDents::default())).collect();
     let level = context.level();
-    context.for_each_mut(&mut work, |_, (tile, knots, dents)| {
-        *dents = cast_tile(level, surface, field, start, knots, tile, frame, voxels, limits);
-    });
-    let mut dents = Vec::with_capacity(work.len());
-    knots.put(work.into_iter().map(|(tile, knots, found)| {
-        dents.push(found);
-        (tile.tile, knots)
-    }));
-    dents
+    context.map(tiles.len(), |index| cast_tile(level, surface, field, start, &tiles[index], frame, voxels, limits))
 }
 
 #[allow(clippy::too_many_arguments)]
@@ -80,7 +69,6 @@ fn cast_tile(
     surface: &Surface,
     field: &Field,
     start: Option<&Field>,
-    knots: &mut TileKnots,
     culled: &CulledTile,
     frame: &VoxelFrame,
     voxels: &Voxels,
@@ -94,8 +82,9 @@ fn cast_tile(
     // What the coefficients are and what they were; unallocated ones are zero.
     let sources = [field.block(tile), start.map_or_else(|| field.block(tile), |start| start.block(tile))];
     let mut values = [[f16::ZERO; BLOCK_KNOTS]; 2];
-    for block in &culled.blocks {
-        let (column, row) = (block % (size / edge) * edge, block / (size / edge) * edge);
+    let mut knots = KnotBlock::ZERO;
+    for block in culled.blocks.iter().filter(|block| voxels.may_meet(block.low, block.high)) {
+        let (column, row) = (block.index % (size / edge) * edge, block.index / (size / edge) * edge);
         for (source, values) in sources.iter().zip(&mut values) {
             let Some(source) = source else { continue };
             for (j, values) in values.chunks_mut(edge as usize).take(edge as usize).enumerate() {
@@ -103,9 +92,9 @@ fn cast_tile(
                 values.copy_from_slice(&source[first..first + edge as usize]);
             }
         }
-        let knots = knots.block(level, surface, tile, size, *block);
+        knots.evaluate(level, surface, tile, size, block.index);
         let found = dents.texels.len();
-        cast_block(level, frame, knots, &values[0][..count], &values[1], voxels, limits, &mut dents);
+        cast_block(level, frame, &knots, &values[0][..count], &values[1], voxels, limits, &mut dents);
         for (k, _) in &mut dents.texels[found..] {
             *k = texel(row + *k / edge, column + *k % edge);
         }

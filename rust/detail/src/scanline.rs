@@ -9,6 +9,8 @@ use glam::DVec3;
 use relievo_core::dispatch_simd;
 use relievo_core::simd::Arithmetic;
 
+use crate::voxel::CELL;
+
 /// Snapped units of a voxel.
 const SUB: i64 = 256;
 
@@ -177,11 +179,13 @@ fn floor_division(a: i64, b: i64) -> (i64, i64) {
 dispatch_simd! {
     /// Fills the words of the slab of rows that starts at row `first` from the facets that `list` names.
     pub fn fill = fill_body(
-        facets: &[Facet], list: &[u32], shape: Shape, first: u32, words: &mut [u64], records: &mut [u64]
+        facets: &[Facet], list: &[u32], shape: Shape, first: u32, words: &mut [u64], records: &mut [u64],
+        cells: &mut [[u16; 2]]
     )
 }
 
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 fn fill_body<A: Arithmetic>(
     facets: &[Facet],
     list: &[u32],
@@ -189,6 +193,7 @@ fn fill_body<A: Arithmetic>(
     first: u32,
     words: &mut [u64],
     records: &mut [u64],
+    cells: &mut [[u16; 2]],
 ) {
     if list.is_empty() {
         words.fill(0);
@@ -205,7 +210,7 @@ fn fill_body<A: Arithmetic>(
     let mut low = vec![0; nx];
     let mut high = vec![0; nx];
     for (row, (words, records)) in words.chunks_mut(nx * shape.words as usize).zip(records.chunks(nx)).enumerate() {
-        resolve(shape, row * nx, words, records, &spilled, &mut low, &mut high);
+        resolve(shape, row * nx, words, records, &spilled, &mut low, &mut high, cells);
     }
 }
 
@@ -268,6 +273,7 @@ fn note(records: &mut [u64], at: usize, left: usize, z: f64, slope: f64, facet: 
 
 /// Writes the words of one row. `at` is the index of its first column in the slab, as `spilled` counts.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 fn resolve(
     shape: Shape,
     at: usize,
@@ -276,6 +282,7 @@ fn resolve(
     spilled: &[(u32, u16)],
     low: &mut [u64],
     high: &mut [u64],
+    cells: &mut [[u16; 2]],
 ) {
     let any = records.iter().fold(0, |any, record| any | record);
     if any == 0 {
@@ -300,6 +307,16 @@ fn resolve(
         *high = if simple { ends.1 } else { 0 };
         left_over |= u64::from(!simple && *record != 0);
     }
+    for (cell, (low, high)) in cells.iter_mut().zip(low.chunks(CELL as usize).zip(high.chunks(CELL as usize))) {
+        let (mut least, mut most) = (u64::MAX, 0);
+        for (low, high) in low.iter().zip(high) {
+            least = least.min(if low < high { *low } else { u64::MAX });
+            most = most.max(*high);
+        }
+        if least < u64::MAX {
+            *cell = [cell[0].min(least as u16), cell[1].max(most as u16)];
+        }
+    }
     for (word, words) in words.chunks_mut(records.len()).enumerate() {
         let base = word as u64 * 64;
         for ((word, low), high) in words.iter_mut().zip(low.iter()).zip(high.iter()) {
@@ -322,7 +339,9 @@ fn resolve(
             crossings.extend(spilled[from..].iter().take_while(|(other, _)| *other == index).map(|(_, mark)| *mark));
         }
         crossings.sort_unstable();
+        let cell = &mut cells[column / CELL as usize];
         for_each_span(shape, &crossings, |low, high| {
+            *cell = [cell[0].min(low as u16), cell[1].max(high as u16)];
             for (word, words) in words.chunks_mut(records.len()).enumerate() {
                 let base = word as u64 * 64;
                 words[column] |= below(high.saturating_sub(base)) & !below(low.saturating_sub(base));

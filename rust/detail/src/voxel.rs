@@ -48,10 +48,16 @@ pub struct Voxels {
     grid: Grid,
     words: Vec<u64>,
     records: Vec<u64>,
+    /// Lowest solid voxel and the one after the highest, of every [`CELL`] columns of every slab.
+    cells: Vec<[u16; 2]>,
+    slab_rows: u32,
 }
 
 /// Slabs of rows the work is cut into.
 const SLABS: u32 = 32;
+
+/// Columns of a coarse cell.
+pub(crate) const CELL: u32 = 16;
 
 /// Triangles set up at a time by one thread.
 const CHUNK: usize = 512;
@@ -62,7 +68,13 @@ const FAR: f64 = (1u64 << 40) as f64;
 impl Default for Voxels {
     fn default() -> Self {
         let point = crate::Obb { center: glam::DVec3::ZERO, axes: glam::DMat3::IDENTITY, half: glam::DVec3::ONE };
-        Self { grid: Grid::new(&point, 1, None), words: vec![0], records: Vec::new() }
+        Self {
+            grid: Grid::new(&point, 1, None),
+            words: vec![0],
+            records: Vec::new(),
+            cells: vec![[0; 2]],
+            slab_rows: 1,
+        }
     }
 }
 
@@ -86,6 +98,27 @@ impl Voxels {
         }
     }
 
+    /// Whether a box of voxel coordinates may hold a solid voxel; looked up in few coarse cells.
+    pub fn may_meet(&self, low: [f32; 3], high: [f32; 3]) -> bool {
+        let [nx, ny, nz] = self.grid.dims;
+        let dims = [nx, ny, nz].map(|count| count as f32);
+        // What is not a number meets everything.
+        if (0..3).any(|axis| high[axis] < 0.0 || low[axis] > dims[axis]) {
+            return false;
+        }
+        let place = |value: f32, count: u32| (value.max(0.0) as u32).min(count - 1);
+        let columns = place(low[0], nx) / CELL..=place(high[0], nx) / CELL;
+        let mut slabs = place(low[1], ny) / self.slab_rows..=place(high[1], ny) / self.slab_rows;
+        let (from, to) = (place(low[2], nz) as u16, place(high[2], nz) as u16);
+        let cells = nx.div_ceil(CELL);
+        slabs.any(|slab| {
+            columns.clone().any(|column| {
+                let [least, most] = self.cells[(slab * cells + column) as usize];
+                least <= to && most > from
+            })
+        })
+    }
+
     /// Number of solid voxels.
     pub fn count(&self) -> u64 {
         self.words.iter().map(|word| u64::from(word.count_ones())).sum()
@@ -93,7 +126,7 @@ impl Voxels {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.words[..]) + size_of_val(&self.records[..])
+        size_of_val(&self.words[..]) + size_of_val(&self.records[..]) + size_of_val(&self.cells[..])
     }
 
     /// Voxelises `solid` in `grid`.
@@ -119,12 +152,16 @@ impl Voxels {
         self.words.resize(nx as usize * ny as usize * words as usize, 0);
         self.records.resize(nx as usize * ny as usize, 0);
         let columns = nx as usize * rows as usize;
-        let mut slabs: Vec<_> =
-            self.words.chunks_mut(columns * words as usize).zip(self.records.chunks_mut(columns)).collect();
+        let cells = nx.div_ceil(CELL) as usize;
+        self.slab_rows = rows;
+        self.cells.clear();
+        self.cells.resize(cells * ny.div_ceil(rows) as usize, [u16::MAX, 0]);
+        let columns = self.words.chunks_mut(columns * words as usize).zip(self.records.chunks_mut(columns));
+        let mut slabs: Vec<_> = columns.zip(self.cells.chunks_mut(cells)).collect();
         let level = context.level();
-        context.for_each_mut(&mut slabs, |index, (words, records)| {
+        context.for_each_mut(&mut slabs, |index, ((words, records), cells)| {
             let first = index as u32 * rows;
-            scanline::fill(level, &facets, lists.of(index), shape, first, words, records);
+            scanline::fill(level, &facets, lists.of(index), shape, first, words, records, cells);
         });
         Ok(())
     }
@@ -351,6 +388,25 @@ mod tests {
         for (index, word) in hollow.words().iter().enumerate() {
             assert_eq!(*word, outer.words()[index] & !inner.words()[index]);
         }
+    }
+
+    #[test]
+    fn coarse_cells_miss_no_solid_voxel() {
+        let soup =
+            shapes::joined(shapes::torus(1.0, 0.2, 40, 20), shapes::moved(shapes::torus(0.7, 0.1, 30, 9), [0.2; 3]));
+        let grid = Grid::new(&around([0.1; 3], [1.3, 1.1, 0.9], 0.4), 1 << 16, None);
+        let voxels = fill(&soup, &grid, None, Side::Forward, true, 1);
+        let mut empty = 0;
+        for index in 0..4000u32 {
+            let corner = [index * 7 % grid.dims[0], index * 13 % grid.dims[1], index * 29 % grid.dims[2]];
+            let low = corner.map(|v| v as f32 - 3.5);
+            let high = corner.map(|v| v as f32 + 2.5);
+            let range = |axis: usize| corner[axis].saturating_sub(3)..(corner[axis] + 3).min(grid.dims[axis]);
+            let solid = range(0).any(|x| range(1).any(|y| range(2).any(|z| voxels.get([x, y, z]))));
+            assert!(!solid || voxels.may_meet(low, high), "{corner:?}");
+            empty += u32::from(!voxels.may_meet(low, high));
+        }
+        assert!(empty > 500, "{empty}");
     }
 
     #[test]
