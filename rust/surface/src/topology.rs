@@ -1,7 +1,7 @@
 //! Tiles of a control cage and how they touch: the connectivity that rings, seams and evaluation share.
 //!
 //! A tile is a unit parameter square: one per quad face, `n` per face of `n ≠ 4` corners, in face order (the order of
-//! Burley and Lacey 2008, Ptex). Corners are 0 = (0,0), 1 = (1,0), 2 = (1,1), 3 = (0,1); edge `e` runs from corner
+//! Burley and Lacewell 2008, Ptex). Corners are 0 = (0,0), 1 = (1,0), 2 = (1,1), 3 = (0,1); edge `e` runs from corner
 //! `e` to corner `e + 1`. Sub-tile `k` of a face `v0 v1 …` has corner 0 at `v_k`, corner 1 in the middle of the edge
 //! `v_k v_k+1`, corner 2 at the face's centre and corner 3 in the middle of the edge `v_k−1 v_k`.
 //!

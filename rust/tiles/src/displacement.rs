@@ -1,6 +1,6 @@
 //! A channel of scalar displacement over the tiles of a surface, allocated where something happened.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2013, Local Painting and Deformation of Meshes on the GPU, Sections 4 and 5.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and 5.
 //! An edit goes: [`Displacement::apply`] the allocations of its [`Sets`], [`Displacement::edit`] the coefficients of the
 //! tiles to modify, [`Displacement::settle`] what that changed, [`Displacement::commit`]. Settling allocates the
 //! neighbours that a changed border reaches and brings rings up to date; committing makes the edit visible to readers

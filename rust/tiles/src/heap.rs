@@ -1,6 +1,6 @@
 //! Heaps of fixed-size blocks with a free block table, one heap per tile size, under one byte budget.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2013, Local Painting and Deformation of Meshes on the GPU, Section 4: the
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 4: the
 //! free block table lists the unused blocks and `n_free` counts them. A list of allocations takes the entries just
 //! below `n_free`, a list of deallocations writes its blocks back just above it; each item of a list is independent of
 //! the others, so that both run in parallel without synchronisation. Block numbers stay valid until they are freed;

@@ -1,4 +1,8 @@
-//! Tile heaps, rings and displaced evaluation.
+//! Displacement tiles: where they live, how they meet, and the surface they displace.
+//!
+//! - Where: [`heap`], [`sets`], [`field`], and [`displacement`] with the protocol of an edit.
+//! - How they meet: [`ring`]. What they mean: [`spline`].
+//! - The displaced surface: [`displaced`] evaluates it, [`tessellate`] makes triangles of it.
 
 mod carried;
 pub mod displaced;

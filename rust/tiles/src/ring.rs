@@ -233,13 +233,18 @@ pub(crate) fn rings(context: &Context, field: &Field, plan: &Plan) -> Vec<Writes
     })
 }
 
+/// Tiles below which waking threads costs more than they save.
+const FEW: usize = 64;
+
 /// Runs `of` for every item of `work` and keeps the lists that are not empty.
 fn collect(context: &Context, work: &[Work], of: impl Fn(&Work, &mut Vec<(u32, f16)>) + Sync) -> Vec<Writes> {
-    let lists = context.map(work.len(), |index| {
+    let list = |index: usize| {
         let mut out = Vec::new();
         of(&work[index], &mut out);
         (work[index].tile, out)
-    });
+    };
+    let lists: Vec<Writes> =
+        if work.len() < FEW { (0..work.len()).map(list).collect() } else { context.map(work.len(), list) };
     lists.into_iter().filter(|(_, list)| !list.is_empty()).collect()
 }
 

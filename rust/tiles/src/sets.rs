@@ -1,6 +1,6 @@
 //! The three sets of an edit, made from one decision per candidate tile by a multi-compaction scan.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2013, Local Painting and Deformation of Meshes on the GPU, Section 4: a
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 4: a
 //! classification kernel decides for each tile, a scan turns the decisions into the lists of tiles to allocate, to
 //! modify and to deallocate. The scan counts in groups, sums the groups, and scatters: the lists are in candidate order
 //! whatever the number of threads.
