@@ -20,7 +20,6 @@ mod ply_header;
 mod ply_writer;
 mod pose;
 mod root;
-mod sequence;
 mod stl;
 mod summary;
 mod text;
@@ -39,7 +38,6 @@ pub use ply::read_ply;
 pub use ply_writer::write_ply;
 pub use pose::{Pose, Shape};
 pub use root::Root;
-pub use sequence::Sequence;
 pub use stl::read_stl;
 pub use summary::Summary;
 

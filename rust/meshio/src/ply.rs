@@ -564,7 +564,8 @@ mod tests {
     #[test]
     fn text_and_both_binaries_of_every_type_agree() {
         // In the text a row has a number too many and one runs over two lines.
-        let encode: [(&str, fn(f64) -> Vec<u8>); 8] = [
+        type Encode = fn(f64) -> Vec<u8>;
+        let encode: [(&str, Encode); 8] = [
             ("char", |value| (value as i8).to_le_bytes().to_vec()),
             ("uint8", |value| (value as u8).to_le_bytes().to_vec()),
             ("short", |value| (value as i16).to_le_bytes().to_vec()),

@@ -78,7 +78,8 @@ fn known_counts_are_found() {
 #[test]
 fn faces_by_size_and_creases_of_the_cages_are_found() {
     let Some(data) = data() else { return };
-    let cases: [(&str, &[(u32, usize)], usize); 4] = [
+    type Sizes = &'static [(u32, usize)];
+    let cases: [(&str, Sizes, usize); 4] = [
         ("armorguy", &[(3, 238), (4, 8339), (5, 54), (6, 8)], 7101),
         ("bishop", &[(3, 132), (4, 836)], 224),
         ("rabbit", &[(3, 176), (4, 496), (16, 6)], 0),
