@@ -5,6 +5,7 @@
 #ifndef RELIEVO_COLLIDER_H
 #define RELIEVO_COLLIDER_H
 
+#include "relievo/parameter.h"
 #include "relievo/tessellate.h"
 
 typedef struct RlvCollider {
@@ -20,6 +21,15 @@ typedef struct RlvColliderInfo {
 } RlvColliderInfo;
 
 #define RLV_COLLIDER_INFO_INIT {sizeof(RlvColliderInfo), 0, 0, 0, {0}}
+
+/* How a tool yields to a force. rlv_collider_press_params has ranges, units and defaults. */
+typedef struct RlvToolSettings {
+    uint32_t struct_size;
+    float stiffness; /* force that displaces one cubic world unit of material */
+    float max_depth; /* largest depth to which the tool sinks, world units */
+} RlvToolSettings;
+
+#define RLV_TOOL_SETTINGS_INIT {sizeof(RlvToolSettings), 1.0f, 1.0f}
 
 /* Makes a collider of a mesh, which may be released or changed afterwards. matrix is twelve doubles, the affine map
  * from object space to the world in columns: three for the linear part, then the translation; NULL for the identity. */
@@ -44,5 +54,14 @@ RLV_API RlvResult rlv_collider_set_transform(RlvCollider collider, const double 
 
 /* Mutating. Deforms the collider: count is its number of points, in the order of the mesh it was made from. */
 RLV_API RlvResult rlv_collider_set_points(RlvCollider collider, const float *points, size_t count, size_t stride);
+
+/* The fields of RlvToolSettings in order: a table that lives as long as the process, and its length. */
+RLV_API RlvResult rlv_collider_press_params(const RlvParameter **params, size_t *count);
+
+/* Mutating. Places a tool as a pen presses it: turned as it is, its foremost point against the normal at the place,
+ * three doubles in the world, and sunk until the material it displaces carries the force. Then imprint it. settings may
+ * be NULL for the defaults. Fails if the collider is not closed or the force is negative. */
+RLV_API RlvResult rlv_collider_press(RlvCollider collider, const double *place, const double *normal, double force,
+                                     const RlvToolSettings *settings);
 
 #endif

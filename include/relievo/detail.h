@@ -80,6 +80,11 @@ RLV_API RlvResult rlv_detail_info(RlvDetail detail, RlvDetailInfo *out);
 /* Edits. Sets the bytes that tiles may occupy. Tiles that are allocated stay, even beyond it. */
 RLV_API RlvResult rlv_detail_set_budget(RlvDetail detail, uint64_t budget);
 
+/* Edits. Gives faces another number of coefficients along their edges; pairs of a face and its size as in the options.
+ * Displacements stay, exactly but for rounding where a face becomes finer. Fails with RLV_ERROR_MEMORY, and changes
+ * nothing, if the budget does not allow it. */
+RLV_API RlvResult rlv_detail_set_face_sizes(RlvDetail detail, const uint32_t *face_sizes, size_t count, size_t stride);
+
 /* Edits. Moves the detail; matrix as for rlv_detail_create. */
 RLV_API RlvResult rlv_detail_set_transform(RlvDetail detail, const double *matrix);
 

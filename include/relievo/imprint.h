@@ -6,25 +6,7 @@
 #define RELIEVO_IMPRINT_H
 
 #include "relievo/collider.h"
-
-typedef enum RlvParameterKind {
-    RLV_PARAMETER_F32 = 0, /* float */
-    RLV_PARAMETER_U32 = 1, /* uint32_t */
-    RLV_PARAMETER_BOOL = 2 /* uint32_t, 0 or 1 */
-} RlvParameterKind;
-
-/* One field of a settings struct, from which a host can make its panel. The texts are UTF-8 and live as long as the
- * process. */
-typedef struct RlvParameter {
-    const char *name; /* of the field */
-    const char *unit; /* "" for a pure number, "rad", "object units" */
-    const char *help; /* what it does, one sentence or two */
-    uint32_t kind;    /* RlvParameterKind */
-    uint32_t offset;  /* bytes from the start of the struct */
-    double min;       /* smallest value */
-    double max;       /* largest value */
-    double value;     /* what the RLV_..._INIT has */
-} RlvParameter;
+#include "relievo/parameter.h"
 
 /* How a collider imprints itself. rlv_imprint_params has ranges, units and defaults of every field. */
 typedef struct RlvImprintSettings {
@@ -59,8 +41,10 @@ typedef struct RlvImprintMoment {
 /* What an imprint did. */
 typedef struct RlvImprintReport {
     uint32_t struct_size;
-    uint32_t steps;             /* sub-steps that were made */
-    uint64_t tested_tiles;      /* tiles whose coefficients were ray cast */
+    uint32_t reserved;
+    uint64_t steps;        /* imprints that were made, 1 but for a sweep */
+    uint64_t wanted_steps; /* imprints that leave a track without gaps; more than were made if sub_steps forbids them */
+    uint64_t tested_tiles; /* tiles whose coefficients were ray cast */
     uint64_t tested_coefficients;
     uint64_t changed_tiles;
     uint64_t changed_coefficients;
@@ -72,7 +56,7 @@ typedef struct RlvImprintReport {
     double voxel_diagonal;    /* world units; 0 if the boxes do not meet */
 } RlvImprintReport;
 
-#define RLV_IMPRINT_REPORT_INIT {sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RLV_IMPRINT_REPORT_INIT {sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 /* The fields of RlvImprintSettings in order: a table that lives as long as the process, and its length. */
 RLV_API RlvResult rlv_imprint_params(const RlvParameter **params, size_t *count);
@@ -83,5 +67,22 @@ RLV_API RlvResult rlv_imprint_params(const RlvParameter **params, size_t *count)
  * RLV_ERROR_UNSUPPORTED if the collider is too large for its overlap. */
 RLV_API RlvResult rlv_imprint_run(RlvDetail detail, RlvCollider collider, const RlvImprintSettings *settings,
                                   const RlvImprintMoment *moment, RlvImprintReport *report);
+
+/* Edits the detail, and mutates the collider: moves it from one place to another and presses it in at sub-steps, so
+ * many that no point of it travels further than a quarter of the smallest edge of its box between two of them, but no
+ * more than the settings allow. So a fast wheel leaves a track and not dots. from and to are matrices as for
+ * rlv_collider_create_mesh; the collider is at to afterwards. progress may be NULL; it is asked before every sub-step,
+ * and while it runs the detail and the collider are busy. If it cancels, both are as before the call. */
+RLV_API RlvResult rlv_imprint_sweep(RlvDetail detail, RlvCollider collider, const double *from, const double *to,
+                                    const RlvImprintSettings *settings, const RlvImprintMoment *moment,
+                                    RlvProgress progress, void *user, RlvImprintReport *report);
+
+/* Edits both details: presses them into each other where they are. The first gives way by its share of the penetration,
+ * then the second to what the first has become, by its share of what remains (1 to leave no overlap). Settings and
+ * moment may be NULL for the defaults, reports may be NULL; a share of 0.5 for the first and 1 for the second shares
+ * the dent evenly. Commit both to see it. If it fails, both are as before. */
+RLV_API RlvResult rlv_imprint_collide(RlvDetail first, RlvDetail second, const RlvImprintSettings *first_settings,
+                                      const RlvImprintSettings *second_settings, const RlvImprintMoment *moment,
+                                      RlvImprintReport *first_report, RlvImprintReport *second_report);
 
 #endif

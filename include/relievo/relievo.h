@@ -11,6 +11,7 @@
 #include "relievo/evaluate.h"
 #include "relievo/imprint.h"
 #include "relievo/mesh.h"
+#include "relievo/parameter.h"
 #include "relievo/surface.h"
 #include "relievo/tessellate.h"
 #include "relievo/version.h"

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -416,18 +418,67 @@ public:
 
     void set_transform(const Matrix &matrix) const { check(rlv_collider_set_transform(get(), matrix.data())); }
 
+    /// Places a tool as a pen presses it.
+    void press(const std::array<double, 3> &place, const std::array<double, 3> &normal, double force,
+               const RlvToolSettings &settings = RLV_TOOL_SETTINGS_INIT) const {
+        check(rlv_collider_press(get(), place.data(), normal.data(), force, &settings));
+    }
+
     void set_points(const std::vector<Float3> &points) const {
         check(rlv_collider_set_points(get(), points.empty() ? nullptr : points.front().data(), points.size(), 0));
     }
 };
 
-/// Presses a collider into a detail; commit the detail to see it.
+/// Presses a collider into a detail where it stands; commit the detail to see it.
 inline RlvImprintReport imprint(const Detail &detail, const Collider &collider,
                                 const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
                                 const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT) {
     RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
     check(rlv_imprint_run(detail.get(), collider.get(), &settings, &moment, &report));
     return report;
+}
+
+/// Answers true to go on; gets a fraction from 0 to 1 and the name of the stage. It may throw, which cancels.
+using Progress = std::function<bool(float, const char *)>;
+
+/// Moves a collider from one place to another and presses it in on the way; commit the detail to see it.
+inline RlvImprintReport sweep(const Detail &detail, const Collider &collider, const Matrix &from, const Matrix &to,
+                              const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
+                              const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT,
+                              const Progress &progress = nullptr) {
+    // Exceptions must not pass through the library: one is kept until the call has returned.
+    struct Watch {
+        const Progress &progress;
+        std::exception_ptr thrown;
+    } watch{progress, nullptr};
+    const RlvProgress callback = [](void *user, float fraction, const char *stage) -> std::uint32_t {
+        Watch &watch = *static_cast<Watch *>(user);
+        try {
+            return watch.progress(fraction, stage) ? RLV_PROGRESS_CONTINUE : RLV_PROGRESS_CANCEL;
+        } catch (...) {
+            watch.thrown = std::current_exception();
+            return RLV_PROGRESS_CANCEL;
+        }
+    };
+    RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
+    const RlvResult result = rlv_imprint_sweep(detail.get(), collider.get(), from.data(), to.data(), &settings, &moment,
+                                               progress ? callback : nullptr, &watch, &report);
+    if (watch.thrown) {
+        std::rethrow_exception(watch.thrown);
+    }
+    check(result);
+    return report;
+}
+
+/// Presses two details into each other; commit both to see it.
+inline std::pair<RlvImprintReport, RlvImprintReport> collide(const Detail &first, const Detail &second,
+                                                             const RlvImprintSettings &first_settings,
+                                                             const RlvImprintSettings &second_settings,
+                                                             const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT) {
+    std::pair<RlvImprintReport, RlvImprintReport> reports{RLV_IMPRINT_REPORT_INIT, RLV_IMPRINT_REPORT_INIT};
+    check(rlv_imprint_collide(first.get(), second.get(), &first_settings, &second_settings, &moment, &reports.first,
+                              &reports.second));
+    return reports;
 }
 
 /// A ray; the direction may have any length but zero.

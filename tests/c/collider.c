@@ -23,6 +23,21 @@ int main(void) {
     CHECK_OK(rlv_collider_info(collider, &info));
     CHECK(info.matrix[0] == 2.0);
 
+    /* A tool of radius 1 pressed by the force that displaces a cap 0.2 high, from above and at (5, 6, 7). */
+    const double one[12] = CHECK_MOVED(0, 0, 0), spot[3] = {5, 6, 7}, up[3] = {0, 0, 2};
+    const double cap = 3.14159265358979 * 0.2 * 0.2 * (3.0 - 0.2) / 3.0;
+    RlvToolSettings tool = RLV_TOOL_SETTINGS_INIT;
+    tool.stiffness = 10.0f;
+    CHECK_OK(rlv_collider_set_transform(collider, one));
+    CHECK_OK(rlv_collider_press(collider, spot, up, 10.0 * cap, &tool));
+    CHECK_OK(rlv_collider_info(collider, &info));
+    CHECK_NEAR(info.matrix[9], 5, 1e-6);
+    CHECK_NEAR(info.matrix[11], 7 + 1 - 0.2, 0.005);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_collider_press(collider, spot, up, -1.0, NULL), "force");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_collider_press(collider, NULL, up, 1.0, NULL), "place");
+    tool.stiffness = 0.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_collider_press(collider, spot, up, 1.0, &tool), "stiffness");
+
     float *points = malloc(info.point_count * 12);
     CHECK(points != NULL);
     CHECK_OK(rlv_mesh_get_points(ball, points, info.point_count, 0));

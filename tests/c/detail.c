@@ -100,6 +100,17 @@ int main(void) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, 12, blocks[12], 648), "not finite");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, 12, NULL, 648), "NULL");
 
+    /* Finer tiles keep the dent. */
+    const uint32_t finer[2] = {12, 32};
+    CHECK_OK(rlv_detail_set_face_sizes(detail, finer, 1, 0));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_detail_tile_info(detail, 12, &tile));
+    CHECK(tile.size == 32 && tile.block_size == 34 * 34 * 2);
+    CHECK_NEAR(height(detail, 12), -0.2, 0.02);
+    const uint32_t wrong[4] = {12, 33, 25, 8};
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_set_face_sizes(detail, wrong, 1, 0), "33");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_set_face_sizes(detail, wrong + 2, 1, 0), "face 25");
+
     /* A new pose and transform carry the dent along, from the commit on. */
     float points[36][3];
     for (int point = 0; point < 36; ++point) {

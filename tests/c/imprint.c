@@ -1,46 +1,115 @@
-/* Imprints: the table of parameters is the struct, and a ball leaves a dent of its depth and shape. */
+/* Imprints: a ball leaves a dent of its depth and shape, a moving one a track, and two surfaces share a dent. */
 #include "ball.h"
 
-static const RlvParameter *find(const char *name) {
-    const RlvParameter *params = NULL;
-    size_t count = 0;
-    CHECK_OK(rlv_imprint_params(&params, &count));
-    for (size_t index = 0; index < count; ++index) {
-        if (strcmp(params[index].name, name) == 0) {
-            return &params[index];
-        }
-    }
-    return NULL;
+/* Answers a number of times, then cancels; counts the calls. */
+typedef struct Watch {
+    int answers;
+    int calls;
+    float last;
+} Watch;
+
+static uint32_t watch(void *user, float fraction, const char *stage) {
+    Watch *watch = user;
+    CHECK(fraction >= watch->last && fraction <= 1.0f && strlen(stage) > 0);
+    watch->last = fraction;
+    return ++watch->calls > watch->answers ? RLV_PROGRESS_CANCEL : RLV_PROGRESS_CONTINUE;
 }
 
-static void table(void) {
-    const RlvParameter *params = NULL;
-    size_t count = 0;
+/* The displacement at (u, v) of a tile. */
+static float displacement(RlvDetail detail, uint32_t tile, float u, float v) {
+    const float uv[2] = {u, v};
+    float out = 7.0f;
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    arrays.count = 1;
+    arrays.tiles = &tile;
+    arrays.uvs = uv;
+    arrays.displacements = &out;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    return out;
+}
+
+/* A ball that moves 4 to the right in one frame leaves a track, and a cancelled one leaves nothing. */
+static void sweep(RlvContext context, RlvSurface surface, RlvMesh ball) {
+    const double from[12] = CHECK_MOVED(1.0, 2.5, 0.85), to[12] = CHECK_MOVED(5.0, 2.5, 0.85);
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvDetail detail = RLV_NULL;
+    RlvCollider collider = RLV_NULL;
+    RlvColliderInfo info = RLV_COLLIDER_INFO_INIT;
+    RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
+    RlvDetailChanges changes = RLV_DETAIL_CHANGES_INIT;
     RlvImprintSettings settings = RLV_IMPRINT_SETTINGS_INIT;
-    CHECK_OK(rlv_imprint_params(&params, &count));
-    CHECK(sizeof(settings) == 4 + 4 * count);
-    for (size_t index = 0; index < count; ++index) {
-        const RlvParameter *param = &params[index];
-        const char *field = (const char *)&settings + param->offset;
-        float number;
-        uint32_t whole;
-        CHECK(param->offset == 4 + 4 * index && param->min <= param->value && param->value <= param->max);
-        CHECK(strlen(param->help) > 10 && param->unit != NULL);
-        memcpy(&number, field, 4);
-        memcpy(&whole, field, 4);
-        if (param->kind == RLV_PARAMETER_F32) {
-            CHECK_NEAR(number, param->value, 1e-6 * fabs(param->value));
-        } else {
-            CHECK((double)whole == param->value);
-        }
+    options.tile_size = 32;
+    settings.voxels = 1 << 18;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    CHECK_OK(rlv_collider_create_mesh(context, ball, from, &collider));
+
+    Watch impatient = {3, 0, 0.0f};
+    CHECK_FAILS(RLV_ERROR_CANCELLED, rlv_imprint_sweep(detail, collider, from, to, &settings, NULL, watch, &impatient, &report),
+                "cancelled");
+    CHECK(impatient.calls == 4 && report.steps == 0);
+    CHECK_OK(rlv_collider_info(collider, &info));
+    CHECK(info.matrix[9] == 1.0);
+    CHECK_OK(rlv_detail_commit(detail, &changes));
+    RlvDetailInfo nothing = RLV_DETAIL_INFO_INIT;
+    CHECK_OK(rlv_detail_info(detail, &nothing));
+    CHECK(nothing.allocated_count == 0 && nothing.bytes == 0);
+
+    Watch patient = {1000, 0, 0.0f};
+    CHECK_OK(rlv_imprint_sweep(detail, collider, from, to, &settings, NULL, watch, &patient, &report));
+    CHECK(report.steps == 8 && report.wanted_steps == 8 && patient.calls == 9 && patient.last == 1.0f);
+    CHECK_OK(rlv_collider_info(collider, &info));
+    CHECK(info.matrix[9] == 5.0);
+    CHECK_OK(rlv_detail_commit(detail, &changes));
+    /* Along the middle of the track, between the sub-steps too, it is about as deep as the ball. */
+    for (int step = 0; step < 32; ++step) {
+        float depth = displacement(detail, 14 + (uint32_t)step / 16, (float)(step % 16) / 16, 0.5f);
+        CHECK(depth < -0.1f && depth > -0.2f);
     }
-    CHECK(find("share") != NULL && find("share")->offset == offsetof(RlvImprintSettings, share));
-    CHECK(strcmp(find("max_displacement")->unit, "object units") == 0);
-    CHECK(find("nothing") == NULL);
+    CHECK(displacement(detail, 32, 0.5f, 0.5f) == 0.0f);
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_detail_release(detail));
+}
+
+/* Two bulges face to face and some way into each other share the dent. */
+static void collide(RlvContext context) {
+    const double facing[12] = {1, 0, 0, 0, -1, 0, 0, 0, -1, 0, 3, -0.5};
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvSurface surface = RLV_NULL;
+    RlvDetail below = RLV_NULL, above = RLV_NULL;
+    RlvImprintSettings half = RLV_IMPRINT_SETTINGS_INIT, rest = RLV_IMPRINT_SETTINGS_INIT;
+    RlvImprintReport first = RLV_IMPRINT_REPORT_INIT, second = RLV_IMPRINT_REPORT_INIT;
+    RlvMesh plane = check_plane(context, 3, 3);
+    /* Bulge the middle, so that the planes have boxes with depth. */
+    float points[16][3];
+    CHECK_OK(rlv_mesh_get_points(plane, points[0], 16, 0));
+    for (int point = 0; point < 16; ++point) {
+        float x = points[point][0] - 1.5f, y = points[point][1] - 1.5f;
+        points[point][2] = -0.2f * (x * x + y * y);
+    }
+    CHECK_OK(rlv_mesh_set_points(plane, points[0], 16, 0));
+    CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
+    options.tile_size = 32;
+    half.voxels = rest.voxels = 1 << 18;
+    half.share = 0.5f;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &below));
+    CHECK_OK(rlv_detail_create(surface, &options, facing, &above));
+    float top = displacement(below, 4, 0.5f, 0.5f);
+    CHECK(top == 0.0f);
+    CHECK_OK(rlv_imprint_collide(below, above, &half, &rest, NULL, &first, &second));
+    CHECK(first.changed_coefficients > 0 && second.changed_coefficients > 0);
+    CHECK_OK(rlv_detail_commit(below, NULL));
+    CHECK_OK(rlv_detail_commit(above, NULL));
+    float one = displacement(below, 4, 0.5f, 0.5f), other = displacement(above, 4, 0.5f, 0.5f);
+    CHECK(one < -0.01f && other < -0.01f);
+    CHECK_NEAR(one, other, 0.03);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_imprint_collide(below, below, NULL, NULL, NULL, NULL, NULL), "itself");
+    CHECK_OK(rlv_detail_release(below));
+    CHECK_OK(rlv_detail_release(above));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(plane));
 }
 
 int main(void) {
-    table();
     RlvContext context = RLV_NULL;
     RlvSurface surface = RLV_NULL;
     RlvDetail detail = RLV_NULL;
@@ -130,6 +199,9 @@ int main(void) {
     CHECK_OK(rlv_evaluate_detail(half, &arrays));
     CHECK_NEAR(out[0][2], -0.15, 2 * report.voxel_diagonal);
     CHECK_OK(rlv_detail_release(half));
+
+    sweep(context, surface, ball);
+    collide(context);
 
     /* Settings out of range change nothing. */
     settings.share = 2.0f;

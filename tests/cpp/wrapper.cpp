@@ -111,6 +111,24 @@ int main() {
     const auto hit = relievo::Caster::create(detail).cast({{{0.5f, 0.5f, 3.0f}, {0, 0, -1}}});
     CHECK(hit[0].tile == 0 && std::abs(hit[0].position[2] - dent.displacements[0]) < 1e-3f);
 
+    // A progress callback that throws cancels, and its exception comes out.
+    const auto start = relievo::moved(0, 0, 0), end = relievo::moved(0.5, 0, 0);
+    try {
+        relievo::sweep(detail, collider, start, end, settings, RLV_IMPRINT_MOMENT_INIT,
+                       [](float, const char *) -> bool { throw std::runtime_error("no patience"); });
+        CHECK(false);
+    } catch (const relievo::Error &) {
+        CHECK(false);
+    } catch (const std::runtime_error &error) {
+        CHECK(std::string(error.what()) == "no patience");
+    }
+    int calls = 0;
+    const auto swept = relievo::sweep(detail, collider, start, end, settings, RLV_IMPRINT_MOMENT_INIT,
+                                      [&calls](float, const char *) { return ++calls > 0; });
+    CHECK(swept.steps >= 1 && calls == static_cast<int>(swept.steps) + 1);
+    collider.press({0.5, 0.5, 0.0}, {0, 0, 1}, 0.1);
+    CHECK(collider.info().matrix[11] < 0.21);
+
     CHECK(!context.stats().empty());
     context.reset_stats();
     CHECK(context.stats().empty());

@@ -1,19 +1,25 @@
 //! Colliders; see `include/relievo/collider.h`.
 
-use std::sync::{Arc, RwLock};
+use std::sync::{Arc, OnceLock, RwLock};
 
+use glam::DVec3;
+use relievo_core::Result;
 use relievo_detail::Collider;
+use relievo_detail::tool::{ToolSettings, pressed};
 
 use crate::array::{Input, present, put};
 use crate::context::{ContextObject, RlvContext};
 use crate::descriptor::write_descriptor;
 use crate::detail::{RlvDetail, transform};
 use crate::mesh::RlvMesh;
+use crate::parameter::{RlvParameter, Table, settings, table};
 use crate::registry::{self, handle, try_read, try_write};
 use crate::surface::RlvSurface;
 use crate::tessellate::{Cells, RlvTessellateOptions, tessellate, tessellate_bare};
 
 handle!(RlvCollider, 5, ColliderObject);
+
+settings!(RlvToolSettings, ToolSettings);
 
 descriptor! {
     pub struct RlvColliderInfo {
@@ -109,5 +115,39 @@ entry! {
         let context = &object.context.context;
         let points = points.to_vec("points", context.memory_limit())?;
         try_write(&object.collider, "collider")?.set_points(context, &points)
+    }
+
+    fn rlv_collider_press_params(params: *mut *const RlvParameter, count: *mut usize) {
+        static TABLE: OnceLock<Table> = OnceLock::new();
+        present("params", params)?;
+        present("count", count)?;
+        let rows = table(&TABLE, ToolSettings::PARAMETERS);
+        // SAFETY: both were checked above.
+        unsafe {
+            put(params, rows.as_ptr());
+            put(count, rows.len());
+        }
+        Ok(())
+    }
+
+    fn rlv_collider_press(
+        collider: RlvCollider,
+        place: *const f64,
+        normal: *const f64,
+        force: f64,
+        settings: *const RlvToolSettings,
+    ) {
+        let object = registry::get(collider)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let settings = unsafe { RlvToolSettings::read(settings) }?;
+        let vector = |name, pointer| -> Result<DVec3> {
+            // SAFETY: the caller promises three doubles.
+            let values = unsafe { Input::new(name, pointer, 3, 0) }?;
+            Ok(DVec3::new(values.get(0), values.get(1), values.get(2)))
+        };
+        let (place, normal) = (vector("place", place)?, vector("normal", normal)?);
+        let mut collider = try_write(&object.collider, "collider")?;
+        let pose = pressed(&collider, place, normal, force, &settings)?;
+        collider.set_transform(pose)
     }
 }

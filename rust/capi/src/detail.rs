@@ -81,15 +81,6 @@ impl View {
     pub fn displaced(&self) -> Result<Displaced<'_>> {
         Displaced::new(&self.surface, self.snapshot.field())
     }
-
-    /// Bounds of the displaced surface of `tile`, conservative.
-    fn bounds(&self, tile: u32) -> ([f32; 3], [f32; 3]) {
-        let (low, high) = self.surface.tile_bounds(tile);
-        // B-splines stay within their coefficients, and displacement is along a unit vector.
-        let block = self.snapshot.field().block(tile).unwrap_or(&[]);
-        let reach = block.iter().map(|c| c.to_f32().abs()).fold(0.0, f32::max);
-        (low.map(|value| value - reach), high.map(|value| value + reach))
-    }
 }
 
 /// What a call that edits has to itself.
@@ -218,6 +209,22 @@ entry! {
         Ok(())
     }
 
+    fn rlv_detail_set_face_sizes(detail: RlvDetail, face_sizes: *const u32, count: usize, stride: usize) {
+        let object = registry::get(detail)?;
+        // SAFETY: the caller promises `count` pairs.
+        let sizes = unsafe { Input::new("face_sizes", face_sizes.cast::<[u32; 2]>(), count, stride) }?;
+        let sizes = sizes.to_vec("face_sizes", object.context.context.memory_limit())?;
+        let sizes: Vec<(u32, u32)> = sizes.into_iter().map(|[face, size]| (face, size)).collect();
+        let mut editor = object.edit()?;
+        let displacement = editor.object.displacement_mut();
+        let refused = displacement.resize(&object.context.context, &sizes)?;
+        let budget = displacement.budget();
+        // The log may call back.
+        drop(editor);
+        log_refusal(&object.context, refused.len(), budget);
+        Ok(())
+    }
+
     fn rlv_detail_set_transform(detail: RlvDetail, matrix: *const f64) {
         let object = registry::get(detail)?;
         // SAFETY: the caller promises NULL or twelve doubles.
@@ -251,7 +258,7 @@ entry! {
             displaced.displacement_mut().update_rings(&object.context.context, written)?;
             written.clear();
         }
-        let snapshot = displaced.displacement_mut().commit();
+        let snapshot = displaced.commit();
         let view = view_of(displaced, object.view().cage.clone(), snapshot);
         let moved = std::mem::take(moved);
         *object.view.write().unwrap_or_else(PoisonError::into_inner) = view.clone();
@@ -260,7 +267,8 @@ entry! {
             return Ok(());
         }
         let tiles = view.snapshot.changed();
-        let bounds = tiles.iter().map(|tile| view.bounds(*tile)).reduce(|a, b| {
+        let surface = view.displaced()?;
+        let bounds = tiles.iter().map(|tile| surface.tile_bounds(*tile)).reduce(|a, b| {
             (std::array::from_fn(|axis| a.0[axis].min(b.0[axis])), std::array::from_fn(|axis| a.1[axis].max(b.1[axis])))
         });
         let (low, high) = bounds.unwrap_or_default();
@@ -293,7 +301,7 @@ entry! {
         let view = registry::get(detail)?.view();
         check_tile(&view.surface, tile)?;
         let field = view.snapshot.field();
-        let (low, high) = view.bounds(tile);
+        let (low, high) = view.displaced()?.tile_bounds(tile);
         let info = RlvDetailTileInfo {
             struct_size: 0,
             is_allocated: u32::from(field.is_allocated(tile)),

@@ -1,38 +1,21 @@
 //! Imprints; see `include/relievo/imprint.h`.
 
-use std::ffi::{CString, c_char};
-use std::mem::{offset_of, size_of};
+use std::ffi::c_void;
 use std::sync::OnceLock;
 
-use relievo_core::Result;
-use relievo_core::parameter::ParameterKind;
-use relievo_detail::{ImprintSettings, Moment, Report};
+use relievo_core::{Error, Progress, Result};
+use relievo_detail::{Deformable, DisplacedObject, ImprintSettings, Moment, Motion, Pose, Report};
+use relievo_tiles::Field;
 
 use crate::array::{present, put};
 use crate::collider::RlvCollider;
-use crate::descriptor::{Descriptor, Layout, check_descriptor, read_optional, write_descriptor};
-use crate::detail::{Editor, RlvDetail, log_refusal};
-use crate::registry::{self, try_read};
+use crate::context::{HostProgress, RlvProgress};
+use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
+use crate::detail::{Editor, RlvDetail, log_refusal, transform};
+use crate::parameter::{RlvParameter, Table, settings, table};
+use crate::registry::{self, try_read, try_write};
 
-constants! {
-    u32:
-    RLV_PARAMETER_F32 = 0,
-    RLV_PARAMETER_U32 = 1,
-    RLV_PARAMETER_BOOL = 2,
-}
-
-descriptor! {
-    pub struct RlvParameter {
-        name: *const c_char,
-        unit: *const c_char,
-        help: *const c_char,
-        kind: u32,
-        offset: u32,
-        min: f64,
-        max: f64,
-        value: f64,
-    }
-}
+settings!(RlvImprintSettings, ImprintSettings);
 
 descriptor! {
     pub struct RlvImprintMoment {
@@ -47,7 +30,9 @@ descriptor! {
 descriptor! {
     pub struct RlvImprintReport {
         struct_size: u32,
-        steps: u32,
+        reserved: u32,
+        steps: u64,
+        wanted_steps: u64,
         tested_tiles: u64,
         tested_coefficients: u64,
         changed_tiles: u64,
@@ -61,91 +46,37 @@ descriptor! {
     }
 }
 
-/// The settings behind their size, field for field as [`ImprintSettings::PARAMETERS`] has them.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct RlvImprintSettings {
-    struct_size: u32,
-    settings: ImprintSettings,
-}
-
-// SAFETY: the struct is `#[repr(C)]`, begins with a `u32` and goes on with numbers of four bytes only.
-unsafe impl Descriptor for RlvImprintSettings {
-    const NAME: &'static str = "RlvImprintSettings";
-    const FIRST_SIZE: usize = size_of::<Self>();
-}
-
-impl RlvImprintSettings {
-    /// The layout, for comparison with the header.
-    pub fn layout() -> Layout {
-        let start = offset_of!(Self, settings);
-        let fields = ImprintSettings::PARAMETERS.iter().map(|parameter| (parameter.name, start + parameter.offset, 4));
-        Layout {
-            name: Self::NAME,
-            size: size_of::<Self>(),
-            fields: [("struct_size", 0, 4)].into_iter().chain(fields).collect(),
-        }
-    }
-}
-
-/// The table that C reads; its texts live as long as the process.
-struct Table(Vec<RlvParameter>, #[allow(dead_code)] Vec<CString>);
-
-// SAFETY: the pointers are to texts that the table owns and nobody changes.
-unsafe impl Send for Table {}
-// SAFETY: as above.
-unsafe impl Sync for Table {}
-
-fn table() -> &'static Table {
-    static TABLE: OnceLock<Table> = OnceLock::new();
-    TABLE.get_or_init(|| {
-        let mut texts = Vec::new();
-        let mut text = |text: &str| {
-            let text = CString::new(text).unwrap_or_default();
-            // The heap allocation stays where it is when the string moves.
-            let pointer = text.as_ptr();
-            texts.push(text);
-            pointer
-        };
-        let rows = ImprintSettings::PARAMETERS.iter().map(|parameter| RlvParameter {
-            name: text(parameter.name),
-            unit: text(parameter.unit),
-            help: text(parameter.help),
-            kind: match parameter.kind {
-                ParameterKind::F32 => RLV_PARAMETER_F32,
-                ParameterKind::U32 => RLV_PARAMETER_U32,
-                ParameterKind::Bool => RLV_PARAMETER_BOOL,
-            },
-            offset: (offset_of!(RlvImprintSettings, settings) + parameter.offset) as u32,
-            min: parameter.min,
-            max: parameter.max,
-            value: parameter.default,
-        });
-        let rows = rows.collect();
-        Table(rows, texts)
-    })
-}
-
 /// # Safety
-/// Both are NULL or descriptors that start with their size.
-unsafe fn inputs(
-    settings: *const RlvImprintSettings,
-    moment: *const RlvImprintMoment,
-) -> Result<(ImprintSettings, Moment)> {
-    let default = RlvImprintSettings { struct_size: 0, settings: ImprintSettings::default() };
-    // SAFETY: promised by the caller.
-    let settings = unsafe { read_optional(settings, default) }?.settings;
-    settings.check()?;
+/// `moment` is NULL or a descriptor that starts with its size.
+unsafe fn moment_of(moment: *const RlvImprintMoment) -> Result<Moment> {
     let first = RlvImprintMoment { struct_size: 0, pair: 0, frame: 0, step: 0, reserved: 0 };
     // SAFETY: promised by the caller.
     let moment = unsafe { read_optional(moment, first) }?;
-    Ok((settings, Moment { frame: moment.frame, step: moment.step, pair: moment.pair }))
+    Ok(Moment { frame: moment.frame, step: moment.step, pair: moment.pair })
 }
 
-fn report_of(report: &Report, steps: u32) -> RlvImprintReport {
-    RlvImprintReport {
+/// Fails if `report` is neither NULL nor a descriptor.
+///
+/// # Safety
+/// `report` is NULL or a descriptor that starts with its size.
+unsafe fn check_report(report: *mut RlvImprintReport) -> Result<()> {
+    // SAFETY: promised by the caller.
+    if report.is_null() { Ok(()) } else { unsafe { check_descriptor(report) } }
+}
+
+/// Writes what an imprint did, unless `to` is NULL.
+///
+/// # Safety
+/// As for [`check_report`].
+unsafe fn write_report(to: *mut RlvImprintReport, report: &Report) -> Result<()> {
+    if to.is_null() {
+        return Ok(());
+    }
+    let made = RlvImprintReport {
         struct_size: 0,
-        steps,
+        reserved: 0,
+        steps: report.sub_steps,
+        wanted_steps: report.sub_steps_wanted.max(report.sub_steps),
         tested_tiles: report.tested_tiles,
         tested_coefficients: report.tested_coefficients,
         changed_tiles: report.changed.len() as u64,
@@ -156,14 +87,36 @@ fn report_of(report: &Report, steps: u32) -> RlvImprintReport {
         triangles: report.triangles,
         bytes: report.bytes,
         voxel_diagonal: report.voxel_diagonal,
+    };
+    // SAFETY: promised by the caller.
+    unsafe { write_descriptor(to, made) }
+}
+
+/// Puts the displacement back to what it was `before` a call that failed half-way.
+fn restore(object: &mut DisplacedObject, before: &Field) -> Result<()> {
+    let displacement = object.displacement_mut();
+    let now = displacement.field().clone();
+    let tiles = 0..before.tile_count() as u32;
+    let changed: Vec<u32> = tiles.filter(|tile| now.version(*tile) != before.version(*tile)).collect();
+    // What was allocated is freed first, so that the budget allows the rest.
+    for tile in changed.iter().filter(|tile| !before.is_allocated(**tile)) {
+        displacement.write(*tile, None)?;
     }
+    for tile in changed {
+        if let Some(block) = before.block(tile) {
+            let bytes: Vec<u8> = block.iter().flat_map(|coefficient| coefficient.to_le_bytes()).collect();
+            displacement.write(tile, Some(&bytes))?;
+        }
+    }
+    Ok(())
 }
 
 entry! {
     fn rlv_imprint_params(params: *mut *const RlvParameter, count: *mut usize) {
+        static TABLE: OnceLock<Table> = OnceLock::new();
         present("params", params)?;
         present("count", count)?;
-        let Table(rows, _) = table();
+        let rows = table(&TABLE, ImprintSettings::PARAMETERS);
         // SAFETY: both were checked above.
         unsafe {
             put(params, rows.as_ptr());
@@ -182,23 +135,112 @@ entry! {
         let detail = registry::get(detail)?;
         let collider = registry::get(collider)?;
         // SAFETY: the caller gives NULL or descriptors that start with their size.
-        let (settings, moment) = unsafe { inputs(settings, moment) }?;
-        if !report.is_null() {
-            // SAFETY: as above.
-            unsafe { check_descriptor(report) }?;
-        }
-        let (context, collider) = (&detail.context.context, try_read(&collider.collider, "collider")?);
+        let (settings, moment) = unsafe { (RlvImprintSettings::read(settings)?, moment_of(moment)?) };
+        // SAFETY: as above.
+        unsafe { check_report(report) }?;
+        let collider = try_read(&collider.collider, "collider")?;
         let mut editor = detail.edit()?;
         let Editor { object, imprinter, .. } = &mut *editor;
-        let done = imprinter.imprint(context, object, &collider, &settings, moment)?;
+        let done = imprinter.imprint(&detail.context.context, object, &collider, &settings, moment)?;
         let budget = object.displacement().budget();
         // The log may call back.
         drop((editor, collider));
         log_refusal(&detail.context, done.refused.len(), budget);
-        if report.is_null() {
-            return Ok(());
-        }
         // SAFETY: as above.
-        unsafe { write_descriptor(report, report_of(&done, 1)) }
+        unsafe { write_report(report, &done) }
+    }
+
+    fn rlv_imprint_sweep(
+        detail: RlvDetail,
+        collider: RlvCollider,
+        from: *const f64,
+        to: *const f64,
+        settings: *const RlvImprintSettings,
+        moment: *const RlvImprintMoment,
+        progress: RlvProgress,
+        user: *mut c_void,
+        report: *mut RlvImprintReport,
+    ) {
+        let detail = registry::get(detail)?;
+        let collider = registry::get(collider)?;
+        // SAFETY: the caller gives NULL or twelve doubles, and NULL or descriptors that start with their size.
+        let (from, to, settings, moment) =
+            unsafe { (transform(from)?, transform(to)?, RlvImprintSettings::read(settings)?, moment_of(moment)?) };
+        // SAFETY: as above.
+        unsafe { check_report(report) }?;
+        let mut collider = try_write(&collider.collider, "collider")?;
+        let mut editor = detail.edit()?;
+        let Editor { object, imprinter, .. } = &mut *editor;
+        let motion = Motion::new(&collider, Pose::rigid(from), Pose::rigid(to))?;
+        let (before, place) = (object.displacement().field().clone(), *collider.transform());
+        let mut progress = HostProgress { callback: progress, user };
+        let context = &detail.context.context;
+        let done = imprinter.sweep_watched(context, object, &mut collider, &motion, &settings, moment, &mut progress);
+        let done = match done {
+            Ok(done) => done,
+            Err(error) => {
+                restore(object, &before)?;
+                collider.set_transform(place)?;
+                return Err(error);
+            }
+        };
+        let budget = object.displacement().budget();
+        drop((editor, collider));
+        progress.report(1.0, "imprint");
+        log_refusal(&detail.context, done.refused.len(), budget);
+        // SAFETY: as above.
+        unsafe { write_report(report, &done) }
+    }
+
+    fn rlv_imprint_collide(
+        first: RlvDetail,
+        second: RlvDetail,
+        first_settings: *const RlvImprintSettings,
+        second_settings: *const RlvImprintSettings,
+        moment: *const RlvImprintMoment,
+        first_report: *mut RlvImprintReport,
+        second_report: *mut RlvImprintReport,
+    ) {
+        if first.id == second.id {
+            return Err(Error::invalid("a detail cannot collide with itself").at("second"));
+        }
+        let (first, second) = (registry::get(first)?, registry::get(second)?);
+        // SAFETY: the caller gives NULL or descriptors that start with their size.
+        let (one, other, moment) = unsafe {
+            (RlvImprintSettings::read(first_settings)?, RlvImprintSettings::read(second_settings)?, moment_of(moment)?)
+        };
+        // SAFETY: as above.
+        unsafe {
+            check_report(first_report)?;
+            check_report(second_report)?;
+        }
+        let cages = [first.view().cage.clone(), second.view().cage.clone()];
+        let (mut first_editor, mut second_editor) = (first.edit()?, second.edit()?);
+        let Editor { object: first_object, imprinter, .. } = &mut *first_editor;
+        let second_object = &mut second_editor.object;
+        let before = [first_object.displacement().field().clone(), second_object.displacement().field().clone()];
+        let done = imprinter.collide(
+            &first.context.context,
+            &mut Deformable { object: first_object, cage: &cages[0], settings: one },
+            &mut Deformable { object: second_object, cage: &cages[1], settings: other },
+            moment,
+        );
+        let [one, other] = match done {
+            Ok(done) => done,
+            Err(error) => {
+                restore(first_object, &before[0])?;
+                restore(second_object, &before[1])?;
+                return Err(error);
+            }
+        };
+        let budgets = [first_object.displacement().budget(), second_object.displacement().budget()];
+        drop((first_editor, second_editor));
+        log_refusal(&first.context, one.refused.len(), budgets[0]);
+        log_refusal(&second.context, other.refused.len(), budgets[1]);
+        // SAFETY: as above.
+        unsafe {
+            write_report(first_report, &one)?;
+            write_report(second_report, &other)
+        }
     }
 }

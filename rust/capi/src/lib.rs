@@ -22,6 +22,7 @@ pub mod error;
 pub mod evaluate;
 pub mod imprint;
 pub mod mesh;
+pub mod parameter;
 pub mod registry;
 pub mod surface;
 pub mod tessellate;
@@ -48,7 +49,8 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         detail::RlvDetailTileInfo::layout(),
         tessellate::RlvTessellateOptions::layout(),
         collider::RlvColliderInfo::layout(),
-        imprint::RlvParameter::layout(),
+        collider::RlvToolSettings::layout(),
+        parameter::RlvParameter::layout(),
         imprint::RlvImprintSettings::layout(),
         imprint::RlvImprintMoment::layout(),
         imprint::RlvImprintReport::layout(),
@@ -66,7 +68,7 @@ pub fn constants() -> Vec<(&'static str, i64)> {
         mesh::CONSTANTS,
         surface::CONSTANTS,
         caster::CONSTANTS,
-        imprint::CONSTANTS,
+        parameter::CONSTANTS,
     ]
     .concat()
 }

@@ -3,7 +3,8 @@
 //! and reports its time under `imprint.obb`, `imprint.cull`, `imprint.compact`, `imprint.voxelise`, `imprint.raycast`
 //! and `imprint.ring`.
 
-use relievo_core::{Context, Result};
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Progress, Result};
 use relievo_tiles::{Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
@@ -153,12 +154,29 @@ impl Imprinter {
         settings: &ImprintSettings,
         moment: Moment,
     ) -> Result<Report> {
+        self.sweep_watched(context, object, collider, motion, settings, moment, &mut Silent)
+    }
+
+    /// As [`Imprinter::sweep`], with the progress reported before every sub-step. If it cancels, the sub-steps until
+    /// then stay made.
+    #[allow(clippy::too_many_arguments)]
+    pub fn sweep_watched(
+        &mut self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        collider: &mut Collider,
+        motion: &Motion,
+        settings: &ImprintSettings,
+        moment: Moment,
+        progress: &mut dyn Progress,
+    ) -> Result<Report> {
         settings.check()?;
         let limited = settings.depth_limit < Self::NO_LIMIT;
         let start = limited.then(|| object.displacement().field().clone());
         let count = motion.sub_steps().min(settings.sub_steps);
         let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
         for step in 1..=count {
+            progress.step((step - 1) as f32 / count as f32, "imprint")?;
             collider.set_pose(context, &motion.at(f64::from(step) / f64::from(count)))?;
             let moment = Moment { step: moment.step + step - 1, ..moment };
             report.merge(self.step(context, object, collider, settings, moment, start.as_ref())?);
