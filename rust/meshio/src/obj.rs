@@ -521,6 +521,7 @@ mod tests {
         assert_eq!(mesh(&format!("{QUAD}f 1 2 3 4\n")), expected);
         assert_eq!(mesh(&format!("{QUAD}f -4 -3 \\\r\n -2 -1 # four")), expected);
         assert_eq!(mesh(&format!("f 1 2 3 4\n{QUAD}")), expected, "points may come behind faces");
+        assert_eq!(mesh(&format!("\u{feff}{QUAD}f 1 2 3 4\n")), expected, "with a byte order mark");
     }
 
     #[test]

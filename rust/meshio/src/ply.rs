@@ -23,8 +23,8 @@ pub fn read_ply(bytes: &[u8], memory_limit: u64) -> Result<Model> {
     let header = Header::read(&mut words, &mut budget)?;
     let body = match header.encoding {
         Encoding::Ascii => Body::Text(words),
-        Encoding::Little => Body::Binary { rest: bytes.get(words.offset()..).unwrap_or_default(), big: false },
-        Encoding::Big => Body::Binary { rest: bytes.get(words.offset()..).unwrap_or_default(), big: true },
+        Encoding::Little => Body::Binary { rest: words.rest(), big: false },
+        Encoding::Big => Body::Binary { rest: words.rest(), big: true },
     };
     let mut reader = Reader { budget, body, mesh: Mesh::default(), notes: Notes::default(), largest: None };
     for element in &header.elements {

@@ -2,6 +2,9 @@
 
 use relievo_core::{Error, Result};
 
+/// What some editors put before UTF-8.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// Walks over the words of a text. Lines end with `\n`, `\r\n` or `\r`.
 #[derive(Clone, Debug)]
 pub(crate) struct Words<'a> {
@@ -13,8 +16,9 @@ pub(crate) struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    /// Words separated by blanks.
+    /// Words separated by blanks. A byte order mark is stepped over.
     pub fn new(bytes: &'a [u8]) -> Self {
+        let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
         Self { bytes, at: 0, line: 1, comment: None, continued: false }
     }
 
@@ -33,9 +37,9 @@ impl<'a> Words<'a> {
         self.line
     }
 
-    /// Bytes from the beginning to behind the last word or line end taken.
-    pub fn offset(&self) -> usize {
-        self.at
+    /// The bytes behind the last word or line end taken.
+    pub fn rest(&self) -> &'a [u8] {
+        self.bytes.get(self.at..).unwrap_or_default()
     }
 
     /// Bytes left.

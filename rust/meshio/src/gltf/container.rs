@@ -9,6 +9,7 @@ use relievo_core::{Error, Result};
 
 use crate::budget::Budget;
 use crate::root::scheme;
+use crate::text::BYTE_ORDER_MARK;
 
 /// Opens a file that a glTF file names; it gets the name and the most bytes it may return.
 pub type Open<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>> + 'a;
@@ -34,6 +35,7 @@ impl<'a> Container<'a> {
     /// Opens a `.glb` or `.gltf` file.
     pub fn open(bytes: &'a [u8], budget: &mut Budget, open: &Open) -> Result<Self> {
         let (text, chunk) = if bytes.starts_with(b"glTF") { chunks(bytes)? } else { (bytes, None) };
+        let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
         charge_json(text, budget)?;
         let json: Json = gltf::json::deserialize::from_slice(text).map_err(|error| {
             Error::invalid(format!("the JSON cannot be read: {error}")).advise("check that it is a glTF 2.0 file")
