@@ -362,6 +362,8 @@ pub struct OutputEntry {
     pub mesh_formats: Vec<&'static str>,
     /// Quads along a side of an untouched tile.
     pub rate: u32,
+    /// Most quads along a side of a tile in written meshes.
+    pub mesh_rate: u32,
     /// Frames whose tiles are written.
     pub tiles: When,
     /// Stops.

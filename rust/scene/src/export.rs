@@ -26,7 +26,7 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
             Item::Mesh(item) => (name, item.mesh.clone(), item.transform),
             Item::Surface(surface) => {
                 let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
-                let rates = Rates::new(&displaced, scene.output.rate, u32::MAX);
+                let rates = Rates::new(&displaced, scene.output.rate, scene.output.mesh_rate);
                 let mesh = displaced.tessellate(context, world.cage(index), rates.as_slice())?.mesh;
                 (name, mesh, *surface.transform())
             }

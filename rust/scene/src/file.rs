@@ -541,6 +541,7 @@ fn read_output(reader: &mut Reader, table: Table) -> OutputEntry {
         mesh,
         mesh_formats: reader.choices(table, "mesh_formats"),
         rate: reader.whole(table, "rate") as u32,
+        mesh_rate: reader.whole(table, "mesh_rate") as u32,
         settings,
         tiles,
         exposure: reader.number(table, "exposure"),

@@ -404,6 +404,7 @@ pub static OUTPUT: Section = Section {
             "",
             "Quads along a side of an untouched tile in pictures and meshes; touched tiles get one per coefficient",
         ),
+        key("mesh_rate", Kind::Power(2, 256), "64", "", "Most quads along a side of a touched tile in written meshes"),
         key("tiles", Kind::Choice(WHEN), "\"none\"", "", "Frames whose tiles are written as EXR"),
         key("exposure", Kind::Number(-20.0, 20.0), "0", "stops", "Brightness of PNG pictures"),
     ],
