@@ -92,11 +92,11 @@ impl<'a> Displaced<'a> {
             }
         }
         let canonical: Vec<Place> = places.iter().map(|place| self.field.canonical(*place)).collect();
-        self.evaluate_canonical(context, &canonical, out)
+        self.evaluate_in_place(context, &canonical, out)
     }
 
-    /// As [`Self::evaluate`], at places that are canonical.
-    pub(crate) fn evaluate_canonical(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
+    /// As [`Self::evaluate`], in the very tiles that `places` name: give it canonical ones, or want a side's own normal.
+    pub(crate) fn evaluate_in_place(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
         out.reset(places.len());
         let lists = out.p.chunks_mut(CHUNK).zip(out.normal.chunks_mut(CHUNK));
         let mut chunks: Vec<_> = places.chunks(CHUNK).zip(lists).map(|chunk| (chunk, Ok(()))).collect();
@@ -194,7 +194,7 @@ impl<'a> Displaced<'a> {
             }
         }
         let mut points = Points::default();
-        self.evaluate_canonical(context, &borders, &mut points)?;
+        self.evaluate_in_place(context, &borders, &mut points)?;
         for (index, (p, normal)) in indices.into_iter().zip(points.p.into_iter().zip(points.normal)) {
             (out.p[index], out.normal[index]) = (p, normal);
         }

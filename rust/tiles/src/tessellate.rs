@@ -1,4 +1,5 @@
-//! A displaced surface as a welded triangle mesh without cracks.
+//! A displaced surface as a triangle mesh without cracks, welded but for infinitely sharp edges, whose two sides have
+//! vertices of their own for the sake of normals.
 //!
 //! Every tile has a rate, its number of cells a side. A segment between two tiles is sampled at the higher of both
 //! rates, and both tiles use the same samples: inside, a tile is a lattice; the strip between the lattice and the
@@ -8,12 +9,12 @@
 use std::sync::Arc;
 
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
-use relievo_surface::{Grid, Place, Placement, Side, TileTopology};
+use relievo_surface::{Grid, Place, Placement, TileTopology};
 
 use crate::carried::Carried;
 use crate::displaced::{Displaced, Points};
 pub use crate::numbering::MAX_RATE;
-use crate::numbering::{Local, Numbering, key};
+use crate::numbering::{Local, Numbering, check_cage};
 
 /// A tessellated surface.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,16 +54,18 @@ struct Part<'a> {
 impl Displaced<'_> {
     /// Triangles of the displaced surface at these rates, see [`Tessellator`].
     pub fn tessellate(&self, context: &Context, cage: &Mesh, rates: &[u32]) -> Result<Tessellation> {
-        Tessellator::new(self.field().topology(), rates.to_vec())?.tessellate(context, self, cage)
+        Tessellator::new(self.field().topology(), cage, rates.to_vec())?.tessellate(context, self, cage)
     }
 }
 
 impl Tessellator {
-    /// Tessellates with `rates[tile]` cells along the sides of each tile: a power of two up to [`MAX_RATE`].
+    /// Tessellates with `rates[tile]` cells along the sides of each tile: a power of two up to [`MAX_RATE`]. The faces
+    /// and creases are those of `cage`.
     ///
-    /// Fails if there is not one rate per tile, a rate cannot be used, or the mesh would have 2³² corners or more.
-    pub fn new(topology: &Arc<TileTopology>, rates: Vec<u32>) -> Result<Self> {
-        Ok(Self { numbering: Numbering::new(topology.clone(), rates)? })
+    /// Fails if the cage has other faces, there is not one rate per tile, a rate cannot be used, or the mesh would have
+    /// 2³² corners or more.
+    pub fn new(topology: &Arc<TileTopology>, cage: &Mesh, rates: Vec<u32>) -> Result<Self> {
+        Ok(Self { numbering: Numbering::new(topology.clone(), cage, rates)? })
     }
 
     /// Number of triangles.
@@ -81,16 +84,10 @@ impl Tessellator {
     pub fn tessellate(&self, context: &Context, displaced: &Displaced<'_>, cage: &Mesh) -> Result<Tessellation> {
         let numbering = &self.numbering;
         let topology = &numbering.topology;
-        cage.check()?;
-        let tiles_of =
-            |(face, size): (u32, &u32)| (topology.tiles_of(face).len() as u32, if *size == 4 { 1 } else { *size });
-        let sizes_agree = cage.face_count() == topology.face_count()
-            && (0..).zip(&cage.face_sizes).map(tiles_of).all(|(tiles, expected)| tiles == expected);
-        if !sizes_agree {
-            return Err(Error::invalid("the cage has other faces than the surface"));
-        }
+        check_cage(topology, cage)?;
         self.check(displaced)?;
-        let mut points = self.shared_points(context, displaced)?;
+        let outline: Vec<u32> = (0..numbering.outline.len() as u32).collect();
+        let mut points = self.outline(context, displaced, &outline)?;
         let shared = points.p.len();
         points.p.resize(self.point_count(), [0.0; 3]);
         points.normal.resize(self.point_count(), [0.0; 3]);
@@ -105,7 +102,7 @@ impl Tessellator {
         let (mut p, mut normal) = (&mut points.p[shared..], &mut points.normal[shared..]);
         let (mut corner_rest, mut local_rest, mut tile_rest) = (&mut corners[..], &mut locals[..], &mut tiles[..]);
         let mut parameter_rest = &mut parameters[..];
-        for tile in (0..numbering.rates.len() as u32).filter(|tile| !topology.is_hole(*tile)) {
+        for tile in numbering.live() {
             let inner = numbering.inner(tile) as usize;
             let count = (numbering.triangles[tile as usize + 1] - numbering.triangles[tile as usize]) as usize;
             parts.push(Part {
@@ -184,10 +181,7 @@ impl Tessellator {
             let tile = live[index];
             let local = Local::new(&self.numbering, tile);
             let around = local.edges[4];
-            let place = |[u, v]: &[f32; 2]| displaced.field().canonical(Place::new(tile, *u, *v));
-            let places: Vec<Place> = local.parameters[..around].iter().map(place).collect();
-            let mut outside = Points::default();
-            displaced.evaluate_canonical(context, &places, &mut outside)?;
+            let outside = self.outline(context, displaced, &local.vertices[..around])?;
             Ok((local.vertices, outside, self.inside(context, displaced, tile)?))
         });
         let made = made.into_iter().collect::<Result<Vec<_>>>()?;
@@ -217,32 +211,24 @@ impl Tessellator {
             let grid = Grid { size: rate, placement: Placement::Lattice, columns: 1..rate, rows: 1..rate };
             displaced.grid(context, tile, &grid, &mut points)?;
         } else if self.numbering.inner(tile) > 0 {
-            displaced.evaluate_canonical(context, &[Place::new(tile, 0.5, 0.5)], &mut points)?;
+            displaced.evaluate_in_place(context, &[Place::new(tile, 0.5, 0.5)], &mut points)?;
         }
         Ok(points)
     }
 
-    /// The points of rings, then of segments.
-    fn shared_points(&self, context: &Context, displaced: &Displaced<'_>) -> Result<Points> {
-        let mut places = Vec::new();
-        let topology = &self.numbering.topology;
-        let canonical = |place: Place| displaced.field().canonical(place);
-        for tile in (0..topology.tile_count() as u32).filter(|tile| !topology.is_hole(*tile)) {
-            for corner in 0..4 {
-                let ring = topology.rings(tile)[usize::from(corner)];
-                if self.numbering.rings[ring as usize] as usize == places.len() {
-                    places.push(canonical(Place::corner(tile, corner)));
-                }
-            }
-        }
-        for tile in 0..topology.tile_count() as u32 {
-            for edge in 0..4 {
-                let cells = self.numbering.cells[key(Side { tile, edge })];
-                places.extend((1..cells).map(|k| canonical(Place::on_edge(tile, edge, k as f32 / cells as f32))));
-            }
-        }
+    /// The points of some vertices of rings and segments.
+    fn outline(&self, context: &Context, displaced: &Displaced<'_>, vertices: &[u32]) -> Result<Points> {
+        let sources: Vec<_> = vertices.iter().map(|vertex| self.numbering.outline[*vertex as usize]).collect();
+        let canonical: Vec<Place> = sources.iter().map(|source| displaced.field().canonical(source.place)).collect();
         let mut points = Points::default();
-        displaced.evaluate_canonical(context, &places, &mut points)?;
+        displaced.evaluate_in_place(context, &canonical, &mut points)?;
+        let split: Vec<usize> = (0..sources.len()).filter(|index| sources[*index].split).collect();
+        let places: Vec<Place> = split.iter().map(|index| sources[*index].place).collect();
+        let mut own = Points::default();
+        displaced.evaluate_in_place(context, &places, &mut own)?;
+        for (index, normal) in split.into_iter().zip(own.normal) {
+            points.normal[index] = normal;
+        }
         Ok(points)
     }
 }

@@ -8,7 +8,7 @@ use cages::{Random, cage, grid};
 use glam::Vec3;
 use half::f16;
 use proptest::prelude::*;
-use relievo_core::{Attribute, Context, ContextOptions, Domain, Mesh, Values};
+use relievo_core::{Attribute, Context, ContextOptions, Crease, Domain, Mesh, Values};
 use relievo_surface::{Place, Surface, SurfaceOptions};
 use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Sets, Tessellation, Tessellator, uniform_rates};
 
@@ -75,6 +75,42 @@ proptest! {
         }
         let context = Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap();
         prop_assert_eq!(plain(&surface, &mesh, &rates, &context), made);
+    }
+
+    #[test]
+    fn any_sharp_edges_and_fins_leave_no_cracks(
+        size in 3u32..6, choices in prop::collection::vec(any::<u8>(), 1..30), seed: u64, fin: bool,
+    ) {
+        let mut mesh = grid(size, true, &choices, true);
+        let mut random = Random(seed);
+        let offsets = mesh.face_offsets();
+        for _ in 0..random.below(20) {
+            let at = offsets[random.below(mesh.face_count())] as usize;
+            mesh.creases.push(Crease { points: [mesh.corners[at], mesh.corners[at + 1]], sharpness: 10.0 });
+        }
+        if fin {
+            let (a, b, new) = (mesh.corners[0], mesh.corners[1], mesh.points.len() as u32);
+            mesh.points.extend([[9.0, 0.0, 1.0], [9.0, 0.0, 2.0]]);
+            mesh.face_sizes.push(4);
+            mesh.corners.extend([a, b, new, new + 1]);
+        }
+        let surface = surface(&mesh);
+        let rates = random_rates(&surface, seed);
+        let made = plain(&surface, &mesh, &rates, &Context::serial()).mesh;
+        made.check().unwrap();
+        // Every edge of the mesh has a partner at the same positions, in either direction where faces are wound
+        // against each other.
+        let made = welded(&made);
+        let mut sides = BTreeMap::new();
+        for face in made.faces() {
+            for k in 0..3 {
+                let (a, b) = (face[k], face[(k + 1) % 3]);
+                *sides.entry((a.min(b), a.max(b))).or_insert(0) += 1;
+            }
+        }
+        let open = sides.values().filter(|count| **count == 1).count();
+        prop_assert_eq!(open == 0, !fin);
+        prop_assert!(sides.values().all(|count| *count <= 3));
     }
 
     #[test]
@@ -154,13 +190,70 @@ fn displaced_cages_of_the_shared_data_have_no_cracks() {
     }
 }
 
+/// The mesh with vertices at one position made one.
+fn welded(mesh: &Mesh) -> Mesh {
+    let mut seen = BTreeMap::new();
+    let mut points = Vec::new();
+    let weld = |corner: &u32| {
+        let p = mesh.points[*corner as usize];
+        *seen.entry(p.map(f32::to_bits)).or_insert_with(|| {
+            points.push(p);
+            points.len() as u32 - 1
+        })
+    };
+    let corners = mesh.corners.iter().map(weld).collect();
+    Mesh::new(points, mesh.face_sizes.clone(), corners)
+}
+
+#[test]
+fn sharp_edges_have_a_normal_for_each_side_and_no_cracks() {
+    // A cube of quads, but for one side of two triangles, with all its edges sharp.
+    let points = (0..8).map(|i| [(i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32]).collect();
+    let corners = vec![0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 1, 7, 5];
+    let mut mesh = Mesh::new(points, vec![4, 4, 4, 4, 4, 3, 3], corners);
+    for (a, b) in (0..8u32).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
+        mesh.creases.push(Crease { points: [a, b], sharpness: 10.0 });
+    }
+    let surface = surface(&mesh);
+    let context = Context::serial();
+    let tessellator = Tessellator::new(surface.topology(), &mesh, uniform_rates(surface.topology(), 4)).unwrap();
+    let mut displacement = Displacement::new(surface.topology().clone(), &DisplacementOptions::default()).unwrap();
+    let plain = displacement.commit();
+    let view = Displaced::new(&surface, plain.field()).unwrap();
+    let mut made = tessellator.tessellate(&context, &view, &mesh).unwrap();
+    check_closed(&welded(&made.mesh), 0);
+    let normals = |made: &Tessellation| match &made.mesh.attribute("normal").unwrap().values {
+        Values::F32(normals) => normals.clone(),
+        Values::U32(_) => panic!(),
+    };
+    for index in 0..made.mesh.face_count() {
+        let [a, b, c] = triangle(&made.mesh, index);
+        let facing = (b - a).cross(c - a).normalize();
+        for corner in &made.mesh.corners[3 * index..3 * index + 3] {
+            let normal = Vec3::from_slice(&normals(&made)[3 * *corner as usize..]);
+            assert!((normal - facing).length() < 1e-3, "{normal} {facing} at {:?}", made.mesh.points[*corner as usize]);
+        }
+    }
+    // And with a dent over an edge.
+    displacement.apply(&Sets { allocate: vec![0, 6], ..Sets::default() }).unwrap();
+    let changes = displacement.edit(&context, &[0, 6], |_, texels| {
+        (0..texels.size()).for_each(|row| texels.row_mut(row).fill(f16::from_f32(-0.1)));
+    });
+    displacement.settle(&context, &changes.unwrap()).unwrap();
+    let dented = displacement.commit();
+    let view = Displaced::new(&surface, dented.field()).unwrap();
+    tessellator.update(&context, &view, dented.changed(), &mut made).unwrap();
+    assert_eq!(made, tessellator.tessellate(&context, &view, &mesh).unwrap());
+    check_closed(&welded(&made.mesh), 0);
+}
+
 #[test]
 fn an_update_of_the_changed_tiles_is_a_whole_tessellation() {
     let mesh = grid(5, true, &[2, 1, 0, 3, 2, 0, 1], false);
     let surface = surface(&mesh);
     let context = Context::serial();
     let mut displacement = Displacement::new(surface.topology().clone(), &DisplacementOptions::default()).unwrap();
-    let tessellator = Tessellator::new(surface.topology(), random_rates(&surface, 8)).unwrap();
+    let tessellator = Tessellator::new(surface.topology(), &mesh, random_rates(&surface, 8)).unwrap();
     let displaced = |snapshot: &relievo_tiles::Snapshot| {
         tessellator.tessellate(&context, &Displaced::new(&surface, snapshot.field()).unwrap(), &mesh).unwrap()
     };
