@@ -27,8 +27,11 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
             Item::Surface(surface) => {
                 let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
                 let rates = Rates::new(&displaced, scene.output.rate, scene.output.mesh_rate);
-                let mesh = displaced.tessellate(context, world.cage(index), rates.as_slice())?.mesh;
-                (name, mesh, *surface.transform())
+                let mut tessellation = displaced.tessellate(context, world.cage(index), rates.as_slice())?;
+                if let Some(limit) = world.texture_limit(context, index)? {
+                    tessellation.smooth_attribute(context, "uv", &limit)?;
+                }
+                (name, tessellation.mesh, *surface.transform())
             }
         });
     }

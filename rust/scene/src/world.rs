@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use glam::DAffine3;
-use relievo_core::{Context, Error, Mesh, Result};
+use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::{Collider, DisplacedObject};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
 use relievo_tiles::{Displaced, Displacement, DisplacementOptions};
 
 use crate::assets::Assets;
-use crate::description::{Geometry, Scene};
+use crate::description::{Geometry, Scene, SurfaceEntry};
 use crate::diagnostic::{Diagnostic, Failure, Faults};
 use crate::paths::Paths;
 use crate::physics::Physics;
@@ -73,11 +73,7 @@ impl World {
                 Geometry::Mesh(_) => Ok(Item::Mesh(MeshItem { mesh: mesh.clone(), transform })),
                 Geometry::Surface(index) => {
                     let entry = &scene.surfaces[index];
-                    let mut options = SurfaceOptions::default();
-                    options.isolation = entry.isolation.unwrap_or(options.isolation);
-                    if !entry.sharp_corners {
-                        options.boundary = BoundaryRule::Edges;
-                    }
+                    let options = surface_options(entry);
                     let detail = DisplacementOptions {
                         size: object.detail.tile_size,
                         budget: object.detail.budget,
@@ -117,11 +113,31 @@ impl World {
     /// What was left out or repaired while reading meshes.
     pub fn notes(&self) -> Vec<String> {
         let entries = self.scene.meshes.iter().enumerate();
-        entries
-            .flat_map(|(index, entry)| {
-                self.assets.notes(index).iter().map(|note| format!("mesh `{}`: {note}", entry.name.text))
+        let meshes = entries.flat_map(|(index, entry)| {
+            self.assets.notes(index).iter().map(|note| format!("mesh `{}`: {note}", entry.name.text))
+        });
+        let objects = self.items.iter().zip(&self.scene.objects).filter_map(|(item, object)| {
+            let Item::Surface(surface) = item else { return None };
+            let sides = surface.surface().topology().pinned_side_count();
+            let name = &object.name.text;
+            (sides > 0).then(|| {
+                format!("object `{name}`: {sides} sides of faces meet at non-manifold edges and stay undisplaced there")
             })
-            .collect()
+        });
+        meshes.chain(objects).collect()
+    }
+
+    /// The limit of the texture coordinates of an object's surface; `None` if it is a mesh or its cage has none.
+    pub fn texture_limit(&self, context: &Context, object: usize) -> Result<Option<Surface>> {
+        let (Some(entry), cage) = (self.scene.objects.get(object), self.cage(object)) else { return Ok(None) };
+        let Geometry::Surface(index) = entry.geometry else { return Ok(None) };
+        let smooth = cage
+            .attribute("uv")
+            .is_some_and(|uv| uv.domain == Domain::Corner && uv.width == 2 && matches!(uv.values, Values::F32(_)));
+        if !smooth {
+            return Ok(None);
+        }
+        Surface::face_varying(context, cage, "uv", &surface_options(&self.scene.surfaces[index])).map(Some)
     }
 
     /// Where the objects are.
@@ -244,6 +260,16 @@ impl World {
             .bytes()
             .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
+}
+
+/// How a cage of the scene becomes a surface.
+fn surface_options(entry: &SurfaceEntry) -> SurfaceOptions {
+    let mut options = SurfaceOptions::default();
+    options.isolation = entry.isolation.unwrap_or(options.isolation);
+    if !entry.sharp_corners {
+        options.boundary = BoundaryRule::Edges;
+    }
+    options
 }
 
 fn make_surface(
