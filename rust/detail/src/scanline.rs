@@ -291,21 +291,28 @@ fn resolve(
     }
     let nz = u64::from(shape.nz);
     // Most columns are one span: between two crossings of opposite direction, or from one crossing to the far end.
+    // All in 64-bit masks, so that columns are resolved side by side.
+    let mask = |condition: bool| 0u64.wrapping_sub(u64::from(condition));
+    let select = |mask: u64, a: u64, b: u64| a & mask | b & !mask;
+    let (open, backward) = (mask(shape.open), mask(shape.backward));
     let mut left_over = 0;
     for ((record, low), high) in records.iter().zip(low.iter_mut()).zip(high.iter_mut()) {
         let (first, second) = ((record & 0xffff).wrapping_sub(1), (record >> 16 & 0xffff).wrapping_sub(1));
         let (a, b) = (first >> 1, second >> 1);
-        let one = record >> 16 == 0;
+        let leaves = 0u64.wrapping_sub(first & 1);
+        let some = mask(*record != 0);
+        let one = mask(*record >> 16 == 0);
         // On an open mesh a single crossing says by its direction which side is solid.
-        let below = if shape.open { first & 1 == 1 } else { shape.backward };
-        let ends = if one { if below { (0, a) } else { (a, nz) } } else { (a.min(b), a.max(b)) };
+        let below = select(open, leaves, backward);
+        let from = select(one, a & !below, a.min(b));
+        let to = select(one, select(below, a, nz), a.max(b));
         // Between two crossings an open mesh is solid if the lower one enters.
-        let entered = !shape.open || (a < b) == (first & 1 == 0) && a != b;
-        let two = record >> 32 == 0 && (first ^ second) & 1 == 1 && entered;
-        let simple = *record != 0 && (one || two);
-        *low = if simple { ends.0 } else { 0 };
-        *high = if simple { ends.1 } else { 0 };
-        left_over |= u64::from(!simple && *record != 0);
+        let entered = !open | (mask(a < b) ^ leaves) & mask(a != b);
+        let two = mask(*record >> 32 == 0) & 0u64.wrapping_sub((first ^ second) & 1) & entered;
+        let simple = some & (one | two);
+        *low = from & simple;
+        *high = to & simple;
+        left_over |= some & !simple;
     }
     for (cell, (low, high)) in cells.iter_mut().zip(low.chunks(CELL as usize).zip(high.chunks(CELL as usize))) {
         let (mut least, mut most) = (u64::MAX, 0);
