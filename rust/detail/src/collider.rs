@@ -149,13 +149,18 @@ impl Collider {
         if !self.closed {
             return Ok((!found.is_empty()).then_some(*obb));
         }
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for index in found {
-            let corners = self.triangles[index as usize]
-                .map(|point| to_box.transform_point3(DVec3::from(self.points[point as usize].map(f64::from))));
-            let (from, to) = clipped_bounds(corners, obb.half);
-            (low, high) = (low.min(from), high.max(to));
-        }
+        let chunks: Vec<&[u32]> = found.chunks(1024).collect();
+        let bounds = context.map(chunks.len(), |chunk| {
+            chunks[chunk].iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), index| {
+                let corners = self.triangles[*index as usize]
+                    .map(|point| to_box.transform_point3(DVec3::from(self.points[point as usize].map(f64::from))));
+                let (from, to) = clipped_bounds(corners, obb.half);
+                (low.min(from), high.max(to))
+            })
+        });
+        let (mut low, mut high) = bounds
+            .into_iter()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |sum, part| (sum.0.min(part.0), sum.1.max(part.1)));
         let part = |low: DVec3, high: DVec3| {
             let local = Obb::from_interval(glam::DMat3::IDENTITY, low, high);
             Obb { center: obb.center + obb.axes * local.center, axes: obb.axes, half: local.half }
@@ -186,14 +191,14 @@ impl Collider {
         Ok(voxel.count() > 0)
     }
 
-    /// The grid of an overlap with this collider, into which rays will be cast along `facing`, a direction along the
-    /// axes of the box as long as it is sure, 0 to 1.
+    /// The grid of an overlap with this collider, into which rays will be cast that run along the axes of the box by as
+    /// much as `facing` says, 0 to 1.
     ///
-    /// Columns run along that direction if it is clear enough, or else along the longest edge of the box. Those of an
+    /// Columns run along the axis that most rays follow if it is clear enough, or else along the longest edge. Those of an
     /// open mesh run across its sheets, which a column beside them would not tell apart.
     pub fn grid(&self, context: &Context, obb: &Obb, budget: u64, facing: DVec3) -> Grid {
         if self.closed {
-            let along = (0..3).find(|axis| facing[*axis].abs() > 0.7);
+            let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).filter(|axis| facing[*axis] > 0.6);
             // In very flat boxes columns would be too many for their length.
             let deep = |axis: &usize| obb.half[*axis] > 0.05 * obb.half.max_element();
             return Grid::new(obb, budget, along.filter(deep));

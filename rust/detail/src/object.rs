@@ -151,8 +151,7 @@ impl DisplacedObject {
         tiles
     }
 
-    /// The mean direction of the normals of the tiles in `obb`, along its axes; its length says how much they agree, 0
-    /// to 1.
+    /// How much the normals of the tiles in `obb` run along each of its axes, 0 to 1.
     pub fn facing(&mut self, context: &Context, obb: &Obb) -> DVec3 {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let mut tiles = Vec::new();
@@ -163,8 +162,7 @@ impl DisplacedObject {
             .map(|tile| {
                 let surface = &self.surface;
                 let cone = self.cones.entry(tile).or_insert_with(|| tile_cone(surface, tile));
-                let weight = f64::from(cone.cosine).max(0.0);
-                weight * (map.matrix3 * DVec3::from(cone.axis.map(f64::from))).normalize_or_zero()
+                (map.matrix3 * DVec3::from(cone.axis.map(f64::from))).normalize_or_zero().abs()
             })
             .sum();
         sum / count
