@@ -308,3 +308,53 @@ fn two_deformable_objects_share_the_penetration() {
         assert!(point.z > near.unwrap().z - 2.0 * slack, "{point} {near:?}");
     }
 }
+
+/// `valence` quads around the origin, facing +z, with a border: corners on a circle of radius 2.
+fn fan(valence: u32) -> Mesh {
+    let mut points = vec![[0.0; 3]];
+    for k in 0..2 * valence {
+        let angle = std::f32::consts::TAU * k as f32 / (2 * valence) as f32;
+        points.push([2.0 * angle.cos(), 2.0 * angle.sin(), 0.0]);
+    }
+    let corner = |k: u32| 1 + k % (2 * valence);
+    let corners = (0..valence).flat_map(|k| [0, corner(2 * k), corner(2 * k + 1), corner(2 * k + 2)]).collect();
+    Mesh::new(points, vec![4; valence as usize], corners)
+}
+
+#[test]
+fn any_valence_borders_and_mixed_sizes_are_dented() {
+    for valence in [2, 3, 5, 14] {
+        let context = context(2);
+        let mesh = fan(valence);
+        let surface = Surface::new(&context, &mesh, &SurfaceOptions::default()).unwrap();
+        // Every second face is coarser, one is finer.
+        let mut face_sizes: Vec<(u32, u32)> = (0..valence).step_by(2).map(|face| (face, 16)).collect();
+        face_sizes.push((1, 64));
+        let options = DisplacementOptions { size: 32, face_sizes, ..DisplacementOptions::default() };
+        let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
+        let mut object =
+            DisplacedObject::new(&context, surface, &mesh.points, displacement, DAffine3::IDENTITY).unwrap();
+        // Once over the middle, once over the border.
+        for x in [0.0, 1.6] {
+            let middle = DVec3::new(x, 0.05, 0.45);
+            let ball = ball(&context, 0.7, DAffine3::from_translation(middle));
+            let report = press(&context, &mut object, &ball, 2);
+            assert!(report.changed_coefficients > 20 && report.refused.is_empty(), "valence {valence}: {report:?}");
+            if x == 0.0 {
+                // Tiles that the middle of the dent touches.
+                assert_eq!(report.changed.len(), valence as usize);
+            }
+            let mut dented = 0;
+            for (_, point, value) in coefficients(&object) {
+                // Around the vertex in the middle coefficients are averaged.
+                let depth = 0.7 - (point - middle).length();
+                assert!(
+                    point.length() < 0.4 || depth <= report.voxel_diagonal,
+                    "valence {valence}: {depth} at {point}"
+                );
+                dented += u32::from(value < 0.0);
+            }
+            assert!(dented > 100, "valence {valence}: {dented}");
+        }
+    }
+}
