@@ -6,12 +6,24 @@ typedef struct Watch {
     int answers;
     int calls;
     float last;
+    RlvDetail detail;
+    RlvCollider collider;
 } Watch;
+
+static float displacement(RlvDetail detail, uint32_t tile, float u, float v);
 
 static uint32_t watch(void *user, float fraction, const char *stage) {
     Watch *watch = user;
     CHECK(fraction >= watch->last && fraction <= 1.0f && strlen(stage) > 0);
     watch->last = fraction;
+    if (fraction < 1.0f) {
+        /* While the call is at work both are busy, but readers see what was committed before. */
+        RlvColliderInfo info = RLV_COLLIDER_INFO_INIT;
+        CHECK_FAILS(RLV_ERROR_BUSY, rlv_detail_commit(watch->detail, NULL), "detail: another call is at work");
+        CHECK_FAILS(RLV_ERROR_BUSY, rlv_imprint_run(watch->detail, watch->collider, NULL, NULL, NULL), "collider");
+        CHECK_FAILS(RLV_ERROR_BUSY, rlv_collider_info(watch->collider, &info), "collider");
+        CHECK(displacement(watch->detail, 14, 0.5f, 0.5f) == 0.0f);
+    }
     return ++watch->calls > watch->answers ? RLV_PROGRESS_CANCEL : RLV_PROGRESS_CONTINUE;
 }
 
@@ -43,7 +55,7 @@ static void sweep(RlvContext context, RlvSurface surface, RlvMesh ball) {
     CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
     CHECK_OK(rlv_collider_create_mesh(context, ball, from, &collider));
 
-    Watch impatient = {3, 0, 0.0f};
+    Watch impatient = {3, 0, 0.0f, detail, collider};
     CHECK_FAILS(RLV_ERROR_CANCELLED, rlv_imprint_sweep(detail, collider, from, to, &settings, NULL, watch, &impatient, &report),
                 "cancelled");
     CHECK(impatient.calls == 4 && report.steps == 0);
@@ -54,7 +66,7 @@ static void sweep(RlvContext context, RlvSurface surface, RlvMesh ball) {
     CHECK_OK(rlv_detail_info(detail, &nothing));
     CHECK(nothing.allocated_count == 0 && nothing.bytes == 0);
 
-    Watch patient = {1000, 0, 0.0f};
+    Watch patient = {1000, 0, 0.0f, detail, collider};
     CHECK_OK(rlv_imprint_sweep(detail, collider, from, to, &settings, NULL, watch, &patient, &report));
     CHECK(report.steps == 8 && report.wanted_steps == 8 && patient.calls == 9 && patient.last == 1.0f);
     CHECK_OK(rlv_collider_info(collider, &info));
