@@ -60,6 +60,28 @@ int main(void) {
     CHECK(untouched.id == 77);
     CHECK_OK(rlv_mesh_release(triangle));
 
+    /* A crease between points that no face connects means nothing, and nothing is printed about it. */
+    static const uint32_t diagonal[] = {0, 5};
+    static const float sharpness = 3.0f;
+    static const uint32_t quad[] = {0, 1, 3, 2};
+    static const float flat[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 5, 5, 5, 6, 6, 6};
+    RlvMeshArrays creased = RLV_MESH_ARRAYS_INIT;
+    RlvMesh loose = RLV_NULL;
+    RlvSurface smooth = RLV_NULL;
+    creased.points = flat;
+    creased.point_count = 6;
+    creased.face_size = 4;
+    creased.face_count = 1;
+    creased.corners = quad;
+    creased.corner_count = 4;
+    creased.creases = diagonal;
+    creased.crease_sharpness = &sharpness;
+    creased.crease_count = 1;
+    CHECK_OK(rlv_mesh_create(context, &creased, &loose));
+    CHECK_OK(rlv_surface_create(context, loose, NULL, &smooth));
+    CHECK_OK(rlv_surface_release(smooth));
+    CHECK_OK(rlv_mesh_release(loose));
+
     /* Another pose of the same cage. */
     float raised[36];
     for (int point = 0; point < 12; ++point) {

@@ -26,6 +26,10 @@ pub struct Collider {
     transform: DAffine3,
 }
 
+/// Bytes that a cell of a tessellated surface takes: a point and a normal, two triangles with their tile, parameters
+/// and place in the hierarchy.
+const CELL_BYTES: u64 = 256;
+
 impl Collider {
     /// A collider of the faces of `mesh`, cut into triangles.
     ///
@@ -66,6 +70,8 @@ impl Collider {
     ///
     /// Tiles that may be in `obb` are cut into cells whose sides are at most `edge` long there (world units), as far as
     /// a tile can be cut; the others are only as fine as their faces. `cage` has the surface's faces.
+    ///
+    /// Fails if the triangles would not fit the context's memory limit.
     pub fn of_object(context: &Context, object: &DisplacedObject, cage: &Mesh, obb: &Obb, edge: f64) -> Result<Self> {
         let topology = object.surface().topology();
         let mut rates = vec![1; topology.tile_count()];
@@ -73,6 +79,11 @@ impl Collider {
             let length = object.surface().patches(tile).map(|patch| speed(&patch, &object.transform().matrix3));
             let cells = (length.fold(0.0, f64::max) / edge).ceil().clamp(1.0, f64::from(MAX_RATE)) as u32;
             rates[tile as usize] = cells.next_power_of_two().min(MAX_RATE);
+        }
+        let cells: u64 = rates.iter().map(|rate| u64::from(*rate).pow(2)).sum();
+        if cells.saturating_mul(CELL_BYTES) > context.memory_limit() {
+            return Err(Error::memory(format!("{} triangles of a surface where it is met exceed the limit", 2 * cells))
+                .advise("allow more memory or use fewer voxels"));
         }
         let faces = Mesh::new(cage.points.clone(), cage.face_sizes.clone(), cage.corners.clone());
         let displaced = Displaced::new(object.surface(), object.displacement().field())?;

@@ -2,9 +2,10 @@
 //! bicubic B-spline patches, single-crease patches, and Gregory patches at extraordinary vertices, with the stencils
 //! that make their points from the cage's.
 
+use std::collections::HashSet;
 use std::ffi::CStr;
 
-use relievo_core::{Error, Mesh, Result};
+use relievo_core::{Crease, Error, Mesh, Result};
 
 use crate::ffi;
 
@@ -91,6 +92,17 @@ unsafe impl Sync for Table {}
 /// Largest number of corners of a face and of faces at a point in OpenSubdiv's tables.
 const VALENCE_LIMIT: usize = 65_535;
 
+/// The creases of edges that some face has. The others mean nothing, and OpenSubdiv would print a warning for each.
+fn creases_on_edges(mesh: &Mesh) -> Vec<Crease> {
+    if mesh.creases.is_empty() {
+        return Vec::new();
+    }
+    let key = |a: u32, b: u32| (a.min(b), a.max(b));
+    let sides = mesh.faces().flat_map(|face| face.iter().zip(face.iter().cycle().skip(1)));
+    let edges: HashSet<(u32, u32)> = sides.map(|(a, b)| key(*a, *b)).collect();
+    mesh.creases.iter().filter(|crease| edges.contains(&key(crease.points[0], crease.points[1]))).copied().collect()
+}
+
 impl Table {
     /// Refines `mesh`, which must have passed [`Mesh::check`].
     ///
@@ -106,8 +118,9 @@ impl Table {
         }
         let face_sizes = signed(&mesh.face_sizes);
         let corners = signed(&mesh.corners);
-        let crease_points: Vec<i32> = mesh.creases.iter().flat_map(|crease| signed(&crease.points)).collect();
-        let crease_sharpness: Vec<f32> = mesh.creases.iter().map(|crease| crease.sharpness.min(10.0)).collect();
+        let creases = creases_on_edges(mesh);
+        let crease_points: Vec<i32> = creases.iter().flat_map(|crease| signed(&crease.points)).collect();
+        let crease_sharpness: Vec<f32> = creases.iter().map(|crease| crease.sharpness.min(10.0)).collect();
         let sharp_points: Vec<i32> = mesh.sharp_points.iter().map(|(point, _)| *point as i32).collect();
         let sharp_point_sharpness: Vec<f32> = mesh.sharp_points.iter().map(|(_, value)| value.min(10.0)).collect();
         let holes = signed(&mesh.holes);

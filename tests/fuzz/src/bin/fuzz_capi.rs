@@ -3,6 +3,7 @@
 //! is a bug.
 #![no_main]
 
+use std::ffi::{c_char, c_void};
 use std::ptr::{null, null_mut};
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
@@ -319,9 +320,49 @@ fn press(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     moment.frame = bytes.arbitrary()?;
     let mut report: RlvImprintReport = sized(bytes)?;
     let (detail, collider) = (RlvDetail { id: handles.pick(bytes, 3)? }, RlvCollider { id: handles.pick(bytes, 4)? });
-    // SAFETY: descriptors are sized.
-    called(unsafe { rlv_imprint_run(detail, collider, words.as_ptr().cast(), &moment, &mut report) });
+    let settings: *const RlvImprintSettings = words.as_ptr().cast();
+    let places = [matrix(bytes)?, matrix(bytes)?];
+    let vector = [0, 1, 2].map(|_| number(bytes).map_or(0.0, f64::from));
+    let mut patience = bytes.int_in_range(0..=8_u32)?;
+    // SAFETY: descriptors are sized, matrices have twelve numbers and vectors three.
+    unsafe {
+        match bytes.int_in_range(0..=7_u8)? {
+            0 => {
+                let user = (&raw mut patience).cast();
+                let [from, to] = [pointer(&places[0]), pointer(&places[1])];
+                called(rlv_imprint_sweep(
+                    detail, collider, from, to, settings, &moment, Some(wait), user, &mut report,
+                ));
+            }
+            1 => {
+                let other = RlvDetail { id: handles.pick(bytes, 3)? };
+                called(rlv_imprint_collide(detail, other, settings, settings, &moment, &mut report, null_mut()));
+            }
+            2 => {
+                let force = f64::from(number(bytes)?);
+                called(rlv_collider_press(collider, vector.as_ptr(), vector.as_ptr(), force, null()));
+            }
+            3 => {
+                let sizes = [bytes.int_in_range(0..=5)?, *bytes.choose(&[8, 16, 32, 12_u32])?];
+                called(rlv_detail_set_face_sizes(detail, sizes.as_ptr(), 1, 0));
+            }
+            _ => {
+                called(rlv_imprint_run(detail, collider, settings, &moment, &mut report));
+            }
+        }
+    }
     Ok(())
+}
+
+/// A progress callback that cancels when its patience is at an end.
+unsafe extern "C" fn wait(user: *mut c_void, _: f32, _: *const c_char) -> u32 {
+    // SAFETY: the user pointer is the patience of the call.
+    let patience = unsafe { &mut *user.cast::<u32>() };
+    if *patience == 0 {
+        return RLV_PROGRESS_CANCEL;
+    }
+    *patience -= 1;
+    RLV_PROGRESS_CONTINUE
 }
 
 fn evaluate(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
