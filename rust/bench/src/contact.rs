@@ -78,7 +78,7 @@ impl Contact {
         place: Place,
         again: bool,
     ) -> Result<Press> {
-        let sample = self.surface.sample(place)?;
+        let sample = self.surface.sample(context.level(), place)?;
         let lift = HEIGHT * self.radius * (1.0 - 2.0 * if again { 1.1 * DEPTH } else { DEPTH });
         let normal = DVec3::from(sample.normal().map(f64::from));
         let center = DVec3::from(sample.p.map(f64::from)) + normal * lift;

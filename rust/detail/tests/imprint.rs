@@ -1,6 +1,7 @@
 //! Imprints of a ball on plates and cubes: how deep, where, at which orientation, and that nothing else changes.
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot};
+use relievo_core::simd::Level;
 use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_detail::{Collider, Deformable, DisplacedObject, ImprintSettings, Imprinter, Moment, Motion, Pose, Report};
 use relievo_surface::{Place, Surface, SurfaceOptions};
@@ -74,7 +75,7 @@ fn coefficients(object: &DisplacedObject) -> Vec<(u32, DVec3, f32)> {
         for index in 0..size * size {
             let (i, j) = (index % size, index / size);
             let centre = |k: u32| (k as f32 + 0.5) / size as f32;
-            let sample = object.surface().sample(Place { tile, u: centre(i), v: centre(j) }).unwrap();
+            let sample = object.surface().sample(Level::best(), Place { tile, u: centre(i), v: centre(j) }).unwrap();
             let value = field.block(tile).map_or(0.0, |block| block[((j + 1) * (size + 2) + i + 1) as usize].to_f32());
             let (p, n) = (DVec3::from(sample.p.map(f64::from)), DVec3::from(sample.normal().map(f64::from)));
             all.push((tile, object.transform().transform_point3(p + n * f64::from(value)), value));
@@ -165,7 +166,7 @@ fn dents_go_over_the_corners_of_a_cube() {
     // Extraordinary vertices of valence 3, and tiles whose sides run either way.
     let context = context(1);
     let mut cube = object(&context, &cube(), 64, DAffine3::IDENTITY);
-    let corner = cube.surface().sample(Place::corner(0, 0)).unwrap();
+    let corner = cube.surface().sample(Level::best(), Place::corner(0, 0)).unwrap();
     let middle = DVec3::from(corner.p.map(f64::from)) * 1.15;
     let ball = ball(&context, 0.7, DAffine3::from_translation(middle));
     let report = press(&context, &mut cube, &ball, 1);

@@ -279,7 +279,7 @@ rate = 4
     let undented = {
         let world = World::new(&context, read_file(&scene).unwrap(), &[]).unwrap();
         let Item::Surface(surface) = &world.items()[0] else { panic!("a surface") };
-        surface.surface().sample(relievo_surface::Place::new(0, 0.5, 0.5)).unwrap();
+        surface.surface().sample(relievo_core::simd::Level::best(), relievo_surface::Place::new(0, 0.5, 0.5)).unwrap();
         let (_, high) = (0..surface.surface().tile_count() as u32)
             .map(|tile| surface.surface().tile_bounds(tile))
             .fold((f32::MAX, f32::MIN), |(low, high), (a, b)| (low.min(a[2]), high.max(b[2])));

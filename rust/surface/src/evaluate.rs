@@ -1,6 +1,6 @@
 //! Evaluation at single places: position, first and second derivatives, and normal.
 
-use relievo_core::simd::Arithmetic;
+use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, Error, Result};
 
 use crate::bezier::{cubic, cubic_first, cubic_second};
@@ -139,11 +139,11 @@ impl Surface {
     /// Position and derivatives at a place; zeros in a hole.
     ///
     /// Fails if there is no such tile or u or v is outside 0..=1.
-    pub fn sample(&self, place: Place) -> Result<Sample> {
+    pub fn sample(&self, level: Level, place: Place) -> Result<Sample> {
         self.check(&place)?;
         let [p, du, dv, duu, duv, dvv] = self.find(place.tile, place.u, place.v).map_or([[0.0; 3]; 6], |patch| {
             let mut out = [[0.0; 3]; 6];
-            evaluate(relievo_core::simd::Level::best(), patch, self.data_of(patch), [place.u, place.v], 6, &mut out);
+            evaluate(level, patch, self.data_of(patch), [place.u, place.v], 6, &mut out);
             out
         });
         Ok(Sample { p, du, dv, duu, duv, dvv })

@@ -123,8 +123,8 @@ mod tests {
             for tile in 0..6 {
                 for (u, v) in [(0.0, 0.0), (0.3, 0.9), (0.01, 0.5), (1.0, 0.6)] {
                     let place = Place::new(tile, u, v);
-                    let expected = map(surface.sample(place).unwrap().p);
-                    let got = uv.sample(place).unwrap().p;
+                    let expected = map(surface.sample(context.level(), place).unwrap().p);
+                    let got = uv.sample(context.level(), place).unwrap().p;
                     for axis in 0..2 {
                         assert!((got[axis] - expected[axis]).abs() < 1e-5, "{place:?}: {got:?} and {expected:?}");
                     }
@@ -145,7 +145,7 @@ mod tests {
         for (place, expected) in
             [((0.0, 0.0), [0.0, 0.0, 0.0]), ((0.25, 0.0), [0.25, 0.0, 0.0]), ((1.0, 1.0), [1.0, 1.0, 0.0])]
         {
-            let got = uv.sample(Place::new(3, place.0, place.1)).unwrap().p;
+            let got = uv.sample(context.level(), Place::new(3, place.0, place.1)).unwrap().p;
             assert!((0..3).all(|axis| (got[axis] - expected[axis]).abs() < 0.05), "{got:?}");
         }
         let collapsed = cube(|_| [0.5, 0.5], false);
@@ -154,7 +154,7 @@ mod tests {
         indexed.attributes[0].indices = Some(vec![0; 24]);
         for mesh in [collapsed, indexed] {
             let uv = Surface::face_varying(&context, &mesh, "uv", &SurfaceOptions::default()).unwrap();
-            let p = uv.sample(Place::new(0, 0.4, 0.7)).unwrap().p;
+            let p = uv.sample(context.level(), Place::new(0, 0.4, 0.7)).unwrap().p;
             assert!((p[0] - 0.5).abs() < 1e-6 && (p[1] - 0.5).abs() < 1e-6 && p[2] == 0.0, "{p:?}");
         }
         assert!(Surface::face_varying(&context, &mesh, "st", &SurfaceOptions::default()).is_err());

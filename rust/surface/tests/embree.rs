@@ -56,7 +56,7 @@ fn positions_and_derivatives_agree_with_embree() {
             let (face, sub) = (topology.face(tile), topology.sub_corner(tile));
             for k in 0..64_u32 {
                 let (u, v) = ((k % 8) as f32 / 8.0 + 0.07, (k / 8) as f32 / 8.0 + 0.03);
-                let ours = surface.sample(Place::new(tile, u, v)).unwrap();
+                let ours = surface.sample(context.level(), Place::new(tile, u, v)).unwrap();
                 let theirs = embree.evaluate(face, sub, u, v).unwrap();
                 for axis in 0..3 {
                     worst[0] = worst[0].max((ours.p[axis] - theirs.p[axis]).abs() / extent);

@@ -282,7 +282,7 @@ fn grids_agree_with_single_places_at_every_size_and_rectangle() {
                     for (index, j) in grid.rows.clone().enumerate() {
                         for (column, i) in grid.columns.clone().enumerate() {
                             let place = Place { tile, u: grid.parameter(i), v: grid.parameter(j) };
-                            let one = surface.sample(place).unwrap();
+                            let one = surface.sample(context.level(), place).unwrap();
                             let k = index * grid.columns.len() + column;
                             let quantities = [
                                 (&samples.p, one.p, 1e-6),
@@ -312,12 +312,12 @@ fn a_flat_cage_gives_a_flat_surface_with_unit_derivatives() {
     let context = Context::serial();
     let surface = Surface::new(&context, &plane(4, |_, _| 0.0), &SurfaceOptions::default()).unwrap();
     for place in places(surface.tile_count(), 10) {
-        let sample = surface.sample(place).unwrap();
+        let sample = surface.sample(context.level(), place).unwrap();
         assert_eq!(sample.p[2], 0.0);
         assert_eq!(sample.normal(), [0.0, 0.0, 1.0]);
     }
     // Corners of the boundary keep their places.
-    let corner = surface.sample(Place { tile: 0, u: 0.0, v: 0.0 }).unwrap();
+    let corner = surface.sample(context.level(), Place { tile: 0, u: 0.0, v: 0.0 }).unwrap();
     assert_eq!(corner.p, [0.0, 0.0, 0.0]);
 }
 
@@ -334,7 +334,7 @@ fn bounds_and_cones_contain_what_they_bound() {
                 for k in 1..30 {
                     let (a, b) = (halton(k, 2) as f32, halton(k, 3) as f32);
                     let [u, v] = [0, 1].map(|i| patch.patch.low[i] + [a, b][i] * patch.patch.size[i]);
-                    let sample = surface.sample(Place { tile, u, v }).unwrap();
+                    let sample = surface.sample(context.level(), Place { tile, u, v }).unwrap();
                     for axis in 0..3 {
                         let inside = low[axis] - slack <= sample.p[axis] && sample.p[axis] <= high[axis] + slack;
                         assert!(inside, "{name}, tile {tile}");
@@ -356,7 +356,7 @@ fn poses_share_topology_and_follow_the_points() {
     let posed = surface.posed(&context, &moved).unwrap();
     let fresh = Surface::new(&context, &Mesh { points: moved.clone(), ..mesh }, &SurfaceOptions::default()).unwrap();
     for place in places(surface.tile_count(), 8) {
-        assert_eq!(posed.sample(place).unwrap(), fresh.sample(place).unwrap());
+        assert_eq!(posed.sample(context.level(), place).unwrap(), fresh.sample(context.level(), place).unwrap());
     }
     assert!(surface.posed(&context, &moved[1..]).is_err());
 }
@@ -366,7 +366,7 @@ fn bad_places_and_exploding_cages_are_errors() {
     let context = Context::serial();
     let surface = Surface::new(&context, &cube(), &SurfaceOptions::default()).unwrap();
     for place in [Place::new(6, 0.5, 0.5), Place::new(0, f32::NAN, 0.5), Place::new(0, 0.5, 1.5)] {
-        assert!(surface.sample(place).is_err());
+        assert!(surface.sample(context.level(), place).is_err());
         assert!(surface.evaluate(&context, &[place], Order::First, &mut Samples::default()).is_err());
     }
     // Crossing creases cannot be single-crease patches, so a sharpness of nine refines along all of them.

@@ -239,7 +239,7 @@ fn at_extraordinary_vertices_the_displaced_normal_is_the_surface_normal() {
         let jet = displacement.field().point(context.level(), place);
         assert!(jet.du.abs() + jet.dv.abs() < 1e-4);
         let (p, _) = displaced.sample(&context, place).unwrap();
-        let base = surface.sample(place).unwrap();
+        let base = surface.sample(context.level(), place).unwrap();
         let moved = Vec3::from(base.p) + jet.d * Vec3::from(base.normal());
         assert!((Vec3::from(p) - moved).length() < 1e-5);
     }
