@@ -1,13 +1,16 @@
 //! The imprints of a frame: colliders travel from their last place to their next in sub-steps so small that no point of
-//! their boxes goes further than a quarter of the smallest edge, and are pressed in after each.
+//! them goes further than a quarter of their box's smallest edge, and are pressed in after each.
 //!
 //! Two deformable objects that press into each other take turns in every sub-step, the first giving way by its share
 //! and the second by what is left (Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from Object
-//! Collisions, Section 2).
+//! Collisions, Section 1).
 
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Error, Result};
-use relievo_detail::{ImprintSettings, Imprinter, Moment, Report};
+use relievo_detail::overlap::overlap;
+use relievo_detail::{
+    Collider, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, Moment, Motion, Pose, Report,
+};
 
 use crate::cache::{Block, Frame};
 use crate::world::{Item, World};
@@ -42,6 +45,8 @@ struct Pair {
 const TRAVEL: f64 = 0.25;
 /// The share of the first of two deformable objects that press into each other, unless the scene says another.
 const HALF: f32 = 0.5;
+/// Radians a collider may turn in a part of a frame that is taken as one even motion.
+const EVEN_TURN: f64 = 1.0;
 
 impl Changes {
     /// Per object the tiles that changed, or `None` where everything did, as pictures want it.
@@ -72,26 +77,14 @@ impl Baker {
         {
             let _stage = context.stats().begin("imprint");
             for group in groups(world, now) {
-                let steps = steps(context, world, &group, path, before, now)?;
-                for step in 1..=steps {
-                    let share = f64::from(step) / f64::from(steps);
-                    let between: Vec<DAffine3> =
-                        (0..world.items().len()).map(|object| along(path, object, share)).collect();
-                    world.place(&between)?;
-                    if world.is_animated() {
-                        world.pose(context, before + (now - before) * share)?;
+                let way = Way { path, before, now, frame };
+                let report = match group[..] {
+                    [one] if matches!(world.items().get(one.by), Some(Item::Mesh(_))) => {
+                        self.sweep(context, world, one, &way)?
                     }
-                    for pair in &group {
-                        world.make_collider(context, pair.by)?;
-                        let Some((surface, collider)) = world.pair(pair.into, pair.by) else { continue };
-                        let moment = Moment { frame: u64::from(frame), step, pair: pair.number };
-                        let report = self.imprinter.imprint(context, surface, collider, &pair.settings, moment)?;
-                        if !report.changed.is_empty() {
-                            world.forget_collider(pair.into);
-                        }
-                        changes.report.merge(report);
-                    }
-                }
+                    _ => self.surfaces(context, world, &group, &way)?,
+                };
+                changes.report.merge(report);
             }
         }
         if let Some(last) = path.last() {
@@ -110,6 +103,152 @@ impl Baker {
         }
         Ok(changes)
     }
+
+    /// Moves a mesh along its way and presses it into a surface.
+    fn sweep(&mut self, context: &Context, world: &mut World, pair: Pair, way: &Way) -> Result<Report> {
+        let parts = way.parts(pair.by);
+        let mut settings = pair.settings;
+        // The limit holds for a sweep; what a frame's sweeps do adds up.
+        if settings.depth_limit < ImprintSettings::default().depth_limit {
+            settings.depth_limit /= parts as f32;
+        }
+        let mut report = Report::default();
+        for part in 0..parts {
+            let [start, end] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
+            let points = [start, end].map(|share| world.moving_points(context, pair.by, way.time(share)));
+            let [from_points, to_points] = points;
+            let (from_points, to_points) = (from_points?.map(Into::into), to_points?.map(Into::into));
+            let (target, old_target) = (way.at(pair.into, end), way.at(pair.into, start));
+            if world.is_object_animated(pair.into) {
+                world.pose(context, way.time(end))?;
+            }
+            let Some((surface, collider)) = world.surface_and_collider(context, pair.into, pair.by)? else { continue };
+            surface.set_transform(target)?;
+            // The way as the surface sees it, which may have moved itself.
+            let from = Pose { transform: target * old_target.inverse() * way.at(pair.by, start), points: from_points };
+            let to = Pose { transform: way.at(pair.by, end), points: to_points };
+            let motion = Motion::new(collider, from, to)?;
+            let moment = Moment { frame: u64::from(way.frame), step: part << 16, pair: pair.number };
+            report.merge(self.imprinter.sweep(context, surface, collider, &motion, &settings, moment)?);
+        }
+        Ok(report)
+    }
+
+    /// Moves surfaces along their way and presses one into the other, or both into each other.
+    fn surfaces(&mut self, context: &Context, world: &mut World, group: &[Pair], way: &Way) -> Result<Report> {
+        let mut report = Report::default();
+        let Some(first) = group.first() else { return Ok(report) };
+        let wanted = group.iter().map(|pair| surface_steps(world, *pair, way)).max().unwrap_or(1);
+        let steps = wanted.min(first.settings.sub_steps);
+        report.sub_steps_wanted = u64::from(wanted);
+        for step in 1..=steps {
+            let share = f64::from(step) / f64::from(steps);
+            if world.is_animated() {
+                world.pose(context, way.time(share))?;
+            }
+            let (a, b) = (first.into, first.by);
+            let (place_a, place_b) = (way.at(a, share), way.at(b, share));
+            let Some([(object_a, cage_a), (object_b, cage_b)]) = world.two_surfaces(a, b) else { continue };
+            object_a.set_transform(place_a)?;
+            object_b.set_transform(place_b)?;
+            let moment = Moment { frame: u64::from(way.frame), step: step - 1, pair: first.number };
+            if let [first, second] = group {
+                let mut one = Deformable { object: object_a, cage: cage_a, settings: first.settings };
+                let mut other = Deformable { object: object_b, cage: cage_b, settings: second.settings };
+                let [dents, other_dents] = self.imprinter.collide(context, &mut one, &mut other, moment)?;
+                report.merge(dents);
+                report.merge(other_dents);
+            } else if let Some(collider) = tessellated(context, object_a, object_b, cage_b, &first.settings)? {
+                report.merge(self.imprinter.imprint(context, object_a, &collider, &first.settings, moment)?);
+            }
+        }
+        Ok(report)
+    }
+}
+
+/// The way of all objects through a frame.
+struct Way<'a> {
+    /// Their transforms at even times.
+    path: &'a [Vec<DAffine3>],
+    before: f64,
+    now: f64,
+    frame: u32,
+}
+
+impl Way<'_> {
+    /// The time after a `share` of the way, seconds.
+    fn time(&self, share: f64) -> f64 {
+        self.before + (self.now - self.before) * share
+    }
+
+    /// Where `object` is after a `share` of the way.
+    fn at(&self, object: usize, share: f64) -> DAffine3 {
+        let place = share * (self.path.len() - 1) as f64;
+        let before = (place.floor() as usize).min(self.path.len() - 1);
+        let after = (before + 1).min(self.path.len() - 1);
+        let share = place - before as f64;
+        let (a, b) = (self.path[before][object], self.path[after][object]);
+        if share <= 0.0 || a == b {
+            return a;
+        }
+        let (scale_a, turn_a, at_a) = a.to_scale_rotation_translation();
+        let (scale_b, turn_b, at_b) = b.to_scale_rotation_translation();
+        DAffine3::from_scale_rotation_translation(
+            scale_a.lerp(scale_b, share),
+            turn_a.slerp(turn_b, share),
+            at_a.lerp(at_b, share),
+        )
+    }
+
+    /// Parts of the way in which `object` turns so little that it may be taken as turning evenly.
+    fn parts(&self, object: usize) -> u32 {
+        let turn = |pose: &[Vec<DAffine3>]| {
+            let [a, b] = [0, 1].map(|at| pose[at][object].to_scale_rotation_translation().1);
+            a.angle_between(b)
+        };
+        let angle: f64 = self.path.windows(2).map(turn).sum();
+        ((angle / EVEN_TURN).ceil() as u32).clamp(1, (self.path.len() as u32 - 1).max(1))
+    }
+}
+
+/// How many imprints the way of a surface takes, by the corners of its box.
+fn surface_steps(world: &World, pair: Pair, way: &Way) -> u32 {
+    let Some(Item::Surface(surface)) = world.items().get(pair.by) else { return 1 };
+    let obb = surface.obb(0.0);
+    let to_object = surface.transform().inverse();
+    let edge = 2.0 * obb.half.min_element().max(0.05 * obb.half.max_element());
+    let farthest = obb
+        .corners()
+        .into_iter()
+        .map(|corner: DVec3| {
+            let point = to_object.transform_point3(corner);
+            let travel = |pose: &[Vec<DAffine3>]| {
+                // As seen from the other surface, which may move itself.
+                let carried = pose[1][pair.into] * pose[0][pair.into].inverse() * pose[0][pair.by];
+                (pose[1][pair.by].transform_point3(point) - carried.transform_point3(point)).length()
+            };
+            way.path.windows(2).map(travel).sum()
+        })
+        .fold(0.0, f64::max);
+    (farthest / (edge * TRAVEL).max(1e-12)).ceil().clamp(1.0, 65536.0) as u32
+}
+
+/// The surface `by` as a collider for `into`, finer than a voxel where they meet; `None` if they do not.
+fn tessellated(
+    context: &Context,
+    into: &mut DisplacedObject,
+    by: &mut DisplacedObject,
+    cage: &relievo_core::Mesh,
+    settings: &ImprintSettings,
+) -> Result<Option<Collider>> {
+    let [least, most] = into.reach().map(f64::from);
+    let least = least.min(f64::from(-settings.max_displacement));
+    let [inward, outward] = by.reach().map(f64::from);
+    let boxes = (into.obb(most.max(-least)), by.obb(outward.max(-inward)));
+    let Some(both) = overlap(&boxes.0, &boxes.1) else { return Ok(None) };
+    let Some(both) = into.occupied(context, &both, least, most) else { return Ok(None) };
+    let edge = Grid::new(&both, u64::from(settings.voxels), None).size.min_element();
+    context.stats().time("imprint.tessellate", || Collider::of_object(context, by, cage, &both, edge)).map(Some)
 }
 
 /// The objects whose points move.
@@ -143,74 +282,6 @@ fn groups(world: &World, time: f64) -> Vec<Vec<Pair>> {
         }
     }
     groups
-}
-
-/// Where `object` is after a `share` of the way through `path`.
-fn along(path: &[Vec<DAffine3>], object: usize, share: f64) -> DAffine3 {
-    let place = share * (path.len() - 1) as f64;
-    let before = (place.floor() as usize).min(path.len() - 1);
-    let after = (before + 1).min(path.len() - 1);
-    let share = place - before as f64;
-    let (a, b) = (path[before][object], path[after][object]);
-    if share <= 0.0 || a == b {
-        return a;
-    }
-    let (scale_a, turn_a, at_a) = a.to_scale_rotation_translation();
-    let (scale_b, turn_b, at_b) = b.to_scale_rotation_translation();
-    DAffine3::from_scale_rotation_translation(
-        scale_a.lerp(scale_b, share),
-        turn_a.slerp(turn_b, share),
-        at_a.lerp(at_b, share),
-    )
-}
-
-/// How many imprints the way of a group takes.
-fn steps(
-    context: &Context,
-    world: &mut World,
-    group: &[Pair],
-    path: &[Vec<DAffine3>],
-    before: f64,
-    now: f64,
-) -> Result<u32> {
-    let mut most = 1;
-    for pair in group {
-        let limit = pair.settings.sub_steps;
-        let deformed = if world.is_object_animated(pair.by) && now > before {
-            world.pose(context, now)?;
-            let end = world.make_collider(context, pair.by)?.points().to_vec();
-            world.pose(context, before)?;
-            let start = world.make_collider(context, pair.by)?.points();
-            let travel = end.iter().zip(start).map(|(a, b)| glam::Vec3::from(*a).distance((*b).into()));
-            f64::from(travel.fold(0.0, f32::max))
-        } else {
-            0.0
-        };
-        let collider = world.make_collider(context, pair.by)?;
-        let obb = *collider.object_obb();
-        let scale = collider.transform().matrix3;
-        let edge =
-            (0..3).map(|axis| 2.0 * obb.half[axis] * (scale * obb.axes.col(axis)).length()).fold(f64::MAX, f64::min);
-        let mut way = deformed * scale.x_axis.length().max(scale.y_axis.length()).max(scale.z_axis.length());
-        for corner in 0..8 {
-            let sign = DVec3::new(
-                if corner & 1 == 0 { -1.0 } else { 1.0 },
-                if corner & 2 == 0 { -1.0 } else { 1.0 },
-                if corner & 4 == 0 { -1.0 } else { 1.0 },
-            );
-            let point = obb.center + obb.axes * (obb.half * sign);
-            let mut travel = 0.0;
-            for pose in path.windows(2) {
-                // As seen from the surface, which may move itself.
-                let carried = pose[1][pair.into] * pose[0][pair.into].inverse() * pose[0][pair.by];
-                travel += (pose[1][pair.by].transform_point3(point) - carried.transform_point3(point)).length();
-            }
-            way = way.max(travel + deformed);
-        }
-        let wanted = (way / (edge * TRAVEL).max(1e-12)).ceil();
-        most = most.max((wanted.clamp(1.0, f64::from(limit))) as u32);
-    }
-    Ok(most)
 }
 
 /// The blocks of the tiles in `changes`, for the cache; empty where a tile was given back.

@@ -105,6 +105,8 @@ pub struct Stepper {
     summary: Summary,
     refused: u64,
     clamped: u64,
+    /// Sub-steps that colliders needed beyond their limit.
+    missed: u64,
 }
 
 impl Stepper {
@@ -124,6 +126,7 @@ impl Stepper {
             summary: Summary::default(),
             refused: 0,
             clamped: 0,
+            missed: 0,
         })
     }
 
@@ -189,6 +192,7 @@ impl Stepper {
         self.summary.baked += 1;
         self.refused += changes.report.refused.len() as u64;
         self.clamped += changes.report.clamped;
+        self.missed += changes.report.sub_steps_wanted.saturating_sub(changes.report.sub_steps);
         Ok(changes)
     }
 
@@ -242,6 +246,12 @@ impl Stepper {
             self.summary.notes.push(format!(
                 "{} times a surface could not give way far enough; raise `max_displacement` of the collider",
                 self.clamped
+            ));
+        }
+        if self.missed > 0 {
+            self.summary.notes.push(format!(
+                "colliders moved too fast for their limit {} times, so trails may have gaps; raise `sub_steps` of [imprints]",
+                self.missed
             ));
         }
         for item in self.world.items() {

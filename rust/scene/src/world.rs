@@ -6,14 +6,13 @@ use glam::DAffine3;
 use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::{Collider, DisplacedObject};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
-use relievo_tiles::{Displaced, Displacement, DisplacementOptions};
+use relievo_tiles::{Displacement, DisplacementOptions};
 
 use crate::assets::Assets;
 use crate::description::{Geometry, Scene, SurfaceEntry};
 use crate::diagnostic::{Diagnostic, Failure, Faults};
 use crate::paths::Paths;
 use crate::physics::Physics;
-use crate::tessellation::Rates;
 
 /// A scene whose meshes are loaded and whose surfaces are made.
 #[derive(Debug)]
@@ -24,7 +23,7 @@ pub struct World {
     pub physics: Physics,
     assets: Assets,
     items: Vec<Item>,
-    /// The objects as colliders, made when first asked for.
+    /// The meshes as colliders, made when first asked for.
     colliders: Vec<Option<Collider>>,
     transforms: Vec<DAffine3>,
     /// Seconds for which the items are posed.
@@ -48,9 +47,6 @@ pub struct MeshItem {
     /// From object space to the world.
     pub transform: DAffine3,
 }
-
-/// Quads along a side of an untouched tile of a surface that is a collider.
-const COLLIDER_RATE: u32 = 16;
 
 impl World {
     /// Loads the meshes of `scene`, from below its folder and the folders `allowed`, and makes its surfaces, at time 0.
@@ -94,13 +90,10 @@ impl World {
         &self.items
     }
 
-    /// The surface of an object, if it shows one, for writing. It will be tessellated anew where it is a collider.
+    /// The surface of an object, if it shows one, for writing.
     pub fn surface_mut(&mut self, object: usize) -> Option<&mut DisplacedObject> {
         match self.items.get_mut(object) {
-            Some(Item::Surface(surface)) => {
-                self.colliders[object] = None;
-                Some(surface)
-            }
+            Some(Item::Surface(surface)) => Some(surface),
             _ => None,
         }
     }
@@ -178,10 +171,7 @@ impl World {
             let name = || format!("object `{}`", object.name.text);
             let points = self.assets.points(context, mesh, time, self.scene.fps).map_err(|error| error.at(name()))?;
             match &mut self.items[index] {
-                Item::Surface(surface) => {
-                    surface.pose(context, &points)?;
-                    self.colliders[index] = None;
-                }
+                Item::Surface(surface) => surface.pose(context, &points)?,
                 Item::Mesh(item) => {
                     if let Some(collider) = &mut self.colliders[index] {
                         collider.set_points(context, &points)?;
@@ -204,41 +194,42 @@ impl World {
         self.scene.objects.get(object).is_some_and(|entry| self.assets.is_animated(self.scene.cage_of(entry)))
     }
 
-    /// Makes the collider of an object, as it is now: meshes as they are, surfaces displaced and tessellated.
-    pub fn make_collider(&mut self, context: &Context, object: usize) -> Result<&mut Collider> {
-        let missing = || Error::internal(format!("there is no object {object}"));
-        let slot = self.colliders.get_mut(object).ok_or_else(missing)?;
+    /// A surface to press into and the mesh that presses, as a collider; `None` unless that is what the two are.
+    pub fn surface_and_collider(
+        &mut self,
+        context: &Context,
+        into: usize,
+        by: usize,
+    ) -> Result<Option<(&mut DisplacedObject, &mut Collider)>> {
+        let (Some(Item::Mesh(item)), Some(slot)) = (self.items.get(by), self.colliders.get_mut(by)) else {
+            return Ok(None);
+        };
         if slot.is_none() {
-            let made = match self.items.get(object).ok_or_else(missing)? {
-                Item::Mesh(item) => Collider::of_mesh(context, &item.mesh, item.transform)?,
-                Item::Surface(surface) => {
-                    let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
-                    let rates = Rates::new(&displaced, COLLIDER_RATE, u32::MAX);
-                    let cage = self.assets.mesh(self.scene.cage_of(&self.scene.objects[object]));
-                    let mesh = displaced.tessellate(context, cage, rates.as_slice())?.mesh;
-                    let triangles = mesh.triangles();
-                    Collider::new(context, mesh.points, triangles, *surface.transform())?
-                }
-            };
-            *slot = Some(made);
+            *slot = Some(Collider::of_mesh(context, &item.mesh, item.transform)?);
         }
-        slot.as_mut().ok_or_else(missing)
-    }
-
-    /// Has the object tessellated anew when it is next asked for as a collider.
-    pub fn forget_collider(&mut self, object: usize) {
-        if let (Some(Item::Surface(_)), Some(slot)) = (self.items.get(object), self.colliders.get_mut(object)) {
-            *slot = None;
+        match (self.items.get_mut(into), slot) {
+            (Some(Item::Surface(surface)), Some(collider)) => Ok(Some((surface, collider))),
+            _ => Ok(None),
         }
     }
 
-    /// A surface to press into and the collider that presses, made by [`Self::make_collider`]; `None` unless both are
-    /// there.
-    pub fn pair(&mut self, into: usize, by: usize) -> Option<(&mut DisplacedObject, &Collider)> {
-        match (self.items.get_mut(into)?, self.colliders.get(by)?) {
-            (Item::Surface(surface), Some(collider)) => Some((surface, collider)),
+    /// Two surfaces, each with the cage whose faces it has; `None` unless both are surfaces, and not the same.
+    pub fn two_surfaces(&mut self, a: usize, b: usize) -> Option<[(&mut DisplacedObject, &Mesh); 2]> {
+        let cage = |object: usize| Some(self.assets.mesh(self.scene.cage_of(self.scene.objects.get(object)?)));
+        let (cage_a, cage_b) = (cage(a)?, cage(b)?);
+        match self.items.get_disjoint_mut([a, b]).ok()? {
+            [Item::Surface(a), Item::Surface(b)] => Some([(a, cage_a), (b, cage_b)]),
             _ => None,
         }
+    }
+
+    /// The points of an object's mesh at `time` seconds if they move.
+    pub fn moving_points(&mut self, context: &Context, object: usize, time: f64) -> Result<Option<Vec<[f32; 3]>>> {
+        if !self.is_object_animated(object) {
+            return Ok(None);
+        }
+        let mesh = self.scene.cage_of(&self.scene.objects[object]);
+        self.assets.points(context, mesh, time, self.scene.fps).map(Some)
     }
 
     /// A number for everything that decides the imprints: the scene without camera, light, colours and outputs, and

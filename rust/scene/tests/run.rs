@@ -291,6 +291,33 @@ rate = 4
     assert!(low_top - high_bottom < 0.03, "they meet: {low_top} and {high_bottom}");
 }
 
+#[test]
+fn numbered_meshes_press_in_where_they_are_at_each_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    // A tetrahedron whose tip goes down.
+    for (number, tip) in [(1, 0.1), (2, 0.0), (3, -0.2)] {
+        let text =
+            format!("v -0.2 -0.2 0.3\nv 0.2 -0.2 0.3\nv 0 0.2 0.3\nv 0 0 {tip}\nf 1 2 3\nf 2 1 4\nf 3 2 4\nf 1 3 4\n");
+        std::fs::write(folder.path().join(format!("tip.{number}.obj")), text).unwrap();
+    }
+    let text = "version = 1\n[meshes.ground]\nshape = \"plane\"\nfaces = 4\n[meshes.tip]\nsequence = \"tip.#.obj\"\n\
+        first = 1\ncount = 3\n[surfaces.ground]\nmesh = \"ground\"\n[details]\ntile_size = 32\n[objects.ground]\n\
+        surface = \"ground\"\n[objects.tip]\nmesh = \"tip\"\n[imprints]\nvoxels = 262144\n[colliders.tip]\n\
+        [output]\nframes = 3\npictures = []\nmesh = \"every\"\nmesh_formats = [\"obj\"]\nrate = 4\n";
+    std::fs::write(&scene, text).unwrap();
+    let out = folder.path().join("out");
+    let context = context(2);
+    run_with(&context, &scene, &options(&out)).unwrap();
+    let lowest = |frame: u32| {
+        let path = out.join(format!("mesh-{frame:06}-ground.obj"));
+        relievo_meshio::read(&context, &path).unwrap().bounds().unwrap().0[2]
+    };
+    assert_eq!(lowest(0), 0.0);
+    assert!(lowest(1) > -0.03, "{}", lowest(1));
+    assert!((-0.22..-0.15).contains(&lowest(2)), "{}", lowest(2));
+}
+
 /// A cow with n-gons and triangles by Keenan Crane, public domain, dented by a wheel.
 #[test]
 fn a_real_model_is_dented() {
