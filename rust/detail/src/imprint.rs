@@ -270,6 +270,10 @@ pub fn overlap_grid(
         let Some(part) = collider.occupied(context, &part)? else { return Ok(None) };
         both = part;
     }
+    // Two that touch in a point leave no room for a dent, and none for voxels beside which the collider is not endless.
+    if both.half.max_element() < 1e-8 * collider.obb().half.max_element() {
+        return Ok(None);
+    }
     let step = moment.frame.wrapping_shl(20).wrapping_add(u64::from(moment.step));
     let turned = jittered(&both, f64::from(settings.jitter), settings.seed, step, moment.pair);
     // Rays along the columns skip whole runs of bits.
