@@ -83,6 +83,7 @@ fn cast_tile(
     let sources = [field.block(tile), start.map_or_else(|| field.block(tile), |start| start.block(tile))];
     let mut values = [[f16::ZERO; BLOCK_KNOTS]; 2];
     let mut knots = KnotBlock::ZERO;
+    let mut scratch = Scratch::default();
     for block in culled.blocks.iter().filter(|block| voxels.may_meet(block.low, block.high)) {
         let (column, row) = (block.index % (size / edge) * edge, block.index / (size / edge) * edge);
         for (source, values) in sources.iter().zip(&mut values) {
@@ -94,7 +95,7 @@ fn cast_tile(
         }
         knots.evaluate(level, surface, tile, size, block.index);
         let found = dents.texels.len();
-        cast_block(level, frame, &knots, &values[0][..count], &values[1], voxels, limits, &mut dents);
+        cast_block(level, frame, &knots, &values[0][..count], &values[1], voxels, limits, &mut scratch, &mut dents);
         for (k, _) in &mut dents.texels[found..] {
             *k = texel(row + *k / edge, column + *k % edge);
         }
@@ -112,7 +113,7 @@ dispatch_simd! {
     /// Appends the coefficients of a block that change, by their index in the block.
     fn cast_block = cast_block_body(
         frame: &VoxelFrame, knots: &KnotBlock, values: &[f16], start: &[f16; BLOCK_KNOTS], voxels: &Voxels, limits: &Limits,
-        dents: &mut TileDents
+        scratch: &mut Scratch, dents: &mut TileDents
     )
 }
 
@@ -125,6 +126,7 @@ fn cast_block_body<A: Arithmetic>(
     start: &[f16; BLOCK_KNOTS],
     voxels: &Voxels,
     limits: &Limits,
+    scratch: &mut Scratch,
     dents: &mut TileDents,
 ) {
     let frame = *frame;
@@ -132,18 +134,11 @@ fn cast_block_body<A: Arithmetic>(
     let stack = voxels.grid().words();
     let words = voxels.words();
     let count = values.len();
-    let mut heights = [0.0f32; BLOCK_KNOTS];
-    let mut starts = [0.0f32; BLOCK_KNOTS];
+    let Scratch { heights, starts, z0, dz, reach, ray, cell, bit, solid, distance, new } = scratch;
     values.convert_to_f32_slice(&mut heights[..count]);
     start[..count].convert_to_f32_slice(&mut starts[..count]);
     let scale = 1.0 / limits.share;
     // The ray of every coefficient, made ready side by side: along −N from S + coefficient·N.
-    let mut z0 = [0.0f32; BLOCK_KNOTS];
-    let mut dz = [0.0f32; BLOCK_KNOTS];
-    let mut reach = [0.0f32; BLOCK_KNOTS];
-    let mut ray = RaySoa::default();
-    let mut cell = [0u32; BLOCK_KNOTS];
-    let mut bit = [0u32; BLOCK_KNOTS];
     for k in 0..BLOCK_KNOTS {
         let from = [0, 1, 2].map(|axis| knots.p[axis][k] - frame.origin[axis]);
         let mut inside = true;
@@ -172,13 +167,12 @@ fn cast_block_body<A: Arithmetic>(
         ray.set(k, &made);
     }
     // Solid ones, listed without a branch.
-    let mut solid = [0u16; BLOCK_KNOTS];
     let mut hits = 0;
     for k in 0..count {
         solid[hits & (BLOCK_KNOTS - 1)] = k as u16;
         hits += (u128::from(words[cell[k] as usize]) >> bit[k] & 1) as usize;
     }
-    let mut distance = [0.0f32; BLOCK_KNOTS];
+    distance.fill(0.0);
     for k in solid[..hits].iter().map(|k| usize::from(*k)) {
         let limit = reach[k];
         let ray = ray.get(k);
@@ -189,7 +183,6 @@ fn cast_block_body<A: Arithmetic>(
         distance[k] = if far < limit { far } else { limit };
     }
     let deepest = key(lower_bound(-limits.max_displacement));
-    let mut new = [0i16; BLOCK_KNOTS];
     for k in 0..BLOCK_KNOTS {
         new[k] = key(rounded_down(heights[k] - limits.share * distance[k])).max(deepest);
     }
@@ -199,6 +192,40 @@ fn cast_block_body<A: Arithmetic>(
             let new = unkey(new[k]);
             dents.least = dents.least.min(new);
             dents.texels.push((k as u32, new));
+        }
+    }
+}
+
+/// What is computed of a block side by side; kept between blocks so that it need not be cleared.
+struct Scratch {
+    heights: [f32; BLOCK_KNOTS],
+    starts: [f32; BLOCK_KNOTS],
+    z0: [f32; BLOCK_KNOTS],
+    dz: [f32; BLOCK_KNOTS],
+    reach: [f32; BLOCK_KNOTS],
+    ray: RaySoa,
+    cell: [u32; BLOCK_KNOTS],
+    bit: [u32; BLOCK_KNOTS],
+    solid: [u16; BLOCK_KNOTS],
+    distance: [f32; BLOCK_KNOTS],
+    new: [i16; BLOCK_KNOTS],
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        let zero = [0.0; BLOCK_KNOTS];
+        Self {
+            heights: zero,
+            starts: zero,
+            z0: zero,
+            dz: zero,
+            reach: zero,
+            ray: RaySoa::default(),
+            cell: [0; BLOCK_KNOTS],
+            bit: [0; BLOCK_KNOTS],
+            solid: [0; BLOCK_KNOTS],
+            distance: zero,
+            new: [0; BLOCK_KNOTS],
         }
     }
 }

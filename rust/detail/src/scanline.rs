@@ -66,7 +66,7 @@ pub struct Facet {
 
 impl Facet {
     /// Sets up a triangle given in voxel coordinates; `None` if no column meets it or it does not matter.
-    #[inline]
+    #[inline(always)]
     pub fn new(places: &[DVec3; 3], mirrored: bool, [nx, ny, nz]: [i64; 3], backward: bool) -> Option<Self> {
         let snap = |value: f64| (value * SUB as f64 + 0.5).floor() as i64;
         let mut corners: [(i64, i64, f64); 3] =

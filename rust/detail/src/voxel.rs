@@ -13,7 +13,8 @@
 //! in and out of the first-level cache.
 
 use glam::DAffine3;
-use relievo_core::{Context, Error, Result};
+use relievo_core::simd::Arithmetic;
+use relievo_core::{Context, Error, Result, dispatch_simd};
 
 use crate::grid::Grid;
 use crate::scanline::{self, Facet, Shape};
@@ -176,35 +177,10 @@ fn facets(
     side: Side,
 ) -> Result<Vec<Facet>> {
     let count = selection.map_or(solid.triangles.len(), <[u32]>::len);
-    let map = grid.map * solid.transform;
-    let mirrored = map.matrix3.determinant() < 0.0;
-    let dims = grid.dims.map(i64::from);
+    let level = context.level();
     let chunks = context.map(count.div_ceil(CHUNK), |chunk| {
         let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(count);
-        let mut facets = Vec::with_capacity(range.len());
-        for index in range {
-            let triangle = match selection {
-                Some(selection) => selection[index] as usize,
-                None => index,
-            };
-            let missing = || {
-                Error::invalid("the triangle or one of its points does not exist").at(format!("triangle {triangle}"))
-            };
-            let corners = solid.triangles.get(triangle).ok_or_else(missing)?;
-            let mut places = [glam::DVec3::ZERO; 3];
-            for (place, corner) in places.iter_mut().zip(corners) {
-                let [x, y, z] = *solid.points.get(*corner as usize).ok_or_else(missing)?;
-                *place = map.transform_point3(glam::DVec3::new(x.into(), y.into(), z.into()));
-            }
-            // Not a number fails this as well.
-            if !places.iter().all(|place| place.abs().max_element() < FAR) {
-                return Err(Error::unsupported("the collider reaches too far beyond the overlap to be voxelised")
-                    .at(format!("triangle {triangle}"))
-                    .advise("cut the collider down, or make the objects that collide closer in size"));
-            }
-            facets.extend(Facet::new(&places, mirrored, dims, side == Side::Backward));
-        }
-        Ok(facets)
+        set_up(level, grid, solid, selection, side, range)
     });
     let mut all = Vec::new();
     for chunk in chunks {
@@ -216,6 +192,49 @@ fn facets(
         }
     }
     Ok(all)
+}
+
+dispatch_simd! {
+    /// Sets up the selected triangles of a range.
+    fn set_up = set_up_body(
+        grid: &Grid, solid: &Solid<'_>, selection: Option<&[u32]>, side: Side, range: std::ops::Range<usize>
+    ) -> Result<Vec<Facet>>
+}
+
+#[inline(always)]
+fn set_up_body<A: Arithmetic>(
+    grid: &Grid,
+    solid: &Solid<'_>,
+    selection: Option<&[u32]>,
+    side: Side,
+    range: std::ops::Range<usize>,
+) -> Result<Vec<Facet>> {
+    let map = grid.map * solid.transform;
+    let mirrored = map.matrix3.determinant() < 0.0;
+    let dims = grid.dims.map(i64::from);
+    let mut facets = Vec::with_capacity(range.len());
+    for index in range {
+        let triangle = match selection {
+            Some(selection) => selection[index] as usize,
+            None => index,
+        };
+        let missing =
+            || Error::invalid("the triangle or one of its points does not exist").at(format!("triangle {triangle}"));
+        let corners = solid.triangles.get(triangle).ok_or_else(missing)?;
+        let mut places = [glam::DVec3::ZERO; 3];
+        for (place, corner) in places.iter_mut().zip(corners) {
+            let [x, y, z] = *solid.points.get(*corner as usize).ok_or_else(missing)?;
+            *place = map.transform_point3(glam::DVec3::new(x.into(), y.into(), z.into()));
+        }
+        // Not a number fails this as well.
+        if !places.iter().all(|place| place.abs().max_element() < FAR) {
+            return Err(Error::unsupported("the collider reaches too far beyond the overlap to be voxelised")
+                .at(format!("triangle {triangle}"))
+                .advise("cut the collider down, or make the objects that collide closer in size"));
+        }
+        facets.extend(Facet::new(&places, mirrored, dims, side == Side::Backward));
+    }
+    Ok(facets)
 }
 
 /// The facets of every slab.
