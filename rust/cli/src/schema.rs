@@ -13,8 +13,8 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let text = match arguments.json {
-        true => format!("{:#}\n", relievo_scene::schema::json()),
-        false => relievo_scene::schema::text(),
+        true => format!("{:#}\n", relievo_scene::manual::json()),
+        false => relievo_scene::manual::text(),
     };
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)

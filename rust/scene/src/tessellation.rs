@@ -72,6 +72,9 @@ impl Rates {
     }
 }
 
+/// Cosine of the angle from which the normals on both sides of an edge show a sharp edge, not rounding.
+const SHARP: f32 = 0.94;
+
 /// The triangles of `tile`, none for a hole. Fails if it does not exist.
 pub fn tile(context: &Context, displaced: &Displaced, rates: &Rates, tile: u32) -> Result<Piece> {
     let topology = displaced.field().topology();
@@ -93,6 +96,13 @@ pub fn tile(context: &Context, displaced: &Displaced, rates: &Rates, tile: u32) 
         .collect();
     let mut border = Points::default();
     displaced.evaluate(context, &places, &mut border)?;
+    let mut own = Points::default();
+    displaced.evaluate_in_place(context, &places, &mut own)?;
+    for (normal, own) in border.normal.iter_mut().zip(own.normal) {
+        if glam::Vec3::from(*normal).dot(own.into()) < SHARP {
+            *normal = own;
+        }
+    }
     let mut piece = Piece { points: points.p, normals: points.normal, border: places.len(), ..Piece::default() };
     let first_border = piece.points.len() as u32;
     piece.points.extend(border.p);
@@ -234,5 +244,21 @@ mod tests {
             })
             .sum();
         assert!((area - 1.0 / 9.0).abs() < 0.01, "{area}");
+    }
+
+    #[test]
+    fn both_sides_of_a_sharp_edge_keep_their_own_normals() {
+        let context = Context::serial();
+        let cage = Shape::Cylinder { radius: 0.5, width: 0.4, segments: 12 }.mesh(Up::Z);
+        let surface = Surface::new(&context, &cage, &SurfaceOptions::default()).unwrap();
+        let displacement = Displacement::new(surface.topology().clone(), &DisplacementOptions::default()).unwrap();
+        let displaced = Displaced::new(&surface, displacement.field()).unwrap();
+        let rates = Rates::new(&displaced, 4, 4);
+        for index in 0..displaced.field().tile_count() as u32 {
+            let piece = tile(&context, &displaced, &rates, index).unwrap();
+            // The axis is y: normals of the ends are along it, those of the side across.
+            let along = piece.normals.iter().map(|normal| normal[1].abs());
+            assert!(along.clone().all(|y| y > 0.9) || along.clone().all(|y| y < 0.3), "tile {index}");
+        }
     }
 }

@@ -96,7 +96,8 @@ impl<'a> Displaced<'a> {
     }
 
     /// As [`Self::evaluate`], in the very tiles that `places` name: give it canonical ones, or want a side's own normal.
-    pub(crate) fn evaluate_in_place(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
+    /// Fails if a place is not on the surface.
+    pub fn evaluate_in_place(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
         out.reset(places.len());
         let lists = out.p.chunks_mut(CHUNK).zip(out.normal.chunks_mut(CHUNK));
         let mut chunks: Vec<_> = places.chunks(CHUNK).zip(lists).map(|chunk| (chunk, Ok(()))).collect();
