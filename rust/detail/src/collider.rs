@@ -82,8 +82,11 @@ impl Collider {
         }
         let cells: u64 = rates.iter().map(|rate| u64::from(*rate).pow(2)).sum();
         if cells.saturating_mul(CELL_BYTES) > context.memory_limit() {
-            return Err(Error::memory(format!("{} triangles of a surface where it is met exceed the limit", 2 * cells))
-                .advise("allow more memory or use fewer voxels"));
+            return Err(Error::memory(format!(
+                "{} triangles of a surface where it is met exceed the limit",
+                2 * cells
+            ))
+            .advise("allow more memory or use fewer voxels"));
         }
         let faces = Mesh::new(cage.points.clone(), cage.face_sizes.clone(), cage.corners.clone());
         let displaced = Displaced::new(object.surface(), object.displacement().field())?;

@@ -263,17 +263,11 @@ pub fn overlap_grid(
     let scale = object.transform().matrix3;
     let stretch = scale.x_axis.length().max(scale.y_axis.length()).max(scale.z_axis.length());
     let behind = if collider.is_closed() { 0.0 } else { margin * stretch };
-    let Some(mut both) = overlap(&collider.obb().enlarged(behind), &object.obb(margin)) else { return Ok(None) };
-    // What the collider leaves decides which tiles matter and the other way round; two rounds get most of it.
-    for _ in 0..2 {
-        let Some(part) = object.occupied(context, &both, least, most) else { return Ok(None) };
-        let Some(part) = collider.occupied(context, &part)? else { return Ok(None) };
-        both = part;
-    }
-    // Two that touch in a point leave no room for a dent, and none for voxels beside which the collider is not endless.
-    if both.half.max_element() < 1e-8 * collider.obb().half.max_element() {
-        return Ok(None);
-    }
+    let Some(both) = overlap(&collider.obb().enlarged(behind), &object.obb(margin)) else { return Ok(None) };
+    // What the collider leaves decides which tiles matter and the other way round; the first round gets most of it.
+    let Some(part) = object.occupied(context, &both, least, most) else { return Ok(None) };
+    let Some(part) = collider.occupied(context, &part)? else { return Ok(None) };
+    let Some(both) = object.occupied(context, &part, least, most) else { return Ok(None) };
     let step = moment.frame.wrapping_shl(20).wrapping_add(u64::from(moment.step));
     let turned = jittered(&both, f64::from(settings.jitter), settings.seed, step, moment.pair);
     // Rays along the columns skip whole runs of bits.
