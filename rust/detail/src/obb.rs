@@ -43,7 +43,8 @@ impl Obb {
         }
         let principal = Self::along(principal_axes(covariance), points);
         let straight = Self::along(DMat3::IDENTITY, points);
-        Ok(if straight.size_measure() <= principal.size_measure() { straight } else { principal })
+        // Where numbers are too large to be squared, the principal axes are not numbers and lose.
+        Ok(if principal.size_measure() < straight.size_measure() { principal } else { straight })
     }
 
     /// The smallest box with the given axes that holds `points`, which are not empty.
@@ -240,6 +241,8 @@ mod tests {
         assert!(half[1] < 1e-6 && (half[2] - 1.5 * 3f64.sqrt()).abs() < 1e-6, "{half:?}");
         let flat = turned_grid(DVec3::new(3.0, 2.0, 0.0), DQuat::from_rotation_y(0.4));
         assert!(Obb::of_points(&flat).unwrap().half.min_element() < 1e-6);
+        let huge = Obb::of_points(&[[-3e38; 3], [3e38, 1e38, -2e38]]).unwrap();
+        assert!(huge.half.is_finite() && huge.axes.is_finite());
         assert!(Obb::of_points(&[]).is_err());
         assert!(Obb::of_points(&[[f32::NAN, 0.0, 0.0]]).is_err());
     }

@@ -28,7 +28,7 @@ pub struct DisplacedObject {
 impl DisplacedObject {
     /// Puts `surface`, made from a cage with the points `cage`, and its `displacement` into the world.
     ///
-    /// Fails if the displacement is that of another surface, the cage is empty, or the transform cannot be undone.
+    /// Fails if the displacement or the cage is that of another surface, or the transform cannot be undone.
     pub fn new(
         context: &Context,
         surface: Surface,
@@ -43,6 +43,10 @@ impl DisplacedObject {
                 displacement.field().tile_count()
             ))
             .advise("make the displacement from the topology of this surface"));
+        }
+        let count = surface.table().cage_point_count();
+        if cage.len() != count {
+            return Err(Error::invalid(format!("{} points were given, the surface's cage has {count}", cage.len())));
         }
         check_transform(&transform)?;
         let obb = Obb::of_points(cage)?;
