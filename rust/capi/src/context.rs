@@ -60,11 +60,14 @@ pub type RlvProgress = Option<unsafe extern "C" fn(*mut c_void, f32, *const c_ch
 /// `RlvLog`: NULL, or a function that gets its user pointer, a level and a text.
 pub type RlvLog = Option<unsafe extern "C" fn(*mut c_void, u32, *const c_char)>;
 
+/// Sum and number of samples by stage and quantity.
+type Totals = BTreeMap<(&'static str, &'static str), (f64, u64)>;
+
 /// A context with what only C needs of it.
 pub struct ContextObject {
     pub context: Context,
     log: Mutex<Log>,
-    totals: Mutex<BTreeMap<(&'static str, &'static str), (f64, u64)>>,
+    totals: Mutex<Totals>,
 }
 
 #[derive(Clone, Copy)]
@@ -89,7 +92,7 @@ impl ContextObject {
     }
 
     /// Adds the events since the last call to the totals, so that the list of events stays short.
-    fn settle(&self) -> std::sync::MutexGuard<'_, BTreeMap<(&'static str, &'static str), (f64, u64)>> {
+    fn settle(&self) -> std::sync::MutexGuard<'_, Totals> {
         let mut totals = self.totals.lock().unwrap_or_else(PoisonError::into_inner);
         for event in self.context.stats().take() {
             let seconds = [("seconds", event.length.as_secs_f64())];

@@ -218,10 +218,10 @@ unsafe fn copy_attribute(arrays: &RlvAttributeArrays, limit: u64) -> Result<Attr
             return Err(Error::invalid(format!("{other} is no type")).at("type").advise("use an RLV_TYPE_ value"));
         }
     };
-    // SAFETY: the caller promises `index_count` indices unless the pointer is NULL.
     let indices = if arrays.indices.is_null() {
         None
     } else {
+        // SAFETY: the caller promises `index_count` indices.
         let indices = unsafe { Input::new("indices", arrays.indices, arrays.index_count, arrays.index_stride) }?;
         Some(indices.to_vec("indices", limit)?)
     };

@@ -100,8 +100,7 @@ entry! {
         let default = RlvSurfaceOptions { struct_size: 0, boundary: 0, isolation: 0, patch_limit: 0 };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, default) }?;
-        let mut options = SurfaceOptions::default();
-        options.boundary = match given.boundary {
+        let boundary = match given.boundary {
             RLV_BOUNDARY_EDGES_AND_CORNERS => BoundaryRule::EdgesAndCorners,
             RLV_BOUNDARY_EDGES => BoundaryRule::Edges,
             other => {
@@ -110,6 +109,7 @@ entry! {
                     .advise("use an RLV_BOUNDARY_ value"));
             }
         };
+        let mut options = SurfaceOptions { boundary, ..SurfaceOptions::default() };
         if given.isolation > 10 {
             return Err(Error::invalid(format!("{} levels of isolation are too many", given.isolation))
                 .at("isolation")
