@@ -172,6 +172,23 @@ int main(void) {
     CHECK(out[2][2] == 0.0f && normals[2][2] == 1.0f);
     CHECK(normals[1][0] > 0.3f && normals[1][1] > 0.3f);
 
+    /* An edge through the dent is the same to the last bit from both tiles. */
+    enum { SEAM = 33 };
+    uint32_t seam_tiles[2 * SEAM];
+    float seam_uvs[2 * SEAM][2], seam[2 * SEAM][3];
+    for (int index = 0; index < 2 * SEAM; ++index) {
+        seam_tiles[index] = index < SEAM ? 14 : 15;
+        seam_uvs[index][0] = index < SEAM ? 1.0f : 0.0f;
+        seam_uvs[index][1] = (float)(index % SEAM) / (SEAM - 1);
+    }
+    RlvEvaluateArrays along = RLV_EVALUATE_ARRAYS_INIT;
+    along.count = 2 * SEAM;
+    along.tiles = seam_tiles;
+    along.uvs = seam_uvs[0];
+    along.positions = seam[0];
+    CHECK_OK(rlv_evaluate_detail(detail, &along));
+    CHECK(seam[SEAM / 2][2] < -0.1f && memcmp(seam[0], seam[SEAM], SEAM * sizeof(seam[0])) == 0);
+
     /* Pressing again where it is changes next to nothing: the dent is there already. */
     RlvImprintReport again = RLV_IMPRINT_REPORT_INIT;
     CHECK_OK(rlv_imprint_run(detail, collider, &settings, &moment, &again));
