@@ -25,6 +25,9 @@ impl Root {
     pub fn allow(mut self, folder: &Path) -> Result<Self> {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         self.folders.push(folder.canonicalize().map_err(|error| Error::io(folder, &error))?);
+        // Also as it is written, so that names which go through the same links are recognised.
+        let here = std::env::current_dir().map_err(|error| Error::io(folder, &error))?;
+        self.folders.extend(joined(&here, folder));
         Ok(self)
     }
 
@@ -48,24 +51,30 @@ impl Root {
         let outside = || refuse("is outside the folders that may be read");
         let within = |path: &Path| self.folders.iter().any(|folder| path.starts_with(folder));
         // First by its letters, so that nothing outside is even asked for; then with links followed.
-        let mut path = base.clone();
-        for component in Path::new(name).components() {
-            match component {
-                Component::Prefix(_) | Component::RootDir | Component::Normal(_) => path.push(component),
-                Component::CurDir => {}
-                Component::ParentDir => {
-                    if !path.pop() {
-                        return Err(outside());
-                    }
-                }
-            }
-        }
+        let path = joined(&base, Path::new(name)).ok_or_else(outside)?;
         if !within(&path) {
             return Err(outside());
         }
         let real = path.canonicalize().map_err(|error| Error::io(&path, &error))?;
         if within(&real) { Ok(real) } else { Err(outside()) }
     }
+}
+
+/// `name` seen from `base`, by its letters; `None` if it leads above the root.
+fn joined(base: &Path, name: &Path) -> Option<PathBuf> {
+    let mut path = base.to_path_buf();
+    for component in name.components() {
+        match component {
+            Component::Prefix(_) | Component::RootDir | Component::Normal(_) => path.push(component),
+            Component::CurDir => {}
+            Component::ParentDir => {
+                if !path.pop() {
+                    return None;
+                }
+            }
+        }
+    }
+    Some(path)
 }
 
 /// The scheme of an address, such as `http` or `data`. One letter is a drive.
@@ -104,6 +113,11 @@ mod tests {
             std::os::unix::fs::symlink(top.join("secret"), scene.join("link")).unwrap();
             let message = root.resolve(&scene, "link").unwrap_err().to_string();
             assert!(message.contains("outside"), "{message}");
+            // A folder that is allowed by the name of a link is reached by that name.
+            std::os::unix::fs::symlink(&scene, top.join("alias")).unwrap();
+            let alias = Root::below(&top.join("alias")).unwrap();
+            let name = top.join("alias/a.bin");
+            assert_eq!(alias.resolve(&top, name.to_str().unwrap()), Ok(scene.join("a.bin")));
         }
     }
 }
