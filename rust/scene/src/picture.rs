@@ -224,10 +224,10 @@ fn automatic_view(scene: &Scene, low: DVec3, high: DVec3) -> View {
         if low.cmple(high).all() { ((low + high) * 0.5, ((high - low) * 0.5).length()) } else { (DVec3::ZERO, 1.0) };
     let settings = &scene.output.settings;
     let aspect = f64::from(settings.width) / f64::from(settings.height);
-    // The narrower of both fields of view must hold the sphere around everything.
+    // The narrower of both fields of view holds the sphere around everything, whose rim is mostly empty.
     let narrow = ((fov * 0.5).tan() * aspect.min(1.0)).atan();
-    let distance = (radius / narrow.sin()).max(1e-6) * 1.02;
-    let direction = scene.up.from_z_up([0.55, -0.7, 0.5]).map(f64::from);
+    let distance = (radius / narrow.sin()).max(1e-6) * 0.92;
+    let direction = scene.up.from_z_up([0.55, -0.75, 0.36]).map(f64::from);
     let position = target + DVec3::from(direction).normalize() * distance;
     View { time: 0.0, position: Some(position), target: Some(target), fov }
 }

@@ -94,7 +94,7 @@ pub static MESH: Section = Section {
     name: "meshes.NAME",
     help: "A mesh: read from a file, from numbered files, or generated",
     keys: &[
-        key("file", Kind::Path, "", "", "OBJ, PLY, glTF or GLB file to read"),
+        key("file", Kind::Path, "", "", "OBJ, PLY, OFF, STL, glTF or GLB file to read"),
         key(
             "sequence",
             Kind::Path,
