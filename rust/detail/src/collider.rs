@@ -212,7 +212,7 @@ impl Collider {
     /// open mesh run across its sheets, which a column beside them would not tell apart.
     pub fn grid(&self, context: &Context, obb: &Obb, budget: u64, facing: DVec3) -> Grid {
         if self.closed {
-            let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).filter(|axis| facing[*axis] > 0.6);
+            let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).filter(|axis| facing[*axis] > 0.45);
             // In very flat boxes columns would be too many for their length.
             let deep = |axis: &usize| obb.half[*axis] > 0.05 * obb.half.max_element();
             return Grid::new(obb, budget, along.filter(deep));
