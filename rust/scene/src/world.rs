@@ -36,7 +36,7 @@ pub enum Item {
     /// A surface, which may have displacement.
     Surface(Box<DisplacedObject>),
     /// A mesh as it is.
-    Mesh(MeshItem),
+    Mesh(Box<MeshItem>),
 }
 
 /// An object that shows a mesh.
@@ -66,7 +66,7 @@ impl World {
             let transform = *transform;
             let mesh = assets.mesh(scene.cage_of(object));
             let item = match object.geometry {
-                Geometry::Mesh(_) => Ok(Item::Mesh(MeshItem { mesh: mesh.clone(), transform })),
+                Geometry::Mesh(_) => Ok(Item::Mesh(Box::new(MeshItem { mesh: mesh.clone(), transform }))),
                 Geometry::Surface(index) => {
                     let entry = &scene.surfaces[index];
                     let options = surface_options(entry);
