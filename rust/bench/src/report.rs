@@ -11,8 +11,6 @@ pub enum Goal {
     None,
     /// Ours at most this, in the figure's unit.
     AtMost(f64),
-    /// Ours at least this, in the figure's unit.
-    AtLeast(f64),
     /// Ours divided by the peer's at most this.
     RatioAtMost(f64),
     /// Ours divided by the peer's at least this.
@@ -24,7 +22,6 @@ impl Goal {
         match self {
             Self::None => String::new(),
             Self::AtMost(limit) => format!("<= {limit}"),
-            Self::AtLeast(limit) => format!(">= {limit}"),
             Self::RatioAtMost(limit) => format!("ratio <= {limit}"),
             Self::RatioAtLeast(limit) => format!("ratio >= {limit}"),
         }
@@ -34,7 +31,6 @@ impl Goal {
         match self {
             Self::None => None,
             Self::AtMost(limit) => Some(ours <= limit),
-            Self::AtLeast(limit) => Some(ours >= limit),
             Self::RatioAtMost(limit) => ratio.map(|ratio| ratio <= limit),
             Self::RatioAtLeast(limit) => ratio.map(|ratio| ratio >= limit),
         }
@@ -132,7 +128,7 @@ mod tests {
     #[test]
     fn goals_are_held_against_the_value_or_the_ratio() {
         assert_eq!(Goal::AtMost(3.0).met(3.0, None), Some(true));
-        assert_eq!(Goal::AtLeast(3.0).met(2.0, None), Some(false));
+        assert_eq!(Goal::AtMost(3.0).met(3.1, None), Some(false));
         assert_eq!(Goal::RatioAtLeast(20.0).met(1.0, Some(21.0)), Some(true));
         assert_eq!(Goal::RatioAtMost(1.3).met(1.0, Some(1.4)), Some(false));
         assert_eq!(Goal::RatioAtMost(1.3).met(1.0, None), None);
