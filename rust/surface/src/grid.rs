@@ -168,10 +168,16 @@ pub enum Destination {
 /// Rows whose curves are kept on the stack.
 const BAND: usize = 128;
 
+/// As `BLOCKS`, for small rectangles.
+const SMALL_BLOCKS: usize = 1;
+
+/// As `BAND`, for small rectangles.
+const SMALL_BAND: usize = 16;
+
 type Lanes = [f32; LANES];
 
 /// Basis values of columns in blocks: B, and the bases of first and second differences.
-struct Basis {
+struct Basis<const BLOCKS: usize> {
     cubic: [[Lanes; 4]; BLOCKS],
     quadratic: [[Lanes; 3]; BLOCKS],
     linear: [[Lanes; 2]; BLOCKS],
@@ -209,6 +215,27 @@ impl Row {
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 fn bezier_grid_body<A: Arithmetic>(
+    patch: &Patch,
+    data: &[f32],
+    grid: &Grid,
+    columns: Range<u32>,
+    rows: Range<u32>,
+    order: Order,
+    destination: Destination,
+    out: &mut SampleSlices<'_>,
+) {
+    // Small rectangles do not pay for clearing the tables of large ones.
+    if columns.len() <= SMALL_BLOCKS * LANES && rows.len() <= SMALL_BAND {
+        tabulated::<A, SMALL_BLOCKS, SMALL_BAND>(patch, data, grid, columns, rows, order, destination, out);
+    } else {
+        tabulated::<A, BLOCKS, BAND>(patch, data, grid, columns, rows, order, destination, out);
+    }
+}
+
+/// Evaluates with tables of `BLOCKS` blocks of columns and `BAND` rows.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+fn tabulated<A: Arithmetic, const BLOCKS: usize, const BAND: usize>(
     patch: &Patch,
     data: &[f32],
     grid: &Grid,
