@@ -224,6 +224,8 @@ fn bezier_grid_body<A: Arithmetic>(
     destination: Destination,
     out: &mut SampleSlices<'_>,
 ) {
+    // Short rows leave lines half written, which stores past the caches would write twice.
+    let destination = if columns.len() < 4 * LANES { Destination::Cache } else { destination };
     // Small rectangles do not pay for clearing the tables of large ones.
     if columns.len() <= SMALL_BLOCKS * LANES && rows.len() <= SMALL_BAND {
         tabulated::<A, SMALL_BLOCKS, SMALL_BAND>(patch, data, grid, columns, rows, order, destination, out);
