@@ -385,6 +385,63 @@ public:
     }
 };
 
+/// Triangles of a detail that follow its commits; see relievo/tessellate.h.
+class Tessellation : public Reference<RlvTessellation, rlv_tessellation_retain, rlv_tessellation_release> {
+public:
+    using Reference::Reference;
+
+    /// A first point and the number of points.
+    struct Range {
+        std::uint32_t first, count;
+    };
+
+    static Tessellation create(const Detail &detail,
+                               const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) {
+        Tessellation made;
+        check(rlv_tessellation_create(detail.get(), &options, made.out()));
+        return made;
+    }
+
+    RlvTessellationInfo info() const {
+        RlvTessellationInfo info = RLV_TESSELLATION_INFO_INIT;
+        check(rlv_tessellation_info(get(), &info));
+        return info;
+    }
+
+    RlvTessellationChanges update() const {
+        RlvTessellationChanges changes = RLV_TESSELLATION_CHANGES_INIT;
+        check(rlv_tessellation_update(get(), &changes));
+        return changes;
+    }
+
+    std::vector<Range> changed_ranges() const {
+        std::size_t count = 0;
+        check(rlv_tessellation_changed_ranges(get(), nullptr, 0, &count));
+        std::vector<Range> ranges(count);
+        check(rlv_tessellation_changed_ranges(get(), count == 0 ? nullptr : &ranges.front().first, count, &count));
+        return ranges;
+    }
+
+    /// Copies a range of points into arrays of all points.
+    void get_points(Range range, std::vector<Float3> &positions, std::vector<Float3> &normals) const {
+        const std::size_t end = std::size_t{range.first} + range.count;
+        if (end > positions.size() || end > normals.size()) {
+            throw Error(RLV_ERROR_INVALID, "the arrays end before the range", "the arrays end before the range",
+                        "get_points", "make them as long as info().point_count");
+        }
+        if (range.count > 0) {
+            check(rlv_tessellation_get_points(get(), range.first, range.count, positions[range.first].data(), 0,
+                                              normals[range.first].data(), 0));
+        }
+    }
+
+    Mesh mesh() const {
+        RlvMesh made{0};
+        check(rlv_tessellation_mesh(get(), &made));
+        return Mesh(made);
+    }
+};
+
 /// See relievo/collider.h.
 class Collider : public Reference<RlvCollider, rlv_collider_retain, rlv_collider_release> {
 public:

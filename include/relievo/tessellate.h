@@ -27,4 +27,66 @@ RLV_API RlvResult rlv_tessellate_surface(RlvSurface surface, const RlvTessellate
 /* The same for the displaced surface as it was committed last, in object space. */
 RLV_API RlvResult rlv_tessellate_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvMesh *out);
 
+/* Triangles of a detail that follow its commits: after rlv_detail_commit, rlv_tessellation_update renews the points of
+ * the tiles that changed and says which they are, so that a host uploads and refits these and leaves the rest. The
+ * points are the same to the last bit as those of rlv_tessellate_detail. */
+typedef struct RlvTessellation {
+    uint64_t id;
+} RlvTessellation;
+
+typedef struct RlvTessellationInfo {
+    uint32_t struct_size;
+    uint32_t reserved;
+    size_t point_count;
+    size_t triangle_count;
+    uint64_t revision; /* of the detail, which the points are of */
+} RlvTessellationInfo;
+
+#define RLV_TESSELLATION_INFO_INIT {sizeof(RlvTessellationInfo), 0, 0, 0, 0}
+
+/* What an update did. */
+typedef struct RlvTessellationChanges {
+    uint32_t struct_size;
+    uint32_t rebuilt; /* 1 if there are other triangles and points than before, all in one range, because tiles got or
+                         lost displacement, or another size, and with it another number of cells. That never happens
+                         where the options say the same number for coarse and fine. */
+    size_t range_count; /* ranges of points that were written; rlv_tessellation_changed_ranges lists them */
+    size_t point_count; /* points in them */
+    float low[3];       /* bounds of these points, object units; zero for none */
+    float high[3];
+} RlvTessellationChanges;
+
+#define RLV_TESSELLATION_CHANGES_INIT {sizeof(RlvTessellationChanges), 0, 0, 0, {0}, {0}}
+
+/* Makes the triangles of the detail as it was committed last. Options, failures and the order of points and triangles
+ * are those of rlv_tessellate_detail. It keeps the detail alive. */
+RLV_API RlvResult rlv_tessellation_create(RlvDetail detail, const RlvTessellateOptions *options, RlvTessellation *out);
+
+RLV_API RlvResult rlv_tessellation_retain(RlvTessellation tessellation);
+RLV_API RlvResult rlv_tessellation_release(RlvTessellation tessellation);
+
+RLV_API RlvResult rlv_tessellation_info(RlvTessellation tessellation, RlvTessellationInfo *out);
+
+/* Brings the points to the detail's last commit, however many there were since the last update. Costs what changed,
+ * unless triangles are rebuilt or the cage was posed, which concerns all points. Needs the tessellation for itself and
+ * returns RLV_ERROR_BUSY while another call is at work on it; edits of the detail do not matter. After a failure the
+ * tessellation is what it was. out may be NULL. */
+RLV_API RlvResult rlv_tessellation_update(RlvTessellation tessellation, RlvTessellationChanges *out);
+
+/* The ranges of points that the last update wrote, as pairs of the first point and the number of points, ascending and
+ * apart from one another; all points before the first update. Writes up to capacity pairs to ranges and their number to
+ * count. ranges may be NULL to ask for the number. */
+RLV_API RlvResult rlv_tessellation_changed_ranges(RlvTessellation tessellation, uint32_t *ranges, size_t capacity,
+                                                  size_t *count);
+
+/* Copies positions and unit normals of count points from first on, three floats each. Strides are in bytes, 0 for
+ * packed; either array may be NULL. */
+RLV_API RlvResult rlv_tessellation_get_points(RlvTessellation tessellation, size_t first, size_t count,
+                                              float *positions, size_t position_stride, float *normals,
+                                              size_t normal_stride);
+
+/* A copy of all triangles with their attributes as a mesh, as rlv_tessellate_detail makes it: for the start, and for
+ * when they were rebuilt. */
+RLV_API RlvResult rlv_tessellation_mesh(RlvTessellation tessellation, RlvMesh *out);
+
 #endif

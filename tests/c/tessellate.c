@@ -1,5 +1,5 @@
-/* Tessellation: closed, with normals, attributes and places that evaluate to its points. */
-#include "check.h"
+/* Tessellation: closed, with normals, attributes and places that evaluate to its points; and it follows commits. */
+#include "ball.h"
 
 /* A cube of side 2 with a face attribute. */
 static RlvMesh cube(RlvContext context) {
@@ -33,6 +33,148 @@ static void *get(RlvMesh mesh, const char *name, size_t numbers) {
     CHECK_OK(rlv_mesh_find_attribute(mesh, name, &index));
     CHECK_OK(rlv_mesh_get_attribute(mesh, index, values, numbers, NULL, 0));
     return values;
+}
+
+/* Points and normals as a host keeps them beside its index buffer. */
+typedef struct Buffers {
+    size_t count;
+    float *positions, *normals;
+} Buffers;
+
+static Buffers fetch(RlvMesh mesh) {
+    RlvMeshInfo info = RLV_MESH_INFO_INIT;
+    CHECK_OK(rlv_mesh_info(mesh, &info));
+    Buffers made = {info.point_count, malloc(info.point_count * 12), NULL};
+    CHECK(made.positions != NULL);
+    CHECK_OK(rlv_mesh_get_points(mesh, made.positions, made.count, 0));
+    made.normals = get(mesh, "normal", made.count * 3);
+    CHECK_OK(rlv_mesh_release(mesh));
+    return made;
+}
+
+static void drop(Buffers buffers) {
+    free(buffers.positions), free(buffers.normals);
+}
+
+/* Copies what the last update wrote, and nothing else. */
+static size_t refit(RlvTessellation tessellation, Buffers *buffers) {
+    size_t count = 0, points = 0, end = 0;
+    CHECK_OK(rlv_tessellation_changed_ranges(tessellation, NULL, 0, &count));
+    uint32_t *ranges = malloc(count * 8 + 8);
+    CHECK(ranges != NULL);
+    CHECK_OK(rlv_tessellation_changed_ranges(tessellation, ranges, count, &count));
+    for (size_t range = 0; range < count; ++range) {
+        size_t first = ranges[2 * range], size = ranges[2 * range + 1];
+        CHECK(size > 0 && (range == 0 || first > end));
+        CHECK_OK(rlv_tessellation_get_points(tessellation, first, size, buffers->positions + 3 * first, 0,
+                                             buffers->normals + 3 * first, 0));
+        end = first + size, points += size;
+    }
+    CHECK(end <= buffers->count);
+    free(ranges);
+    return points;
+}
+
+/* The buffers are those of a whole tessellation, to the last bit. */
+static void check_whole(RlvDetail detail, const RlvTessellateOptions *options, Buffers buffers) {
+    RlvMesh mesh = RLV_NULL;
+    CHECK_OK(rlv_tessellate_detail(detail, options, &mesh));
+    Buffers whole = fetch(mesh);
+    CHECK(whole.count == buffers.count);
+    CHECK(memcmp(whole.positions, buffers.positions, whole.count * 12) == 0);
+    CHECK(memcmp(whole.normals, buffers.normals, whole.count * 12) == 0);
+    drop(whole);
+}
+
+/* A host that refits what an imprint changed has what a host that starts anew would have. */
+static void follow(RlvContext context) {
+    RlvSurface surface = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    RlvCollider collider = RLV_NULL;
+    RlvTessellation tessellation = RLV_NULL, adaptive = RLV_NULL;
+    RlvMesh plane = check_plane(context, 6, 6), ball = check_ball(context, 0.6), mesh = RLV_NULL;
+    RlvDetailOptions detail_options = RLV_DETAIL_OPTIONS_INIT;
+    detail_options.tile_size = 32;
+    CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
+    CHECK_OK(rlv_detail_create(surface, &detail_options, NULL, &detail));
+    const double first[12] = CHECK_MOVED(2.0, 2.3, 0.4), second[12] = CHECK_MOVED(3.2, 2.3, 0.4);
+    CHECK_OK(rlv_collider_create_mesh(context, ball, first, &collider));
+    RlvTessellateOptions options = RLV_TESSELLATE_OPTIONS_INIT;
+    options.coarse = options.fine = 16;
+    CHECK_OK(rlv_tessellation_create(detail, &options, &tessellation));
+    CHECK_OK(rlv_tessellation_create(detail, NULL, &adaptive));
+    RlvTessellationInfo info = RLV_TESSELLATION_INFO_INIT;
+    CHECK_OK(rlv_tessellation_info(tessellation, &info));
+    CHECK(info.point_count == 97 * 97 && info.triangle_count == 2 * 96 * 96);
+    CHECK_OK(rlv_tessellation_mesh(tessellation, &mesh));
+    Buffers buffers = fetch(mesh);
+    CHECK(buffers.count == info.point_count);
+
+    /* Two commits, one update. */
+    RlvTessellationChanges changes = RLV_TESSELLATION_CHANGES_INIT;
+    CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, NULL));
+    CHECK_OK(rlv_tessellation_update(tessellation, &changes));
+    CHECK(changes.range_count == 0 && changes.point_count == 0 && changes.high[0] == 0.0f);
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_collider_set_transform(collider, second));
+    CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_tessellation_update(tessellation, &changes));
+    CHECK(changes.rebuilt == 0 && changes.range_count > 1 && changes.point_count < buffers.count / 2);
+    CHECK(changes.low[2] < -0.15f && changes.low[0] > 0.5f && changes.high[0] < 5.0f);
+    CHECK(refit(tessellation, &buffers) == changes.point_count);
+    check_whole(detail, &options, buffers);
+    CHECK_OK(rlv_tessellation_update(tessellation, &changes));
+    CHECK(changes.range_count == 0);
+
+    /* Tiles that lose their displacement change too. */
+    CHECK_OK(rlv_detail_write_block(detail, 14, NULL, 0));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_tessellation_update(tessellation, &changes));
+    CHECK(changes.rebuilt == 0 && refit(tessellation, &buffers) > 0);
+    check_whole(detail, &options, buffers);
+
+    /* A transform changes no points of object space, a pose all. */
+    CHECK_OK(rlv_detail_set_transform(detail, second));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_tessellation_update(tessellation, &changes));
+    CHECK(changes.range_count == 0);
+    float points[49][3];
+    CHECK_OK(rlv_mesh_get_points(plane, points[0], 49, 0));
+    points[24][2] += 0.5f;
+    CHECK_OK(rlv_detail_set_points(detail, points[0], 49, 0));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_tessellation_update(tessellation, &changes));
+    CHECK(changes.rebuilt == 0 && changes.point_count == buffers.count);
+    CHECK(refit(tessellation, &buffers) == buffers.count);
+    check_whole(detail, &options, buffers);
+    drop(buffers);
+
+    /* Where tiles with displacement have more cells, it says so. */
+    CHECK_OK(rlv_tessellation_update(adaptive, &changes));
+    CHECK(changes.rebuilt == 1 && changes.range_count == 1);
+    CHECK_OK(rlv_tessellation_mesh(adaptive, &mesh));
+    buffers = fetch(mesh);
+    check_whole(detail, NULL, buffers);
+
+    /* Refusals. */
+    CHECK_OK(rlv_tessellation_info(adaptive, &info));
+    CHECK(info.point_count == buffers.count);
+    CHECK_FAILS(RLV_ERROR_INVALID,
+                rlv_tessellation_get_points(adaptive, 1, buffers.count, buffers.positions, 0, NULL, 0), "count");
+    CHECK_FAILS(RLV_ERROR_INVALID,
+                rlv_tessellation_get_points(adaptive, (size_t)-1, 2, buffers.positions, 0, NULL, 0), "count");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_tessellation_changed_ranges(adaptive, NULL, 0, NULL), "count");
+    drop(buffers);
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_tessellation_update(tessellation, NULL));
+    CHECK_OK(rlv_tessellation_release(adaptive));
+    CHECK_OK(rlv_tessellation_release(tessellation));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_tessellation_update(tessellation, NULL), "not alive");
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(ball));
+    CHECK_OK(rlv_mesh_release(plane));
 }
 
 int main(void) {
@@ -104,6 +246,7 @@ int main(void) {
     CHECK_OK(rlv_mesh_release(cage));
     CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_context_release(small));
+    follow(context);
     CHECK_OK(rlv_context_release(context));
     return 0;
 }

@@ -95,8 +95,18 @@ int main() {
     CHECK(collider.info().triangle_count == 12 && collider.info().is_closed == 1 && relievo::Collider::create(surface).info().triangle_count > 4);
     RlvImprintSettings settings = RLV_IMPRINT_SETTINGS_INIT;
     settings.voxels = 1 << 18;
+    RlvTessellateOptions even = RLV_TESSELLATE_OPTIONS_INIT;
+    even.coarse = even.fine = 16;
+    const auto triangles = relievo::Tessellation::create(detail, even);
+    auto kept = triangles.mesh().points();
+    std::vector<Float3> normals(kept.size());
     const auto report = relievo::imprint(detail, collider, settings);
     const auto changes = detail.commit();
+    CHECK(triangles.update().rebuilt == 0 && triangles.info().point_count == kept.size());
+    for (const auto range : triangles.changed_ranges()) {
+        triangles.get_points(range, kept, normals);
+    }
+    CHECK(kept == detail.tessellate(even).points() && triangles.update().range_count == 0);
     CHECK(changes.tile_count == report.changed_tiles && detail.changed_tiles().size() == changes.tile_count);
     const auto dent = detail.evaluate({{0, {0.5f, 0.5f}}});
     CHECK(dent.displacements[0] < -0.19f && dent.displacements[0] > -0.3f);

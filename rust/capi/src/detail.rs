@@ -72,6 +72,8 @@ pub struct View {
     pub cage: Arc<Mesh>,
     pub snapshot: Arc<Snapshot>,
     pub transform: DAffine3,
+    /// How often the cage was posed before.
+    pub pose: u64,
     full_bytes: u64,
     budget: u64,
 }
@@ -89,6 +91,8 @@ pub struct Editor {
     pub imprinter: Imprinter,
     /// Tiles whose blocks were put back since the last commit.
     written: Vec<Change>,
+    /// How often the cage was posed.
+    pose: u64,
     /// Whether the pose or transform changed since the last commit.
     moved: bool,
 }
@@ -117,13 +121,14 @@ impl DetailObject {
     }
 }
 
-fn view_of(object: &DisplacedObject, cage: Arc<Mesh>, snapshot: Arc<Snapshot>) -> Arc<View> {
+fn view_of(object: &DisplacedObject, cage: Arc<Mesh>, snapshot: Arc<Snapshot>, pose: u64) -> Arc<View> {
     let displacement = object.displacement();
     Arc::new(View {
         surface: object.surface().clone(),
         cage,
         snapshot,
         transform: *object.transform(),
+        pose,
         full_bytes: displacement.full_bytes(),
         budget: displacement.budget(),
     })
@@ -171,8 +176,8 @@ entry! {
         let mut displacement = Displacement::new(pose.surface.topology().clone(), &options)?;
         let snapshot = displacement.commit();
         let object = DisplacedObject::new(&context.context, pose.surface, &pose.points, displacement, matrix)?;
-        let view = RwLock::new(view_of(&object, surface.cage.clone(), snapshot));
-        let editor = Editor { object, imprinter: Imprinter::new(), written: Vec::new(), moved: false };
+        let view = RwLock::new(view_of(&object, surface.cage.clone(), snapshot, 0));
+        let editor = Editor { object, imprinter: Imprinter::new(), written: Vec::new(), pose: 0, moved: false };
         let handle = registry::insert(DetailObject { context, editor: Mutex::new(editor), view })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
@@ -242,6 +247,7 @@ entry! {
         let points = points.to_vec("points", object.context.context.memory_limit())?;
         let mut editor = object.edit()?;
         editor.object.pose(&object.context.context, &points)?;
+        editor.pose += 1;
         editor.moved = true;
         Ok(())
     }
@@ -253,13 +259,13 @@ entry! {
             unsafe { check_descriptor(out) }?;
         }
         let mut editor = object.edit()?;
-        let Editor { object: displaced, written, moved, .. } = &mut *editor;
+        let Editor { object: displaced, written, pose, moved, .. } = &mut *editor;
         if !written.is_empty() {
             displaced.displacement_mut().update_rings(&object.context.context, written)?;
             written.clear();
         }
         let snapshot = displaced.commit();
-        let view = view_of(displaced, object.view().cage.clone(), snapshot);
+        let view = view_of(displaced, object.view().cage.clone(), snapshot, *pose);
         let moved = std::mem::take(moved);
         *object.view.write().unwrap_or_else(PoisonError::into_inner) = view.clone();
         drop(editor);

@@ -48,6 +48,8 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         detail::RlvDetailChanges::layout(),
         detail::RlvDetailTileInfo::layout(),
         tessellate::RlvTessellateOptions::layout(),
+        tessellate::RlvTessellationInfo::layout(),
+        tessellate::RlvTessellationChanges::layout(),
         collider::RlvColliderInfo::layout(),
         collider::RlvToolSettings::layout(),
         parameter::RlvParameter::layout(),

@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-const NOUNS: [&str; 8] = ["nothing", "context", "mesh", "surface", "detail", "collider", "caster", "history"];
+const NOUNS: [&str; 8] = ["nothing", "context", "mesh", "surface", "detail", "collider", "caster", "tessellation"];
 
 /// Defines the handle type of a noun.
 macro_rules! handle {

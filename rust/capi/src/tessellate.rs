@@ -1,15 +1,19 @@
 //! Triangles of surfaces and details; see `include/relievo/tessellate.h`.
 
+use std::sync::{Arc, RwLock};
+
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
 use relievo_surface::Surface;
-use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Tessellation};
+use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Tessellation, Tessellator};
 
-use crate::array::{present, put};
-use crate::descriptor::read_optional;
-use crate::detail::RlvDetail;
+use crate::array::{Output, present, put};
+use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
+use crate::detail::{DetailObject, RlvDetail, View};
 use crate::mesh::{self, RlvMesh};
-use crate::registry;
+use crate::registry::{self, handle, try_read, try_write};
 use crate::surface::RlvSurface;
+
+handle!(RlvTessellation, 7, TessellationObject);
 
 descriptor! {
     pub struct RlvTessellateOptions {
@@ -17,6 +21,27 @@ descriptor! {
         coarse: u32,
         fine: u32,
         places: u32,
+    }
+}
+
+descriptor! {
+    pub struct RlvTessellationInfo {
+        struct_size: u32,
+        reserved: u32,
+        point_count: usize,
+        triangle_count: usize,
+        revision: u64,
+    }
+}
+
+descriptor! {
+    pub struct RlvTessellationChanges {
+        struct_size: u32,
+        rebuilt: u32,
+        range_count: usize,
+        point_count: usize,
+        low: [f32; 3],
+        high: [f32; 3],
     }
 }
 
@@ -63,9 +88,8 @@ impl Cells {
     }
 }
 
-/// The triangles of a displaced surface, if they fit the memory limit.
-pub fn tessellate(context: &Context, displaced: &Displaced<'_>, cage: &Mesh, cells: Cells) -> Result<Tessellation> {
-    let rates = cells.rates(displaced);
+/// Fails unless the triangles of these rates fit the memory limit.
+fn check_memory(context: &Context, rates: &[u32]) -> Result<()> {
     let quads: u64 = rates.iter().map(|rate| u64::from(*rate).pow(2)).sum();
     // A point with its normal, and for both triangles corners, indices of attributes, parameters and the tile.
     let bytes = quads.saturating_mul(24 + 2 * (12 + 12 + 24 + 4));
@@ -73,6 +97,13 @@ pub fn tessellate(context: &Context, displaced: &Displaced<'_>, cage: &Mesh, cel
         return Err(Error::memory(format!("{} triangles do not fit the memory limit", 2 * quads))
             .advise("use fewer cells or raise the memory limit of the context"));
     }
+    Ok(())
+}
+
+/// The triangles of a displaced surface, if they fit the memory limit.
+pub fn tessellate(context: &Context, displaced: &Displaced<'_>, cage: &Mesh, cells: Cells) -> Result<Tessellation> {
+    let rates = cells.rates(displaced);
+    check_memory(context, &rates)?;
     context.stats().time("tessellate", || displaced.tessellate(context, cage, &rates))
 }
 
@@ -94,6 +125,72 @@ fn with_places(made: Tessellation, wanted: bool) -> Mesh {
         mesh.attributes.push(attribute("tile_uv", Domain::Corner, 2, parameters));
     }
     mesh
+}
+
+/// Triangles of a detail that follow its commits.
+pub struct TessellationObject {
+    detail: Arc<DetailObject>,
+    cells: Cells,
+    /// Whether places are wanted.
+    places: bool,
+    kept: RwLock<Kept>,
+}
+
+/// What an update changes.
+struct Kept {
+    /// The commit the triangles are of.
+    view: Arc<View>,
+    rates: Vec<u32>,
+    tessellator: Tessellator,
+    made: Tessellation,
+    /// First and number of the points that the last update wrote.
+    ranges: Vec<[u32; 2]>,
+}
+
+impl Kept {
+    /// All triangles anew.
+    fn new(context: &Context, view: Arc<View>, rates: Vec<u32>) -> Result<Self> {
+        check_memory(context, &rates)?;
+        let (tessellator, made) = context.stats().time("tessellate", || {
+            let tessellator = Tessellator::new(view.surface.topology(), &view.cage, rates.clone())?;
+            let made = tessellator.tessellate(context, &view.displaced()?, &view.cage)?;
+            Ok((tessellator, made))
+        })?;
+        let ranges = vec![[0, made.mesh.points.len() as u32]];
+        Ok(Self { view, rates, tessellator, made, ranges })
+    }
+
+    /// Brings the triangles to `view`; whether they are others than before.
+    fn update(&mut self, context: &Context, view: Arc<View>, cells: Cells) -> Result<bool> {
+        let rates = cells.rates(&view.displaced()?);
+        if rates != self.rates {
+            *self = Self::new(context, view, rates)?;
+            return Ok(true);
+        }
+        let (old, new) = (self.view.snapshot.field(), view.snapshot.field());
+        let posed = view.pose != self.view.pose;
+        let tiles = 0..new.tile_count() as u32;
+        let changed: Vec<u32> = tiles.filter(|tile| posed || old.version(*tile) != new.version(*tile)).collect();
+        let ranges = context.stats().time("tessellate.update", || {
+            self.tessellator.update(context, &view.displaced()?, &changed, &mut self.made)
+        })?;
+        self.ranges = ranges.into_iter().map(|range| [range.start, range.end - range.start]).collect();
+        self.view = view;
+        Ok(false)
+    }
+
+    /// The points that the last update wrote.
+    fn written(&self) -> impl Iterator<Item = &[f32; 3]> {
+        let points = &self.made.mesh.points;
+        self.ranges.iter().flat_map(|[first, count]| points.iter().skip(*first as usize).take(*count as usize))
+    }
+
+    fn normals(&self) -> Result<&[[f32; 3]]> {
+        match self.made.mesh.attribute("normal").map(|attribute| &attribute.values) {
+            Some(Values::F32(normals)) => Ok(normals.as_chunks().0),
+            _ => Err(Error::internal("a tessellation has no normals")),
+        }
+    }
 }
 
 entry! {
@@ -118,6 +215,133 @@ entry! {
         let view = object.view();
         let made = tessellate(&object.context.context, &view.displaced()?, &view.cage, cells)?;
         let handle = mesh::register(object.context.clone(), with_places(made, places))?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+    fn rlv_tessellation_create(
+        detail: RlvDetail,
+        options: *const RlvTessellateOptions,
+        out: *mut RlvTessellation,
+    ) {
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let (cells, places) = unsafe { Cells::new(options) }?;
+        let view = detail.view();
+        let rates = cells.rates(&view.displaced()?);
+        let kept = RwLock::new(Kept::new(&detail.context.context, view, rates)?);
+        let handle = registry::insert(TessellationObject { detail, cells, places, kept })?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_tessellation_retain(tessellation: RlvTessellation) {
+        registry::retain(tessellation)
+    }
+
+    fn rlv_tessellation_release(tessellation: RlvTessellation) {
+        registry::release(tessellation)
+    }
+
+    fn rlv_tessellation_info(tessellation: RlvTessellation, out: *mut RlvTessellationInfo) {
+        let object = registry::get(tessellation)?;
+        let kept = try_read(&object.kept, "tessellation")?;
+        let info = RlvTessellationInfo {
+            struct_size: 0,
+            reserved: 0,
+            point_count: kept.tessellator.point_count(),
+            triangle_count: kept.tessellator.triangle_count(),
+            revision: kept.view.snapshot.revision(),
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_tessellation_update(tessellation: RlvTessellation, out: *mut RlvTessellationChanges) {
+        let object = registry::get(tessellation)?;
+        if !out.is_null() {
+            // SAFETY: the caller gives a descriptor that starts with its size.
+            unsafe { check_descriptor(out) }?;
+        }
+        let mut kept = try_write(&object.kept, "tessellation")?;
+        let rebuilt = kept.update(&object.detail.context.context, object.detail.view(), object.cells)?;
+        if out.is_null() {
+            return Ok(());
+        }
+        let bounds = kept.written().map(|point| (*point, *point)).reduce(|a, b| {
+            (std::array::from_fn(|axis| a.0[axis].min(b.0[axis])), std::array::from_fn(|axis| a.1[axis].max(b.1[axis])))
+        });
+        let (low, high) = bounds.unwrap_or_default();
+        let changes = RlvTessellationChanges {
+            struct_size: 0,
+            rebuilt: u32::from(rebuilt),
+            range_count: kept.ranges.len(),
+            point_count: kept.ranges.iter().map(|[_, count]| *count as usize).sum(),
+            low,
+            high,
+        };
+        // SAFETY: the caller gives a descriptor that starts with its size.
+        unsafe { write_descriptor(out, changes) }
+    }
+
+    fn rlv_tessellation_changed_ranges(
+        tessellation: RlvTessellation,
+        ranges: *mut u32,
+        capacity: usize,
+        count: *mut usize,
+    ) {
+        present("count", count)?;
+        let object = registry::get(tessellation)?;
+        let kept = try_read(&object.kept, "tessellation")?;
+        // SAFETY: the caller promises room for `capacity` pairs, or NULL to ask for the number alone.
+        if let Some(out) = unsafe { Output::<[u32; 2]>::optional("ranges", ranges.cast(), capacity, 0) }? {
+            out.holds("ranges", kept.ranges.len())?.fill(kept.ranges.iter().copied());
+        }
+        // SAFETY: checked above.
+        unsafe { put(count, kept.ranges.len()) };
+        Ok(())
+    }
+
+    fn rlv_tessellation_get_points(
+        tessellation: RlvTessellation,
+        first: usize,
+        count: usize,
+        positions: *mut f32,
+        position_stride: usize,
+        normals: *mut f32,
+        normal_stride: usize,
+    ) {
+        let object = registry::get(tessellation)?;
+        let kept = try_read(&object.kept, "tessellation")?;
+        let points = &kept.made.mesh.points;
+        let range = first..first.saturating_add(count);
+        let (Some(from), Some(facing)) = (points.get(range.clone()), kept.normals()?.get(range)) else {
+            return Err(Error::invalid(format!("there are {} points, not {count} from {first} on", points.len()))
+                .at("count")
+                .advise("take ranges of the last update, and fetch the mesh anew if it said rebuilt"));
+        };
+        // SAFETY: the caller promises room for `count` vectors, or NULL.
+        let (positions, normals) = unsafe {
+            (
+                Output::<[f32; 3]>::optional("positions", positions.cast(), count, position_stride)?,
+                Output::<[f32; 3]>::optional("normals", normals.cast(), count, normal_stride)?,
+            )
+        };
+        for (out, values) in [(positions, from), (normals, facing)] {
+            if let Some(out) = out {
+                out.fill(values.iter().copied());
+            }
+        }
+        Ok(())
+    }
+
+    fn rlv_tessellation_mesh(tessellation: RlvTessellation, out: *mut RlvMesh) {
+        present("out", out)?;
+        let object = registry::get(tessellation)?;
+        let made = try_read(&object.kept, "tessellation")?.made.clone();
+        let handle = mesh::register(object.detail.context.clone(), with_places(made, object.places))?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())

@@ -6,6 +6,7 @@
 //! finer edge is stitched, as hardware tessellators do. Vertices on edges are evaluated at their canonical place.
 //! Attributes are carried along: bilinear over the tile for corners and points, copied for faces.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
@@ -150,7 +151,8 @@ impl Tessellator {
     }
 
     /// Moves the points and normals of `changed` tiles to where the displaced surface now is, as
-    /// [`Snapshot::changed`](crate::Snapshot::changed) lists them; all else stays.
+    /// [`Snapshot::changed`](crate::Snapshot::changed) lists them; all else stays. Returns the points of these tiles, as
+    /// ascending ranges that do not touch.
     ///
     /// Fails, and changes nothing, if a tile does not exist, the tessellation is not one of this tessellator, or the
     /// surface has other tiles.
@@ -160,7 +162,7 @@ impl Tessellator {
         displaced: &Displaced<'_>,
         changed: &[u32],
         tessellation: &mut Tessellation,
-    ) -> Result<()> {
+    ) -> Result<Vec<Range<u32>>> {
         let topology = &self.numbering.topology;
         self.check(displaced)?;
         if let Some(tile) = changed.iter().find(|tile| **tile as usize >= topology.tile_count()) {
@@ -185,15 +187,19 @@ impl Tessellator {
             Ok((local.vertices, outside, self.inside(context, displaced, tile)?))
         });
         let made = made.into_iter().collect::<Result<Vec<_>>>()?;
+        let mut moved = Vec::with_capacity(made.iter().map(|(vertices, ..)| vertices.len()).sum());
         for (vertices, outside, inside) in made {
             let p = outside.p.iter().chain(&inside.p).zip(outside.normal.iter().chain(&inside.normal));
             for (vertex, (p, normal)) in vertices.into_iter().zip(p) {
+                moved.push(vertex);
                 let vertex = vertex as usize;
                 points[vertex] = *p;
                 normals[3 * vertex..3 * vertex + 3].copy_from_slice(normal);
             }
         }
-        Ok(())
+        moved.sort_unstable();
+        moved.dedup();
+        Ok(moved.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[0] + run.len() as u32).collect())
     }
 
     fn check(&self, displaced: &Displaced<'_>) -> Result<()> {

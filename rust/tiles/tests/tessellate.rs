@@ -268,8 +268,16 @@ fn an_update_of_the_changed_tiles_is_a_whole_tessellation() {
         let snapshot = displacement.commit();
         let view = Displaced::new(&surface, snapshot.field()).unwrap();
         assert!(snapshot.changed().len() < surface.tile_count());
-        tessellator.update(&context, &view, snapshot.changed(), &mut made).unwrap();
+        let before = made.clone();
+        let moved = tessellator.update(&context, &view, snapshot.changed(), &mut made).unwrap();
         assert_eq!(made, displaced(&snapshot));
+        assert!(moved.windows(2).all(|pair| pair[0].end < pair[1].start));
+        let points = moved.iter().map(|range| range.len()).sum::<usize>();
+        assert!(points > 0 && points < made.mesh.points.len());
+        for vertex in 0..made.mesh.points.len() {
+            let same = made.mesh.points[vertex] == before.mesh.points[vertex];
+            assert!(same || moved.iter().any(|range| range.contains(&(vertex as u32))), "point {vertex}");
+        }
         for (triangle, tile) in made.tiles.iter().enumerate() {
             let (low, high) = view.tile_bounds(*tile);
             for p in self::triangle(&made.mesh, triangle) {

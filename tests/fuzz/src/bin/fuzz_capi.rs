@@ -31,11 +31,13 @@ struct Handles {
     details: Vec<u64>,
     colliders: Vec<u64>,
     casters: Vec<u64>,
+    tessellations: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 6] {
-        [&self.contexts, &self.meshes, &self.surfaces, &self.details, &self.colliders, &self.casters]
+    fn lists(&self) -> [&[u64]; 7] {
+        let Self { contexts, meshes, surfaces, details, colliders, casters, tessellations } = self;
+        [contexts, meshes, surfaces, details, colliders, casters, tessellations]
     }
 
     /// A handle of `noun`, mostly one that was given out.
@@ -43,7 +45,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=5)?],
+            2 => self.lists()[bytes.int_in_range(0..=6)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -421,6 +423,35 @@ fn cast(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     Ok(())
 }
 
+/// Triangles that follow a detail.
+fn follow(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    if bytes.arbitrary()? {
+        let options = tessellation(bytes)?;
+        let mut out = RlvTessellation { id: UNTOUCHED };
+        // SAFETY: the descriptor is sized.
+        let result = unsafe { rlv_tessellation_create(RlvDetail { id: handles.pick(bytes, 3)? }, &options, &mut out) };
+        made(result, out.id, &mut handles.tessellations);
+    }
+    let tessellation = RlvTessellation { id: handles.pick(bytes, 6)? };
+    let (mut info, mut changes): (RlvTessellationInfo, RlvTessellationChanges) = (sized(bytes)?, sized(bytes)?);
+    let mut out = RlvMesh { id: UNTOUCHED };
+    let (mut ranges, mut found) = ([0_u32; 16], 0);
+    let (mut positions, mut normals) = ([0.0_f32; 48], [0.0_f32; 48]);
+    let first = if bytes.ratio(1, 16)? { bytes.arbitrary()? } else { bytes.int_in_range(0..=40)? };
+    // SAFETY: every array has the room that is told.
+    let result = unsafe {
+        called(rlv_tessellation_info(tessellation, &mut info));
+        called(rlv_tessellation_update(tessellation, &mut changes));
+        called(rlv_tessellation_changed_ranges(tessellation, ranges.as_mut_ptr(), 8, &mut found));
+        let count = bytes.int_in_range(0..=16)?;
+        let (positions, normals) = (positions.as_mut_ptr(), normals.as_mut_ptr());
+        called(rlv_tessellation_get_points(tessellation, first, count, positions, 0, normals, 0));
+        rlv_tessellation_mesh(tessellation, &mut out)
+    };
+    made(result, out.id, &mut handles.meshes);
+    Ok(())
+}
+
 /// Retains or releases a handle as the given noun.
 fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
     // SAFETY: handles are checked by the library, whatever their number.
@@ -436,8 +467,10 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (3, false) => rlv_detail_release(RlvDetail { id }),
             (4, true) => rlv_collider_retain(RlvCollider { id }),
             (4, false) => rlv_collider_release(RlvCollider { id }),
-            (_, true) => rlv_caster_retain(RlvCaster { id }),
-            (_, false) => rlv_caster_release(RlvCaster { id }),
+            (5, true) => rlv_caster_retain(RlvCaster { id }),
+            (5, false) => rlv_caster_release(RlvCaster { id }),
+            (_, true) => rlv_tessellation_retain(RlvTessellation { id }),
+            (_, false) => rlv_tessellation_release(RlvTessellation { id }),
         }
     }
 }
@@ -451,7 +484,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=15_u8)? {
+        match bytes.int_in_range(0..=16_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -460,8 +493,9 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             10..=12 => press(bytes, handles)?,
             13 => evaluate(bytes, handles)?,
             14 => cast(bytes, handles)?,
+            15 => follow(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=5)?;
+                let noun = bytes.int_in_range(0..=6)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }
