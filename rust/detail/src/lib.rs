@@ -2,6 +2,7 @@
 //! them, after Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from Object Collisions.
 
 pub mod collider;
+pub mod contact;
 pub mod cull;
 pub mod dda;
 pub mod grid;
@@ -22,6 +23,7 @@ pub mod tool;
 pub mod voxel;
 
 pub use collider::Collider;
+pub use contact::Contact;
 pub use dda::Exit;
 pub use grid::Grid;
 pub use hierarchy::{Bounds, Hierarchy, Region};

@@ -36,8 +36,7 @@ pub fn pressed(tool: &Collider, place: DVec3, normal: DVec3, force: f64, setting
     }
     let transform = *tool.transform();
     let world = |point: &[f32; 3]| transform.transform_point3(DVec3::from(point.map(f64::from)));
-    let foremost = tool.points().iter().map(world).min_by(|a, b| a.dot(up).total_cmp(&b.dot(up)));
-    let foremost = foremost.unwrap_or(DVec3::ZERO);
+    let foremost = foremost(tool, -up);
     let front = foremost.dot(up);
     // Triangles that can be reached, as heights above the foremost point and areas seen along the normal.
     let deepest = f64::from(settings.max_depth);
@@ -66,6 +65,13 @@ pub fn pressed(tool: &Collider, place: DVec3, normal: DVec3, force: f64, setting
     }
     let shift = place - foremost - up * low;
     Ok(DAffine3 { translation: transform.translation + shift, ..transform })
+}
+
+/// The point of `tool`, where it is, that comes first when it goes along `direction`.
+pub fn foremost(tool: &Collider, direction: DVec3) -> DVec3 {
+    let world = |point: &[f32; 3]| tool.transform().transform_point3(DVec3::from(point.map(f64::from)));
+    let first = tool.points().iter().map(world).max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)));
+    first.unwrap_or(tool.transform().translation)
 }
 
 /// The mean over a triangle, whose corners have the given ascending heights, of how far it is below `depth`, 0 where it

@@ -8,11 +8,13 @@
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Error, Result};
 use relievo_detail::overlap::overlap;
+use relievo_detail::tool::{foremost, pressed};
 use relievo_detail::{
     Collider, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, Moment, Motion, Pose, Report,
 };
 
 use crate::cache::{Block, Frame};
+use crate::description::ToolEntry;
 use crate::world::{Item, World};
 
 /// Makes the imprints of frame after frame.
@@ -39,6 +41,7 @@ struct Pair {
     into: usize,
     number: u32,
     settings: ImprintSettings,
+    tool: Option<ToolEntry>,
 }
 
 /// Share of the smallest edge of a collider's box that its points may travel between imprints.
@@ -65,7 +68,8 @@ impl Baker {
 
     /// Goes on from the frame before `frame`: moves the bodies and presses the colliders in on their way.
     pub fn advance(&mut self, context: &Context, world: &mut World, frame: u32) -> Result<Changes> {
-        let mut path = vec![world.transforms().to_vec()];
+        // Tools are not where they were placed but where they were pressed to, so that the bodies are asked.
+        let mut path = vec![world.physics.transforms()];
         path.extend(context.stats().time("physics", || world.physics.advance()));
         self.frame(context, world, frame, &path)
     }
@@ -74,22 +78,25 @@ impl Baker {
         let mut changes = Changes::default();
         let now = world.scene.time(frame);
         let before = world.scene.time(frame.saturating_sub(1));
+        let mut last = path.last().cloned().unwrap_or_default();
         {
             let _stage = context.stats().begin("imprint");
             for group in groups(world, now) {
                 let way = Way { path, before, now, frame };
                 let report = match group[..] {
                     [one] if matches!(world.items().get(one.by), Some(Item::Mesh(_))) => {
-                        self.sweep(context, world, one, &way)?
+                        let (report, pressed) = self.sweep(context, world, one, &way)?;
+                        if let (Some(place), Some(pressed)) = (last.get_mut(one.by), pressed) {
+                            *place = pressed;
+                        }
+                        report
                     }
                     _ => self.surfaces(context, world, &group, &way)?,
                 };
                 changes.report.merge(report);
             }
         }
-        if let Some(last) = path.last() {
-            world.place(last)?;
-        }
+        world.place(&last)?;
         changes.posed = animated(world);
         world.pose(context, now)?;
         let _stage = context.stats().begin("commit");
@@ -104,9 +111,17 @@ impl Baker {
         Ok(changes)
     }
 
-    /// Moves a mesh along its way and presses it into a surface.
-    fn sweep(&mut self, context: &Context, world: &mut World, pair: Pair, way: &Way) -> Result<Report> {
-        let parts = way.parts(pair.by);
+    /// Moves a mesh along its way and presses it into a surface. Returns also where a tool ends that a force presses in.
+    fn sweep(
+        &mut self,
+        context: &Context,
+        world: &mut World,
+        pair: Pair,
+        way: &Way,
+    ) -> Result<(Report, Option<DAffine3>)> {
+        // A tool follows the surface, so its place is looked for as often as there are any.
+        let parts = if pair.tool.is_some() { way.steps() } else { way.parts(pair.by) };
+        let mut last = None;
         let mut settings = pair.settings;
         // The limit holds for a sweep; what a frame's sweeps do adds up.
         if settings.depth_limit < ImprintSettings::default().depth_limit {
@@ -119,19 +134,26 @@ impl Baker {
             let [from_points, to_points] = points;
             let (from_points, to_points) = (from_points?.map(Into::into), to_points?.map(Into::into));
             let (target, old_target) = (way.at(pair.into, end), way.at(pair.into, start));
+            let mut ends = [way.at(pair.by, start), way.at(pair.by, end)];
+            if let Some(tool) = &pair.tool {
+                let before = press(context, world, &pair, tool, way, start)?;
+                last = press(context, world, &pair, tool, way, end)?;
+                let Some(after) = last else { continue };
+                ends = [before.unwrap_or(after), after];
+            }
             if world.is_object_animated(pair.into) {
                 world.pose(context, way.time(end))?;
             }
             let Some((surface, collider)) = world.surface_and_collider(context, pair.into, pair.by)? else { continue };
             surface.set_transform(target)?;
             // The way as the surface sees it, which may have moved itself.
-            let from = Pose { transform: target * old_target.inverse() * way.at(pair.by, start), points: from_points };
-            let to = Pose { transform: way.at(pair.by, end), points: to_points };
+            let from = Pose { transform: target * old_target.inverse() * ends[0], points: from_points };
+            let to = Pose { transform: ends[1], points: to_points };
             let motion = Motion::new(collider, from, to)?;
             let moment = Moment { frame: u64::from(way.frame), step: part << 16, pair: pair.number };
             report.merge(self.imprinter.sweep(context, surface, collider, &motion, &settings, moment)?);
         }
-        Ok(report)
+        Ok((report, last))
     }
 
     /// Moves surfaces along their way and presses one into the other, or both into each other.
@@ -164,6 +186,28 @@ impl Baker {
         }
         Ok(report)
     }
+}
+
+/// Where a tool is after a `share` of the way when its force presses it into the surface it comes upon; `None` if it
+/// comes upon none.
+fn press(
+    context: &Context,
+    world: &mut World,
+    pair: &Pair,
+    tool: &ToolEntry,
+    way: &Way,
+    share: f64,
+) -> Result<Option<DAffine3>> {
+    let points = world.moving_points(context, pair.by, way.time(share))?;
+    if world.is_object_animated(pair.into) {
+        world.pose(context, way.time(share))?;
+    }
+    let Some((surface, collider)) = world.surface_and_collider(context, pair.into, pair.by)? else { return Ok(None) };
+    surface.set_transform(way.at(pair.into, share))?;
+    collider.set_pose(context, &Pose { transform: way.at(pair.by, share), points: points.map(Into::into) })?;
+    let front = foremost(collider, tool.force);
+    let Some(contact) = surface.met_by_line(context, front, tool.force) else { return Ok(None) };
+    pressed(collider, contact.point, contact.normal, tool.force.length(), &tool.settings).map(Some)
 }
 
 /// The way of all objects through a frame.
@@ -200,6 +244,11 @@ impl Way<'_> {
         )
     }
 
+    /// The even times that the way is known at.
+    fn steps(&self) -> u32 {
+        (self.path.len() as u32 - 1).max(1)
+    }
+
     /// Parts of the way in which `object` turns so little that it may be taken as turning evenly.
     fn parts(&self, object: usize) -> u32 {
         let turn = |pose: &[Vec<DAffine3>]| {
@@ -207,7 +256,7 @@ impl Way<'_> {
             a.angle_between(b)
         };
         let angle: f64 = self.path.windows(2).map(turn).sum();
-        ((angle / EVEN_TURN).ceil() as u32).clamp(1, (self.path.len() as u32 - 1).max(1))
+        ((angle / EVEN_TURN).ceil() as u32).clamp(1, self.steps())
     }
 }
 
@@ -263,7 +312,8 @@ fn groups(world: &World, time: f64) -> Vec<Vec<Pair>> {
     for entry in &world.scene.colliders {
         for into in &entry.into {
             if entry.from <= time && time < entry.until {
-                pairs.push(Pair { by: entry.object, into: *into, number, settings: entry.settings });
+                let (by, into) = (entry.object, *into);
+                pairs.push(Pair { by, into, number, settings: entry.settings, tool: entry.tool });
             }
             number += 1;
         }

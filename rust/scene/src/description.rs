@@ -251,6 +251,15 @@ pub struct BodyEntry {
     pub keyframes: Vec<Keyframe>,
 }
 
+/// A force that presses a collider in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolEntry {
+    /// Newtons, not zero.
+    pub force: DVec3,
+    /// How the material resists.
+    pub settings: relievo_detail::tool::ToolSettings,
+}
+
 /// `[colliders.NAME]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColliderEntry {
@@ -266,6 +275,8 @@ pub struct ColliderEntry {
     pub until: f64,
     /// How it imprints.
     pub settings: relievo_detail::ImprintSettings,
+    /// What presses it in, if a force does.
+    pub tool: Option<ToolEntry>,
 }
 
 /// `[physics]`

@@ -170,6 +170,30 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
             );
         }
     }
+    for collider in colliders.iter().flatten().filter(|collider| collider.tool.is_some()) {
+        let own = |body: &&BodyEntry| body.object == collider.object && body.motion == Motion::Dynamic;
+        if let Some(body) = bodies.iter().flatten().find(own) {
+            reader.fault(
+                Diagnostic::new(
+                    collider.name.span.clone(),
+                    "physics and the force of `tool` would move the same object",
+                )
+                .relate(body.name.span.clone(), "the body")
+                .advise("give the body keyframes, remove it, or remove `tool`"),
+            );
+        }
+        let also = |other: &&ColliderEntry| {
+            let overlap = other.from < collider.until && collider.from < other.until;
+            other.object == collider.object && other.name != collider.name && overlap
+        };
+        if let Some(other) = colliders.iter().flatten().find(also) {
+            reader.fault(
+                Diagnostic::new(collider.name.span.clone(), "a tool can be pressed into one object at a time only")
+                    .relate(other.name.span.clone(), "the same object presses here as well")
+                    .advise("remove one, or let them act at different times with `from` and `until`"),
+            );
+        }
+    }
     let physics = reader.sub_table(root, "physics");
     let physics = PhysicsEntry {
         gravity: reader.optional_vector(physics, "gravity").map_or(up.direction() * (-9.81 / metres), DVec3::from),
@@ -464,7 +488,47 @@ fn read_collider(
         );
     }
     reader.parameters(table, |parameter, value| settings.set(parameter.name, value).is_ok());
-    Some(ColliderEntry { name: name.clone(), object: object?, into, from, until, settings })
+    let tool = if table.has("tool") { read_tool(reader, table, name) } else { None };
+    if tool.is_some() {
+        let surface = |entry: &ObjectEntry| matches!(entry.geometry, Geometry::Surface(_));
+        if object.and_then(|object| entries.get(object)?.as_ref()).is_some_and(surface) {
+            reader.fault(
+                Diagnostic::new(table.span_of("tool"), "a tool must be rigid, and this object shows a surface")
+                    .advise("give the object a `mesh`"),
+            );
+        }
+        if into.len() > 1 {
+            reader.fault(
+                Diagnostic::new(table.span_of("tool"), "a tool can be pressed into one object only")
+                    .advise("name one object in `into`"),
+            );
+        }
+    }
+    Some(ColliderEntry { name: name.clone(), object: object?, into, from, until, settings, tool })
+}
+
+fn read_tool(reader: &mut Reader, table: Table, name: &Name) -> Option<ToolEntry> {
+    let span = table.span_of("tool");
+    let tool = reader.sub_table(table, "tool");
+    let mut settings = relievo_detail::tool::ToolSettings::default();
+    reader.parameters(tool, |parameter, value| settings.set(parameter.name, value).is_ok());
+    match reader.optional_vector(tool, "force").map(DVec3::from) {
+        Some(force) if force != DVec3::ZERO => Some(ToolEntry { force, settings }),
+        Some(_) => {
+            reader.fault(
+                Diagnostic::new(tool.span_of("force"), "a force of zero has no direction")
+                    .advise("let the collider act at other times with `from` and `until`"),
+            );
+            None
+        }
+        None => {
+            reader.fault(
+                Diagnostic::new(span, format!("the tool `{}` has no force", name.text))
+                    .advise("give `force = [0, 0, -30]`, in newtons"),
+            );
+            None
+        }
+    }
 }
 
 #[cfg(test)]
@@ -550,6 +614,29 @@ into = "ground"
             ("version = 1", "version = 1\n[bodies.ground]\nmotor_speed = 1", "1", "no axis"),
             ("version = 1", "version = 1\n[bodies.ground]\nlocked = [\"rq\"]", "\"rq\"", "cannot be"),
             ("version = 1", "version = 1\n[output]\nframes = 1e99", "1e99", "out of range"),
+            ("into = \"ground\"", "tool = { }", "{ }", "has no force"),
+            ("into = \"ground\"", "tool = { force = [0, 0, 0] }", "[0, 0, 0]", "no direction"),
+            ("into = \"ground\"", "tool = { forse = [0, 0, -1] }", "forse", "did you mean `force`?"),
+            ("into = \"ground\"", "tool = { force = [0, 0, -1], stiffness = 0 }", "0", "newtons per cubic scene unit"),
+            (
+                "[bodies.tool]",
+                "[colliders.ground]\ntool = { force = [0, 0, -1] }\ninto = []\n[bodies.tool]",
+                "{ force",
+                "must be rigid",
+            ),
+            (
+                "into = \"ground\"",
+                "into = \"ground\"\ntool = { force = [0, 0, -1] }\n[colliders.more]\nobject = \"tool\"\ninto = []",
+                "tool",
+                "one object at a time",
+            ),
+            (
+                "keyframes = [{ time = 0 }, { time = 1, translation = [1, 0, 0.4], rotation = [0, 720, 0] }]\n\
+                 [colliders.tool]",
+                "[colliders.tool]\ntool = { force = [0, 0, -1] }",
+                "tool",
+                "physics and the force",
+            ),
             ("version = 1", "version = ", "", "not TOML"),
         ];
         for (from, to, at, says) in cases {

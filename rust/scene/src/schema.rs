@@ -418,6 +418,15 @@ pub static IMPRINT: Section = Section {
     parameters: relievo_detail::ImprintSettings::PARAMETERS,
 };
 
+/// `tool` of a collider
+pub static TOOL: Section = Section {
+    name: "tool",
+    help: "A tool that a force presses into the surface, as a pen does: from where it is placed it goes along the force to \
+           the undented surface, and sinks until the material carries it; `tool = { force = [0, 0, -30] }`",
+    keys: &[key("force", Kind::Numbers(3), "", "newtons", "Force on the tool, which also says where it is pressed to")],
+    parameters: relievo_detail::tool::ToolSettings::PARAMETERS,
+};
+
 /// `[colliders.NAME]`
 pub static COLLIDER: Section = Section {
     name: "colliders.NAME",
@@ -439,6 +448,13 @@ pub static COLLIDER: Section = Section {
         ),
         key("from", Kind::Number(0.0, 1e6), "0", "seconds", "When it begins"),
         key("until", Kind::Number(0.0, 1e9), "1e9", "seconds", "When it ends"),
+        key(
+            "tool",
+            Kind::Table(&TOOL),
+            "",
+            "",
+            "Force that presses it in; left out, it is where it is placed or moved to",
+        ),
     ],
     parameters: relievo_detail::ImprintSettings::PARAMETERS,
 };
@@ -516,6 +532,8 @@ pub fn shown_unit(parameter: &Parameter) -> (f64, &'static str) {
     match parameter.unit {
         "rad" => (180.0 / std::f64::consts::PI, DEGREES),
         "rad/s" => (180.0 / std::f64::consts::PI, "degrees per second"),
+        "force / world units³" => (1.0, "newtons per cubic scene unit"),
+        "world units" => (1.0, UNITS),
         unit => (1.0, unit),
     }
 }
@@ -523,8 +541,8 @@ pub fn shown_unit(parameter: &Parameter) -> (f64, &'static str) {
 /// The sections in the order they are documented.
 pub fn sections() -> Vec<&'static Section> {
     vec![
-        &SCENE, &MESH, &SURFACE, &DETAIL, &OBJECT, &BODY, &KEYFRAME, &IMPRINT, &COLLIDER, &PHYSICS, &CAMERA, &VIEW,
-        &SUN, &SKY, &OUTPUT,
+        &SCENE, &MESH, &SURFACE, &DETAIL, &OBJECT, &BODY, &KEYFRAME, &IMPRINT, &COLLIDER, &TOOL, &PHYSICS, &CAMERA,
+        &VIEW, &SUN, &SKY, &OUTPUT,
     ]
 }
 

@@ -94,12 +94,15 @@ pub fn starter(context: &Context, entries: &[Entry], up: usize) -> Result<String
              # It comes down, dents, and goes up again. Without keyframes it would be a rigid body that falls.\n\
              [bodies.{name}]\nkeyframes = [\n    {{ time = 0, translation = {} }},\n    \
              {{ time = 0.5, translation = {} }},\n    {{ time = 1, translation = {} }},\n]\n\n\
-             # What presses into what.\n[colliders.{name}]\ninto = [\"target\"]\n\n",
+             # What presses into what.\n[colliders.{name}]\ninto = [\"target\"]\n\
+             # A force instead, in newtons, would press it as a pen is pressed, wherever it is over the target:\n\
+             # tool = {{ force = {}, stiffness = 1000 }}\n\n",
             if tools.is_empty() { "A ball to dent it with." } else { "A mesh to dent it with." },
             list(start),
             list(start),
             list(end),
-            list(start)
+            list(start),
+            list(std::array::from_fn(|axis| if axis == up { -30.0 } else { 0.0 }))
         );
     }
     out.push_str(

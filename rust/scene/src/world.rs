@@ -81,7 +81,17 @@ impl World {
             };
             items.push(item?);
         }
-        let colliders = items.iter().map(|_| None).collect();
+        let mut colliders: Vec<Option<Collider>> = items.iter().map(|_| None).collect();
+        for entry in scene.colliders.iter().filter(|entry| entry.tool.is_some()) {
+            let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
+            let Some(Item::Mesh(item)) = items.get(entry.object) else { continue };
+            let collider = Collider::of_mesh(context, &item.mesh, item.transform).map_err(fault)?;
+            if !collider.is_closed() {
+                let error = Error::invalid("the tool has open edges and so no volume").advise("use a closed mesh");
+                return Err(fault(error).into());
+            }
+            colliders[entry.object] = Some(collider);
+        }
         Ok(Self { physics, assets, items, colliders, transforms, scene, time: 0.0 })
     }
 

@@ -318,6 +318,83 @@ fn numbered_meshes_press_in_where_they_are_at_each_frame() {
     assert!((-0.22..-0.15).contains(&lowest(2)), "{}", lowest(2));
 }
 
+#[test]
+fn a_tool_sinks_until_the_material_carries_its_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let text = |force: f64| {
+        format!(
+            r#"version = 1
+[meshes.ground]
+shape = "plane"
+size = [2, 2, 1]
+faces = 4
+[meshes.pen]
+shape = "sphere"
+radius = 0.3
+faces = 24
+[surfaces.ground]
+mesh = "ground"
+[details]
+tile_size = 32
+[objects.ground]
+surface = "ground"
+translation = [0, 0, 0.5]
+[objects.pen]
+mesh = "pen"
+[bodies.pen]
+shape = "none"
+keyframes = [{{ time = 0, translation = [-0.4, 0.1, 3] }}, {{ time = 0.1, translation = [0.4, 0.1, 2] }}]
+[imprints]
+voxels = 262144
+[colliders.pen]
+tool = {{ force = [0, 0, -{force}], stiffness = 1000, max_depth = 0.3 }}
+[output]
+frames = 4
+pictures = []
+mesh = "every"
+mesh_formats = ["obj"]
+mesh_rate = 32
+"#
+        )
+    };
+    let context = context(2);
+    let depth = |force: f64| {
+        std::fs::write(&scene, text(force)).unwrap();
+        let out = folder.path().join(format!("out-{force}"));
+        run_with(&context, &scene, &options(&out)).unwrap();
+        let read = |frame: u32, name: &str| {
+            relievo_meshio::read(&context, &out.join(format!("mesh-{frame:06}-{name}.obj"))).unwrap()
+        };
+        // Where the pen is at the end its dent is; between the places of the first and the last frame there is a track.
+        let ground = read(3, "ground");
+        let track = ground.points.iter().filter(|p| p[0].abs() < 0.3 && (p[1] - 0.1).abs() < 0.02);
+        let shallowest = track.map(|p| p[2]).fold(f32::NEG_INFINITY, f32::max);
+        let deepest = ground.points.iter().map(|p| p[2]).fold(f32::INFINITY, f32::min);
+        let pen = read(3, "pen").points.iter().map(|p| p[2]).fold(f32::INFINITY, f32::min);
+        (0.5 - deepest, 0.5 - shallowest, 0.5 - pen)
+    };
+    let mut before = 0.0;
+    for force in [1.0, 4.0, 16.0] {
+        // The depth at which the cap of the ball has the volume that carries the force.
+        let cap = |d: f64| std::f64::consts::PI * d * d * (0.9 - d) / 3.0 * 1000.0;
+        let (mut low, mut high) = (0.0, 0.3);
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if cap(middle) > force { high = middle } else { low = middle }
+        }
+        let (deepest, shallowest, pen) = depth(force);
+        assert!((f64::from(pen) - low).abs() < 0.05 * low, "{force}: {pen} {low}");
+        assert!((deepest - pen).abs() < 0.01 && deepest - shallowest < 0.015, "{force}: {deepest} {shallowest} {pen}");
+        assert!(deepest > before + 0.01, "{force}: {deepest} {before}");
+        before = deepest;
+    }
+    let open = text(1.0).replace("shape = \"sphere\"\nradius = 0.3\nfaces = 24", "shape = \"plane\"");
+    std::fs::write(&scene, open).unwrap();
+    let refused = run_with(&context, &scene, &options(&folder.path().join("open"))).unwrap_err().to_string();
+    assert!(refused.contains("closed mesh") && refused.contains("scene.toml:"), "{refused}");
+}
+
 /// A cow with n-gons and triangles by Keenan Crane, public domain, dented by a wheel.
 #[test]
 fn a_real_model_is_dented() {
