@@ -1,10 +1,13 @@
 //! The hand-written headers and the Rust side say the same: every function's signature, every constant's value, every
-//! struct's size, fields and offsets.
+//! struct's size, fields and offsets. Where settings that Rust defines have changed, the failure says which lines of
+//! which header to write.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+use relievo_core::parameter::{Parameter, ParameterKind};
 
 fn folder(inside: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(inside)
@@ -163,4 +166,106 @@ fn layouts_and_values_agree() {
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// The structs whose fields are tables of parameters in Rust: header, name in C, fields.
+const SETTINGS: [(&str, &str, &[Parameter]); 2] = [
+    ("imprint.h", "RlvImprintSettings", relievo_detail::ImprintSettings::PARAMETERS),
+    ("collider.h", "RlvToolSettings", relievo_detail::tool::ToolSettings::PARAMETERS),
+];
+
+/// The line of the header that declares a parameter.
+fn header_line(parameter: &Parameter) -> String {
+    let kind = if parameter.kind == ParameterKind::F32 { "float" } else { "uint32_t" };
+    let Parameter { name, min, max, unit, help, .. } = parameter;
+    format!("    {kind} {name}; /* {help} {min} to {max} {unit}", help = help.trim_end()).trim_end().to_string() + " */"
+}
+
+/// Name of the macro that initialises a struct: `RlvToolSettings` has `RLV_TOOL_SETTINGS_INIT`.
+fn initializer(name: &str) -> String {
+    let mut made = String::new();
+    for letter in name.chars() {
+        if letter.is_uppercase() && !made.is_empty() {
+            made.push('_');
+        }
+        made.push(letter.to_ascii_uppercase());
+    }
+    made + "_INIT"
+}
+
+/// What to write in a header whose text is `text`, so that the struct `name` has these parameters; empty if it has.
+fn corrections(text: &str, name: &str, parameters: &[Parameter]) -> String {
+    let mut wrong = String::new();
+    let body = text.split_once(&format!("typedef struct {name} {{")).unwrap().1;
+    let (body, after) = body.split_once('}').unwrap();
+    let declared: Vec<String> = body
+        .lines()
+        .filter_map(|line| line.split_once(';'))
+        .map(|(declaration, _)| declaration.split_whitespace().collect::<Vec<_>>().join(" "))
+        .skip(1)
+        .collect();
+    let declaration = |parameter: &Parameter| header_line(parameter).split_once(';').unwrap().0.trim().to_string();
+    let expected: Vec<String> = parameters.iter().map(declaration).collect();
+    for (index, parameter) in parameters.iter().enumerate().filter(|(index, _)| !declared.contains(&expected[*index])) {
+        let before = index.checked_sub(1).map_or("uint32_t struct_size", |before| &expected[before]);
+        let line = header_line(parameter);
+        writeln!(wrong, "{name} lacks after `{before};` the line\n{line}").unwrap();
+    }
+    for extra in declared.iter().filter(|declaration| !expected.contains(declaration)) {
+        writeln!(wrong, "{name} has `{extra};`, which is no parameter: take the line out").unwrap();
+    }
+    if wrong.is_empty() && declared != expected {
+        writeln!(wrong, "{name} has its fields in another order: write `{};`", expected.join("; ")).unwrap();
+    }
+    let initializer = initializer(name);
+    let values = after.split_once(&format!("#define {initializer} ")).unwrap().1.split_once('}').unwrap().0;
+    let given = values.split(',').skip(1).map(|value| value.trim().trim_end_matches('f').parse::<f32>().unwrap());
+    if !given.eq(parameters.iter().map(|parameter| parameter.default as f32)) {
+        let defaults: Vec<String> = parameters
+            .iter()
+            .map(|parameter| match parameter.kind {
+                ParameterKind::F32 => format!("{:?}f", parameter.default as f32),
+                _ => parameter.default.to_string(),
+            })
+            .collect();
+        writeln!(wrong, "{initializer} is {{sizeof({name}), {}}}", defaults.join(", ")).unwrap();
+    }
+    wrong
+}
+
+#[test]
+fn settings_of_the_headers_are_the_parameters() {
+    let mut wrong = String::new();
+    for (header, name, parameters) in SETTINGS {
+        let text = std::fs::read_to_string(folder("../../include/relievo").join(header)).unwrap();
+        for line in corrections(&text, name, parameters).lines() {
+            let place = if line.starts_with(' ') { String::new() } else { format!("include/relievo/{header}: ") };
+            writeln!(wrong, "{place}{line}").unwrap();
+        }
+    }
+    assert!(wrong.is_empty(), "parameters changed; in the headers, and in tests/fuzz/src/bin/fuzz_capi.rs:\n{wrong}");
+}
+
+#[test]
+fn a_parameter_that_a_header_lacks_is_named_with_its_line() {
+    let (header, name, parameters) = SETTINGS[1];
+    let text = std::fs::read_to_string(folder("../../include/relievo").join(header)).unwrap();
+    let mut more = parameters.to_vec();
+    more.push(Parameter {
+        name: "grip",
+        help: "Share of the force along it.",
+        default: 0.25,
+        max: 1.0,
+        ..parameters[0]
+    });
+    let said = corrections(&text, name, &more);
+    assert!(
+        said.contains("after `float max_depth;` the line\n    float grip; /* Share of the force along it. "),
+        "{said}"
+    );
+    assert!(said.contains("RLV_TOOL_SETTINGS_INIT is {sizeof(RlvToolSettings), 1.0f, 1.0f, 0.25f}"), "{said}");
+    let said = corrections(&text, name, &parameters[..1]);
+    assert!(said.contains("has `float max_depth;`, which is no parameter"), "{said}");
+    let swapped = [parameters[1], parameters[0]];
+    assert!(corrections(&text, name, &swapped).contains("another order: write `float max_depth; float stiffness;`"));
 }
