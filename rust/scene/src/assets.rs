@@ -9,7 +9,8 @@ use relievo_meshio::Model;
 
 use crate::description::{MeshSource, Scene};
 use crate::diagnostic::{Diagnostic, Faults};
-use crate::paths::{Paths, numbered};
+use crate::paths::Paths;
+use crate::sequence::Pattern;
 
 /// The meshes of a scene, by index.
 #[derive(Debug)]
@@ -139,8 +140,9 @@ fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) ->
         MeshSource::Sequence { pattern, first, count } => {
             let mut list = Vec::new();
             let mut files = Vec::new();
+            let pattern = Pattern::new(&pattern.text)?;
             for number in *first..first.saturating_add(*count) {
-                let path = paths.resolve(&numbered(&pattern.text, number))?;
+                let path = paths.resolve(&pattern.path(number))?;
                 files.push(checksum(&path)?);
                 list.push(path);
             }
@@ -189,11 +191,14 @@ mod tests {
             let text = TRIANGLE.replace("HEIGHT", &number.to_string());
             std::fs::write(folder.path().join(format!("walk.{number:03}.obj")), text).unwrap();
         }
-        let (scene, paths) = scene(folder.path(), "sequence = \"walk.###.obj\"\nfirst = 3\ncount = 3");
         let context = Context::serial();
-        let mut assets = Assets::load(&context, &scene, &paths).unwrap();
-        for (frame, height) in [(0.0, 3.0), (0.25, 3.25), (1.0, 4.0), (1.5, 4.5), (9.0, 5.0), (0.5, 3.5)] {
-            assert_eq!(assets.points(&context, 0, frame / 24.0, 24.0).unwrap()[2][2], height, "frame {frame}");
+        for pattern in ["walk.###.obj", "walk.%03d.obj", "walk.00%d.obj"] {
+            let (scene, paths) = scene(folder.path(), &format!("sequence = \"{pattern}\"\nfirst = 3\ncount = 3"));
+            let mut assets = Assets::load(&context, &scene, &paths).unwrap();
+            for (frame, height) in [(0.0, 3.0), (0.25, 3.25), (1.0, 4.0), (1.5, 4.5), (9.0, 5.0), (0.5, 3.5)] {
+                let found = assets.points(&context, 0, frame / 24.0, 24.0).unwrap()[2][2];
+                assert_eq!(found, height, "{pattern}, frame {frame}");
+            }
         }
     }
 
@@ -207,6 +212,7 @@ mod tests {
             ("file = \"bad.obj\"", "bad.obj"),
             ("file = \"../bad.obj\"", "--allow-path"),
             ("sequence = \"bad.#.obj\"\ncount = 2", "there is no file"),
+            ("sequence = \"bad.%02d.obj\"\ncount = 2", "bad.00.obj"),
         ] {
             let (scene, paths) = scene(folder.path(), mesh);
             let faults = Assets::load(&context, &scene, &paths).unwrap_err();

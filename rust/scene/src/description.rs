@@ -77,7 +77,7 @@ pub enum MeshSource {
     },
     /// Numbered files.
     Sequence {
-        /// Path as written, with `#` for digits.
+        /// Path as written, with a place for the number.
         pattern: Name,
         /// Number of the file of frame 0.
         first: u64,

@@ -14,6 +14,7 @@ use crate::description::*;
 use crate::diagnostic::{Diagnostic, Failure, Faults};
 use crate::reader::{Name, Reader, Table};
 use crate::schema;
+use crate::sequence::Pattern;
 use crate::shapes;
 use crate::views::{read_camera, read_output, read_sky, read_sun};
 
@@ -271,12 +272,8 @@ fn read_mesh(reader: &mut Reader, name: &Name, table: Table) -> Option<MeshEntry
         "file" => MeshSource::File { path: reader.text(table, "file")?, animation: reader.text(table, "animation") },
         "sequence" => {
             let pattern = reader.text(table, "sequence")?;
-            let file = pattern.text.rsplit('/').next().unwrap_or("");
-            if file.matches('#').count() == 0 || !file.trim_matches(|letter| letter != '#').chars().all(|l| l == '#') {
-                reader.fault(
-                    Diagnostic::new(pattern.span.clone(), "a sequence needs one run of `#` in its file name")
-                        .advise("write it as \"walk.####.obj\""),
-                );
+            if let Err(error) = Pattern::new(&pattern.text) {
+                reader.fault(Diagnostic::from_error(pattern.span.clone(), &error));
             }
             MeshSource::Sequence { pattern, first: reader.whole(table, "first"), count: reader.whole(table, "count") }
         }
@@ -591,7 +588,8 @@ into = "ground"
             ("shape = \"plane\"", "", "ground", "has no source"),
             ("shape = \"plane\"", "shape = \"plane\"\nfile = \"a.obj\"", "\"plane\"", "two sources"),
             ("shape = \"plane\"", "shape = \"plane\"\nlugs = 8", "8", "means nothing for this shape"),
-            ("shape = \"plane\"", "sequence = \"a.obj\"", "\"a.obj\"", "run of `#`"),
+            ("shape = \"plane\"", "sequence = \"a.obj\"", "\"a.obj\"", "\"walk.%04d.obj\""),
+            ("shape = \"plane\"", "sequence = \"a.%02d.#.obj\"", "\"a.%02d.#.obj\"", "two places for the number"),
             ("mesh = \"ground\"", "mesh = \"grund\"", "\"grund\"", "did you mean `ground`?"),
             ("mesh = \"ground\"", "", "ground", "no control cage"),
             ("surface = \"ground\"", "surface = \"ground\"\nmesh = \"ground\"", "\"ground\"", "keep one"),

@@ -16,6 +16,7 @@ pub mod physics;
 pub mod picture;
 mod reader;
 pub mod schema;
+pub mod sequence;
 pub mod shapes;
 pub mod starter;
 pub mod stepper;

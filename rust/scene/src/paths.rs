@@ -55,12 +55,6 @@ fn similar(path: &Path) -> Option<String> {
     nearest(name, names.iter().map(String::as_str)).map(str::to_string)
 }
 
-/// The file of a numbered sequence: `pattern` with its run of `#` replaced by `number`, padded with zeros.
-pub fn numbered(pattern: &str, number: u64) -> String {
-    let (Some(first), Some(last)) = (pattern.find('#'), pattern.rfind('#')) else { return pattern.to_string() };
-    format!("{}{number:0width$}{}", &pattern[..first], &pattern[last + 1..], width = last + 1 - first)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,11 +86,5 @@ mod tests {
             assert!(paths.resolve("link.obj").is_err());
             assert!(wide.resolve("link.obj").is_ok());
         }
-    }
-
-    #[test]
-    fn numbers_are_padded_to_the_run() {
-        assert_eq!(numbered("a/walk.####.obj", 7), "a/walk.0007.obj");
-        assert_eq!(numbered("#.ply", 123), "123.ply");
     }
 }

@@ -100,7 +100,7 @@ pub static MESH: Section = Section {
             Kind::Path,
             "",
             "",
-            "Numbered files with the same topology, one per frame; `####` stands for the number",
+            "Numbered files with the same topology, one per frame; `####`, `%04d` or `%d` stands for the number",
         ),
         key("first", Kind::Whole(0, 1_000_000_000), "0", "", "Number of the sequence's file that belongs to frame 0"),
         key(
