@@ -141,6 +141,22 @@ impl Imprinter {
         self.step(context, object, collider, settings, moment, None)
     }
 
+    /// As [`Imprinter::imprint`], as one of the sub-steps of a motion whose depth limit counts from `start`, the
+    /// displacement when it began, if there is one. For motions that [`Imprinter::sweep`] does not make, such as of the
+    /// surface itself.
+    pub fn imprint_since(
+        &mut self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+        start: Option<&Field>,
+    ) -> Result<Report> {
+        settings.check()?;
+        self.step(context, object, collider, settings, moment, start)
+    }
+
     /// Moves `collider` along `motion` and presses it into `object` at every sub-step, the end of the motion last.
     ///
     /// There are as many sub-steps as [`Motion::sub_steps`] wants, but no more than the settings allow; the depth limit

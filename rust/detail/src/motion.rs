@@ -37,7 +37,9 @@ pub struct Motion {
     to: Pose,
     parts: [Parts; 2],
     pivot: DVec3,
-    wanted: u32,
+    /// The longest way of a point, and how far it may go between two imprints.
+    travel: f64,
+    step: f64,
 }
 
 /// A transform as what moves independently: place of the pivot, rotation, and scale with shear before it.
@@ -106,14 +108,25 @@ impl Motion {
             2.0 * half.min_element().max(0.05 * half.max_element())
         });
         let step = 0.25 * edge[0].min(edge[1]);
-        // A collider that is a point has no size at all.
-        let wanted = if step > 0.0 { (travel / step).ceil().clamp(1.0, f64::from(u32::MAX)) as u32 } else { 1 };
-        Ok(Self { from, to, parts, pivot, wanted })
+        Ok(Self { from, to, parts, pivot, travel, step })
     }
 
     /// Sub-steps that keep the travel of every point below a quarter of the box's smallest edge.
     pub fn sub_steps(&self) -> u32 {
-        self.wanted
+        self.sub_steps_against(0.0)
+    }
+
+    /// A bound of the way that any point goes, in world units.
+    pub fn travel(&self) -> f64 {
+        self.travel
+    }
+
+    /// Sub-steps that keep the travel of every point against a surface below a quarter of the box's smallest edge, where
+    /// points of the surface move by up to `travel` world units meanwhile.
+    pub fn sub_steps_against(&self, travel: f64) -> u32 {
+        let steps = ((self.travel + travel) / self.step).ceil();
+        // A collider that is a point has no size at all.
+        if self.step > 0.0 { steps.clamp(1.0, f64::from(u32::MAX)) as u32 } else { 1 }
     }
 
     /// The pose at `t`, from 0 to 1.

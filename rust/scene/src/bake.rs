@@ -1,5 +1,6 @@
 //! The imprints of a frame: colliders travel from their last place to their next in sub-steps so small that no point of
-//! them goes further than a quarter of their box's smallest edge, and are pressed in after each.
+//! them goes further than a quarter of their box's smallest edge, and are pressed in after each. How far they go is
+//! measured against the surface, which may move as well.
 //!
 //! Two deformable objects that press into each other take turns in every sub-step, the first giving way by its share
 //! and the second by what is left (Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from Object
@@ -10,7 +11,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_detail::overlap::overlap;
 use relievo_detail::tool::{foremost, pressed};
 use relievo_detail::{
-    Collider, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, Moment, Motion, Pose, Report,
+    Collider, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, Moment, Motion, Obb, Pose, Report,
 };
 
 use crate::cache::{Block, Frame};
@@ -120,8 +121,11 @@ impl Baker {
         way: &Way,
     ) -> Result<(Report, Option<DAffine3>)> {
         // A tool follows the surface, so its place is looked for as often as there are any.
-        let parts = if pair.tool.is_some() { way.steps() } else { way.parts(pair.by) };
+        let parts = if pair.tool.is_some() { way.steps() } else { way.parts(&pair) };
         let mut last = None;
+        if world.is_object_animated(pair.into) || way.moves(pair.into) {
+            return self.sweep_moving(context, world, pair, way, parts);
+        }
         let mut settings = pair.settings;
         // The limit holds for a sweep; what a frame's sweeps do adds up.
         if settings.depth_limit < ImprintSettings::default().depth_limit {
@@ -133,7 +137,6 @@ impl Baker {
             let points = [start, end].map(|share| world.moving_points(context, pair.by, way.time(share)));
             let [from_points, to_points] = points;
             let (from_points, to_points) = (from_points?.map(Into::into), to_points?.map(Into::into));
-            let (target, old_target) = (way.at(pair.into, end), way.at(pair.into, start));
             let mut ends = [way.at(pair.by, start), way.at(pair.by, end)];
             if let Some(tool) = &pair.tool {
                 let before = press(context, world, &pair, tool, way, start)?;
@@ -141,17 +144,82 @@ impl Baker {
                 let Some(after) = last else { continue };
                 ends = [before.unwrap_or(after), after];
             }
-            if world.is_object_animated(pair.into) {
-                world.pose(context, way.time(end))?;
-            }
             let Some((surface, collider)) = world.surface_and_collider(context, pair.into, pair.by)? else { continue };
-            surface.set_transform(target)?;
-            // The way as the surface sees it, which may have moved itself.
-            let from = Pose { transform: target * old_target.inverse() * ends[0], points: from_points };
-            let to = Pose { transform: ends[1], points: to_points };
+            let [from, to] = ends;
+            let from = Pose { transform: from, points: from_points };
+            let to = Pose { transform: to, points: to_points };
             let motion = Motion::new(collider, from, to)?;
             let moment = Moment { frame: u64::from(way.frame), step: part << 16, pair: pair.number };
             report.merge(self.imprinter.sweep(context, surface, collider, &motion, &settings, moment)?);
+        }
+        Ok((report, last))
+    }
+
+    /// As [`Self::sweep`] where the surface moves too: what counts is how the mesh moves as the surface sees it. At every
+    /// sub-step both are put where they are then, the surface in its pose.
+    fn sweep_moving(
+        &mut self,
+        context: &Context,
+        world: &mut World,
+        pair: Pair,
+        way: &Way,
+        parts: u32,
+    ) -> Result<(Report, Option<DAffine3>)> {
+        let settings = &pair.settings;
+        let mut report = Report::default();
+        let mut last = None;
+        let mut before_frame = None;
+        let animated = world.is_object_animated(pair.into) || world.is_object_animated(pair.by);
+        for part in 0..parts {
+            let [start, end] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
+            let [old_target, target] = [start, end].map(|share| way.at(pair.into, share));
+            let mut ends = [way.at(pair.by, start), way.at(pair.by, end)];
+            if let Some(tool) = &pair.tool {
+                let before = press(context, world, &pair, tool, way, start)?;
+                last = press(context, world, &pair, tool, way, end)?;
+                let Some(after) = last else { continue };
+                // Without a place before, the tool comes straight to where it is pressed, and moves with the surface.
+                ends = [before.unwrap_or(old_target * target.inverse() * after), after];
+            }
+            let [from_points, to_points] =
+                [start, end].map(|share| world.moving_points(context, pair.by, way.time(share)));
+            let (from_points, to_points) = (from_points?.map(Into::into), to_points?.map(Into::into));
+            let travel = cage_travel(context, world, pair.into, way, [start, end])?;
+            let Some((surface, collider)) = world.surface_and_collider(context, pair.into, pair.by)? else { continue };
+            let from = Pose { transform: target * old_target.inverse() * ends[0], points: from_points };
+            let to = Pose { transform: ends[1], points: to_points };
+            let motion = Motion::new(collider, from, to)?;
+            collider.set_pose(context, &motion.at(1.0))?;
+            let collider_box = collider.obb();
+            if before_frame.is_none() && settings.depth_limit < ImprintSettings::default().depth_limit {
+                before_frame = Some(surface.displacement().field().clone());
+            }
+            if animated {
+                world.pose(context, way.time(end))?;
+            }
+            // Where the two cannot meet, nothing needs to be posed more often.
+            let Some(surface) = world.surface_mut(pair.into) else { continue };
+            surface.set_transform(target)?;
+            let reach = bounds(surface, settings).enlarged(motion.travel() + travel);
+            let wanted = if reach.overlaps(&collider_box) { motion.sub_steps_against(travel) } else { 1 };
+            let steps = wanted.min(settings.sub_steps);
+            report.sub_steps_wanted += u64::from(wanted);
+            for step in 1..=steps {
+                let within = f64::from(step) / f64::from(steps);
+                let share = start + (end - start) * within;
+                if animated {
+                    world.pose(context, way.time(share))?;
+                }
+                let Some((surface, collider)) = world.surface_and_collider(context, pair.into, pair.by)? else { break };
+                let place = way.at(pair.into, share);
+                let seen = motion.at(within).transform;
+                let pressed = place * target.inverse() * seen;
+                surface.set_transform(place)?;
+                collider.set_transform(if pair.tool.is_some() { pressed } else { way.at(pair.by, share) })?;
+                let moment = Moment { frame: u64::from(way.frame), step: (part << 16) + step - 1, pair: pair.number };
+                let start = before_frame.as_ref();
+                report.merge(self.imprinter.imprint_since(context, surface, collider, settings, moment, start)?);
+            }
         }
         Ok((report, last))
     }
@@ -160,7 +228,10 @@ impl Baker {
     fn surfaces(&mut self, context: &Context, world: &mut World, group: &[Pair], way: &Way) -> Result<Report> {
         let mut report = Report::default();
         let Some(first) = group.first() else { return Ok(report) };
-        let wanted = group.iter().map(|pair| surface_steps(world, *pair, way)).max().unwrap_or(1);
+        let travel = cage_travel(context, world, first.into, way, [0.0, 1.0])?
+            + cage_travel(context, world, first.by, way, [0.0, 1.0])?;
+        let wanted = group.iter().map(|pair| surface_steps(world, *pair, way, travel)).max().unwrap_or(1);
+        let wanted = if near(context, world, first, way, travel)? { wanted } else { 1 };
         let steps = wanted.min(first.settings.sub_steps);
         report.sub_steps_wanted = u64::from(wanted);
         for step in 1..=steps {
@@ -249,19 +320,68 @@ impl Way<'_> {
         (self.path.len() as u32 - 1).max(1)
     }
 
-    /// Parts of the way in which `object` turns so little that it may be taken as turning evenly.
-    fn parts(&self, object: usize) -> u32 {
-        let turn = |pose: &[Vec<DAffine3>]| {
+    /// Whether `object` is not where it was all the time.
+    fn moves(&self, object: usize) -> bool {
+        self.path.windows(2).any(|pose| pose[0][object] != pose[1][object])
+    }
+
+    /// Parts of the way in which the two objects turn so little that they may be taken as turning evenly.
+    fn parts(&self, pair: &Pair) -> u32 {
+        let turn = |pose: &[Vec<DAffine3>], object: usize| {
             let [a, b] = [0, 1].map(|at| pose[at][object].to_scale_rotation_translation().1);
             a.angle_between(b)
         };
-        let angle: f64 = self.path.windows(2).map(turn).sum();
+        let angle: f64 = self.path.windows(2).map(|pose| turn(pose, pair.by) + turn(pose, pair.into)).sum();
         ((angle / EVEN_TURN).ceil() as u32).clamp(1, self.steps())
     }
 }
 
-/// How many imprints the way of a surface takes, by the corners of its box.
-fn surface_steps(world: &World, pair: Pair, way: &Way) -> u32 {
+/// How far the points of an object's mesh or cage go in a part of the way, in world units, its transform aside. No point
+/// of the limit surface goes further.
+fn cage_travel(context: &Context, world: &mut World, object: usize, way: &Way, shares: [f64; 2]) -> Result<f64> {
+    let [before, after] = shares.map(|share| world.moving_points(context, object, way.time(share)));
+    let (Some(before), Some(after)) = (before?, after?) else { return Ok(0.0) };
+    let scale = shares.map(|share| {
+        let map = way.at(object, share).matrix3;
+        map.to_cols_array().iter().map(|value| value * value).sum::<f64>().sqrt()
+    });
+    let ways = before.iter().zip(&after).map(|(a, b)| {
+        let way: [f64; 3] = std::array::from_fn(|axis| f64::from(b[axis]) - f64::from(a[axis]));
+        DVec3::from(way).length()
+    });
+    Ok(ways.fold(0.0, f64::max) * scale[0].max(scale[1]))
+}
+
+/// The box of a surface with all displacement that an imprint may leave it with.
+fn bounds(surface: &mut DisplacedObject, settings: &ImprintSettings) -> Obb {
+    let [inward, outward] = surface.reach();
+    surface.obb(f64::from(outward.max(-inward).max(settings.max_displacement)))
+}
+
+/// Whether two surfaces, whose points go up to `travel` besides, may meet on their way.
+fn near(context: &Context, world: &mut World, pair: &Pair, way: &Way, travel: f64) -> Result<bool> {
+    if world.is_animated() {
+        world.pose(context, way.now)?;
+    }
+    let Some([(into, _), (by, _)]) = world.two_surfaces(pair.into, pair.by) else { return Ok(false) };
+    into.set_transform(way.at(pair.into, 1.0))?;
+    by.set_transform(way.at(pair.by, 1.0))?;
+    let (into, by) = (bounds(into, &pair.settings), bounds(by, &pair.settings));
+    let corners = by.corners();
+    // As the first surface sees the second, in its place at the end.
+    let end = [pair.into, pair.by].map(|object| way.at(object, 1.0));
+    let back = end[1].inverse();
+    let farthest = corners.into_iter().map(|corner| {
+        let point = back.transform_point3(corner);
+        let seen = way.path.iter().map(|pose| end[0] * pose[pair.into].inverse() * pose[pair.by]);
+        seen.map(|place| (place.transform_point3(point) - corner).length()).fold(0.0, f64::max)
+    });
+    Ok(into.enlarged(farthest.fold(0.0, f64::max) + travel).overlaps(&by))
+}
+
+/// How many imprints the way of a surface takes, by the corners of its box, where points of the two surfaces move by
+/// `travel` besides.
+fn surface_steps(world: &World, pair: Pair, way: &Way, travel: f64) -> u32 {
     let Some(Item::Surface(surface)) = world.items().get(pair.by) else { return 1 };
     let obb = surface.obb(0.0);
     let to_object = surface.transform().inverse();
@@ -279,7 +399,7 @@ fn surface_steps(world: &World, pair: Pair, way: &Way) -> u32 {
             way.path.windows(2).map(travel).sum()
         })
         .fold(0.0, f64::max);
-    (farthest / (edge * TRAVEL).max(1e-12)).ceil().clamp(1.0, 65536.0) as u32
+    ((farthest + travel) / (edge * TRAVEL).max(1e-12)).ceil().clamp(1.0, 65536.0) as u32
 }
 
 /// The surface `by` as a collider for `into`, finer than a voxel where they meet; `None` if they do not.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions, Progress};
+use relievo_core::{Context, ContextOptions, Mesh, Progress};
 use relievo_scene::bake;
 use relievo_scene::cache::{Cache, Identity};
 use relievo_scene::diagnostic::Failure;
@@ -393,6 +393,128 @@ mesh_rate = 32
     std::fs::write(&scene, open).unwrap();
     let refused = run_with(&context, &scene, &options(&folder.path().join("open"))).unwrap_err().to_string();
     assert!(refused.contains("closed mesh") && refused.contains("scene.toml:"), "{refused}");
+}
+
+/// The coefficients of the first object of a scene after its frames, tile by tile.
+fn baked(scene: &Path, text: &str) -> Vec<Vec<f32>> {
+    std::fs::write(scene, text).unwrap();
+    let context = context(2);
+    let mut world = World::new(&context, read_file(scene).unwrap(), &[]).unwrap();
+    let mut baker = bake::Baker::default();
+    baker.start(&context, &mut world).unwrap();
+    for frame in 1..world.scene.output.frames {
+        baker.advance(&context, &mut world, frame).unwrap();
+    }
+    let Item::Surface(surface) = &world.items()[0] else { panic!("the first object is a surface") };
+    let field = surface.displacement().field();
+    let values = |tile: u32| {
+        let side = field.size(tile) as usize + 2;
+        let block = field.block(tile).map(|block| block.iter().map(|value| value.to_f32()).collect());
+        block.unwrap_or_else(|| vec![0.0; side * side])
+    };
+    (0..field.tile_count() as u32).map(values).collect()
+}
+
+/// A ball crosses a plane in two frames, or the plane passes below the ball.
+fn crossing(ground: &str, ball: &str, more: &str) -> String {
+    format!(
+        r#"version = 1
+[meshes.ground]
+{ground}
+[meshes.ball]
+shape = "sphere"
+radius = 0.1
+faces = 12
+[surfaces.ground]
+mesh = "ground"
+[details]
+tile_size = 32
+[objects.ground]
+surface = "ground"
+[objects.ball]
+mesh = "ball"
+translation = [0, 0.03, 0.06]
+[bodies.ball]
+shape = "none"
+keyframes = [{ball}]
+[imprints]
+voxels = 262144
+max_displacement = 0.1
+[colliders.ball]
+into = "ground"
+[output]
+frames = 3
+{more}
+"#
+    )
+}
+
+#[test]
+fn a_surface_that_passes_a_resting_ball_gets_the_trail_of_a_ball_that_passes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let plane = "shape = \"plane\"\nsize = [2, 1, 1]\nfaces = 6";
+    let way = |sign: f64, y: f64, z: f64| {
+        let key = |time: f64, x: f64| format!("{{ time = {time}, translation = [{x}, {y}, {z}] }}");
+        format!("{}, {}", key(0.0, -0.6 * sign), key(2.0 / 24.0, 0.6 * sign))
+    };
+    let rest = "{ time = 0, translation = [0, 0.03, 0.06] }";
+    let ball_moves = baked(&scene, &crossing(plane, &way(1.0, 0.03, 0.06), ""));
+    let ground_moves = way(-1.0, 0.0, 0.0);
+    let keyed = format!("[bodies.ground]\nshape = \"none\"\nkeyframes = [{ground_moves}]");
+    let ground_moves = baked(&scene, &crossing(plane, rest, &keyed));
+    // The same motion in the points of the cage.
+    let (context, mut cage) = (context(1), Mesh::default());
+    for frame in 0..3 {
+        if frame == 0 {
+            std::fs::write(&scene, crossing(plane, rest, "")).unwrap();
+            cage = World::new(&context, read_file(&scene).unwrap(), &[]).unwrap().cage(0).clone();
+        }
+        let points = cage.points.iter().map(|p| format!("v {} {} {}\n", p[0] + 0.6 - 0.6 * frame as f32, p[1], p[2]));
+        let faces = cage.corners.chunks(4).map(|c| {
+            let list: Vec<String> = c.iter().map(|corner| (corner + 1).to_string()).collect();
+            format!("f {}\n", list.join(" "))
+        });
+        let text: String = points.chain(faces).collect();
+        std::fs::write(folder.path().join(format!("slide.{frame}.obj")), text).unwrap();
+    }
+    let points_move = baked(&scene, &crossing("sequence = \"slide.%d.obj\"\ncount = 3", rest, ""));
+    // A voxel of this overlap is about 0.01 long in the plane and 0.002 deep.
+    let dented = ball_moves.iter().flatten().filter(|value| **value < -0.02).count();
+    assert!(dented > 300, "{dented}");
+    for moved in [ground_moves, points_move] {
+        for (tile, (a, b)) in ball_moves.iter().zip(&moved).enumerate() {
+            for (index, (a, b)) in a.iter().zip(b).enumerate() {
+                assert!((a - b).abs() < 0.012, "tile {tile}, coefficient {index}: {a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_plate_that_spins_below_a_resting_ball_gets_a_ring() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let plane = "shape = \"plane\"\nsize = [2, 2, 1]\nfaces = 4";
+    let rest = "{ time = 0, translation = [0.7, 0, 0.06] }";
+    let spin = "[bodies.ground]\nshape = \"none\"\nkeyframes = [{ time = 0 }, { time = 0.04166666666666667, rotation = [0, 0, 360] }]";
+    let tiles = baked(&scene, &crossing(plane, rest, spin));
+    let (mut inside, mut shallowest) = (0, -1.0f32);
+    for (tile, values) in tiles.iter().enumerate() {
+        for j in 0..32 {
+            for i in 0..32 {
+                let at = |cell: usize, index: usize| (cell as f32 + (index as f32 + 0.5) / 32.0) * 0.5 - 1.0;
+                let radius = at(tile % 4, i).hypot(at(tile / 4, j));
+                let value = values[(j + 1) * 34 + i + 1];
+                // The ball is 0.04 deep, where it is 0.08 wide to each side.
+                assert!((radius - 0.7).abs() < 0.09 || value == 0.0, "{radius}: {value}");
+                if (radius - 0.7).abs() < 0.01 {
+                    (inside, shallowest) = (inside + 1, shallowest.max(value));
+                }
+            }
+        }
+    }
+    assert!(inside > 200 && shallowest < -0.03, "{inside} {shallowest}");
 }
 
 /// A cow with n-gons and triangles by Keenan Crane, public domain, dented by a wheel.
