@@ -1,15 +1,17 @@
-//! OpenEXR files: layers of named channels, with attributes. Colour states its chromaticities, which are Rec.709's; data
-//! channels are stored as they are.
+//! OpenEXR files: layers of named channels, with attributes. Colour is written as Rec.709 and says so; colour of other
+//! chromaticities is converted when it is read. Data channels are stored and read as they are.
 
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 use exr::prelude::{self as file, ReadChannels as _, ReadLayers as _, WritableImage as _};
+use glam::{DMat3, DVec3};
 use half::f16;
 use relievo_core::{Error, ErrorKind, Result};
 
 use crate::caster::Frame;
+use crate::chromaticities::{Chromaticities, REC_709};
 use crate::image::Image;
 use crate::output::replace;
 
@@ -105,12 +107,9 @@ pub fn write_exr(path: &Path, layers: &[Layer], content: Content) -> Result<()> 
     let bounds = file::IntegerBounds::from_dimensions((first.width as usize, first.height as usize));
     let mut attributes = file::ImageAttributes::new(bounds);
     if content == Content::Color {
-        attributes.chromaticities = Some(exr::meta::attribute::Chromaticities {
-            red: file::Vec2(0.64, 0.33),
-            green: file::Vec2(0.30, 0.60),
-            blue: file::Vec2(0.15, 0.06),
-            white: file::Vec2(0.3127, 0.3290),
-        });
+        let [red, green, blue, white] =
+            [REC_709.red, REC_709.green, REC_709.blue, REC_709.white].map(|[x, y]| file::Vec2(x, y));
+        attributes.chromaticities = Some(exr::meta::attribute::Chromaticities { red, green, blue, white });
     }
     let mut encoded_layers = file::Layers::new();
     for (index, layer) in layers.iter().enumerate() {
@@ -188,10 +187,12 @@ fn failed(error: exr::error::Error) -> Error {
     }
 }
 
-/// Reads the layers of an EXR file, at their largest resolution; deep layers are refused.
+/// Reads the layers of an EXR file, at their largest resolution; deep layers are refused. If it states chromaticities
+/// other than Rec.709's, every triple of channels whose names end in `R`, `G` and `B` is converted to linear Rec.709, as
+/// floats; all other channels are as in the file.
 ///
 /// # Errors
-/// The file is missing, damaged, or would take more than `memory_limit` bytes.
+/// The file is missing, damaged, states chromaticities that cannot be, or would take more than `memory_limit` bytes.
 pub fn read_exr(path: &Path, memory_limit: u64) -> Result<Vec<Layer>> {
     let place = |error: Error| error.at(path.display().to_string());
     let opened = File::open(path).map_err(|error| Error::io(path, &error))?;
@@ -208,15 +209,57 @@ pub fn decode_exr(mut reader: impl std::io::BufRead + std::io::Seek, memory_limi
             header.channels.list.iter().map(|channel| channel.sample_type.bytes_per_sample() as u64).sum();
         bytes = bytes.saturating_add(pixels.saturating_mul(per_pixel));
     }
-    // Once as the file's samples and once as ours.
-    if bytes.saturating_mul(2) > memory_limit.min(MOST_BYTES) {
+    // Once as the file's samples and once as ours, which are floats where colours are converted.
+    if bytes.saturating_mul(3) > memory_limit.min(MOST_BYTES) {
         return Err(Error::memory(format!("the EXR has {bytes} bytes of pixels, more than the memory limit allows"))
             .advise("make it smaller or the limit larger"));
     }
     reader.rewind().map_err(|error| Error::new(ErrorKind::Io, error.to_string()))?;
     let read = file::read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
     let image = read.non_parallel().from_buffered(reader).map_err(failed)?;
-    image.layer_data.into_iter().map(decoded).collect()
+    let to_rec_709 = match image.attributes.chromaticities {
+        Some(exr::meta::attribute::Chromaticities { red, green, blue, white }) => {
+            let [red, green, blue, white] = [red, green, blue, white].map(|place| [place.0, place.1]);
+            Chromaticities { red, green, blue, white }.to_rec_709()?
+        }
+        None => None,
+    };
+    let mut layers = image.layer_data.into_iter().map(decoded).collect::<Result<Vec<_>>>()?;
+    if let Some(matrix) = to_rec_709 {
+        layers.iter_mut().for_each(|layer| convert_colors(layer, matrix));
+    }
+    Ok(layers)
+}
+
+/// Applies `matrix` to the colours of a layer. Pixels with a number that is not finite stay as they are.
+fn convert_colors(layer: &mut Layer, matrix: DMat3) {
+    let reds: Vec<usize> = (0..layer.channels.len())
+        .filter(|red| layer.channels[*red].name.rsplit('.').next() == Some(COLOR[0]))
+        .collect();
+    for red in reds {
+        let prefix = layer.channels[red].name.strip_suffix(COLOR[0]).unwrap_or_default();
+        let named = |last: &str| {
+            let name = format!("{prefix}{last}");
+            layer.channels.iter().position(|channel| channel.name == name)
+        };
+        let (Some(green), Some(blue)) = (named(COLOR[1]), named(COLOR[2])) else { continue };
+        let parts = [red, green, blue];
+        // Integers are numbers of things, not light.
+        if parts.iter().any(|part| matches!(layer.channels[*part].samples, Samples::U32(_))) {
+            continue;
+        }
+        let mut values = parts.map(|part| layer.channels[part].samples.to_f32());
+        for pixel in 0..values[0].len() {
+            let color = DVec3::from(std::array::from_fn(|part| f64::from(values[part][pixel])));
+            if color.is_finite() {
+                let converted = (matrix * color).to_array();
+                converted.iter().enumerate().for_each(|(part, value)| values[part][pixel] = *value as f32);
+            }
+        }
+        for (part, values) in parts.into_iter().zip(values) {
+            layer.channels[part].samples = Samples::F32(values);
+        }
+    }
 }
 
 fn decoded(layer: file::Layer<file::AnyChannels<file::FlatSamples>>) -> Result<Layer> {
@@ -337,6 +380,58 @@ mod tests {
         write_exr(&path, &tiles(), Content::Color).unwrap();
         let meta = exr::meta::MetaData::read_from_file(&path, false).unwrap();
         assert_eq!(meta.headers[0].shared_attributes.chromaticities.unwrap().white, file::Vec2(0.3127, 0.3290));
+    }
+
+    /// A file of colours and data that states these chromaticities.
+    fn stated(chromaticities: Chromaticities) -> Vec<u8> {
+        let channel = |name: &str, samples| file::AnyChannel::new(name, samples);
+        let half = |value: f32| file::FlatSamples::F16(vec![f16::from_f32(value), f16::from_f32(1.0)]);
+        let channels = file::SmallVec::from_vec(vec![
+            channel("R", half(1.0)),
+            channel("G", half(0.0)),
+            channel("B", half(0.0)),
+            channel("Z", half(0.5)),
+            channel("R.depth", half(0.25)),
+            channel("albedo.R", file::FlatSamples::F32(vec![0.0, f32::INFINITY])),
+            channel("albedo.G", file::FlatSamples::F32(vec![1.0, 1.0])),
+            channel("albedo.B", file::FlatSamples::F32(vec![0.0, 1.0])),
+            channel("lone.R", half(3.0)),
+        ]);
+        let mut image = file::Image::from_channels((2, 1), file::AnyChannels::sort(channels));
+        let [red, green, blue, white] =
+            [chromaticities.red, chromaticities.green, chromaticities.blue, chromaticities.white]
+                .map(|[x, y]| file::Vec2(x, y));
+        image.attributes.chromaticities = Some(exr::meta::attribute::Chromaticities { red, green, blue, white });
+        let mut bytes = Cursor::new(Vec::new());
+        image.write().non_parallel().to_buffered(&mut bytes).unwrap();
+        bytes.into_inner()
+    }
+
+    #[test]
+    fn colours_of_other_chromaticities_become_rec_709_and_data_stays() {
+        let rec_2020 = Chromaticities { red: [0.708, 0.292], green: [0.170, 0.797], blue: [0.131, 0.046], ..REC_709 };
+        let read = decode_exr(Cursor::new(stated(rec_2020)), u64::MAX).unwrap();
+        let expect = |name: &str, first: f32, second: f32| {
+            let values = read[0].channel(name).unwrap().to_f32();
+            assert!((values[0] - first).abs() < 1e-4, "{name}: {values:?}");
+            assert!(values[1] == second || (values[1] - second).abs() < 1e-4, "{name}: {values:?}");
+        };
+        // Columns of the matrix of Rec. ITU-R BT.2087; white stays white.
+        for (name, value) in [("R", 1.6605), ("G", -0.1246), ("B", -0.0182)] {
+            expect(name, value, 1.0);
+        }
+        expect("albedo.R", -0.5876, f32::INFINITY);
+        expect("albedo.G", 1.1329, 1.0);
+        for (name, value) in [("Z", 0.5), ("R.depth", 0.25)] {
+            expect(name, value, 1.0);
+        }
+        assert_eq!(read[0].channel("lone.R").unwrap().to_f32(), [3.0, 1.0]);
+        assert!(matches!(read[0].channel("Z").unwrap(), Samples::F16(_)));
+        let same = decode_exr(Cursor::new(stated(REC_709)), u64::MAX).unwrap();
+        assert_eq!(same[0].channel("R").unwrap(), &Samples::F16(vec![f16::ONE; 2]));
+        let flat = Chromaticities { green: REC_709.red, ..REC_709 };
+        let error = decode_exr(Cursor::new(stated(flat)), u64::MAX).unwrap_err();
+        assert!(error.to_string().contains("chromaticities"), "{error}");
     }
 
     #[test]

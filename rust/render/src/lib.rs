@@ -2,6 +2,7 @@
 
 mod camera;
 mod caster;
+mod chromaticities;
 pub mod color;
 mod comparison;
 mod exr_file;
@@ -18,6 +19,7 @@ mod sky;
 
 pub use camera::Camera;
 pub use caster::{Frame, NO_OBJECT};
+pub use chromaticities::{Chromaticities, REC_709};
 pub use comparison::{Comparison, PIXELS_PER_DEGREE, Picture, Spread, compare};
 pub use exr_file::{Channel, Content, Layer, Samples, Value, decode_exr, read_exr, write_exr};
 pub use image::Image;
