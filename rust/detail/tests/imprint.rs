@@ -359,3 +359,56 @@ fn any_valence_borders_and_mixed_sizes_are_dented() {
         }
     }
 }
+
+/// A flat sheet of one quad with the given half edges, facing −z.
+fn sheet(context: &Context, [x, y]: [f32; 2], transform: DAffine3) -> Collider {
+    let points = vec![[-x, -y, 0.0], [-x, y, 0.0], [x, y, 0.0], [x, -y, 0.0]];
+    Collider::new(context, points, vec![[0, 1, 2], [0, 2, 3]], transform).unwrap()
+}
+
+#[test]
+fn a_flat_sheet_without_depth_presses_with_all_that_is_behind_it() {
+    for (case, turn) in [(0.0, 0.0), (0.0, 0.3), (1.1, 0.2), (3.1, -0.4)].into_iter().enumerate() {
+        for (jitter, slope) in [(0.0, 0.0), (0.1, 0.0), (0.0, 0.15), (0.1, 0.15)] {
+            for half in [[1.3, 0.9], [9.0, 9.0]] {
+                let context = context(1);
+                let world = DAffine3::from_rotation_translation(
+                    DQuat::from_euler(EulerRot::XYZ, turn.0, turn.1, 0.0),
+                    DVec3::new(3.0, 1.0, -2.0),
+                );
+                let mut plate = object(&context, &plate(6, 0.0), 32, world);
+                let place =
+                    DAffine3::from_rotation_translation(DQuat::from_rotation_y(slope), DVec3::new(0.1, 0.2, -0.25));
+                let sheet = sheet(&context, half, world * place);
+                let settings = ImprintSettings { jitter, ..settings() };
+                let mut imprinter = Imprinter::new();
+                let report = imprinter.imprint(&context, &mut plate, &sheet, &settings, Moment::default()).unwrap();
+                let named = || format!("case {case}, jitter {jitter}, slope {slope}, half {half:?}");
+                assert!(report.changed_coefficients > 500, "{}: {report:?}", named());
+                let mut inside = 0;
+                for (_, point, value) in coefficients(&plate) {
+                    // Straight below its place on the plate, as the sheet sees it.
+                    let local = (world * place).inverse().transform_point3(point);
+                    let flat = world.inverse().transform_point3(point);
+                    let under = |slack: f64| {
+                        local.x.abs() < f64::from(half[0]) - slack && local.y.abs() < f64::from(half[1]) - slack
+                    };
+                    if flat.x.abs().max(flat.y.abs()) < 2.5 && under(0.2) {
+                        let sheet_height = -0.25 - (flat.x - 0.1) * slope.tan();
+                        let expected = sheet_height.min(0.0);
+                        let slack = report.voxel_diagonal;
+                        assert!(
+                            (f64::from(value) - expected).abs() < slack,
+                            "{}: {value} instead of {expected} at {flat}, voxel {slack}",
+                            named()
+                        );
+                        inside += 1;
+                    } else if !under(-0.2) {
+                        assert_eq!(value, 0.0, "{}: {flat}", named());
+                    }
+                }
+                assert!(inside > 300, "{}: {inside}", named());
+            }
+        }
+    }
+}

@@ -144,7 +144,7 @@ impl Baker {
                 let Some(after) = last else { continue };
                 ends = [before.unwrap_or(after), after];
             }
-            let Some((surface, collider)) = world.surface_and_collider(context, pair.into, pair.by)? else { continue };
+            let Some((surface, collider)) = world.surface_and_collider(pair.into, pair.by) else { continue };
             let [from, to] = ends;
             let from = Pose { transform: from, points: from_points };
             let to = Pose { transform: to, points: to_points };
@@ -185,7 +185,7 @@ impl Baker {
                 [start, end].map(|share| world.moving_points(context, pair.by, way.time(share)));
             let (from_points, to_points) = (from_points?.map(Into::into), to_points?.map(Into::into));
             let travel = cage_travel(context, world, pair.into, way, [start, end])?;
-            let Some((surface, collider)) = world.surface_and_collider(context, pair.into, pair.by)? else { continue };
+            let Some((surface, collider)) = world.surface_and_collider(pair.into, pair.by) else { continue };
             let from = Pose { transform: target * old_target.inverse() * ends[0], points: from_points };
             let to = Pose { transform: ends[1], points: to_points };
             let motion = Motion::new(collider, from, to)?;
@@ -210,7 +210,7 @@ impl Baker {
                 if animated {
                     world.pose(context, way.time(share))?;
                 }
-                let Some((surface, collider)) = world.surface_and_collider(context, pair.into, pair.by)? else { break };
+                let Some((surface, collider)) = world.surface_and_collider(pair.into, pair.by) else { break };
                 let place = way.at(pair.into, share);
                 let seen = motion.at(within).transform;
                 let pressed = place * target.inverse() * seen;
@@ -273,7 +273,7 @@ fn press(
     if world.is_object_animated(pair.into) {
         world.pose(context, way.time(share))?;
     }
-    let Some((surface, collider)) = world.surface_and_collider(context, pair.into, pair.by)? else { return Ok(None) };
+    let Some((surface, collider)) = world.surface_and_collider(pair.into, pair.by) else { return Ok(None) };
     surface.set_transform(way.at(pair.into, share))?;
     collider.set_pose(context, &Pose { transform: way.at(pair.by, share), points: points.map(Into::into) })?;
     let front = foremost(collider, tool.force);

@@ -23,7 +23,7 @@ pub struct World {
     pub physics: Physics,
     assets: Assets,
     items: Vec<Item>,
-    /// The meshes as colliders, made when first asked for.
+    /// The meshes that press as colliders.
     colliders: Vec<Option<Collider>>,
     transforms: Vec<DAffine3>,
     /// Seconds for which the items are posed.
@@ -82,15 +82,20 @@ impl World {
             items.push(item?);
         }
         let mut colliders: Vec<Option<Collider>> = items.iter().map(|_| None).collect();
-        for entry in scene.colliders.iter().filter(|entry| entry.tool.is_some()) {
+        for entry in &scene.colliders {
             let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
-            let Some(Item::Mesh(item)) = items.get(entry.object) else { continue };
-            let collider = Collider::of_mesh(context, &item.mesh, item.transform).map_err(fault)?;
-            if !collider.is_closed() {
+            let (Some(Item::Mesh(item)), Some(slot)) = (items.get(entry.object), colliders.get_mut(entry.object))
+            else {
+                continue;
+            };
+            let collider = match slot {
+                Some(collider) => collider,
+                None => slot.insert(Collider::of_mesh(context, &item.mesh, item.transform).map_err(fault)?),
+            };
+            if entry.tool.is_some() && !collider.is_closed() {
                 let error = Error::invalid("the tool has open edges and so no volume").advise("use a closed mesh");
                 return Err(fault(error).into());
             }
-            colliders[entry.object] = Some(collider);
         }
         Ok(Self { physics, assets, items, colliders, transforms, scene, time: 0.0 })
     }
@@ -113,7 +118,7 @@ impl World {
         self.assets.mesh(self.scene.cage_of(&self.scene.objects[object]))
     }
 
-    /// What was left out or repaired while reading meshes.
+    /// What was left out or repaired while reading meshes, and what of the objects may surprise.
     pub fn notes(&self) -> Vec<String> {
         let entries = self.scene.meshes.iter().enumerate();
         let meshes = entries.flat_map(|(index, entry)| {
@@ -127,7 +132,17 @@ impl World {
                 format!("object `{name}`: {sides} sides of faces meet at non-manifold edges and stay undisplaced there")
             })
         });
-        meshes.chain(objects).collect()
+        let open = self.scene.colliders.iter().filter_map(|entry| {
+            let collider = self.colliders.get(entry.object)?.as_ref()?;
+            let name = &entry.name.text;
+            (!collider.is_closed()).then(|| {
+                format!(
+                    "collider `{name}`: its mesh has open edges, so it is solid behind the front of its faces; turn \
+                     them over if it leaves no imprint"
+                )
+            })
+        });
+        meshes.chain(objects).chain(open).collect()
     }
 
     /// The limit of the texture coordinates of an object's surface; `None` if it is a mesh or its cage has none.
@@ -205,21 +220,10 @@ impl World {
     }
 
     /// A surface to press into and the mesh that presses, as a collider; `None` unless that is what the two are.
-    pub fn surface_and_collider(
-        &mut self,
-        context: &Context,
-        into: usize,
-        by: usize,
-    ) -> Result<Option<(&mut DisplacedObject, &mut Collider)>> {
-        let (Some(Item::Mesh(item)), Some(slot)) = (self.items.get(by), self.colliders.get_mut(by)) else {
-            return Ok(None);
-        };
-        if slot.is_none() {
-            *slot = Some(Collider::of_mesh(context, &item.mesh, item.transform)?);
-        }
-        match (self.items.get_mut(into), slot) {
-            (Some(Item::Surface(surface)), Some(collider)) => Ok(Some((surface, collider))),
-            _ => Ok(None),
+    pub fn surface_and_collider(&mut self, into: usize, by: usize) -> Option<(&mut DisplacedObject, &mut Collider)> {
+        match (self.items.get_mut(into)?, self.colliders.get_mut(by)?) {
+            (Item::Surface(surface), Some(collider)) => Some((surface, collider)),
+            _ => None,
         }
     }
 

@@ -517,6 +517,35 @@ fn a_plate_that_spins_below_a_resting_ball_gets_a_ring() {
     assert!(inside > 200 && shallowest < -0.03, "{inside} {shallowest}");
 }
 
+#[test]
+fn a_flat_plane_presses_with_the_side_behind_its_front() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    for (turn, expected) in [(180.0, -0.06), (0.0, 0.0)] {
+        let text = crossing(
+            "shape = \"plane\"\nsize = [2, 2, 1]\nfaces = 4",
+            &format!(
+                "{{ time = 0, translation = [0, 0, 0.2], rotation = [{turn}, 0, 0] }}, \
+                 {{ time = 0.08, translation = [0, 0, -0.06] }}"
+            ),
+            "",
+        );
+        let sheet = "shape = \"plane\"\nsize = [1.01, 1.01, 1]\nfaces = 5";
+        let text = text.replace("shape = \"sphere\"\nradius = 0.1\nfaces = 12", sheet);
+        let tiles = baked(&scene, &text);
+        for (tile, values) in tiles.iter().enumerate() {
+            let middle = [tile % 4, tile / 4].iter().all(|index| (1..=2).contains(index));
+            for value in (1..33).flat_map(|j| values[j * 34 + 1..j * 34 + 33].iter()) {
+                let wanted = if middle { expected } else { 0.0 };
+                // Half a coefficient of the tiles beside lies under the sheet.
+                assert!((value - wanted).abs() < 0.004 || !middle && expected < 0.0, "tile {tile}: {value}");
+            }
+        }
+        let world = World::new(&context(1), read_file(&scene).unwrap(), &[]).unwrap();
+        assert!(world.notes().iter().any(|note| note.contains("open edges")), "{:?}", world.notes());
+    }
+}
+
 /// A cow with n-gons and triangles by Keenan Crane, public domain, dented by a wheel.
 #[test]
 fn a_real_model_is_dented() {
