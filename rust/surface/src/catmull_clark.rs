@@ -8,7 +8,7 @@ use relievo_opensubdiv::{BoundaryRule, Options, Table};
 
 use crate::TileTopology;
 use crate::cone::Cone;
-use crate::patch::{self, ORIGIN, Patch};
+use crate::patch::{self, ORIGIN, Patch, Pieces, Source};
 
 /// How a cage becomes a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +48,7 @@ struct Layout {
     table: Table,
     topology: Arc<TileTopology>,
     patches: Vec<Patch>,
+    pieces: Pieces,
     /// The patches of every tile, as a range of `patches`.
     tile_first: Vec<u32>,
     /// Quadtree leaves of every tile in Morton order: the key of the leaf's lower corner and its first patch.
@@ -140,11 +141,12 @@ impl Surface {
                 rest = tail;
             }
             let (records, indices) = (layout.table.patches(), layout.table.indices());
+            let source = Source { records, indices, pieces: &layout.pieces };
             context.for_each_mut(&mut chunks, |_, (patches, chunk)| {
                 let first = patches[0].first;
                 for patch in *patches {
                     let start = (patch.first - first) as usize;
-                    patch::fill(patch, records, indices, &all, &mut chunk[start..start + patch.data_len()]);
+                    patch::fill(patch, &source, &all, &mut chunk[start..start + patch.data_len()]);
                 }
             });
         });
@@ -306,10 +308,10 @@ impl Layout {
         let mut patches = Vec::with_capacity(records.len());
         let mut leaves = Vec::with_capacity(records.len());
         let (mut tile_first, mut leaf_first) = (vec![0; tiles + 1], vec![0; tiles + 1]);
-        let mut first = 0_u32;
+        let (mut pieces, mut first) = (Pieces::default(), 0_u32);
         for (tile, key, index) in order {
             leaves.push(Leaf { key, patch: patches.len() as u32 });
-            patches.extend(patch::patches_of(&records[index as usize], index, &mut first));
+            patches.extend(patch::patches_of(&records[index as usize], index, &mut pieces, &mut first));
             tile_first[tile as usize + 1] = patches.len() as u32;
             leaf_first[tile as usize + 1] = leaves.len() as u32;
             if first > u32::MAX / 2 {
@@ -329,7 +331,8 @@ impl Layout {
             stencil_first.push(sum);
         }
         let topology = Arc::new(topology);
-        Ok(Self { table, topology, patches, tile_first, leaves, leaf_first, stencil_first, data_len: first as usize })
+        let data_len = first as usize;
+        Ok(Self { table, topology, patches, pieces, tile_first, leaves, leaf_first, stencil_first, data_len })
     }
 
     /// All points of the table in f64: the cage's, then one per stencil.

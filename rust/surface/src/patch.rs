@@ -3,6 +3,9 @@
 //! Control points are computed in f64 and stored in f32 relative to the patch's own origin, so that a small patch far
 //! from the object's origin keeps its shape.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+
 use relievo_opensubdiv::{PatchKind, PatchRecord};
 
 use crate::bezier::{Conversion, SMOOTH, crease_pieces};
@@ -28,9 +31,10 @@ pub struct Patch {
     pub form: PatchForm,
     /// First number of its control data: the origin, then all x, all y, all z.
     pub(crate) first: u32,
-    /// Which record it was made from, and which of the record's pieces it is.
+    /// Which record it was made from.
     record: u32,
-    piece: u8,
+    /// Which of the [`Pieces`] it is.
+    piece: u32,
 }
 
 /// Numbers of the origin, before the control points.
@@ -51,22 +55,41 @@ impl Patch {
     }
 }
 
-/// The pieces of a record across its crease, in ascending parameter: `(from, to, conversion)`.
-fn pieces(kind: PatchKind) -> Vec<(f64, f64, Conversion)> {
-    match kind {
-        PatchKind::SingleCrease { edge, sharpness } => {
-            let mut pieces = crease_pieces(f64::from(sharpness));
-            if edge == 1 || edge == 2 {
+/// The pieces into which patches are cut across their creases, each kept once for all patches that need it: a crease's
+/// pieces depend on its sharpness and on the side it is at.
+#[derive(Default)]
+pub(crate) struct Pieces {
+    all: Vec<Piece>,
+    known: BTreeMap<Option<(u32, bool)>, Range<usize>>,
+}
+
+/// A part of a patch across its crease, from one parameter to another, and its conversion to Bézier form.
+struct Piece {
+    from: f64,
+    to: f64,
+    across: Conversion,
+}
+
+impl Pieces {
+    /// The pieces of a kind of patch, in ascending parameter.
+    fn of(&mut self, kind: PatchKind) -> Range<usize> {
+        let (crease, far) = match kind {
+            PatchKind::SingleCrease { edge, sharpness } => (Some(sharpness), edge == 1 || edge == 2),
+            _ => (None, false),
+        };
+        let all = &mut self.all;
+        let known = self.known.entry(crease.map(|sharpness| (sharpness.to_bits(), far))).or_insert_with(|| {
+            let mut pieces = crease.map_or(vec![(0.0, 1.0, SMOOTH)], |sharpness| crease_pieces(f64::from(sharpness)));
+            if far {
                 // The crease is at the far side: mirror points, pieces and parameters.
-                pieces = pieces
-                    .into_iter()
-                    .rev()
-                    .map(|(from, to, conversion)| (1.0 - to, 1.0 - from, mirror(&conversion)))
-                    .collect();
+                pieces.reverse();
+                pieces.iter_mut().for_each(|piece| *piece = (1.0 - piece.1, 1.0 - piece.0, mirror(&piece.2)));
             }
-            pieces
-        }
-        _ => vec![(0.0, 1.0, SMOOTH)],
+            let first = all.len();
+            all.extend(pieces.into_iter().map(|(from, to, across)| Piece { from, to, across }));
+            first..all.len()
+        });
+        known.clone()
     }
 }
 
@@ -75,38 +98,42 @@ fn mirror(conversion: &Conversion) -> Conversion {
 }
 
 /// The patches of one record, with their control data starting at number `first`.
-pub(crate) fn patches_of(record: &PatchRecord, index: u32, first: &mut u32) -> Vec<Patch> {
+pub(crate) fn patches_of(record: &PatchRecord, index: u32, pieces: &mut Pieces, first: &mut u32) -> Vec<Patch> {
     let scale = (-f64::from(record.depth)).exp2();
-    let across_u = matches!(record.kind, PatchKind::SingleCrease { edge: 1 | 3, .. });
+    let axis = usize::from(!matches!(record.kind, PatchKind::SingleCrease { edge: 1 | 3, .. }));
     let form = if record.kind == PatchKind::Gregory { PatchForm::Gregory } else { PatchForm::Bezier };
-    let place = |piece: usize, from: f64, to: f64| {
+    let mut patches = Vec::with_capacity(3);
+    for number in pieces.of(record.kind) {
+        let Piece { from, to, .. } = pieces.all[number];
         let (mut low, mut size) = ([f64::from(record.u), f64::from(record.v)], [1.0, 1.0]);
-        let axis = usize::from(!across_u);
         low[axis] += from;
         size[axis] = to - from;
-        Patch {
+        let patch = Patch {
             low: low.map(|value| (value * scale) as f32),
             size: size.map(|value| (value * scale) as f32),
             form,
-            first: 0,
+            first: *first,
             record: index,
-            piece: piece as u8,
-        }
-    };
-    let mut patches: Vec<Patch> =
-        pieces(record.kind).iter().enumerate().map(|(piece, (from, to, _))| place(piece, *from, *to)).collect();
-    for patch in &mut patches {
-        patch.first = *first;
+            piece: number as u32,
+        };
         *first += patch.data_len() as u32;
+        patches.push(patch);
     }
     patches
 }
 
+/// What the control data of all poses is made from.
+pub(crate) struct Source<'a> {
+    pub records: &'a [PatchRecord],
+    pub indices: &'a [i32],
+    pub pieces: &'a Pieces,
+}
+
 /// Writes the control data of `patch` for the points of a pose.
-pub(crate) fn fill(patch: &Patch, records: &[PatchRecord], indices: &[i32], points: &[[f64; 3]], out: &mut [f32]) {
-    let record = &records[patch.record as usize];
+pub(crate) fn fill(patch: &Patch, source: &Source<'_>, points: &[[f64; 3]], out: &mut [f32]) {
+    let record = &source.records[patch.record as usize];
     let first = record.first as usize;
-    let point = |i: usize| points[indices[first + i] as usize];
+    let point = |i: usize| points[source.indices[first + i] as usize];
     match record.kind {
         PatchKind::Gregory => store(std::array::from_fn::<_, 20, _>(point), out),
         PatchKind::Regular { boundary } => {
@@ -114,14 +141,9 @@ pub(crate) fn fill(patch: &Patch, records: &[PatchRecord], indices: &[i32], poin
             store(convert(&grid, &SMOOTH, &SMOOTH), out);
         }
         PatchKind::SingleCrease { edge, .. } => {
-            let grid = std::array::from_fn(point);
-            let across = pieces(record.kind)[usize::from(patch.piece)].2;
-            let bezier = if edge == 1 || edge == 3 {
-                convert(&grid, &across, &SMOOTH)
-            } else {
-                convert(&grid, &SMOOTH, &across)
-            };
-            store(bezier, out);
+            let across = &source.pieces.all[patch.piece as usize].across;
+            let (in_u, in_v) = if edge == 1 || edge == 3 { (across, &SMOOTH) } else { (&SMOOTH, across) };
+            store(convert(&std::array::from_fn(point), in_u, in_v), out);
         }
     }
 }
