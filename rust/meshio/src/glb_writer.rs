@@ -1,14 +1,15 @@
-//! Writes binary glTF 2.0: triangles with normals, texture coordinates and colours, one node per instance.
+//! Writes binary glTF 2.0: triangles with normals, texture coordinates and colours, one node per instance, one primitive
+//! per material slot.
 //!
 //! Faces are fanned into triangles and holes left out. Points whose corners differ in an attribute are repeated. v of
 //! texture coordinates is turned, because glTF counts it from the top of the image.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::Path;
 
 use glam::{DAffine3, Vec3};
-use relievo_core::{Error, Mesh, Result};
+use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
 use serde_json::{Value, json};
 
 use crate::corners::CornerValues;
@@ -23,12 +24,15 @@ pub struct Instance<'a> {
     pub mesh: &'a Mesh,
     /// The map from its space to the scene's.
     pub transform: DAffine3,
+    /// Names of the slots of the face attribute `material`: the same name is the same material in all instances, and
+    /// an empty one is none. Slots without a name are called by their number.
+    pub materials: &'a [String],
 }
 
 impl<'a> Instance<'a> {
     /// A mesh that is where its points are.
     pub fn new(name: &'a str, mesh: &'a Mesh) -> Self {
-        Self { name, mesh, transform: DAffine3::IDENTITY }
+        Self { name, mesh, transform: DAffine3::IDENTITY, materials: &[] }
     }
 }
 
@@ -81,6 +85,9 @@ struct Writer {
     accessors: Vec<Value>,
     meshes: Vec<Value>,
     nodes: Vec<Value>,
+    materials: Vec<Value>,
+    /// Materials by the names that instances give.
+    named: HashMap<String, usize>,
 }
 
 impl Writer {
@@ -124,21 +131,49 @@ impl Writer {
             let values = vertices.gather(|[.., color]| colors.value::<4>(color));
             attributes.insert("COLOR_0".into(), json!(self.floats(values.as_flattened(), 4)));
         }
-        let indices = vertices.triangles.as_flattened();
-        let view = self.view(bytemuck::cast_slice(indices), ELEMENT_ARRAY_BUFFER);
-        self.accessors.push(json!({
-            "bufferView": view, "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR",
-        }));
-        self.meshes.push(json!({
-            "name": instance.name,
-            "primitives": [{ "attributes": attributes, "indices": self.accessors.len() - 1 }],
-        }));
+        let mut primitives = Vec::new();
+        for name in instance.materials {
+            self.material(name);
+        }
+        for (slot, triangles) in by_slot(mesh, &vertices.triangles) {
+            let indices = triangles.as_flattened();
+            let view = self.view(bytemuck::cast_slice(indices), ELEMENT_ARRAY_BUFFER);
+            self.accessors.push(json!({
+                "bufferView": view, "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR",
+            }));
+            let mut primitive = json!({ "attributes": attributes, "indices": self.accessors.len() - 1 });
+            let material = slot.and_then(|slot| match instance.materials.get(slot as usize) {
+                Some(name) => self.material(name),
+                None => {
+                    self.materials.push(json!({ "name": slot.to_string() }));
+                    Some(self.materials.len() - 1)
+                }
+            });
+            if let Some(material) = material {
+                primitive["material"] = json!(material);
+            }
+            primitives.push(primitive);
+        }
+        self.meshes.push(json!({ "name": instance.name, "primitives": primitives }));
         let mut node = json!({ "name": instance.name, "mesh": self.meshes.len() - 1 });
         if instance.transform != DAffine3::IDENTITY {
             node["matrix"] = json!(glam::DMat4::from(instance.transform).to_cols_array());
         }
         self.nodes.push(node);
         Ok(())
+    }
+
+    /// The material of this name, made when first asked for; none without a name.
+    fn material(&mut self, name: &str) -> Option<usize> {
+        if name.is_empty() {
+            return None;
+        }
+        if let Some(known) = self.named.get(name) {
+            return Some(*known);
+        }
+        self.materials.push(json!({ "name": name }));
+        self.named.insert(name.into(), self.materials.len() - 1);
+        Some(self.materials.len() - 1)
     }
 
     fn view(&mut self, bytes: &[u8], target: u32) -> usize {
@@ -160,7 +195,7 @@ impl Writer {
     }
 
     fn finish(self) -> (Value, Vec<u8>) {
-        let json = json!({
+        let mut json = json!({
             "asset": { "version": "2.0", "generator": concat!("Relievo ", env!("CARGO_PKG_VERSION")) },
             "scene": 0,
             "scenes": [{ "nodes": (0..self.nodes.len()).collect::<Vec<_>>() }],
@@ -170,8 +205,29 @@ impl Writer {
             "bufferViews": self.views,
             "buffers": [{ "byteLength": self.buffer.len() }],
         });
+        // The format knows no empty lists.
+        if !self.materials.is_empty() {
+            json["materials"] = json!(self.materials);
+        }
         (json, self.buffer)
     }
+}
+
+/// The triangles of every material slot of `mesh`, slots ascending; all together if it has none.
+fn by_slot(mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<(Option<u32>, Vec<[u32; 3]>)> {
+    let slots = match mesh.attribute("material") {
+        Some(Attribute { domain: Domain::Face, width: 1, values: Values::U32(slots), indices: None, .. }) => slots,
+        _ => return vec![(None, triangles.to_vec())],
+    };
+    let mut hole = vec![false; mesh.face_count()];
+    mesh.holes.iter().for_each(|face| hole[*face as usize] = true);
+    let faces = mesh.face_sizes.iter().zip(slots).zip(hole).filter(|(_, hole)| !hole);
+    let slots = faces.flat_map(|((size, slot), _)| std::iter::repeat_n(*slot, (*size as usize).saturating_sub(2)));
+    let mut lists: BTreeMap<u32, Vec<[u32; 3]>> = BTreeMap::new();
+    for (slot, triangle) in slots.zip(triangles) {
+        lists.entry(slot).or_default().push(*triangle);
+    }
+    lists.into_iter().map(|(slot, list)| (Some(slot), list)).collect()
 }
 
 /// Vertices of a mesh that have one value of every attribute, and triangles of them.

@@ -86,9 +86,10 @@ fn corner_values(mesh: &Mesh, name: &str) -> Vec<f32> {
 fn glb_keeps_triangles_attributes_and_places() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rich.glb");
-    let mesh = rich();
+    let mut mesh = rich();
+    mesh.attributes.pop();
     let transform = DAffine3::from_rotation_translation(DQuat::from_rotation_z(0.5), DVec3::new(1.0, 2.0, 3.0));
-    write_glb(&path, &[Instance::new("here", &mesh), Instance { name: "there", mesh: &mesh, transform }]).unwrap();
+    write_glb(&path, &[Instance::new("here", &mesh), Instance { transform, ..Instance::new("there", &mesh) }]).unwrap();
 
     let model = read_model(&Context::serial(), &path).unwrap();
     assert_eq!(model.nodes.iter().map(|node| node.name.as_str()).collect::<Vec<_>>(), ["here", "there"]);
@@ -124,11 +125,16 @@ fn glb_is_valid_for_the_gltf_crate() {
     assert_eq!(bytes.len() % 4, 0);
     let document = gltf::Gltf::from_slice(&bytes).unwrap();
     let blob = document.blob.clone().unwrap();
-    let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
+    let primitives: Vec<_> = document.meshes().next().unwrap().primitives().collect();
+    let primitive = &primitives[0];
+    let indices =
+        |primitive: &gltf::Primitive| primitive.reader(|_| Some(&blob)).read_indices().unwrap().into_u32().count();
+    // The pentagon has slot 0, the quad slot 1.
+    assert_eq!(primitives.iter().map(indices).collect::<Vec<_>>(), [9, 6]);
+    assert_eq!(document.materials().map(|material| material.name()).collect::<Vec<_>>(), [Some("0"), Some("1")]);
     let reader = primitive.reader(|_| Some(&blob));
     let points: Vec<_> = reader.read_positions().unwrap().collect();
-    let indices: Vec<_> = reader.read_indices().unwrap().into_u32().collect();
-    assert_eq!((points.len(), indices.len()), (8, 15));
+    assert_eq!(points.len(), 8);
     assert_eq!(reader.read_tex_coords(0).unwrap().into_f32().count(), 8);
     assert_eq!(reader.read_colors(0).unwrap().into_rgba_f32().next(), Some([1.0, 0.0, 1.0, 1.0]));
     let bounds = primitive.bounding_box();
@@ -136,6 +142,32 @@ fn glb_is_valid_for_the_gltf_crate() {
         let values = || points.iter().map(|point| point[axis]);
         assert_eq!(bounds.min[axis], values().fold(f32::MAX, f32::min));
         assert_eq!(bounds.max[axis], values().fold(f32::MIN, f32::max));
+    }
+}
+
+#[test]
+fn glb_keeps_material_slots_with_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("slots.glb");
+    // Six triangles with slots in any order; the last is a hole.
+    let points: Vec<[f32; 3]> = (0..18).map(|index| [index as f32, (index % 3) as f32, (index / 3) as f32]).collect();
+    let mut mesh = Mesh::new(points, vec![3; 6], (0..18).collect());
+    mesh.holes = vec![5];
+    mesh.attributes = vec![attribute("material", Domain::Face, 1, Values::U32(vec![2, 0, 2, 3, 1, 9]))];
+    let names = ["snow", "", "ice", "unused"].map(String::from);
+    let named = Instance { materials: &names[..3], ..Instance::new("a", &mesh) };
+    let other = Instance { materials: &names[2..], ..Instance::new("b", &mesh) };
+    write_glb(&path, &[named, other]).unwrap();
+    let model = read_model(&Context::serial(), &path).unwrap();
+    // Slots of no material come last; slot 3 of the one and 2 and 3 of the other have no name.
+    assert_eq!(model.materials, ["snow", "ice", "3", "unused", "2", "3", ""]);
+    for (part, expected) in model.meshes.iter().zip([[0u32, 6, 1, 1, 2], [1, 3, 4, 4, 5]]) {
+        let slots = &part.mesh.attribute("material").unwrap().values;
+        assert_eq!(*slots, Values::U32(expected.to_vec()));
+        // The first corner of every triangle tells which face it was.
+        let faces: Vec<u32> = part.mesh.faces().map(|face| part.mesh.points[face[0] as usize][2] as u32).collect();
+        assert_eq!(faces, [1, 4, 0, 2, 3]);
+        assert_eq!(part.mesh.points.len(), 18, "primitives share their points");
     }
 }
 

@@ -26,6 +26,8 @@ struct Asset {
     /// Checksums of the files it came from.
     files: Vec<u32>,
     notes: Vec<String>,
+    /// Names of the slots of the attribute `material`.
+    materials: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -67,6 +69,11 @@ impl Assets {
         &self.list[index].notes
     }
 
+    /// Names of the slots that a mesh's attribute `material` refers to.
+    pub fn materials(&self, index: usize) -> &[String] {
+        &self.list[index].materials
+    }
+
     /// Checksums of the files a mesh came from.
     pub fn checksums(&self, index: usize) -> &[u32] {
         &self.list[index].files
@@ -85,7 +92,7 @@ impl Assets {
                 loaded.retain(|(number, _)| *number == before || *number == after);
                 for number in [before, after] {
                     if loaded.iter().all(|(known, _)| *known != number) {
-                        let read = read_mesh(context, &paths[number])?;
+                        let (read, _) = read_mesh(context, &paths[number])?;
                         if read.points.len() != asset.mesh.points.len() || read.corners != asset.mesh.corners {
                             return Err(Error::invalid("the topology differs from the sequence's first file")
                                 .at(paths[number].display().to_string())
@@ -108,23 +115,28 @@ impl Assets {
     }
 }
 
-fn read_mesh(context: &Context, path: &Path) -> Result<Mesh> {
-    let mesh = relievo_meshio::read(context, path)?;
-    mesh.check().map_err(|error| error.at(path.display().to_string()))?;
-    Ok(mesh)
+/// A mesh that can be used, and the names of its materials.
+fn read_mesh(context: &Context, path: &Path) -> Result<(Mesh, Vec<String>)> {
+    let model = relievo_meshio::read_model(context, path)?;
+    let materials = model.materials.clone();
+    let named = |error: Error| error.at(path.display().to_string());
+    let mesh = model.into_merged_mesh(context).map_err(named)?;
+    mesh.check().map_err(named)?;
+    Ok((mesh, materials))
 }
 
 fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) -> Result<Asset> {
     match source {
         MeshSource::Shape(shape) => {
-            Ok(Asset { mesh: shape.mesh(scene.up), motion: Motion::Still, files: Vec::new(), notes: Vec::new() })
+            let mesh = shape.mesh(scene.up);
+            Ok(Asset { mesh, motion: Motion::Still, files: Vec::new(), notes: Vec::new(), materials: Vec::new() })
         }
         MeshSource::File { path, animation } => {
             let path = paths.resolve(&path.text)?;
             let place = |error: Error| error.at(path.display().to_string());
             let files = vec![checksum(&path)?];
             let model = relievo_meshio::read_model_within(context, &path, paths.root())?;
-            let notes = model.notes.clone();
+            let (notes, materials) = (model.notes.clone(), model.materials.clone());
             let (mesh, motion) = match animation {
                 None => (model.into_merged_mesh(context).map_err(place)?, Motion::Still),
                 Some(name) => {
@@ -135,7 +147,7 @@ fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) ->
                 }
             };
             mesh.check().map_err(place)?;
-            Ok(Asset { mesh, motion, files, notes })
+            Ok(Asset { mesh, motion, files, notes, materials })
         }
         MeshSource::Sequence { pattern, first, count } => {
             let mut list = Vec::new();
@@ -147,9 +159,9 @@ fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) ->
                 list.push(path);
             }
             let Some(start) = list.first() else { return Err(Error::invalid("the sequence has no files")) };
-            let mesh = read_mesh(context, start)?;
+            let (mesh, materials) = read_mesh(context, start)?;
             let motion = Motion::Sequence { loaded: vec![(0, mesh.points.clone())], paths: list };
-            Ok(Asset { mesh, motion, files, notes: Vec::new() })
+            Ok(Asset { mesh, motion, files, notes: Vec::new(), materials })
         }
     }
 }

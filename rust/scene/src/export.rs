@@ -19,11 +19,12 @@ use crate::world::{Item, World};
 pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
     let _stage = context.stats().begin("export.meshes");
     let scene = &world.scene;
-    let mut list: Vec<(&str, Mesh, DAffine3)> = Vec::new();
+    let mut list: Vec<(&str, &[String], Mesh, DAffine3)> = Vec::new();
     for (index, item) in world.items().iter().enumerate().filter(|(index, _)| scene.objects[*index].visible) {
         let name = scene.objects[index].name.text.as_str();
+        let materials = world.materials(index);
         list.push(match item {
-            Item::Mesh(item) => (name, item.mesh.clone(), item.transform),
+            Item::Mesh(item) => (name, materials, item.mesh.clone(), item.transform),
             Item::Surface(surface) => {
                 let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
                 let rates = Rates::new(&displaced, scene.output.rate, scene.output.mesh_rate);
@@ -31,7 +32,7 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
                 if let Some(limit) = world.texture_limit(context, index)? {
                     tessellation.smooth_attribute(context, "uv", &limit)?;
                 }
-                (name, tessellation.mesh, *surface.transform())
+                (name, materials, tessellation.mesh, *surface.transform())
             }
         });
     }
@@ -42,15 +43,23 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
             let y_up = y_up(scene.up);
             let instances: Vec<Instance> = list
                 .iter()
-                .map(|(name, mesh, transform)| Instance { name, mesh, transform: y_up * *transform })
+                .map(|(name, materials, mesh, transform)| {
+                    let transform = y_up * *transform;
+                    Instance { name, mesh, transform, materials }
+                })
                 .collect();
             relievo_meshio::write_glb(&path, &instances)?;
             written.push(path);
             continue;
         }
-        for (name, mesh, transform) in &list {
+        for (name, materials, mesh, transform) in &list {
             let path = folder.file(&format!("mesh-{frame:06}-{name}.{format}"));
-            relievo_meshio::write(&path, &placed(mesh, transform))?;
+            let mesh = placed(mesh, transform);
+            if *format == "obj" {
+                relievo_meshio::write_obj(&path, &mesh, materials)?;
+            } else {
+                relievo_meshio::write(&path, &mesh)?;
+            }
             written.push(path);
         }
     }

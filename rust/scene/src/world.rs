@@ -118,6 +118,11 @@ impl World {
         self.assets.mesh(self.scene.cage_of(&self.scene.objects[object]))
     }
 
+    /// Names of the material slots of an object's mesh or cage.
+    pub fn materials(&self, object: usize) -> &[String] {
+        self.assets.materials(self.scene.cage_of(&self.scene.objects[object]))
+    }
+
     /// What was left out or repaired while reading meshes, and what of the objects may surprise.
     pub fn notes(&self) -> Vec<String> {
         let entries = self.scene.meshes.iter().enumerate();

@@ -546,6 +546,28 @@ fn a_flat_plane_presses_with_the_side_behind_its_front() {
     }
 }
 
+#[test]
+fn materials_of_the_cage_keep_their_names_in_written_meshes() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let cage =
+        "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nusemtl deep snow\nf 1 2 5 4\nusemtl ice\nf 2 3 6 5\n";
+    std::fs::write(folder.path().join("cage.obj"), cage).unwrap();
+    let text = "version = 1\n[meshes.cage]\nfile = \"cage.obj\"\n[surfaces.cage]\nmesh = \"cage\"\n[objects.cage]\n\
+        surface = \"cage\"\n[output]\npictures = []\nmesh_formats = [\"glb\", \"obj\"]\nrate = 4\n";
+    std::fs::write(&scene, text).unwrap();
+    let out = folder.path().join("out");
+    let context = context(1);
+    run_with(&context, &scene, &options(&out)).unwrap();
+    for (name, faces) in [("mesh-000000.glb", 64), ("mesh-000000-cage.obj", 32)] {
+        let model = relievo_meshio::read_model(&context, &out.join(name)).unwrap();
+        assert_eq!(model.materials, ["deep snow", "ice"], "{name}");
+        let slots = &model.meshes[0].mesh.attribute("material").unwrap().values;
+        let expected: Vec<u32> = (0..faces).map(|face| u32::from(face >= faces / 2)).collect();
+        assert_eq!(*slots, relievo_core::Values::U32(expected), "{name}");
+    }
+}
+
 /// A cow with n-gons and triangles by Keenan Crane, public domain, dented by a wheel.
 #[test]
 fn a_real_model_is_dented() {
