@@ -559,11 +559,11 @@ fn materials_of_the_cage_keep_their_names_in_written_meshes() {
     let out = folder.path().join("out");
     let context = context(1);
     run_with(&context, &scene, &options(&out)).unwrap();
-    for (name, faces) in [("mesh-000000.glb", 64), ("mesh-000000-cage.obj", 32)] {
+    for name in ["mesh-000000.glb", "mesh-000000-cage.obj"] {
         let model = relievo_meshio::read_model(&context, &out.join(name)).unwrap();
         assert_eq!(model.materials, ["deep snow", "ice"], "{name}");
         let slots = &model.meshes[0].mesh.attribute("material").unwrap().values;
-        let expected: Vec<u32> = (0..faces).map(|face| u32::from(face >= faces / 2)).collect();
+        let expected: Vec<u32> = (0..64).map(|triangle| u32::from(triangle >= 32)).collect();
         assert_eq!(*slots, relievo_core::Values::U32(expected), "{name}");
     }
 }
