@@ -1,16 +1,12 @@
 //! What the benches measure on: generated meshes and, where they are there, public models beside the checkout.
 
 use std::f32::consts::TAU;
-use std::path::PathBuf;
 
 use relievo_core::{Context, Mesh, Result};
 
-/// The model `name` of the test data, `None` where there is no such file. The folder is `RELIEVO_DATA`, or
-/// `shared/data` beside the checkout.
+/// The model `name` of the folder of models, `None` where there is no such file.
 pub fn model(context: &Context, name: &str) -> Result<Option<Mesh>> {
-    let folder = std::env::var_os("RELIEVO_DATA")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")), PathBuf::from);
-    let path = folder.join(name);
+    let path = relievo_testing::folder().join(name);
     if path.is_file() { relievo_meshio::read(context, &path).map(Some) } else { Ok(None) }
 }
 

@@ -4,17 +4,7 @@ use std::path::{Path, PathBuf};
 
 use relievo_core::Context;
 use relievo_meshio::read_model;
-
-/// The folder of test data, or `None` with a remark.
-fn data() -> Option<PathBuf> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
-    let folder = std::env::var_os("RELIEVO_DATA").map_or_else(|| beside.into(), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: no test data at {}", folder.display());
-    None
-}
+use relievo_testing::data;
 
 fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     let mut list: Vec<_> = std::fs::read_dir(folder)

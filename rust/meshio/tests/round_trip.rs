@@ -1,6 +1,6 @@
 //! What is written is read back as it was, by our readers and by the `gltf` crate's own.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::{DAffine3, DQuat, DVec3};
 use relievo_core::{Attribute, Context, Crease, Domain, Mesh, Values};
@@ -190,12 +190,7 @@ fn meshes_that_cannot_be_used_are_not_written() {
 /// Every known mesh survives OBJ, bit by bit, and PLY and GLB in its points and faces.
 #[test]
 fn real_meshes_survive() {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
-    let data = std::env::var_os("RELIEVO_DATA").map_or_else(|| beside.into(), PathBuf::from);
-    if !data.is_dir() {
-        println!("skipped: no test data at {}", data.display());
-        return;
-    }
+    let Some(data) = relievo_testing::data() else { return };
     let context = Context::serial();
     let folder = tempfile::tempdir().unwrap();
     for name in

@@ -571,13 +571,7 @@ fn materials_of_the_cage_keep_their_names_in_written_meshes() {
 /// A cow with n-gons and triangles by Keenan Crane, public domain, dented by a wheel.
 #[test]
 fn a_real_model_is_dented() {
-    let data = std::env::var_os("RELIEVO_DATA")
-        .map_or_else(|| Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")).into(), PathBuf::from);
-    let cage = data.join("cages/spot_control_mesh.obj");
-    if !cage.exists() {
-        println!("skipped: {} is missing", cage.display());
-        return;
-    }
+    let Some(cage) = relievo_testing::file("cages/spot_control_mesh.obj") else { return };
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.toml");
     let text = format!(
@@ -618,7 +612,7 @@ mesh = "none"
     let out = folder.path().join("out");
     let refused = run_with(&context(2), &scene, &options(&out)).unwrap_err().to_string();
     assert!(refused.contains("--allow-path") && refused.contains("scene.toml:4:8"), "{refused}");
-    let allowed = RunOptions { allowed: vec![data], ..options(&out) };
+    let allowed = RunOptions { allowed: vec![relievo_testing::folder()], ..options(&out) };
     let summary = run_with(&context(2), &scene, &allowed).unwrap();
     assert!(summary.tiles[0] > 0, "{:?}", summary.tiles);
     assert!(out.join("beauty-000002.png").exists());

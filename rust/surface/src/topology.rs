@@ -702,47 +702,7 @@ fn edge_uses(mesh: &Mesh) -> Vec<Use> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    /// A grid of `size`² quads, closed to a torus or open, of which some are split, merged in pairs, or wound against.
-    fn grid(size: u32, torus: bool, choices: &[u8]) -> Mesh {
-        let stride = if torus { size } else { size + 1 };
-        let point = |x: u32, y: u32| (y % stride) * stride + x % stride;
-        let mut mesh = Mesh::default();
-        for y in 0..stride {
-            for x in 0..stride {
-                let angle = |n: u32| n as f32 * std::f32::consts::TAU / stride as f32;
-                let (a, b) = (angle(x), angle(y));
-                mesh.points.push([(3.0 + b.cos()) * a.cos(), (3.0 + b.cos()) * a.sin(), b.sin()]);
-            }
-        }
-        let mut taken = vec![false; (size * size) as usize];
-        for (index, (y, x)) in (0..size).flat_map(|y| (0..size).map(move |x| (y, x))).enumerate() {
-            if taken[index] {
-                continue;
-            }
-            let corners = [point(x, y), point(x + 1, y), point(x + 1, y + 1), point(x, y + 1)];
-            let choice = choices[index % choices.len()];
-            let mut faces = match choice & 3 {
-                0 if x + 1 < size && !taken[index + 1] => {
-                    taken[index + 1] = true;
-                    let [a, b, c, d] = corners;
-                    vec![vec![a, b, point(x + 2, y), point(x + 2, y + 1), c, d]]
-                }
-                1 => vec![vec![corners[0], corners[1], corners[2]], vec![corners[0], corners[2], corners[3]]],
-                _ => vec![corners.to_vec()],
-            };
-            for face in &mut faces {
-                let turn = usize::from(choice >> 2 & 3) % face.len();
-                face.rotate_left(turn);
-                if choice & 0x30 == 0x30 {
-                    face.reverse();
-                }
-                mesh.face_sizes.push(face.len() as u32);
-                mesh.corners.extend_from_slice(face);
-            }
-        }
-        mesh
-    }
+    use relievo_testing::grid;
 
     /// Where the bilinear cage is at a place: corners, middles of edges and centres decide.
     fn position(mesh: &Mesh, topology: &TileTopology, place: Place) -> [f64; 3] {
@@ -880,7 +840,7 @@ mod tests {
         fn any_torus_has_symmetric_links_closed_rings_and_one_canonical_place(
             size in 3u32..8, choices in prop::collection::vec(any::<u8>(), 1..40), seed: u32,
         ) {
-            let mesh = grid(size, true, &choices);
+            let mesh = grid(size, true, &choices, true);
             let topology = TileTopology::new(&mesh).unwrap();
             check(&mesh, &topology, seed);
             prop_assert_eq!(euler(&topology), 0);
@@ -894,7 +854,7 @@ mod tests {
             size in 1u32..7, choices in prop::collection::vec(any::<u8>(), 1..40), seed: u32,
             holes in prop::collection::vec(any::<u32>(), 0..4), fins in prop::collection::vec(any::<u32>(), 0..4),
         ) {
-            let mut mesh = grid(size, false, &choices);
+            let mut mesh = grid(size, false, &choices, true);
             prop_assert_eq!(euler(&TileTopology::new(&mesh).unwrap()), 1);
             let faces = mesh.face_count() as u32;
             mesh.holes = holes.iter().map(|hole| hole % faces).collect();

@@ -1,7 +1,5 @@
 //! Evaluation against OpenSubdiv's own evaluators on the same table, and against closed forms.
 
-use std::path::PathBuf;
-
 use relievo_core::{Context, ContextOptions, Crease, Mesh};
 use relievo_opensubdiv::{PatchKind, reference};
 use relievo_surface::{Destination, Grid, Order, Place, Placement, Samples, Surface, SurfaceOptions};
@@ -58,21 +56,9 @@ fn cages() -> Vec<(&'static str, Mesh)> {
 
 /// Cages from the folder of real models, none if it is absent.
 fn real_cages() -> Vec<(String, Mesh)> {
-    let folder = std::env::var_os("RELIEVO_DATA")
-        .map(PathBuf::from)
-        .unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"));
     let names = ["bishop", "rabbit", "suzanne", "spot_control_mesh", "monsterfrog"];
-    let mut cages = Vec::new();
-    for name in names {
-        let path = folder.join(format!("cages/{name}.obj"));
-        if !path.exists() {
-            println!("skipped: {} is not there", path.display());
-            continue;
-        }
-        let mesh = relievo_meshio::read(&Context::serial(), &path).unwrap();
-        cages.push((name.to_string(), mesh));
-    }
-    cages
+    let read = |name: &str| Some((name.to_string(), relievo_testing::cage(&format!("{name}.obj"))?));
+    names.into_iter().filter_map(read).collect()
 }
 
 /// A deterministic sequence in 0..1.

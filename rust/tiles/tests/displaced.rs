@@ -1,12 +1,10 @@
 //! The displaced surface: seams equal to the bit, normals those of the surface, closed forms.
 
-mod cages;
-
-use cages::{Random, cage, grid};
 use glam::Vec3;
 use half::f16;
 use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_surface::{Grid, Link, Order, Place, Placement, RingClass, Samples, Surface, SurfaceOptions};
+use relievo_testing::{Random, cage, grid};
 use relievo_tiles::{Change, Displaced, Displacement, DisplacementOptions, Points, Sets, Texels};
 
 fn surface(mesh: &Mesh) -> Surface {

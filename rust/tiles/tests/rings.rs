@@ -1,15 +1,13 @@
 //! The displacement across edges and vertices, after any edits on any cage.
 
-mod cages;
-
 use std::sync::Arc;
 
-use cages::{Random, cage, grid};
 use half::f16;
 use proptest::prelude::*;
 use relievo_core::simd::Level;
 use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_surface::{Link, Place, RingClass, Side, TileTopology};
+use relievo_testing::{Random, cage, grid};
 use relievo_tiles::spline::Jet;
 use relievo_tiles::{Change, Displacement, DisplacementOptions, Field, Sets};
 

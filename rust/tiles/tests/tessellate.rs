@@ -1,15 +1,13 @@
 //! Tessellations: closed where the surface is, oriented, with their attributes.
 
-mod cages;
-
 use std::collections::BTreeMap;
 
-use cages::{Random, cage, grid};
 use glam::Vec3;
 use half::f16;
 use proptest::prelude::*;
 use relievo_core::{Attribute, Context, ContextOptions, Crease, Domain, Mesh, Values};
 use relievo_surface::{Place, Surface, SurfaceOptions};
+use relievo_testing::{Random, cage, grid};
 use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Sets, Tessellation, Tessellator, uniform_rates};
 
 fn surface(mesh: &Mesh) -> Surface {

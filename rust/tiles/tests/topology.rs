@@ -1,9 +1,7 @@
 //! Tile topology of real cages: closed where they are, and of the right genus.
 
-mod cages;
-
-use cages::{Random, cage};
 use relievo_surface::{Link, Place, RingClass, Side, TileTopology};
+use relievo_testing::{Random, cage};
 
 /// Vertices − edges + tiles.
 fn euler(topology: &TileTopology) -> i64 {

@@ -9,6 +9,7 @@ use serde_json::Value;
 const LAYERS: &[&[&str]] = &[
     &["relievo-core"],
     &["relievo-opensubdiv", "relievo-embree", "relievo-openvdb", "relievo-meshio"],
+    &["relievo-testing"],
     &["relievo-surface"],
     &["relievo-tiles"],
     &["relievo-render"],
@@ -17,6 +18,10 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-capi", "relievo-cli"],
     &["relievo-bench"],
 ];
+
+/// What nothing that is shipped may use: it is for tests, and for benches.
+const UNSHIPPED: &str = "relievo-testing";
+const BENCHES: &str = "relievo-bench";
 
 /// Crates that use none of ours.
 const APART: &[&str] = &["xtask"];
@@ -42,6 +47,7 @@ fn dependencies_point_down_the_layers() {
         let own = layer.get(name).unwrap_or_else(|| panic!("{name} has no layer yet: give it one in {}", file!()));
         for used in ours {
             let below = layer.get(used).unwrap_or_else(|| panic!("{used} has no layer yet"));
+            assert!(used != UNSHIPPED || name == BENCHES, "{name} may use {used} in its tests alone");
             assert!(below < own, "{name} may not use {used}: it is not in a lower layer");
             seen += 1;
         }

@@ -1,11 +1,6 @@
-//! Cages for tests: random ones, and those of the shared data.
+//! Grids of faces of all kinds from a list of choices, and numbers from a seed.
 
-// Every test uses a part of it.
-#![allow(dead_code)]
-
-use std::path::PathBuf;
-
-use relievo_core::{Context, Mesh};
+use relievo_core::Mesh;
 
 /// A grid of `size`² quads, closed to a torus or open, of which some are split or merged in pairs. Bits of `choices`
 /// decide, face by face; `reversed` allows faces wound against the others.
@@ -50,18 +45,6 @@ pub fn grid(size: u32, torus: bool, choices: &[u8], reversed: bool) -> Mesh {
         }
     }
     mesh
-}
-
-/// A cage of the shared data, or `None`, with a word about it, where there is no such folder.
-pub fn cage(name: &str) -> Option<Mesh> {
-    let beside = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data"));
-    let folder = std::env::var_os("RELIEVO_DATA").map_or(beside, PathBuf::from);
-    let path = folder.join("cages").join(name);
-    if !path.exists() {
-        println!("skipped: {} is not here", path.display());
-        return None;
-    }
-    Some(relievo_meshio::read(&Context::serial(), &path).expect("a cage of the shared data can be read"))
 }
 
 /// Numbers from a seed.
