@@ -52,6 +52,7 @@ impl Contact {
         &self.surface
     }
 
+    pub fn dims(&self) -> [u32; 3] { self.imprinter.voxels().grid().dims }
     /// The cage.
     pub fn cage(&self) -> &Mesh {
         &self.cage

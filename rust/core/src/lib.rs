@@ -3,6 +3,7 @@
 
 pub mod context;
 pub mod error;
+pub mod lanes;
 pub mod mesh;
 pub mod parameter;
 pub mod progress;

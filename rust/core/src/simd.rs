@@ -70,22 +70,33 @@ pub trait Arithmetic: Copy {
     fn fma(a: f32, b: f32, c: f32) -> f32;
 }
 
-/// Multiply, round, add, round.
+/// [`Level::Baseline`]: multiplies, rounds, adds, rounds.
 #[derive(Clone, Copy, Debug)]
-pub struct Separate;
+pub struct Baseline(pub(crate) ());
 
-/// Multiply and add with one rounding.
+/// [`Level::Avx2`]: multiplies and adds with one rounding.
 #[derive(Clone, Copy, Debug)]
-pub struct Fused;
+pub struct Avx2(pub(crate) ());
 
-impl Arithmetic for Separate {
+/// [`Level::Avx512`]: multiplies and adds with one rounding.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx512(pub(crate) ());
+
+impl Arithmetic for Baseline {
     #[inline(always)]
     fn fma(a: f32, b: f32, c: f32) -> f32 {
         a * b + c
     }
 }
 
-impl Arithmetic for Fused {
+impl Arithmetic for Avx2 {
+    #[inline(always)]
+    fn fma(a: f32, b: f32, c: f32) -> f32 {
+        a.mul_add(b, c)
+    }
+}
+
+impl Arithmetic for Avx512 {
     #[inline(always)]
     fn fma(a: f32, b: f32, c: f32) -> f32 {
         a.mul_add(b, c)
@@ -119,12 +130,12 @@ macro_rules! dispatch_simd {
                 #[target_feature(enable = "avx2,fma,f16c")]
                 #[allow(clippy::too_many_arguments)]
                 fn avx2($($arg: $ty),*) $(-> $ret)? {
-                    $body::<$crate::simd::Fused>($($arg),*)
+                    $body::<$crate::simd::Avx2>($($arg),*)
                 }
                 #[target_feature(enable = "avx2,fma,f16c,avx512f,avx512dq,avx512bw,avx512vl")]
                 #[allow(clippy::too_many_arguments)]
                 fn avx512($($arg: $ty),*) $(-> $ret)? {
-                    $body::<$crate::simd::Fused>($($arg),*)
+                    $body::<$crate::simd::Avx512>($($arg),*)
                 }
                 // A level can be forced but never above what the processor has.
                 #[allow(unsafe_code)]
@@ -137,7 +148,7 @@ macro_rules! dispatch_simd {
                 }
             }
             let _ = level;
-            $body::<$crate::simd::Separate>($($arg),*)
+            $body::<$crate::simd::Baseline>($($arg),*)
         }
     };
 }

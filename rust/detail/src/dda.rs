@@ -1,8 +1,7 @@
 //! Rays through the solid voxels (Schäfer et al. 2014, Section 6), with the traversal of Amanatides and Woo 1987, A Fast
 //! Voxel Traversal Algorithm for Ray Tracing. Places are in voxel coordinates.
 
-use crate::grid::WORD;
-use crate::voxel::Voxels;
+use crate::voxel::{Columns, Voxels};
 
 /// How a ray that starts in the voxels leaves them. Distances are in multiples of the ray's direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,33 +35,13 @@ impl Voxels {
         if !self.contains(origin) {
             return Exit::Outside;
         }
-        exit(self.words(), self.grid().dims, origin, direction, limit)
-    }
-}
-
-/// As [`Voxels::exit`] for an origin that is known to be in a solid voxel of these words.
-fn exit(words: &[u64], dims: [u32; 3], origin: [f32; 3], direction: [f32; 3], limit: f32) -> Exit {
-    let ray = Ray::new(origin, direction);
-    match ray.traverse(&Steps::new(dims), words, origin[2], direction[2], limit) {
-        (distance, _) if !(distance < limit) => Exit::Limit,
-        (distance, _) if distance <= ray.nearest => Exit::Border,
-        (distance, true) => Exit::Grid(distance),
-        (distance, false) => Exit::Clear(distance),
-    }
-}
-
-/// How columns follow each other in the words.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Steps {
-    pub dims: [i32; 3],
-    pub stride: usize,
-    pub row: usize,
-}
-
-impl Steps {
-    pub fn new(dims: [u32; 3]) -> Self {
-        let stride = dims[0] as usize;
-        Self { dims: dims.map(|count| count as i32), stride, row: stride * dims[2].div_ceil(WORD) as usize }
+        let ray = Ray::new(origin, direction);
+        match ray.traverse(&self.columns(), origin[2], direction[2], limit) {
+            (distance, _) if !(distance < limit) => Exit::Limit,
+            (distance, _) if distance <= ray.nearest => Exit::Border,
+            (distance, true) => Exit::Grid(distance),
+            (distance, false) => Exit::Clear(distance),
+        }
     }
 }
 
@@ -92,36 +71,32 @@ impl Ray {
     /// The distance at which the ray leaves the solid, or at least `limit` where it does not do so before, and whether
     /// it leaves the grid there.
     #[inline(always)]
-    pub fn traverse(&self, steps: &Steps, words: &[u64], z0: f32, dz: f32, limit: f32) -> (f32, bool) {
+    pub fn traverse(&self, columns: &Columns<'_>, z0: f32, dz: f32, limit: f32) -> (f32, bool) {
+        let dims = columns.dims.map(|count| count as i32);
         let [x, y, mut z] = self.start;
         let forward = [self.inverse[0] > 0.0, self.inverse[1] > 0.0];
         let mut next = [self.next[0], self.next[1]];
         let delta = [self.inverse[0].abs(), self.inverse[1].abs()];
-        let step =
-            [if forward[0] { 1 } else { usize::MAX }, if forward[1] { steps.row } else { steps.row.wrapping_neg() }];
+        let step = [if forward[0] { 1 } else { -1 }, if forward[1] { dims[0] } else { -dims[0] }];
         // Columns that are left along x and y before the grid ends.
-        let mut left =
-            [if forward[0] { steps.dims[0] - 1 - x } else { x }, if forward[1] { steps.dims[1] - 1 - y } else { y }];
-        let mut column = y as usize * steps.row + x as usize;
+        let mut left = [if forward[0] { dims[0] - 1 - x } else { x }, if forward[1] { dims[1] - 1 - y } else { y }];
+        let mut column = y * dims[0] + x;
         loop {
             let axis = usize::from(next[1] <= next[0]);
             let side = next[axis];
             // The voxel in which the ray leaves the column, or reaches the limit.
-            let end = floor(z0 + side.min(limit) * dz, steps.dims[2]);
+            let end = floor(z0 + side.min(limit) * dz, dims[2]);
+            let [low, high] = columns.piece(column as usize, z as u32).map(|end| end as i32);
             if dz < 0.0 {
-                let end = end.min(z);
-                let clear = run_down(words, column, steps.stride, z as u32);
-                if clear >= end {
-                    return (((clear + 1) as f32 - z0) * self.inverse[2], clear < 0);
+                z = end.min(z);
+                if low > z {
+                    return ((low as f32 - z0) * self.inverse[2], low == 0);
                 }
-                z = end;
             } else if dz > 0.0 {
-                let end = end.max(z);
-                let clear = run_up(words, column, steps.stride, z as u32, steps.dims[2] as u32);
-                if clear <= end {
-                    return ((clear as f32 - z0) * self.inverse[2], clear >= steps.dims[2]);
+                z = end.max(z);
+                if high <= z {
+                    return ((high as f32 - z0) * self.inverse[2], high >= dims[2]);
                 }
-                z = end;
             }
             // Not a number ends here as well.
             if !(side < limit) || left[axis] == 0 {
@@ -129,51 +104,22 @@ impl Ray {
             }
             left[axis] -= 1;
             next[axis] += delta[axis];
-            column = column.wrapping_add(step[axis]);
-            if words[column + (z as usize / 64) * steps.stride] >> (z as u32 % 64) & 1 == 0 {
+            column += step[axis];
+            if !columns.solid(column as usize, z as u32) {
                 return (side, false);
             }
         }
     }
 }
 
+/// At 1.5 · 2²³ floats are whole numbers, which are in the low bits.
+pub(crate) const WHOLE: f32 = 12_582_912.0;
+
 /// The voxel of a place in a column, −1 below it and `nz` above it. A place between two voxels may count as either.
 #[inline(always)]
 fn floor(value: f32, nz: i32) -> i32 {
-    // At 1.5 · 2²³ floats are whole numbers, which are in the low bits.
-    const WHOLE: f32 = 12_582_912.0;
     let clamped = value.max(-1.0).min(nz as f32) - 0.5;
     ((clamped + WHOLE).to_bits() as i32).wrapping_sub(WHOLE.to_bits() as i32)
-}
-
-/// The first clear voxel of a column at or below the solid voxel z; −1 if there is none.
-#[inline(always)]
-fn run_down(words: &[u64], column: usize, stride: usize, z: u32) -> i32 {
-    let mut word = (z / 64) as usize;
-    let mut clear = !words[column + word * stride] & (u64::MAX >> (63 - z % 64));
-    while clear == 0 {
-        if word == 0 {
-            return -1;
-        }
-        word -= 1;
-        clear = !words[column + word * stride];
-    }
-    (word as i32 * 64) + 63 - clear.leading_zeros() as i32
-}
-
-/// The first clear voxel of a column at or above the solid voxel z; `nz` if there is none.
-#[inline(always)]
-fn run_up(words: &[u64], column: usize, stride: usize, z: u32, nz: u32) -> i32 {
-    let mut word = (z / 64) as usize;
-    let mut clear = !words[column + word * stride] & (u64::MAX << (z % 64));
-    while clear == 0 {
-        word += 1;
-        if word as u32 * 64 >= nz {
-            return nz as i32;
-        }
-        clear = !words[column + word * stride];
-    }
-    ((word as i32 * 64) + clear.trailing_zeros() as i32).min(nz as i32)
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ pub mod object;
 pub mod overlap;
 pub mod pair;
 pub mod raycast;
+mod rays;
 mod scanline;
 #[cfg(test)]
 mod shapes;

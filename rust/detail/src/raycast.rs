@@ -6,15 +6,16 @@
 
 use half::f16;
 use half::slice::HalfFloatSliceExt;
-use relievo_core::simd::{Arithmetic, Level};
+use relievo_core::lanes::Lanes;
+use relievo_core::simd::Level;
 use relievo_core::{Context, dispatch_simd};
 use relievo_surface::Surface;
 use relievo_tiles::Field;
 
 use crate::cull::{CulledTile, VoxelFrame};
-use crate::dda::{Ray, Steps};
 use crate::knots::{BLOCK_KNOTS, KnotBlock, block_edge};
-use crate::voxel::Voxels;
+use crate::rays::Rays;
+use crate::voxel::{Columns, Voxels};
 
 /// What limits the displacement update.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,6 +79,7 @@ fn cast_tile(
     let size = field.size(tile);
     let edge = block_edge(size);
     let count = (edge * edge) as usize;
+    let columns = voxels.columns();
     let mut dents = TileDents { tile, ..TileDents::default() };
     // What the coefficients are and what they were; unallocated ones are zero.
     let sources = [field.block(tile), start.map_or_else(|| field.block(tile), |start| start.block(tile))];
@@ -95,7 +97,7 @@ fn cast_tile(
         }
         knots.evaluate(level, surface, tile, size, block.index);
         let found = dents.texels.len();
-        cast_block(level, frame, &knots, &values[0][..count], &values[1], voxels, limits, &mut scratch, &mut dents);
+        cast_block(level, frame, &knots, &values[0][..count], &values[1], &columns, limits, &mut scratch, &mut dents);
         for (k, _) in &mut dents.texels[found..] {
             *k = texel(row + *k / edge, column + *k % edge);
         }
@@ -112,159 +114,72 @@ pub(crate) fn texel(row: u32, column: u32) -> u32 {
 dispatch_simd! {
     /// Appends the coefficients of a block that change, by their index in the block.
     fn cast_block = cast_block_body(
-        frame: &VoxelFrame, knots: &KnotBlock, values: &[f16], start: &[f16; BLOCK_KNOTS], voxels: &Voxels, limits: &Limits,
-        scratch: &mut Scratch, dents: &mut TileDents
+        frame: &VoxelFrame, knots: &KnotBlock, values: &[f16], start: &[f16; BLOCK_KNOTS], columns: &Columns<'_>,
+        limits: &Limits, scratch: &mut Scratch, dents: &mut TileDents
     )
 }
 
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-fn cast_block_body<A: Arithmetic>(
+fn cast_block_body<A: Lanes>(
     frame: &VoxelFrame,
     knots: &KnotBlock,
     values: &[f16],
     start: &[f16; BLOCK_KNOTS],
-    voxels: &Voxels,
+    columns: &Columns<'_>,
     limits: &Limits,
     scratch: &mut Scratch,
     dents: &mut TileDents,
 ) {
-    let frame = *frame;
-    let steps = Steps::new(voxels.grid().dims);
-    let stack = voxels.grid().words();
-    let words = voxels.words();
+    // SAFETY: called by `dispatch_simd!` only.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
     let count = values.len();
-    let Scratch { heights, starts, z0, dz, reach, ray, cell, bit, solid, distance, new } = scratch;
+    let Scratch { heights, starts, distance, new, changed } = scratch;
     values.convert_to_f32_slice(&mut heights[..count]);
     start[..count].convert_to_f32_slice(&mut starts[..count]);
-    let scale = 1.0 / limits.share;
-    // The ray of every coefficient, made ready side by side: along −N from S + coefficient·N.
-    for k in 0..BLOCK_KNOTS {
-        let from = [0, 1, 2].map(|axis| knots.p[axis][k] - frame.origin[axis]);
-        let mut inside = true;
-        let mut q = [0.0; 3];
-        let mut d = [0.0; 3];
-        for axis in 0..3 {
-            let row = frame.rows[axis];
-            let n = A::fma(row[0], knots.n[0][k], A::fma(row[1], knots.n[1][k], row[2] * knots.n[2][k]));
-            let p = A::fma(row[0], from[0], A::fma(row[1], from[1], A::fma(row[2], from[2], frame.shift[axis])));
-            q[axis] = A::fma(heights[k], n, p);
-            inside &= q[axis] >= 0.0 && q[axis] < frame.dims[axis];
-            d[axis] = -n;
-        }
-        // Outside, the place is moved into the grid and a bit is asked for that no word has.
-        let place = [0, 1, 2].map(|axis| q[axis].max(0.0).min(frame.dims[axis] - 1.0));
-        let place = if inside { q } else { place };
-        let made = Ray::new(place, d);
-        let [x, y, z] = made.start.map(|value| value as u32);
-        cell[k] = (y.wrapping_mul(stack).wrapping_add(z >> 6)).wrapping_mul(steps.stride as u32).wrapping_add(x);
-        bit[k] = if inside { z & 63 } else { 64 };
-        // Beyond this distance nothing would change any more. A degenerate place of the surface has no normal.
-        let room = (heights[k] + limits.max_displacement).min(limits.depth - (starts[k] - heights[k]));
-        let still = d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0;
-        reach[k] = if still { 0.0 } else { room * scale };
-        (z0[k], dz[k]) = (place[2], d[2]);
-        ray.set(k, &made);
+    let mut any = false;
+    for at in (0..count).step_by(A::WIDTH) {
+        let p = [v.load(&knots.p[0][at..]), v.load(&knots.p[1][at..]), v.load(&knots.p[2][at..])];
+        let n = [v.load(&knots.n[0][at..]), v.load(&knots.n[1][at..]), v.load(&knots.n[2][at..])];
+        let height = [v.load(&heights[at..]), v.load(&starts[at..])];
+        let ready = Rays::new(v, frame, columns, limits, p, n, height);
+        let (distances, clamped) = ready.distances(v, columns);
+        any |= v.mask(v.lt(v.splat(0.0), distances)) != 0;
+        dents.clamped += clamped;
+        v.store(distances, &mut distance[at..]);
     }
-    // Solid ones, listed without a branch.
-    let mut hits = 0;
-    for k in 0..count {
-        solid[hits & (BLOCK_KNOTS - 1)] = k as u16;
-        hits += (u128::from(words[cell[k] as usize]) >> bit[k] & 1) as usize;
-    }
-    distance.fill(0.0);
-    for k in solid[..hits].iter().map(|k| usize::from(*k)) {
-        let limit = reach[k];
-        let ray = ray.get(k);
-        let (far, grid) = ray.traverse(&steps, words, z0[k], dz[k], limit);
-        dents.clamped += u32::from(grid && far < limit && far > ray.nearest);
-        // Leaving in the first step changes nothing.
-        let far = if far <= ray.nearest { 0.0 } else { far };
-        distance[k] = if far < limit { far } else { limit };
+    if !any {
+        return;
     }
     let deepest = key(lower_bound(-limits.max_displacement));
     for k in 0..BLOCK_KNOTS {
         new[k] = key(rounded_down(heights[k] - limits.share * distance[k])).max(deepest);
     }
-    dents.texels.reserve(hits);
-    for k in solid[..hits].iter().map(|k| usize::from(*k)) {
-        if new[k] < key(values[k]) {
-            let new = unkey(new[k]);
-            dents.least = dents.least.min(new);
-            dents.texels.push((k as u32, new));
-        }
+    // Listed without a branch.
+    let mut found = 0;
+    for (k, (new, value)) in new.iter().zip(values).enumerate() {
+        changed[found] = k as u16;
+        found += usize::from(*new < key(*value));
     }
+    dents.texels.extend(changed[..found].iter().map(|k| (u32::from(*k), unkey(new[usize::from(*k)]))));
+    let least = changed[..found].iter().map(|k| new[usize::from(*k)]).min().unwrap_or(0);
+    dents.least = dents.least.min(unkey(least));
 }
 
 /// What is computed of a block side by side; kept between blocks so that it need not be cleared.
 struct Scratch {
     heights: [f32; BLOCK_KNOTS],
     starts: [f32; BLOCK_KNOTS],
-    z0: [f32; BLOCK_KNOTS],
-    dz: [f32; BLOCK_KNOTS],
-    reach: [f32; BLOCK_KNOTS],
-    ray: RaySoa,
-    cell: [u32; BLOCK_KNOTS],
-    bit: [u32; BLOCK_KNOTS],
-    solid: [u16; BLOCK_KNOTS],
     distance: [f32; BLOCK_KNOTS],
     new: [i16; BLOCK_KNOTS],
+    changed: [u16; BLOCK_KNOTS],
 }
 
 impl Default for Scratch {
     fn default() -> Self {
         let zero = [0.0; BLOCK_KNOTS];
-        Self {
-            heights: zero,
-            starts: zero,
-            z0: zero,
-            dz: zero,
-            reach: zero,
-            ray: RaySoa::default(),
-            cell: [0; BLOCK_KNOTS],
-            bit: [0; BLOCK_KNOTS],
-            solid: [0; BLOCK_KNOTS],
-            distance: zero,
-            new: [0; BLOCK_KNOTS],
-        }
-    }
-}
-
-/// Rays side by side.
-struct RaySoa {
-    start: [[i32; BLOCK_KNOTS]; 3],
-    inverse: [[f32; BLOCK_KNOTS]; 3],
-    next: [[f32; BLOCK_KNOTS]; 3],
-    nearest: [f32; BLOCK_KNOTS],
-}
-
-impl Default for RaySoa {
-    #[inline(always)]
-    fn default() -> Self {
-        let zero = [[0.0; BLOCK_KNOTS]; 3];
-        Self { start: [[0; BLOCK_KNOTS]; 3], inverse: zero, next: zero, nearest: [0.0; BLOCK_KNOTS] }
-    }
-}
-
-impl RaySoa {
-    #[inline(always)]
-    fn set(&mut self, k: usize, ray: &Ray) {
-        for axis in 0..3 {
-            self.start[axis][k] = ray.start[axis];
-            self.inverse[axis][k] = ray.inverse[axis];
-            self.next[axis][k] = ray.next[axis];
-        }
-        self.nearest[k] = ray.nearest;
-    }
-
-    #[inline(always)]
-    fn get(&self, k: usize) -> Ray {
-        Ray {
-            start: [0, 1, 2].map(|axis| self.start[axis][k]),
-            inverse: [0, 1, 2].map(|axis| self.inverse[axis][k]),
-            next: [0, 1, 2].map(|axis| self.next[axis][k]),
-            nearest: self.nearest[k],
-        }
+        Self { heights: zero, starts: zero, distance: zero, new: [0; BLOCK_KNOTS], changed: [0; BLOCK_KNOTS] }
     }
 }
 

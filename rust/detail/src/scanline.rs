@@ -9,7 +9,7 @@ use glam::DVec3;
 use relievo_core::dispatch_simd;
 use relievo_core::simd::Arithmetic;
 
-use crate::voxel::CELL;
+use crate::voxel::{CELL, PIECES};
 
 /// Snapped units of a voxel.
 const SUB: i64 = 256;
@@ -176,41 +176,41 @@ fn floor_division(a: i64, b: i64) -> (i64, i64) {
     if r < 0 { (q - 1, r + b) } else { (q, r) }
 }
 
+/// Rows of columns that are filled together, see [`crate::voxel::Voxels`].
+#[derive(Debug)]
+pub struct Slab<'a> {
+    /// The ends of every column.
+    pub spans: &'a mut [u32],
+    /// The bits of columns of several pieces.
+    pub words: &'a mut [u64],
+    /// The crossings of every column.
+    pub records: &'a mut [u64],
+    /// Lowest solid voxel and the one after the highest, of every few columns of all rows.
+    pub cells: &'a mut [[u16; 2]],
+}
+
 dispatch_simd! {
-    /// Fills the words of the slab of rows that starts at row `first` from the facets that `list` names.
-    pub fn fill = fill_body(
-        facets: &[Facet], list: &[u32], shape: Shape, first: u32, words: &mut [u64], records: &mut [u64],
-        cells: &mut [[u16; 2]]
-    )
+    /// Fills the slab of rows that starts at row `first` from the facets that `list` names.
+    pub fn fill = fill_body(facets: &[Facet], list: &[u32], shape: Shape, first: u32, slab: &mut Slab<'_>)
 }
 
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
-fn fill_body<A: Arithmetic>(
-    facets: &[Facet],
-    list: &[u32],
-    shape: Shape,
-    first: u32,
-    words: &mut [u64],
-    records: &mut [u64],
-    cells: &mut [[u16; 2]],
-) {
+fn fill_body<A: Arithmetic>(facets: &[Facet], list: &[u32], shape: Shape, first: u32, slab: &mut Slab<'_>) {
     if list.is_empty() {
-        words.fill(0);
+        slab.spans.fill(0);
         return;
     }
-    records.fill(0);
+    slab.records.fill(0);
     let nx = shape.nx as usize;
-    let rows = records.len() / nx;
+    let rows = slab.records.len() / nx;
     let mut spilled = Vec::new();
     for facet in list {
-        convert(&facets[*facet as usize], nx, i64::from(first), rows as i64, records, &mut spilled);
+        convert(&facets[*facet as usize], nx, i64::from(first), rows as i64, slab.records, &mut spilled);
     }
     spilled.sort_unstable();
-    let mut low = vec![0; nx];
-    let mut high = vec![0; nx];
-    for (row, (words, records)) in words.chunks_mut(nx * shape.words as usize).zip(records.chunks(nx)).enumerate() {
-        resolve(shape, row * nx, words, records, &spilled, &mut low, &mut high, cells);
+    let spans = slab.spans.chunks_mut(nx).zip(slab.words.chunks_mut(nx * shape.words as usize));
+    for (row, ((spans, words), records)) in spans.zip(slab.records.chunks(nx)).enumerate() {
+        resolve(shape, row * nx, spans, words, records, &spilled, slab.cells);
     }
 }
 
@@ -271,22 +271,20 @@ fn note(records: &mut [u64], at: usize, left: usize, z: f64, slope: f64, facet: 
     }
 }
 
-/// Writes the words of one row. `at` is the index of its first column in the slab, as `spilled` counts.
+/// Writes the columns of one row. `at` is the index of its first column in the slab, as `spilled` counts.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
 fn resolve(
     shape: Shape,
     at: usize,
+    spans: &mut [u32],
     words: &mut [u64],
     records: &[u64],
     spilled: &[(u32, u16)],
-    low: &mut [u64],
-    high: &mut [u64],
     cells: &mut [[u16; 2]],
 ) {
     let any = records.iter().fold(0, |any, record| any | record);
     if any == 0 {
-        words.fill(0);
+        spans.fill(0);
         return;
     }
     let nz = u64::from(shape.nz);
@@ -296,7 +294,7 @@ fn resolve(
     let select = |mask: u64, a: u64, b: u64| a & mask | b & !mask;
     let (open, backward) = (mask(shape.open), mask(shape.backward));
     let mut left_over = 0;
-    for ((record, low), high) in records.iter().zip(low.iter_mut()).zip(high.iter_mut()) {
+    for (record, span) in records.iter().zip(spans.iter_mut()) {
         let (first, second) = ((record & 0xffff).wrapping_sub(1), (record >> 16 & 0xffff).wrapping_sub(1));
         let (a, b) = (first >> 1, second >> 1);
         let leaves = 0u64.wrapping_sub(first & 1);
@@ -310,51 +308,75 @@ fn resolve(
         let entered = !open | (mask(a < b) ^ leaves) & mask(a != b);
         let two = mask(*record >> 32 == 0) & 0u64.wrapping_sub((first ^ second) & 1) & entered;
         let simple = some & (one | two);
-        *low = from & simple;
-        *high = to & simple;
+        *span = ((from | to << 16) & simple & mask(from < to)) as u32;
         left_over |= some & !simple;
     }
-    for (cell, (low, high)) in cells.iter_mut().zip(low.chunks(CELL as usize).zip(high.chunks(CELL as usize))) {
-        let (mut least, mut most) = (u64::MAX, 0);
-        for (low, high) in low.iter().zip(high) {
-            least = least.min(if low < high { *low } else { u64::MAX });
-            most = most.max(*high);
+    if left_over != 0 {
+        let several = records.iter().enumerate().filter(|(column, record)| **record != 0 && spans[*column] == 0);
+        for column in several.map(|(column, _)| column).collect::<Vec<_>>() {
+            let bits = &mut words[column * shape.words as usize..(column + 1) * shape.words as usize];
+            spans[column] = resolve_several(shape, (at + column) as u32, records[column], spilled, bits);
         }
-        if least < u64::MAX {
+    }
+    for ((cell, spans), words) in
+        cells.iter_mut().zip(spans.chunks(CELL as usize)).zip(words.chunks((CELL * shape.words) as usize))
+    {
+        let (mut least, mut most) = (u32::MAX, 0);
+        let mut pieces = false;
+        for span in spans {
+            least = least.min(if *span == 0 { u32::MAX } else { span & 0xffff });
+            most = most.max(span >> 16);
+            pieces |= *span == PIECES;
+        }
+        if pieces {
+            for (span, bits) in spans.iter().zip(words.chunks(shape.words as usize)) {
+                if *span == PIECES {
+                    let [low, high] = ends(bits);
+                    (least, most) = (least.min(low), most.max(high));
+                }
+            }
+        }
+        if least < most {
             *cell = [cell[0].min(least as u16), cell[1].max(most as u16)];
         }
     }
-    for (word, words) in words.chunks_mut(records.len()).enumerate() {
-        let base = word as u64 * 64;
-        for ((word, low), high) in words.iter_mut().zip(low.iter()).zip(high.iter()) {
-            *word = below(high.saturating_sub(base)) & !below(low.saturating_sub(base));
-        }
+}
+
+/// Resolves a column whose crossings do not show at once what is solid: returns its ends, or writes its bits.
+fn resolve_several(shape: Shape, index: u32, record: u64, spilled: &[(u32, u16)], bits: &mut [u64]) -> u32 {
+    let mut crossings: Vec<u16> = (0..4).map(|slot| (record >> (16 * slot)) as u16).filter(|mark| *mark != 0).collect();
+    if record >> 48 != 0 {
+        let from = spilled.partition_point(|(other, _)| *other < index);
+        crossings.extend(spilled[from..].iter().take_while(|(other, _)| *other == index).map(|(_, mark)| *mark));
     }
-    if left_over == 0 {
-        return;
-    }
-    let mut crossings = Vec::new();
-    for (column, record) in records.iter().enumerate() {
-        if *record == 0 || low[column] != high[column] {
-            continue;
+    crossings.sort_unstable();
+    bits.fill(0);
+    let mut pieces: Option<[u64; 2]> = None;
+    let mut one = true;
+    for_each_span(shape, &crossings, |low, high| {
+        // Spans that touch are one.
+        match &mut pieces {
+            Some([_, end]) if *end == low => *end = high,
+            Some(_) => one = false,
+            None => pieces = Some([low, high]),
         }
-        crossings.clear();
-        crossings.extend((0..4).map(|slot| (record >> (16 * slot)) as u16).filter(|mark| *mark != 0));
-        if record >> 48 != 0 {
-            let index = (at + column) as u32;
-            let from = spilled.partition_point(|(other, _)| *other < index);
-            crossings.extend(spilled[from..].iter().take_while(|(other, _)| *other == index).map(|(_, mark)| *mark));
+        for (word, bits) in bits.iter_mut().enumerate() {
+            let base = word as u64 * 64;
+            *bits |= below(high.saturating_sub(base)) & !below(low.saturating_sub(base));
         }
-        crossings.sort_unstable();
-        let cell = &mut cells[column / CELL as usize];
-        for_each_span(shape, &crossings, |low, high| {
-            *cell = [cell[0].min(low as u16), cell[1].max(high as u16)];
-            for (word, words) in words.chunks_mut(records.len()).enumerate() {
-                let base = word as u64 * 64;
-                words[column] |= below(high.saturating_sub(base)) & !below(low.saturating_sub(base));
-            }
-        });
+    });
+    match pieces {
+        Some([low, high]) if one => (low | high << 16) as u32,
+        Some(_) => PIECES,
+        None => 0,
     }
+}
+
+/// The lowest solid voxel of a column that has some, and the one after the highest.
+fn ends(bits: &[u64]) -> [u32; 2] {
+    let first = bits.iter().position(|word| *word != 0).unwrap_or(0);
+    let last = bits.iter().rposition(|word| *word != 0).unwrap_or(0);
+    [first as u32 * 64 + bits[first].trailing_zeros(), last as u32 * 64 + 64 - bits[last].leading_zeros()]
 }
 
 /// The lowest `count` bits, all for 64 and more.

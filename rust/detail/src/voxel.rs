@@ -9,15 +9,18 @@
 //! A mesh that is not closed has no winding number. Columns then count as outside on the front of the first sheet they
 //! meet, so that an open sheet is solid behind its front and closed shells stay what they are.
 //!
-//! Floor: the bits are written once (2 MiB for 2²⁴ voxels) and every crossing of a column with the mesh moves 8 bytes
-//! in and out of the first-level cache.
+//! Nearly all columns are solid in one piece or none. Of those only the ends are kept, four bytes instead of a bit per
+//! voxel, which is also what rays ask for; columns of more pieces keep their bits.
+//!
+//! Floor: four bytes are written per column (1 MiB for 2²⁴ voxels in columns of 64) and every crossing of a column with
+//! the mesh moves 8 bytes in and out of the first-level cache.
 
 use glam::DAffine3;
 use relievo_core::simd::Arithmetic;
 use relievo_core::{Context, Error, Result, dispatch_simd};
 
 use crate::grid::Grid;
-use crate::scanline::{self, Facet, Shape};
+use crate::scanline::{self, Facet, Shape, Slab};
 
 /// A triangle mesh to be voxelised.
 #[derive(Clone, Copy, Debug)]
@@ -41,18 +44,22 @@ pub enum Side {
     Backward,
 }
 
-/// The bits of a voxel grid, kept between uses so that memory is allocated once.
-///
-/// Word `w` of column (x, y) is at `(y · words + w) · dims[0] + x` and bit `b` of it is voxel z = 64·w + b.
+/// The voxels of a grid, kept between uses so that memory is allocated once.
 #[derive(Clone, Debug)]
 pub struct Voxels {
     grid: Grid,
+    /// Of column (x, y), at `y · dims[0] + x`: the lowest solid voxel, and the one after the highest in the upper half.
+    spans: Vec<u32>,
+    /// The bits of columns that are [`PIECES`]: voxel z of column c is bit `z % 64` of word `c · words + z / 64`.
     words: Vec<u64>,
     records: Vec<u64>,
     /// Lowest solid voxel and the one after the highest, of every [`CELL`] columns of every slab.
     cells: Vec<[u16; 2]>,
     slab_rows: u32,
 }
+
+/// What stands for the ends of a column that is solid in more than one piece.
+pub(crate) const PIECES: u32 = 0xffff;
 
 /// Slabs of rows the work is cut into.
 const SLABS: u32 = 32;
@@ -71,6 +78,7 @@ impl Default for Voxels {
         let point = crate::Obb { center: glam::DVec3::ZERO, axes: glam::DMat3::IDENTITY, half: glam::DVec3::ONE };
         Self {
             grid: Grid::new(&point, 1, None),
+            spans: vec![0],
             words: vec![0],
             records: Vec::new(),
             cells: vec![[0; 2]],
@@ -85,18 +93,15 @@ impl Voxels {
         &self.grid
     }
 
-    /// The bits.
-    pub fn words(&self) -> &[u64] {
-        &self.words
+    /// The columns, as rays see them.
+    pub(crate) fn columns(&self) -> Columns<'_> {
+        Columns { dims: self.grid.dims, spans: &self.spans, words: &self.words, stride: self.grid.words() as usize }
     }
 
     /// Whether a voxel is solid; voxels outside the grid are not.
     pub fn get(&self, [x, y, z]: [u32; 3]) -> bool {
         let [nx, ny, nz] = self.grid.dims;
-        x < nx && y < ny && z < nz && {
-            let at = (y as usize * self.grid.words() as usize + z as usize / 64) * nx as usize + x as usize;
-            self.words[at] >> (z % 64) & 1 != 0
-        }
+        x < nx && y < ny && z < nz && self.columns().solid(y as usize * nx as usize + x as usize, z)
     }
 
     /// Whether a box of voxel coordinates may hold a solid voxel; looked up in few coarse cells.
@@ -122,12 +127,21 @@ impl Voxels {
 
     /// Number of solid voxels.
     pub fn count(&self) -> u64 {
-        self.words.iter().map(|word| u64::from(word.count_ones())).sum()
+        let columns = self.columns();
+        (0..self.spans.len())
+            .map(|column| match self.spans[column] {
+                PIECES => columns.bits(column).iter().map(|word| u64::from(word.count_ones())).sum(),
+                span => u64::from((span >> 16) - (span & 0xffff)),
+            })
+            .sum()
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.words[..]) + size_of_val(&self.records[..]) + size_of_val(&self.cells[..])
+        size_of_val(&self.spans[..])
+            + size_of_val(&self.words[..])
+            + size_of_val(&self.records[..])
+            + size_of_val(&self.cells[..])
     }
 
     /// Voxelises `solid` in `grid`.
@@ -150,6 +164,7 @@ impl Voxels {
         let shape = Shape { nx, nz, words, backward: side == Side::Backward, open: !solid.closed };
         let rows = ny.div_ceil(SLABS);
         let lists = bin(&facets, rows, ny);
+        self.spans.resize(nx as usize * ny as usize, 0);
         self.words.resize(nx as usize * ny as usize * words as usize, 0);
         self.records.resize(nx as usize * ny as usize, 0);
         let columns = nx as usize * rows as usize;
@@ -157,15 +172,79 @@ impl Voxels {
         self.slab_rows = rows;
         self.cells.clear();
         self.cells.resize(cells * ny.div_ceil(rows) as usize, [u16::MAX, 0]);
-        let columns = self.words.chunks_mut(columns * words as usize).zip(self.records.chunks_mut(columns));
-        let mut slabs: Vec<_> = columns.zip(self.cells.chunks_mut(cells)).collect();
+        let mut slabs: Vec<Slab<'_>> = (self.spans.chunks_mut(columns))
+            .zip(self.words.chunks_mut(columns * words as usize))
+            .zip(self.records.chunks_mut(columns).zip(self.cells.chunks_mut(cells)))
+            .map(|((spans, words), (records, cells))| Slab { spans, words, records, cells })
+            .collect();
         let level = context.level();
-        context.for_each_mut(&mut slabs, |index, ((words, records), cells)| {
-            let first = index as u32 * rows;
-            scanline::fill(level, &facets, lists.of(index), shape, first, words, records, cells);
+        context.for_each_mut(&mut slabs, |index, slab| {
+            scanline::fill(level, &facets, lists.of(index), shape, index as u32 * rows, slab);
         });
         Ok(())
     }
+}
+
+/// The columns of a grid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Columns<'a> {
+    /// Voxels along x, y and z.
+    pub dims: [u32; 3],
+    /// The ends of every column, as [`Voxels`] keeps them.
+    pub spans: &'a [u32],
+    words: &'a [u64],
+    stride: usize,
+}
+
+impl Columns<'_> {
+    /// The bits of a column that is solid in pieces.
+    #[inline(always)]
+    pub fn bits(&self, column: usize) -> &[u64] {
+        &self.words[column * self.stride..(column + 1) * self.stride]
+    }
+
+    /// Whether voxel z of a column is solid.
+    #[inline(always)]
+    pub fn solid(&self, column: usize, z: u32) -> bool {
+        match self.spans[column] {
+            PIECES => self.bits(column)[z as usize / 64] >> (z % 64) & 1 != 0,
+            span => (span & 0xffff..span >> 16).contains(&z),
+        }
+    }
+
+    /// The ends of the piece of a column that voxel z, which is solid, belongs to.
+    #[inline(always)]
+    pub fn piece(&self, column: usize, z: u32) -> [u32; 2] {
+        match self.spans[column] {
+            PIECES => {
+                let bits = self.bits(column);
+                [lower_end(bits, z), upper_end(bits, z).min(self.dims[2])]
+            }
+            span => [span & 0xffff, span >> 16],
+        }
+    }
+}
+
+/// The lowest voxel from which on all are solid up to the solid voxel z.
+fn lower_end(bits: &[u64], z: u32) -> u32 {
+    let mut word = z as usize / 64;
+    let mut clear = !bits[word] & (u64::MAX >> (63 - z % 64));
+    while clear == 0 && word > 0 {
+        word -= 1;
+        clear = !bits[word];
+    }
+    if clear == 0 { 0 } else { word as u32 * 64 + 64 - clear.leading_zeros() }
+}
+
+/// The first clear voxel above the solid voxel z.
+fn upper_end(bits: &[u64], z: u32) -> u32 {
+    let mut word = z as usize / 64;
+    let mut clear = !bits[word] & (u64::MAX << (z % 64));
+    while clear == 0 && word + 1 < bits.len() {
+        word += 1;
+        clear = !bits[word];
+    }
+    if clear == 0 { bits.len() as u32 * 64 } else { word as u32 * 64 + clear.trailing_zeros() }
 }
 
 /// The selected triangles that matter, ready for scan conversion.
@@ -285,6 +364,12 @@ mod tests {
     use proptest::prelude::*;
     use relievo_core::ContextOptions;
 
+    /// All bits, column by column.
+    fn bits(voxels: &Voxels) -> Vec<bool> {
+        let [nx, ny, nz] = voxels.grid().dims;
+        (0..ny).flat_map(|y| (0..nx).flat_map(move |x| (0..nz).map(move |z| voxels.get([x, y, z])))).collect()
+    }
+
     fn fill(soup: &Soup, grid: &Grid, selection: Option<&[u32]>, side: Side, closed: bool, threads: usize) -> Voxels {
         let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
         let solid = Solid { points: &soup.0, triangles: &soup.1, transform: DAffine3::IDENTITY, closed };
@@ -323,15 +408,15 @@ mod tests {
         ) {
             let soup = shapes::joined(shapes::torus(1.0, 0.4, 40, 30), shapes::sphere(0.8, 20, 12, 0.1));
             let grid = Grid::new(&around(center, half, angle), 1 << log, None);
-            let whole = fill(&soup, &grid, None, Side::Forward, true, 1);
+            let whole = bits(&fill(&soup, &grid, None, Side::Forward, true, 1));
             for side in [Side::Forward, Side::Backward] {
                 let selection = select(&soup, &grid, side);
                 for closed in [true, false] {
-                    prop_assert!(fill(&soup, &grid, Some(&selection), side, closed, 1).words() == whole.words());
+                    prop_assert!(bits(&fill(&soup, &grid, Some(&selection), side, closed, 1)) == whole);
                 }
-                prop_assert!(fill(&soup, &grid, Some(&selection), side, true, 2).words() == whole.words());
+                prop_assert!(bits(&fill(&soup, &grid, Some(&selection), side, true, 2)) == whole);
             }
-            prop_assert!(fill(&shapes::inverted(soup), &grid, None, Side::Backward, true, 1).words() == whole.words());
+            prop_assert!(bits(&fill(&shapes::inverted(soup), &grid, None, Side::Backward, true, 1)) == whole);
         }
 
         #[test]
@@ -398,14 +483,17 @@ mod tests {
         let all = parts.iter().cloned().reduce(shapes::joined).unwrap();
         let union = one(&all);
         let single: Vec<Voxels> = parts.iter().map(one).collect();
-        for (index, word) in union.words().iter().enumerate() {
-            assert_eq!(*word, single.iter().fold(0, |or, voxels| or | voxels.words()[index]));
+        let single: Vec<_> = single.iter().map(bits).collect();
+        for (index, bit) in bits(&union).into_iter().enumerate() {
+            assert_eq!(bit, single.iter().any(|bits| bits[index]));
         }
+        let pieces = |voxels: &Voxels| voxels.spans.iter().filter(|span| **span == PIECES).count();
+        assert!(pieces(&union) > 0);
         // A shell turned inside out within another is a hollow: 1 − 1 = 0.
         let hollow = one(&shapes::joined(ball(0.8, 0.0), shapes::inverted(ball(0.5, 0.0))));
         let (outer, inner) = (one(&ball(0.8, 0.0)), one(&ball(0.5, 0.0)));
-        for (index, word) in hollow.words().iter().enumerate() {
-            assert_eq!(*word, outer.words()[index] & !inner.words()[index]);
+        for ((hollow, outer), inner) in bits(&hollow).into_iter().zip(bits(&outer)).zip(bits(&inner)) {
+            assert_eq!(hollow, outer && !inner);
         }
     }
 

@@ -1,0 +1,724 @@
+//! Vectors of f32 and i32 at each instruction level, for kernels whose lanes take different ways: rays that take
+//! different numbers of steps, look-ups from different places. Kernels whose lanes do the same need no more than loops.
+//!
+//! A kernel is `#[inline(always)]` and generic in [`Lanes`], and [`dispatch_simd!`](crate::dispatch_simd) compiles it
+//! at each level. Minimum and maximum give the second argument where one is not a number, at every level.
+
+use crate::simd::{Arithmetic, Baseline};
+
+/// The vectors of an instruction level. A value of the implementing type stands for the processor having it.
+pub trait Lanes: Arithmetic {
+    /// Lanes of a vector.
+    const WIDTH: usize;
+    /// Floats.
+    type F: Copy;
+    /// Integers.
+    type I: Copy;
+    /// Truth values.
+    type M: Copy;
+
+    /// The vectors of this level.
+    ///
+    /// # Safety
+    /// The processor has the instructions of this level, as it has inside of what `dispatch_simd!` defines.
+    #[allow(unsafe_code)]
+    unsafe fn assume() -> Self;
+
+    /// The same float in every lane.
+    fn splat(self, value: f32) -> Self::F;
+    /// The first floats of a slice. Panics if there are fewer than lanes.
+    fn load(self, from: &[f32]) -> Self::F;
+    /// Writes the first floats of a slice. Panics if there are fewer than lanes.
+    fn store(self, value: Self::F, to: &mut [f32]);
+    /// a + b
+    fn add(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a − b
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a · b
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a / b
+    fn div(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a · b + c, fused where the level has it.
+    fn fused(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
+    /// The lesser; b where one is not a number.
+    fn min(self, a: Self::F, b: Self::F) -> Self::F;
+    /// The greater; b where one is not a number.
+    fn max(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a < b
+    fn lt(self, a: Self::F, b: Self::F) -> Self::M;
+    /// a ≤ b
+    fn le(self, a: Self::F, b: Self::F) -> Self::M;
+    /// a where the mask is set, else b.
+    fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F;
+    /// The whole part; any number where it does not fit.
+    fn trunc(self, value: Self::F) -> Self::I;
+    /// Integers as floats.
+    fn float(self, value: Self::I) -> Self::F;
+    /// The bits of floats.
+    fn bits(self, value: Self::F) -> Self::I;
+    /// The same integer in every lane.
+    fn isplat(self, value: i32) -> Self::I;
+    /// a + b, wrapping.
+    fn iadd(self, a: Self::I, b: Self::I) -> Self::I;
+    /// a − b, wrapping.
+    fn isub(self, a: Self::I, b: Self::I) -> Self::I;
+    /// a · b, wrapping.
+    fn imul(self, a: Self::I, b: Self::I) -> Self::I;
+    /// The lesser.
+    fn imin(self, a: Self::I, b: Self::I) -> Self::I;
+    /// The greater.
+    fn imax(self, a: Self::I, b: Self::I) -> Self::I;
+    /// Bits set in both.
+    fn iand(self, a: Self::I, b: Self::I) -> Self::I;
+    /// The upper 16 bits.
+    fn high(self, value: Self::I) -> Self::I;
+    /// a < b
+    fn ilt(self, a: Self::I, b: Self::I) -> Self::M;
+    /// a = b
+    fn ieq(self, a: Self::I, b: Self::I) -> Self::M;
+    /// a where the mask is set, else b.
+    fn iselect(self, mask: Self::M, a: Self::I, b: Self::I) -> Self::I;
+    /// Set in both.
+    fn both(self, a: Self::M, b: Self::M) -> Self::M;
+    /// Set in one of them.
+    fn either(self, a: Self::M, b: Self::M) -> Self::M;
+    /// Set in a but not in b.
+    fn without(self, a: Self::M, b: Self::M) -> Self::M;
+    /// The mask as bits, lane 0 lowest.
+    fn mask(self, value: Self::M) -> u32;
+    /// The entries of a table at the indices, the last where they exceed it. Panics if it is empty.
+    fn gather(self, table: &[u32], index: Self::I) -> Self::I;
+}
+
+impl Lanes for Baseline {
+    const WIDTH: usize = 1;
+    type F = f32;
+    type I = i32;
+    type M = bool;
+
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    unsafe fn assume() -> Self {
+        Baseline(())
+    }
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self::F {
+        value
+    }
+
+    #[inline(always)]
+    fn load(self, from: &[f32]) -> Self::F {
+        from[0]
+    }
+
+    #[inline(always)]
+    fn store(self, value: Self::F, to: &mut [f32]) {
+        to[0] = value;
+    }
+
+    #[inline(always)]
+    fn add(self, a: Self::F, b: Self::F) -> Self::F {
+        a + b
+    }
+
+    #[inline(always)]
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+        a - b
+    }
+
+    #[inline(always)]
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+        a * b
+    }
+
+    #[inline(always)]
+    fn div(self, a: Self::F, b: Self::F) -> Self::F {
+        a / b
+    }
+
+    #[inline(always)]
+    fn fused(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        Self::fma(a, b, c)
+    }
+
+    #[inline(always)]
+    fn min(self, a: Self::F, b: Self::F) -> Self::F {
+        if a < b { a } else { b }
+    }
+
+    #[inline(always)]
+    fn max(self, a: Self::F, b: Self::F) -> Self::F {
+        if a > b { a } else { b }
+    }
+
+    #[inline(always)]
+    fn lt(self, a: Self::F, b: Self::F) -> Self::M {
+        a < b
+    }
+
+    #[inline(always)]
+    fn le(self, a: Self::F, b: Self::F) -> Self::M {
+        a <= b
+    }
+
+    #[inline(always)]
+    fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F {
+        if mask { a } else { b }
+    }
+
+    #[inline(always)]
+    fn trunc(self, value: Self::F) -> Self::I {
+        value as i32
+    }
+
+    #[inline(always)]
+    fn float(self, value: Self::I) -> Self::F {
+        value as f32
+    }
+
+    #[inline(always)]
+    fn bits(self, value: Self::F) -> Self::I {
+        value.to_bits() as i32
+    }
+
+    #[inline(always)]
+    fn isplat(self, value: i32) -> Self::I {
+        value
+    }
+
+    #[inline(always)]
+    fn iadd(self, a: Self::I, b: Self::I) -> Self::I {
+        a.wrapping_add(b)
+    }
+
+    #[inline(always)]
+    fn isub(self, a: Self::I, b: Self::I) -> Self::I {
+        a.wrapping_sub(b)
+    }
+
+    #[inline(always)]
+    fn imul(self, a: Self::I, b: Self::I) -> Self::I {
+        a.wrapping_mul(b)
+    }
+
+    #[inline(always)]
+    fn imin(self, a: Self::I, b: Self::I) -> Self::I {
+        a.min(b)
+    }
+
+    #[inline(always)]
+    fn imax(self, a: Self::I, b: Self::I) -> Self::I {
+        a.max(b)
+    }
+
+    #[inline(always)]
+    fn iand(self, a: Self::I, b: Self::I) -> Self::I {
+        a & b
+    }
+
+    #[inline(always)]
+    fn high(self, value: Self::I) -> Self::I {
+        (value as u32 >> 16) as i32
+    }
+
+    #[inline(always)]
+    fn ilt(self, a: Self::I, b: Self::I) -> Self::M {
+        a < b
+    }
+
+    #[inline(always)]
+    fn ieq(self, a: Self::I, b: Self::I) -> Self::M {
+        a == b
+    }
+
+    #[inline(always)]
+    fn iselect(self, mask: Self::M, a: Self::I, b: Self::I) -> Self::I {
+        if mask { a } else { b }
+    }
+
+    #[inline(always)]
+    fn both(self, a: Self::M, b: Self::M) -> Self::M {
+        a & b
+    }
+
+    #[inline(always)]
+    fn either(self, a: Self::M, b: Self::M) -> Self::M {
+        a | b
+    }
+
+    #[inline(always)]
+    fn without(self, a: Self::M, b: Self::M) -> Self::M {
+        a & !b
+    }
+
+    #[inline(always)]
+    fn mask(self, value: Self::M) -> u32 {
+        u32::from(value)
+    }
+
+    #[inline(always)]
+    fn gather(self, table: &[u32], index: Self::I) -> Self::I {
+        table[(index as u32 as usize).min(table.len() - 1)] as i32
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code)]
+mod x86 {
+    use std::arch::x86_64::*;
+
+    use super::Lanes;
+    use crate::simd::{Avx2, Avx512};
+
+    /// Evaluates an expression of intrinsics.
+    macro_rules! intrinsics {
+        ($value:expr) => {
+            // SAFETY: values of the level exist only where the processor has its instructions, and slices were checked
+            // to hold what is read or written.
+            unsafe { $value }
+        };
+    }
+
+    impl Lanes for Avx2 {
+        const WIDTH: usize = 8;
+        type F = __m256;
+        type I = __m256i;
+        type M = __m256i;
+
+        #[inline(always)]
+        unsafe fn assume() -> Self {
+            Avx2(())
+        }
+
+        #[inline(always)]
+        fn splat(self, value: f32) -> Self::F {
+            intrinsics!(_mm256_set1_ps(value))
+        }
+
+        #[inline(always)]
+        fn load(self, from: &[f32]) -> Self::F {
+            let from = &from[..Self::WIDTH];
+            intrinsics!(_mm256_loadu_ps(from.as_ptr()))
+        }
+
+        #[inline(always)]
+        fn store(self, value: Self::F, to: &mut [f32]) {
+            let to = &mut to[..Self::WIDTH];
+            intrinsics!(_mm256_storeu_ps(to.as_mut_ptr(), value))
+        }
+
+        #[inline(always)]
+        fn add(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm256_add_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm256_sub_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm256_mul_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn div(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm256_div_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn fused(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+            intrinsics!(_mm256_fmadd_ps(a, b, c))
+        }
+
+        #[inline(always)]
+        fn min(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm256_min_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn max(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm256_max_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn lt(self, a: Self::F, b: Self::F) -> Self::M {
+            intrinsics!(_mm256_castps_si256(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)))
+        }
+
+        #[inline(always)]
+        fn le(self, a: Self::F, b: Self::F) -> Self::M {
+            intrinsics!(_mm256_castps_si256(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)))
+        }
+
+        #[inline(always)]
+        fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm256_blendv_ps(b, a, _mm256_castsi256_ps(mask)))
+        }
+
+        #[inline(always)]
+        fn trunc(self, value: Self::F) -> Self::I {
+            intrinsics!(_mm256_cvttps_epi32(value))
+        }
+
+        #[inline(always)]
+        fn float(self, value: Self::I) -> Self::F {
+            intrinsics!(_mm256_cvtepi32_ps(value))
+        }
+
+        #[inline(always)]
+        fn bits(self, value: Self::F) -> Self::I {
+            intrinsics!(_mm256_castps_si256(value))
+        }
+
+        #[inline(always)]
+        fn isplat(self, value: i32) -> Self::I {
+            intrinsics!(_mm256_set1_epi32(value))
+        }
+
+        #[inline(always)]
+        fn iadd(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm256_add_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn isub(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm256_sub_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn imul(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm256_mullo_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn imin(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm256_min_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn imax(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm256_max_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn iand(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm256_and_si256(a, b))
+        }
+
+        #[inline(always)]
+        fn high(self, value: Self::I) -> Self::I {
+            intrinsics!(_mm256_srli_epi32::<16>(value))
+        }
+
+        #[inline(always)]
+        fn ilt(self, a: Self::I, b: Self::I) -> Self::M {
+            intrinsics!(_mm256_cmpgt_epi32(b, a))
+        }
+
+        #[inline(always)]
+        fn ieq(self, a: Self::I, b: Self::I) -> Self::M {
+            intrinsics!(_mm256_cmpeq_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn iselect(self, mask: Self::M, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm256_blendv_epi8(b, a, mask))
+        }
+
+        #[inline(always)]
+        fn both(self, a: Self::M, b: Self::M) -> Self::M {
+            intrinsics!(_mm256_and_si256(a, b))
+        }
+
+        #[inline(always)]
+        fn either(self, a: Self::M, b: Self::M) -> Self::M {
+            intrinsics!(_mm256_or_si256(a, b))
+        }
+
+        #[inline(always)]
+        fn without(self, a: Self::M, b: Self::M) -> Self::M {
+            intrinsics!(_mm256_andnot_si256(b, a))
+        }
+
+        #[inline(always)]
+        fn mask(self, value: Self::M) -> u32 {
+            intrinsics!(_mm256_movemask_ps(_mm256_castsi256_ps(value))) as u32
+        }
+
+        #[inline(always)]
+        fn gather(self, table: &[u32], index: Self::I) -> Self::I {
+            assert!(!table.is_empty(), "a table to look up in has entries");
+            let last = (table.len() - 1).min(i32::MAX as usize) as i32;
+            intrinsics!({
+                let index = _mm256_min_epu32(index, _mm256_set1_epi32(last));
+                _mm256_i32gather_epi32::<4>(table.as_ptr().cast(), index)
+            })
+        }
+    }
+
+    impl Lanes for Avx512 {
+        const WIDTH: usize = 16;
+        type F = __m512;
+        type I = __m512i;
+        type M = __mmask16;
+
+        #[inline(always)]
+        unsafe fn assume() -> Self {
+            Avx512(())
+        }
+
+        #[inline(always)]
+        fn splat(self, value: f32) -> Self::F {
+            intrinsics!(_mm512_set1_ps(value))
+        }
+
+        #[inline(always)]
+        fn load(self, from: &[f32]) -> Self::F {
+            let from = &from[..Self::WIDTH];
+            intrinsics!(_mm512_loadu_ps(from.as_ptr()))
+        }
+
+        #[inline(always)]
+        fn store(self, value: Self::F, to: &mut [f32]) {
+            let to = &mut to[..Self::WIDTH];
+            intrinsics!(_mm512_storeu_ps(to.as_mut_ptr(), value))
+        }
+
+        #[inline(always)]
+        fn add(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm512_add_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm512_sub_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm512_mul_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn div(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm512_div_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn fused(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+            intrinsics!(_mm512_fmadd_ps(a, b, c))
+        }
+
+        #[inline(always)]
+        fn min(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm512_min_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn max(self, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm512_max_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn lt(self, a: Self::F, b: Self::F) -> Self::M {
+            intrinsics!(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
+        }
+
+        #[inline(always)]
+        fn le(self, a: Self::F, b: Self::F) -> Self::M {
+            intrinsics!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b))
+        }
+
+        #[inline(always)]
+        fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F {
+            intrinsics!(_mm512_mask_blend_ps(mask, b, a))
+        }
+
+        #[inline(always)]
+        fn trunc(self, value: Self::F) -> Self::I {
+            intrinsics!(_mm512_cvttps_epi32(value))
+        }
+
+        #[inline(always)]
+        fn float(self, value: Self::I) -> Self::F {
+            intrinsics!(_mm512_cvtepi32_ps(value))
+        }
+
+        #[inline(always)]
+        fn bits(self, value: Self::F) -> Self::I {
+            intrinsics!(_mm512_castps_si512(value))
+        }
+
+        #[inline(always)]
+        fn isplat(self, value: i32) -> Self::I {
+            intrinsics!(_mm512_set1_epi32(value))
+        }
+
+        #[inline(always)]
+        fn iadd(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm512_add_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn isub(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm512_sub_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn imul(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm512_mullo_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn imin(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm512_min_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn imax(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm512_max_epi32(a, b))
+        }
+
+        #[inline(always)]
+        fn iand(self, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm512_and_si512(a, b))
+        }
+
+        #[inline(always)]
+        fn high(self, value: Self::I) -> Self::I {
+            intrinsics!(_mm512_srli_epi32::<16>(value))
+        }
+
+        #[inline(always)]
+        fn ilt(self, a: Self::I, b: Self::I) -> Self::M {
+            intrinsics!(_mm512_cmplt_epi32_mask(a, b))
+        }
+
+        #[inline(always)]
+        fn ieq(self, a: Self::I, b: Self::I) -> Self::M {
+            intrinsics!(_mm512_cmpeq_epi32_mask(a, b))
+        }
+
+        #[inline(always)]
+        fn iselect(self, mask: Self::M, a: Self::I, b: Self::I) -> Self::I {
+            intrinsics!(_mm512_mask_blend_epi32(mask, b, a))
+        }
+
+        #[inline(always)]
+        fn both(self, a: Self::M, b: Self::M) -> Self::M {
+            a & b
+        }
+
+        #[inline(always)]
+        fn either(self, a: Self::M, b: Self::M) -> Self::M {
+            a | b
+        }
+
+        #[inline(always)]
+        fn without(self, a: Self::M, b: Self::M) -> Self::M {
+            a & !b
+        }
+
+        #[inline(always)]
+        fn mask(self, value: Self::M) -> u32 {
+            u32::from(value)
+        }
+
+        #[inline(always)]
+        fn gather(self, table: &[u32], index: Self::I) -> Self::I {
+            assert!(!table.is_empty(), "a table to look up in has entries");
+            let last = (table.len() - 1).min(i32::MAX as usize) as i32;
+            intrinsics!({
+                let index = _mm512_min_epu32(index, _mm512_set1_epi32(last));
+                _mm512_i32gather_epi32::<4>(index, table.as_ptr().cast())
+            })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dispatch_simd;
+    use crate::simd::Level;
+
+    /// Follows the table from every start until it says 0, and counts the steps.
+    #[inline(always)]
+    fn chase_body<A: Lanes>(table: &[u32], steps: &mut [f32; 16]) {
+        // SAFETY: defined by `dispatch_simd!`.
+        #[allow(unsafe_code)]
+        let v = unsafe { A::assume() };
+        let places: [f32; 16] = std::array::from_fn(|i| i as f32 + 0.75);
+        for (from, to) in places.chunks(A::WIDTH).zip(steps.chunks_mut(A::WIDTH)) {
+            let mut place = v.trunc(v.load(from));
+            let mut count = v.isplat(0);
+            let none = v.isplat(0);
+            let mut active = v.ilt(none, v.isplat(1));
+            while v.mask(active) != 0 {
+                place = v.gather(table, place);
+                active = v.without(active, v.ieq(place, none));
+                count = v.iselect(active, v.iadd(count, v.isplat(1)), count);
+            }
+            v.store(v.float(count), to);
+        }
+    }
+
+    dispatch_simd! { fn chase = chase_body(table: &[u32], steps: &mut [f32; 16]) }
+
+    #[inline(always)]
+    fn compare_body<A: Lanes>(a: &[f32; 16], b: &[f32; 16], out: &mut [[f32; 16]; 4]) {
+        // SAFETY: defined by `dispatch_simd!`.
+        #[allow(unsafe_code)]
+        let v = unsafe { A::assume() };
+        for at in (0..16).step_by(A::WIDTH) {
+            let (x, y) = (v.load(&a[at..]), v.load(&b[at..]));
+            v.store(v.min(x, y), &mut out[0][at..]);
+            v.store(v.max(x, y), &mut out[1][at..]);
+            v.store(v.select(v.either(v.lt(x, y), v.le(y, x)), v.splat(1.0), v.splat(0.0)), &mut out[2][at..]);
+            v.store(v.float(v.high(v.bits(x))), &mut out[3][at..]);
+        }
+    }
+
+    dispatch_simd! { fn compare = compare_body(a: &[f32; 16], b: &[f32; 16], out: &mut [[f32; 16]; 4]) }
+
+    #[test]
+    fn lanes_take_their_own_ways_at_every_level() {
+        let table: Vec<u32> = (0..16u32).map(|i| i / 2).collect();
+        for (level, name) in Level::NAMES {
+            let mut steps = [0.0; 16];
+            chase(level, &table, &mut steps);
+            let expected: [f32; 16] = std::array::from_fn(|i| (i as f32).max(1.0).log2().floor());
+            assert_eq!(steps, expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn indices_beyond_a_table_read_its_last_entry() {
+        for (level, name) in Level::NAMES {
+            let mut steps = [9.0; 16];
+            chase(level, &[0, 0], &mut steps);
+            assert_eq!(steps, [0.0; 16], "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_number_compares_alike_at_every_level() {
+        let mut a: [f32; 16] = std::array::from_fn(|i| i as f32 - 7.5);
+        let mut b = [0.25; 16];
+        (a[3], b[5]) = (f32::NAN, f32::NAN);
+        for (level, name) in Level::NAMES {
+            let mut out = [[0.0; 16]; 4];
+            compare(level, &a, &b, &mut out);
+            for i in 0..16 {
+                let (least, most) = (if a[i] < b[i] { a[i] } else { b[i] }, if a[i] > b[i] { a[i] } else { b[i] });
+                assert_eq!(out[0][i].to_bits(), least.to_bits(), "{name} {i}");
+                assert_eq!(out[1][i].to_bits(), most.to_bits(), "{name} {i}");
+                assert_eq!(out[2][i], f32::from(i != 3 && i != 5), "{name} {i}");
+                assert_eq!(out[3][i], (a[i].to_bits() >> 16) as f32, "{name} {i}");
+            }
+        }
+    }
+}
