@@ -10,6 +10,7 @@ use relievo_tiles::{Candidate, Change, Field, Sets};
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
 use crate::grid::Grid;
+use crate::knots::block_edge;
 use crate::motion::Motion;
 use crate::object::DisplacedObject;
 use crate::overlap::{jittered, overlap};
@@ -245,7 +246,7 @@ impl Imprinter {
             let mut stage = stats.begin("imprint.raycast");
             let dents = cast(context, object, start, &tiles, &self.voxels, settings);
             stage.count("coefficients", dents.iter().map(|dents| u64::from(dents.tested)).sum());
-            stage.count("changed", dents.iter().map(|dents| dents.texels.len() as u64).sum());
+            stage.count("changed", dents.iter().map(|dents| u64::from(dents.changed)).sum());
             dents
         };
         report.tested_tiles = tiles.len() as u64;
@@ -325,7 +326,7 @@ pub fn write(
     settings: &ImprintSettings,
     report: &mut Report,
 ) -> Result<()> {
-    let mut dents: Vec<&TileDents> = dents.iter().filter(|dents| !dents.texels.is_empty()).collect();
+    let mut dents: Vec<&TileDents> = dents.iter().filter(|dents| dents.changed > 0).collect();
     dents.sort_unstable_by_key(|dents| dents.tile);
     for dents in &dents {
         object.deepen(dents.least.to_f32());
@@ -340,12 +341,16 @@ pub fn write(
     let applied = displacement.apply(&sets)?;
     dents.retain(|dents| applied.refused.binary_search(&dents.tile).is_err());
     let tiles: Vec<u32> = dents.iter().map(|dents| dents.tile).collect();
+    let smoothed = (settings.smoothing > 0.0).then(|| smoothing::masks(context, displacement.field(), &dents));
     let mut changes = displacement.edit(context, &tiles, |tile, texels| {
         let Ok(index) = dents.binary_search_by_key(&tile, |dents| dents.tile) else { return };
-        for run in dents[index].texels.chunk_by(|a, b| a.0 >> 16 == b.0 >> 16) {
-            let row = texels.row_mut(run[0].0 as usize >> 16);
-            for (texel, value) in run {
-                row[*texel as usize & 0xffff] = *value;
+        let size = texels.size();
+        let edge = block_edge(size as u32) as usize;
+        for block in &dents[index].blocks {
+            let place = block.index as usize;
+            let (column, row) = (place % (size / edge) * edge, place / (size / edge) * edge);
+            for (j, values) in block.values.chunks(edge).take(edge).enumerate() {
+                texels.row_mut(row + j)[column..column + edge].copy_from_slice(values);
             }
         }
     })?;
@@ -355,18 +360,13 @@ pub fn write(
     }
     let mut refused = applied.refused;
     refused.extend(displacement.settle(context, &changes)?);
-    if settings.smoothing > 0.0 && !tiles.is_empty() {
-        refused.extend(smoothing::smooth(
-            context,
-            displacement,
-            &dents,
-            settings.smoothing,
-            settings.smoothing_passes,
-        )?);
+    if let Some(masks) = smoothed {
+        let (strength, passes) = (settings.smoothing, settings.smoothing_passes);
+        refused.extend(smoothing::smooth(context, displacement, &tiles, &masks, strength, passes)?);
     }
     refused.sort_unstable();
     refused.dedup();
-    report.changed_coefficients = dents.iter().map(|dents| dents.texels.len() as u64).sum();
+    report.changed_coefficients = dents.iter().map(|dents| u64::from(dents.changed)).sum();
     report.changed = tiles;
     report.refused = refused;
     report.bytes = displacement.bytes();

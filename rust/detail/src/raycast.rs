@@ -28,13 +28,24 @@ pub struct Limits {
     pub depth: f32,
 }
 
+/// A block of coefficients, see [`crate::knots`], as they are to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DentBlock {
+    /// Its number in the tile.
+    pub index: u32,
+    /// The coefficients row by row, those that stay as they are too.
+    pub values: [f16; BLOCK_KNOTS],
+}
+
 /// What changes of a tile.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TileDents {
     /// The tile.
     pub tile: u32,
-    /// Place (row · 65536 + column, without the ring) and new value of each coefficient that changes.
-    pub texels: Vec<(u32, f16)>,
+    /// The blocks in which coefficients change, ascending.
+    pub blocks: Vec<DentBlock>,
+    /// Coefficients that change.
+    pub changed: u32,
     /// Coefficients that were looked at.
     pub tested: u32,
     /// Rays that left the grid inside the collider and were held at its border.
@@ -96,27 +107,32 @@ fn cast_tile(
             }
         }
         knots.evaluate(level, surface, tile, size, block.index);
-        let found = dents.texels.len();
-        cast_block(level, frame, &knots, &values[0][..count], &values[1], &columns, limits, &mut scratch, &mut dents);
-        for (k, _) in &mut dents.texels[found..] {
-            *k = texel(row + *k / edge, column + *k % edge);
+        let changed = cast_block(
+            level,
+            frame,
+            &knots,
+            &values[0][..count],
+            &values[1],
+            &columns,
+            limits,
+            &mut scratch,
+            &mut dents,
+        );
+        if changed > 0 {
+            dents.blocks.push(DentBlock { index: block.index, values: scratch.new });
+            dents.changed += changed;
         }
         dents.tested += count as u32;
     }
     dents
 }
 
-/// Where a texel is in its tile, as [`TileDents::texels`] says.
-pub(crate) fn texel(row: u32, column: u32) -> u32 {
-    row << 16 | column
-}
-
 dispatch_simd! {
-    /// Appends the coefficients of a block that change, by their index in the block.
+    /// Casts the rays of a block, leaves the coefficients as they are to be in `scratch` and returns how many change.
     fn cast_block = cast_block_body(
         frame: &VoxelFrame, knots: &KnotBlock, values: &[f16], start: &[f16; BLOCK_KNOTS], columns: &Columns<'_>,
         limits: &Limits, scratch: &mut Scratch, dents: &mut TileDents
-    )
+    ) -> u32
 }
 
 #[inline(always)]
@@ -130,12 +146,12 @@ fn cast_block_body<A: Lanes>(
     limits: &Limits,
     scratch: &mut Scratch,
     dents: &mut TileDents,
-) {
+) -> u32 {
     // SAFETY: called by `dispatch_simd!` only.
     #[allow(unsafe_code)]
     let v = unsafe { A::assume() };
     let count = values.len();
-    let Scratch { heights, starts, distance, new, changed } = scratch;
+    let Scratch { heights, starts, distance, nearest, new } = scratch;
     values.convert_to_f32_slice(&mut heights[..count]);
     start[..count].convert_to_f32_slice(&mut starts[..count]);
     let mut any = false;
@@ -150,21 +166,25 @@ fn cast_block_body<A: Lanes>(
         v.store(distances, &mut distance[at..]);
     }
     if !any {
-        return;
+        return 0;
     }
+    for (distance, height) in distance[..count].iter_mut().zip(&heights[..count]) {
+        *distance = height - limits.share * *distance;
+    }
+    new[..count].convert_from_f32_slice(&distance[..count]);
+    new[..count].convert_to_f32_slice(&mut nearest[..count]);
     let deepest = key(lower_bound(-limits.max_displacement));
-    for k in 0..BLOCK_KNOTS {
-        new[k] = key(rounded_down(heights[k] - limits.share * distance[k])).max(deepest);
+    let (mut changed, mut least) = (0, 0);
+    for (((new, nearest), exact), old) in new.iter_mut().zip(&*nearest).zip(&*distance).zip(values) {
+        let down = stepped_down(*new, *nearest, *exact).max(deepest);
+        let old = key(*old);
+        changed += u32::from(down < old);
+        let key = down.min(old);
+        least = least.min(key);
+        *new = unkey(key);
     }
-    // Listed without a branch.
-    let mut found = 0;
-    for (k, (new, value)) in new.iter().zip(values).enumerate() {
-        changed[found] = k as u16;
-        found += usize::from(*new < key(*value));
-    }
-    dents.texels.extend(changed[..found].iter().map(|k| (u32::from(*k), unkey(new[usize::from(*k)]))));
-    let least = changed[..found].iter().map(|k| new[usize::from(*k)]).min().unwrap_or(0);
     dents.least = dents.least.min(unkey(least));
+    changed
 }
 
 /// What is computed of a block side by side; kept between blocks so that it need not be cleared.
@@ -172,31 +192,28 @@ struct Scratch {
     heights: [f32; BLOCK_KNOTS],
     starts: [f32; BLOCK_KNOTS],
     distance: [f32; BLOCK_KNOTS],
-    new: [i16; BLOCK_KNOTS],
-    changed: [u16; BLOCK_KNOTS],
+    nearest: [f32; BLOCK_KNOTS],
+    new: [f16; BLOCK_KNOTS],
 }
 
 impl Default for Scratch {
     fn default() -> Self {
         let zero = [0.0; BLOCK_KNOTS];
-        Self { heights: zero, starts: zero, distance: zero, new: [0; BLOCK_KNOTS], changed: [0; BLOCK_KNOTS] }
+        Self { heights: zero, starts: zero, distance: zero, nearest: zero, new: [f16::ZERO; BLOCK_KNOTS] }
     }
 }
 
-/// The largest half float that is not above `value`; the least finite one for what is below all.
-#[inline(always)]
+/// The largest half float that is not above `value`, of at most 65504.
 fn rounded_down(value: f32) -> f16 {
-    let negative = value < 0.0;
-    let magnitude = value.abs().min(65504.0);
-    // Away from zero below it, toward zero above it.
-    let bits = if magnitude < 6.103_515_6e-5 {
-        // Denormal half floats are multiples of 2^−24.
-        let steps = magnitude * 16_777_216.0;
-        (if negative { steps.ceil() } else { steps.floor() }) as u32
-    } else {
-        (magnitude.to_bits() - (112 << 23) + if negative { 0x1fff } else { 0 }) >> 13
-    };
-    f16::from_bits(bits as u16 | u16::from(negative && bits != 0) << 15)
+    let value = value.clamp(-65504.0, 65504.0);
+    let nearest = f16::from_f32(value);
+    unkey(stepped_down(nearest, nearest.to_f32(), value))
+}
+
+/// The key of the half float `nearest` to `exact`, whose value is `rounded`, or of the next below where it is above.
+#[inline(always)]
+fn stepped_down(nearest: f16, rounded: f32, exact: f32) -> i16 {
+    key(nearest) - i16::from(rounded > exact)
 }
 
 /// Half floats as integers of the same order.

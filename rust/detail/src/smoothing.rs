@@ -4,28 +4,27 @@
 
 use half::f16;
 use relievo_core::{Context, Result};
-use relievo_tiles::{Change, Displacement};
+use relievo_tiles::{Change, Displacement, Field};
 
+use crate::knots::block_edge;
 use crate::raycast::TileDents;
 
 /// Texels around a changed one that are smoothed as well.
 const REACH: u32 = 2;
 
-/// Smooths `passes` times with `strength` 0 to 1 around the texels of `dents`, which are allocated. Returns the tiles
-/// the budget refused.
+/// Smooths `passes` times with `strength` 0 to 1 the texels of `tiles`, ascending and allocated, that `masks` name.
+/// Returns the tiles the budget refused.
 pub fn smooth(
     context: &Context,
     displacement: &mut Displacement,
-    dents: &[&TileDents],
+    tiles: &[u32],
+    masks: &[Vec<bool>],
     strength: f32,
     passes: u32,
 ) -> Result<Vec<u32>> {
-    let tiles: Vec<u32> = dents.iter().map(|dents| dents.tile).collect();
-    let field = displacement.field();
-    let masks: Vec<Vec<bool>> = context.map(dents.len(), |index| mask(dents[index], field.size(dents[index].tile)));
     let mut refused = Vec::new();
     for _ in 0..passes {
-        let changes: Vec<Change> = displacement.edit(context, &tiles, |tile, texels| {
+        let changes: Vec<Change> = displacement.edit(context, tiles, |tile, texels| {
             let Ok(index) = tiles.binary_search(&tile) else { return };
             let size = texels.size();
             let stride = size + 2;
@@ -46,14 +45,28 @@ pub fn smooth(
     Ok(refused)
 }
 
-/// The texels within reach of a changed one.
-fn mask(dents: &TileDents, size: u32) -> Vec<bool> {
+/// The texels of each of `dents` within reach of one that will change, row by row. To be asked before they do.
+pub fn masks(context: &Context, field: &Field, dents: &[&TileDents]) -> Vec<Vec<bool>> {
+    context.map(dents.len(), |index| mask(field, dents[index]))
+}
+
+fn mask(field: &Field, dents: &TileDents) -> Vec<bool> {
+    let size = field.size(dents.tile);
+    let edge = block_edge(size);
+    let old = field.block(dents.tile);
     let mut mask = vec![false; (size * size) as usize];
-    for (texel, _) in &dents.texels {
-        let (row, column) = (texel >> 16, texel & 0xffff);
-        for j in row.saturating_sub(REACH)..(row + REACH + 1).min(size) {
-            for i in column.saturating_sub(REACH)..(column + REACH + 1).min(size) {
-                mask[(j * size + i) as usize] = true;
+    for block in &dents.blocks {
+        for k in 0..edge * edge {
+            let (row, column) =
+                (block.index / (size / edge) * edge + k / edge, block.index % (size / edge) * edge + k % edge);
+            let before = old.map_or(f16::ZERO, |old| old[((row + 1) * (size + 2) + column + 1) as usize]);
+            if block.values[k as usize] == before {
+                continue;
+            }
+            for j in row.saturating_sub(REACH)..(row + REACH + 1).min(size) {
+                for i in column.saturating_sub(REACH)..(column + REACH + 1).min(size) {
+                    mask[(j * size + i) as usize] = true;
+                }
             }
         }
     }
