@@ -70,8 +70,14 @@ pub trait Lanes: Arithmetic {
     fn imax(self, a: Self::I, b: Self::I) -> Self::I;
     /// Bits set in both.
     fn iand(self, a: Self::I, b: Self::I) -> Self::I;
+    /// The first integers of a slice. Panics if there are fewer than lanes.
+    fn iload(self, from: &[u32]) -> Self::I;
+    /// Writes the first integers of a slice. Panics if there are fewer than lanes.
+    fn istore(self, value: Self::I, to: &mut [u32]);
     /// The upper 16 bits.
     fn high(self, value: Self::I) -> Self::I;
+    /// The lower 16 bits as the upper ones.
+    fn raised(self, value: Self::I) -> Self::I;
     /// a < b
     fn ilt(self, a: Self::I, b: Self::I) -> Self::M;
     /// a = b
@@ -220,6 +226,21 @@ impl Lanes for Baseline {
     #[inline(always)]
     fn high(self, value: Self::I) -> Self::I {
         (value as u32 >> 16) as i32
+    }
+
+    #[inline(always)]
+    fn iload(self, from: &[u32]) -> Self::I {
+        from[0] as i32
+    }
+
+    #[inline(always)]
+    fn istore(self, value: Self::I, to: &mut [u32]) {
+        to[0] = value as u32;
+    }
+
+    #[inline(always)]
+    fn raised(self, value: Self::I) -> Self::I {
+        value << 16
     }
 
     #[inline(always)]
@@ -414,6 +435,23 @@ mod x86 {
         }
 
         #[inline(always)]
+        fn iload(self, from: &[u32]) -> Self::I {
+            let from = &from[..Self::WIDTH];
+            intrinsics!(_mm256_loadu_si256(from.as_ptr().cast()))
+        }
+
+        #[inline(always)]
+        fn istore(self, value: Self::I, to: &mut [u32]) {
+            let to = &mut to[..Self::WIDTH];
+            intrinsics!(_mm256_storeu_si256(to.as_mut_ptr().cast(), value))
+        }
+
+        #[inline(always)]
+        fn raised(self, value: Self::I) -> Self::I {
+            intrinsics!(_mm256_slli_epi32::<16>(value))
+        }
+
+        #[inline(always)]
         fn ilt(self, a: Self::I, b: Self::I) -> Self::M {
             intrinsics!(_mm256_cmpgt_epi32(b, a))
         }
@@ -590,6 +628,23 @@ mod x86 {
         #[inline(always)]
         fn high(self, value: Self::I) -> Self::I {
             intrinsics!(_mm512_srli_epi32::<16>(value))
+        }
+
+        #[inline(always)]
+        fn iload(self, from: &[u32]) -> Self::I {
+            let from = &from[..Self::WIDTH];
+            intrinsics!(_mm512_loadu_si512(from.as_ptr().cast()))
+        }
+
+        #[inline(always)]
+        fn istore(self, value: Self::I, to: &mut [u32]) {
+            let to = &mut to[..Self::WIDTH];
+            intrinsics!(_mm512_storeu_si512(to.as_mut_ptr().cast(), value))
+        }
+
+        #[inline(always)]
+        fn raised(self, value: Self::I) -> Self::I {
+            intrinsics!(_mm512_slli_epi32::<16>(value))
         }
 
         #[inline(always)]

@@ -3,11 +3,11 @@
 //!
 //! x and y are snapped to 1/256 voxel and rows step over exact rational edge positions, so a column centre on a common
 //! edge falls into exactly one of two adjacent triangles and closed meshes have no leaks. A column keeps its crossings
-//! in one word, four of 16 bits: place and direction; what does not fit goes to a list.
+//! in one word, two of 16 bits: place and direction. Columns of more crossings have them in a list.
 
 use glam::DVec3;
 use relievo_core::dispatch_simd;
-use relievo_core::simd::Arithmetic;
+use relievo_core::lanes::Lanes;
 
 use crate::voxel::{CELL, PIECES};
 
@@ -161,12 +161,11 @@ impl Walk {
 
     #[inline(always)]
     fn advance(&mut self) {
-        self.column += self.step;
-        self.rest += self.rest_step;
-        if self.rest >= self.den {
-            self.rest -= self.den;
-            self.column += 1;
-        }
+        let rest = self.rest + self.rest_step;
+        // Without a branch, which would be guessed wrong every other time.
+        let over = i64::from(rest >= self.den);
+        self.rest = rest - (self.den & -over);
+        self.column += self.step + over;
     }
 }
 
@@ -183,11 +182,17 @@ pub struct Slab<'a> {
     pub spans: &'a mut [u32],
     /// The bits of columns of several pieces.
     pub words: &'a mut [u64],
-    /// The crossings of every column.
-    pub records: &'a mut [u64],
+    /// The crossings of every column, and [`PADDING`] more.
+    pub records: &'a mut [u32],
     /// Lowest solid voxel and the one after the highest, of every few columns of all rows.
     pub cells: &'a mut [[u16; 2]],
 }
+
+/// Records after those of a slab's columns, so that vectors may reach beyond the last.
+pub const PADDING: usize = 16;
+
+/// The record of a column whose crossings are in the list.
+const LISTED: u32 = u32::MAX;
 
 dispatch_simd! {
     /// Fills the slab of rows that starts at row `first` from the facets that `list` names.
@@ -195,28 +200,39 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn fill_body<A: Arithmetic>(facets: &[Facet], list: &[u32], shape: Shape, first: u32, slab: &mut Slab<'_>) {
+fn fill_body<A: Lanes>(facets: &[Facet], list: &[u32], shape: Shape, first: u32, slab: &mut Slab<'_>) {
     if list.is_empty() {
         slab.spans.fill(0);
         return;
     }
+    // SAFETY: called by `dispatch_simd!` only.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
     slab.records.fill(0);
     let nx = shape.nx as usize;
-    let rows = slab.records.len() / nx;
-    let mut spilled = Vec::new();
+    let rows = slab.spans.len() / nx;
+    let mut listed = Vec::new();
     for facet in list {
-        convert(&facets[*facet as usize], nx, i64::from(first), rows as i64, slab.records, &mut spilled);
+        convert(v, &facets[*facet as usize], nx, i64::from(first), rows as i64, slab.records, &mut listed);
     }
-    spilled.sort_unstable();
+    listed.sort_unstable();
     let spans = slab.spans.chunks_mut(nx).zip(slab.words.chunks_mut(nx * shape.words as usize));
     for (row, ((spans, words), records)) in spans.zip(slab.records.chunks(nx)).enumerate() {
-        resolve(shape, row * nx, spans, words, records, &spilled, slab.cells);
+        resolve(shape, row * nx, spans, words, records, &listed, slab.cells);
     }
 }
 
 /// Notes the crossings of one facet with the columns of the slab.
 #[inline(always)]
-fn convert(facet: &Facet, nx: usize, first: i64, rows: i64, records: &mut [u64], spilled: &mut Vec<(u32, u16)>) {
+fn convert<A: Lanes>(
+    v: A,
+    facet: &Facet,
+    nx: usize,
+    first: i64,
+    rows: i64,
+    records: &mut [u32],
+    listed: &mut Vec<(u32, u16)>,
+) {
     let start = facet.rows[0].max(first);
     let end = facet.rows[2].min(first + rows);
     if start >= end {
@@ -235,9 +251,9 @@ fn convert(facet: &Facet, nx: usize, first: i64, rows: i64, records: &mut [u64],
             let left = left.column.clamp(0, nx as i64) as usize;
             let right = right.column.clamp(0, nx as i64) as usize;
             if left < right {
-                let at = (row - first) as usize * nx;
-                let z = base + slope_y * row as f64;
-                note(&mut records[at + left..at + right], at + left, left, z, slope_x, facet, spilled);
+                let at = (row - first) as usize * nx + left;
+                let z = base + slope_y * row as f64 + slope_x * left as f64;
+                note(v, records, at, right - left, (z - 0.5) as f32, facet, listed);
             }
             long.advance();
             short.advance();
@@ -245,41 +261,66 @@ fn convert(facet: &Facet, nx: usize, first: i64, rows: i64, records: &mut [u64],
     }
 }
 
-/// Notes the crossings of a span of columns, the first of which is column `left` of its row.
+/// Notes the crossings of `count` columns from the one at `at`, where the facet is at `z`.
 #[inline(always)]
-fn note(records: &mut [u64], at: usize, left: usize, z: f64, slope: f64, facet: &Facet, spilled: &mut Vec<(u32, u16)>) {
-    let [low, high] = facet.range;
-    // Adding 2^52 leaves the whole number in the low bits.
-    const WHOLE: f64 = (1u64 << 52) as f64;
-    let mark = |column: usize| {
-        let step = (z + slope * (left + column) as f64 - 0.5).ceil().max(low).min(high);
-        (((step + WHOLE).to_bits() & 0xffff) << 1 | facet.leaves) + 1
-    };
-    let full = records.iter().fold(0, |full, record| full | record >> 48);
-    if full == 0 {
-        for (column, record) in records.iter_mut().enumerate() {
-            *record = *record << 16 | mark(column);
-        }
-    } else {
-        for (column, record) in records.iter_mut().enumerate() {
-            if *record >> 48 == 0 {
-                *record = *record << 16 | mark(column);
-            } else {
-                spilled.push(((at + column) as u32, mark(column) as u16));
-            }
+fn note<A: Lanes>(
+    v: A,
+    records: &mut [u32],
+    at: usize,
+    count: usize,
+    z: f32,
+    facet: &Facet,
+    listed: &mut Vec<(u32, u16)>,
+) {
+    const LANES: [u32; PADDING] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+    let (none, unit) = (v.isplat(0), v.isplat(1));
+    let lanes = v.iload(&LANES);
+    let (low, high) = (v.splat(facet.range[0] as f32), v.splat(facet.range[1] as f32));
+    let slope = v.splat(facet.plane[1] as f32);
+    let direction = v.isplat(facet.leaves as i32 + 1);
+    for from in (0..count).step_by(A::WIDTH) {
+        let here = &mut records[at + from..];
+        let column = v.float(v.iadd(lanes, v.isplat(from as i32)));
+        let place = v.min(v.max(v.fused(slope, column, v.splat(z)), low), high);
+        let whole = v.trunc(place);
+        let step = v.iadd(whole, v.iselect(v.lt(v.float(whole), place), unit, none));
+        let mark = v.iadd(v.iadd(step, step), direction);
+        let inside = v.ilt(lanes, v.isplat((count - from) as i32));
+        let record = v.iload(here);
+        let full = v.without(inside, v.ieq(v.high(record), none));
+        let put = v.without(inside, full);
+        v.istore(v.iselect(put, v.iadd(v.raised(record), mark), record), here);
+        if v.mask(full) != 0 {
+            let mut marks = [0; PADDING];
+            v.istore(mark, &mut marks);
+            note_listed(here, at + from, v.mask(full), &marks, listed);
         }
     }
 }
 
-/// Writes the columns of one row. `at` is the index of its first column in the slab, as `spilled` counts.
+/// Notes crossings of the columns whose bits are set and whose records are full.
+#[cold]
+fn note_listed(records: &mut [u32], at: usize, columns: u32, marks: &[u32], listed: &mut Vec<(u32, u16)>) {
+    for lane in (0..marks.len()).filter(|lane| columns >> lane & 1 != 0) {
+        let index = (at + lane) as u32;
+        if records[lane] != LISTED {
+            listed.push((index, records[lane] as u16));
+            listed.push((index, (records[lane] >> 16) as u16));
+            records[lane] = LISTED;
+        }
+        listed.push((index, marks[lane] as u16));
+    }
+}
+
+/// Writes the columns of one row. `at` is the index of its first column in the slab, as `listed` counts.
 #[inline(always)]
 fn resolve(
     shape: Shape,
     at: usize,
     spans: &mut [u32],
     words: &mut [u64],
-    records: &[u64],
-    spilled: &[(u32, u16)],
+    records: &[u32],
+    listed: &[(u32, u16)],
     cells: &mut [[u16; 2]],
 ) {
     let any = records.iter().fold(0, |any, record| any | record);
@@ -287,35 +328,34 @@ fn resolve(
         spans.fill(0);
         return;
     }
-    let nz = u64::from(shape.nz);
     // Most columns are one span: between two crossings of opposite direction, or from one crossing to the far end.
-    // All in 64-bit masks, so that columns are resolved side by side.
-    let mask = |condition: bool| 0u64.wrapping_sub(u64::from(condition));
-    let select = |mask: u64, a: u64, b: u64| a & mask | b & !mask;
+    // All in masks, so that columns are resolved side by side.
+    let mask = |condition: bool| 0u32.wrapping_sub(u32::from(condition));
+    let select = |mask: u32, a: u32, b: u32| a & mask | b & !mask;
     let (open, backward) = (mask(shape.open), mask(shape.backward));
     let mut left_over = 0;
     for (record, span) in records.iter().zip(spans.iter_mut()) {
-        let (first, second) = ((record & 0xffff).wrapping_sub(1), (record >> 16 & 0xffff).wrapping_sub(1));
+        let (first, second) = ((record & 0xffff).wrapping_sub(1), (record >> 16).wrapping_sub(1));
         let (a, b) = (first >> 1, second >> 1);
-        let leaves = 0u64.wrapping_sub(first & 1);
+        let leaves = 0u32.wrapping_sub(first & 1);
         let some = mask(*record != 0);
         let one = mask(*record >> 16 == 0);
         // On an open mesh a single crossing says by its direction which side is solid.
         let below = select(open, leaves, backward);
         let from = select(one, a & !below, a.min(b));
-        let to = select(one, select(below, a, nz), a.max(b));
-        // Between two crossings an open mesh is solid if the lower one enters.
+        let to = select(one, select(below, a, shape.nz), a.max(b));
+        // Between two crossings an open mesh is solid if the lower one enters. Listed ones seem to be of one direction.
         let entered = !open | (mask(a < b) ^ leaves) & mask(a != b);
-        let two = mask(*record >> 32 == 0) & 0u64.wrapping_sub((first ^ second) & 1) & entered;
+        let two = 0u32.wrapping_sub((first ^ second) & 1) & entered;
         let simple = some & (one | two);
-        *span = ((from | to << 16) & simple & mask(from < to)) as u32;
+        *span = (from | to << 16) & simple & mask(from < to);
         left_over |= some & !simple;
     }
     if left_over != 0 {
         let several = records.iter().enumerate().filter(|(column, record)| **record != 0 && spans[*column] == 0);
         for column in several.map(|(column, _)| column).collect::<Vec<_>>() {
             let bits = &mut words[column * shape.words as usize..(column + 1) * shape.words as usize];
-            spans[column] = resolve_several(shape, (at + column) as u32, records[column], spilled, bits);
+            spans[column] = resolve_several(shape, (at + column) as u32, records[column], listed, bits);
         }
     }
     for ((cell, spans), words) in
@@ -343,12 +383,13 @@ fn resolve(
 }
 
 /// Resolves a column whose crossings do not show at once what is solid: returns its ends, or writes its bits.
-fn resolve_several(shape: Shape, index: u32, record: u64, spilled: &[(u32, u16)], bits: &mut [u64]) -> u32 {
-    let mut crossings: Vec<u16> = (0..4).map(|slot| (record >> (16 * slot)) as u16).filter(|mark| *mark != 0).collect();
-    if record >> 48 != 0 {
-        let from = spilled.partition_point(|(other, _)| *other < index);
-        crossings.extend(spilled[from..].iter().take_while(|(other, _)| *other == index).map(|(_, mark)| *mark));
-    }
+fn resolve_several(shape: Shape, index: u32, record: u32, listed: &[(u32, u16)], bits: &mut [u64]) -> u32 {
+    let mut crossings: Vec<u16> = if record == LISTED {
+        let from = listed.partition_point(|(other, _)| *other < index);
+        listed[from..].iter().take_while(|(other, _)| *other == index).map(|(_, mark)| *mark).collect()
+    } else {
+        [record as u16, (record >> 16) as u16].into_iter().filter(|mark| *mark != 0).collect()
+    };
     crossings.sort_unstable();
     bits.fill(0);
     let mut pieces: Option<[u64; 2]> = None;

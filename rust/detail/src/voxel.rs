@@ -13,14 +13,14 @@
 //! voxel, which is also what rays ask for; columns of more pieces keep their bits.
 //!
 //! Floor: four bytes are written per column (1 MiB for 2²⁴ voxels in columns of 64) and every crossing of a column with
-//! the mesh moves 8 bytes in and out of the first-level cache.
+//! the mesh moves 4 bytes in and out of the first-level cache.
 
 use glam::DAffine3;
 use relievo_core::simd::Arithmetic;
 use relievo_core::{Context, Error, Result, dispatch_simd};
 
 use crate::grid::Grid;
-use crate::scanline::{self, Facet, Shape, Slab};
+use crate::scanline::{self, Facet, PADDING, Shape, Slab};
 
 /// A triangle mesh to be voxelised.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +52,7 @@ pub struct Voxels {
     spans: Vec<u32>,
     /// The bits of columns that are [`PIECES`]: voxel z of column c is bit `z % 64` of word `c · words + z / 64`.
     words: Vec<u64>,
-    records: Vec<u64>,
+    records: Vec<u32>,
     /// Lowest solid voxel and the one after the highest, of every [`CELL`] columns of every slab.
     cells: Vec<[u16; 2]>,
     slab_rows: u32,
@@ -166,15 +166,16 @@ impl Voxels {
         let lists = bin(&facets, rows, ny);
         self.spans.resize(nx as usize * ny as usize, 0);
         self.words.resize(nx as usize * ny as usize * words as usize, 0);
-        self.records.resize(nx as usize * ny as usize, 0);
         let columns = nx as usize * rows as usize;
         let cells = nx.div_ceil(CELL) as usize;
+        let slabs = ny.div_ceil(rows) as usize;
+        self.records.resize(slabs * (columns + PADDING), 0);
         self.slab_rows = rows;
         self.cells.clear();
-        self.cells.resize(cells * ny.div_ceil(rows) as usize, [u16::MAX, 0]);
+        self.cells.resize(cells * slabs, [u16::MAX, 0]);
         let mut slabs: Vec<Slab<'_>> = (self.spans.chunks_mut(columns))
             .zip(self.words.chunks_mut(columns * words as usize))
-            .zip(self.records.chunks_mut(columns).zip(self.cells.chunks_mut(cells)))
+            .zip(self.records.chunks_mut(columns + PADDING).zip(self.cells.chunks_mut(cells)))
             .map(|((spans, words), (records, cells))| Slab { spans, words, records, cells })
             .collect();
         let level = context.level();
