@@ -3,10 +3,10 @@
 
 use std::ops::Range;
 
-use relievo_core::simd::{Arithmetic, Level};
+use relievo_core::lanes::Lanes;
+use relievo_core::simd::Level;
 
 use crate::Surface;
-use crate::bezier::{cubic, cubic_first, cubic_second};
 use crate::evaluate::{Order, SampleSlices, Samples, evaluate};
 use crate::patch::{ORIGIN, Patch, PatchForm};
 
@@ -174,47 +174,99 @@ const SMALL_BLOCKS: usize = 1;
 /// As `BAND`, for small rectangles.
 const SMALL_BAND: usize = 16;
 
-type Lanes = [f32; LANES];
+type Column = [f32; LANES];
 
 /// Basis values of columns in blocks: B, and the bases of first and second differences.
 struct Basis<const BLOCKS: usize> {
-    cubic: [[Lanes; 4]; BLOCKS],
-    quadratic: [[Lanes; 3]; BLOCKS],
-    linear: [[Lanes; 2]; BLOCKS],
+    cubic: [[Column; 4]; BLOCKS],
+    quadratic: [[Column; 3]; BLOCKS],
+    linear: [[Column; 2]; BLOCKS],
 }
 
-/// A row of the patch at one v: the curves in u of P, ∂P/∂v and ∂²P/∂v², and their differences, of one axis.
-#[derive(Clone, Copy, Default)]
-struct Row {
-    origin: f32,
-    p: [f32; 4],
-    du: [f32; 3],
-    dv: [f32; 4],
-    duu: [f32; 2],
-    duv: [f32; 3],
-    dvv: [f32; 4],
+/// The numbers from 0 on.
+const INDICES: [f32; BAND] = {
+    let mut indices = [0.0; BAND];
+    let mut i = 0;
+    while i < BAND {
+        indices[i] = i as f32;
+        i += 1;
+    }
+    indices
+};
+
+/// Numbers of the rows of a band, side by side.
+type Rows<const N: usize, const BAND: usize> = [[f32; BAND]; N];
+
+/// The rows of a band: basis values at their v, and of one axis the curves in u of P, ∂P/∂v and ∂²P/∂v² and their
+/// differences.
+struct Curves<const BAND: usize> {
+    cubic: [Rows<4, BAND>; 3],
+    p: Rows<4, BAND>,
+    du: Rows<3, BAND>,
+    dv: Rows<4, BAND>,
+    duu: Rows<2, BAND>,
+    duv: Rows<3, BAND>,
+    dvv: Rows<4, BAND>,
 }
 
-impl Row {
+impl<const BAND: usize> Curves<BAND> {
+    fn new() -> Self {
+        let zero = [0.0; BAND];
+        Self {
+            cubic: [[zero; 4]; 3],
+            p: [zero; 4],
+            du: [zero; 3],
+            dv: [zero; 4],
+            duu: [zero; 2],
+            duv: [zero; 3],
+            dvv: [zero; 4],
+        }
+    }
+
+    /// Takes over the rows at `start`, `start + slope` and so on; `scale` is that of derivatives along v.
     #[inline(always)]
-    fn new(points: &[f32], origin: f32, t: f32, scale: [f32; 2], order: Order) -> Self {
-        let mut row = Row { origin, p: across(points, cubic(t), 1.0), ..Row::default() };
+    fn place<A: Lanes>(&mut self, v: A, start: f32, slope: f32, scale: f32, order: Order) {
+        for from in (0..BAND).step_by(A::WIDTH) {
+            let t = v.fused(v.load(&INDICES[from..]), v.splat(slope), v.splat(start));
+            let s = v.sub(v.splat(1.0), t);
+            let (tt, st, ss) = (v.mul(t, t), v.mul(s, t), v.mul(s, s));
+            let three = v.splat(3.0);
+            let values = [v.mul(ss, s), v.mul(three, v.mul(ss, t)), v.mul(three, v.mul(tt, s)), v.mul(tt, t)];
+            store(v, values, &mut self.cubic[0], from);
+            if order >= Order::First {
+                let by = v.splat(3.0 * scale);
+                let two = v.splat(2.0);
+                let inner = [v.sub(ss, v.mul(two, st)), v.sub(v.mul(two, st), tt)];
+                let values = [v.sub(v.splat(0.0), ss), inner[0], inner[1], tt];
+                store(v, scaled(v, values, by), &mut self.cubic[1], from);
+            }
+            if order >= Order::Second {
+                let by = v.splat(6.0 * scale * scale);
+                let inner = [v.sub(t, v.add(s, s)), v.sub(s, v.add(t, t))];
+                store(v, scaled(v, [s, inner[0], inner[1], t], by), &mut self.cubic[2], from);
+            }
+        }
+    }
+
+    /// Takes over the curves of an axis, whose Bézier points are given; `scale` is that of derivatives along u.
+    #[inline(always)]
+    fn curve<A: Lanes>(&mut self, v: A, points: &[f32], scale: f32, order: Order) {
+        across(v, points, &self.cubic[0], &mut self.p);
         if order >= Order::First {
-            row.du = differences(&row.p, 3.0 * scale[0]);
-            row.dv = across(points, cubic_first(t), scale[1]);
+            differences(v, &self.p, 3.0 * scale, &mut self.du);
+            across(v, points, &self.cubic[1], &mut self.dv);
         }
         if order >= Order::Second {
-            row.duu = differences(&row.du, 2.0 * scale[0]);
-            row.duv = differences(&row.dv, 3.0 * scale[0]);
-            row.dvv = across(points, cubic_second(t), scale[1] * scale[1]);
+            differences(v, &self.du, 2.0 * scale, &mut self.duu);
+            differences(v, &self.dv, 3.0 * scale, &mut self.duv);
+            across(v, points, &self.cubic[2], &mut self.dvv);
         }
-        row
     }
 }
 
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-fn bezier_grid_body<A: Arithmetic>(
+fn bezier_grid_body<A: Lanes>(
     patch: &Patch,
     data: &[f32],
     grid: &Grid,
@@ -237,7 +289,7 @@ fn bezier_grid_body<A: Arithmetic>(
 /// Evaluates with tables of `BLOCKS` blocks of columns and `BAND` rows.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-fn tabulated<A: Arithmetic, const BLOCKS: usize, const BAND: usize>(
+fn tabulated<A: Lanes, const BLOCKS: usize, const BAND: usize>(
     patch: &Patch,
     data: &[f32],
     grid: &Grid,
@@ -247,120 +299,144 @@ fn tabulated<A: Arithmetic, const BLOCKS: usize, const BAND: usize>(
     destination: Destination,
     out: &mut SampleSlices<'_>,
 ) {
+    // SAFETY: called by `dispatch_simd!` only.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
     let scale = patch.size.map(|size| 1.0 / size);
     let step = 1.0 / f64::from(grid.size);
     let local = |index: u32, axis: usize| {
         (((f64::from(index) + grid.offset()) * step - f64::from(patch.low[axis])) * f64::from(scale[axis])) as f32
     };
-    let slope = (step * f64::from(scale[0])) as f32;
+    let slope = scale.map(|scale| (step * f64::from(scale)) as f32);
     let mut basis = Basis {
         cubic: [[[0.0; LANES]; 4]; BLOCKS],
         quadratic: [[[0.0; LANES]; 3]; BLOCKS],
         linear: [[[0.0; LANES]; 2]; BLOCKS],
     };
-    let mut curves = [Row::default(); BAND];
+    let mut curves = Curves::<BAND>::new();
     let width = grid.columns.len();
     let mut first = columns.start;
     while first < columns.end {
         let count = ((columns.end - first) as usize).min(BLOCKS * LANES);
         for block in 0..count.div_ceil(LANES) {
             let start = local(first + (block * LANES) as u32, 0);
-            for k in 0..LANES {
-                let s = A::fma(k as f32, slope, start);
-                let r = 1.0 - s;
-                for (row, value) in basis.cubic[block].iter_mut().zip(cubic(s)) {
-                    row[k] = value;
-                }
-                for (row, value) in basis.quadratic[block].iter_mut().zip([r * r, 2.0 * r * s, s * s]) {
-                    row[k] = value;
-                }
-                for (row, value) in basis.linear[block].iter_mut().zip([r, s]) {
-                    row[k] = value;
-                }
+            for from in (0..LANES).step_by(A::WIDTH) {
+                let t = v.fused(v.load(&INDICES[from..]), v.splat(slope[0]), v.splat(start));
+                let s = v.sub(v.splat(1.0), t);
+                let (tt, st, ss) = (v.mul(t, t), v.mul(s, t), v.mul(s, s));
+                let three = v.splat(3.0);
+                let values = [v.mul(ss, s), v.mul(three, v.mul(ss, t)), v.mul(three, v.mul(tt, s)), v.mul(tt, t)];
+                store(v, values, &mut basis.cubic[block], from);
+                store(v, [ss, v.add(st, st), tt], &mut basis.quadratic[block], from);
+                store(v, [s, t], &mut basis.linear[block], from);
             }
         }
-        // One array after the other, so that memory sees one stream of stores at a time.
-        for axis in 0..3 {
-            let points = &data[ORIGIN + 16 * axis..ORIGIN + 16 * axis + 16];
-            let mut low = rows.start;
-            while low < rows.end {
-                let band = low..rows.end.min(low + BAND as u32);
-                for (row, j) in curves.iter_mut().zip(band.clone()) {
-                    *row = Row::new(points, data[axis], local(j, 1), scale, order);
-                }
-                let curves = &curves[..band.len()];
-                let at = (low - grid.rows.start) as usize * width + (first - grid.columns.start) as usize;
-                let area = Area { at, width, count, destination };
+        let mut low = rows.start;
+        while low < rows.end {
+            let band = ((rows.end - low) as usize).min(BAND);
+            curves.place(v, local(low, 1), slope[1], scale[1], order);
+            let at = (low - grid.rows.start) as usize * width + (first - grid.columns.start) as usize;
+            let area = Area { at, width, count, rows: band, destination };
+            // One array after the other, so that memory sees one stream of stores at a time.
+            for axis in 0..3 {
+                curves.curve(v, &data[ORIGIN + 16 * axis..ORIGIN + 16 * axis + 16], scale[0], order);
                 let [p, du, dv, duu, duv, dvv] = &mut out.values;
-                fill::<A, 4>(&basis.cubic, curves, |row| (&row.p, row.origin), &area, p[axis]);
+                fill(v, &basis.cubic, &curves.p, data[axis], &area, p[axis]);
                 if order >= Order::First {
-                    fill::<A, 3>(&basis.quadratic, curves, |row| (&row.du, 0.0), &area, du[axis]);
-                    fill::<A, 4>(&basis.cubic, curves, |row| (&row.dv, 0.0), &area, dv[axis]);
+                    fill(v, &basis.quadratic, &curves.du, 0.0, &area, du[axis]);
+                    fill(v, &basis.cubic, &curves.dv, 0.0, &area, dv[axis]);
                 }
                 if order >= Order::Second {
-                    fill::<A, 2>(&basis.linear, curves, |row| (&row.duu, 0.0), &area, duu[axis]);
-                    fill::<A, 3>(&basis.quadratic, curves, |row| (&row.duv, 0.0), &area, duv[axis]);
-                    fill::<A, 4>(&basis.cubic, curves, |row| (&row.dvv, 0.0), &area, dvv[axis]);
+                    fill(v, &basis.linear, &curves.duu, 0.0, &area, duu[axis]);
+                    fill(v, &basis.quadratic, &curves.duv, 0.0, &area, duv[axis]);
+                    fill(v, &basis.cubic, &curves.dvv, 0.0, &area, dvv[axis]);
                 }
-                low = band.end;
             }
+            low += band as u32;
         }
         first += count as u32;
     }
 }
 
-/// The Bézier points of the curve at one v, from the basis values there.
+/// Writes vectors to the rows of a table from column `from` on.
 #[inline(always)]
-fn across(points: &[f32], basis: [f32; 4], scale: f32) -> [f32; 4] {
-    let mut curve = [0.0; 4];
-    for k in 0..4 {
-        for i in 0..4 {
-            curve[k] += basis[i] * points[4 * i + k];
-        }
-        curve[k] *= scale;
+fn store<A: Lanes, const N: usize, const M: usize>(v: A, values: [A::F; N], table: &mut [[f32; M]; N], from: usize) {
+    for (value, row) in values.into_iter().zip(table) {
+        v.store(value, &mut row[from..]);
     }
-    curve
 }
 
-/// Where in an array a rectangle of samples goes: `count` numbers at `at`, and every `width` numbers again.
+#[inline(always)]
+fn scaled<A: Lanes>(v: A, [a, b, c, d]: [A::F; 4], scale: A::F) -> [A::F; 4] {
+    [v.mul(a, scale), v.mul(b, scale), v.mul(c, scale), v.mul(d, scale)]
+}
+
+/// The Bézier points of the curves of all rows, from their basis values.
+#[inline(always)]
+fn across<A: Lanes, const BAND: usize>(v: A, points: &[f32], basis: &Rows<4, BAND>, curves: &mut Rows<4, BAND>) {
+    for from in (0..BAND).step_by(A::WIDTH) {
+        let basis = [
+            v.load(&basis[0][from..]),
+            v.load(&basis[1][from..]),
+            v.load(&basis[2][from..]),
+            v.load(&basis[3][from..]),
+        ];
+        for (k, curve) in curves.iter_mut().enumerate() {
+            let low = v.fused(basis[1], v.splat(points[4 + k]), v.mul(basis[0], v.splat(points[k])));
+            let high = v.fused(basis[3], v.splat(points[12 + k]), v.mul(basis[2], v.splat(points[8 + k])));
+            v.store(v.add(low, high), &mut curve[from..]);
+        }
+    }
+}
+
+/// Where in an array a rectangle of samples goes: `rows` times `count` numbers at `at`, `width` apart.
 struct Area {
     at: usize,
     width: usize,
     count: usize,
+    rows: usize,
     destination: Destination,
 }
 
 /// Writes `offset + Σ basis[k] · weights[k]` for every row and column.
 #[inline(always)]
-fn fill<A: Arithmetic, const N: usize>(
-    basis: &[[Lanes; N]],
-    rows: &[Row],
-    weights: impl Fn(&Row) -> (&[f32; N], f32),
+fn fill<A: Lanes, const N: usize, const BAND: usize>(
+    v: A,
+    basis: &[[Column; N]],
+    curves: &Rows<N, BAND>,
+    offset: f32,
     area: &Area,
     out: &mut [f32],
 ) {
-    for (row, out) in rows.iter().zip(out[area.at..].chunks_mut(area.width)) {
-        let (weights, offset) = weights(row);
+    for (row, out) in out[area.at..].chunks_mut(area.width).take(area.rows).enumerate() {
+        let mut weights = [0.0; N];
+        for (weight, curve) in weights.iter_mut().zip(curves) {
+            *weight = curve[row];
+        }
         let mut blocks = out[..area.count].chunks_exact_mut(LANES);
         let mut bases = basis.iter();
         for (out, basis) in blocks.by_ref().zip(bases.by_ref()) {
-            let values = combine::<A, N>(basis, weights, offset);
             match area.destination {
-                Destination::Cache => out.copy_from_slice(&values),
-                Destination::Memory => stream(out, &values),
+                Destination::Cache => combine(v, basis, &weights, offset, out),
+                Destination::Memory => {
+                    let mut values = [0.0; LANES];
+                    combine(v, basis, &weights, offset, &mut values);
+                    stream(out, &values);
+                }
             }
         }
         let rest = blocks.into_remainder();
         if !rest.is_empty() {
-            let basis = &basis[area.count / LANES];
-            rest.copy_from_slice(&combine::<A, N>(basis, weights, offset)[..rest.len()]);
+            let mut values = [0.0; LANES];
+            combine(v, &basis[area.count / LANES], &weights, offset, &mut values);
+            rest.copy_from_slice(&values[..rest.len()]);
         }
     }
 }
 
 /// Stores a block past the caches.
 #[inline(always)]
-fn stream(out: &mut [f32], values: &Lanes) {
+fn stream(out: &mut [f32], values: &Column) {
     #[cfg(target_arch = "x86_64")]
     if out.len() == LANES && out.as_ptr().addr().is_multiple_of(16) {
         use std::arch::x86_64::{_mm_loadu_ps, _mm_stream_ps};
@@ -386,28 +462,30 @@ fn finish_streams() {
     }
 }
 
+/// Writes `offset + Σ basis[k] · weights[k]` of a block of columns.
 #[inline(always)]
-fn combine<A: Arithmetic, const N: usize>(basis: &[Lanes; N], weights: &[f32; N], offset: f32) -> Lanes {
-    let mut sums = [0.0; LANES];
-    for i in 0..LANES {
-        sums[i] = basis[0][i] * weights[0];
-    }
-    for k in 1..N {
-        for i in 0..LANES {
-            sums[i] = A::fma(basis[k][i], weights[k], sums[i]);
+fn combine<A: Lanes, const N: usize>(v: A, basis: &[Column; N], weights: &[f32; N], offset: f32, out: &mut [f32]) {
+    for from in (0..LANES).step_by(A::WIDTH) {
+        let mut sum = v.mul(v.load(&basis[0][from..]), v.splat(weights[0]));
+        for k in 1..N {
+            sum = v.fused(v.load(&basis[k][from..]), v.splat(weights[k]), sum);
         }
+        v.store(v.add(sum, v.splat(offset)), &mut out[from..]);
     }
-    for sum in &mut sums {
-        *sum += offset;
-    }
-    sums
 }
 
+/// `scale` times the differences of neighbouring points of the curves of all rows.
 #[inline(always)]
-fn differences<const N: usize, const M: usize>(values: &[f32; N], scale: f32) -> [f32; M] {
-    let mut out = [0.0; M];
-    for k in 0..M {
-        out[k] = scale * (values[k + 1] - values[k]);
+fn differences<A: Lanes, const N: usize, const M: usize, const BAND: usize>(
+    v: A,
+    curves: &Rows<N, BAND>,
+    scale: f32,
+    out: &mut Rows<M, BAND>,
+) {
+    for from in (0..BAND).step_by(A::WIDTH) {
+        for k in 0..M {
+            let step = v.sub(v.load(&curves[k + 1][from..]), v.load(&curves[k][from..]));
+            v.store(v.mul(v.splat(scale), step), &mut out[k][from..]);
+        }
     }
-    out
 }
