@@ -52,7 +52,6 @@ impl Contact {
         &self.surface
     }
 
-    pub fn dims(&self) -> [u32; 3] { self.imprinter.voxels().grid().dims }
     /// The cage.
     pub fn cage(&self) -> &Mesh {
         &self.cage

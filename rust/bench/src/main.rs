@@ -37,28 +37,7 @@ fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-#[allow(dead_code)]
-fn hot() {
-    let context = relievo_core::Context::new(&relievo_core::ContextOptions::default()).unwrap();
-    let mut near = contact::Contact::new(&context, shapes::terrain(imprint::SIDE), imprint::RADIUS).unwrap();
-    let mut object = near.object(&context, 128).unwrap();
-    let mut st: std::collections::BTreeMap<String, Vec<f64>> = Default::default();
-    for round in 0..std::env::var("ROUNDS").map_or(5, |v| v.parse().unwrap()) {
-        if round > 0 { object = near.object(&context, 128).unwrap(); }
-        for tile in imprint::terrain_tiles(imprint::SIDE) {
-            for again in [false, true] {
-                let p = near.press(&context, &mut object, relievo_surface::Place::new(tile, 0.5, 0.5), again).unwrap();
-                for (k, v) in &p.stages { st.entry(format!("{again} {k}")).or_default().push(v * 1e3); }
-                st.entry(format!("{again} sum")).or_default().push(p.sum * 1e3);
-            }
-        }
-    }
-    for (k, mut v) in st { v.sort_by(f64::total_cmp); println!("{k:30} {:.3}  min {:.3}", v[v.len()/2], v[0]); }
-    println!("{:?}", near.dims());
-}
-
 fn main() -> ExitCode {
-    if std::env::var_os("HOT").is_some() { hot(); return ExitCode::SUCCESS; }
     match run(&Arguments::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

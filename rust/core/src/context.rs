@@ -86,6 +86,15 @@ impl Context {
         &self.inner.stats
     }
 
+    /// Runs `work` on a thread of this context. What is done in parallel within then starts without waking a thread
+    /// first, which counts where stages take less than a millisecond.
+    pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        match &self.inner.pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+
     /// Calls `work` for every index below `count`, in any order.
     pub fn for_each(&self, count: usize, work: impl Fn(usize) + Sync) {
         match &self.inner.pool {

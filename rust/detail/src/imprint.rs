@@ -213,6 +213,18 @@ impl Imprinter {
         moment: Moment,
         start: Option<&Field>,
     ) -> Result<Report> {
+        context.within(|| self.stages(context, object, collider, settings, moment, start))
+    }
+
+    fn stages(
+        &mut self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+        start: Option<&Field>,
+    ) -> Result<Report> {
         let stats = context.stats();
         let mut report = Report { bytes: object.displacement().bytes(), sub_steps: 1, ..Report::default() };
         let Some(grid) = stats.time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?

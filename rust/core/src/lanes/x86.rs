@@ -1,0 +1,409 @@
+//! The vectors of AVX2 and AVX-512.
+
+#![allow(unsafe_code)]
+
+use std::arch::x86_64::*;
+
+use super::Lanes;
+use crate::simd::{Avx2, Avx512};
+
+/// Evaluates an expression of intrinsics.
+macro_rules! intrinsics {
+    ($value:expr) => {
+        // SAFETY: values of the level exist only where the processor has its instructions, and slices were checked
+        // to hold what is read or written.
+        unsafe { $value }
+    };
+}
+
+impl Lanes for Avx2 {
+    const WIDTH: usize = 8;
+    type F = __m256;
+    type I = __m256i;
+    type M = __m256i;
+
+    #[inline(always)]
+    unsafe fn assume() -> Self {
+        Avx2(())
+    }
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self::F {
+        intrinsics!(_mm256_set1_ps(value))
+    }
+
+    #[inline(always)]
+    fn load(self, from: &[f32]) -> Self::F {
+        let from = &from[..Self::WIDTH];
+        intrinsics!(_mm256_loadu_ps(from.as_ptr()))
+    }
+
+    #[inline(always)]
+    fn store(self, value: Self::F, to: &mut [f32]) {
+        let to = &mut to[..Self::WIDTH];
+        intrinsics!(_mm256_storeu_ps(to.as_mut_ptr(), value))
+    }
+
+    #[inline(always)]
+    fn add(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm256_add_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm256_sub_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm256_mul_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn div(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm256_div_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn fused(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        intrinsics!(_mm256_fmadd_ps(a, b, c))
+    }
+
+    #[inline(always)]
+    fn min(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm256_min_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn max(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm256_max_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn lt(self, a: Self::F, b: Self::F) -> Self::M {
+        intrinsics!(_mm256_castps_si256(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)))
+    }
+
+    #[inline(always)]
+    fn le(self, a: Self::F, b: Self::F) -> Self::M {
+        intrinsics!(_mm256_castps_si256(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)))
+    }
+
+    #[inline(always)]
+    fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm256_blendv_ps(b, a, _mm256_castsi256_ps(mask)))
+    }
+
+    #[inline(always)]
+    fn trunc(self, value: Self::F) -> Self::I {
+        intrinsics!(_mm256_cvttps_epi32(value))
+    }
+
+    #[inline(always)]
+    fn float(self, value: Self::I) -> Self::F {
+        intrinsics!(_mm256_cvtepi32_ps(value))
+    }
+
+    #[inline(always)]
+    fn bits(self, value: Self::F) -> Self::I {
+        intrinsics!(_mm256_castps_si256(value))
+    }
+
+    #[inline(always)]
+    fn isplat(self, value: i32) -> Self::I {
+        intrinsics!(_mm256_set1_epi32(value))
+    }
+
+    #[inline(always)]
+    fn iadd(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm256_add_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn isub(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm256_sub_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn imul(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm256_mullo_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn imin(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm256_min_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn imax(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm256_max_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn iand(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm256_and_si256(a, b))
+    }
+
+    #[inline(always)]
+    fn high(self, value: Self::I) -> Self::I {
+        intrinsics!(_mm256_srli_epi32::<16>(value))
+    }
+
+    #[inline(always)]
+    fn iload(self, from: &[u32]) -> Self::I {
+        let from = &from[..Self::WIDTH];
+        intrinsics!(_mm256_loadu_si256(from.as_ptr().cast()))
+    }
+
+    #[inline(always)]
+    fn istore(self, value: Self::I, to: &mut [u32]) {
+        let to = &mut to[..Self::WIDTH];
+        intrinsics!(_mm256_storeu_si256(to.as_mut_ptr().cast(), value))
+    }
+
+    #[inline(always)]
+    fn raised(self, value: Self::I) -> Self::I {
+        intrinsics!(_mm256_slli_epi32::<16>(value))
+    }
+
+    #[inline(always)]
+    fn ilt(self, a: Self::I, b: Self::I) -> Self::M {
+        intrinsics!(_mm256_cmpgt_epi32(b, a))
+    }
+
+    #[inline(always)]
+    fn ieq(self, a: Self::I, b: Self::I) -> Self::M {
+        intrinsics!(_mm256_cmpeq_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn iselect(self, mask: Self::M, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm256_blendv_epi8(b, a, mask))
+    }
+
+    #[inline(always)]
+    fn both(self, a: Self::M, b: Self::M) -> Self::M {
+        intrinsics!(_mm256_and_si256(a, b))
+    }
+
+    #[inline(always)]
+    fn either(self, a: Self::M, b: Self::M) -> Self::M {
+        intrinsics!(_mm256_or_si256(a, b))
+    }
+
+    #[inline(always)]
+    fn without(self, a: Self::M, b: Self::M) -> Self::M {
+        intrinsics!(_mm256_andnot_si256(b, a))
+    }
+
+    #[inline(always)]
+    fn mask(self, value: Self::M) -> u32 {
+        intrinsics!(_mm256_movemask_ps(_mm256_castsi256_ps(value))) as u32
+    }
+
+    #[inline(always)]
+    fn gather(self, table: &[u32], index: Self::I) -> Self::I {
+        assert!(!table.is_empty(), "a table to look up in has entries");
+        let last = (table.len() - 1).min(i32::MAX as usize) as i32;
+        intrinsics!({
+            let index = _mm256_min_epu32(index, _mm256_set1_epi32(last));
+            _mm256_i32gather_epi32::<4>(table.as_ptr().cast(), index)
+        })
+    }
+}
+
+impl Lanes for Avx512 {
+    const WIDTH: usize = 16;
+    type F = __m512;
+    type I = __m512i;
+    type M = __mmask16;
+
+    #[inline(always)]
+    unsafe fn assume() -> Self {
+        Avx512(())
+    }
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self::F {
+        intrinsics!(_mm512_set1_ps(value))
+    }
+
+    #[inline(always)]
+    fn load(self, from: &[f32]) -> Self::F {
+        let from = &from[..Self::WIDTH];
+        intrinsics!(_mm512_loadu_ps(from.as_ptr()))
+    }
+
+    #[inline(always)]
+    fn store(self, value: Self::F, to: &mut [f32]) {
+        let to = &mut to[..Self::WIDTH];
+        intrinsics!(_mm512_storeu_ps(to.as_mut_ptr(), value))
+    }
+
+    #[inline(always)]
+    fn add(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm512_add_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm512_sub_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm512_mul_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn div(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm512_div_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn fused(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        intrinsics!(_mm512_fmadd_ps(a, b, c))
+    }
+
+    #[inline(always)]
+    fn min(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm512_min_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn max(self, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm512_max_ps(a, b))
+    }
+
+    #[inline(always)]
+    fn lt(self, a: Self::F, b: Self::F) -> Self::M {
+        intrinsics!(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
+    }
+
+    #[inline(always)]
+    fn le(self, a: Self::F, b: Self::F) -> Self::M {
+        intrinsics!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b))
+    }
+
+    #[inline(always)]
+    fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F {
+        intrinsics!(_mm512_mask_blend_ps(mask, b, a))
+    }
+
+    #[inline(always)]
+    fn trunc(self, value: Self::F) -> Self::I {
+        intrinsics!(_mm512_cvttps_epi32(value))
+    }
+
+    #[inline(always)]
+    fn float(self, value: Self::I) -> Self::F {
+        intrinsics!(_mm512_cvtepi32_ps(value))
+    }
+
+    #[inline(always)]
+    fn bits(self, value: Self::F) -> Self::I {
+        intrinsics!(_mm512_castps_si512(value))
+    }
+
+    #[inline(always)]
+    fn isplat(self, value: i32) -> Self::I {
+        intrinsics!(_mm512_set1_epi32(value))
+    }
+
+    #[inline(always)]
+    fn iadd(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm512_add_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn isub(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm512_sub_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn imul(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm512_mullo_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn imin(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm512_min_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn imax(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm512_max_epi32(a, b))
+    }
+
+    #[inline(always)]
+    fn iand(self, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm512_and_si512(a, b))
+    }
+
+    #[inline(always)]
+    fn high(self, value: Self::I) -> Self::I {
+        intrinsics!(_mm512_srli_epi32::<16>(value))
+    }
+
+    #[inline(always)]
+    fn iload(self, from: &[u32]) -> Self::I {
+        let from = &from[..Self::WIDTH];
+        intrinsics!(_mm512_loadu_si512(from.as_ptr().cast()))
+    }
+
+    #[inline(always)]
+    fn istore(self, value: Self::I, to: &mut [u32]) {
+        let to = &mut to[..Self::WIDTH];
+        intrinsics!(_mm512_storeu_si512(to.as_mut_ptr().cast(), value))
+    }
+
+    #[inline(always)]
+    fn raised(self, value: Self::I) -> Self::I {
+        intrinsics!(_mm512_slli_epi32::<16>(value))
+    }
+
+    #[inline(always)]
+    fn ilt(self, a: Self::I, b: Self::I) -> Self::M {
+        intrinsics!(_mm512_cmplt_epi32_mask(a, b))
+    }
+
+    #[inline(always)]
+    fn ieq(self, a: Self::I, b: Self::I) -> Self::M {
+        intrinsics!(_mm512_cmpeq_epi32_mask(a, b))
+    }
+
+    #[inline(always)]
+    fn iselect(self, mask: Self::M, a: Self::I, b: Self::I) -> Self::I {
+        intrinsics!(_mm512_mask_blend_epi32(mask, b, a))
+    }
+
+    #[inline(always)]
+    fn both(self, a: Self::M, b: Self::M) -> Self::M {
+        a & b
+    }
+
+    #[inline(always)]
+    fn either(self, a: Self::M, b: Self::M) -> Self::M {
+        a | b
+    }
+
+    #[inline(always)]
+    fn without(self, a: Self::M, b: Self::M) -> Self::M {
+        a & !b
+    }
+
+    #[inline(always)]
+    fn mask(self, value: Self::M) -> u32 {
+        u32::from(value)
+    }
+
+    #[inline(always)]
+    fn gather(self, table: &[u32], index: Self::I) -> Self::I {
+        assert!(!table.is_empty(), "a table to look up in has entries");
+        let last = (table.len() - 1).min(i32::MAX as usize) as i32;
+        intrinsics!({
+            let index = _mm512_min_epu32(index, _mm512_set1_epi32(last));
+            _mm512_i32gather_epi32::<4>(index, table.as_ptr().cast())
+        })
+    }
+}
