@@ -1,7 +1,7 @@
-//! The tiles of a displacement at one moment: which are allocated, their blocks and versions.
+//! The tiles of a channel at one moment: which are allocated, their blocks and versions.
 //!
 //! Tiles point to blocks through pages that are shared until one of them is written (copy on write), so that a copy
-//! of the whole field costs one reference per page and an edit copies only what it touches. Units: object units.
+//! of the whole field costs one reference per page and an edit copies only what it touches. Units: those of the texels.
 
 use std::sync::Arc;
 
@@ -11,11 +11,12 @@ use relievo_surface::{Place, TileTopology};
 
 use crate::heap::{BlockId, SizeClass};
 use crate::spline::{self, Jet};
+use crate::texel::Texel;
 
 /// A tile's block.
 #[derive(Clone, Debug)]
-pub(crate) struct Entry {
-    pub texels: Arc<[f16]>,
+pub(crate) struct Entry<T> {
+    pub texels: Arc<[T]>,
     pub id: BlockId,
     pub version: u64,
 }
@@ -23,21 +24,27 @@ pub(crate) struct Entry {
 /// Tiles that share a page.
 const PAGE: usize = 64;
 
-type Page = [Option<Entry>; PAGE];
+type Page<T> = [Option<Entry<T>>; PAGE];
 
-/// Displacements of all tiles of a surface, immutable where it is shared. Cloning is cheap.
+/// Texels of all tiles of a surface, immutable where it is shared: displacement, or colour. Cloning is cheap.
 #[derive(Clone, Debug)]
-pub struct Field {
+pub struct Field<T = f16> {
     topology: Arc<TileTopology>,
     classes: Arc<[SizeClass]>,
-    pages: Vec<Option<Arc<Page>>>,
+    pages: Vec<Option<Arc<Page<T>>>>,
+    blank: T,
 }
 
-impl Field {
-    /// A field without blocks, where `classes` says the size of every tile.
-    pub(crate) fn new(topology: Arc<TileTopology>, classes: Vec<SizeClass>) -> Self {
+impl<T: Texel> Field<T> {
+    /// A field without blocks, where `classes` says the size of every tile and `blank` what it reads as.
+    pub(crate) fn new(topology: Arc<TileTopology>, classes: Vec<SizeClass>, blank: T) -> Self {
         let pages = vec![None; topology.tile_count().div_ceil(PAGE)];
-        Self { topology, classes: classes.into(), pages }
+        Self { topology, classes: classes.into(), pages, blank }
+    }
+
+    /// What tiles without a block read as.
+    pub fn blank(&self) -> T {
+        self.blank
     }
 
     /// How the tiles meet.
@@ -77,8 +84,8 @@ impl Field {
         self.entry(tile).is_some()
     }
 
-    /// The `(size + 2)²` coefficients of `tile`, see [`crate::spline`]; `None` if it is not allocated.
-    pub fn block(&self, tile: u32) -> Option<&[f16]> {
+    /// The `(size + 2)²` texels of `tile` with its ring, row by row from v < 0; `None` if it is not allocated.
+    pub fn block(&self, tile: u32) -> Option<&[T]> {
         self.entry(tile).map(|entry| &*entry.texels)
     }
 
@@ -101,6 +108,20 @@ impl Field {
         self.topology.canonical(place, |tile| self.density(tile))
     }
 
+    pub(crate) fn entry(&self, tile: u32) -> Option<&Entry<T>> {
+        let tile = tile as usize;
+        self.pages.get(tile / PAGE)?.as_ref()?[tile % PAGE].as_ref()
+    }
+
+    /// The entry of `tile`, which must exist, for writing.
+    pub(crate) fn entry_mut(&mut self, tile: u32) -> &mut Option<Entry<T>> {
+        let tile = tile as usize;
+        let page = self.pages[tile / PAGE].get_or_insert_with(|| Arc::new([const { None }; PAGE]));
+        &mut Arc::make_mut(page)[tile % PAGE]
+    }
+}
+
+impl Field {
     /// The displacement in `place`'s own tile: zero if it is not allocated. Give it a canonical place for values that
     /// agree across seams.
     pub fn point(&self, level: Level, place: Place) -> Jet {
@@ -123,18 +144,6 @@ impl Field {
         let low = block.iter().map(ordered).fold(i16::MAX, i16::min);
         let high = block.iter().map(ordered).fold(i16::MIN, i16::max);
         [value(low), value(high)]
-    }
-
-    pub(crate) fn entry(&self, tile: u32) -> Option<&Entry> {
-        let tile = tile as usize;
-        self.pages.get(tile / PAGE)?.as_ref()?[tile % PAGE].as_ref()
-    }
-
-    /// The entry of `tile`, which must exist, for writing.
-    pub(crate) fn entry_mut(&mut self, tile: u32) -> &mut Option<Entry> {
-        let tile = tile as usize;
-        let page = self.pages[tile / PAGE].get_or_insert_with(|| Arc::new([const { None }; PAGE]));
-        &mut Arc::make_mut(page)[tile % PAGE]
     }
 }
 

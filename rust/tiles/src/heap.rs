@@ -33,15 +33,15 @@ impl SizeClass {
         MIN_SIZE << self.0
     }
 
-    /// Coefficients of a block: the texels and a ring of one around them.
+    /// Texels of a block, with a ring of one around them.
     pub fn texels(self) -> usize {
         let side = self.size() as usize + 2;
         side * side
     }
 
-    /// Bytes of a block.
-    pub fn bytes(self) -> u64 {
-        2 * self.texels() as u64
+    /// Bytes of a block whose texels have `texel` bytes each.
+    pub fn bytes(self, texel: usize) -> u64 {
+        (texel * self.texels()) as u64
     }
 
     /// The index of the class, below [`CLASS_COUNT`].
@@ -73,14 +73,16 @@ const GROUP: usize = 64;
 #[derive(Clone, Debug)]
 pub struct Heap {
     classes: [ClassHeap; CLASS_COUNT],
+    /// Bytes of a texel.
+    texel: usize,
     budget: u64,
     bytes: u64,
 }
 
 impl Heap {
-    /// Empty heaps that hand out at most `budget` bytes together.
-    pub fn new(budget: u64) -> Self {
-        Self { classes: Default::default(), budget, bytes: 0 }
+    /// Empty heaps of blocks of texels of `texel` bytes, that hand out at most `budget` bytes together.
+    pub fn new(texel: usize, budget: u64) -> Self {
+        Self { classes: Default::default(), texel, budget, bytes: 0 }
     }
 
     /// Bytes of the blocks in use.
@@ -116,9 +118,9 @@ impl Heap {
         let granted: Vec<Option<usize>> = requests
             .iter()
             .map(|class| {
-                let fits = self.bytes.checked_add(class.bytes()).is_some_and(|bytes| bytes <= self.budget);
+                let fits = self.bytes.checked_add(class.bytes(self.texel)).is_some_and(|bytes| bytes <= self.budget);
                 fits.then(|| {
-                    self.bytes += class.bytes();
+                    self.bytes += class.bytes(self.texel);
                     wanted[class.index()] += 1;
                     wanted[class.index()] - 1
                 })
@@ -146,7 +148,7 @@ impl Heap {
             debug_assert!(!heap.free_table[..heap.n_free].contains(&block.number), "{block:?} is free already");
             heap.free_table[heap.n_free] = block.number;
             heap.n_free += 1;
-            self.bytes -= block.class.bytes();
+            self.bytes -= block.class.bytes(self.texel);
         }
     }
 }
@@ -172,9 +174,10 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn a_block_of_128_texels_has_a_ring_and_two_bytes_a_texel() {
+    fn a_block_of_128_texels_has_a_ring_and_the_bytes_of_its_texels() {
         let class = SizeClass::of(128).unwrap();
-        assert_eq!((class.size(), class.texels(), class.bytes()), (128, 130 * 130, 2 * 130 * 130));
+        assert_eq!((class.size(), class.texels(), class.bytes(2)), (128, 130 * 130, 2 * 130 * 130));
+        assert_eq!((class.bytes(4), class.bytes(8)), (4 * 130 * 130, 8 * 130 * 130));
         for size in [0, 4, 7, 24, 512] {
             assert!(SizeClass::of(size).is_err());
         }
@@ -183,7 +186,7 @@ mod tests {
     #[test]
     fn a_budget_refuses_what_does_not_fit_and_loses_nothing() {
         let [small, large] = [8, 64].map(|size| SizeClass::of(size).unwrap());
-        let mut heap = Heap::new(large.bytes() + 2 * small.bytes());
+        let mut heap = Heap::new(2, large.bytes(2) + 2 * small.bytes(2));
         let blocks = heap.allocate(&[large, large, small, small, small]);
         assert_eq!(blocks.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, true, true, false]);
         assert_eq!(heap.bytes(), heap.budget());
@@ -196,7 +199,8 @@ mod tests {
 
         /// Against a model: the set of blocks handed out. 64 runs of 4,000 lists.
         #[test]
-        fn no_block_is_handed_out_twice_or_lost(seed: u64, budget in 0u64..3_000_000) {
+        fn no_block_is_handed_out_twice_or_lost(seed: u64, budget in 0u64..3_000_000, shift in 1u32..4) {
+            let texel = 1usize << shift;
             let mut state = seed | 1;
             let mut random = move |below: usize| {
                 state ^= state << 13;
@@ -204,7 +208,7 @@ mod tests {
                 state ^= state << 17;
                 (state >> 16) as usize % below
             };
-            let mut heap = Heap::new(budget);
+            let mut heap = Heap::new(texel, budget);
             let mut model = BTreeSet::new();
             let mut list = Vec::new();
             for _ in 0..4000 {
@@ -217,7 +221,7 @@ mod tests {
                                 prop_assert!(model.insert(block), "{:?} was in use", block);
                                 list.push(block);
                             }
-                            None => prop_assert!(heap.bytes() + class.bytes() > budget),
+                            None => prop_assert!(heap.bytes() + class.bytes(texel) > budget),
                         }
                     }
                 } else {
@@ -226,7 +230,7 @@ mod tests {
                     blocks.iter().for_each(|block| { model.remove(block); });
                     heap.free(&blocks);
                 }
-                prop_assert_eq!(heap.bytes(), model.iter().map(|block| block.class.bytes()).sum::<u64>());
+                prop_assert_eq!(heap.bytes(), model.iter().map(|block| block.class.bytes(texel)).sum::<u64>());
                 prop_assert!(heap.bytes() <= budget);
             }
             for class in (0..CLASS_COUNT as u8).map(SizeClass) {

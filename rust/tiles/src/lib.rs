@@ -1,10 +1,12 @@
-//! Displacement tiles: where they live, how they meet, and the surface they displace.
+//! Tiles of displacement and colour: where they live, how they meet, and the surface they displace and paint.
 //!
-//! - Where: [`heap`], [`sets`], [`field`], and [`displacement`] with the protocol of an edit.
-//! - How they meet: [`ring`]. What they mean: [`spline`].
+//! - Where: [`heap`], [`sets`], [`field`], and [`channel`] with the protocol of an edit.
+//! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`] and [`color`].
 //! - The displaced surface: [`displaced`] evaluates it, [`tessellate`] makes triangles of it.
 
 mod carried;
+pub mod channel;
+pub mod color;
 pub mod displaced;
 pub mod displacement;
 pub mod face_varying;
@@ -15,10 +17,14 @@ pub mod ring;
 pub mod sets;
 pub mod spline;
 pub mod tessellate;
+pub mod texel;
 
+pub use channel::{Applied, Channel, ChannelOptions, Snapshot, Texels};
+pub use color::Paint;
 pub use displaced::{Displaced, Points};
-pub use displacement::{Applied, Displacement, DisplacementOptions, Snapshot, Texels};
+pub use displacement::{Displacement, DisplacementOptions};
 pub use field::Field;
 pub use ring::Change;
 pub use sets::{Candidate, Sets};
 pub use tessellate::{Tessellation, Tessellator, uniform_rates};
+pub use texel::{ColorTexel, Rgba8, Rgba16, Texel};

@@ -13,18 +13,21 @@
 //! - Between tiles of different density the coarser one's edge curve rules: its ring is the mean of the finer border
 //!   texels, and the finer ring is twice the subdivided edge curve less the finer border. That makes the displacement
 //!   continuous.
-//! - Beside a tile that is not allocated, and at non-manifold edges, the border row and the ring are zero.
-//! - Across a reversed link displacements change sign, because the normals do.
+//! - Beside a tile that is not allocated, and at non-manifold edges, the border row and the ring are blank: what tiles
+//!   without a block read as, which for displacement is zero.
+//! - Across a reversed link displacements change sign, because the normals do; colours stay.
+//!
+//! Colours are looked up bilinearly, and the same rules make that continuous across edges of equal density.
 //!
 //! The first pass equalises border corners and clears borders, from border corners alone; the second derives rings
 //! from borders alone. So nothing depends on the order of tiles, and a second update changes nothing.
 
-use half::f16;
 use relievo_core::Context;
 use relievo_surface::{Incidence, Link, RingClass, Side};
 
 use crate::field::{Field, Line};
 use crate::spline::{restrict_curve, subdivide_curve};
+use crate::texel::Texel;
 
 /// What an edit changed of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -43,7 +46,7 @@ impl Change {
 }
 
 /// Coefficients to write to one tile: index in the block and value.
-pub(crate) type Writes = (u32, Vec<(u32, f16)>);
+pub(crate) type Writes<T> = (u32, Vec<(u32, T)>);
 
 /// A part of a tile's edge and what lies across it.
 #[derive(Clone, Copy, Debug)]
@@ -60,8 +63,8 @@ struct Span {
 
 /// What is known of a vertex: every tile gets this value at all four texels, or each copies its neighbours' texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Vertex {
-    Set(f16),
+enum Vertex<T> {
+    Set(T),
     Copy,
 }
 
@@ -73,22 +76,13 @@ struct Work {
     corners: u8,
 }
 
-fn is_zero(c: f16) -> bool {
-    c.to_bits() & 0x7fff == 0
+fn signed<T: Texel>(c: T, flip: bool) -> T {
+    if flip { c.flipped() } else { c }
 }
 
-fn signed(c: f16, flip: bool) -> f16 {
-    if flip && !is_zero(c) { -c } else { c }
-}
-
-/// `value` as a half float, clamped to the finite ones.
-fn rounded(value: f64) -> f16 {
-    f16::from_f64(value.clamp(-65504.0, 65504.0))
-}
-
-/// The tiles that are not allocated but that `changes` reach: across a border that is not zero, or at a vertex whose
-/// corner coefficient is not zero. Ascending.
-pub fn reached(field: &Field, changes: &[Change]) -> Vec<u32> {
+/// The tiles that are not allocated but that `changes` reach: across a border that is not blank, or at a vertex whose
+/// corner texel is not blank. Ascending.
+pub fn reached<T: Texel>(field: &Field<T>, changes: &[Change]) -> Vec<u32> {
     let mut tiles = Vec::new();
     for change in changes {
         let tile = change.tile;
@@ -97,7 +91,7 @@ pub fn reached(field: &Field, changes: &[Change]) -> Vec<u32> {
         let topology = field.topology();
         for edge in (0..4u8).filter(|edge| change.borders >> edge & 1 != 0) {
             let line = Line::new(size, edge, 0);
-            let set = |k: usize| !is_zero(block[line.at(k as isize)]);
+            let set = |k: usize| !block[line.at(k as isize)].is_blank(field.blank());
             for span in spans(field, Side { tile, edge }).into_iter().flatten() {
                 if !field.is_allocated(span.side.tile) && (span.own.0..span.own.0 + span.own.1).any(set) {
                     tiles.push(span.side.tile);
@@ -136,34 +130,34 @@ pub(crate) struct Plan {
 const POLE: usize = 16;
 
 /// The tiles during one pass, with the values of poles, ascending.
-struct Pass<'a> {
-    field: &'a Field,
-    poles: Vec<(u32, Vertex)>,
+struct Pass<'a, T> {
+    field: &'a Field<T>,
+    poles: Vec<(u32, Vertex<T>)>,
 }
 
-impl<'a> Pass<'a> {
-    fn new(context: &Context, field: &'a Field, plan: &Plan) -> Self {
+impl<'a, T: Texel> Pass<'a, T> {
+    fn new(context: &Context, field: &'a Field<T>, plan: &Plan) -> Self {
         let made = Self { field, poles: Vec::new() };
         let poles = context.map(plan.poles.len(), |index| (plan.poles[index], vertex(&made, plan.poles[index])));
         Self { field, poles }
     }
 }
 
-impl std::ops::Deref for Pass<'_> {
-    type Target = Field;
+impl<T> std::ops::Deref for Pass<'_, T> {
+    type Target = Field<T>;
 
-    fn deref(&self) -> &Field {
+    fn deref(&self) -> &Field<T> {
         self.field
     }
 }
 
 /// The first pass: border corners and cleared border rows. Only coefficients that differ are listed.
-pub(crate) fn borders(context: &Context, field: &Field, plan: &Plan) -> Vec<Writes> {
+pub(crate) fn borders<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan) -> Vec<Writes<T>> {
     let field = &Pass::new(context, field, plan);
     collect(context, &plan.work, |work, out| {
         let Some(block) = field.block(work.tile) else { return };
         let size = field.size(work.tile);
-        let mut write = |line: &Line, k: usize, value: f16| {
+        let mut write = |line: &Line, k: usize, value: T| {
             let index = line.at(k as isize);
             if block[index] != value {
                 out.push((index as u32, value));
@@ -173,19 +167,19 @@ pub(crate) fn borders(context: &Context, field: &Field, plan: &Plan) -> Vec<Writ
             let line = Line::new(size, edge, 0);
             let link = field.topology().link(work.tile, edge);
             if let Link::Pinned { .. } = link {
-                (0..size as usize).for_each(|k| write(&line, k, f16::ZERO));
+                (0..size as usize).for_each(|k| write(&line, k, field.blank()));
             }
             for span in spans(field, Side { tile: work.tile, edge }).into_iter().flatten() {
                 if !field.is_allocated(span.side.tile) {
-                    (span.own.0..span.own.0 + span.own.1).for_each(|k| write(&line, k, f16::ZERO));
+                    (span.own.0..span.own.0 + span.own.1).for_each(|k| write(&line, k, field.blank()));
                 }
             }
             if let Link::Halves { middle, .. } = link
                 && vertex(field, middle) != Vertex::Copy
             {
                 let half = size as usize / 2;
-                write(&line, half - 1, f16::ZERO);
-                write(&line, half, f16::ZERO);
+                write(&line, half - 1, field.blank());
+                write(&line, half, field.blank());
             }
         }
         for corner in (0..4).filter(|corner| work.corners >> corner & 1 != 0) {
@@ -197,15 +191,15 @@ pub(crate) fn borders(context: &Context, field: &Field, plan: &Plan) -> Vec<Writ
 }
 
 /// The second pass: ring coefficients, from borders that the first pass has made consistent.
-pub(crate) fn rings(context: &Context, field: &Field, plan: &Plan) -> Vec<Writes> {
+pub(crate) fn rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan) -> Vec<Writes<T>> {
     let field = &Pass::new(context, field, plan);
     collect(context, &plan.work, |work, out| {
         let Some(block) = field.block(work.tile) else { return };
         let size = field.size(work.tile);
         let last = size as usize - 1;
-        let mut write = |line: &Line, k: isize, value: f16| {
+        let mut write = |line: &Line, k: isize, value: T| {
             let index = line.at(k);
-            if block[index].to_bits() != value.to_bits() {
+            if !block[index].same(value) {
                 out.push((index as u32, value));
             }
         };
@@ -237,19 +231,23 @@ pub(crate) fn rings(context: &Context, field: &Field, plan: &Plan) -> Vec<Writes
 const FEW: usize = 64;
 
 /// Runs `of` for every item of `work` and keeps the lists that are not empty.
-fn collect(context: &Context, work: &[Work], of: impl Fn(&Work, &mut Vec<(u32, f16)>) + Sync) -> Vec<Writes> {
+fn collect<T: Texel>(
+    context: &Context,
+    work: &[Work],
+    of: impl Fn(&Work, &mut Vec<(u32, T)>) + Sync,
+) -> Vec<Writes<T>> {
     let list = |index: usize| {
         let mut out = Vec::new();
         of(&work[index], &mut out);
         (work[index].tile, out)
     };
-    let lists: Vec<Writes> =
+    let lists: Vec<Writes<T>> =
         if work.len() < FEW { (0..work.len()).map(list).collect() } else { context.map(work.len(), list) };
     lists.into_iter().filter(|(_, list)| !list.is_empty()).collect()
 }
 
 /// The sides and vertices that `changes` concern, of allocated tiles.
-pub(crate) fn plan(field: &Field, changes: &[Change]) -> Plan {
+pub(crate) fn plan<T: Texel>(field: &Field<T>, changes: &[Change]) -> Plan {
     let topology = field.topology();
     let mut work: Vec<Work> = Vec::with_capacity(8 * changes.len());
     let side = |side: Side| Work { tile: side.tile, edges: 1 << side.edge, corners: 0 };
@@ -303,7 +301,7 @@ pub(crate) fn plan(field: &Field, changes: &[Change]) -> Plan {
 }
 
 /// The parts of a side that have a neighbour: one, or two beside sub-tiles; none at borders and non-manifold edges.
-fn spans(field: &Field, side: Side) -> [Option<Span>; 2] {
+fn spans<T: Texel>(field: &Field<T>, side: Side) -> [Option<Span>; 2] {
     let topology = field.topology();
     let size = field.size(side.tile) as usize;
     let size_of = |side: Side| field.size(side.tile) as usize;
@@ -337,14 +335,14 @@ impl Span {
 }
 
 /// The border row of the neighbour along a span, in this tile's direction and sign.
-fn across<'a>(field: &'a Field, span: &'a Span) -> Option<impl Fn(usize) -> f16 + use<'a>> {
+fn across<'a, T: Texel>(field: &'a Field<T>, span: &'a Span) -> Option<impl Fn(usize) -> T + use<'a, T>> {
     let block = field.block(span.side.tile)?;
     let line = Line::new(field.size(span.side.tile), span.side.edge, 0);
     Some(move |q: usize| signed(block[line.at(span.across(q) as isize)], span.reversed))
 }
 
 /// The ring row along a side, texel by texel.
-fn ring_row(field: &Pass<'_>, side: Side, mut write: impl FnMut(usize, f16)) {
+fn ring_row<T: Texel>(field: &Pass<'_, T>, side: Side, mut write: impl FnMut(usize, T)) {
     let size = field.size(side.tile) as usize;
     let Some(block) = field.block(side.tile) else { return };
     let border = Line::new(size as u32, side.edge, 0);
@@ -356,7 +354,7 @@ fn ring_row(field: &Pass<'_>, side: Side, mut write: impl FnMut(usize, f16)) {
             (1..size - 1).for_each(|k| write(k, own(k)));
             write(size - 1, ends[1].unwrap_or(own(size - 1)));
         }
-        Link::Pinned { .. } => (0..size).for_each(|k| write(k, f16::ZERO)),
+        Link::Pinned { .. } => (0..size).for_each(|k| write(k, field.blank())),
         _ => {
             let spans = spans(field, side);
             for span in spans.iter().flatten() {
@@ -367,19 +365,19 @@ fn ring_row(field: &Pass<'_>, side: Side, mut write: impl FnMut(usize, f16)) {
 }
 
 /// The part of a ring row along a span.
-fn span_row(field: &Pass<'_>, side: Side, span: &Span, write: &mut impl FnMut(usize, f16)) {
+fn span_row<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span, write: &mut impl FnMut(usize, T)) {
     let (start, count) = span.own;
     let Some(neighbour) = across(field, span) else {
-        return (start..start + count).for_each(|k| write(k, f16::ZERO));
+        return (start..start + count).for_each(|k| write(k, field.blank()));
     };
     let ends = span.ends.map(|ring| end_value(field, side.tile, ring));
     let inner = usize::from(ends[0].is_some())..count - usize::from(ends[1].is_some());
     if count == span.other.1 {
         inner.for_each(|k| write(start + k, neighbour(k)));
     } else if count < span.other.1 {
-        let fine: Vec<f64> = (0..span.other.1).map(|q| neighbour(q).to_f64()).collect();
+        let fine: Vec<T::Value> = (0..span.other.1).map(|q| neighbour(q).value()).collect();
         let row = restrict_curve(&fine, span.other.1 / count);
-        inner.for_each(|k| write(start + k, rounded(row[k])));
+        inner.for_each(|k| write(start + k, T::nearest(row[k])));
     } else if let Some(block) = field.block(side.tile) {
         let border = Line::new(field.size(side.tile), side.edge, 0);
         let mut curve = ended_curve(field, side, span, ends);
@@ -387,8 +385,8 @@ fn span_row(field: &Pass<'_>, side: Side, span: &Span, write: &mut impl FnMut(us
             curve = subdivide_curve(&curve);
         }
         inner.for_each(|k| {
-            let own = block[border.at((start + k) as isize)].to_f64();
-            write(start + k, rounded(2.0 * curve[k + 1] - own));
+            let own = block[border.at((start + k) as isize)].value();
+            write(start + k, T::nearest(curve[k + 1] * 2.0 - own));
         });
     }
     if let Some(value) = ends[0] {
@@ -400,29 +398,29 @@ fn span_row(field: &Pass<'_>, side: Side, span: &Span, write: &mut impl FnMut(us
 }
 
 /// The edge curve of the coarser neighbour along a span of the finer side: the mean of its border and of its ring.
-fn edge_curve(field: &Field, side: Side, span: &Span) -> Vec<f64> {
+fn edge_curve<T: Texel>(field: &Field<T>, side: Side, span: &Span) -> Vec<T::Value> {
     let (Some(neighbour), Some(block)) = (across(field, span), field.block(side.tile)) else {
-        return vec![0.0; span.other.1];
+        return vec![field.blank().value(); span.other.1];
     };
     let border = Line::new(field.size(side.tile), side.edge, 0);
-    let own = |k: usize| block[border.at((span.own.0 + k) as isize)].to_f64();
-    let fine: Vec<f64> = (0..span.own.1).map(own).collect();
+    let own = |k: usize| block[border.at((span.own.0 + k) as isize)].value();
+    let fine: Vec<T::Value> = (0..span.own.1).map(own).collect();
     let ring = restrict_curve(&fine, span.own.1 / span.other.1);
-    ring.into_iter().enumerate().map(|(q, ring)| 0.5 * (neighbour(q).to_f64() + rounded(ring).to_f64())).collect()
+    ring.into_iter().enumerate().map(|(q, ring)| (neighbour(q).value() + T::nearest(ring).value()) * 0.5).collect()
 }
 
 /// As [`edge_curve`], with one coefficient more at each end.
-fn ended_curve(field: &Pass<'_>, side: Side, span: &Span, ends: [Option<f16>; 2]) -> Vec<f64> {
+fn ended_curve<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span, ends: [Option<T>; 2]) -> Vec<T::Value> {
     let mut curve = edge_curve(field, side, span);
     let last = curve.len() - 1;
     for (end, at) in ends.into_iter().zip([0, last]) {
         if let Some(value) = end {
-            curve[at] = value.to_f64();
+            curve[at] = value.value();
         }
     }
     // The curve goes on beyond the middle of a quad's edge; everywhere else the vertex has a value.
     let beyond = |end: usize| match ends[end] {
-        Some(value) => value.to_f64(),
+        Some(value) => value.value(),
         None => {
             let other = continuation(field, side, span, end == 1);
             other.map_or(curve[if end == 0 { 0 } else { last }], |(side, span, at_start)| {
@@ -437,7 +435,7 @@ fn ended_curve(field: &Pass<'_>, side: Side, span: &Span, ends: [Option<f16>; 2]
 
 /// The finer side and span that continue a span beyond its start or end, which is the middle of a quad's edge, and
 /// whether the continuation begins there.
-fn continuation(field: &Field, side: Side, span: &Span, at_end: bool) -> Option<(Side, Span, bool)> {
+fn continuation<T: Texel>(field: &Field<T>, side: Side, span: &Span, at_end: bool) -> Option<(Side, Span, bool)> {
     match field.topology().link(side.tile, side.edge) {
         Link::Halves { .. } => {
             let [first, second] = spans(field, side);
@@ -459,12 +457,12 @@ fn continuation(field: &Field, side: Side, span: &Span, at_end: bool) -> Option<
 }
 
 /// One texel of a ring row.
-fn ring_texel(field: &Pass<'_>, side: Side, k: usize) -> f16 {
-    let mut found = f16::ZERO;
+fn ring_texel<T: Texel>(field: &Pass<'_, T>, side: Side, k: usize) -> T {
+    let mut found = field.blank();
     for span in spans(field, side).iter().flatten() {
         let (start, count) = span.own;
         if (start..start + count).contains(&k) && count == span.other.1 {
-            return across(field, span).map_or(f16::ZERO, |neighbour| neighbour(k - start));
+            return across(field, span).map_or(field.blank(), |neighbour| neighbour(k - start));
         }
     }
     ring_row(field, side, |at, value| {
@@ -476,19 +474,19 @@ fn ring_texel(field: &Pass<'_>, side: Side, k: usize) -> f16 {
 }
 
 /// The ring's corner at a vertex where texels are copied.
-fn diagonal(field: &Pass<'_>, tile: u32, corner: u8) -> f16 {
+fn diagonal<T: Texel>(field: &Pass<'_, T>, tile: u32, corner: u8) -> T {
     let topology = field.topology();
     let ring = topology.rings(tile)[usize::from(corner)];
     let entries = topology.ring(ring);
     let Some(own) = entries.iter().position(|entry| (entry.tile, entry.corner) == (tile, corner)) else {
-        return f16::ZERO;
+        return field.blank();
     };
     let sign = |other: &Incidence| other.flipped != entries[own].flipped;
     match (topology.ring_class(ring), entries.len()) {
         (RingClass::Tee, _) => {
             // What the other sub-tile has across its half of the quad's edge.
             let Some(other) = entries.iter().enumerate().find(|(i, entry)| *i != own && !entry.middle) else {
-                return f16::ZERO;
+                return field.blank();
             };
             let other = other.1;
             let last = field.size(other.tile) as usize - 1;
@@ -504,13 +502,13 @@ fn diagonal(field: &Pass<'_>, tile: u32, corner: u8) -> f16 {
 }
 
 /// The coefficient of a tile's border at a vertex, zero if it is not allocated.
-fn border_corner(field: &Field, entry: &Incidence) -> f16 {
+fn border_corner<T: Texel>(field: &Field<T>, entry: &Incidence) -> T {
     let line = Line::new(field.size(entry.tile), entry.corner, 0);
-    field.block(entry.tile).map_or(f16::ZERO, |block| block[line.at(0)])
+    field.block(entry.tile).map_or(field.blank(), |block| block[line.at(0)])
 }
 
 /// How the texels around a vertex are made. A value has the sign of the ring's first tile.
-fn vertex(field: &Pass<'_>, ring: u32) -> Vertex {
+fn vertex<T: Texel>(field: &Pass<'_, T>, ring: u32) -> Vertex<T> {
     let topology = field.topology();
     let entries = topology.ring(ring);
     if entries.len() > POLE
@@ -520,7 +518,7 @@ fn vertex(field: &Pass<'_>, ring: u32) -> Vertex {
     }
     let class = topology.ring_class(ring);
     if class == RingClass::Pinned || !entries.iter().all(|entry| field.is_allocated(entry.tile)) {
-        return Vertex::Set(f16::ZERO);
+        return Vertex::Set(field.blank());
     }
     let density = |entry: &Incidence| field.density(entry.tile);
     let even = entries.iter().all(|entry| density(entry) == density(&entries[0]));
@@ -529,20 +527,20 @@ fn vertex(field: &Pass<'_>, ring: u32) -> Vertex {
         RingClass::Regular if even => Vertex::Copy,
         RingClass::Boundary if even && entries.len() <= 2 => Vertex::Copy,
         _ => {
-            let sum: f64 =
-                entries.iter().map(|entry| signed(border_corner(field, entry), entry.flipped).to_f64()).sum();
-            Vertex::Set(rounded(sum / entries.len() as f64))
+            let sum: T::Value =
+                entries.iter().map(|entry| signed(border_corner(field, entry), entry.flipped).value()).sum();
+            Vertex::Set(T::nearest(sum / entries.len() as f64))
         }
     }
 }
 
 /// The value of all four texels around a corner in the tile's sign, or `None` where they are copied.
-fn corner_value(field: &Pass<'_>, tile: u32, corner: u8) -> Option<f16> {
+fn corner_value<T: Texel>(field: &Pass<'_, T>, tile: u32, corner: u8) -> Option<T> {
     end_value(field, tile, field.topology().rings(tile)[usize::from(corner)])
 }
 
 /// The value that `ring`'s vertex gives all its texels in `tile`'s sign, or `None` where they are copied.
-fn end_value(field: &Pass<'_>, tile: u32, ring: u32) -> Option<f16> {
+fn end_value<T: Texel>(field: &Pass<'_, T>, tile: u32, ring: u32) -> Option<T> {
     match vertex(field, ring) {
         Vertex::Copy => None,
         Vertex::Set(value) => {

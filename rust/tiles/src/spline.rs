@@ -15,6 +15,8 @@ use relievo_core::dispatch_simd;
 use relievo_core::simd::Arithmetic;
 use relievo_surface::Order;
 
+use crate::texel::Value;
+
 /// The displacement at a point and its derivatives by the tile's parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Jet {
@@ -216,18 +218,18 @@ dispatch_simd! {
 
 /// The coefficients of the same curve over knots half as far apart, by the masks of Chaikin 1974. Both lists have one
 /// coefficient more at each end: `m + 2` become `2m + 2`.
-pub fn subdivide_curve(coarse: &[f64]) -> Vec<f64> {
+pub fn subdivide_curve<V: Value>(coarse: &[V]) -> Vec<V> {
     let mut fine = Vec::with_capacity((2 * coarse.len()).saturating_sub(2));
     for pair in coarse.windows(2) {
-        fine.push(0.75 * pair[0] + 0.25 * pair[1]);
-        fine.push(0.25 * pair[0] + 0.75 * pair[1]);
+        fine.push(pair[0] * 0.75 + pair[1] * 0.25);
+        fine.push(pair[0] * 0.25 + pair[1] * 0.75);
     }
     fine
 }
 
 /// The coefficients over knots `ratio` times as far apart: the mean of each group. Keeps constants and lines.
-pub fn restrict_curve(fine: &[f64], ratio: usize) -> Vec<f64> {
-    fine.chunks_exact(ratio).map(|group| group.iter().sum::<f64>() / ratio as f64).collect()
+pub fn restrict_curve<V: Value>(fine: &[V], ratio: usize) -> Vec<V> {
+    fine.chunks_exact(ratio).map(|group| group.iter().copied().sum::<V>() / ratio as f64).collect()
 }
 
 /// The block of the same function at twice the texels a side: `(n + 2)²` coefficients become `(2n + 2)²`.

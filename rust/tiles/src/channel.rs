@@ -1,0 +1,471 @@
+//! A channel over the tiles of a surface, allocated where something happened: displacement or colour, by its texels.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and 5.
+//! An edit goes: [`Channel::apply`] the allocations of its [`Sets`], [`Channel::edit`] the texels of the tiles to modify,
+//! [`Channel::settle`] what that changed, [`Channel::commit`]. Settling allocates the
+//! neighbours that a changed border reaches and brings rings up to date; committing makes the edit visible to readers
+//! as an immutable [`Snapshot`]. Where the byte budget refuses a tile it stays as it was, the borders beside it are held
+//! at what it reads as, and the tile is reported. Units: those of the texels; bytes.
+
+use std::ops::Deref;
+use std::sync::Arc;
+
+use half::f16;
+use relievo_core::{Context, Error, Result};
+use relievo_surface::{Link, TileTopology};
+
+use crate::field::{Entry, Field, Line};
+use crate::heap::{CLASS_COUNT, Heap, MIN_SIZE, SizeClass};
+use crate::ring::{self, Change, Writes};
+use crate::sets::Sets;
+use crate::texel::Texel;
+
+/// How a channel is made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelOptions {
+    /// Texels along an edge of the cage: 8, 16, 32, 64, 128 or 256. Sub-tiles have half of it, but at least 8.
+    pub size: u32,
+    /// Faces that differ from `size`, and theirs.
+    pub face_sizes: Vec<(u32, u32)>,
+    /// Bytes that blocks may occupy.
+    pub budget: u64,
+}
+
+impl Default for ChannelOptions {
+    fn default() -> Self {
+        Self { size: 128, face_sizes: Vec::new(), budget: 1 << 30 }
+    }
+}
+
+/// Texels that may be edited. See the [module](self).
+#[derive(Debug)]
+pub struct Channel<T> {
+    pub(crate) field: Field<T>,
+    pub(crate) heap: Heap,
+    /// A blank block of each class, shared by tiles that were allocated and not yet written.
+    blanks: [Option<Arc<[T]>>; CLASS_COUNT],
+    pub(crate) revision: u64,
+    /// Tiles changed since the last commit, and a bit for each tile that is listed.
+    changed: Vec<u32>,
+    listed: Vec<u64>,
+    pub(crate) full_bytes: u64,
+}
+
+/// What [`Channel::apply`] did.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Applied {
+    /// Tiles that were allocated or deallocated, for the ring update.
+    pub changes: Vec<Change>,
+    /// Tiles the budget refused.
+    pub refused: Vec<u32>,
+}
+
+/// Texels as they were at a commit, for any number of readers.
+#[derive(Clone, Debug)]
+pub struct Snapshot<T = f16> {
+    field: Field<T>,
+    changed: Vec<u32>,
+    revision: u64,
+    bytes: u64,
+}
+
+impl<T> Snapshot<T> {
+    /// The tiles.
+    pub fn field(&self) -> &Field<T> {
+        &self.field
+    }
+
+    /// Tiles that were written, allocated or deallocated since the commit before, ascending.
+    pub fn changed(&self) -> &[u32] {
+        &self.changed
+    }
+
+    /// The number of the last edit that is in it.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Bytes of the allocated blocks.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+}
+
+impl<T> Deref for Snapshot<T> {
+    type Target = Field<T>;
+
+    fn deref(&self) -> &Field<T> {
+        &self.field
+    }
+}
+
+/// The texels of one tile, without its ring, open for editing.
+#[derive(Debug)]
+pub struct Texels<'a, T = f16> {
+    size: usize,
+    block: &'a mut [T],
+}
+
+impl<T> Texels<'_, T> {
+    /// Texels a side.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Row `j`: texels at v = (j + ½)/size. Panics if there is no such row.
+    pub fn row(&self, j: usize) -> &[T] {
+        let start = (j + 1) * (self.size + 2) + 1;
+        &self.block[start..start + self.size]
+    }
+
+    /// Row `j`, for writing. Panics if there is no such row.
+    pub fn row_mut(&mut self, j: usize) -> &mut [T] {
+        let start = (j + 1) * (self.size + 2) + 1;
+        &mut self.block[start..start + self.size]
+    }
+
+    /// The whole block with the ring, for filters that look at neighbours.
+    pub fn block(&self) -> &[T] {
+        self.block
+    }
+}
+
+impl<T: Texel> Channel<T> {
+    /// A channel that reads as `blank` everywhere. Fails if a size or face does not exist.
+    pub(crate) fn blank(topology: Arc<TileTopology>, blank: T, options: &ChannelOptions) -> Result<Self> {
+        let mut sizes = vec![SizeClass::of(options.size)?; topology.face_count()];
+        for (face, size) in &options.face_sizes {
+            let class = SizeClass::of(*size).map_err(|error| error.at(format!("face {face}")))?;
+            *sizes.get_mut(*face as usize).ok_or_else(|| Error::invalid(format!("face {face} does not exist")))? =
+                class;
+        }
+        let mut classes = Vec::with_capacity(topology.tile_count());
+        let mut full_bytes = 0;
+        for tile in 0..topology.tile_count() as u32 {
+            let class = class_of(&topology, tile, sizes[topology.face(tile) as usize])?;
+            if !topology.is_hole(tile) {
+                full_bytes += class.bytes(size_of::<T>());
+            }
+            classes.push(class);
+        }
+        let listed = vec![0; topology.tile_count().div_ceil(64)];
+        Ok(Self {
+            field: Field::new(topology, classes, blank),
+            heap: Heap::new(size_of::<T>(), options.budget),
+            blanks: Default::default(),
+            revision: 0,
+            changed: Vec::new(),
+            listed,
+            full_bytes,
+        })
+    }
+
+    /// The tiles as they are now.
+    pub fn field(&self) -> &Field<T> {
+        &self.field
+    }
+
+    /// Number of allocated tiles.
+    pub fn allocated_count(&self) -> usize {
+        self.heap.total()
+    }
+
+    /// Bytes of the allocated blocks.
+    pub fn bytes(&self) -> u64 {
+        self.heap.bytes()
+    }
+
+    /// Bytes if every tile were allocated, those of holes left out.
+    pub fn full_bytes(&self) -> u64 {
+        self.full_bytes
+    }
+
+    /// Bytes that blocks may occupy.
+    pub fn budget(&self) -> u64 {
+        self.heap.budget()
+    }
+
+    /// Changes the budget. Allocated blocks stay, even beyond it.
+    pub fn set_budget(&mut self, budget: u64) {
+        self.heap.set_budget(budget);
+    }
+
+    /// Allocates and deallocates the tiles of `sets`. New blocks are blank. Tiles that already are as wished are left
+    /// out; tiles beyond the budget are reported. Fails, and does nothing, if a tile does not exist or is a hole.
+    pub fn apply(&mut self, sets: &Sets) -> Result<Applied> {
+        for tile in sets.allocate.iter().chain(&sets.deallocate) {
+            self.check(*tile)?;
+        }
+        self.revision += 1;
+        let mut applied = Applied::default();
+        let mut freed = Vec::new();
+        for tile in &sets.deallocate {
+            if self.field.is_allocated(*tile) {
+                freed.extend(self.field.entry_mut(*tile).take().map(|entry| entry.id));
+                applied.changes.push(Change::all(*tile));
+                self.mark(*tile);
+            }
+        }
+        self.heap.free(&freed);
+        let mut wanted: Vec<u32> =
+            sets.allocate.iter().copied().filter(|tile| !self.field.is_allocated(*tile)).collect();
+        wanted.sort_unstable();
+        wanted.dedup();
+        let classes: Vec<SizeClass> = wanted.iter().map(|tile| self.field.class(*tile)).collect();
+        for (tile, block) in wanted.into_iter().zip(self.heap.allocate(&classes)) {
+            let Some(id) = block else {
+                applied.refused.push(tile);
+                continue;
+            };
+            let texel = self.field.blank();
+            let blank = self.blanks[id.class.index()].get_or_insert_with(|| vec![texel; id.class.texels()].into());
+            let entry = Entry { texels: blank.clone(), id, version: self.revision };
+            *self.field.entry_mut(tile) = Some(entry);
+            applied.changes.push(Change::all(tile));
+            self.mark(tile);
+        }
+        Ok(applied)
+    }
+
+    /// Calls `work` for each of `tiles` to change its texels; tiles are worked on in parallel. Returns what changed,
+    /// by tile; a tile whose texels stay the same is not touched.
+    ///
+    /// Fails, and changes nothing, if a tile is not allocated or listed twice, or if `work` leaves a number that is
+    /// not finite.
+    pub fn edit(
+        &mut self,
+        context: &Context,
+        tiles: &[u32],
+        work: impl Fn(u32, &mut Texels<'_, T>) + Sync,
+    ) -> Result<Vec<Change>> {
+        for tile in tiles {
+            self.check(*tile)?;
+            if !self.field.is_allocated(*tile) {
+                return Err(Error::invalid("it is not allocated")
+                    .at(format!("tile {tile}"))
+                    .advise("allocate it first"));
+            }
+        }
+        let mut order = tiles.to_vec();
+        order.sort_unstable();
+        if let Some(pair) = order.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(Error::invalid("it is listed twice").at(format!("tile {}", pair[0])));
+        }
+        let field = &self.field;
+        let edited = context.map(order.len(), |index| {
+            let tile = order[index];
+            let old = field.block(tile).unwrap_or(&[]);
+            let mut new: Arc<[T]> = old.into();
+            let size = field.size(tile) as usize;
+            if let Some(block) = Arc::get_mut(&mut new) {
+                work(tile, &mut Texels { size, block });
+            }
+            if bytemuck::cast_slice::<T, u8>(old) == bytemuck::cast_slice::<T, u8>(&new) {
+                return None;
+            }
+            let finite = T::all_finite(&new);
+            Some((tile, finite, changed_borders(old, &new, size as u32), new))
+        });
+        if let Some((tile, ..)) = edited.iter().flatten().find(|(_, finite, ..)| !finite) {
+            return Err(Error::invalid("an edit left a number that is not finite").at(format!("tile {tile}")));
+        }
+        self.revision += 1;
+        let mut changes = Vec::new();
+        for (tile, _, borders, texels) in edited.into_iter().flatten() {
+            self.replace(tile, texels);
+            changes.push(Change { tile, borders });
+        }
+        Ok(changes)
+    }
+
+    /// Ends an edit: allocates the tiles that `changes` reach and brings borders and rings up to date. Returns the
+    /// tiles the budget refused; borders toward them are blank again.
+    pub fn settle(&mut self, context: &Context, changes: &[Change]) -> Result<Vec<u32>> {
+        let reached = ring::reached(&self.field, changes);
+        if reached.is_empty() {
+            self.update_rings(context, changes)?;
+            return Ok(Vec::new());
+        }
+        let applied = self.apply(&Sets { allocate: reached, ..Sets::default() })?;
+        let all: Vec<Change> = changes.iter().chain(&applied.changes).copied().collect();
+        self.update_rings(context, &all)?;
+        Ok(applied.refused)
+    }
+
+    /// Brings borders and rings up to date, see [`crate::ring`]. Returns the tiles that changed by it, ascending.
+    pub fn update_rings(&mut self, context: &Context, changes: &[Change]) -> Result<Vec<u32>> {
+        for change in changes {
+            self.check(change.tile)?;
+        }
+        self.revision += 1;
+        let mut tiles = Vec::new();
+        let plan = ring::plan(&self.field, changes);
+        for pass in [ring::borders, ring::rings] {
+            let writes = pass(context, &self.field, &plan);
+            tiles.extend(writes.iter().map(|(tile, _)| *tile));
+            self.write_texels(context, &writes);
+        }
+        tiles.sort_unstable();
+        tiles.dedup();
+        Ok(tiles)
+    }
+
+    /// Gives back the blocks of those of `tiles` that hold nothing but what tiles without a block read as, unless a
+    /// neighbour's texels reach into them: nothing reads otherwise afterwards. Returns the tiles, ascending.
+    ///
+    /// Fails, and changes nothing, if a tile does not exist.
+    pub fn reclaim(&mut self, context: &Context, tiles: &[u32]) -> Result<Vec<u32>> {
+        for tile in tiles {
+            self.check(*tile)?;
+        }
+        let blank = self.field.blank();
+        let empty = |tile: &u32| self.field.block(*tile).is_some_and(|block| block.iter().all(|c| c.is_blank(blank)));
+        let mut gone: Vec<u32> = tiles.iter().copied().filter(empty).collect();
+        gone.sort_unstable();
+        gone.dedup();
+        if gone.is_empty() {
+            return Ok(gone);
+        }
+        // Whether the neighbours would want them again.
+        let mut without = self.field.clone();
+        gone.iter().for_each(|tile| *without.entry_mut(*tile) = None);
+        let topology = self.field.topology();
+        let mut around: Vec<u32> = gone.iter().flat_map(|tile| neighbours(topology, *tile)).collect();
+        around.sort_unstable();
+        around.dedup();
+        let around: Vec<Change> = around.into_iter().map(Change::all).collect();
+        let wanted = ring::reached(&without, &around);
+        gone.retain(|tile| wanted.binary_search(tile).is_err());
+        let applied = self.apply(&Sets { deallocate: gone.clone(), ..Sets::default() })?;
+        self.update_rings(context, &applied.changes)?;
+        Ok(gone)
+    }
+
+    /// Makes everything up to now visible as a snapshot.
+    pub fn commit(&mut self) -> Arc<Snapshot<T>> {
+        let mut changed = std::mem::take(&mut self.changed);
+        changed.sort_unstable();
+        for tile in &changed {
+            self.listed[*tile as usize / 64] &= !(1 << (tile % 64));
+        }
+        Arc::new(Snapshot { field: self.field.clone(), changed, revision: self.revision, bytes: self.heap.bytes() })
+    }
+
+    /// The block of `tile` as bytes: `(size + 2)²` texels, of little-endian numbers; `None` if it is not allocated.
+    pub fn read(&self, tile: u32) -> Result<Option<Vec<u8>>> {
+        self.check(tile)?;
+        Ok(self.field.block(tile).map(|block| bytemuck::cast_slice(block).to_vec()))
+    }
+
+    /// Puts back what [`Self::read`] gave, rings and all: allocates or deallocates as needed. When all tiles of an
+    /// edit are put back their rings agree; after anything else, call [`Self::update_rings`].
+    ///
+    /// Fails, and changes nothing, if the tile does not exist or is a hole, the length is not that of its block, a
+    /// number is not finite, or the budget does not allow it.
+    pub fn write(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        self.check(tile)?;
+        let Some(bytes) = bytes else {
+            self.apply(&Sets { deallocate: vec![tile], ..Sets::default() })?;
+            return Ok(());
+        };
+        let place = || format!("tile {tile}");
+        let class = self.field.class(tile);
+        let expected = class.bytes(size_of::<T>());
+        if bytes.len() as u64 != expected {
+            return Err(Error::invalid(format!("a block of {} bytes cannot be put back", bytes.len()))
+                .at(place())
+                .advise(format!("tiles of {} texels have {expected} bytes", class.size())));
+        }
+        let texels: Arc<[T]> = bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect();
+        if !T::all_finite(&texels) {
+            return Err(Error::invalid("a number of the block is not finite").at(place()));
+        }
+        if !self.apply(&Sets { allocate: vec![tile], ..Sets::default() })?.refused.is_empty() {
+            return Err(Error::memory("the tiles need more than their budget")
+                .at(place())
+                .advise(format!("allow more than {} bytes", self.budget())));
+        }
+        self.replace(tile, texels);
+        Ok(())
+    }
+
+    fn check(&self, tile: u32) -> Result<()> {
+        if tile as usize >= self.field.tile_count() {
+            return Err(Error::invalid(format!("tile {tile} does not exist"))
+                .advise(format!("use 0 to {}", self.field.tile_count() - 1)));
+        }
+        if self.field.topology().is_hole(tile) {
+            return Err(Error::invalid("it belongs to a hole").at(format!("tile {tile}")));
+        }
+        Ok(())
+    }
+
+    pub(crate) fn mark(&mut self, tile: u32) {
+        let (word, bit) = (tile as usize / 64, 1 << (tile % 64));
+        if self.listed[word] & bit == 0 {
+            self.listed[word] |= bit;
+            self.changed.push(tile);
+        }
+    }
+
+    fn replace(&mut self, tile: u32, texels: Arc<[T]>) {
+        let version = self.revision;
+        if let Some(entry) = self.field.entry_mut(tile) {
+            entry.texels = texels;
+            entry.version = version;
+            self.mark(tile);
+        }
+    }
+
+    /// Writes single texels: in place where no snapshot shares the block, else to a copy.
+    fn write_texels(&mut self, context: &Context, writes: &[Writes<T>]) {
+        let version = self.revision;
+        let mut shared = Vec::new();
+        for (index, (tile, list)) in writes.iter().enumerate() {
+            self.mark(*tile);
+            let Some(entry) = self.field.entry_mut(*tile) else { continue };
+            entry.version = version;
+            match Arc::get_mut(&mut entry.texels) {
+                Some(block) => list.iter().for_each(|(at, value)| block[*at as usize] = *value),
+                None => shared.push(index),
+            }
+        }
+        let field = &self.field;
+        let copies = context.map(shared.len(), |index| {
+            let (tile, list) = &writes[shared[index]];
+            let mut texels: Arc<[T]> = field.block(*tile).unwrap_or(&[]).into();
+            if let Some(block) = Arc::get_mut(&mut texels) {
+                list.iter().for_each(|(at, value)| block[*at as usize] = *value);
+            }
+            texels
+        });
+        for (index, texels) in shared.into_iter().zip(copies) {
+            self.replace(writes[index].0, texels);
+        }
+    }
+}
+
+/// The class of a tile whose face has `class`: sub-tiles are half as large.
+pub(crate) fn class_of(topology: &TileTopology, tile: u32, class: SizeClass) -> Result<SizeClass> {
+    if topology.is_sub(tile) { SizeClass::of((class.size() / 2).max(MIN_SIZE)) } else { Ok(class) }
+}
+
+/// The tiles that share a vertex or a part of an edge with `tile`, itself among them, with repetition.
+fn neighbours(topology: &TileTopology, tile: u32) -> Vec<u32> {
+    let mut rings = topology.rings(tile).to_vec();
+    for edge in 0..4 {
+        if let Link::Halves { middle, .. } = topology.link(tile, edge) {
+            rings.push(middle);
+        }
+    }
+    rings.into_iter().flat_map(|ring| topology.ring(ring)).map(|entry| entry.tile).collect()
+}
+
+/// Which border rows differ between two blocks, as bits.
+fn changed_borders<T: Texel>(old: &[T], new: &[T], size: u32) -> u8 {
+    let differs = |edge: u8| {
+        let line = Line::new(size, edge, 0);
+        (0..size as isize).any(|k| !old[line.at(k)].same(new[line.at(k)]))
+    };
+    (0..4).filter(|edge| differs(*edge)).map(|edge| 1 << edge).sum()
+}

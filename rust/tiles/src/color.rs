@@ -1,0 +1,65 @@
+//! Colour on the surface: a [`Channel`] of colour texels at the centres of a tile's cells, looked up bilinearly.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 5: the
+//! ring of one texel lets a look-up stay in its tile, and the rules of [`crate::ring`] make what is looked up on an
+//! edge the same from both of its tiles, where their density is equal. Colours are linear Rec.709 with alpha and are
+//! interpolated in linear light, whatever the texels encode.
+
+use std::sync::Arc;
+
+use glam::Vec4;
+use relievo_core::Result;
+use relievo_surface::{Place, TileTopology};
+
+use crate::channel::{Channel, ChannelOptions};
+use crate::field::Field;
+use crate::texel::{ColorTexel, Rgba8};
+
+/// Colours that may be edited, four bytes a texel unless it says otherwise.
+pub type Paint<T = Rgba8> = Channel<T>;
+
+impl<T: ColorTexel> Channel<T> {
+    /// A surface that has the colour `blank` all over, rounded as texels are. Fails if a size or face does not exist.
+    pub fn of_color(topology: Arc<TileTopology>, blank: Vec4, options: &ChannelOptions) -> Result<Self> {
+        Self::blank(topology, T::of_color(blank), options)
+    }
+}
+
+impl<T: ColorTexel> Field<T> {
+    /// The colour in `place`'s own tile: the blank one if it is not allocated. Give it a canonical place for colours
+    /// that agree across seams.
+    ///
+    /// # Panics
+    /// If there is no such tile. Parameters outside 0 to 1 are clamped.
+    pub fn color(&self, place: Place) -> Vec4 {
+        let Some(block) = self.block(place.tile) else { return self.blank().color() };
+        let size = self.size(place.tile);
+        let ((i, s), (j, t)) = (cell(place.u, size), cell(place.v, size));
+        let stride = size as usize + 2;
+        let at = |i: usize, j: usize| block[j * stride + i].color();
+        let low = at(i, j) + (at(i + 1, j) - at(i, j)) * s;
+        let high = at(i, j + 1) + (at(i + 1, j + 1) - at(i, j + 1)) * s;
+        low + (high - low) * t
+    }
+}
+
+/// The column of the block, counted with the ring, before a parameter, and how far it is on the way to the next.
+fn cell(parameter: f32, size: u32) -> (usize, f32) {
+    let x = parameter.max(0.0).min(1.0) * size as f32 + 0.5;
+    let column = (x as u32).min(size);
+    (column as usize, x - column as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_run_from_the_ring_to_the_ring() {
+        assert_eq!(cell(0.0, 8), (0, 0.5));
+        assert_eq!(cell(1.0 / 16.0, 8), (1, 0.0));
+        assert_eq!(cell(1.0, 8), (8, 0.5));
+        assert_eq!(cell(7.0, 8), (8, 0.5));
+        assert_eq!(cell(f32::NAN, 8), cell(0.0, 8));
+    }
+}

@@ -1,0 +1,226 @@
+//! What the tiles of a channel hold: half floats for scalar displacement, four bytes or four half floats for colour.
+//!
+//! Colours are linear Rec.709 with alpha, as values; [`Rgba8`] keeps them sRGB-encoded (IEC 61966-2-1) and alpha as it
+//! is. Neighbours are averaged as values, so colours are mixed in linear light. Units: object units for displacement,
+//! none for colour.
+
+use std::fmt::Debug;
+use std::iter::Sum;
+use std::ops::{Add, Div, Mul, Sub};
+use std::sync::LazyLock;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec4, Vec4};
+use half::f16;
+
+/// What texels are averaged as: a number, or several that do not know of each other.
+pub trait Value:
+    Copy
+    + Default
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+    + Sum
+{
+}
+
+impl Value for f64 {}
+impl Value for DVec4 {}
+
+/// One texel of a tile.
+pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
+    /// What it is averaged as.
+    type Value: Value;
+
+    /// Its value.
+    fn value(self) -> Self::Value;
+
+    /// The nearest texel to `value`, which is finite: clamped to what a texel can hold.
+    fn nearest(value: Self::Value) -> Self;
+
+    /// What a neighbour that is wound the other way sees of it.
+    fn flipped(self) -> Self;
+
+    /// Whether all numbers of `texels` are finite.
+    fn all_finite(texels: &[Self]) -> bool;
+
+    /// Whether two texels are the same, to the bit.
+    fn same(self, other: Self) -> bool {
+        bytemuck::bytes_of(&self) == bytemuck::bytes_of(&other)
+    }
+
+    /// Whether it holds what an unallocated tile reads as. −0 is 0.
+    fn is_blank(self, blank: Self) -> bool {
+        self == blank
+    }
+}
+
+impl Texel for f16 {
+    type Value = f64;
+
+    #[inline]
+    fn value(self) -> f64 {
+        self.to_f64()
+    }
+
+    #[inline]
+    fn nearest(value: f64) -> Self {
+        f16::from_f64(value.clamp(-65504.0, 65504.0))
+    }
+
+    /// The other sign, because the normal is the other one.
+    #[inline]
+    fn flipped(self) -> Self {
+        if self.to_bits() & 0x7fff == 0 { self } else { -self }
+    }
+
+    fn all_finite(texels: &[Self]) -> bool {
+        texels.chunks(256).all(finite_halves)
+    }
+
+    #[inline]
+    fn same(self, other: Self) -> bool {
+        self.to_bits() == other.to_bits()
+    }
+}
+
+/// Whether up to 256 half floats are finite. Counted in 16 bits, which compiles to wide comparisons.
+fn finite_halves(texels: &[f16]) -> bool {
+    texels.iter().map(|c| u16::from(c.to_bits() & 0x7c00 == 0x7c00)).sum::<u16>() == 0
+}
+
+/// A texel that holds a colour.
+pub trait ColorTexel: Texel<Value = DVec4> {
+    /// The colour: linear Rec.709 and alpha.
+    fn color(self) -> Vec4;
+
+    /// The nearest texel to a colour, clamped to what it can hold. Numbers that are not a number become 0.
+    fn of_color(color: Vec4) -> Self;
+}
+
+/// Colour in four bytes: red, green and blue encoded as sRGB, alpha as it is. Values are 0 to 1.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Rgba8(pub [u8; 4]);
+
+/// Colour in four half floats: linear red, green, blue, and alpha. Values may exceed 1.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Rgba16(pub [f16; 4]);
+
+/// The linear value of every sRGB byte.
+static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|byte| {
+        let encoded = byte as f32 / 255.0;
+        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    })
+});
+
+/// The byte of a linear value from 0 to 1.
+fn encoded(linear: f32) -> u8 {
+    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * encoded + 0.5) as u8
+}
+
+impl Texel for Rgba8 {
+    type Value = DVec4;
+
+    fn value(self) -> DVec4 {
+        self.color().as_dvec4()
+    }
+
+    fn nearest(value: DVec4) -> Self {
+        Self::of_color(value.as_vec4())
+    }
+
+    fn flipped(self) -> Self {
+        self
+    }
+
+    fn all_finite(_: &[Self]) -> bool {
+        true
+    }
+}
+
+impl ColorTexel for Rgba8 {
+    #[inline]
+    fn color(self) -> Vec4 {
+        let [r, g, b, a] = self.0;
+        let linear = &*LINEAR;
+        Vec4::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)], f32::from(a) / 255.0)
+    }
+
+    #[inline]
+    fn of_color(color: Vec4) -> Self {
+        // A maximum with a number that is not one is the other.
+        let [r, g, b, a] = color.to_array().map(|value| value.max(0.0).min(1.0));
+        Self([encoded(r), encoded(g), encoded(b), (255.0 * a + 0.5) as u8])
+    }
+}
+
+impl Texel for Rgba16 {
+    type Value = DVec4;
+
+    fn value(self) -> DVec4 {
+        DVec4::from(self.0.map(f16::to_f64))
+    }
+
+    fn nearest(value: DVec4) -> Self {
+        Self(value.to_array().map(f16::nearest))
+    }
+
+    fn flipped(self) -> Self {
+        self
+    }
+
+    fn all_finite(texels: &[Self]) -> bool {
+        f16::all_finite(bytemuck::cast_slice(texels))
+    }
+}
+
+impl ColorTexel for Rgba16 {
+    #[inline]
+    fn color(self) -> Vec4 {
+        Vec4::from(self.0.map(f16::to_f32))
+    }
+
+    #[inline]
+    fn of_color(color: Vec4) -> Self {
+        let held = |value: f32| if value.is_nan() { 0.0 } else { value.clamp(-65504.0, 65504.0) };
+        Self(color.to_array().map(|value| f16::from_f32(held(value))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texels_have_the_bytes_they_say_and_survive_their_value() {
+        assert_eq!((size_of::<f16>(), size_of::<Rgba8>(), size_of::<Rgba16>()), (2, 4, 8));
+        for byte in 0..=255u8 {
+            let texel = Rgba8([byte, 255 - byte, byte ^ 0x55, byte]);
+            assert_eq!(Rgba8::nearest(texel.value()), texel);
+            // So that averages of equal corners do not drift.
+            assert_eq!(Rgba8::nearest((0..5).map(|_| texel.value()).sum::<DVec4>() / 5.0), texel);
+        }
+        let texel = Rgba16([0.5, -3.25, 100.0, 1.0].map(f16::from_f32));
+        assert_eq!(Rgba16::nearest(texel.value()), texel);
+    }
+
+    #[test]
+    fn colours_that_cannot_be_held_are_clamped() {
+        assert_eq!(Rgba8::of_color(Vec4::new(f32::NAN, -1.0, f32::INFINITY, 2.0)), Rgba8([0, 0, 255, 255]));
+        let texel = Rgba16::of_color(Vec4::new(f32::NAN, f32::INFINITY, 1e9, -1e9));
+        assert!(Rgba16::all_finite(&[texel]));
+        assert!(!Rgba16::all_finite(&[Rgba16([f16::ZERO, f16::NAN, f16::ONE, f16::ONE])]));
+        assert!(!f16::all_finite(&[f16::INFINITY]) && f16::all_finite(&[f16::MAX; 1000]));
+    }
+
+    #[test]
+    fn middle_grey_is_encoded_as_srgb() {
+        assert_eq!(Rgba8::of_color(Vec4::new(0.214_041_14, 0.0, 1.0, 0.5)), Rgba8([128, 0, 255, 128]));
+    }
+}
