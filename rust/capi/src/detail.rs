@@ -314,7 +314,7 @@ entry! {
             size: field.size(tile),
             reserved: 0,
             version: field.version(tile),
-            block_size: usize::try_from(field.class(tile).bytes()).unwrap_or(usize::MAX),
+            block_size: usize::try_from(field.block_bytes(tile)).unwrap_or(usize::MAX),
             low,
             high,
         };

@@ -71,6 +71,11 @@ impl<T: Texel> Field<T> {
         self.class(tile).size()
     }
 
+    /// Bytes of the block of `tile`, whether it is allocated or not.
+    pub fn block_bytes(&self, tile: u32) -> u64 {
+        self.class(tile).bytes(size_of::<T>())
+    }
+
     /// Texels along an edge of the cage beside `tile`, 0 if it is not allocated. A sub-tile covers half an edge.
     pub fn density(&self, tile: u32) -> u32 {
         match self.entry(tile) {

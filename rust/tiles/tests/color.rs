@@ -83,7 +83,7 @@ fn exercise<T: ColorTexel>(mesh: &Mesh, seed: u64, budget: u64, context: &Contex
         assert!(refused.iter().all(|tile| !channel.field().is_allocated(*tile)));
         check(channel.field());
         let field = channel.field();
-        let in_use: u64 = field.allocated().map(|tile| field.class(tile).bytes(size_of::<T>())).sum();
+        let in_use: u64 = field.allocated().map(|tile| field.block_bytes(tile)).sum();
         assert_eq!((channel.bytes(), channel.bytes() <= budget), (in_use, true));
         let changes: Vec<Change> = all.iter().copied().map(Change::all).collect();
         assert_eq!(channel.update_rings(context, &changes).unwrap(), Vec::<u32>::new());

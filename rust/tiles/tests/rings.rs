@@ -143,7 +143,7 @@ fn exercise(mesh: &Mesh, options: &DisplacementOptions, seed: u64, context: &Con
         }
         check(displacement.field());
         assert!(displacement.bytes() <= options.budget);
-        let in_use: u64 = displacement.field().allocated().map(|tile| displacement.field().class(tile).bytes(2)).sum();
+        let in_use: u64 = displacement.field().allocated().map(|tile| displacement.field().block_bytes(tile)).sum();
         assert_eq!(displacement.bytes(), in_use);
         // What was brought up to date step by step is what a whole update makes, and it is at rest.
         let all: Vec<Change> = usable.iter().copied().map(Change::all).collect();
