@@ -163,7 +163,7 @@ impl Collider {
         if !self.closed {
             return Ok((!found.is_empty()).then_some(*obb));
         }
-        let chunks: Vec<&[u32]> = found.chunks(1024).collect();
+        let chunks: Vec<&[u32]> = found.chunks(256).collect();
         let bounds = context.map(chunks.len(), |chunk| {
             chunks[chunk].iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), index| {
                 let corners = self.triangles[*index as usize]

@@ -5,9 +5,12 @@
 //! hulls are bounded in voxel coordinates and widened by the tile's range of displacement along the cone of normals
 //! (Sederberg and Meyers 1988). Patches larger than a block are cut along the blocks' borders first.
 
+use std::ops::Range;
+
 use glam::{DAffine3, DVec3};
 use half::f16;
-use relievo_core::Context;
+use relievo_core::simd::{Arithmetic, Level};
+use relievo_core::{Context, dispatch_simd};
 use relievo_surface::{PatchForm, PatchView};
 
 use crate::grid::Grid;
@@ -113,7 +116,7 @@ pub fn cull(context: &Context, object: &mut DisplacedObject, grid: &Grid) -> Vec
     let culled = context.map(tiles.len(), |index| {
         let tile = tiles[index];
         let range = object.displacement.field().block(tile).map_or([0.0; 2], range);
-        CulledTile { tile, blocks: blocks(object, &frame, tile, range) }
+        CulledTile { tile, blocks: blocks(context.level(), object, &frame, tile, range) }
     });
     culled.into_iter().filter(|tile| !tile.blocks.is_empty()).collect()
 }
@@ -146,19 +149,19 @@ pub(crate) fn range(block: &[f16]) -> [f32; 2] {
 }
 
 /// The blocks of a tile that may have points in the grid.
-fn blocks(object: &DisplacedObject, frame: &VoxelFrame, tile: u32, range: [f32; 2]) -> Vec<Block> {
+fn blocks(level: Level, object: &DisplacedObject, frame: &VoxelFrame, tile: u32, range: [f32; 2]) -> Vec<Block> {
     let size = object.displacement.field().size(tile);
     let count = size / block_edge(size);
     let mut blocks: Vec<Block> = (0..count * count).map(|index| Block { index, ..Block::EMPTY }).collect();
     for patch in object.surface.patches(tile) {
-        mark(&patch, frame, range, count, &mut blocks);
+        mark(level, &patch, frame, range, count, &mut blocks);
     }
     blocks.retain(|block| block.low[0] <= block.high[0]);
     blocks
 }
 
 /// Widens the blocks of `count` × `count` in which the patch may have points in the grid.
-fn mark(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, blocks: &mut [Block]) {
+fn mark(level: Level, patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, blocks: &mut [Block]) {
     let (low, size) = (patch.patch.low, patch.patch.size);
     let touched = |axis: usize| {
         let from = (low[axis] * count as f32) as u32;
@@ -196,38 +199,66 @@ fn mark(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, 
         }
         return;
     }
-    let part = |axis: usize, block: u32| {
+    let parts = |axis: usize, blocks: &Range<u32>| {
         let place = |border: u32| ((border as f32 / count as f32 - low[axis]) / size[axis]).clamp(0.0, 1.0);
-        restriction(place(block), place(block + 1))
-    };
-    let row_parts: Vec<_> = rows.clone().map(|v| part(1, v)).collect();
-    for u in columns {
-        let in_u = part(0, u);
-        // Restricted along u: row by row, four points.
-        let mut strip = [[0.0f32; 16]; 3];
-        for (strip, points) in strip.iter_mut().zip(&points) {
-            for row in 0..4 {
-                for (i, weights) in in_u.iter().enumerate() {
-                    strip[4 * row + i] = (0..4).map(|k| weights[k] * points[4 * row + k]).sum();
+        let mut parts = [[[0.0; MOST]; 4]; 4];
+        for (at, block) in blocks.clone().enumerate() {
+            for (weights, values) in parts.iter_mut().zip(restriction(place(block), place(block + 1))) {
+                for (weight, value) in weights.iter_mut().zip(values) {
+                    weight[at] = value;
                 }
             }
         }
-        for (v, in_v) in rows.clone().zip(&row_parts) {
-            let mut piece = [[0.0f32; 16]; 3];
-            for (piece, strip) in piece.iter_mut().zip(&strip) {
-                for (j, weights) in in_v.iter().enumerate() {
-                    for i in 0..4 {
-                        piece[4 * j + i] = (0..4).map(|k| weights[k] * strip[4 * k + i]).sum();
-                    }
+        parts
+    };
+    let (in_u, in_v) = (parts(0, &columns), parts(1, &rows));
+    for (at, u) in columns.enumerate() {
+        let mut bounds = [([0.0; MOST], [0.0; MOST]); 3];
+        for (axis, bounds) in bounds.iter_mut().enumerate() {
+            // Restricted along u: row by row, four points.
+            let mut strip = [0.0f32; 16];
+            for row in 0..4 {
+                for (i, weights) in in_u.iter().enumerate() {
+                    strip[4 * row + i] = (0..4).map(|k| weights[k][at] * points[axis][4 * row + k]).sum();
                 }
             }
-            let bounds = [0, 1, 2].map(|axis| bounds(&piece[axis], axis));
-            let (least, most) = (bounds.map(|bounds| bounds.0), bounds.map(|bounds| bounds.1));
+            *bounds = piece_bounds(level, &strip, &in_v);
+        }
+        for (at, v) in rows.clone().enumerate() {
+            let least = [0, 1, 2].map(|axis| bounds[axis].0[at] + spread[axis].0);
+            let most = [0, 1, 2].map(|axis| bounds[axis].1[at] + spread[axis].1);
             if frame.meets(least, most) {
                 blocks[(v * count + u) as usize].grow(least, most);
             }
         }
     }
+}
+
+/// Blocks along an edge of a tile at most.
+const MOST: usize = 16;
+
+dispatch_simd! {
+    /// The least and the largest of the control points of a strip's pieces along v, side by side. The strip has four
+    /// points in each of four rows, the weights are those of [`restriction`] for every piece.
+    fn piece_bounds = piece_bounds_body(
+        strip: &[f32; 16], weights: &[[[f32; MOST]; 4]; 4]
+    ) -> ([f32; MOST], [f32; MOST])
+}
+
+#[inline(always)]
+fn piece_bounds_body<A: Arithmetic>(strip: &[f32; 16], weights: &[[[f32; MOST]; 4]; 4]) -> ([f32; MOST], [f32; MOST]) {
+    let (mut low, mut high) = ([f32::INFINITY; MOST], [f32::NEG_INFINITY; MOST]);
+    for weights in weights {
+        for i in 0..4 {
+            for v in 0..MOST {
+                let near = A::fma(weights[1][v], strip[4 + i], weights[0][v] * strip[i]);
+                let value = near + A::fma(weights[3][v], strip[12 + i], weights[2][v] * strip[8 + i]);
+                low[v] = low[v].min(value);
+                high[v] = high[v].max(value);
+            }
+        }
+    }
+    (low, high)
 }
 
 /// How far displacements in `range` reach along each voxel axis, from the patch's cone of normals.
