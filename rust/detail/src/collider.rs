@@ -249,7 +249,7 @@ impl Collider {
             self.hierarchy.query(context, &Region::new(map, low, high), &mut found);
             found
         };
-        let (forward, backward) = (prism(Side::Forward), prism(Side::Backward));
+        let (forward, backward) = context.join(|| prism(Side::Forward), || prism(Side::Backward));
         let (side, selection) =
             if backward.len() < forward.len() { (Side::Backward, backward) } else { (Side::Forward, forward) };
         let solid =

@@ -91,7 +91,8 @@ fn cast_tile(
     let edge = block_edge(size);
     let count = (edge * edge) as usize;
     let columns = voxels.columns();
-    let mut dents = TileDents { tile, ..TileDents::default() };
+    let blocks = Vec::with_capacity(culled.blocks.len());
+    let mut dents = TileDents { tile, blocks, ..TileDents::default() };
     // What the coefficients are and what they were; unallocated ones are zero.
     let sources = [field.block(tile), start.map_or_else(|| field.block(tile), |start| start.block(tile))];
     let mut values = [[f16::ZERO; BLOCK_KNOTS]; 2];

@@ -65,6 +65,18 @@ pub struct Facet {
 }
 
 impl Facet {
+    /// A facet that no row meets.
+    pub const NONE: Self = Self {
+        rows: [0; 3],
+        long: Side { x: 0, y: 0, dx: 0, dy: 1 },
+        short: [Side { x: 0, y: 0, dx: 0, dy: 1 }; 2],
+        long_left: false,
+        wide: false,
+        plane: [0.0; 3],
+        range: [0.0; 2],
+        leaves: 0,
+    };
+
     /// Sets up a triangle given in voxel coordinates; `None` if no column meets it or it does not matter.
     #[inline(always)]
     pub fn new(places: &[DVec3; 3], mirrored: bool, [nx, ny, nz]: [i64; 3], backward: bool) -> Option<Self> {

@@ -53,6 +53,7 @@ pub struct Voxels {
     /// The bits of columns that are [`PIECES`]: voxel z of column c is bit `z % 64` of word `c · words + z / 64`.
     words: Vec<u64>,
     records: Vec<u32>,
+    facets: Vec<Facet>,
     /// Lowest solid voxel and the one after the highest, of every [`CELL`] columns of every slab.
     cells: Vec<[u16; 2]>,
     slab_rows: u32,
@@ -68,7 +69,7 @@ const SLABS: u32 = 32;
 pub(crate) const CELL: u32 = 16;
 
 /// Triangles set up at a time by one thread.
-const CHUNK: usize = 512;
+const CHUNK: usize = 256;
 
 /// Coordinates in voxels beyond which a triangle cannot be placed exactly.
 const FAR: f64 = (1u64 << 40) as f64;
@@ -81,6 +82,7 @@ impl Default for Voxels {
             spans: vec![0],
             words: vec![0],
             records: Vec::new(),
+            facets: Vec::new(),
             cells: vec![[0; 2]],
             slab_rows: 1,
         }
@@ -157,13 +159,14 @@ impl Voxels {
         selection: Option<&[u32]>,
         side: Side,
     ) -> Result<()> {
-        let facets = facets(context, grid, solid, selection, side)?;
+        set_up_all(context, grid, solid, selection, side, &mut self.facets)?;
+        let facets = &self.facets;
         self.grid = *grid;
         let [nx, ny, nz] = grid.dims;
         let words = grid.words();
         let shape = Shape { nx, nz, words, backward: side == Side::Backward, open: !solid.closed };
         let rows = ny.div_ceil(SLABS);
-        let lists = bin(&facets, rows, ny);
+        let lists = bin(facets, rows, ny);
         self.spans.resize(nx as usize * ny as usize, 0);
         self.words.resize(nx as usize * ny as usize * words as usize, 0);
         let columns = nx as usize * rows as usize;
@@ -180,7 +183,7 @@ impl Voxels {
             .collect();
         let level = context.level();
         context.for_each_mut(&mut slabs, |index, slab| {
-            scanline::fill(level, &facets, lists.of(index), shape, index as u32 * rows, slab);
+            scanline::fill(level, facets, lists.of(index), shape, index as u32 * rows, slab);
         });
         Ok(())
     }
@@ -248,37 +251,30 @@ fn upper_end(bits: &[u64], z: u32) -> u32 {
     if clear == 0 { bits.len() as u32 * 64 } else { word as u32 * 64 + clear.trailing_zeros() }
 }
 
-/// The selected triangles that matter, ready for scan conversion.
-fn facets(
+/// Makes the selected triangles ready for scan conversion. `facets` are overwritten; those of triangles that do not
+/// matter meet no row.
+fn set_up_all(
     context: &Context,
     grid: &Grid,
     solid: &Solid<'_>,
     selection: Option<&[u32]>,
     side: Side,
-) -> Result<Vec<Facet>> {
-    let count = selection.map_or(solid.triangles.len(), <[u32]>::len);
+    facets: &mut Vec<Facet>,
+) -> Result<()> {
+    facets.resize(selection.map_or(solid.triangles.len(), <[u32]>::len), Facet::NONE);
     let level = context.level();
-    let chunks = context.map(count.div_ceil(CHUNK), |chunk| {
-        let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(count);
-        set_up(level, grid, solid, selection, side, range)
+    let mut chunks: Vec<(&mut [Facet], Result<()>)> = facets.chunks_mut(CHUNK).map(|chunk| (chunk, Ok(()))).collect();
+    context.for_each_mut(&mut chunks, |index, (facets, result)| {
+        *result = set_up(level, grid, solid, selection, side, index * CHUNK, facets);
     });
-    let mut all = Vec::new();
-    for chunk in chunks {
-        let mut chunk = chunk?;
-        if all.is_empty() {
-            all = chunk;
-        } else {
-            all.append(&mut chunk);
-        }
-    }
-    Ok(all)
+    chunks.into_iter().try_for_each(|(_, result)| result)
 }
 
 dispatch_simd! {
-    /// Sets up the selected triangles of a range.
+    /// Sets up the selected triangles from number `first` on.
     fn set_up = set_up_body(
-        grid: &Grid, solid: &Solid<'_>, selection: Option<&[u32]>, side: Side, range: std::ops::Range<usize>
-    ) -> Result<Vec<Facet>>
+        grid: &Grid, solid: &Solid<'_>, selection: Option<&[u32]>, side: Side, first: usize, facets: &mut [Facet]
+    ) -> Result<()>
 }
 
 #[inline(always)]
@@ -287,16 +283,16 @@ fn set_up_body<A: Arithmetic>(
     solid: &Solid<'_>,
     selection: Option<&[u32]>,
     side: Side,
-    range: std::ops::Range<usize>,
-) -> Result<Vec<Facet>> {
+    first: usize,
+    facets: &mut [Facet],
+) -> Result<()> {
     let map = grid.map * solid.transform;
     let mirrored = map.matrix3.determinant() < 0.0;
     let dims = grid.dims.map(i64::from);
-    let mut facets = Vec::with_capacity(range.len());
-    for index in range {
+    for (index, facet) in facets.iter_mut().enumerate() {
         let triangle = match selection {
-            Some(selection) => selection[index] as usize,
-            None => index,
+            Some(selection) => selection[first + index] as usize,
+            None => first + index,
         };
         let missing =
             || Error::invalid("the triangle or one of its points does not exist").at(format!("triangle {triangle}"));
@@ -312,9 +308,9 @@ fn set_up_body<A: Arithmetic>(
                 .at(format!("triangle {triangle}"))
                 .advise("cut the collider down, or make the objects that collide closer in size"));
         }
-        facets.extend(Facet::new(&places, mirrored, dims, side == Side::Backward));
+        *facet = Facet::new(&places, mirrored, dims, side == Side::Backward).unwrap_or(Facet::NONE);
     }
-    Ok(facets)
+    Ok(())
 }
 
 /// The facets of every slab.
