@@ -1,8 +1,10 @@
 //! Meshes, attributes, parameters, errors, executors, progress and statistics: what every other crate of Relievo
 //! speaks in. No native code and no algorithms of a paper live here.
 
+pub mod budget;
 pub mod context;
 pub mod error;
+pub mod file;
 pub mod lanes;
 pub mod mesh;
 pub mod parameter;
@@ -10,6 +12,7 @@ pub mod progress;
 pub mod simd;
 pub mod stats;
 
+pub use budget::Budget;
 pub use context::{Context, ContextOptions};
 pub use error::{Error, ErrorKind, Result};
 pub use mesh::{Attribute, Crease, Domain, Mesh, Values};

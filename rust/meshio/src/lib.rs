@@ -3,10 +3,8 @@
 //! Files are hostile until read: every size is checked against the file's length and the memory limit before anything
 //! is allocated, every index before it is used. Errors name the file and the line or element.
 
-mod budget;
 mod color;
 mod corners;
-mod file;
 mod glb_writer;
 mod gltf;
 mod merge;
@@ -26,7 +24,7 @@ mod text;
 
 use std::path::Path;
 
-use relievo_core::{Context, Error, Mesh, Result};
+use relievo_core::{Context, Error, Mesh, Result, budget, file};
 
 pub use glb_writer::{Instance, write_glb};
 pub use gltf::{Open, read_gltf};

@@ -4,21 +4,21 @@ use std::fs::File;
 use std::io::{BufWriter, Read, Write};
 use std::path::Path;
 
-use relievo_core::{Error, Result};
+use crate::{Error, Result};
 
 /// The bytes of the file at `path`, at most `limit` of them.
-pub(crate) fn load(path: &Path, limit: u64) -> Result<Vec<u8>> {
+pub fn load(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let failed = |error: std::io::Error| Error::io(path, &error);
     let named = |error: Error| error.at(path.display().to_string());
     // A pipe or device could wait or go on for ever, even when it is only opened.
     let metadata = std::fs::metadata(path).map_err(failed)?;
     if !metadata.is_file() {
-        return Err(named(Error::invalid("it is not a file").advise("name a mesh file")));
+        return Err(named(Error::invalid("it is not a file").advise("name a file")));
     }
     let file = File::open(path).map_err(failed)?;
     let too_large = || {
         named(Error::memory(format!("the file is larger than the memory limit of {limit} bytes")))
-            .advise("raise the memory limit, or split the mesh")
+            .advise("raise the memory limit, or split the file")
     };
     if metadata.len() > limit {
         return Err(too_large());
@@ -33,7 +33,7 @@ pub(crate) fn load(path: &Path, limit: u64) -> Result<Vec<u8>> {
 
 /// Makes the file at `path` from what `write` writes. It appears under its name when it is complete; until then it
 /// has another name in the same folder, and after an error it is gone.
-pub(crate) fn store(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>) -> Result<()> {
+pub fn store(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>) -> Result<()> {
     let failed = |error: std::io::Error| Error::io(path, &error).advise("check the folder, its rights and its space");
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -70,7 +70,7 @@ mod tests {
         assert!(error.unwrap_err().to_string().contains("disk full"));
         assert_eq!(load(&path, 100).unwrap(), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-        assert_eq!(load(&path, 2).unwrap_err().kind, relievo_core::ErrorKind::Memory);
+        assert_eq!(load(&path, 2).unwrap_err().kind, crate::ErrorKind::Memory);
         assert!(load(folder.path(), 100).is_err());
     }
 }

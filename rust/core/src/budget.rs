@@ -1,16 +1,17 @@
 //! The memory a reader may occupy, in bytes. Every list that grows with the input grows through a [`Budget`], which
 //! counts what is allocated before it is allocated.
 
-use relievo_core::{Error, Result};
+use crate::{Error, Result};
 
 /// Bytes that may be allocated and bytes that are.
 #[derive(Debug)]
-pub(crate) struct Budget {
+pub struct Budget {
     limit: u64,
     used: u64,
 }
 
 impl Budget {
+    /// Nothing allocated yet, of `limit` bytes.
     pub fn new(limit: u64) -> Self {
         Self { limit, used: 0 }
     }
@@ -24,7 +25,7 @@ impl Budget {
     pub fn charge(&mut self, bytes: u64) -> Result<()> {
         if bytes > self.left() {
             return Err(Error::memory(format!("reading it needs more than the memory limit of {} bytes", self.limit))
-                .advise("raise the memory limit, or split the mesh"));
+                .advise("raise the memory limit, or split the file"));
         }
         self.used += bytes;
         Ok(())
@@ -42,7 +43,7 @@ impl Budget {
         let old = list.capacity() as u64 * size;
         if list.try_reserve_exact(additional).is_err() {
             return Err(Error::memory(format!("the system has no {} bytes for it", capacity.saturating_mul(size)))
-                .advise("close other programs, or split the mesh"));
+                .advise("close other programs, or split the file"));
         }
         self.used -= old;
         Ok(())
@@ -89,7 +90,7 @@ mod tests {
         let mut budget = Budget::new(1000);
         let mut list = Vec::<u32>::new();
         let error = (0..1000).find_map(|value| budget.push(&mut list, value).err()).unwrap();
-        assert_eq!(error.kind, relievo_core::ErrorKind::Memory);
+        assert_eq!(error.kind, crate::ErrorKind::Memory);
         // 64 items fit; moving them to 128 would need 256 + 512 bytes; moving those to 256 would need 512 + 1024.
         assert_eq!(list.len(), 128);
         assert!(Budget::new(u64::MAX).reserve(&mut Vec::<u64>::new(), usize::MAX / 16).is_err());
