@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
 use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, dispatch_simd};
@@ -16,6 +16,7 @@ use relievo_surface::{PatchForm, PatchView};
 use crate::grid::Grid;
 use crate::hierarchy::Region;
 use crate::knots::block_edge;
+use crate::obb::Obb;
 use crate::object::DisplacedObject;
 
 /// A block of coefficients that may be in the overlap.
@@ -66,15 +67,21 @@ pub struct VoxelFrame {
 impl VoxelFrame {
     /// The frame for an object with the given transform to the world.
     pub fn new(grid: &Grid, transform: &DAffine3) -> Self {
-        let map = grid.map * *transform;
-        let origin = transform.inverse().transform_point3(grid.obb.center).as_vec3();
+        let center = transform.inverse().transform_point3(grid.obb.center);
+        Self::of_map(&(grid.map * *transform), center, grid.dims.map(|count| count as f32))
+    }
+
+    /// The frame in which `map`, from object space, gives coordinates from 0 to `dims`; `center` is the middle of those
+    /// in object space.
+    pub fn of_map(map: &DAffine3, center: DVec3, dims: [f32; 3]) -> Self {
+        let origin = center.as_vec3();
         let matrix = map.matrix3.transpose();
         let shift = map.transform_point3(origin.as_dvec3());
         Self {
             rows: [0, 1, 2].map(|row| matrix.col(row).as_vec3().to_array()),
             origin: origin.to_array(),
             shift: shift.as_vec3().to_array(),
-            dims: grid.dims.map(|count| count as f32),
+            dims,
         }
     }
 
@@ -103,20 +110,49 @@ const SLACK: f32 = 0.05;
 
 /// The tiles and blocks that may have points in `grid`, ascending by the hierarchy's order.
 pub fn cull(context: &Context, object: &mut DisplacedObject, grid: &Grid) -> Vec<CulledTile> {
-    let [least, most] = object.reach();
-    let object = &*object;
     let frame = VoxelFrame::new(grid, &object.transform);
     let map = grid.map * object.transform;
+    cull_frame(context, object, &frame, &map, |object, tile| object.displacement.field().size(tile))
+}
+
+/// Parts of a box that count as a voxel where surfaces are culled against the box alone.
+const PARTS: f64 = 64.0;
+
+/// The tiles that may have points in `obb`, and which of their blocks of texels, where a tile has the size that `size`
+/// says (Schäfer et al. 2015, Local Painting and Deformation of Meshes on the GPU, Section 3).
+pub fn cull_box(
+    context: &Context,
+    object: &mut DisplacedObject,
+    obb: &Obb,
+    size: impl Fn(&DisplacedObject, u32) -> u32 + Sync,
+) -> Vec<CulledTile> {
+    let scale = DMat3::from_diagonal(0.5 * PARTS / obb.half) * obb.axes.transpose();
+    let map = DAffine3 { matrix3: scale, translation: 0.5 * PARTS - scale * obb.center } * object.transform;
+    let center = object.transform.inverse().transform_point3(obb.center);
+    let frame = VoxelFrame::of_map(&map, center, [PARTS as f32; 3]);
+    cull_frame(context, object, &frame, &map, size)
+}
+
+fn cull_frame(
+    context: &Context,
+    object: &mut DisplacedObject,
+    frame: &VoxelFrame,
+    map: &DAffine3,
+    size: impl Fn(&DisplacedObject, u32) -> u32 + Sync,
+) -> Vec<CulledTile> {
+    let [least, most] = object.reach();
+    let object = &*object;
     let reach = f64::from(most.max(-least));
     let rows = map.matrix3.transpose();
     let margin = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length()) * reach;
-    let dims = DVec3::from(grid.dims.map(f64::from));
+    let dims = DVec3::from(frame.dims.map(f64::from));
+    let map = *map;
     let mut tiles = Vec::new();
     object.hierarchy.query(context, &Region::new(map, -margin, dims + margin), &mut tiles);
     let culled = context.map(tiles.len(), |index| {
         let tile = tiles[index];
         let range = object.displacement.field().block(tile).map_or([0.0; 2], range);
-        CulledTile { tile, blocks: blocks(context.level(), object, &frame, tile, range) }
+        CulledTile { tile, blocks: blocks(context.level(), object, frame, tile, size(object, tile), range) }
     });
     culled.into_iter().filter(|tile| !tile.blocks.is_empty()).collect()
 }
@@ -149,8 +185,14 @@ pub(crate) fn range(block: &[f16]) -> [f32; 2] {
 }
 
 /// The blocks of a tile that may have points in the grid.
-fn blocks(level: Level, object: &DisplacedObject, frame: &VoxelFrame, tile: u32, range: [f32; 2]) -> Vec<Block> {
-    let size = object.displacement.field().size(tile);
+fn blocks(
+    level: Level,
+    object: &DisplacedObject,
+    frame: &VoxelFrame,
+    tile: u32,
+    size: u32,
+    range: [f32; 2],
+) -> Vec<Block> {
     let count = size / block_edge(size);
     let mut blocks: Vec<Block> = (0..count * count).map(|index| Block { index, ..Block::EMPTY }).collect();
     for patch in object.surface.patches(tile) {

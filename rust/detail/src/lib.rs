@@ -1,15 +1,21 @@
-//! Imprints from colliding objects: Catmull-Clark surfaces with displacement tiles are pushed out of whatever touches
-//! them, after Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from Object Collisions.
+//! Detail on surfaces. Imprints from colliding objects: Catmull-Clark surfaces with displacement tiles are pushed out of
+//! whatever touches them, after Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from Object
+//! Collisions. Painting and sculpting with brushes, after Schäfer et al. 2015, Local Painting and Deformation of Meshes
+//! on the GPU.
 
+pub mod brush;
 pub mod collider;
 pub mod contact;
 pub mod cull;
+pub mod dab;
 pub mod dda;
+pub mod falloff;
 pub mod grid;
 pub mod hierarchy;
 pub mod imprint;
 pub mod knots;
 pub mod motion;
+pub mod nearest;
 pub mod obb;
 pub mod object;
 pub mod overlap;
@@ -20,17 +26,23 @@ mod scanline;
 #[cfg(test)]
 mod shapes;
 mod smoothing;
+pub mod stroke;
 pub mod tool;
 pub mod voxel;
 
+pub use brush::Brush;
 pub use collider::Collider;
 pub use contact::Contact;
+pub use dab::{Action, Dab, DabReport, PaintMode, SculptMode};
 pub use dda::Exit;
+pub use falloff::Falloff;
 pub use grid::Grid;
 pub use hierarchy::{Bounds, Hierarchy, Region};
 pub use imprint::{ImprintSettings, Imprinter, Moment, Report};
 pub use motion::{Motion, Pose};
+pub use nearest::SurfacePoint;
 pub use obb::Obb;
 pub use object::DisplacedObject;
 pub use pair::Deformable;
+pub use stroke::{Station, Stroke, StrokePoint, StrokeReport, StrokeSettings};
 pub use voxel::{Side, Solid, Voxels};

@@ -1,5 +1,5 @@
-//! A deformable object: a limit surface, its displacement, and an affine transform to the world. Displacement is in
-//! object units.
+//! A deformable object: a limit surface, its displacement, the colours painted on it, and an affine transform to the
+//! world. Displacement is in object units.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Result};
 use relievo_surface::{Cone, Surface};
-use relievo_tiles::{Displacement, Field, Snapshot};
+use relievo_tiles::{Displacement, Field, Paint, Snapshot};
 
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::obb::Obb;
@@ -17,6 +17,7 @@ use crate::obb::Obb;
 pub struct DisplacedObject {
     pub(crate) surface: Surface,
     pub(crate) displacement: Displacement,
+    pub(crate) paint: Option<Paint>,
     pub(crate) transform: DAffine3,
     pub(crate) hierarchy: Hierarchy,
     obb: Obb,
@@ -53,7 +54,7 @@ impl DisplacedObject {
         let hierarchy = context.stats().time("object.hierarchy", || {
             Hierarchy::build(context, surface.tile_count(), |tile| tile_bounds(&surface, tile))
         })?;
-        Ok(Self { surface, displacement, transform, hierarchy, obb, cones: BTreeMap::new(), reach: None })
+        Ok(Self { surface, displacement, paint: None, transform, hierarchy, obb, cones: BTreeMap::new(), reach: None })
     }
 
     /// Moves the cage: poses the surface anew and refits the hierarchy. Displacements stay.
@@ -86,6 +87,27 @@ impl DisplacedObject {
     /// Makes what imprints changed visible to readers.
     pub fn commit(&mut self) -> Arc<Snapshot> {
         self.displacement.commit()
+    }
+
+    /// The colours painted on it, if it can be painted.
+    pub fn paint(&self) -> Option<&Paint> {
+        self.paint.as_ref()
+    }
+
+    /// The colours, to be written.
+    pub fn paint_mut(&mut self) -> Option<&mut Paint> {
+        self.paint.as_mut()
+    }
+
+    /// Makes the object one that can be painted. Fails if the colours are those of another surface.
+    pub fn set_paint(&mut self, paint: Paint) -> Result<()> {
+        let (tiles, painted) = (self.surface.tile_count(), paint.field().tile_count());
+        if tiles != painted {
+            return Err(Error::invalid(format!("the surface has {tiles} tiles and its colours {painted}"))
+                .advise("make the colours from the topology of this surface"));
+        }
+        self.paint = Some(paint);
+        Ok(())
     }
 
     /// From object space to the world.
@@ -182,6 +204,13 @@ impl DisplacedObject {
     pub(crate) fn deepen(&mut self, least: f32) {
         if let Some(reach) = &mut self.reach {
             reach[0] = reach[0].min(least);
+        }
+    }
+
+    /// Notes that coefficients now reach from `least` to `most`, so that the blocks need not be read for it.
+    pub(crate) fn widen(&mut self, [least, most]: [f32; 2]) {
+        if let Some(reach) = &mut self.reach {
+            *reach = [reach[0].min(least), reach[1].max(most)];
         }
     }
 }
