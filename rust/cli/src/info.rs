@@ -4,13 +4,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use relievo_meshio::Summary;
+use relievo_ptex::{Reader, Resolution};
 use serde_json::{Value, json};
 
 use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The mesh file.
+    /// The mesh file, or a Ptex file by the extension .ptx or .ptex.
     file: PathBuf,
     /// Print JSON for programs.
     #[arg(long)]
@@ -20,8 +21,12 @@ pub struct Arguments {
     memory_limit: u64,
 }
 
-/// Ends with 1 if the mesh cannot be used.
+/// Ends with 1 if the mesh or the texture cannot be used.
 pub fn run(arguments: &Arguments) -> Outcome {
+    let extension = arguments.file.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    if matches!(extension.as_deref(), Some("ptx" | "ptex")) {
+        return texture(arguments);
+    }
     let context = crate::context(arguments.memory_limit)?;
     let place = arguments.file.display().to_string();
     let model = relievo_meshio::read_model(&context, &arguments.file)?;
@@ -32,6 +37,44 @@ pub fn run(arguments: &Arguments) -> Outcome {
     };
     crate::print(&text)?;
     Ok(if summary.problem.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn texture(arguments: &Arguments) -> Outcome {
+    let limit = if arguments.memory_limit == 0 { u64::MAX } else { arguments.memory_limit };
+    let summary = relievo_ptex::Summary::of(&Reader::open(&arguments.file, limit)?);
+    let text = match arguments.json {
+        true => format!("{:#}\n", machine_readable_texture(&summary)),
+        false => format!("{}\n{summary}\n", arguments.file.display()),
+    };
+    crate::print(&text)?;
+    Ok(if summary.problem.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn machine_readable_texture(summary: &relievo_ptex::Summary) -> Value {
+    let resolution = |(resolution, count): (&Resolution, &usize)| json!({ "width": resolution.width(), "height": resolution.height(), "faces": count });
+    let meta = |(key, kind, length): &(String, &str, usize)| json!({ "key": key, "type": kind, "length": length });
+    let lower = |value: &dyn std::fmt::Debug| format!("{value:?}").to_lowercase();
+    json!({
+        "mesh": lower(&summary.format.mesh),
+        "data_type": summary.format.data_type.name(),
+        "channels": summary.format.channels,
+        "alpha": summary.format.alpha,
+        "faces": summary.faces,
+        "constant_faces": summary.constant_faces,
+        "edited_faces": summary.edited_faces,
+        "subfaces": summary.subfaces,
+        "boundary_edges": summary.boundary_edges,
+        "resolutions": summary.faces_by_resolution.iter().map(resolution).collect::<Vec<_>>(),
+        "levels": summary.levels,
+        "borders": [lower(&summary.borders.u), lower(&summary.borders.v)],
+        "edge_filter": lower(&summary.borders.edge_filter),
+        "edits": summary.edits,
+        "meta": summary.meta.iter().map(meta).collect::<Vec<_>>(),
+        "texels": summary.texels,
+        "texel_bytes": summary.texel_bytes,
+        "file_bytes": summary.file_bytes,
+        "problem": summary.problem,
+    })
 }
 
 fn machine_readable(summary: &Summary) -> Value {

@@ -37,7 +37,7 @@ enum Command {
     Schema(schema::Arguments),
     /// Says how much two pictures differ.
     Compare(compare::Arguments),
-    /// Says what is in a mesh file.
+    /// Says what is in a mesh file or a Ptex file.
     Info(info::Arguments),
 }
 

@@ -87,3 +87,28 @@ fn schema_and_info_print_for_people_and_programs() {
     assert_eq!((&info["faces"], &info["boundary_edges"]), (&6.into(), &0.into()));
     assert!(text(&relievo(folder.path(), &["info", "cube.obj"]).stdout).contains("6 quads"));
 }
+
+#[test]
+fn info_looks_into_textures() {
+    use relievo_ptex::{Borders, DataType, Face, Format, MeshType, MetaValue, Writer};
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ptx");
+    let format = Format { mesh: MeshType::Quad, data_type: DataType::U16, channels: 3, alpha: None };
+    let mut writer = Writer::new(format, Borders::default(), 2).unwrap();
+    writer.set(0, &Face::new(3, 2), &(0..192).collect::<Vec<u8>>()).unwrap();
+    writer.set_constant(1, &Face::new(4, 4), &[1; 6]).unwrap();
+    writer.set_meta("Title", MetaValue::Text("snow".into()));
+    writer.write(&path).unwrap();
+    let info = relievo(folder.path(), &["info", "a.ptx", "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    assert_eq!((&info["data_type"], &info["channels"], &info["faces"]), (&"uint16".into(), &3.into(), &2.into()));
+    assert_eq!((&info["constant_faces"], &info["texels"]), (&1.into(), &288.into()));
+    let shown = text(&relievo(folder.path(), &["info", "a.ptx"]).stdout);
+    assert!(shown.contains("8 x 4: 1 faces") && shown.contains("Title: 4 string"), "{shown}");
+    // Too little memory, and a file that is cut off.
+    assert_eq!(relievo(folder.path(), &["info", "a.ptx", "--memory-limit", "100"]).status.code(), Some(1));
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() - 20]).unwrap();
+    let output = relievo(folder.path(), &["info", "a.ptx"]);
+    assert!(output.status.code() == Some(1) && text(&output.stderr).contains("a.ptx: "), "{output:?}");
+}

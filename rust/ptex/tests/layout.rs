@@ -133,6 +133,8 @@ struct ByHand {
     edits: Vec<u8>,
     /// Data type and channels.
     kind: (u32, u16),
+    /// Zero bytes behind the meta data, in files with the whole extended header.
+    barrier: usize,
 }
 
 fn record(u: u8, v: u8, flags: u8) -> [u8; 20] {
@@ -148,7 +150,16 @@ fn block(encoding: u32, bytes: Vec<u8>) -> (u32, Vec<u8>) {
 impl ByHand {
     fn new(records: Vec<[u8; 20]>, constants: &[u8], level: Vec<(u32, Vec<u8>)>) -> Self {
         let constants = constants.to_vec();
-        Self { extended: 40, records, constants, levels: vec![level], meta: vec![], edits: vec![], kind: (0, 1) }
+        Self {
+            extended: 40,
+            records,
+            constants,
+            levels: vec![level],
+            meta: vec![],
+            edits: vec![],
+            kind: (0, 1),
+            barrier: 8,
+        }
     }
 
     fn bytes(&self) -> Vec<u8> {
@@ -176,7 +187,7 @@ impl ByHand {
         out.extend((data.len() as u64).to_le_bytes());
         out.extend((meta.len() as u32).to_le_bytes());
         out.extend((self.meta.len() as u32).to_le_bytes());
-        let barrier = if self.extended < 40 { 0 } else { 8 };
+        let barrier = if self.extended < 40 { 0 } else { self.barrier };
         let end = out.len() + self.extended + records.len() + constants.len() + info.len() + data.len() + meta.len();
         let mut extended = vec![0; 24];
         extended.extend((self.edits.len() as u64).to_le_bytes());
@@ -260,10 +271,11 @@ fn channels_are_apart_and_whole_numbers_have_two_bytes() {
 
 #[test]
 fn edits_are_applied_in_order() {
-    for extended in [40, 24, 0] {
+    // Whole headers; without the zero bytes, as some programs write them where there is no meta data; older ones.
+    for (extended, barrier) in [(40, 8), (40, 0), (24, 0), (0, 0)] {
         let level = vec![block(1, zip(&[1, 2])), block(1, zip(&[3, 4])), (0, Vec::new())];
         let mut file = ByHand::new(vec![record(1, 0, 0), record(1, 0, 0), record(0, 0, 1)], &[1, 3, 9], level);
-        file.extended = extended;
+        (file.extended, file.barrier) = (extended, barrier);
         file.meta = b"\x02k\0\x00\x02\0\0\0a\0\x02l\0\x01\x01\0\0\0\xff".to_vec();
         let larger = zip(&[5, 6, 7, 8]);
         file.edits = [
