@@ -3,6 +3,7 @@
 //! attribute as coordinates; it is OpenSubdiv's rule `FVAR_LINEAR_CORNERS_ONLY`.
 
 use std::collections::HashMap;
+use std::hash::Hash;
 
 use relievo_core::{Context, Crease, Domain, Error, Mesh, Result, Values};
 
@@ -28,37 +29,34 @@ fn cage(mesh: &Mesh, name: &str) -> Result<Mesh> {
             .at(format!("attribute `{name}`")));
     };
     let width = attribute.width as usize;
-    let mut points: Vec<[f32; 3]> =
+    let values: Vec<[f32; 3]> =
         values.chunks_exact(width).map(|value| std::array::from_fn(|i| value.get(i).copied().unwrap_or(0.0))).collect();
-    let mut corners = match &attribute.indices {
-        Some(indices) => indices.clone(),
-        None => share(&points, &mesh.corners),
+    let (points, corners) = match &attribute.indices {
+        Some(indices) => share(&mesh.corners, |corner| indices[corner], |corner| values[indices[corner] as usize]),
+        None => share(&mesh.corners, |corner| values[corner].map(f32::to_bits), |corner| values[corner]),
     };
-    // A face that uses a value twice gets points of its own there, since no cage may repeat a point in a face.
-    let mut first = 0;
-    for size in &mesh.face_sizes {
-        let face = first..first + *size as usize;
-        first = face.end;
-        let mut seen: Vec<u32> = corners[face.clone()].to_vec();
-        seen.sort_unstable();
-        if seen.windows(2).any(|pair| pair[0] == pair[1]) {
-            for corner in face {
-                points.push(points[corners[corner] as usize]);
-                corners[corner] = points.len() as u32 - 1;
-            }
-        }
-    }
     let mut cage = Mesh::new(points, mesh.face_sizes.clone(), corners);
     cage.holes = mesh.holes.clone();
     carry_tags(mesh, &mut cage);
     Ok(cage)
 }
 
-/// Corners of one point with equal values share one value: the index of the first of them.
-fn share(values: &[[f32; 3]], points: &[u32]) -> Vec<u32> {
-    let mut first = HashMap::new();
-    let key = |corner: usize| (points[corner], values[corner].map(f32::to_bits));
-    (0..values.len()).map(|corner| *first.entry(key(corner)).or_insert(corner as u32)).collect()
+/// One value for all corners that agree in their point and in `key`; the values, and the index of each corner's. The same
+/// value at two points is two values: faces that all have the same square of a texture do not meet because of it.
+fn share<K: Hash + Eq>(
+    points: &[u32],
+    key: impl Fn(usize) -> K,
+    value: impl Fn(usize) -> [f32; 3],
+) -> (Vec<[f32; 3]>, Vec<u32>) {
+    let (mut first, mut values) = (HashMap::new(), Vec::new());
+    let corners = points.iter().enumerate().map(|(corner, point)| {
+        *first.entry((*point, key(corner))).or_insert_with(|| {
+            values.push(value(corner));
+            values.len() as u32 - 1
+        })
+    });
+    let corners = corners.collect();
+    (values, corners)
 }
 
 /// Gives the attribute's cage the creases and sharp points of the mesh, wherever its values stand for their points.
@@ -158,5 +156,30 @@ mod tests {
             assert!((p[0] - 0.5).abs() < 1e-6 && (p[1] - 0.5).abs() < 1e-6 && p[2] == 0.0, "{p:?}");
         }
         assert!(Surface::face_varying(&context, &mesh, "st", &SurfaceOptions::default()).is_err());
+    }
+
+    #[test]
+    fn faces_that_share_one_square_of_a_texture_do_not_meet_there() {
+        let context = Context::serial();
+        let side = 24u32;
+        let points = (0..(side + 1) * (side + 1)).map(|i| [(i % (side + 1)) as f32, (i / (side + 1)) as f32, 0.0]);
+        let faces = (0..side * side).map(|i| i % side + i / side * (side + 1));
+        let corners = faces.flat_map(|first| [first, first + 1, first + side + 2, first + side + 1]).collect();
+        let mut mesh = Mesh::new(points.collect(), vec![4; (side * side) as usize], corners);
+        mesh.attributes.push(Attribute {
+            name: "uv".into(),
+            domain: Domain::Corner,
+            width: 2,
+            values: Values::F32(vec![0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0]),
+            indices: Some([0, 1, 2, 3].repeat((side * side) as usize)),
+        });
+        // As seams, the borders of all faces are refined alike. Were the four values four points of 576 faces each,
+        // this would be refused for its patches.
+        let options = SurfaceOptions { patch_limit: 20 * side * side, ..Default::default() };
+        let uv = Surface::face_varying(&context, &mesh, "uv", &options).unwrap();
+        for tile in [0, 100, side * side - 1] {
+            let p = uv.sample(context.level(), Place::new(tile, 1.0, 0.5)).unwrap().p;
+            assert!((p[0] - 1.0).abs() < 1e-6 && (p[1] - 0.5).abs() < 1e-6, "{p:?}");
+        }
     }
 }
