@@ -71,7 +71,12 @@ impl Error {
             std::io::ErrorKind::NotFound => ErrorKind::NotFound,
             _ => ErrorKind::Io,
         };
-        Self::new(kind, cause.to_string()).at(path.display().to_string())
+        let error = Self::new(kind, cause.to_string()).at(path.display().to_string());
+        match cause.kind() {
+            std::io::ErrorKind::NotFound => error.advise("check the name and the folder it is sought in"),
+            std::io::ErrorKind::PermissionDenied => error.advise("check the rights of the file and its folder"),
+            _ => error,
+        }
     }
 
     /// Says where it happened. A place given earlier stays, as the inner part.

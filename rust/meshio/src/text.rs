@@ -158,7 +158,7 @@ pub(crate) fn expect_finite(word: Option<&[u8]>, line: u64, what: &str) -> Resul
     let word = word.ok_or_else(|| at_line(Error::invalid(format!("{what} is missing")), line))?;
     finite(word).ok_or_else(|| {
         let problem = if number(word).is_some() { "is not finite" } else { "is not a number" };
-        at_line(Error::invalid(format!("{what} {} {problem}", shown(word))), line)
+        at_line(Error::invalid(format!("{what} {} {problem}", shown(word))).advise("repair it and export again"), line)
     })
 }
 
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(finite(b"-1.5e3"), Some(-1500.0));
         assert_eq!(finite(b"1e999"), None);
         let message = |word: &[u8]| expect_finite(Some(word), 7, "x").unwrap_err().to_string();
-        assert_eq!(message(b"nan"), "line 7: x \"nan\" is not finite");
-        assert_eq!(message(b"1,5"), "line 7: x \"1,5\" is not a number");
+        assert_eq!(message(b"nan"), "line 7: x \"nan\" is not finite; repair it and export again");
+        assert_eq!(message(b"1,5"), "line 7: x \"1,5\" is not a number; repair it and export again");
     }
 }

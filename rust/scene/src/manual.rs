@@ -24,9 +24,9 @@ fn parameter_words(parameter: &Parameter) -> String {
     }
 }
 
-/// A number as a scene file shows it: to nine digits, which hides the rounding of radians.
+/// A number as a scene file shows it: to seven digits, which hides that radians are rounded to f32.
 fn shown(value: f64) -> f64 {
-    format!("{value:.9e}").parse().unwrap_or(value)
+    format!("{value:.6e}").parse().unwrap_or(value)
 }
 
 /// The schema for people: one line of TOML comment per key.
