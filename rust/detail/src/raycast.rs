@@ -93,8 +93,8 @@ fn cast_tile(
     let columns = voxels.columns();
     let blocks = Vec::with_capacity(culled.blocks.len());
     let mut dents = TileDents { tile, blocks, ..TileDents::default() };
-    // What the coefficients are and what they were; unallocated ones are zero.
-    let sources = [field.block(tile), start.map_or_else(|| field.block(tile), |start| start.block(tile))];
+    // What the coefficients are, and what they were if that matters; unallocated ones are zero.
+    let sources = [field.block(tile), start.and_then(|start| start.block(tile))];
     let mut values = [[f16::ZERO; BLOCK_KNOTS]; 2];
     let mut knots = KnotBlock::ZERO;
     let mut scratch = Scratch::default();
@@ -113,7 +113,7 @@ fn cast_tile(
             frame,
             &knots,
             &values[0][..count],
-            &values[1],
+            start.map(|_| &values[1]),
             &columns,
             limits,
             &mut scratch,
@@ -131,8 +131,8 @@ fn cast_tile(
 dispatch_simd! {
     /// Casts the rays of a block, leaves the coefficients as they are to be in `scratch` and returns how many change.
     fn cast_block = cast_block_body(
-        frame: &VoxelFrame, knots: &KnotBlock, values: &[f16], start: &[f16; BLOCK_KNOTS], columns: &Columns<'_>,
-        limits: &Limits, scratch: &mut Scratch, dents: &mut TileDents
+        frame: &VoxelFrame, knots: &KnotBlock, values: &[f16], start: Option<&[f16; BLOCK_KNOTS]>,
+        columns: &Columns<'_>, limits: &Limits, scratch: &mut Scratch, dents: &mut TileDents
     ) -> u32
 }
 
@@ -142,7 +142,7 @@ fn cast_block_body<A: Lanes>(
     frame: &VoxelFrame,
     knots: &KnotBlock,
     values: &[f16],
-    start: &[f16; BLOCK_KNOTS],
+    start: Option<&[f16; BLOCK_KNOTS]>,
     columns: &Columns<'_>,
     limits: &Limits,
     scratch: &mut Scratch,
@@ -154,7 +154,13 @@ fn cast_block_body<A: Lanes>(
     let count = values.len();
     let Scratch { heights, starts, distance, nearest, new } = scratch;
     values.convert_to_f32_slice(&mut heights[..count]);
-    start[..count].convert_to_f32_slice(&mut starts[..count]);
+    let starts = match start {
+        Some(start) => {
+            start[..count].convert_to_f32_slice(&mut starts[..count]);
+            &*starts
+        }
+        None => &*heights,
+    };
     let mut any = false;
     for at in (0..count).step_by(A::WIDTH) {
         let p = [v.load(&knots.p[0][at..]), v.load(&knots.p[1][at..]), v.load(&knots.p[2][at..])];
