@@ -1,7 +1,7 @@
 //! The imprint of a collider on a displaced surface, stage by stage (Schäfer et al. 2014, Sections 5 and 6): overlap of
 //! the boxes, culling, compaction, voxelisation, ray casting, ring update. Each stage is a public function of its own
 //! and reports its time under `imprint.obb`, `imprint.cull`, `imprint.compact`, `imprint.voxelise`, `imprint.raycast`
-//! and `imprint.ring`.
+//! and `imprint.ring`, and where rims are asked for `imprint.rim`.
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Progress, Result};
@@ -15,6 +15,7 @@ use crate::motion::Motion;
 use crate::object::DisplacedObject;
 use crate::overlap::{jittered, overlap};
 use crate::raycast::{self, Limits, TileDents};
+use crate::rim::{self, Volumes};
 use crate::smoothing;
 use crate::voxel::Voxels;
 
@@ -43,6 +44,12 @@ relievo_core::parameters! {
         culling: u32 = 1, 0..=1, "";
         /// Whether only changed tiles take part in the ring update (1) or all allocated ones (0).
         compaction: u32 = 1, 0..=1, "";
+        /// Share of the pushed volume that rises around the contact, 0 for no rim.
+        rim: f32 = 0.0, 0.0..=1.0, "";
+        /// Distance from the contact at which a rim ends.
+        rim_width: f32 = 0.1, 1e-4..=60000.0, "object units";
+        /// Steepest slope of a rim; what would make it steeper is lost.
+        repose: f32 = 0.6, 0.01..=1.5, "rad";
     }
 }
 
@@ -78,6 +85,8 @@ pub struct Report {
     pub triangles: u64,
     /// The longest distance inside a voxel, world units.
     pub voxel_diagonal: f64,
+    /// What was pushed away and what rose as a rim; counted only where a rim is asked for.
+    pub volumes: Volumes,
     /// Bytes of the allocated tiles afterwards.
     pub bytes: u64,
     /// Imprints that were made.
@@ -104,6 +113,8 @@ impl Report {
         self.clamped += other.clamped;
         self.triangles += other.triangles;
         self.voxel_diagonal = self.voxel_diagonal.max(other.voxel_diagonal);
+        self.volumes.pushed += other.volumes.pushed;
+        self.volumes.raised += other.volumes.raised;
         self.bytes = other.bytes;
         self.sub_steps += other.sub_steps;
         self.sub_steps_wanted += other.sub_steps_wanted;
@@ -254,7 +265,7 @@ impl Imprinter {
             report.triangles = collider.voxelise(context, &grid, &mut self.voxels)? as u64;
             stage.count("triangles", report.triangles);
         }
-        let dents = {
+        let mut dents = {
             let mut stage = stats.begin("imprint.raycast");
             let dents = cast(context, object, start, &tiles, &self.voxels, settings);
             stage.count("coefficients", dents.iter().map(|dents| u64::from(dents.tested)).sum());
@@ -264,6 +275,11 @@ impl Imprinter {
         report.tested_tiles = tiles.len() as u64;
         report.tested_coefficients = dents.iter().map(|dents| u64::from(dents.tested)).sum();
         report.clamped = dents.iter().map(|dents| u64::from(dents.clamped)).sum();
+        if settings.rim > 0.0 {
+            let _stage = stats.begin("imprint.rim");
+            dents.sort_unstable_by_key(|dents| dents.tile);
+            report.volumes = rim::raise(context, object, &mut dents, &self.voxels, settings);
+        }
         let mut stage = stats.begin("imprint.ring");
         write(context, object, &dents, settings, &mut report)?;
         stage.count("allocated", report.allocated);
@@ -341,7 +357,7 @@ pub fn write(
     let mut dents: Vec<&TileDents> = dents.iter().filter(|dents| dents.changed > 0).collect();
     dents.sort_unstable_by_key(|dents| dents.tile);
     for dents in &dents {
-        object.deepen(dents.least.to_f32());
+        object.extend_reach([dents.least.to_f32(), dents.most.to_f32()]);
     }
     let displacement = &mut object.displacement;
     let bytes = displacement.bytes();

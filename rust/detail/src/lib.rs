@@ -22,6 +22,7 @@ pub mod overlap;
 pub mod pair;
 pub mod raycast;
 mod rays;
+pub mod rim;
 mod scanline;
 #[cfg(test)]
 mod shapes;

@@ -200,10 +200,10 @@ impl DisplacedObject {
         *self.reach.get_or_insert_with(|| coefficient_range(field))
     }
 
-    /// Notes that an imprint reached down to `least`, so that the blocks need not be read for it.
-    pub(crate) fn deepen(&mut self, least: f32) {
+    /// Notes how far an imprint reached, so that the blocks need not be read for it.
+    pub(crate) fn extend_reach(&mut self, [least, most]: [f32; 2]) {
         if let Some(reach) = &mut self.reach {
-            reach[0] = reach[0].min(least);
+            *reach = [reach[0].min(least), reach[1].max(most)];
         }
     }
 

@@ -52,6 +52,8 @@ pub struct TileDents {
     pub clamped: u32,
     /// The least new value.
     pub least: f16,
+    /// The greatest new value above 0.
+    pub most: f16,
 }
 
 /// Casts the rays of all coefficients in `tiles`. What is returned is in their order.

@@ -412,3 +412,70 @@ fn a_flat_sheet_without_depth_presses_with_all_that_is_behind_it() {
         }
     }
 }
+
+/// Presses balls of radius 1 at places into a flat plate, with a rim, and returns the report and all coefficients.
+fn rimmed(threads: usize, places: &[DVec3], settings: &ImprintSettings) -> (Report, Vec<(u32, DVec3, f32)>) {
+    let context = context(threads);
+    let mut plate = object(&context, &plate(10, 0.0), 32, DAffine3::IDENTITY);
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for place in places {
+        let ball = ball(&context, 1.0, DAffine3::IDENTITY);
+        let first = points.len() as u32;
+        points.extend(ball.points().iter().map(|p| (DVec3::from(p.map(f64::from)) + *place).as_vec3().to_array()));
+        triangles.extend(ball.triangles().iter().map(|corners| corners.map(|point| point + first)));
+    }
+    let balls = Collider::new(&context, points, triangles, DAffine3::IDENTITY).unwrap();
+    let report = Imprinter::new().imprint(&context, &mut plate, &balls, settings, Moment::default()).unwrap();
+    (report, coefficients(&plate))
+}
+
+#[test]
+fn a_rim_holds_its_share_of_what_was_pushed_away() {
+    let settings = ImprintSettings { rim: 0.5, rim_width: 0.6, repose: 1.2, ..settings() };
+    let middle = DVec3::new(0.1, 0.2, 0.8);
+    let (report, found) = rimmed(1, &[middle], &settings);
+    // The cap of height 0.2 of the ball, over a disc of radius 0.6.
+    let cap = std::f64::consts::PI * 0.04 * 2.8 / 3.0;
+    assert!((report.volumes.pushed - cap).abs() < 0.05 * cap, "{:?} {cap}", report.volumes);
+    assert!((report.volumes.raised / report.volumes.pushed - 0.5).abs() < 0.01, "{:?}", report.volumes);
+    // The profile's integral over the ring: 2π·w·(r/2 + 3w/20).
+    let height = 0.5 * cap / (std::f64::consts::TAU * 0.6 * (0.3 + 0.09));
+    let mut highest: f32 = 0.0;
+    for (_, p, value) in &found {
+        let s = (p.truncate().distance(middle.truncate()) - 0.6) / 0.6;
+        if s > 0.1 {
+            let expected = if s < 1.0 { height * (1.0 - s).powi(2) * (1.0 + 2.0 * s) } else { 0.0 };
+            assert!((f64::from(*value) - expected).abs() < 0.12 * height, "{value} {expected} at {s}");
+        }
+        highest = highest.max(*value);
+    }
+    assert!((f64::from(highest) - height).abs() < 0.1 * height, "{highest} {height}");
+    assert!(rimmed(2, &[middle], &settings) == (report, found));
+}
+
+#[test]
+fn rims_are_no_steeper_than_the_angle_of_repose() {
+    let settings = ImprintSettings { rim: 1.0, rim_width: 0.6, repose: 0.05, ..settings() };
+    let (report, found) = rimmed(1, &[DVec3::new(0.1, 0.2, 0.8)], &settings);
+    let highest = found.iter().map(|(_, _, value)| *value).fold(0.0, f32::max);
+    assert!((highest - 0.6 * 0.05f32.tan() / 1.5).abs() < 1e-3, "{highest}");
+    assert!(report.volumes.raised < 0.5 * report.volumes.pushed, "{:?}", report.volumes);
+}
+
+#[test]
+fn every_patch_of_contact_has_a_rim_of_its_own() {
+    let settings = ImprintSettings { rim: 1.0, rim_width: 0.4, repose: 1.4, ..settings() };
+    let (shallow, deep) = (DVec3::new(-2.5, 0.1, 0.9), DVec3::new(2.5, 0.1, 0.7));
+    let highest = |places: &[DVec3], around: DVec3| {
+        let (_, found) = rimmed(1, places, &settings);
+        let near = found.iter().filter(|(_, p, _)| p.truncate().distance(around.truncate()) < 2.0);
+        near.map(|(_, _, value)| *value).fold(0.0, f32::max)
+    };
+    let both = [shallow, deep];
+    let (low, high) = (highest(&both, shallow), highest(&both, deep));
+    assert!(high > 2.0 * low && low > 0.0, "{low} {high}");
+    for (place, together) in [(shallow, low), (deep, high)] {
+        let alone = highest(&[place], place);
+        assert!((alone - together).abs() < 0.1 * alone, "{alone} {together}");
+    }
+}
