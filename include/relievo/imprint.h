@@ -22,10 +22,13 @@ typedef struct RlvImprintSettings {
     uint32_t sub_steps;  /* most sub-steps of a movement */
     uint32_t culling;    /* 1, or 0 to look at the whole surface, for comparison */
     uint32_t compaction; /* 1, or 0 to update all tiles, for comparison */
+    float rim;           /* share of the pushed volume that rises around the contact, 0 for no rim, to 1 */
+    float rim_width;     /* distance from the contact at which a rim ends, object units */
+    float repose;        /* steepest slope of a rim, rad; what would make it steeper is lost */
 } RlvImprintSettings;
 
 #define RLV_IMPRINT_SETTINGS_INIT \
-    {sizeof(RlvImprintSettings), 16777216, 0.09817477f, 0, 1.0f, 1.0f, 60000.0f, 0.0f, 1, 256, 1, 1}
+    {sizeof(RlvImprintSettings), 16777216, 0.09817477f, 0, 1.0f, 1.0f, 60000.0f, 0.0f, 1, 256, 1, 1, 0.0f, 0.1f, 0.6f}
 
 /* Which imprint this is; the random turn of the voxel grid depends on it and on the seed alone. */
 typedef struct RlvImprintMoment {
@@ -54,9 +57,11 @@ typedef struct RlvImprintReport {
     uint64_t triangles;       /* of the collider that were voxelised */
     uint64_t bytes;           /* of the detail's tiles afterwards */
     double voxel_diagonal;    /* world units; 0 if the boxes do not meet */
+    double pushed_volume;     /* that was pushed away, object units cubed; 0 unless a rim is asked for */
+    double raised_volume;     /* that rose as a rim */
 } RlvImprintReport;
 
-#define RLV_IMPRINT_REPORT_INIT {sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RLV_IMPRINT_REPORT_INIT {sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 /* The fields of RlvImprintSettings in order: a table that lives as long as the process, and its length. */
 RLV_API RlvResult rlv_imprint_params(const RlvParameter **params, size_t *count);

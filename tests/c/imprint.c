@@ -121,6 +121,32 @@ static void collide(RlvContext context) {
     CHECK_OK(rlv_mesh_release(plane));
 }
 
+/* A share of what a ball pushes away rises around it. */
+static void rim(RlvContext context, RlvSurface surface, RlvMesh ball) {
+    const double place[12] = CHECK_MOVED(3.0, 3.0, 0.8);
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvImprintSettings settings = RLV_IMPRINT_SETTINGS_INIT;
+    RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
+    RlvDetail detail = RLV_NULL;
+    RlvCollider collider = RLV_NULL;
+    options.tile_size = 32;
+    settings.voxels = 1 << 18;
+    settings.rim = 0.5f;
+    settings.rim_width = 0.5f;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    CHECK_OK(rlv_collider_create_mesh(context, ball, place, &collider));
+    CHECK_OK(rlv_imprint_run(detail, collider, &settings, NULL, &report));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    /* The cap of height 0.2 of a ball of radius 1. */
+    CHECK_NEAR(report.pushed_volume, 0.1173, 0.01);
+    CHECK_NEAR(report.raised_volume, 0.5 * report.pushed_volume, 0.01 * report.pushed_volume);
+    CHECK(displacement(detail, 14, 0.2f, 1.0f) > 0.01f);
+    settings.repose = 2.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_imprint_run(detail, collider, &settings, NULL, NULL), "repose");
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_detail_release(detail));
+}
+
 int main(void) {
     RlvContext context = RLV_NULL;
     RlvSurface surface = RLV_NULL;
@@ -230,6 +256,7 @@ int main(void) {
     CHECK_OK(rlv_detail_release(half));
 
     sweep(context, surface, ball);
+    rim(context, surface, ball);
     collide(context);
 
     /* Settings out of range change nothing. */

@@ -43,6 +43,8 @@ descriptor! {
         triangles: u64,
         bytes: u64,
         voxel_diagonal: f64,
+        pushed_volume: f64,
+        raised_volume: f64,
     }
 }
 
@@ -87,6 +89,8 @@ unsafe fn write_report(to: *mut RlvImprintReport, report: &Report) -> Result<()>
         triangles: report.triangles,
         bytes: report.bytes,
         voxel_diagonal: report.voxel_diagonal,
+        pushed_volume: report.volumes.pushed,
+        raised_volume: report.volumes.raised,
     };
     // SAFETY: promised by the caller.
     unsafe { write_descriptor(to, made) }

@@ -278,7 +278,7 @@ impl Imprinter {
         if settings.rim > 0.0 {
             let _stage = stats.begin("imprint.rim");
             dents.sort_unstable_by_key(|dents| dents.tile);
-            report.volumes = rim::raise(context, object, &mut dents, &self.voxels, settings);
+            report.volumes = rim::raise(context, object, &mut dents, &self.voxels, settings)?;
         }
         let mut stage = stats.begin("imprint.ring");
         write(context, object, &dents, settings, &mut report)?;

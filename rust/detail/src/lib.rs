@@ -45,5 +45,6 @@ pub use nearest::SurfacePoint;
 pub use obb::Obb;
 pub use object::DisplacedObject;
 pub use pair::Deformable;
+pub use rim::Volumes;
 pub use stroke::{Station, Stroke, StrokePoint, StrokeReport, StrokeSettings};
 pub use voxel::{Side, Solid, Voxels};

@@ -10,7 +10,8 @@
 use std::collections::BTreeMap;
 
 use half::f16;
-use relievo_core::Context;
+use relievo_core::simd::{Arithmetic, Level};
+use relievo_core::{Context, Error, Result, dispatch_simd};
 use relievo_surface::{Grid as SampleGrid, Order, Placement, Samples};
 
 use crate::cull::{self, CulledTile, VoxelFrame};
@@ -32,15 +33,17 @@ pub struct Volumes {
 
 /// Raises rims around what `dents` push away. `dents` are those of `voxels`, ascending by tile; they get the
 /// coefficients that rise as well.
+///
+/// Fails if the blocks of coefficients within the rim's width exceed the context's memory limit, or 2 GiB.
 pub fn raise(
     context: &Context,
     object: &mut DisplacedObject,
     dents: &mut Vec<TileDents>,
     voxels: &Voxels,
     settings: &ImprintSettings,
-) -> Volumes {
+) -> Result<Volumes> {
     let width = settings.rim_width;
-    let pieces = pieces(context, object, dents, voxels, f64::from(width));
+    let pieces = pieces(context, object, dents, voxels, f64::from(width))?;
     let widest = pieces.iter().flat_map(|piece| &piece.area).fold(0.0f32, |most, area| most.max(*area));
     // Neighbouring coefficients are in neighbouring cells.
     let edge = f64::from(width.max(2.0 * widest.sqrt()));
@@ -55,12 +58,13 @@ pub fn raise(
     }
     let mut border: BTreeMap<Cell, Vec<Border>> = BTreeMap::new();
     for piece in &pieces {
-        for k in piece.border() {
+        for k in piece.border(&pieces) {
             let cell = piece.cell(k, edge);
             border.entry(cell).or_default().push(Border { point: piece.point(k), patch: patches[&cell] });
         }
     }
-    let profiles = context.map(pieces.len(), |index| Profile::new(&pieces[index], &border, edge, width));
+    let level = context.level();
+    let profiles = context.map(pieces.len(), |index| Profile::new(level, &pieces[index], &border, edge, width));
     let mut room = vec![0.0; volumes.len()];
     for (piece, profile) in pieces.iter().zip(&profiles) {
         for (k, height) in profile.rising() {
@@ -92,7 +96,7 @@ pub fn raise(
             merge(dents, raised);
         }
     }
-    sum
+    Ok(sum)
 }
 
 /// Adds one block to the dents of its tile.
@@ -156,12 +160,16 @@ struct Border {
     patch: u32,
 }
 
+/// Bytes that the blocks around a contact may take.
+const MOST_BYTES: u64 = 1 << 31;
+
 /// A block of coefficients in the contact or around it.
 struct Piece {
     tile: u32,
     /// Its number in the tile.
     index: u32,
-    /// Coefficients along it.
+    /// Blocks along the tile, and coefficients along a block.
+    blocks: u32,
     edge: usize,
     /// What the coefficients are to be after the imprint.
     values: [f16; BLOCK_KNOTS],
@@ -182,12 +190,19 @@ fn pieces(
     dents: &[TileDents],
     voxels: &Voxels,
     width: f64,
-) -> Vec<Piece> {
+) -> Result<Vec<Piece>> {
     let scale = object.transform().matrix3;
     let stretch = scale.x_axis.length().max(scale.y_axis.length()).max(scale.z_axis.length());
     let obb = voxels.grid().obb.enlarged(width * stretch);
     let mut culled = cull::cull(context, object, &Grid::new(&obb, 4096, None));
     culled.sort_unstable_by_key(|culled| culled.tile);
+    let count: usize = culled.iter().map(|culled| culled.blocks.len()).sum();
+    let bytes = (count * size_of::<Piece>()) as u64;
+    if bytes > context.memory_limit().min(MOST_BYTES) {
+        return Err(Error::memory(format!("the surface within the width of the rim takes {bytes} bytes"))
+            .at("rim_width")
+            .advise("make the rim narrower or the tiles coarser"));
+    }
     let frame = VoxelFrame::new(voxels.grid(), object.transform());
     let object = &*object;
     let pieces = context.map(culled.len(), |index| {
@@ -197,7 +212,7 @@ fn pieces(
         let piece = |index| Piece::new(context, object, *tile, index, dents, &frame, voxels, &mut samples);
         blocks.iter().map(|block| block.index).map(piece).collect::<Vec<_>>()
     });
-    pieces.into_iter().flatten().collect()
+    Ok(pieces.into_iter().flatten().collect())
 }
 
 impl Piece {
@@ -222,6 +237,7 @@ impl Piece {
         let mut piece = Self {
             tile,
             index,
+            blocks: size / edge,
             edge: edge as usize,
             values: [f16::ZERO; BLOCK_KNOTS],
             depth: [0.0; BLOCK_KNOTS],
@@ -276,14 +292,26 @@ impl Piece {
         volumes
     }
 
-    /// Pushed coefficients beside which others may not be.
-    fn border(&self) -> impl Iterator<Item = usize> + use<'_> {
-        let edge = self.edge;
+    /// Pushed coefficients beside which others may not be. `pieces` are all, in their order; beyond the tile nothing is
+    /// known.
+    fn border<'a>(&'a self, pieces: &'a [Piece]) -> impl Iterator<Item = usize> + 'a {
+        let (edge, blocks) = (self.edge as i32, self.blocks as i32);
+        let (column, row) = (self.index as i32 % blocks * edge, self.index as i32 / blocks * edge);
+        let pushed = move |i: i32, j: i32| {
+            if i < 0 || j < 0 || i >= blocks * edge || j >= blocks * edge {
+                return false;
+            }
+            let index = (j / edge * blocks + i / edge) as u32;
+            let k = (j % edge * edge + i % edge) as usize;
+            if index == self.index {
+                return self.depth[k] > 0.0;
+            }
+            let found = pieces.binary_search_by_key(&(self.tile, index), |piece| (piece.tile, piece.index));
+            found.is_ok_and(|at| pieces[at].depth[k] > 0.0)
+        };
         (0..self.count()).filter(move |k| {
-            let (j, i) = (k / edge, k % edge);
-            let inner = i > 0 && j > 0 && i + 1 < edge && j + 1 < edge;
-            let beside = |at: usize| self.depth[at] > 0.0;
-            self.depth[*k] > 0.0 && !(inner && beside(k - 1) && beside(k + 1) && beside(k - edge) && beside(k + edge))
+            let (i, j) = (column + *k as i32 % edge, row + *k as i32 / edge);
+            self.depth[*k] > 0.0 && !(pushed(i - 1, j) && pushed(i + 1, j) && pushed(i, j - 1) && pushed(i, j + 1))
         })
     }
 }
@@ -296,7 +324,7 @@ struct Profile {
 
 impl Profile {
     /// Falls from 1 at the nearest of `border` to 0 at `width`, with the slope 0 at both.
-    fn new(piece: &Piece, border: &BTreeMap<Cell, Vec<Border>>, edge: f64, width: f32) -> Self {
+    fn new(level: Level, piece: &Piece, border: &BTreeMap<Cell, Vec<Border>>, edge: f64, width: f32) -> Self {
         let mut profile = Self { height: [0.0; BLOCK_KNOTS], patch: [0; BLOCK_KNOTS] };
         if !piece.free.contains(&true) {
             return profile;
@@ -312,20 +340,14 @@ impl Profile {
         let (first, last) = (cell(low, edge), cell(high, edge));
         let (first, last) = (first.map(|place| place.saturating_sub(1)), last.map(|place| place.saturating_add(1)));
         let near = |cell: &Cell| (0..3).all(|axis| cell[axis] >= first[axis] && cell[axis] <= last[axis]);
-        let beside = |at: &&Border| {
+        let beside = |at: &Border| {
             (0..3).all(|axis| at.point[axis] >= low[axis] - width && at.point[axis] <= high[axis] + width)
         };
-        let mut nearest = [width * width; BLOCK_KNOTS];
         let cells = border.range([first[0], i64::MIN, i64::MIN]..=[last[0], i64::MAX, i64::MAX]);
-        for border in cells.filter(|(cell, _)| near(cell)).flat_map(|(_, border)| border).filter(beside) {
-            for k in 0..BLOCK_KNOTS {
-                let away = [0, 1, 2].map(|axis| piece.p[axis][k] - border.point[axis]);
-                let square = away[0] * away[0] + away[1] * away[1] + away[2] * away[2];
-                let nearer = square < nearest[k];
-                nearest[k] = if nearer { square } else { nearest[k] };
-                profile.patch[k] = if nearer { border.patch } else { profile.patch[k] };
-            }
-        }
+        let border = cells.filter(|(cell, _)| near(cell)).flat_map(|(_, border)| border).copied();
+        let border: Vec<Border> = border.filter(beside).collect();
+        let mut nearest = [width * width; BLOCK_KNOTS];
+        find_nearest(level, &piece.p, &border, &mut nearest, &mut profile.patch);
         for k in (0..piece.count()).filter(|k| piece.free[*k] && nearest[*k] < width * width) {
             let s = nearest[k].sqrt() / width;
             profile.height[k] = (1.0 - s) * (1.0 - s) * (1.0 + 2.0 * s);
@@ -336,6 +358,31 @@ impl Profile {
     /// The coefficients that rise, and their share of the height.
     fn rising(&self) -> impl Iterator<Item = (usize, f32)> + use<'_> {
         self.height.iter().enumerate().filter(|(_, height)| **height > 0.0).map(|(k, height)| (k, *height))
+    }
+}
+
+dispatch_simd! {
+    /// Lowers `nearest` to the squares of the distances to the nearest of `border`, and notes its patch.
+    fn find_nearest = find_nearest_body(
+        p: &[[f32; BLOCK_KNOTS]; 3], border: &[Border], nearest: &mut [f32; BLOCK_KNOTS], patch: &mut [u32; BLOCK_KNOTS]
+    )
+}
+
+#[inline(always)]
+fn find_nearest_body<A: Arithmetic>(
+    p: &[[f32; BLOCK_KNOTS]; 3],
+    border: &[Border],
+    nearest: &mut [f32; BLOCK_KNOTS],
+    patch: &mut [u32; BLOCK_KNOTS],
+) {
+    for border in border {
+        for k in 0..BLOCK_KNOTS {
+            let (x, y, z) = (p[0][k] - border.point[0], p[1][k] - border.point[1], p[2][k] - border.point[2]);
+            let square = A::fma(x, x, A::fma(y, y, z * z));
+            let nearer = square < nearest[k];
+            nearest[k] = if nearer { square } else { nearest[k] };
+            patch[k] = if nearer { border.patch } else { patch[k] };
+        }
     }
 }
 

@@ -463,6 +463,18 @@ fn rims_are_no_steeper_than_the_angle_of_repose() {
 }
 
 #[test]
+fn a_rim_too_wide_for_memory_is_refused() {
+    let (context, narrow) = (context(1), ContextOptions { threads: 1, memory_limit: 100_000 });
+    let narrow = Context::new(&narrow).unwrap();
+    let mut plate = object(&context, &plate(10, 0.0), 32, DAffine3::IDENTITY);
+    let ball = ball(&context, 1.0, DAffine3::from_translation(DVec3::new(0.1, 0.2, 0.8)));
+    let settings = ImprintSettings { rim: 1.0, rim_width: 50000.0, ..settings() };
+    let error = Imprinter::new().imprint(&narrow, &mut plate, &ball, &settings, Moment::default()).unwrap_err();
+    assert!(error.to_string().contains("rim_width"), "{error}");
+    assert_eq!(plate.displacement().bytes(), 0);
+}
+
+#[test]
 fn every_patch_of_contact_has_a_rim_of_its_own() {
     let settings = ImprintSettings { rim: 1.0, rim_width: 0.4, repose: 1.4, ..settings() };
     let (shallow, deep) = (DVec3::new(-2.5, 0.1, 0.9), DVec3::new(2.5, 0.1, 0.7));

@@ -6,6 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Progress};
+use relievo_detail::Volumes;
 
 use crate::bake::{self, Baker, Changes};
 use crate::cache::{Cache, Frame, Identity, State};
@@ -105,6 +106,7 @@ pub struct Stepper {
     summary: Summary,
     refused: u64,
     clamped: u64,
+    volumes: Volumes,
     /// Sub-steps that colliders needed beyond their limit.
     missed: u64,
 }
@@ -126,6 +128,7 @@ impl Stepper {
             summary: Summary::default(),
             refused: 0,
             clamped: 0,
+            volumes: Volumes::default(),
             missed: 0,
         })
     }
@@ -192,6 +195,8 @@ impl Stepper {
         self.summary.baked += 1;
         self.refused += changes.report.refused.len() as u64;
         self.clamped += changes.report.clamped;
+        self.volumes.pushed += changes.report.volumes.pushed;
+        self.volumes.raised += changes.report.volumes.raised;
         self.missed += changes.report.sub_steps_wanted.saturating_sub(changes.report.sub_steps);
         Ok(changes)
     }
@@ -252,6 +257,13 @@ impl Stepper {
             self.summary.notes.push(format!(
                 "colliders moved too fast for their limit {} times, so trails may have gaps; raise `sub_steps` of [imprints]",
                 self.missed
+            ));
+        }
+        if self.volumes.pushed > 0.0 {
+            let Volumes { pushed, raised } = self.volumes;
+            let share = 100.0 * raised / pushed;
+            self.summary.notes.push(format!(
+                "imprints pushed {pushed:.4} cubic units of the surfaces away, of which {raised:.4} ({share:.0} %) rose as rims"
             ));
         }
         for item in self.world.items() {

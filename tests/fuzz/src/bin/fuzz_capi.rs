@@ -315,6 +315,9 @@ fn press(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         bytes.int_in_range(0..=3)?,
         bytes.int_in_range(0..=2)?,
         bytes.int_in_range(0..=1)?,
+        (number(bytes)? / 16.0).abs().to_bits(),
+        number(bytes)?.abs().to_bits(),
+        (number(bytes)? / 16.0).abs().to_bits(),
     ];
     // A larger size than the struct has would have to be there.
     words[0] = words[0].min(size_of_val(&words) as u32);
