@@ -129,6 +129,79 @@ impl Window {
     }
 }
 
+/// A block that is not in tiles, and the texels it is of.
+struct Piece<'a> {
+    bytes: &'a [u8],
+    /// Where it lies in the file.
+    start: u64,
+    header: BlockHeader,
+    window: Window,
+}
+
+impl Piece<'_> {
+    /// Fails where the block cannot be as large as it should be when it is decoded.
+    fn check_size(&self, texel: usize) -> Result<()> {
+        let possible = match self.header.encoding() {
+            Encoding::Constant => self.bytes.len() == texel,
+            Encoding::Zipped | Encoding::ZippedDifferences => {
+                let size = self.window.resolution.texels() * texel as u64;
+                size <= (self.bytes.len() as u64).saturating_mul(LARGEST_RATIO)
+            }
+            Encoding::Tiled => return Err(damaged("there are tiles within a tile", self.start)),
+        };
+        let what = || format!("{} bytes cannot be its texels", self.bytes.len());
+        if possible { Ok(()) } else { Err(damaged(what(), self.start)) }
+    }
+
+    /// Channels one behind the other, or `None` where the block is the one texel that all are.
+    fn planes(&self, format: &Format, budget: &mut Budget) -> Result<Option<Vec<u8>>> {
+        if self.header.encoding() == Encoding::Constant {
+            return Ok(None);
+        }
+        let size = self.window.resolution.texels() * format.texel_size() as u64;
+        let mut planes = inflate(self.bytes, self.start, size, budget)?;
+        if self.header.encoding() == Encoding::ZippedDifferences {
+            sum(&mut planes, format.data_type);
+        }
+        Ok(Some(planes))
+    }
+}
+
+/// The block at `start` of `file`, or its tiles.
+fn pieces<'a>(
+    file: &'a [u8],
+    start: u64,
+    header: BlockHeader,
+    format: &Format,
+    resolution: Resolution,
+    budget: &mut Budget,
+) -> Result<Vec<Piece<'a>>> {
+    let texel = format.texel_size();
+    let bytes = section(file, start, header.size(), "the texels")?;
+    let mut pieces = Vec::new();
+    if header.encoding() == Encoding::Tiled {
+        let mut fields = Fields::new(bytes, start);
+        let tile = Resolution::new(fields.u8()?, fields.u8()?);
+        if tile.u > resolution.u || tile.v > resolution.v {
+            return Err(damaged(format!("tiles of {tile:?} do not fit into a face of {resolution:?}"), start));
+        }
+        let zipped = fields.u32()? as usize;
+        let offset = fields.offset();
+        let count = resolution.texels() / tile.texels();
+        let headers = inflate(fields.take(zipped)?, offset, 4 * count, budget)?;
+        budget.reserve(&mut pieces, headers.len() / 4)?;
+        for (window, header) in Window::tiles(resolution, tile, texel).zip(headers.as_chunks().0) {
+            let header = BlockHeader(u32::from_le_bytes(*header));
+            let start = fields.offset();
+            pieces.push(Piece { bytes: fields.take(header.size() as usize)?, start, header, window });
+        }
+    } else {
+        pieces.push(Piece { bytes, start, header, window: Window::whole(resolution, texel) });
+    }
+    pieces.iter().try_for_each(|piece| piece.check_size(texel))?;
+    Ok(pieces)
+}
+
 /// Decodes the block at `start` of `file` into texels, row v = 0 first, channels together.
 pub(crate) fn decode(
     file: &[u8],
@@ -139,79 +212,51 @@ pub(crate) fn decode(
     budget: &mut Budget,
 ) -> Result<Vec<u8>> {
     let texel = format.texel_size();
-    let bytes = section(file, start, header.size(), "the texels")?;
-    let size = resolution.texels() * texel as u64;
-    if header.encoding() != Encoding::Tiled {
-        check_size(bytes, start, header, size, texel)?;
-        let mut texels = zeros(size, budget)?;
-        decode_window(bytes, start, header, format, Window::whole(resolution, texel), &mut texels, budget)?;
-        return Ok(texels);
-    }
-    let mut fields = Fields::new(bytes, start);
-    let tile = Resolution::new(fields.u8()?, fields.u8()?);
-    if tile.u > resolution.u || tile.v > resolution.v {
-        return Err(damaged(format!("tiles of {tile:?} do not fit into a face of {resolution:?}"), start));
-    }
-    let zipped = fields.u32()? as usize;
-    let offset = fields.offset();
-    let count = resolution.texels() / tile.texels();
-    let headers = inflate(fields.take(zipped)?, offset, 4 * count, budget)?;
-    let mut texels = zeros(size, budget)?;
-    for (window, header) in Window::tiles(resolution, tile, texel).zip(headers.as_chunks().0) {
-        let header = BlockHeader(u32::from_le_bytes(*header));
-        let offset = fields.offset();
-        let bytes = fields.take(header.size() as usize)?;
-        if header.encoding() == Encoding::Tiled {
-            return Err(damaged("there are tiles within a tile", offset));
+    let pieces = pieces(file, start, header, format, resolution, budget)?;
+    let mut texels = spread(&[0], resolution.texels() * texel as u64, budget)?;
+    for piece in pieces {
+        // What a tile is decompressed to is let go before the next.
+        let planes = piece.planes(format, &mut Budget::new(budget.left()))?;
+        let Some(planes) = planes else {
+            for row in piece.window.rows_mut(&mut texels, texel) {
+                row.chunks_exact_mut(texel).for_each(|to| to.copy_from_slice(piece.bytes));
+            }
+            continue;
+        };
+        match format.data_type.size() {
+            1 => interleave::<1>(&planes, &mut texels, piece.window, texel),
+            2 => interleave::<2>(&planes, &mut texels, piece.window, texel),
+            _ => interleave::<4>(&planes, &mut texels, piece.window, texel),
         }
-        let mut scratch = Budget::new(budget.left());
-        decode_window(bytes, offset, header, format, window, &mut texels, &mut scratch)?;
     }
     Ok(texels)
 }
 
-fn zeros(size: u64, budget: &mut Budget) -> Result<Vec<u8>> {
-    let length = usize::try_from(size).map_err(|_| Error::memory(format!("its texels take {size} bytes")))?;
-    budget.filled(length, 0)
-}
-
-/// Fails where a block cannot be as large as it should be when it is decoded.
-fn check_size(bytes: &[u8], start: u64, header: BlockHeader, size: u64, texel: usize) -> Result<()> {
-    let possible = match header.encoding() {
-        Encoding::Constant => bytes.len() == texel,
-        _ => size <= (bytes.len() as u64).saturating_mul(LARGEST_RATIO),
-    };
-    if possible { Ok(()) } else { Err(damaged(format!("{} bytes cannot be its texels", bytes.len()), start)) }
-}
-
-fn decode_window(
-    bytes: &[u8],
+/// Decompresses the block without laying out its texels: a time that the length of the file bounds, however large
+/// constant tiles are.
+pub(crate) fn check(
+    file: &[u8],
     start: u64,
     header: BlockHeader,
     format: &Format,
-    window: Window,
-    texels: &mut [u8],
+    resolution: Resolution,
     budget: &mut Budget,
 ) -> Result<()> {
-    let texel = format.texel_size();
-    let size = window.resolution.texels() * texel as u64;
-    check_size(bytes, start, header, size, texel)?;
-    if header.encoding() == Encoding::Constant {
-        for row in window.rows_mut(texels, texel) {
-            row.chunks_exact_mut(texel).for_each(|to| to.copy_from_slice(bytes));
-        }
-        return Ok(());
-    }
-    let mut planes = inflate(bytes, start, size, budget)?;
-    if header.encoding() == Encoding::ZippedDifferences {
-        sum(&mut planes, format.data_type);
-    }
-    match format.data_type.size() {
-        1 => interleave::<1>(&planes, texels, window, texel),
-        2 => interleave::<2>(&planes, texels, window, texel),
-        _ => interleave::<4>(&planes, texels, window, texel),
+    for piece in pieces(file, start, header, format, resolution, budget)? {
+        piece.planes(format, &mut Budget::new(budget.left()))?;
     }
     Ok(())
+}
+
+/// `size` bytes, `value` again and again.
+pub(crate) fn spread(value: &[u8], size: u64, budget: &mut Budget) -> Result<Vec<u8>> {
+    let length = usize::try_from(size).map_err(|_| Error::memory(format!("its texels take {size} bytes")))?;
+    if let [byte] = value {
+        return budget.filled(length, *byte);
+    }
+    let mut bytes = budget.filled(length, 0)?;
+    bytes.chunks_exact_mut(value.len().max(1)).for_each(|to| to.copy_from_slice(value));
+    Ok(bytes)
 }
 
 fn interleave<const N: usize>(planes: &[u8], texels: &mut [u8], window: Window, texel: usize) {

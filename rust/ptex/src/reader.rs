@@ -7,10 +7,10 @@ use std::path::Path;
 
 use relievo_core::{Budget, Error, Result, file};
 
-use crate::block::{BlockHeader, decode, inflate};
+use crate::block::{self, BlockHeader, inflate};
 use crate::face::{CONSTANT_NEIGHBORHOOD, EDITED, Face, Record};
 use crate::fields::{Fields, damaged, section};
-use crate::format::{Borders, Format};
+use crate::format::{Borders, Format, Resolution};
 use crate::header::{ExtendedHeader, Header};
 use crate::meta::{self, MetaData};
 
@@ -193,42 +193,51 @@ impl<B: AsRef<[u8]>> Reader<B> {
         let mut budget = Budget::new(self.left);
         if level == 0 && record.is_constant() {
             let size = record.face.resolution.texels() * self.format.texel_size() as u64;
-            let length = usize::try_from(size).map_err(|_| Error::memory(format!("its texels take {size} bytes")))?;
-            let mut texels = budget.filled(length, 0)?;
-            let value = self.average(face)?;
-            texels.chunks_exact_mut(value.len()).for_each(|texel| texel.copy_from_slice(value));
-            return Ok(texels);
+            return block::spread(self.average(face)?, size, &mut budget);
         }
+        let (block, resolution) = self.block(face, level)?;
+        block::decode(self.bytes.as_ref(), block.start, block.header, &self.format, resolution, &mut budget)
+    }
+
+    /// Where the texels of a face in a level lie, and how many they are.
+    fn block(&self, face: u32, level: usize) -> Result<(Block, Resolution)> {
         let index = if level == 0 { Some(&face) } else { self.ranks.get(face as usize) };
         let blocks = self.levels.get(level).zip(index);
         let block = blocks.and_then(|(blocks, index)| blocks.get(*index as usize));
-        let resolution = u8::try_from(level).ok().and_then(|level| record.face.resolution.halved(level));
-        let (Some(block), Some(resolution)) = (block, resolution) else {
-            return Err(Error::invalid("the file has no texels of it").advise("the file is damaged: write it again"));
-        };
-        decode(self.bytes.as_ref(), block.start, block.header, &self.format, resolution, &mut budget)
+        let times = u8::try_from(level).ok();
+        let resolution = times.and_then(|times| self.record(face).ok()?.face.resolution.halved(times));
+        block
+            .copied()
+            .zip(resolution)
+            .ok_or_else(|| Error::invalid("the file has no texels of it").advise("the file is damaged: write it again"))
     }
 
     /// The texels that the file holds of a face in a level of reductions: half as many along u and v per level,
     /// colours multiplied by alpha. `None` for constant, edited and small faces, which have none.
     pub fn reduction(&self, face: u32, level: usize) -> Result<Option<Vec<u8>>> {
-        let record = self.record(face)?;
-        let rank = self.ranks.get(face as usize).copied().unwrap_or(u32::MAX) as usize;
-        let stored = self.levels.get(level).is_some_and(|blocks| rank < blocks.len());
-        if level == 0 || !stored || record.is_constant() || record.has(EDITED) {
+        if !self.has_reduction(self.record(face)?, face, level) {
             return Ok(None);
         }
         self.decoded(face, level).map(Some).map_err(|error| error.at(format!("face {face}, level {level}")))
     }
 
-    /// Decodes every face and reduction once. Fails at the first that is damaged.
+    fn has_reduction(&self, record: &Record, face: u32, level: usize) -> bool {
+        let rank = self.ranks.get(face as usize).copied().unwrap_or(u32::MAX) as usize;
+        let stored = self.levels.get(level).is_some_and(|blocks| rank < blocks.len());
+        level > 0 && stored && !record.is_constant() && !record.has(EDITED)
+    }
+
+    /// Decompresses all that is stored of faces and reductions once, in a time that the length of the file bounds.
+    /// Fails at the first that is damaged.
     pub fn check(&self) -> Result<()> {
-        for face in (0..self.face_count()).filter(|face| self.constant(*face).is_none()) {
-            self.texels(face)?;
-            for level in 1..self.level_count() {
-                if self.reduction(face, level)?.is_none() {
-                    break;
-                }
+        for (face, record) in (0u32..).zip(&self.records).filter(|(_, record)| !record.is_constant()) {
+            let last = (1..self.level_count()).take_while(|level| self.has_reduction(record, face, *level)).last();
+            for level in 0..=last.unwrap_or(0) {
+                let sound = self.block(face, level).and_then(|(block, resolution)| {
+                    let mut budget = Budget::new(self.left);
+                    block::check(self.bytes.as_ref(), block.start, block.header, &self.format, resolution, &mut budget)
+                });
+                sound.map_err(|error| error.at(format!("face {face}, level {level}")))?;
             }
         }
         Ok(())

@@ -42,7 +42,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Numbers about a file, whose texels are all decoded once.
+    /// Numbers about a file, whose texels are all decompressed once.
     pub fn of<B: AsRef<[u8]>>(reader: &Reader<B>) -> Self {
         let mut summary = Self {
             format: *reader.format(),

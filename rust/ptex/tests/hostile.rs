@@ -16,7 +16,7 @@ fn seed(data_type: DataType) -> Vec<u8> {
     writer.set_constant(2, &Face::new(5, 5), &texels(1)).unwrap();
     writer.set_meta("a", MetaValue::Text("text".into()));
     writer.set_meta("b", MetaValue::F64(vec![1.0; 130]));
-    let mut bytes = writer.into_bytes().unwrap();
+    let mut bytes = writer.bytes().unwrap();
     // The edit makes face 1 constant.
     let mut edit = vec![1, 0, 0, 0, 2, 2, 0, 1];
     edit.extend([255; 16]);
@@ -35,7 +35,7 @@ fn tiled() -> Vec<u8> {
     let mut writer = Writer::new(format, Borders::default(), 1).unwrap();
     let texels: Vec<u8> = (0..4 * 33_000).map(|index| (index / 50_000) as u8).collect();
     writer.set(0, &Face::new(1, 1), &texels).unwrap();
-    writer.into_bytes().unwrap()
+    writer.bytes().unwrap()
 }
 
 /// Whatever opens can be used.
@@ -115,7 +115,7 @@ fn faces_larger_than_the_memory_limit_are_refused() {
     let format = Format { mesh: MeshType::Quad, data_type: DataType::F32, channels: 4, alpha: None };
     let mut writer = Writer::new(format, Borders::default(), 1).unwrap();
     writer.set_constant(0, &Face::new(16, 16), &[1; 16]).unwrap();
-    let reader = Reader::new(writer.into_bytes().unwrap(), LIMIT).unwrap();
+    let reader = Reader::new(writer.bytes().unwrap(), LIMIT).unwrap();
     let error = reader.texels(0).unwrap_err();
     assert_eq!(error.kind, relievo_core::ErrorKind::Memory);
     assert_eq!(reader.constant(0), Some([1; 16].as_slice()));

@@ -63,7 +63,7 @@ fn a_written_file_has_the_documented_fields() {
     writer.set_meta("Name", MetaValue::Text("ab".into()));
     writer.set_meta("Numbers", MetaValue::I16(vec![-2, 300]));
     writer.set_meta("Large", MetaValue::F32(vec![1.5; 400]));
-    let bytes = writer.into_bytes().unwrap();
+    let bytes = writer.bytes().unwrap();
 
     let mut file = Pieces(&bytes);
     assert_eq!(file.next(4), b"Ptex");
@@ -326,6 +326,19 @@ fn reductions_are_found_by_size() {
     assert!(reader.check().is_ok());
 }
 
+/// What a file says in few bytes takes no time that its length does not justify: 20,000 faces of 2^32 texels.
+#[test]
+fn large_faces_of_one_value_are_checked_at_once() {
+    let count = 20_000;
+    let mut file = ByHand::new(vec![record(16, 16, 0); count], &vec![0; count], vec![block(0, vec![7]); count]);
+    let reader = Reader::new(file.bytes(), u64::MAX).unwrap();
+    assert_eq!(reader.face(1).unwrap().resolution.texels(), 1 << 32);
+    assert_eq!(Summary::of(&reader).problem, None);
+    file.levels[0][count - 1] = block(0, vec![7, 7]);
+    let error = Reader::new(file.bytes(), u64::MAX).unwrap().check().unwrap_err().to_string();
+    assert!(error.starts_with("face 19999, level 0: "), "{error}");
+}
+
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     let good = || ByHand::new(vec![record(1, 0, 0)], &[1], vec![block(1, zip(&[1, 2]))]);
@@ -357,8 +370,8 @@ fn what_is_wrong_is_said_with_its_place() {
         (with(64, 3), "byte 64: there is no border mode 3"),
         (with(70, 9), "byte 70: there is no edge filter mode 9"),
         (ByHand { records: vec![record(1, 17, 0)], ..good() }.bytes(), "face 0: it has 2^1 by 2^17 texels"),
-        (ByHand { records: vec![record(2, 0, 0)], ..good() }.bytes(), "face 0: byte"),
-        (ByHand { levels: vec![], ..good() }.bytes(), "face 0: the file has no texels of it"),
+        (ByHand { records: vec![record(2, 0, 0)], ..good() }.bytes(), "face 0, level 0: byte"),
+        (ByHand { levels: vec![], ..good() }.bytes(), "face 0, level 0: the file has no texels of it"),
         (ByHand { levels: vec![vec![]], ..good() }.bytes(), "level 0: byte"),
         (ByHand { meta: vec![0], ..good() }.bytes(), "decompressed: byte 0: meta data has no key"),
         (ByHand { edits: face_edit(1, record(0, 0, 1), 0, &[1], &[]), ..good() }.bytes(), "face 1 of 1"),

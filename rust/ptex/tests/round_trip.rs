@@ -1,6 +1,7 @@
 //! What is written is read again as it was.
 
 use proptest::prelude::*;
+use relievo_core::{Context, ContextOptions, Error};
 use relievo_ptex::{
     BorderMode, Borders, DataType, EdgeFilter, Face, Format, MeshType, MetaData, MetaValue, Neighbor, Reader,
     Resolution, Summary, Writer,
@@ -90,7 +91,15 @@ fn bytes(file: &File, backwards: bool) -> Vec<u8> {
         writer.set(index as u32, face, texels).unwrap();
     }
     file.meta.iter().for_each(|(key, value)| writer.set_meta(key.clone(), value.clone()));
-    writer.into_bytes().unwrap()
+    writer.bytes().unwrap()
+}
+
+fn threaded(file: &File) -> Vec<u8> {
+    let mut writer = Writer::new(file.format, file.borders, file.faces.len() as u32).unwrap();
+    let context = Context::new(&ContextOptions { threads: 2, memory_limit: 0 }).unwrap();
+    writer.set_all(&context, |index| Ok(file.faces[index as usize].clone())).unwrap();
+    file.meta.iter().for_each(|(key, value)| writer.set_meta(key.clone(), value.clone()));
+    writer.bytes().unwrap()
 }
 
 proptest! {
@@ -100,6 +109,7 @@ proptest! {
     fn everything_comes_back(file in file()) {
         let bytes = bytes(&file, false);
         prop_assert_eq!(&bytes, &self::bytes(&file, true));
+        prop_assert_eq!(&bytes, &threaded(&file));
         let reader = Reader::new(&bytes, 1 << 24).unwrap();
         prop_assert_eq!(reader.format(), &file.format);
         prop_assert_eq!(reader.borders(), file.borders);
@@ -179,6 +189,11 @@ fn what_cannot_be_written_is_refused() {
         assert!(error.starts_with(&format!("face {index}: ")) && error.contains(';'), "{error}");
     }
     assert!(writer.set_constant(1, &Face::new(1, 1), &[1, 2]).is_err());
+    let error = writer.set_all(&Context::serial(), |index| match index {
+        0 => Ok((Face::new(0, 0), vec![1])),
+        _ => Err(Error::invalid("no texels")),
+    });
+    assert_eq!(error.unwrap_err().to_string(), "face 1: no texels");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.ptx");
     assert!(writer.clone().write(&path).unwrap_err().to_string().contains("face 1: its texels are missing"));
@@ -187,7 +202,7 @@ fn what_cannot_be_written_is_refused() {
     for key in ["", "a\0b", &"k".repeat(255)] {
         let mut writer = writer.clone();
         writer.set_meta(key, MetaValue::I8(vec![1]));
-        assert!(writer.into_bytes().unwrap_err().to_string().contains("cannot be a key"));
+        assert!(writer.bytes().unwrap_err().to_string().contains("cannot be a key"));
     }
     assert!(writer.write(&path).is_ok() && path.exists());
     assert!(Writer::new(Format { channels: 0, ..format }, Borders::default(), 1).is_err());

@@ -43,7 +43,7 @@ fn sound(bytes: &[u8]) {
     }
     let keys = reader.meta().iter().filter(|(key, _)| !key.is_empty() && key.len() < 255);
     keys.clone().for_each(|(key, value)| writer.set_meta(key.clone(), value.clone()));
-    let again = Reader::new(writer.into_bytes().expect("all faces"), MEMORY_LIMIT).expect("a file of ours");
+    let again = Reader::new(writer.bytes().expect("all faces"), MEMORY_LIMIT).expect("a file of ours");
     for index in 0..reader.face_count() {
         assert_eq!(again.face(index), reader.face(index));
         assert_eq!(again.texels(index), reader.texels(index));
