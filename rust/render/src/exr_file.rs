@@ -63,6 +63,8 @@ pub enum Value {
     I32(i32),
     /// A float.
     F32(f32),
+    /// A pair of whole numbers.
+    I32x2([i32; 2]),
     /// A vector.
     F32x3([f32; 3]),
 }
@@ -158,6 +160,7 @@ fn encoded(layer: &Layer) -> Result<file::Layer<file::AnyChannels<file::FlatSamp
             Value::Text(value) => file::AttributeValue::Text(text(value)?),
             Value::I32(value) => file::AttributeValue::I32(*value),
             Value::F32(value) => file::AttributeValue::F32(*value),
+            Value::I32x2([x, y]) => file::AttributeValue::IntVec2(file::Vec2(*x, *y)),
             Value::F32x3([x, y, z]) => file::AttributeValue::FloatVec3((*x, *y, *z)),
         };
         attributes.other.insert(text(name)?, value);
@@ -285,6 +288,7 @@ fn decoded(layer: file::Layer<file::AnyChannels<file::FlatSamples>>) -> Result<L
                 file::AttributeValue::Text(value) => Value::Text(value.to_string()),
                 file::AttributeValue::I32(value) => Value::I32(value),
                 file::AttributeValue::F32(value) => Value::F32(value),
+                file::AttributeValue::IntVec2(file::Vec2(x, y)) => Value::I32x2([x, y]),
                 file::AttributeValue::FloatVec3((x, y, z)) => Value::F32x3([x, y, z]),
                 _ => return None,
             };
@@ -362,6 +366,7 @@ mod tests {
             attributes: vec![
                 ("face".into(), Value::I32(12)),
                 ("origin".into(), Value::F32x3([1.0, 2.0, 3.0])),
+                ("place".into(), Value::I32x2([-3, 7])),
                 ("scale".into(), Value::F32(0.1)),
                 ("surface".into(), Value::Text("terrain".into())),
             ],

@@ -255,6 +255,8 @@ impl Baker {
                 report.merge(self.imprinter.imprint(context, object_a, &collider, &first.settings, moment)?);
             }
         }
+        // However many imprints a step took: none where the two do not meet, two where both give way.
+        report.sub_steps = u64::from(steps);
         Ok(report)
     }
 }

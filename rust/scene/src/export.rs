@@ -95,7 +95,8 @@ fn placed(mesh: &Mesh, transform: &DAffine3) -> Mesh {
 }
 
 /// Writes the allocated tiles of every surface, one EXR file per object with a layer per tile: the coefficients of the
-/// displacement in half floats, row 0 at v = 0. Returns the files.
+/// displacement in half floats, row 0 at v = 0, and as `face_corner` the face of the cage and, of a face without four
+/// corners, the corner that the tile belongs to. Returns the files.
 pub fn write_tiles(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
     let _stage = context.stats().begin("export.tiles");
     let mut written = Vec::new();
@@ -115,11 +116,11 @@ pub fn write_tiles(context: &Context, world: &World, folder: &Folder, frame: u32
                     width: size as u32,
                     height: size as u32,
                     channels: vec![Channel { name: "displacement".into(), samples: Samples::F16(samples) }],
-                    attributes: vec![
-                        ("object".into(), Value::Text(name.clone())),
-                        ("face".into(), Value::I32(topology.face(tile) as i32)),
-                        ("corner".into(), Value::I32(topology.sub_corner(tile) as i32)),
-                    ],
+                    // One attribute: the encoder writes several in an order that differs from run to run.
+                    attributes: vec![(
+                        "face_corner".into(),
+                        Value::I32x2([topology.face(tile) as i32, topology.sub_corner(tile) as i32]),
+                    )],
                 })
             })
             .collect();

@@ -155,11 +155,15 @@ impl Stepper {
             self.cache.truncate(0)?;
         }
         let baked = |frame: u32| self.cache.state(frame) == State::Baked;
-        let start = (0..first).rev().find(|frame| baked(*frame)).unwrap_or(0);
-        if start + 1 < first {
-            self.summary
-                .notes
-                .push(format!("frames {start} to {} are not baked yet; they are computed first", first - 1));
+        let before = (0..first).rev().find(|frame| baked(*frame));
+        let start = before.unwrap_or(0);
+        let missing = before.map_or(0, |frame| frame + 1);
+        if missing < first {
+            let which = match first - missing {
+                1 => format!("frame {missing} is not baked yet; it is"),
+                _ => format!("frames {missing} to {} are not baked yet; they are", first - 1),
+            };
+            self.summary.notes.push(format!("{which} computed first"));
         }
         if rebake {
             self.cache.truncate(first)?;
@@ -216,7 +220,13 @@ impl Stepper {
         let (pictures, mesh, tiles) = (output.picture_frames, output.mesh, output.tiles);
         if pictures.includes(frame, last) && !output.pictures.is_empty() && !output.images.is_empty() {
             match &mut self.studio {
-                None => self.studio = Some(Studio::new(context, &self.world)?),
+                None => {
+                    let studio = self.studio.insert(Studio::new(context, &self.world)?);
+                    // Everything is new to it; only false colours tell what changed in this frame.
+                    if output.pictures.contains(&"tiles") {
+                        studio.update(context, &self.world, &changes.for_pictures())?;
+                    }
+                }
                 Some(studio) => {
                     for unseen in self.unseen.drain(..) {
                         studio.update(context, &self.world, &unseen.for_pictures())?;

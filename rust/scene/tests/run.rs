@@ -199,6 +199,28 @@ fn scrubbing_to_any_frame_shows_that_frame() {
 }
 
 #[test]
+fn a_resumed_frame_is_written_as_in_a_whole_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let text = SCENE.replace("tiles = \"last\"", "tiles = \"every\"");
+    let text = text.replace("picture_frames = \"last\"", "picture_frames = \"every\"");
+    let text = format!("{text}[camera]\nposition = [1, -1, 1]\ntarget = [0, 0, 0]\n");
+    std::fs::write(&scene, text).unwrap();
+    let (whole, part) = (folder.path().join("whole"), folder.path().join("part"));
+    run_with(&context(1), &scene, &options(&whole)).unwrap();
+    let frames = RunOptions { frames: Some((3, 4)), ..options(&part) };
+    let notes = run_with(&context(2), &scene, &frames).unwrap().notes;
+    assert!(notes.iter().any(|note| note.contains("frames 0 to 2 are not baked yet")), "{notes:?}");
+    let names: Vec<_> = std::fs::read_dir(&part).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert!(names.iter().any(|name| name == "tiles-000003.png"), "{names:?}");
+    let pictures = |name: &str| name.ends_with(".png") || name.ends_with(".exr");
+    for name in names.iter().filter(|name| pictures(&name.to_string_lossy())) {
+        let [first, second] = [&whole, &part].map(|out| std::fs::read(out.join(name)).unwrap());
+        assert!(first == second, "{name:?}");
+    }
+}
+
+#[test]
 fn a_changed_scene_is_baked_anew_and_a_changed_camera_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.toml");
