@@ -1,4 +1,4 @@
-//! The imprints of a frame: colliders travel from their last place to their next in sub-steps so small that no point of
+//! The imprints and strokes of a frame: colliders travel from their last place to their next in sub-steps so small that no point of
 //! them goes further than a quarter of their box's smallest edge, and are pressed in after each. How far they go is
 //! measured against the surface, which may move as well.
 //!
@@ -12,10 +12,13 @@ use relievo_detail::overlap::overlap;
 use relievo_detail::tool::{foremost, pressed};
 use relievo_detail::{
     Collider, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, Moment, Motion, Obb, Pose, Report,
+    StrokeReport,
 };
+use relievo_tiles::Paint;
 
-use crate::cache::{Block, Frame};
+use crate::cache::{Block, Frame, Layer};
 use crate::description::ToolEntry;
+use crate::strokes;
 use crate::world::{Item, World};
 
 /// Makes the imprints of frame after frame.
@@ -27,12 +30,16 @@ pub struct Baker {
 /// What a frame changed.
 #[derive(Clone, Debug, Default)]
 pub struct Changes {
-    /// Per object the tiles that changed, ascending.
+    /// Per object the tiles of which the displacement changed, ascending.
     pub tiles: Vec<Vec<u32>>,
+    /// Per object the tiles of which the colours changed, ascending.
+    pub painted: Vec<Vec<u32>>,
     /// Objects whose points moved.
     pub posed: Vec<usize>,
     /// What the imprints did, all together.
     pub report: Report,
+    /// What the strokes did, all together.
+    pub strokes: StrokeReport,
 }
 
 /// A collider at work: who presses into whom.
@@ -54,9 +61,16 @@ const EVEN_TURN: f64 = 1.0;
 
 impl Changes {
     /// Per object the tiles that changed, or `None` where everything did, as pictures want it.
-    pub fn for_pictures(&self) -> Vec<Option<&[u32]>> {
+    pub fn for_pictures(&self) -> Vec<Option<Vec<u32>>> {
         let list = self.tiles.iter().enumerate();
-        list.map(|(object, tiles)| (!self.posed.contains(&object)).then_some(tiles.as_slice())).collect()
+        list.map(|(object, tiles)| {
+            let mut tiles = tiles.clone();
+            tiles.extend(self.painted.get(object).into_iter().flatten());
+            tiles.sort_unstable();
+            tiles.dedup();
+            (!self.posed.contains(&object)).then_some(tiles)
+        })
+        .collect()
     }
 }
 
@@ -100,14 +114,18 @@ impl Baker {
         world.place(&last)?;
         changes.posed = animated(world);
         world.pose(context, now)?;
+        changes.strokes = strokes::make(context, world, frame)?;
         let _stage = context.stats().begin("commit");
         for object in 0..world.items().len() {
-            let tiles = world.surface_mut(object).map_or_else(Vec::new, |surface| {
+            let (mut tiles, mut painted) = (Vec::new(), Vec::new());
+            if let Some(surface) = world.surface_mut(object) {
                 // Taking it for writing also makes the object measure its reach anew, so that a frame does not depend
                 // on whether the frames before were computed or opened.
-                surface.displacement_mut().commit().changed().to_vec()
-            });
+                tiles = surface.displacement_mut().commit().changed().to_vec();
+                painted = surface.paint_mut().map_or_else(Vec::new, |paint| paint.commit().changed().to_vec());
+            }
             changes.tiles.push(tiles);
+            changes.painted.push(painted);
         }
         Ok(changes)
     }
@@ -458,19 +476,23 @@ fn groups(world: &World, time: f64) -> Vec<Vec<Pair>> {
 
 /// The blocks of the tiles in `changes`, for the cache; empty where a tile was given back.
 pub fn blocks(context: &Context, world: &World, changes: &Changes) -> Result<Vec<Block>> {
-    let list: Vec<(usize, u32)> = changes
-        .tiles
-        .iter()
-        .enumerate()
-        .flat_map(|(object, tiles)| tiles.iter().map(move |tile| (object, *tile)))
-        .collect();
+    let mut list: Vec<(usize, Layer, u32)> = Vec::new();
+    for (layer, objects) in [(Layer::Displacement, &changes.tiles), (Layer::Paint, &changes.painted)] {
+        let tiles =
+            objects.iter().enumerate().flat_map(|(object, tiles)| tiles.iter().map(move |tile| (object, *tile)));
+        list.extend(tiles.map(|(object, tile)| (object, layer, tile)));
+    }
     let read = context.map(list.len(), |at| {
-        let (object, tile) = list[at];
-        let bytes = match world.items().get(object) {
-            Some(Item::Surface(surface)) => surface.displacement().read(tile)?.unwrap_or_default(),
-            _ => Vec::new(),
+        let (object, layer, tile) = list[at];
+        let bytes = match (world.items().get(object), layer) {
+            (Some(Item::Surface(surface)), Layer::Displacement) => surface.displacement().read(tile)?,
+            (Some(Item::Surface(surface)), Layer::Paint) => match surface.paint() {
+                Some(paint) => paint.read(tile)?,
+                None => None,
+            },
+            _ => None,
         };
-        Ok(Block { object: object as u32, tile, bytes })
+        Ok(Block { object: object as u32, layer, tile, bytes: bytes.unwrap_or_default() })
     });
     read.into_iter().collect()
 }
@@ -486,12 +508,18 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
         return Err(misfit("it has other objects"));
     }
     let blocks = frame.read_since(context, since)?;
-    let mut changes = Changes { tiles: vec![Vec::new(); world.items().len()], ..Changes::default() };
+    let none = || vec![Vec::new(); world.items().len()];
+    let mut changes = Changes { tiles: none(), painted: none(), ..Changes::default() };
     for block in blocks {
         let surface = world.surface_mut(block.object as usize).ok_or_else(|| misfit("an object has no surface"))?;
         let bytes = (!block.bytes.is_empty()).then_some(block.bytes.as_slice());
-        surface.displacement_mut().write(block.tile, bytes).map_err(|error| misfit(&error.to_string()))?;
-        changes.tiles[block.object as usize].push(block.tile);
+        let (written, list) = match (block.layer, surface.paint_mut()) {
+            (Layer::Displacement, _) => (surface.displacement_mut().write(block.tile, bytes), &mut changes.tiles),
+            (Layer::Paint, Some(paint)) => (paint.write(block.tile, bytes), &mut changes.painted),
+            (Layer::Paint, None) => return Err(misfit("an object has no colours")),
+        };
+        written.map_err(|error| misfit(&error.to_string()))?;
+        list[block.object as usize].push(block.tile);
     }
     world.place(&frame.transforms)?;
     changes.posed = animated(world);
@@ -499,6 +527,7 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
     for object in 0..world.items().len() {
         if let Some(surface) = world.surface_mut(object) {
             surface.displacement_mut().commit();
+            surface.paint_mut().map(Paint::commit);
         }
     }
     Ok(changes)

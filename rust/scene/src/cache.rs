@@ -20,7 +20,7 @@ use glam::DAffine3;
 use relievo_core::{Context, Error, Result};
 
 const MAGIC: [u8; 8] = *b"RLVCACHE";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const EXTENSION: &str = "rlvcache";
 /// No block is larger: a tile of 256² coefficients with ring and mips takes less.
 const MAX_BLOCK: u64 = 1 << 22;
@@ -48,10 +48,13 @@ struct Header {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct Entry {
     object: u32,
+    /// The [`Layer`].
+    layer: u32,
     tile: u32,
     /// The frame whose file holds the block.
     frame: u32,
     crc: u32,
+    padding: u32,
     /// Bytes from the start of that file's blocks.
     offset: u64,
     length: u32,
@@ -70,11 +73,35 @@ pub struct Identity {
     pub level: u32,
 }
 
+/// What a tile is a part of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u32)]
+pub enum Layer {
+    /// The displacement of an object.
+    Displacement = 0,
+    /// The colours painted on it.
+    Paint = 1,
+}
+
+impl Layer {
+    fn of(number: u32) -> Result<Self> {
+        [Layer::Displacement, Layer::Paint]
+            .into_iter()
+            .find(|layer| *layer as u32 == number)
+            .ok_or_else(|| damaged("a tile belongs to an unknown layer"))
+    }
+}
+
+/// Which block: object, layer, tile.
+pub type Key = (u32, Layer, u32);
+
 /// The state of one tile of one object.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Block {
     /// Index of the object in the scene.
     pub object: u32,
+    /// What of the object.
+    pub layer: Layer,
     /// The tile.
     pub tile: u32,
     /// What the owner of the tile wrote; empty for a tile that was given back.
@@ -107,7 +134,7 @@ pub struct Frame {
     pub number: u32,
     /// Transforms of all objects.
     pub transforms: Vec<DAffine3>,
-    index: BTreeMap<(u32, u32), Entry>,
+    index: BTreeMap<Key, Entry>,
 }
 
 impl Cache {
@@ -163,7 +190,7 @@ impl Cache {
         let mut blocks = Vec::new();
         for (block, packed) in changed.iter().zip(packed) {
             if block.bytes.is_empty() {
-                index.remove(&(block.object, block.tile));
+                index.remove(&(block.object, block.layer, block.tile));
                 continue;
             }
             let packed = packed.map_err(|error| Error::io(&path, &error))?;
@@ -172,15 +199,17 @@ impl Cache {
             }
             let entry = Entry {
                 object: block.object,
+                layer: block.layer as u32,
                 tile: block.tile,
                 frame,
                 crc: crc32fast::hash(&packed),
+                padding: 0,
                 offset: blocks.len() as u64,
                 length: packed.len() as u32,
                 raw_length: block.bytes.len() as u32,
             };
             blocks.extend_from_slice(&packed);
-            index.insert((block.object, block.tile), entry);
+            index.insert((block.object, block.layer, block.tile), entry);
         }
         let mut raw = Vec::with_capacity(transforms.len() * POSE + index.len() * size_of::<Entry>());
         for transform in transforms {
@@ -249,8 +278,8 @@ impl Cache {
             let index = entries
                 .chunks_exact(size_of::<Entry>())
                 .map(bytemuck::pod_read_unaligned::<Entry>)
-                .map(|entry| ((entry.object, entry.tile), entry))
-                .collect();
+                .map(|entry| Ok(((entry.object, Layer::of(entry.layer)?, entry.tile), entry)))
+                .collect::<Result<_>>()?;
             Ok(Frame { folder: self.folder.clone(), number: frame, transforms, index })
         };
         open().map_err(|error| error.at(path.display().to_string()))
@@ -258,8 +287,8 @@ impl Cache {
 }
 
 impl Frame {
-    /// Which blocks there are: object and tile, in order.
-    pub fn blocks(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+    /// Which blocks there are, in order.
+    pub fn blocks(&self) -> impl Iterator<Item = Key> + '_ {
         self.index.keys().copied()
     }
 
@@ -270,7 +299,7 @@ impl Frame {
 
     /// Reads the blocks that are not as in the frame `since`, in order. Blocks that are gone are empty.
     pub fn read_since(&self, context: &Context, since: Option<&Frame>) -> Result<Vec<Block>> {
-        let before = |key: &(u32, u32)| since.and_then(|frame| frame.index.get(key));
+        let before = |key: &Key| since.and_then(|frame| frame.index.get(key));
         let same = |entry: &Entry, other: &Entry| entry.frame == other.frame && entry.offset == other.offset;
         let mut files: BTreeMap<u32, Vec<Entry>> = BTreeMap::new();
         let mut total = 0_u64;
@@ -296,8 +325,8 @@ impl Frame {
             blocks.extend(list?);
         }
         let gone = since.into_iter().flat_map(Frame::blocks).filter(|key| !self.index.contains_key(key));
-        blocks.extend(gone.map(|(object, tile)| Block { object, tile, bytes: Vec::new() }));
-        blocks.sort_by_key(|block| (block.object, block.tile));
+        blocks.extend(gone.map(|(object, layer, tile)| Block { object, layer, tile, bytes: Vec::new() }));
+        blocks.sort_by_key(|block| (block.object, block.layer, block.tile));
         Ok(blocks)
     }
 }
@@ -367,7 +396,7 @@ fn read_blocks(path: &Path, frame: u32, entries: &[Entry]) -> Result<Vec<Block>>
                 return Err(damaged("a tile claims an impossible size"));
             }
             let bytes = unpack(packed, u64::from(entry.raw_length))?;
-            Ok(Block { object: entry.object, tile: entry.tile, bytes })
+            Ok(Block { object: entry.object, layer: Layer::of(entry.layer)?, tile: entry.tile, bytes })
         })
         .collect()
 }
@@ -379,7 +408,12 @@ mod tests {
     const IDENTITY: Identity = Identity { scene: 77, level: 1 };
 
     fn block(object: u32, tile: u32, value: u8) -> Block {
-        Block { object, tile, bytes: (0..5000).map(|at| value.wrapping_mul(at as u8)).collect() }
+        Block {
+            object,
+            layer: Layer::Displacement,
+            tile,
+            bytes: (0..5000).map(|at| value.wrapping_mul(at as u8)).collect(),
+        }
     }
 
     fn baked(folder: &Path) -> (Context, Cache) {
@@ -388,7 +422,7 @@ mod tests {
         let pose = |x: f64| [DAffine3::from_translation(glam::DVec3::X * x), DAffine3::IDENTITY];
         let first = cache.write(&context, 0, &pose(0.0), None, &[block(0, 3, 1), block(1, 9, 2)]).unwrap();
         let second = cache.write(&context, 1, &pose(1.0), Some(&first), &[block(0, 3, 3), block(0, 7, 4)]).unwrap();
-        let gone = Block { object: 0, tile: 7, bytes: Vec::new() };
+        let gone = Block { object: 0, layer: Layer::Displacement, tile: 7, bytes: Vec::new() };
         cache.write(&context, 2, &pose(2.0), Some(&second), &[gone]).unwrap();
         (context, cache)
     }
@@ -402,7 +436,7 @@ mod tests {
         assert_eq!(read(1), [block(0, 3, 3), block(0, 7, 4), block(1, 9, 2)]);
         assert_eq!(read(0), [block(0, 3, 1), block(1, 9, 2)]);
         let (from, to) = (cache.open(&context, 1).unwrap(), cache.open(&context, 2).unwrap());
-        let gone = |tile: u32| Block { object: 0, tile, bytes: Vec::new() };
+        let gone = |tile: u32| Block { object: 0, layer: Layer::Displacement, tile, bytes: Vec::new() };
         assert_eq!(to.read_since(&context, Some(&from)).unwrap(), [gone(7)]);
         assert_eq!(from.read_since(&context, Some(&to)).unwrap(), [block(0, 7, 4)]);
         assert_eq!(cache.open(&context, 2).unwrap().transforms[0].translation.x, 2.0);

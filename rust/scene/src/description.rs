@@ -110,12 +110,14 @@ pub struct SurfaceEntry {
     pub sharp_corners: bool,
 }
 
-/// How displacement is stored.
+/// How displacement and paint are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetailEntry {
     /// Coefficients along a side of a tile.
     pub tile_size: u32,
-    /// Most bytes of tiles.
+    /// Texels of paint along a side of a tile.
+    pub paint_size: u32,
+    /// Most bytes of tiles of displacement, and of paint.
     pub budget: u64,
 }
 
@@ -279,6 +281,17 @@ pub struct ColliderEntry {
     pub tool: Option<ToolEntry>,
 }
 
+/// `[[strokes]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct StrokeEntry {
+    /// Index of the object it is on.
+    pub object: usize,
+    /// When it is made.
+    pub time: f64,
+    /// The stroke.
+    pub stroke: relievo_detail::Stroke,
+}
+
 /// `[physics]`
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhysicsEntry {
@@ -406,6 +419,8 @@ pub struct Scene {
     pub bodies: Vec<BodyEntry>,
     /// Colliders.
     pub colliders: Vec<ColliderEntry>,
+    /// Strokes, in the order they are made.
+    pub strokes: Vec<StrokeEntry>,
     /// Physics.
     pub physics: PhysicsEntry,
     /// The camera.
@@ -430,6 +445,12 @@ impl Scene {
             Geometry::Mesh(mesh) => mesh,
             Geometry::Surface(surface) => self.surfaces[surface].mesh,
         }
+    }
+
+    /// Whether any stroke paints the object.
+    pub fn is_painted(&self, object: usize) -> bool {
+        let paints = |entry: &StrokeEntry| matches!(entry.stroke.action, relievo_detail::Action::Paint { .. });
+        self.strokes.iter().any(|entry| entry.object == object && paints(entry))
     }
 
     /// Where in the file a mesh's source is written.

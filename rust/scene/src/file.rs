@@ -16,6 +16,7 @@ use crate::reader::{Name, Reader, Table};
 use crate::schema;
 use crate::sequence::Pattern;
 use crate::shapes;
+use crate::strokes::read_stroke;
 use crate::views::{read_camera, read_output, read_sky, read_sun};
 
 /// Scene files larger than this are refused before they are parsed.
@@ -195,6 +196,9 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
             );
         }
     }
+    let strokes = reader.list(root, "strokes");
+    let strokes: Vec<_> =
+        strokes.into_iter().map(|table| read_stroke(reader, table, &object_names, &objects)).collect();
     let physics = reader.sub_table(root, "physics");
     let physics = PhysicsEntry {
         gravity: reader.optional_vector(physics, "gravity").map_or(up.direction() * (-9.81 / metres), DVec3::from),
@@ -220,6 +224,7 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
         objects: objects.into_iter().collect::<Option<_>>()?,
         bodies: bodies.into_iter().collect::<Option<_>>()?,
         colliders: colliders.into_iter().collect::<Option<_>>()?,
+        strokes: strokes.into_iter().collect::<Option<_>>()?,
         physics,
         camera,
         sun,
@@ -342,11 +347,17 @@ fn read_surface(reader: &mut Reader, name: &Name, table: Table, meshes: &Names) 
 }
 
 fn read_detail(reader: &mut Reader, table: Table, general: Option<&DetailEntry>) -> DetailEntry {
-    let mut own =
-        DetailEntry { tile_size: reader.whole(table, "tile_size") as u32, budget: reader.whole(table, "budget") };
+    let mut own = DetailEntry {
+        tile_size: reader.whole(table, "tile_size") as u32,
+        paint_size: reader.whole(table, "paint_size") as u32,
+        budget: reader.whole(table, "budget"),
+    };
     if let Some(general) = general {
         if !table.has("tile_size") {
             own.tile_size = general.tile_size;
+        }
+        if !table.has("paint_size") {
+            own.paint_size = general.paint_size;
         }
         if !table.has("budget") {
             own.budget = general.budget;
@@ -634,6 +645,44 @@ into = "ground"
                 "[colliders.tool]\ntool = { force = [0, 0, -1] }",
                 "tool",
                 "physics and the force",
+            ),
+            ("[bodies.tool]", "[[strokes]]\nobject = \"ground\"\n[bodies.tool]", "", "does nothing"),
+            (
+                "[bodies.tool]",
+                "[[strokes]]\nobject = \"ground\"\npaint = \"mix\"\n[bodies.tool]",
+                "",
+                "it has no points",
+            ),
+            (
+                "[bodies.tool]",
+                "[[strokes]]\nobject = \"tool\"\npaint = \"mix\"\npoints = [{ position = [0, 0, 0] }]\n[bodies.tool]",
+                "\"tool\"",
+                "make a surface",
+            ),
+            (
+                "[bodies.tool]",
+                "[[strokes]]\nobject = \"ground\"\npaint = \"mixx\"\npoints = [{ position = [0, 0, 0] }]\n[bodies.tool]",
+                "\"mixx\"",
+                "did you mean \"mix\"?",
+            ),
+            (
+                "[bodies.tool]",
+                "[[strokes]]\nobject = \"ground\"\nsculpt = \"draw\"\npoints = [{ position = [0, 0, 0], pressure = nan }]\n[bodies.tool]",
+                "nan",
+                "not a finite number",
+            ),
+            (
+                "[bodies.tool]",
+                "[[strokes]]\nobject = \"ground\"\nsculpt = \"draw\"\nradius = 0.0001\nspacing = 0.01\n\
+                 points = [{ position = [0, 0, 0] }, { position = [9, 0, 0] }]\n[bodies.tool]",
+                "[{ position",
+                "over a million dabs",
+            ),
+            (
+                "[bodies.tool]",
+                "[[strokes]]\nobject = \"ground\"\nsculpt = \"draw\"\ncolour = [1, 1, 1]\npoints = [{ position = [0, 0, 0] }]\n[bodies.tool]",
+                "[1, 1, 1]",
+                "means nothing",
             ),
             ("version = 1", "version = ", "", "not TOML"),
         ];

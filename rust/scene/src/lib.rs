@@ -20,6 +20,7 @@ pub mod sequence;
 pub mod shapes;
 pub mod starter;
 pub mod stepper;
+mod strokes;
 pub mod tessellation;
 pub mod trace;
 mod views;

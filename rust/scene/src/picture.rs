@@ -67,24 +67,25 @@ impl Studio {
             studio.objects.push(shown);
         }
         studio.automatic = automatic_view(&world.scene, low, high);
-        let changes: Vec<Option<&[u32]>> = vec![None; world.items().len()];
+        let changes: Vec<Option<Vec<u32>>> = vec![None; world.items().len()];
         studio.update(context, world, &changes)?;
         Ok(studio)
     }
 
     /// Takes over what changed: per object the tiles that changed, or `None` if it changed as a whole.
-    pub fn update(&mut self, context: &Context, world: &World, changes: &[Option<&[u32]>]) -> Result<()> {
+    pub fn update(&mut self, context: &Context, world: &World, changes: &[Option<Vec<u32>>]) -> Result<()> {
         let mut stage = context.stats().begin("tessellate");
         let mut count = 0;
         let tagged = world.scene.output.pictures.contains(&"tiles");
         for (index, item) in world.items().iter().enumerate() {
             let Some(id) = self.objects[index].id else { continue };
-            let change = changes.get(index).copied().flatten();
+            let change = changes.get(index).and_then(Option::as_deref);
             match item {
                 Item::Surface(surface) => {
                     self.scene.set_transform(id, *surface.transform())?;
                     let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
-                    let rates = Rates::new(&displaced, world.scene.output.rate, u32::MAX);
+                    let paint = surface.paint().map(|paint| paint.field());
+                    let rates = Rates::new(&displaced, paint, world.scene.output.rate, u32::MAX);
                     let field = displaced.field();
                     let topology = field.topology();
                     let before = self.objects[index].rates.replace(rates.clone());
@@ -102,12 +103,14 @@ impl Studio {
                         _ => true,
                     };
                     let tiles: Vec<u32> = (0..field.tile_count() as u32).filter(|tile| stale(*tile)).collect();
-                    let pieces =
-                        context.map(tiles.len(), |at| tessellation::tile(context, &displaced, &rates, tiles[at]));
+                    let pieces = context
+                        .map(tiles.len(), |at| tessellation::tile(context, &displaced, paint, &rates, tiles[at]));
                     for (tile, piece) in tiles.iter().zip(pieces) {
                         let piece = piece?;
                         let changed = change.is_some_and(|tiles| tiles.binary_search(tile).is_ok());
-                        let tag = match (field.is_allocated(*tile), changed) {
+                        let allocated =
+                            field.is_allocated(*tile) || paint.is_some_and(|paint| paint.is_allocated(*tile));
+                        let tag = match (allocated, changed) {
                             (true, true) => CHANGED,
                             (true, false) => ALLOCATED,
                             (false, _) => UNTOUCHED,
@@ -118,7 +121,7 @@ impl Studio {
                             points: piece.points,
                             triangles: piece.triangles,
                             normals: piece.normals,
-                            colors: Vec::new(),
+                            colors: piece.colors,
                             tags,
                             edges: piece.edges,
                         };

@@ -86,6 +86,12 @@ pub const SHAPES: &[&str] = &["plane", "terrain", "box", "sphere", "cylinder", "
 pub const STAND_INS: &[&str] = &["none", "trimesh", "convex", "heightfield", "ball", "cylinder", "box"];
 /// What can be locked of a body's motion.
 pub const LOCKS: &[&str] = &["x", "y", "z", "rx", "ry", "rz"];
+/// How a stroke paints.
+pub const PAINT_MODES: [&str; 4] = ["mix", "add", "multiply", "erase"];
+/// How a stroke sculpts.
+pub const SCULPT_MODES: [&str; 4] = ["draw", "smooth", "flatten", "erase"];
+/// Functions of a brush.
+pub const FALLOFFS: [&str; 5] = ["constant", "linear", "smooth", "sphere", "gaussian"];
 /// When meshes and tiles are written.
 pub const WHEN: &[&str] = &["none", "last", "every"];
 
@@ -172,15 +178,16 @@ pub static SURFACE: Section = Section {
 /// `[details]` and `detail` of an object.
 pub static DETAIL: Section = Section {
     name: "details",
-    help: "How displacement is stored; `detail` of an object overrides single keys",
+    help: "How displacement and paint are stored; `detail` of an object overrides single keys",
     keys: &[
         key("tile_size", Kind::Power(8, 256), "128", "", "Coefficients along a side of a tile"),
+        key("paint_size", Kind::Power(8, 256), "128", "", "Texels of paint along a side of a tile"),
         key(
             "budget",
             Kind::Whole(1 << 16, 1 << 40),
             "268435456",
             "bytes",
-            "Most memory the tiles of an object may occupy",
+            "Most memory the displacement of an object may occupy, and as much again its paint",
         ),
     ],
     parameters: &[],
@@ -294,6 +301,52 @@ pub static BODY: Section = Section {
         key("keyframes", Kind::List(&KEYFRAME), "[]", "", "Where it is when"),
     ],
     parameters: &[],
+};
+
+/// An item of a stroke's `points`.
+pub static STROKE_POINT: Section = Section {
+    name: "strokes.points",
+    help: "A point of a stroke; the stroke goes straight from point to point, a dab at every step",
+    keys: &[
+        key("position", Kind::Numbers(3), "", UNITS, "Where, in the world; the nearest place of the surface is meant"),
+        key("pressure", Kind::Number(0.0, 1.0), "1", "", "How hard"),
+    ],
+    parameters: &[],
+};
+
+/// `[[strokes]]`
+pub static STROKE: Section = Section {
+    name: "strokes",
+    help: "Strokes of a brush, `[[strokes]]` each, in the order they are made, which paint or sculpt a surface",
+    keys: &[
+        key("object", Kind::Name("objects"), "", "", "The object, which shows a surface"),
+        key("time", Kind::Number(0.0, 1e6), "0", "seconds", "When: at the first frame that is not before it"),
+        key(
+            "paint",
+            Kind::Choice(&PAINT_MODES),
+            "",
+            "",
+            "Changes colours: toward `colour`, by adding it, by multiplying with it, or back to the object's own",
+        ),
+        key(
+            "sculpt",
+            Kind::Choice(&SCULPT_MODES),
+            "",
+            "",
+            "Changes displacement: raised by `height`, smoothed, flattened to the tangent plane, or back to none",
+        ),
+        key("colour", Kind::Colour, "[0.6, 0.03, 0.02]", "", "Colour to paint with, linear Rec.709 or \"#rrggbb\""),
+        key(
+            "height",
+            Kind::Number(-60000.0, 60000.0),
+            "0.1",
+            "object units",
+            "What one dab of `draw` raises the surface by; negative digs. Dabs that overlap add up",
+        ),
+        key("falloff", Kind::Choice(&FALLOFFS), "\"smooth\"", "", "How the edit fades from the middle to the rim"),
+        key("points", Kind::List(&STROKE_POINT), "[]", "", "The points, at least one"),
+    ],
+    parameters: relievo_detail::StrokeSettings::PARAMETERS,
 };
 
 /// `[physics]`
@@ -471,11 +524,12 @@ pub static SCENE: Section = Section {
         key("seed", Kind::Whole(0, 4_294_967_295), "1", "", "Seed of everything random"),
         key("meshes", Kind::Named(&MESH), "", "", "Meshes by name"),
         key("surfaces", Kind::Named(&SURFACE), "", "", "Surfaces by name"),
-        key("details", Kind::Table(&DETAIL), "", "", "How displacement is stored"),
+        key("details", Kind::Table(&DETAIL), "", "", "How displacement and paint are stored"),
         key("objects", Kind::Named(&OBJECT), "", "", "Objects by name"),
         key("bodies", Kind::Named(&BODY), "", "", "Bodies by name"),
         key("colliders", Kind::Named(&COLLIDER), "", "", "Colliders by name"),
         key("imprints", Kind::Table(&IMPRINT), "", "", "How colliders imprint themselves"),
+        key("strokes", Kind::List(&STROKE), "[]", "", "Painting and sculpting"),
         key("physics", Kind::Table(&PHYSICS), "", "", "Physics"),
         key("camera", Kind::Table(&CAMERA), "", "", "The camera"),
         key("sun", Kind::Table(&SUN), "", "", "The sun"),
@@ -541,8 +595,24 @@ pub fn shown_unit(parameter: &Parameter) -> (f64, &'static str) {
 /// The sections in the order they are documented.
 pub fn sections() -> Vec<&'static Section> {
     vec![
-        &SCENE, &MESH, &SURFACE, &DETAIL, &OBJECT, &BODY, &KEYFRAME, &IMPRINT, &COLLIDER, &TOOL, &PHYSICS, &CAMERA,
-        &VIEW, &SUN, &SKY, &OUTPUT,
+        &SCENE,
+        &MESH,
+        &SURFACE,
+        &DETAIL,
+        &OBJECT,
+        &BODY,
+        &KEYFRAME,
+        &IMPRINT,
+        &COLLIDER,
+        &TOOL,
+        &STROKE,
+        &STROKE_POINT,
+        &PHYSICS,
+        &CAMERA,
+        &VIEW,
+        &SUN,
+        &SKY,
+        &OUTPUT,
     ]
 }
 

@@ -109,6 +109,8 @@ pub struct Stepper {
     volumes: Volumes,
     /// Sub-steps that colliders needed beyond their limit.
     missed: u64,
+    /// Dabs of strokes that were too far from their surface.
+    missed_dabs: u64,
 }
 
 impl Stepper {
@@ -130,6 +132,7 @@ impl Stepper {
             clamped: 0,
             volumes: Volumes::default(),
             missed: 0,
+            missed_dabs: 0,
         })
     }
 
@@ -202,6 +205,8 @@ impl Stepper {
         self.volumes.pushed += changes.report.volumes.pushed;
         self.volumes.raised += changes.report.volumes.raised;
         self.missed += changes.report.sub_steps_wanted.saturating_sub(changes.report.sub_steps);
+        self.refused += changes.strokes.report.refused.len() as u64;
+        self.missed_dabs += changes.strokes.missed;
         Ok(changes)
     }
 
@@ -276,6 +281,12 @@ impl Stepper {
                 "imprints pushed {pushed:.4} cubic units of the surfaces away, of which {raised:.4} ({share:.0} %) rose as rims"
             ));
         }
+        if self.missed_dabs > 0 {
+            self.summary.notes.push(format!(
+                "{} dabs of strokes were too far from their surface and left out; move the points or raise `reach`",
+                self.missed_dabs
+            ));
+        }
         for item in self.world.items() {
             if let Item::Surface(surface) = item {
                 let displacement = surface.displacement();
@@ -283,6 +294,12 @@ impl Stepper {
                 self.summary.tile_bytes[1] += displacement.full_bytes();
                 self.summary.tiles[0] += displacement.field().allocated().count() as u64;
                 self.summary.tiles[1] += displacement.field().tile_count() as u64;
+                if let Some(paint) = surface.paint() {
+                    self.summary.tile_bytes[0] += paint.bytes();
+                    self.summary.tile_bytes[1] += paint.full_bytes();
+                    self.summary.tiles[0] += paint.allocated_count() as u64;
+                    self.summary.tiles[1] += paint.field().tile_count() as u64;
+                }
             }
         }
         self.summary

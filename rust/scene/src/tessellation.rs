@@ -7,7 +7,7 @@
 
 use relievo_core::{Context, Result};
 use relievo_surface::{Grid, Link, Place, Placement, TileTopology};
-use relievo_tiles::{Displaced, Points};
+use relievo_tiles::{Displaced, Field, Points, Rgba8};
 
 /// Quads along a side of every tile, powers of two from 2 up.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,6 +18,8 @@ pub struct Rates(Vec<u32>);
 pub struct Piece {
     /// Positions in object space: the inner points row by row, then the border from corner 0 around.
     pub points: Vec<[f32; 3]>,
+    /// Colours where the surface is painted, linear Rec.709; none if it has no paint.
+    pub colors: Vec<[f32; 3]>,
     /// Unit normals.
     pub normals: Vec<[f32; 3]>,
     /// Triangles, counter-clockwise from the front.
@@ -29,13 +31,15 @@ pub struct Piece {
 }
 
 impl Rates {
-    /// Tiles with displacement get one quad per texel but at most `most`, others `coarse`; sub-tiles half of it.
-    pub fn new(displaced: &Displaced, coarse: u32, most: u32) -> Self {
+    /// Tiles with displacement or paint get one quad per texel but at most `most`, others `coarse`; sub-tiles half of it.
+    pub fn new(displaced: &Displaced, paint: Option<&Field<Rgba8>>, coarse: u32, most: u32) -> Self {
         let field = displaced.field();
         let topology = field.topology();
         let rate = |tile: u32| {
             let coarse = (coarse >> u32::from(topology.is_sub(tile))).max(2).next_power_of_two();
-            let wanted = if field.is_allocated(tile) { field.size(tile).min(most).max(coarse) } else { coarse };
+            let displacement = field.is_allocated(tile).then(|| field.size(tile));
+            let paint = paint.filter(|paint| paint.is_allocated(tile)).map(|paint| paint.size(tile));
+            let wanted = displacement.max(paint).map_or(coarse, |size| size.min(most).max(coarse));
             wanted.next_power_of_two()
         };
         Self((0..field.tile_count() as u32).map(rate).collect())
@@ -76,7 +80,13 @@ impl Rates {
 const SHARP: f32 = 0.94;
 
 /// The triangles of `tile`, none for a hole. Fails if it does not exist.
-pub fn tile(context: &Context, displaced: &Displaced, rates: &Rates, tile: u32) -> Result<Piece> {
+pub fn tile(
+    context: &Context,
+    displaced: &Displaced,
+    paint: Option<&Field<Rgba8>>,
+    rates: &Rates,
+    tile: u32,
+) -> Result<Piece> {
     let topology = displaced.field().topology();
     let rate = rates.of(tile);
     if rate < 2 || topology.is_hole(tile) {
@@ -104,6 +114,12 @@ pub fn tile(context: &Context, displaced: &Displaced, rates: &Rates, tile: u32) 
         }
     }
     let mut piece = Piece { points: points.p, normals: points.normal, border: places.len(), ..Piece::default() };
+    if let Some(paint) = paint {
+        let at = |i: u32| i as f32 / rate as f32;
+        let inner = (1..rate).flat_map(|j| (1..rate).map(move |i| Place::new(tile, at(i), at(j))));
+        let border = places.iter().map(|place| paint.canonical(*place));
+        piece.colors = inner.chain(border).map(|place| paint.color(place).truncate().to_array()).collect();
+    }
     let first_border = piece.points.len() as u32;
     piece.points.extend(border.p);
     piece.normals.extend(border.normal);
@@ -187,7 +203,7 @@ mod tests {
     fn edge_uses(context: &Context, displaced: &Displaced, rates: &Rates) -> Vec<i32> {
         let mut edges = HashMap::new();
         for index in 0..displaced.field().tile_count() as u32 {
-            let piece = tile(context, displaced, rates, index).unwrap();
+            let piece = tile(context, displaced, None, rates, index).unwrap();
             // Adding zero turns −0 into +0, which is the same place.
             let at = |corner: u32| piece.points[corner as usize].map(|value| (value + 0.0).to_bits());
             for [a, b, c] in &piece.triangles {
@@ -214,7 +230,7 @@ mod tests {
             let displacement = displacement(&context, &surface, &[0, 5, 7]);
             let displaced = Displaced::new(&surface, displacement.field()).unwrap();
             for (coarse, most) in [(2, 16), (4, 64), (8, 4)] {
-                let rates = Rates::new(&displaced, coarse, most);
+                let rates = Rates::new(&displaced, None, coarse, most);
                 let open = edge_uses(&context, &displaced, &rates).into_iter().filter(|uses| *uses != 1001).count();
                 assert_eq!(open, 0, "{shape:?} {coarse} {most}");
             }
@@ -228,8 +244,8 @@ mod tests {
         let surface = Surface::new(&context, &cage, &SurfaceOptions::default()).unwrap();
         let displacement = Displacement::new(surface.topology().clone(), &DisplacementOptions::default()).unwrap();
         let displaced = Displaced::new(&surface, displacement.field()).unwrap();
-        let rates = Rates::new(&displaced, 8, 8);
-        let piece = tile(&context, &displaced, &rates, 4).unwrap();
+        let rates = Rates::new(&displaced, None, 8, 8);
+        let piece = tile(&context, &displaced, None, &rates, 4).unwrap();
         assert_eq!(piece.triangles.len(), 128);
         assert_eq!(piece.points.len(), 81);
         // Every quad has one diagonal, which both its triangles leave unmarked.
@@ -253,9 +269,9 @@ mod tests {
         let surface = Surface::new(&context, &cage, &SurfaceOptions::default()).unwrap();
         let displacement = Displacement::new(surface.topology().clone(), &DisplacementOptions::default()).unwrap();
         let displaced = Displaced::new(&surface, displacement.field()).unwrap();
-        let rates = Rates::new(&displaced, 4, 4);
+        let rates = Rates::new(&displaced, None, 4, 4);
         for index in 0..displaced.field().tile_count() as u32 {
-            let piece = tile(&context, &displaced, &rates, index).unwrap();
+            let piece = tile(&context, &displaced, None, &rates, index).unwrap();
             // The axis is y: normals of the ends are along it, those of the side across.
             let along = piece.normals.iter().map(|normal| normal[1].abs());
             assert!(along.clone().all(|y| y > 0.9) || along.clone().all(|y| y < 0.3), "tile {index}");

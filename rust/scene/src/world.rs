@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use glam::DAffine3;
+use glam::{DAffine3, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::{Collider, DisplacedObject};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
-use relievo_tiles::{Displacement, DisplacementOptions};
+use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint};
 
 use crate::assets::Assets;
 use crate::description::{Geometry, Scene, SurfaceEntry};
@@ -75,7 +75,12 @@ impl World {
                         budget: object.detail.budget,
                         ..Default::default()
                     };
-                    make_surface(context, mesh, &options, &detail, transform)
+                    // Colours are those of the object where nothing is painted.
+                    let paint = scene.is_painted(items.len()).then(|| {
+                        let options = ChannelOptions { size: object.detail.paint_size, ..detail.clone() };
+                        (Vec3::from(object.colour).min(Vec3::ONE).extend(1.0), options)
+                    });
+                    make_surface(context, mesh, &options, &detail, paint, transform)
                         .map_err(|error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error)))
                 }
             };
@@ -261,9 +266,14 @@ impl World {
             .map(|object| (&object.name, object.geometry, object.placement, object.deformable, object.detail))
             .collect();
         let files: Vec<_> = (0..scene.meshes.len()).map(|mesh| self.assets.checksums(mesh)).collect();
+        let painted: Vec<_> = (0..scene.objects.len())
+            .filter(|object| scene.is_painted(*object))
+            .map(|object| scene.objects[object].colour)
+            .collect();
         let decisive = (
             (env!("CARGO_PKG_VERSION"), scene.fps, scene.up, scene.seed, scene.physics),
             (&scene.meshes, files, &scene.surfaces, objects, &scene.bodies, &scene.colliders),
+            (&scene.strokes, painted),
         );
         // FNV-1a of the text of all of it.
         format!("{decisive:?}")
@@ -287,10 +297,15 @@ fn make_surface(
     mesh: &Mesh,
     options: &SurfaceOptions,
     detail: &DisplacementOptions,
+    paint: Option<(Vec4, ChannelOptions)>,
     transform: DAffine3,
 ) -> Result<Item> {
     let surface = Surface::new(context, mesh, options)?;
     let displacement = Displacement::new(surface.topology().clone(), detail)?;
-    let object = DisplacedObject::new(context, surface, &mesh.points, displacement, transform)?;
+    let paint = paint.map(|(color, options)| Paint::of_color(surface.topology().clone(), color, &options));
+    let mut object = DisplacedObject::new(context, surface, &mesh.points, displacement, transform)?;
+    if let Some(paint) = paint {
+        object.set_paint(paint?)?;
+    }
     Ok(Item::Surface(Box::new(object)))
 }

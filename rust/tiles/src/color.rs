@@ -8,11 +8,12 @@
 use std::sync::Arc;
 
 use glam::Vec4;
-use relievo_core::Result;
+use relievo_core::{Attribute, Domain, Result, Values};
 use relievo_surface::{Place, TileTopology};
 
 use crate::channel::{Channel, ChannelOptions};
 use crate::field::Field;
+use crate::tessellate::Tessellation;
 use crate::texel::{ColorTexel, Rgba8};
 
 /// Colours that may be edited, four bytes a texel unless it says otherwise.
@@ -40,6 +41,35 @@ impl<T: ColorTexel> Field<T> {
         let low = at(i, j) + (at(i + 1, j) - at(i, j)) * s;
         let high = at(i, j + 1) + (at(i + 1, j + 1) - at(i, j + 1)) * s;
         low + (high - low) * t
+    }
+}
+
+impl Tessellation {
+    /// Gives the mesh the colours of `paint` as the point attribute `color`, in place of one it may have: red, green
+    /// and blue, linear.
+    ///
+    /// # Panics
+    /// If the tessellation is that of another surface.
+    pub fn paint<T: ColorTexel>(&mut self, paint: &Field<T>) {
+        let mut values = vec![0.0; 3 * self.mesh.points.len()];
+        let mut done = vec![false; self.mesh.points.len()];
+        for (corner, point) in self.mesh.corners.iter().enumerate() {
+            let point = *point as usize;
+            if std::mem::replace(&mut done[point], true) {
+                continue;
+            }
+            let [u, v] = self.parameters[corner];
+            let color = paint.color(paint.canonical(Place::new(self.tiles[corner / 3], u, v)));
+            values[3 * point..3 * point + 3].copy_from_slice(&color.truncate().to_array());
+        }
+        self.mesh.attributes.retain(|attribute| attribute.name != "color");
+        self.mesh.attributes.push(Attribute {
+            name: "color".into(),
+            domain: Domain::Point,
+            width: 3,
+            values: Values::F32(values),
+            indices: None,
+        });
     }
 }
 
