@@ -12,6 +12,7 @@ use half::f16;
 use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, dispatch_simd};
 use relievo_surface::{PatchForm, PatchView};
+use relievo_tiles::Field;
 
 use crate::grid::Grid;
 use crate::hierarchy::Region;
@@ -112,25 +113,27 @@ const SLACK: f32 = 0.05;
 pub fn cull(context: &Context, object: &mut DisplacedObject, grid: &Grid) -> Vec<CulledTile> {
     let frame = VoxelFrame::new(grid, &object.transform);
     let map = grid.map * object.transform;
-    cull_frame(context, object, &frame, &map, |object, tile| object.displacement.field().size(tile))
+    cull_frame(context, object, &frame, &map, |object, tile| object.displacement.field().size(tile), None)
 }
 
 /// Parts of a box that count as a voxel where surfaces are culled against the box alone.
 const PARTS: f64 = 64.0;
 
 /// The tiles that may have points in `obb`, and which of their blocks of texels, where a tile has the size that `size`
-/// says (Schäfer et al. 2015, Local Painting and Deformation of Meshes on the GPU, Section 3).
+/// says (Schäfer et al. 2015, Local Painting and Deformation of Meshes on the GPU, Section 3). With `start`, tiles that
+/// had points in the box with that displacement are found as well; the object has reached as far since it is known.
 pub fn cull_box(
     context: &Context,
     object: &mut DisplacedObject,
     obb: &Obb,
     size: impl Fn(&DisplacedObject, u32) -> u32 + Sync,
+    start: Option<&Field>,
 ) -> Vec<CulledTile> {
     let scale = DMat3::from_diagonal(0.5 * PARTS / obb.half) * obb.axes.transpose();
     let map = DAffine3 { matrix3: scale, translation: 0.5 * PARTS - scale * obb.center } * object.transform;
     let center = object.transform.inverse().transform_point3(obb.center);
     let frame = VoxelFrame::of_map(&map, center, [PARTS as f32; 3]);
-    cull_frame(context, object, &frame, &map, size)
+    cull_frame(context, object, &frame, &map, size, start)
 }
 
 fn cull_frame(
@@ -139,6 +142,7 @@ fn cull_frame(
     frame: &VoxelFrame,
     map: &DAffine3,
     size: impl Fn(&DisplacedObject, u32) -> u32 + Sync,
+    start: Option<&Field>,
 ) -> Vec<CulledTile> {
     let [least, most] = object.reach();
     let object = &*object;
@@ -151,7 +155,11 @@ fn cull_frame(
     object.hierarchy.query(context, &Region::new(map, -margin, dims + margin), &mut tiles);
     let culled = context.map(tiles.len(), |index| {
         let tile = tiles[index];
-        let range = object.displacement.field().block(tile).map_or([0.0; 2], range);
+        let mut range = object.displacement.field().block(tile).map_or([0.0; 2], range);
+        if let Some(start) = start {
+            let [least, most] = start.range(tile);
+            range = [range[0].min(least), range[1].max(most)];
+        }
         CulledTile { tile, blocks: blocks(context.level(), object, frame, tile, size(object, tile), range) }
     });
     culled.into_iter().filter(|tile| !tile.blocks.is_empty()).collect()

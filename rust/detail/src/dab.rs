@@ -197,10 +197,22 @@ impl Dab {
     ///
     /// Fails, and changes nothing, if a number is out of range, or the object has no colours and is to be painted.
     pub fn apply(&self, context: &Context, object: &mut DisplacedObject) -> Result<DabReport> {
+        self.make(context, object, None)
+    }
+
+    /// As [`Self::apply`], as one of the dabs of a stroke: what is in the box, and how much of the edit it gets, goes by
+    /// the displacement `start` from when the stroke began. So dabs that overlap add up to an even ridge, rather than
+    /// each finding what the one before raised. Only dabs were made since, and the reach was known then.
+    pub(crate) fn make(
+        &self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        start: Option<&Field>,
+    ) -> Result<DabReport> {
         self.check()?;
         match self.action {
-            Action::Paint { mode, color } => self.paint(context, object, mode, Vec4::from(color)),
-            Action::Sculpt { mode, height } => self.sculpt(context, object, mode, height),
+            Action::Paint { mode, color } => self.paint(context, object, start, mode, Vec4::from(color)),
+            Action::Sculpt { mode, height } => self.sculpt(context, object, start, mode, height),
         }
     }
 
@@ -208,13 +220,14 @@ impl Dab {
         &self,
         context: &Context,
         object: &mut DisplacedObject,
+        start: Option<&Field>,
         mode: PaintMode,
         color: Vec4,
     ) -> Result<DabReport> {
         let Some(mut paint) = object.paint.take() else {
             return Err(Error::invalid("the object has no colours to paint on").advise("give it some first"));
         };
-        let done = self.paint_channel(context, object, &mut paint, mode, color);
+        let done = self.paint_channel(context, object, start, &mut paint, mode, color);
         object.paint = Some(paint);
         done
     }
@@ -223,16 +236,18 @@ impl Dab {
         &self,
         context: &Context,
         object: &mut DisplacedObject,
+        start: Option<&Field>,
         paint: &mut Paint,
         mode: PaintMode,
         color: Vec4,
     ) -> Result<DabReport> {
         let parameters = DabParameters::new(self, object);
-        let culled = self.intersect(context, object, |_, tile| paint.field().size(tile));
+        let culled = self.intersect(context, object, start, |_, tile| paint.field().size(tile));
         let blank = paint.field().blank().color();
         let field = paint.field();
-        let heights = |window: &Window, out: &mut [f32; BLOCK_KNOTS]| {
-            surface_heights(context.level(), object.displacement.field(), window, out);
+        let displacement = start.unwrap_or(object.displacement.field());
+        let heights = |window: &Window, out: &mut Scratch| {
+            surface_heights(context.level(), displacement, window, &mut out.heights);
         };
         let edits = evaluate(context, &object.surface, field, &culled, &parameters, heights, |_, weights, old| {
             let now = old.color();
@@ -251,15 +266,27 @@ impl Dab {
         &self,
         context: &Context,
         object: &mut DisplacedObject,
+        start: Option<&Field>,
         mode: SculptMode,
         height: f32,
     ) -> Result<DabReport> {
         let parameters = DabParameters::new(self, object);
-        let culled = self.intersect(context, object, |object, tile| object.displacement.field().size(tile));
+        let culled = self.intersect(context, object, start, |object, tile| object.displacement.field().size(tile));
         let field = object.displacement.field();
-        let heights = |window: &Window, out: &mut [f32; BLOCK_KNOTS]| {
+        let read = |field: &Field, window: &Window, out: &mut [f32; BLOCK_KNOTS]| {
             let Some(block) = field.block(window.tile) else { return out.fill(0.0) };
             window.indices().zip(out).for_each(|(at, out)| *out = block[at].to_f32());
+        };
+        let heights = |window: &Window, out: &mut Scratch| {
+            read(start.unwrap_or(field), window, &mut out.heights);
+            // How far it rose since.
+            match start {
+                None => out.risen.fill(0.0),
+                Some(_) => {
+                    read(field, window, &mut out.risen);
+                    out.risen.iter_mut().zip(&out.heights).for_each(|(now, then)| *now -= then);
+                }
+            }
         };
         let edits = evaluate(context, &object.surface, field, &culled, &parameters, heights, |around, weights, old| {
             let now = old.to_f32();
@@ -289,10 +316,11 @@ impl Dab {
         &self,
         context: &Context,
         object: &mut DisplacedObject,
+        start: Option<&Field>,
         size: impl Fn(&DisplacedObject, u32) -> u32 + Sync,
     ) -> Vec<CulledTile> {
         let mut stage = context.stats().begin("dab.intersect");
-        let mut culled = cull::cull_box(context, object, self.brush.obb(), size);
+        let mut culled = cull::cull_box(context, object, self.brush.obb(), size, start);
         culled.sort_unstable_by_key(|tile| tile.tile);
         stage.count("tiles", culled.len() as u64);
         stage.count("blocks", culled.iter().map(|tile| tile.blocks.len() as u64).sum());
@@ -361,7 +389,7 @@ fn surface_heights(level: Level, field: &Field, window: &Window, out: &mut [f32;
     jets.d.iter().zip(out).for_each(|(d, out)| *out = *d);
 }
 
-/// The second pass: the brush at every texel of the blocks. `heights` gives the displacement of a window's texels,
+/// The second pass: the brush at every texel of the blocks. `heights` sets the displacement of a window's texels,
 /// `change` the new texel of an old one and its neighbours, if it changes. Only tiles that change are returned.
 fn evaluate<T: Texel>(
     context: &Context,
@@ -369,7 +397,7 @@ fn evaluate<T: Texel>(
     field: &Field<T>,
     culled: &[CulledTile],
     parameters: &DabParameters,
-    heights: impl Fn(&Window, &mut [f32; BLOCK_KNOTS]) + Sync,
+    heights: impl Fn(&Window, &mut Scratch) + Sync,
     change: impl Fn(Option<[T; 4]>, &Weights, T) -> Option<T> + Sync,
 ) -> Vec<TileEdit<T>> {
     let mut stage = context.stats().begin("dab.evaluate");
@@ -383,7 +411,7 @@ fn evaluate<T: Texel>(
         for block in blocks {
             let window = Window::new(*tile, field.size(*tile), block.index);
             knots.evaluate(level, surface, *tile, window.size, block.index);
-            heights(&window, &mut weights.heights);
+            heights(&window, &mut weights);
             weigh(level, parameters, &knots, &mut weights);
             let stride = window.stride();
             let mut count = 0;
@@ -398,7 +426,7 @@ fn evaluate<T: Texel>(
                     let around = source.map(|source| [at - stride, at - 1, at + 1, at + stride].map(|at| source[at]));
                     let weights = Weights {
                         share: weights.share[k],
-                        above: (weights.rise[k] > 0.0).then(|| weights.level[k] / weights.rise[k]),
+                        above: (weights.rise[k] > 0.0).then(|| weights.level[k] / weights.rise[k] + weights.risen[k]),
                     };
                     let new = change(around, &weights, old).unwrap_or(old);
                     count += u64::from(!new.same(old));
@@ -424,8 +452,10 @@ fn tested<T: Texel>(field: &Field<T>, tile: &CulledTile) -> u64 {
 
 /// What is computed of a block side by side.
 struct Scratch {
-    /// Displacements.
+    /// Displacements by which places are in the box or not.
     heights: [f32; BLOCK_KNOTS],
+    /// By how much displacements are larger than that.
+    risen: [f32; BLOCK_KNOTS],
     /// Shares of the edit.
     share: [f32; BLOCK_KNOTS],
     /// Third coordinates in the brush.
@@ -437,7 +467,7 @@ struct Scratch {
 impl Default for Scratch {
     fn default() -> Self {
         let zero = [0.0; BLOCK_KNOTS];
-        Self { heights: zero, share: zero, level: zero, rise: zero }
+        Self { heights: zero, risen: zero, share: zero, level: zero, rise: zero }
     }
 }
 
@@ -449,7 +479,7 @@ dispatch_simd! {
 #[inline(always)]
 fn weigh_body<A: Arithmetic>(parameters: &DabParameters, knots: &KnotBlock, weights: &mut Scratch) {
     let DabParameters { rows, origin, strength, .. } = *parameters;
-    let Scratch { heights, share, level, rise } = weights;
+    let Scratch { heights, share, level, rise, .. } = weights;
     // The square of the distance from the middle, or −1 outside.
     for k in 0..BLOCK_KNOTS {
         let from = [0, 1, 2].map(|axis| knots.p[axis][k] - origin[axis]);

@@ -1,7 +1,8 @@
 //! A stroke: dabs at even distances along a line of points near a surface.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 3: each
-//! dab is put on the surface as it then is, oriented by its tangent plane. Pressure goes evenly from point to point.
+//! dab is put on the surface and oriented by its tangent plane. What counts is the surface as it was when the stroke
+//! began, so that a stroke that raises it does not climb its own ridge. Pressure goes evenly from point to point.
 //! Units: world units; heights of sculpting are in object units.
 
 use glam::DVec3;
@@ -153,24 +154,29 @@ impl Stroke {
         if matches!(self.action, Action::Paint { .. }) && object.paint().is_none() {
             return Err(Error::invalid("the object has no colours to paint on").advise("give it some first"));
         }
-        let mut done = StrokeReport::default();
-        for station in &stations {
-            match self.dab(context, object, station)? {
-                Some(dab) => {
-                    done.report.merge(dab.apply(context, object)?);
-                    done.dabs += 1;
-                }
-                None => done.missed += 1,
-            }
+        // Before the first dab, so that nothing has to be measured anew for each.
+        object.reach();
+        let placed = {
+            let _stage = context.stats().begin("stroke.nearest");
+            let object = &*object;
+            context.map(stations.len(), |index| self.dab(context, object, &stations[index]))
+        };
+        let placed = placed.into_iter().collect::<Result<Vec<_>>>()?;
+        let start = object.displacement().field().clone();
+        let mut done =
+            StrokeReport { missed: placed.iter().filter(|dab| dab.is_none()).count() as u64, ..Default::default() };
+        for dab in placed.into_iter().flatten() {
+            done.report.merge(dab.make(context, object, Some(&start))?);
+            done.dabs += 1;
         }
         Ok(done)
     }
 
-    /// The dab of a station on the surface as it now is; `None` if the surface is too far away, or has no normal.
+    /// The dab of a station on the surface as it is; `None` if the surface is too far away, or has no normal.
     pub fn dab(&self, context: &Context, object: &DisplacedObject, station: &Station) -> Result<Option<Dab>> {
         let StrokeSettings { radius, reach, strength, strength_pressure, .. } = self.settings;
         let within = f64::from(radius) * f64::from(reach);
-        let found = context.stats().time("stroke.nearest", || object.nearest(context, station.position, within))?;
+        let found = object.nearest(context, station.position, within)?;
         let Some(found) = found.filter(|found| found.normal != DVec3::ZERO) else { return Ok(None) };
         let along = if station.direction == DVec3::ZERO { found.tangent } else { station.direction };
         let brush = self.brush(found.point, found.normal, along, station.pressure)?;

@@ -380,3 +380,36 @@ fn a_budget_refuses_tiles_and_says_which() {
     let report = dab.apply(&context, &mut object).unwrap();
     assert_eq!((report.changed.len(), report.refused.len(), report.bytes), (3, 13, options.budget));
 }
+
+#[test]
+fn a_stroke_of_draw_is_an_even_ridge_and_the_sum_of_its_dabs() {
+    let context = Context::serial();
+    let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
+    let ends = [DVec3::new(1.0, 2.0, 0.0), DVec3::new(3.0, 2.0, 0.0)];
+    let stroke = Stroke {
+        points: ends.map(|position| StrokePoint { position, pressure: 1.0 }).to_vec(),
+        settings: StrokeSettings { radius: 0.3, spacing: 0.2, ..Default::default() },
+        falloff: Falloff::Smooth,
+        action: sculpt(SculptMode::Draw, 0.2),
+    };
+    let done = stroke.apply(&context, &mut object).unwrap();
+    assert_eq!((done.dabs, done.missed), (34, 0));
+    let field = object.displacement().field();
+    let mut highest = 0.0f64;
+    for (tile, at, p) in
+        texels(&context, &self::object(&context, &plane(4), 64, DAffine3::IDENTITY), object.displacement())
+    {
+        let found = field.block(tile).map_or(0.0, |block| f64::from(block[at].to_f32()));
+        let shares = stroke
+            .stations()
+            .unwrap()
+            .into_iter()
+            .map(|station| f64::from(Falloff::Smooth.share(((p - station.position) / 0.3).as_vec3().to_array())));
+        let expected = 0.2 * shares.sum::<f64>();
+        // Each dab is rounded to half floats.
+        assert!((found - expected).abs() < 4e-3, "{p}: {found} {expected}");
+        highest = highest.max(found);
+    }
+    // Higher than the brush is deep, which would have stopped it if it had looked at what it raised.
+    assert!(highest > 0.9, "{highest}");
+}
