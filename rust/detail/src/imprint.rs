@@ -150,7 +150,7 @@ impl Imprinter {
         moment: Moment,
     ) -> Result<Report> {
         settings.check()?;
-        self.step(context, object, collider, settings, moment, None)
+        context.within(|| self.step(context, object, collider, settings, moment, None))
     }
 
     /// As [`Imprinter::imprint`], as one of the sub-steps of a motion whose depth limit counts from `start`, the
@@ -166,7 +166,7 @@ impl Imprinter {
         start: Option<&Field>,
     ) -> Result<Report> {
         settings.check()?;
-        self.step(context, object, collider, settings, moment, start)
+        context.within(|| self.step(context, object, collider, settings, moment, start))
     }
 
     /// Moves `collider` along `motion` and presses it into `object` at every sub-step, the end of the motion last.
@@ -207,7 +207,8 @@ impl Imprinter {
             progress.step((step - 1) as f32 / count as f32, "imprint")?;
             collider.set_pose(context, &motion.at(f64::from(step) / f64::from(count)))?;
             let moment = Moment { step: moment.step + step - 1, ..moment };
-            report.merge(self.step(context, object, collider, settings, moment, start.as_ref())?);
+            let step = || self.step(context, object, collider, settings, moment, start.as_ref());
+            report.merge(context.within(step)?);
         }
         Ok(report)
     }
@@ -216,18 +217,6 @@ impl Imprinter {
     const NO_LIMIT: f32 = 60000.0;
 
     fn step(
-        &mut self,
-        context: &Context,
-        object: &mut DisplacedObject,
-        collider: &Collider,
-        settings: &ImprintSettings,
-        moment: Moment,
-        start: Option<&Field>,
-    ) -> Result<Report> {
-        context.within(|| self.stages(context, object, collider, settings, moment, start))
-    }
-
-    fn stages(
         &mut self,
         context: &Context,
         object: &mut DisplacedObject,
