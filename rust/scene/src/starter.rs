@@ -64,6 +64,14 @@ pub fn starter(context: &Context, entries: &[Entry], up: usize) -> Result<String
          # How deep dents may become, in units of the object.\n[imprints]\nmax_displacement = {}\n\n",
         short(diagonal * 0.1)
     );
+    let _ = write!(
+        out,
+        "# A stroke paints or sculpts along its points. Take off the `#~` to make this one.\n\
+         #~ [[strokes]]\n#~ object = \"target\"\n#~ paint = \"mix\"  # or sculpt = \"draw\" with a `height`\n\
+         #~ colour = \"#a03020\"\n#~ radius = {}\n#~ points = [{{ position = {} }}]\n\n",
+        short(diagonal * 0.08),
+        list(top)
+    );
     let names: Vec<String> = match tools.len() {
         0 | 1 => vec!["tool".into()],
         count => (1..=count).map(|number| format!("tool{number}")).collect(),
@@ -150,6 +158,9 @@ mod tests {
                 let scene = crate::file::parse(std::path::Path::new("a.toml"), &text);
                 let scene = scene.unwrap_or_else(|faults| panic!("{faults}\n{text}"));
                 assert_eq!(scene.colliders.len(), count.max(2) - 1);
+                let text = text.replace("#~ ", "");
+                let scene = crate::file::parse(std::path::Path::new("a.toml"), &text);
+                assert_eq!(scene.unwrap_or_else(|faults| panic!("{faults}\n{text}")).strokes.len(), 1);
             }
         }
         assert!(starter(&context, &[], 1).is_err());

@@ -168,6 +168,75 @@ fn going_on_from_the_cache_and_other_threads_end_in_the_same_bits() {
     assert_eq!(differing(&straight, &resumed), Vec::<PathBuf>::new());
 }
 
+/// A painted band at the start, a ridge later, and dabs beside the ground.
+const STROKES: &str = r##"
+[[strokes]]
+object = "ground"
+paint = "mix"
+colour = "#c02010"
+radius = 0.08
+points = [{ position = [-0.4, 0.1, 0] }, { position = [0.4, 0.2, 0], pressure = 0.5 }]
+[[strokes]]
+object = "ground"
+time = 0.1
+sculpt = "draw"
+height = 0.01
+falloff = "gaussian"
+radius = 0.1
+points = [{ position = [-0.2, -0.3, 0] }, { position = [0.2, -0.3, 0.02] }]
+[[strokes]]
+object = "ground"
+time = 0.1
+paint = "multiply"
+colour = [0.5, 0.5, 0.5]
+points = [{ position = [0, 0, 5] }]
+[output]
+"##;
+
+#[test]
+fn strokes_are_made_at_their_time_and_kept_in_the_cache() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let text = SCENE.replace("[output]\n", STROKES).replace("picture_frames = \"last\"", "picture_frames = \"none\"");
+    std::fs::write(&scene, &text).unwrap();
+    let straight = folder.path().join("straight");
+    let summary = run_with(&context(1), &scene, &options(&straight)).unwrap();
+    assert!(summary.notes.iter().any(|note| note.starts_with("1 dabs of strokes")), "{:?}", summary.notes);
+    let resumed = folder.path().join("resumed");
+    let part = |first: u32, last: u32| RunOptions { frames: Some((first, last)), ..options(&resumed) };
+    run_with(&context(2), &scene, &part(0, 1)).unwrap();
+    let rest = run_with(&context(2), &scene, &part(2, 5)).unwrap();
+    assert_eq!((rest.baked, rest.opened), (4, 1));
+    assert_eq!(differing(&straight, &resumed), Vec::<PathBuf>::new());
+    let glb = std::fs::read(straight.join("mesh-000005.glb")).unwrap();
+    assert!(glb.windows(7).any(|name| name == b"COLOR_0"));
+    // From the cache: painted from the start on, raised from frame 3 on, which is after 0.1 s.
+    let context = context(1);
+    let mut world = World::new(&context, read_file(&scene).unwrap(), &[]).unwrap();
+    let identity = Identity { scene: world.fingerprint(), level: context.level() as u32 };
+    let cache = Cache::new(&straight.join("cache"), identity).unwrap();
+    let mut current = None;
+    for frame in [5, 2, 3, 0] {
+        let opened = cache.open(&context, frame).unwrap();
+        bake::restore(&context, &mut world, &opened, current.as_ref()).unwrap();
+        current = Some(opened);
+        let Item::Surface(surface) = &world.items()[0] else { panic!("the ground is a surface") };
+        let place = surface.nearest(&context, glam::DVec3::new(0.0, -0.3, 0.0), 1.0).unwrap().unwrap();
+        assert_eq!(place.point.z > 0.005, frame >= 3, "frame {frame}: {place:?}");
+        let place = surface.nearest(&context, glam::DVec3::new(0.0, 0.15, 0.0), 1.0).unwrap().unwrap().place;
+        let color = surface.paint().unwrap().field().color(place);
+        assert!(color.x > 2.0 * color.y && color.y < 0.1, "{color}");
+    }
+    // Other strokes, or another colour below them, are another scene.
+    for (from, to) in
+        [("height = 0.01", "height = 0.02"), ("surface = \"ground\"", "surface = \"ground\"\ncolour = [0.1, 0.2, 0.3]")]
+    {
+        std::fs::write(&scene, text.replace(from, to)).unwrap();
+        let other = World::new(&context, read_file(&scene).unwrap(), &[]).unwrap();
+        assert_ne!(other.fingerprint(), identity.scene, "{to}");
+    }
+}
+
 #[test]
 fn scrubbing_to_any_frame_shows_that_frame() {
     let folder = tempfile::tempdir().unwrap();
