@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use relievo_document::Document;
+use relievo_document::format::{EXTENSION, VERSION};
 use relievo_meshio::Summary;
 use relievo_ptex::{Reader, Resolution};
 use serde_json::{Value, json};
@@ -11,7 +13,7 @@ use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The mesh file, or a Ptex file by the extension .ptx or .ptex.
+    /// The mesh file, a Ptex file by the extension .ptx or .ptex, or a document by .relievo.
     file: PathBuf,
     /// Print JSON for programs.
     #[arg(long)]
@@ -21,11 +23,14 @@ pub struct Arguments {
     memory_limit: u64,
 }
 
-/// Ends with 1 if the mesh or the texture cannot be used.
+/// Ends with 1 if the mesh, the texture or the document cannot be used.
 pub fn run(arguments: &Arguments) -> Outcome {
     let extension = arguments.file.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
     if matches!(extension.as_deref(), Some("ptx" | "ptex")) {
         return texture(arguments);
+    }
+    if extension.as_deref() == Some(EXTENSION) {
+        return document(arguments);
     }
     let context = crate::context(arguments.memory_limit)?;
     let place = arguments.file.display().to_string();
@@ -48,6 +53,43 @@ fn texture(arguments: &Arguments) -> Outcome {
     };
     crate::print(&text)?;
     Ok(if summary.problem.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn document(arguments: &Arguments) -> Outcome {
+    let limit = if arguments.memory_limit == 0 { u64::MAX } else { arguments.memory_limit };
+    let document = Document::open(&arguments.file, limit)?;
+    let text = match arguments.json {
+        true => format!("{:#}\n", machine_readable_document(&document)),
+        false => format!("{}\n{document}\n", arguments.file.display()),
+    };
+    crate::print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn machine_readable_document(document: &Document) -> Value {
+    let topology = document.topology();
+    let layers = document.layers().iter().map(|layer| {
+        json!({
+            "name": layer.name(),
+            "kind": layer.kind().name(),
+            "largest_tile": layer.face_sizes().iter().max(),
+            "smallest_tile": layer.face_sizes().iter().min(),
+            "tiles": layer.blocks().len(),
+            "bytes": layer.bytes(topology),
+            "packed_bytes": layer.blocks().iter().map(|block| block.packed_bytes()).sum::<usize>(),
+        })
+    });
+    json!({
+        "version": VERSION,
+        "writer": document.writer,
+        "level": document.level,
+        "faces": topology.face_count(),
+        "corners": topology.corners().len(),
+        "holes": topology.holes().len(),
+        "tiles": topology.tile_count(),
+        "fingerprint": format!("{:016x}", topology.fingerprint()),
+        "layers": layers.collect::<Vec<_>>(),
+    })
 }
 
 fn machine_readable_texture(summary: &relievo_ptex::Summary) -> Value {

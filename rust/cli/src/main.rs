@@ -5,6 +5,7 @@
 
 mod check;
 mod compare;
+mod doc;
 mod info;
 mod new;
 mod run;
@@ -37,8 +38,10 @@ enum Command {
     Schema(schema::Arguments),
     /// Says how much two pictures differ.
     Compare(compare::Arguments),
-    /// Says what is in a mesh file or a Ptex file.
+    /// Says what is in a mesh file, a Ptex file or a document.
     Info(info::Arguments),
+    /// Looks after documents.
+    Doc(doc::Arguments),
 }
 
 /// What a command ends with.
@@ -52,6 +55,7 @@ fn main() -> ExitCode {
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Doc(arguments) => doc::run(&arguments),
     };
     outcome.unwrap_or_else(|failure| {
         let text = failure.to_string();

@@ -112,3 +112,30 @@ fn info_looks_into_textures() {
     let output = relievo(folder.path(), &["info", "a.ptx"]);
     assert!(output.status.code() == Some(1) && text(&output.stderr).contains("a.ptx: "), "{output:?}");
 }
+
+#[test]
+fn documents_are_looked_into_and_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-1.relievo");
+    let path = folder.path().join("a.relievo");
+    std::fs::copy(golden, &path).unwrap();
+    let info = relievo(folder.path(), &["info", "a.relievo", "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    assert_eq!((&info["faces"], &info["tiles"], &info["version"]), (&3.into(), &9.into(), &1.into()));
+    assert_eq!((&info["layers"][1]["name"], &info["layers"][1]["tiles"]), (&"colour".into(), &2.into()));
+    let shown = text(&relievo(folder.path(), &["info", "a.relievo"]).stdout);
+    assert!(shown.contains("layer `displacement`: scalar displacement, f16, tiles of 8 to 16, 2 of 9"), "{shown}");
+    let check = relievo(folder.path(), &["doc", "check", "a.relievo"]);
+    assert!(check.status.success() && text(&check.stdout).contains("no damage, 6 blocks of 3 layers"), "{check:?}");
+    let mut bytes = std::fs::read(&path).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(&path, &bytes).unwrap();
+    let check = relievo(folder.path(), &["doc", "check", "a.relievo"]);
+    assert_eq!(check.status.code(), Some(1));
+    let told = text(&check.stdout);
+    assert!(told.contains("a.relievo: layer `light`: tile 3 of face 1: the checksum"), "{told}");
+    assert!(told.contains("1 parts are damaged, of 6 blocks"), "{told}");
+    // Opening it says so as well.
+    let info = relievo(folder.path(), &["info", "a.relievo"]);
+    assert!(info.status.code() == Some(1) && text(&info.stderr).contains("relievo doc check"), "{info:?}");
+}

@@ -2,6 +2,7 @@
 //!
 //! - Where: [`heap`], [`sets`], [`field`], and [`channel`] with the protocol of an edit.
 //! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`] and [`color`].
+//! - How they are kept in documents: [`stored`].
 //! - The displaced surface: [`displaced`] evaluates it, [`tessellate`] makes triangles of it.
 
 mod carried;
@@ -16,6 +17,7 @@ mod numbering;
 pub mod ring;
 pub mod sets;
 pub mod spline;
+pub mod stored;
 pub mod tessellate;
 pub mod texel;
 
@@ -26,5 +28,6 @@ pub use displacement::{Displacement, DisplacementOptions};
 pub use field::Field;
 pub use ring::Change;
 pub use sets::{Candidate, Sets};
+pub use stored::StoredTexel;
 pub use tessellate::{Tessellation, Tessellator, uniform_rates};
 pub use texel::{ColorTexel, Rgba8, Rgba16, Texel};

@@ -1,0 +1,338 @@
+//! The file of a document, `.relievo`, version 1, little-endian:
+//!
+//! - header, 44 bytes: `RLVDOC\r\n`, version (u32), CRC-32 of the packed index (u32), bytes of the index packed and
+//!   unpacked (u64 each), bytes of all blocks (u64), CRC-32 of the header up to here (u32);
+//! - index (zstd): writer, instruction level, the mesh (number of faces, corners and holes, hash of its sharpness,
+//!   fingerprint, sizes of faces, corners as differences, holes as differences), then layer by layer name, kind,
+//!   default texel, sizes of the tiles of every face as powers of two, and of every block tile, bytes and CRC-32;
+//! - blocks (zstd each), in the order of the index, without gaps.
+//!
+//! The same document always makes the same bytes. Readers believe nothing: lengths are compared with the file and the
+//! memory limit before anything is allocated.
+
+use std::fmt;
+use std::io::Write;
+use std::path::Path;
+
+use relievo_core::budget::Budget;
+use relievo_core::{Context, Error, Result, file};
+
+use crate::code::{Decoder, Encoder};
+use crate::layer::{Block, Kind, Layer, MAX_PACKED, SIZE_BITS};
+use crate::{Document, MAX_LAYERS, Topology};
+
+const MAGIC: [u8; 8] = *b"RLVDOC\r\n";
+/// The version that is written, and the newest that is read.
+pub const VERSION: u32 = 1;
+const HEADER: usize = 44;
+/// The level of zstd for the index.
+const COMPRESSION: i32 = 3;
+/// Bytes of a block in the index.
+const ENTRY: u64 = 12;
+/// The extension of documents, without the dot.
+pub const EXTENSION: &str = "relievo";
+
+/// A part of a document that is damaged.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Damage {
+    /// The layer, tile and face.
+    pub place: String,
+    /// What is wrong with it.
+    pub what: String,
+}
+
+impl fmt::Display for Damage {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}: {}", self.place, self.what)
+    }
+}
+
+impl Document {
+    /// Writes it to `path`. The file appears under its name when it is complete.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let (head, index) = self.head()?;
+        file::store(path, |out| {
+            out.write_all(&head)?;
+            out.write_all(&index)?;
+            self.layers.iter().flat_map(|layer| &layer.blocks).try_for_each(|block| out.write_all(&block.packed))
+        })
+    }
+
+    /// The bytes of its file.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        let (mut bytes, index) = self.head()?;
+        bytes.extend_from_slice(&index);
+        self.layers.iter().flat_map(|layer| &layer.blocks).for_each(|block| bytes.extend_from_slice(&block.packed));
+        Ok(bytes)
+    }
+
+    /// Header and packed index.
+    fn head(&self) -> Result<(Vec<u8>, Vec<u8>)> {
+        let raw = self.index();
+        let index = zstd::bulk::compress(&raw, COMPRESSION)
+            .map_err(|error| Error::internal(format!("the index cannot be compressed: {error}")))?;
+        let blocks = self.layers.iter().flat_map(|layer| &layer.blocks).map(|block| block.packed.len() as u64).sum();
+        let mut header = Encoder::default();
+        header.0.extend_from_slice(&MAGIC);
+        header.u32(VERSION);
+        header.u32(crc32fast::hash(&index));
+        header.u64(index.len() as u64);
+        header.u64(raw.len() as u64);
+        header.u64(blocks);
+        header.u32(crc32fast::hash(&header.0));
+        Ok((header.0, index))
+    }
+
+    fn index(&self) -> Vec<u8> {
+        let mut out = Encoder::default();
+        out.text(&self.writer);
+        out.text(&self.level);
+        let topology = &self.topology;
+        out.u32(topology.face_count() as u32);
+        out.u32(topology.corners().len() as u32);
+        out.u32(topology.holes().len() as u32);
+        out.u64(topology.sharpness());
+        out.u64(topology.fingerprint());
+        topology.face_sizes().iter().for_each(|size| out.short(*size));
+        // Neighbouring corners have near numbers, in either direction.
+        let mut before = 0u32;
+        for corner in topology.corners() {
+            let step = corner.wrapping_sub(before) as i32;
+            out.short(((step << 1) ^ (step >> 31)) as u32);
+            before = *corner;
+        }
+        let mut before = 0;
+        for hole in topology.holes() {
+            out.short(hole - before);
+            before = *hole;
+        }
+        out.u32(self.layers.len() as u32);
+        for layer in &self.layers {
+            out.text(&layer.name);
+            out.0.push(Kind::ALL.iter().position(|kind| *kind == layer.kind).unwrap_or_default() as u8);
+            out.0.extend_from_slice(&layer.blank);
+            out.0.extend(layer.face_sizes.iter().map(|size| size.ilog2() as u8));
+            out.u32(layer.blocks.len() as u32);
+            for block in &layer.blocks {
+                out.u32(block.tile);
+                out.u32(block.packed.len() as u32);
+                out.u32(block.crc);
+            }
+        }
+        out.0
+    }
+
+    /// Reads the document at `path`, which may occupy `limit` bytes with what is made of it. Fails if any part of it is
+    /// damaged.
+    pub fn open(path: &Path, limit: u64) -> Result<Self> {
+        let parse = || Self::parse(&file::load(path, limit)?, limit);
+        let place = path.display().to_string();
+        parse().map_err(|error| if error.place.starts_with(&place) { error } else { error.at(place) })
+    }
+
+    /// Reads a document from `bytes`, as [`Self::open`] does.
+    pub fn parse(bytes: &[u8], limit: u64) -> Result<Self> {
+        let (document, damage) = read(bytes, limit)?;
+        let Some(first) = damage.first() else { return Ok(document) };
+        let more = match damage.len() {
+            1 => String::new(),
+            count => format!(", and {} more", count - 1),
+        };
+        Err(damaged(&format!("{}{more}", first.what)).at(&first.place))
+    }
+}
+
+/// Reads what can be read of the document at `path`, verifies every block, and says what is damaged.
+///
+/// Fails if the file or its index cannot be read: then nothing of it can.
+pub fn examine(context: &Context, path: &Path) -> Result<(Document, Vec<Damage>)> {
+    let limit = context.memory_limit();
+    let bytes = file::load(path, limit)?;
+    let (document, mut damage) = read(&bytes, limit).map_err(|error| error.at(path.display().to_string()))?;
+    for layer in &document.layers {
+        let verified = context.map(layer.blocks.len(), |at| {
+            if layer.blocks[at].packed.is_empty() {
+                return None;
+            }
+            let tile = layer.blocks[at].tile;
+            let bytes = match layer.unpack(&document.topology, at) {
+                Ok(bytes) => bytes,
+                Err(error) => {
+                    return Some(Damage { place: place(&document.topology, &layer.name, tile), what: error.what });
+                }
+            };
+            let halves = matches!(layer.kind, Kind::Scalar | Kind::Rgba16);
+            let finite = |half: &[u8]| u16::from_le_bytes([half[0], half[1]]) & 0x7c00 != 0x7c00;
+            (halves && !bytes.chunks_exact(2).all(finite)).then(|| Damage {
+                place: place(&document.topology, &layer.name, tile),
+                what: "it holds numbers that are not finite".into(),
+            })
+        });
+        damage.extend(verified.into_iter().flatten());
+    }
+    Ok((document, damage))
+}
+
+fn place(topology: &Topology, layer: &str, tile: u32) -> String {
+    let face = topology.face_of(tile).map_or(0, |(face, _)| face);
+    format!("layer `{layer}`: tile {tile} of face {face}")
+}
+
+fn damaged(what: &str) -> Error {
+    Error::invalid(format!("the document is damaged: {what}")).advise("see `relievo doc check`, and take an older copy")
+}
+
+/// The document in `bytes`, and the blocks that are damaged, which are left empty.
+fn read(bytes: &[u8], limit: u64) -> Result<(Document, Vec<Damage>)> {
+    if !bytes.starts_with(&MAGIC) {
+        return Err(Error::invalid("it does not begin as a document does").advise("name a file that relievo wrote"));
+    }
+    let ends = || damaged("it ends in its header");
+    let mut header = Decoder(bytes.get(MAGIC.len()..HEADER).unwrap_or(&bytes[MAGIC.len()..]));
+    let version = header.u32().map_err(|_| ends())?;
+    if version > VERSION {
+        return Err(Error::unsupported(format!("the document has format version {version}"))
+            .advise(format!("this build reads versions up to {VERSION}: take a newer relievo")));
+    }
+    if header.0.len() != HEADER - MAGIC.len() - size_of::<u32>() {
+        return Err(ends());
+    }
+    let (index_crc, index_length, raw_length) = (header.u32()?, header.u64()?, header.u64()?);
+    let (blocks_length, header_crc) = (header.u64()?, header.u32()?);
+    if version == 0 || crc32fast::hash(&bytes[..HEADER - size_of::<u32>()]) != header_crc {
+        return Err(damaged("the checksum of its header is wrong"));
+    }
+    let mut budget = Budget::new(limit);
+    budget.charge(bytes.len() as u64)?;
+    let rest = &bytes[HEADER..];
+    let length = usize::try_from(index_length).unwrap_or(usize::MAX);
+    let (packed, blocks) = rest.split_at_checked(length).ok_or_else(|| damaged("it ends in its index"))?;
+    if crc32fast::hash(packed) != index_crc {
+        return Err(damaged("the checksum of its index is wrong"));
+    }
+    let mut raw = budget.filled(usize::try_from(raw_length).unwrap_or(usize::MAX), 0u8)?;
+    let unpacked = zstd::bulk::decompress_to_buffer(packed, raw.as_mut_slice());
+    if unpacked.ok() != Some(raw.len()) {
+        return Err(damaged("its index does not unpack to its size"));
+    }
+    let (document, lengths) = read_index(&raw, &mut budget)?;
+    fill(document, &lengths, blocks, blocks_length, &mut budget)
+}
+
+/// The document whose index is `raw`, without the bytes of its blocks, and their lengths.
+fn read_index(raw: &[u8], budget: &mut Budget) -> Result<(Document, Vec<u32>)> {
+    let mut index = Decoder(raw);
+    let (writer, level) = (index.text()?, index.text()?);
+    let topology = read_topology(&mut index, budget)?;
+    let faces = topology.face_count();
+    let count = index.u32()? as usize;
+    if count > MAX_LAYERS {
+        return Err(damaged("it claims too many layers"));
+    }
+    let mut document = Document { writer, level, topology, layers: Vec::new() };
+    let mut lengths = Vec::new();
+    for _ in 0..count {
+        let name = index.text()?;
+        let kind = usize::from(index.u8()?);
+        let kind = *Kind::ALL.get(kind).ok_or_else(|| damaged(&format!("layer `{name}` is of an unknown kind")))?;
+        let blank = index.bytes(kind.texel())?.to_vec();
+        let mut face_sizes = Vec::new();
+        let bits = index.bytes(faces)?;
+        budget.reserve(&mut face_sizes, faces)?;
+        for bits in bits {
+            if !SIZE_BITS.contains(&u32::from(*bits)) {
+                return Err(damaged(&format!("layer `{name}` has tiles of an impossible size")));
+            }
+            face_sizes.push(1 << bits);
+        }
+        let count = index.u32()?;
+        index.expect(u64::from(count) * ENTRY)?;
+        let mut blocks = Vec::new();
+        budget.reserve(&mut blocks, count as usize)?;
+        budget.reserve(&mut lengths, count as usize)?;
+        for _ in 0..count {
+            let (tile, length, crc) = (index.u32()?, index.u32()?, index.u32()?);
+            if length > MAX_PACKED || length == 0 {
+                return Err(damaged(&format!("tile {tile} of layer `{name}` claims an impossible size")));
+            }
+            blocks.push(Block { tile, crc, packed: Vec::new() });
+            lengths.push(length);
+        }
+        let layer = Layer { name, kind, blank, face_sizes, blocks };
+        document.add(layer).map_err(|error| damaged(&error.what).at(error.place))?;
+    }
+    if !index.0.is_empty() {
+        return Err(damaged("its index is longer than it says"));
+    }
+    Ok((document, lengths))
+}
+
+fn read_topology(index: &mut Decoder, budget: &mut Budget) -> Result<Topology> {
+    let [faces, corners, holes] = [index.u32()?, index.u32()?, index.u32()?].map(|count| count as usize);
+    let (sharpness, fingerprint) = (index.u64()?, index.u64()?);
+    index.expect([faces, corners, holes].map(|count| count as u64).iter().sum())?;
+    let (mut sizes, mut points, mut closed) = (Vec::new(), Vec::new(), Vec::new());
+    budget.reserve(&mut sizes, faces)?;
+    budget.reserve(&mut points, corners)?;
+    budget.reserve(&mut closed, holes)?;
+    // The first tile of every face.
+    budget.charge((faces as u64 + 1) * size_of::<u32>() as u64)?;
+    for _ in 0..faces {
+        sizes.push(index.short()?);
+    }
+    let mut before = 0u32;
+    for _ in 0..corners {
+        let step = index.short()?;
+        before = before.wrapping_add((step >> 1) ^ (step & 1).wrapping_neg());
+        points.push(before);
+    }
+    let mut before = 0u32;
+    for _ in 0..holes {
+        before = before.checked_add(index.short()?).ok_or_else(|| damaged("a hole is no face"))?;
+        closed.push(before);
+    }
+    let topology = Topology::new(sizes, points, closed, sharpness).map_err(|error| damaged(&error.what))?;
+    if topology.fingerprint() != fingerprint {
+        return Err(damaged("its mesh is not that of its fingerprint"));
+    }
+    Ok(topology)
+}
+
+/// Gives the blocks of `document` their bytes.
+fn fill(
+    mut document: Document,
+    lengths: &[u32],
+    bytes: &[u8],
+    claimed: u64,
+    budget: &mut Budget,
+) -> Result<(Document, Vec<Damage>)> {
+    let total: u64 = lengths.iter().map(|length| u64::from(*length)).sum();
+    if total != claimed {
+        return Err(damaged("its blocks are not as long as its header says"));
+    }
+    let mut damage = Vec::new();
+    let (mut rest, mut lengths) = (Some(bytes), lengths.iter());
+    let topology = &document.topology;
+    for layer in &mut document.layers {
+        for block in &mut layer.blocks {
+            let length = lengths.next().map_or(0, |length| *length as usize);
+            let taken = rest.and_then(|rest| rest.split_at_checked(length));
+            rest = taken.map(|(_, rest)| rest);
+            let what = match taken {
+                Some((packed, _)) if crc32fast::hash(packed) == block.crc => {
+                    budget.reserve(&mut block.packed, length)?;
+                    block.packed.extend_from_slice(packed);
+                    continue;
+                }
+                Some(_) => "the checksum of the block is wrong",
+                None => "the file ends before the end of the block",
+            };
+            damage.push(Damage { place: place(topology, &layer.name, block.tile), what: what.into() });
+        }
+    }
+    if let Some(rest) = rest.filter(|rest| !rest.is_empty()) {
+        let what = format!("{} bytes follow that are none of its", rest.len());
+        damage.push(Damage { place: "after the last block".into(), what });
+    }
+    Ok((document, damage))
+}

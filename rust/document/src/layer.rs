@@ -1,0 +1,216 @@
+//! A layer: what its texels are, the sizes of its tiles, and the compressed blocks of those that differ from the
+//! default. Sizes are texels along a side; a block is the tile with a ring of one texel, row by row.
+
+use relievo_core::{Context, Error, Result};
+
+use crate::topology::Topology;
+
+/// What the texels of a layer are, in little-endian numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Scalar displacement: B-spline coefficients in half floats, object units.
+    Scalar,
+    /// Colour in four bytes: red, green and blue encoded as sRGB, and alpha.
+    Rgba8,
+    /// Colour in four half floats: linear red, green and blue, and alpha.
+    Rgba16,
+}
+
+impl Kind {
+    /// All kinds, in the order of their numbers in files.
+    pub const ALL: [Kind; 3] = [Kind::Scalar, Kind::Rgba8, Kind::Rgba16];
+
+    /// Bytes of a texel.
+    pub fn texel(self) -> usize {
+        match self {
+            Kind::Scalar => 2,
+            Kind::Rgba8 => 4,
+            Kind::Rgba16 => 8,
+        }
+    }
+
+    /// What it is called in print.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Scalar => "scalar displacement, f16",
+            Kind::Rgba8 => "colour, RGBA8",
+            Kind::Rgba16 => "colour, RGBA16F",
+        }
+    }
+}
+
+/// The compressed block of one tile.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Block {
+    pub(crate) tile: u32,
+    pub(crate) crc: u32,
+    pub(crate) packed: Vec<u8>,
+}
+
+impl Block {
+    /// The tile.
+    pub fn tile(&self) -> u32 {
+        self.tile
+    }
+
+    /// Bytes it takes in the file.
+    pub fn packed_bytes(&self) -> usize {
+        self.packed.len()
+    }
+}
+
+/// A named layer of a document.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    pub(crate) name: String,
+    pub(crate) kind: Kind,
+    /// The texel that tiles without a block read as.
+    pub(crate) blank: Vec<u8>,
+    /// Of every face, texels along an edge of it.
+    pub(crate) face_sizes: Vec<u32>,
+    /// By tile, ascending.
+    pub(crate) blocks: Vec<Block>,
+}
+
+/// Level of zstd: documents are written seldom and read often.
+const COMPRESSION: i32 = 3;
+/// No packed block is larger: 258² texels of 8 bytes, and what incompressible data adds.
+pub(crate) const MAX_PACKED: u32 = 1 << 20;
+/// Sizes of faces, as powers of two.
+pub(crate) const SIZE_BITS: std::ops::RangeInclusive<u32> = 3..=8;
+
+impl Layer {
+    /// See [`Document::pack`](crate::Document::pack).
+    pub(crate) fn pack(
+        context: &Context,
+        topology: &Topology,
+        (name, kind, blank): (&str, Kind, &[u8]),
+        face_sizes: Vec<u32>,
+        tiles: &[u32],
+        read: impl Fn(u32) -> Result<Vec<u8>> + Sync,
+    ) -> Result<Self> {
+        let place = || format!("layer `{name}`");
+        let bare = |tile: &u32| Block { tile: *tile, crc: 0, packed: Vec::new() };
+        let blocks = tiles.iter().map(bare).collect();
+        let mut layer = Self { name: name.to_string(), kind, blank: blank.to_vec(), face_sizes, blocks };
+        layer.check(topology)?;
+        let packed = context.map(tiles.len(), |at| {
+            let (tile, bytes) = (tiles[at], read(tiles[at])?);
+            let expected = layer.block_bytes(topology, at);
+            if bytes.len() as u64 != expected {
+                let what = format!("its block has {} bytes and not {expected}", bytes.len());
+                return Err(Error::invalid(what).at(format!("tile {tile}")));
+            }
+            let packed = zstd::bulk::compress(&bytes, COMPRESSION)
+                .map_err(|error| Error::internal(format!("a block cannot be compressed: {error}")))?;
+            Ok(Block { tile, crc: crc32fast::hash(&packed), packed })
+        });
+        layer.blocks = packed.into_iter().collect::<Result<_>>().map_err(|error: Error| error.at(place()))?;
+        Ok(layer)
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What its texels are.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// The texel that tiles without a block read as.
+    pub fn blank(&self) -> &[u8] {
+        &self.blank
+    }
+
+    /// Of every face, texels along an edge of it. Sub-tiles have half of it, but at least 8.
+    pub fn face_sizes(&self) -> &[u32] {
+        &self.face_sizes
+    }
+
+    /// Its blocks, by tile.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// Bytes of the block at `index` of [`Self::blocks`] when unpacked, 0 if there is none.
+    pub fn block_bytes(&self, topology: &Topology, index: usize) -> u64 {
+        let Some(block) = self.blocks.get(index) else { return 0 };
+        let Some((face, sub)) = topology.face_of(block.tile) else { return 0 };
+        let size = self.face_sizes.get(face as usize).copied().unwrap_or(0);
+        let side = u64::from(if sub { (size / 2).max(8) } else { size }) + 2;
+        side * side * self.kind.texel() as u64
+    }
+
+    /// Bytes of all its blocks when unpacked.
+    pub fn bytes(&self, topology: &Topology) -> u64 {
+        (0..self.blocks.len()).map(|index| self.block_bytes(topology, index)).sum()
+    }
+
+    /// The block at `index` of [`Self::blocks`]. Fails if there is none or its bytes are damaged.
+    pub fn unpack(&self, topology: &Topology, index: usize) -> Result<Vec<u8>> {
+        let block = self.blocks.get(index).ok_or_else(|| Error::invalid(format!("there is no block {index}")))?;
+        let place = || format!("layer `{}`: tile {}", self.name, block.tile);
+        let damaged = |what: &str| {
+            Error::invalid(format!("the document is damaged: {what}"))
+                .at(place())
+                .advise("see `relievo doc check`, and take an older copy")
+        };
+        if crc32fast::hash(&block.packed) != block.crc {
+            return Err(damaged("the checksum of the block is wrong"));
+        }
+        let bytes = self.block_bytes(topology, index);
+        let length = usize::try_from(bytes).map_err(|_| damaged("the block claims an impossible size"))?;
+        match zstd::bulk::decompress(&block.packed, length) {
+            Ok(unpacked) if unpacked.len() == length => Ok(unpacked),
+            _ => Err(damaged(&format!("the block does not unpack to {bytes} bytes"))),
+        }
+    }
+
+    /// What holds for the layer alone.
+    fn check_shape(&self) -> Result<()> {
+        if self.name.is_empty() || self.name.len() > usize::from(u8::MAX) || self.name.contains(char::is_control) {
+            return Err(Error::invalid("the name of a layer is 1 to 255 bytes of text"));
+        }
+        if self.blank.len() != self.kind.texel() {
+            return Err(Error::invalid(format!("its default has {} bytes", self.blank.len()))
+                .advise(format!("give one texel of {}", self.kind.texel())));
+        }
+        if let Some(size) = self.face_sizes.iter().find(|size| !is_size(**size)) {
+            return Err(Error::invalid(format!("a tile cannot have {size} texels a side"))
+                .advise("use 8, 16, 32, 64, 128 or 256"));
+        }
+        if let Some(pair) = self.blocks.windows(2).find(|pair| pair[0].tile >= pair[1].tile) {
+            return Err(Error::invalid(format!("tile {} comes after tile {}", pair[1].tile, pair[0].tile)));
+        }
+        Ok(())
+    }
+
+    /// Whether it can be one of a document about `topology`.
+    pub(crate) fn check(&self, topology: &Topology) -> Result<()> {
+        let check = || {
+            self.check_shape()?;
+            if self.face_sizes.len() != topology.face_count() {
+                return Err(Error::invalid(format!(
+                    "it has sizes for {} faces and the mesh has {}",
+                    self.face_sizes.len(),
+                    topology.face_count()
+                )));
+            }
+            match self.blocks.last() {
+                Some(block) if block.tile >= topology.tile_count() => Err(Error::invalid(format!(
+                    "tile {} does not exist; the mesh has {}",
+                    block.tile,
+                    topology.tile_count()
+                ))),
+                _ => Ok(()),
+            }
+        };
+        check().map_err(|error: Error| error.at(format!("layer `{}`", self.name)))
+    }
+}
+
+fn is_size(size: u32) -> bool {
+    size.is_power_of_two() && SIZE_BITS.contains(&size.ilog2())
+}

@@ -1,0 +1,30 @@
+//! What is in a document, for people.
+
+use std::fmt;
+
+use crate::Document;
+use crate::format::VERSION;
+
+impl fmt::Display for Document {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let topology = self.topology();
+        writeln!(out, "document: format version {VERSION}, by {} at {}", self.writer, self.level)?;
+        write!(out, "mesh: {} faces, {} corners, ", topology.face_count(), topology.corners().len())?;
+        if !topology.holes().is_empty() {
+            write!(out, "{} holes, ", topology.holes().len())?;
+        }
+        write!(out, "{} tiles, fingerprint {:016x}", topology.tile_count(), topology.fingerprint())?;
+        for layer in self.layers() {
+            let packed: u64 = layer.blocks().iter().map(|block| block.packed_bytes() as u64).sum();
+            write!(out, "\nlayer `{}`: {}, tiles of ", layer.name(), layer.kind().name())?;
+            let (low, high) = (layer.face_sizes().iter().min(), layer.face_sizes().iter().max());
+            match (low, high) {
+                (Some(low), Some(high)) if low != high => write!(out, "{low} to {high}")?,
+                (size, _) => write!(out, "{}", size.copied().unwrap_or(0))?,
+            }
+            let (bytes, blocks) = (layer.bytes(topology), layer.blocks().len());
+            write!(out, ", {blocks} of {} stored, {bytes} bytes in {packed}", topology.tile_count())?;
+        }
+        Ok(())
+    }
+}

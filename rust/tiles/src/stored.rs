@@ -1,0 +1,97 @@
+//! Channels in documents: a layer has the sizes of a channel's faces, what tiles without a block read as, and the
+//! blocks to the bit, rings and all.
+
+use std::sync::Arc;
+
+use half::f16;
+use relievo_core::{Context, Error, Result};
+use relievo_document::{Document, Kind};
+use relievo_surface::TileTopology;
+
+use crate::channel::{Channel, ChannelOptions};
+use crate::field::Field;
+use crate::heap::MAX_SIZE;
+use crate::texel::{Rgba8, Rgba16, Texel};
+
+/// A texel that documents hold.
+pub trait StoredTexel: Texel {
+    /// What documents call it.
+    const KIND: Kind;
+}
+
+impl StoredTexel for f16 {
+    const KIND: Kind = Kind::Scalar;
+}
+
+impl StoredTexel for Rgba8 {
+    const KIND: Kind = Kind::Rgba8;
+}
+
+impl StoredTexel for Rgba16 {
+    const KIND: Kind = Kind::Rgba16;
+}
+
+/// Blocks that are unpacked at a time.
+const BATCH: usize = 256;
+
+impl<T: StoredTexel> Field<T> {
+    /// Adds its tiles to `document` as the layer called `name`. Fails, and adds nothing, if the document is for another
+    /// mesh or has a layer of that name.
+    pub fn store(&self, context: &Context, document: &mut Document, name: &str) -> Result<()> {
+        let topology = self.topology();
+        let sizes = (0..topology.face_count() as u32).map(|face| {
+            let tile = topology.tiles_of(face).start;
+            // Sub-tiles have half the size of their face.
+            if topology.is_sub(tile) { (2 * self.size(tile)).min(MAX_SIZE) } else { self.size(tile) }
+        });
+        let tiles: Vec<u32> = self.allocated().collect();
+        let read = |tile: u32| Ok(bytemuck::cast_slice(self.block(tile).unwrap_or(&[])).to_vec());
+        let blank = self.blank();
+        document.pack(context, (name, T::KIND, bytemuck::bytes_of(&blank)), sizes.collect(), &tiles, read)
+    }
+}
+
+impl<T: StoredTexel> Channel<T> {
+    /// The channel that was stored in `document` as the layer called `name`, which may occupy `budget` bytes; `None` if
+    /// there is no such layer.
+    ///
+    /// Fails if the document is for another mesh, the layer is of another kind or damaged, or `budget` is too small.
+    pub fn stored(
+        context: &Context,
+        topology: Arc<TileTopology>,
+        document: &Document,
+        name: &str,
+        budget: u64,
+    ) -> Result<Option<Self>> {
+        let Some(layer) = document.layer(name) else { return Ok(None) };
+        let place = || format!("layer `{name}`");
+        if layer.kind() != T::KIND {
+            let what = format!("it holds {} and not {}", layer.kind().name(), T::KIND.name());
+            return Err(Error::invalid(what).at(place()));
+        }
+        let mesh = document.topology();
+        if mesh.tile_count() as usize != topology.tile_count() || mesh.face_count() != topology.face_count() {
+            return Err(Error::invalid("the document was made on another mesh").at(place()));
+        }
+        let bytes = layer.bytes(mesh);
+        if bytes > budget {
+            return Err(Error::memory(format!("its tiles take {bytes} bytes and their budget is {budget}"))
+                .at(place())
+                .advise(format!("allow at least {bytes} bytes")));
+        }
+        let blank: T = bytemuck::pod_read_unaligned(layer.blank());
+        if !T::all_finite(&[blank]) || T::KIND == Kind::Scalar && layer.blank() != [0, 0] {
+            return Err(Error::invalid("tiles without a block cannot read as its default").at(place()));
+        }
+        let face_sizes = (0..).zip(layer.face_sizes().iter().copied()).collect();
+        let mut channel = Self::blank(topology, blank, &ChannelOptions { face_sizes, budget, ..Default::default() })?;
+        for first in (0..layer.blocks().len()).step_by(BATCH) {
+            let count = BATCH.min(layer.blocks().len() - first);
+            let unpacked = context.map(count, |at| layer.unpack(mesh, first + at));
+            for (block, bytes) in layer.blocks()[first..].iter().zip(unpacked) {
+                channel.write(block.tile(), Some(&bytes?)).map_err(|error| error.at(place()))?;
+            }
+        }
+        Ok(Some(channel))
+    }
+}
