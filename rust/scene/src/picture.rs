@@ -44,9 +44,8 @@ impl Studio {
         let mut studio = Self {
             scene: render::Scene::new()?,
             objects: Vec::new(),
-            automatic: View { time: 0.0, position: None, target: None, fov: 0.7 },
+            automatic: automatic_view(&world.scene, world.start_bounds()),
         };
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for (index, item) in world.items().iter().enumerate() {
             let entry = &world.scene.objects[index];
             let mut shown = Shown { id: None, rates: None, recent: Vec::new() };
@@ -54,19 +53,14 @@ impl Studio {
                 let base_color = entry.colour.map(|value| value.min(1.0));
                 let (specular, roughness) = (entry.specular, entry.roughness);
                 let material = render::Material { base_color, specular, roughness };
-                let (transform, points) = match item {
-                    Item::Surface(surface) => (*surface.transform(), &world.cage(index).points),
-                    Item::Mesh(item) => (item.transform, &item.mesh.points),
+                let transform = match item {
+                    Item::Surface(surface) => *surface.transform(),
+                    Item::Mesh(item) => item.transform,
                 };
-                for point in points {
-                    let place = transform.transform_point3(DVec3::from(point.map(f64::from)));
-                    (low, high) = (low.min(place), high.max(place));
-                }
                 shown.id = Some(studio.scene.add_object(transform, material)?);
             }
             studio.objects.push(shown);
         }
-        studio.automatic = automatic_view(&world.scene, low, high);
         let changes: Vec<Option<Vec<u32>>> = vec![None; world.items().len()];
         studio.update(context, world, &changes)?;
         Ok(studio)
@@ -220,11 +214,12 @@ fn view_at(entry: &CameraEntry, time: f64) -> View {
     }
 }
 
-/// A view from the front, the side and above that sees everything between `low` and `high`.
-fn automatic_view(scene: &Scene, low: DVec3, high: DVec3) -> View {
+/// A view from the front, the side and above that sees everything within `bounds`. They must not depend on the frame
+/// that is drawn first, or runs of other frames would show other views.
+fn automatic_view(scene: &Scene, bounds: Option<(DVec3, DVec3)>) -> View {
     let fov = scene.camera.views.first().map_or(0.7, |view| view.fov);
     let (target, radius) =
-        if low.cmple(high).all() { ((low + high) * 0.5, ((high - low) * 0.5).length()) } else { (DVec3::ZERO, 1.0) };
+        bounds.map_or((DVec3::ZERO, 1.0), |(low, high)| ((low + high) * 0.5, ((high - low) * 0.5).length()));
     let settings = &scene.output.settings;
     let aspect = f64::from(settings.width) / f64::from(settings.height);
     // The narrower of both fields of view holds the sphere around everything, whose rim is mostly empty.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use glam::{DAffine3, Vec3, Vec4};
+use glam::{DAffine3, DVec3, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::{Collider, DisplacedObject};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
@@ -26,6 +26,8 @@ pub struct World {
     /// The meshes that press as colliders.
     colliders: Vec<Option<Collider>>,
     transforms: Vec<DAffine3>,
+    /// Where the objects are at time 0.
+    start: Vec<DAffine3>,
     /// Seconds for which the items are posed.
     time: f64,
 }
@@ -102,7 +104,8 @@ impl World {
                 return Err(fault(error).into());
             }
         }
-        Ok(Self { physics, assets, items, colliders, transforms, scene, time: 0.0 })
+        let start = transforms.clone();
+        Ok(Self { physics, assets, items, colliders, transforms, start, scene, time: 0.0 })
     }
 
     /// The objects.
@@ -171,6 +174,20 @@ impl World {
     /// Where the objects are.
     pub fn transforms(&self) -> &[DAffine3] {
         &self.transforms
+    }
+
+    /// Smallest and largest coordinates in the world of everything that is visible, at time 0, whatever the time is now;
+    /// surfaces count with their cages. `None` if nothing is visible.
+    pub fn start_bounds(&self) -> Option<(DVec3, DVec3)> {
+        let shown = self.start.iter().enumerate().filter(|(object, _)| self.scene.objects[*object].visible);
+        let places = shown.flat_map(|(object, transform)| {
+            let points = self.cage(object).points.iter();
+            points.map(|point| transform.transform_point3(DVec3::from(point.map(f64::from))))
+        });
+        places.fold(None, |bounds, place| {
+            let (low, high) = bounds.unwrap_or((place, place));
+            Some((low.min(place), high.max(place)))
+        })
     }
 
     /// Places the objects.
