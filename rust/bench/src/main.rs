@@ -4,6 +4,7 @@
 mod contact;
 mod imprint;
 mod measure;
+mod paint;
 mod report;
 mod shapes;
 mod surface;
@@ -19,7 +20,7 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface` or `imprint`
+    /// Which bench: `surface`, `imprint` or `paint`
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -31,7 +32,12 @@ fn run(arguments: &Arguments) -> Result<()> {
     match arguments.name.as_str() {
         "surface" => surface::run(&mut report)?,
         "imprint" => imprint::run(&mut report)?,
-        name => return Err(Error::invalid(format!("there is no bench `{name}`")).advise("use `surface` or `imprint`")),
+        "paint" => paint::run(&mut report)?,
+        name => {
+            return Err(
+                Error::invalid(format!("there is no bench `{name}`")).advise("use `surface`, `imprint` or `paint`")
+            );
+        }
     }
     report.finish();
     Ok(())

@@ -11,6 +11,8 @@ pub enum Goal {
     None,
     /// Ours at most this, in the figure's unit.
     AtMost(f64),
+    /// Ours at least this, in the figure's unit.
+    AtLeast(f64),
     /// Ours divided by the peer's at most this.
     RatioAtMost(f64),
     /// Ours divided by the peer's at least this.
@@ -22,6 +24,7 @@ impl Goal {
         match self {
             Self::None => String::new(),
             Self::AtMost(limit) => format!("<= {limit}"),
+            Self::AtLeast(limit) => format!(">= {limit}"),
             Self::RatioAtMost(limit) => format!("ratio <= {limit}"),
             Self::RatioAtLeast(limit) => format!("ratio >= {limit}"),
         }
@@ -31,6 +34,7 @@ impl Goal {
         match self {
             Self::None => None,
             Self::AtMost(limit) => Some(ours <= limit),
+            Self::AtLeast(limit) => Some(ours >= limit),
             Self::RatioAtMost(limit) => ratio.map(|ratio| ratio <= limit),
             Self::RatioAtLeast(limit) => ratio.map(|ratio| ratio >= limit),
         }

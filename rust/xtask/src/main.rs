@@ -48,7 +48,7 @@ enum Task {
     },
     /// Measures, beside a peer in the same run, and holds the figures against their goals
     Bench {
-        /// Which bench: `surface` or `imprint`
+        /// Which bench: `surface`, `imprint` or `paint`
         name: String,
         /// One JSON object per line instead of a table
         #[arg(long)]
