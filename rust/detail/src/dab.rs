@@ -9,6 +9,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, Error, Result, dispatch_simd};
 use relievo_surface::{Order, Surface};
@@ -275,7 +276,10 @@ impl Dab {
         let field = object.displacement.field();
         let read = |field: &Field, window: &Window, out: &mut [f32; BLOCK_KNOTS]| {
             let Some(block) = field.block(window.tile) else { return out.fill(0.0) };
-            window.indices().zip(out).for_each(|(at, out)| *out = block[at].to_f32());
+            let edge = window.edge as usize;
+            for (at, out) in window.indices().step_by(edge).zip(out.chunks_exact_mut(edge)) {
+                block[at..at + edge].convert_to_f32_slice(out);
+            }
         };
         let heights = |window: &Window, out: &mut Scratch| {
             read(start.unwrap_or(field), window, &mut out.heights);

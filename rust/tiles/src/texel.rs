@@ -111,17 +111,47 @@ pub struct Rgba8(pub [u8; 4]);
 pub struct Rgba16(pub [f16; 4]);
 
 /// The linear value of every sRGB byte.
-static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
-    std::array::from_fn(|byte| {
-        let encoded = byte as f32 / 255.0;
-        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-    })
+static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|byte| linear(byte as f32 / 255.0)));
+
+/// Bits of a number that are dropped to find its place in [`Bytes::first`]: 128 places per factor of two.
+const DROPPED: u32 = 16;
+/// 2⁻¹³, below which every value is byte 0.
+const DARKEST: u32 = (127 - 13) << 23;
+
+/// From linear values to sRGB bytes without a power: within a place the byte goes up by one at most.
+struct Bytes {
+    /// The byte of the least value of each place.
+    first: [u8; 13 * 128],
+    /// The least value of each byte.
+    least: [f32; 257],
+}
+
+static BYTES: LazyLock<Bytes> = LazyLock::new(|| {
+    let least = std::array::from_fn(|byte| match byte {
+        0 => 0.0,
+        256 => f32::INFINITY,
+        byte => linear((byte as f32 - 0.5) / 255.0),
+    });
+    let first = std::array::from_fn(|place| {
+        let value = f32::from_bits(DARKEST + ((place as u32) << DROPPED));
+        (least.partition_point(|least: &f32| *least <= value) - 1) as u8
+    });
+    Bytes { first, least }
 });
 
+/// The linear value of an sRGB-encoded one.
+fn linear(encoded: f32) -> f32 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
 /// The byte of a linear value from 0 to 1.
-fn encoded(linear: f32) -> u8 {
-    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * encoded + 0.5) as u8
+#[inline]
+fn encoded(bytes: &Bytes, linear: f32) -> u8 {
+    let place = linear.to_bits().saturating_sub(DARKEST) >> DROPPED;
+    match bytes.first.get(place as usize) {
+        Some(byte) => byte + u8::from(linear >= bytes.least[usize::from(*byte) + 1]),
+        None => 255,
+    }
 }
 
 impl Texel for Rgba8 {
@@ -156,7 +186,8 @@ impl ColorTexel for Rgba8 {
     fn of_color(color: Vec4) -> Self {
         // A maximum with a number that is not one is the other.
         let [r, g, b, a] = color.to_array().map(|value| value.max(0.0).min(1.0));
-        Self([encoded(r), encoded(g), encoded(b), (255.0 * a + 0.5) as u8])
+        let bytes = &*BYTES;
+        Self([encoded(bytes, r), encoded(bytes, g), encoded(bytes, b), (255.0 * a + 0.5) as u8])
     }
 }
 
@@ -217,6 +248,18 @@ mod tests {
         assert!(Rgba16::all_finite(&[texel]));
         assert!(!Rgba16::all_finite(&[Rgba16([f16::ZERO, f16::NAN, f16::ONE, f16::ONE])]));
         assert!(!f16::all_finite(&[f16::INFINITY]) && f16::all_finite(&[f16::MAX; 1000]));
+    }
+
+    #[test]
+    fn bytes_from_the_table_are_those_of_the_curve() {
+        for k in 0..=1_000_000u32 {
+            let value = (k as f32 * 1e-6).powi(2);
+            let curve = if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };
+            let found = f32::from(encoded(&BYTES, value));
+            // Half way between two bytes rounding decides.
+            assert!((found - 255.0 * curve).abs() <= 0.5 + 1e-3, "{value}: {found} {}", 255.0 * curve);
+        }
+        assert_eq!((encoded(&BYTES, 0.0), encoded(&BYTES, 1.0), encoded(&BYTES, 1e-30)), (0, 255, 0));
     }
 
     #[test]
