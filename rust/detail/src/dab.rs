@@ -499,9 +499,21 @@ fn weigh_body<A: Arithmetic>(parameters: &DabParameters, knots: &KnotBlock, weig
         }
         share[k] = if inside { square } else { -1.0 };
     }
-    let falloff = parameters.falloff();
+    // A loop for each formula, so that none asks which it is.
+    match parameters.falloff() {
+        Falloff::Constant => fade(share, strength, |square| Falloff::Constant.of_square(square)),
+        Falloff::Linear => fade(share, strength, |square| Falloff::Linear.of_square(square)),
+        Falloff::Smooth => fade(share, strength, |square| Falloff::Smooth.of_square(square)),
+        Falloff::Sphere => fade(share, strength, |square| Falloff::Sphere.of_square(square)),
+        Falloff::Gaussian => fade(share, strength, |square| Falloff::Gaussian.of_square(square)),
+    }
+}
+
+/// Squares of distances, −1 outside, to shares of the edit.
+#[inline(always)]
+fn fade(share: &mut [f32; BLOCK_KNOTS], strength: f32, formula: impl Fn(f32) -> f32) {
     for value in share {
-        *value = if *value >= 0.0 { strength * falloff.of_square(*value) } else { 0.0 };
+        *value = if *value >= 0.0 { strength * formula(*value) } else { 0.0 };
     }
 }
 
