@@ -60,9 +60,10 @@ impl Context {
         Ok(Self { inner: Arc::new(inner) })
     }
 
-    /// A context that stays on the calling thread.
+    /// A context that stays on the calling thread. A `RELIEVO_SIMD` that names no level of this processor is ignored.
     pub fn serial() -> Self {
-        let inner = Inner { pool: None, level: Level::best(), memory_limit: 0, stats: Stats::default() };
+        let level = Level::detect().unwrap_or_else(|_| Level::best());
+        let inner = Inner { pool: None, level, memory_limit: 0, stats: Stats::default() };
         Self { inner: Arc::new(inner) }
     }
 
