@@ -17,6 +17,7 @@ pub fn run(yes: bool) -> Outcome {
         && stages.run("build", 12, || call(cargo().args(["build", "--release", "--workspace", "--all-targets"])));
     if ready {
         stages.run("Rust tests", 6, || call(cargo().args(["test", "--release", "--workspace", "--no-fail-fast"])));
+        stages.run("lower levels", 4, lower_levels);
         if stages.run("hosts: build", 2, build_hosts) {
             stages.run("hosts: tests", 4, || ctest(&["--label-exclude", "valgrind"]));
             stages.run("Valgrind", 2, || ctest(&["--label-regex", "valgrind"]));
@@ -24,6 +25,23 @@ pub fn run(yes: bool) -> Outcome {
         stages.run("fuzz", 4, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(FUZZ_SEED))));
     }
     stages.finish()
+}
+
+/// Crates with kernels that are compiled at several instruction levels.
+const KERNELS: [&str; 4] = ["relievo-core", "relievo-surface", "relievo-tiles", "relievo-detail"];
+
+/// Runs the tests of kernels at the instruction levels below this processor's best.
+fn lower_levels() -> Outcome {
+    #[cfg(target_arch = "x86_64")]
+    let levels = [("baseline", is_x86_feature_detected!("avx2")), ("avx2", is_x86_feature_detected!("avx512f"))];
+    #[cfg(not(target_arch = "x86_64"))]
+    let levels: [(&str, bool); 0] = [];
+    for (level, _) in levels.iter().filter(|(_, below)| *below) {
+        let mut test = cargo();
+        test.args(["test", "--release", "--tests", "--no-fail-fast"]).env("RELIEVO_SIMD", level);
+        call(test.args(KERNELS.iter().flat_map(|name| ["--package", name])))?;
+    }
+    Ok(())
 }
 
 /// Configures and builds the C and C++ hosts of `tests/`.
