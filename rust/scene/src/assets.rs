@@ -167,7 +167,7 @@ fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) ->
 }
 
 /// CRC-32 of the bytes of a file.
-fn checksum(path: &Path) -> Result<u32> {
+pub(crate) fn checksum(path: &Path) -> Result<u32> {
     let failed = |error: std::io::Error| Error::io(path, &error);
     if !std::fs::metadata(path).map_err(failed)?.is_file() {
         return Err(Error::invalid("it is not a file").at(path.display().to_string()));

@@ -6,6 +6,8 @@
 //! and the second by what is left (Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from Object
 //! Collisions, Section 1).
 
+use std::collections::BTreeSet;
+
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Error, Result};
 use relievo_detail::overlap::overlap;
@@ -16,7 +18,7 @@ use relievo_detail::{
 };
 use relievo_tiles::Paint;
 
-use crate::cache::{Block, Frame, Layer};
+use crate::cache::{Block, Frame, Key, Layer};
 use crate::description::ToolEntry;
 use crate::strokes;
 use crate::world::{Item, World};
@@ -497,6 +499,18 @@ pub fn blocks(context: &Context, world: &World, changes: &Changes) -> Result<Vec
     read.into_iter().collect()
 }
 
+/// All blocks there are.
+fn allocated(world: &World) -> Vec<Key> {
+    let mut list = Vec::new();
+    for (object, item) in (0..).zip(world.items()) {
+        let Item::Surface(surface) = item else { continue };
+        list.extend(surface.displacement().field().allocated().map(|tile| (object, Layer::Displacement, tile)));
+        let painted = surface.paint().into_iter().flat_map(|paint| paint.field().allocated());
+        list.extend(painted.map(|tile| (object, Layer::Paint, tile)));
+    }
+    list
+}
+
 /// Puts the world into the state of a baked `frame`, coming from the state of `since`. Fails if the frame does not fit
 /// the scene.
 pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Option<&Frame>) -> Result<Changes> {
@@ -507,7 +521,15 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
     if frame.transforms.len() != world.items().len() {
         return Err(misfit("it has other objects"));
     }
-    let blocks = frame.read_since(context, since)?;
+    let mut blocks = frame.read_since(context, since)?;
+    if since.is_none() {
+        // What documents brought and the frame no longer has.
+        let there: BTreeSet<_> = frame.blocks().collect();
+        let brought = allocated(world).into_iter().filter(|key| !there.contains(key));
+        blocks.extend(brought.map(|(object, layer, tile)| Block { object, layer, tile, bytes: Vec::new() }));
+    }
+    // Tiles that are given back make room in the budget for others.
+    blocks.sort_by_key(|block| (!block.bytes.is_empty(), block.object, block.layer, block.tile));
     let none = || vec![Vec::new(); world.items().len()];
     let mut changes = Changes { tiles: none(), painted: none(), ..Changes::default() };
     for block in blocks {
@@ -521,6 +543,7 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
         written.map_err(|error| misfit(&error.to_string()))?;
         list[block.object as usize].push(block.tile);
     }
+    changes.tiles.iter_mut().chain(&mut changes.painted).for_each(|tiles| tiles.sort_unstable());
     world.place(&frame.transforms)?;
     changes.posed = animated(world);
     world.pose(context, world.scene.time(frame.number))?;

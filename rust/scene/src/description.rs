@@ -151,6 +151,8 @@ pub struct ObjectEntry {
     pub visible: bool,
     /// How its displacement is stored.
     pub detail: DetailEntry,
+    /// Path of the document it starts from, as written.
+    pub document: Option<Name>,
 }
 
 /// What physics sees of a body.
@@ -390,6 +392,8 @@ pub struct OutputEntry {
     pub mesh_rate: u32,
     /// Frames whose tiles are written.
     pub tiles: When,
+    /// Frames whose documents are written.
+    pub documents: When,
     /// Stops.
     pub exposure: f64,
 }

@@ -394,6 +394,7 @@ fn read_object(
     let visible = reader.flag(table, "visible");
     let detail = reader.sub_table(table, "detail");
     let detail = read_detail(reader, detail, Some(details));
+    let document = reader.text(table, "document");
     let role = if table.has("role") { reader.choice(table, "role") } else { None };
     let geometry = match (table.has("surface"), table.has("mesh")) {
         (true, false) => {
@@ -427,6 +428,12 @@ fn read_object(
                 .advise("make a surface over the mesh and give the object that `surface`"),
         );
     }
+    if let (Some(document), Geometry::Mesh(_)) = (&document, geometry) {
+        reader.fault(
+            Diagnostic::new(document.span.clone(), "a mesh has no tiles that a document could fill")
+                .advise("make a surface over the mesh and give the object that `surface`"),
+        );
+    }
     Some(ObjectEntry {
         name: name.clone(),
         geometry,
@@ -437,6 +444,7 @@ fn read_object(
         deformable,
         visible,
         detail,
+        document,
     })
 }
 
@@ -683,6 +691,12 @@ into = "ground"
                 "[[strokes]]\nobject = \"ground\"\nsculpt = \"draw\"\ncolour = [1, 1, 1]\npoints = [{ position = [0, 0, 0] }]\n[bodies.tool]",
                 "[1, 1, 1]",
                 "means nothing",
+            ),
+            (
+                "mesh = \"tool\"",
+                "mesh = \"tool\"\ndocument = \"a.relievo\"",
+                "\"a.relievo\"",
+                "make a surface over the mesh",
             ),
             ("version = 1", "version = ", "", "not TOML"),
         ];

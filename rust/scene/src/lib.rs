@@ -6,6 +6,7 @@ mod bodies;
 pub mod cache;
 pub mod description;
 pub mod diagnostic;
+mod documents;
 pub mod export;
 pub mod file;
 pub mod keyframe;

@@ -92,7 +92,7 @@ pub const PAINT_MODES: [&str; 4] = ["mix", "add", "multiply", "erase"];
 pub const SCULPT_MODES: [&str; 4] = ["draw", "smooth", "flatten", "erase"];
 /// Functions of a brush.
 pub const FALLOFFS: [&str; 5] = ["constant", "linear", "smooth", "sphere", "gaussian"];
-/// When meshes and tiles are written.
+/// When meshes, tiles and documents are written.
 pub const WHEN: &[&str] = &["none", "last", "every"];
 
 /// `[meshes.NAME]`
@@ -215,6 +215,13 @@ pub static OBJECT: Section = Section {
         ),
         key("visible", Kind::Flag, "true", "", "Whether pictures show it"),
         key("detail", Kind::Table(&DETAIL), "", "", "Detail settings that differ from [details]"),
+        key(
+            "document",
+            Kind::Path,
+            "",
+            "",
+            "Document (.relievo) to start from: displacement and colours with the sizes of their tiles",
+        ),
     ],
     parameters: &[],
 };
@@ -458,6 +465,13 @@ pub static OUTPUT: Section = Section {
         ),
         key("mesh_rate", Kind::Power(2, 256), "64", "", "Most quads along a side of a touched tile in written meshes"),
         key("tiles", Kind::Choice(WHEN), "\"none\"", "", "Frames whose tiles are written as EXR"),
+        key(
+            "documents",
+            Kind::Choice(WHEN),
+            "\"none\"",
+            "",
+            "Frames whose surfaces are written as documents (.relievo), which objects can start from",
+        ),
         key("exposure", Kind::Number(-20.0, 20.0), "0", "stops", "Brightness of PNG pictures"),
     ],
     parameters: relievo_render::Settings::PARAMETERS,

@@ -12,6 +12,7 @@ use crate::bake::{self, Baker, Changes};
 use crate::cache::{Cache, Frame, Identity, State};
 use crate::description::Scene;
 use crate::diagnostic::Failure;
+use crate::documents;
 use crate::export;
 use crate::output::Folder;
 use crate::picture::Studio;
@@ -223,6 +224,7 @@ impl Stepper {
     fn write(&mut self, context: &Context, frame: u32, last: u32, changes: &Changes) -> relievo_core::Result<()> {
         let output = &self.world.scene.output;
         let (pictures, mesh, tiles) = (output.picture_frames, output.mesh, output.tiles);
+        let documents = output.documents;
         if pictures.includes(frame, last) && !output.pictures.is_empty() && !output.images.is_empty() {
             match &mut self.studio {
                 None => {
@@ -251,6 +253,9 @@ impl Stepper {
         }
         if tiles.includes(frame, last) {
             self.summary.files.extend(export::write_tiles(context, &self.world, &self.folder, frame)?);
+        }
+        if documents.includes(frame, last) {
+            self.summary.files.extend(documents::write(context, &self.world, &self.folder, frame)?);
         }
         Ok(())
     }

@@ -65,6 +65,7 @@ pub(crate) fn read_output(reader: &mut Reader, table: Table) -> OutputEntry {
         _ => When::Never,
     };
     let (picture_frames, mesh, tiles) = (when("picture_frames"), when("mesh"), when("tiles"));
+    let documents = when("documents");
     let mut settings = relievo_render::Settings::default();
     reader.parameters(table, |parameter, value| {
         // The reader has checked the value.
@@ -81,6 +82,7 @@ pub(crate) fn read_output(reader: &mut Reader, table: Table) -> OutputEntry {
         mesh_rate: reader.whole(table, "mesh_rate") as u32,
         settings,
         tiles,
+        documents,
         exposure: reader.number(table, "exposure"),
     }
 }

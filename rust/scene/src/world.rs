@@ -11,6 +11,7 @@ use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint};
 use crate::assets::Assets;
 use crate::description::{Geometry, Scene, SurfaceEntry};
 use crate::diagnostic::{Diagnostic, Failure, Faults};
+use crate::documents::{self, Start};
 use crate::paths::Paths;
 use crate::physics::Physics;
 
@@ -25,6 +26,8 @@ pub struct World {
     items: Vec<Item>,
     /// The meshes that press as colliders.
     colliders: Vec<Option<Collider>>,
+    /// Per object the checksum and the notes of the document it starts from.
+    documents: Vec<Option<(u32, Vec<String>)>>,
     transforms: Vec<DAffine3>,
     /// Where the objects are at time 0.
     start: Vec<DAffine3>,
@@ -63,10 +66,16 @@ impl World {
         let cages: Vec<&Mesh> = scene.objects.iter().map(|object| assets.mesh(scene.cage_of(object))).collect();
         let physics = context.stats().time("load.physics", || Physics::new(&scene, &cages)).map_err(refuse)?;
         let transforms = physics.transforms();
-        let mut items = Vec::new();
+        let (mut items, mut documents) = (Vec::new(), Vec::new());
         for (object, transform) in scene.objects.iter().zip(&transforms) {
             let transform = *transform;
             let mesh = assets.mesh(scene.cage_of(object));
+            let document = object.document.as_ref().map(|name| {
+                let opened =
+                    context.stats().time("load.documents", || documents::open(context, &paths, &name.text, mesh));
+                opened.map_err(|error| refuse(Diagnostic::from_error(name.span.clone(), &error)))
+            });
+            let document = document.transpose()?;
             let item = match object.geometry {
                 Geometry::Mesh(_) => Ok(Item::Mesh(Box::new(MeshItem { mesh: mesh.clone(), transform }))),
                 Geometry::Surface(index) => {
@@ -82,11 +91,20 @@ impl World {
                         let options = ChannelOptions { size: object.detail.paint_size, ..detail.clone() };
                         (Vec3::from(object.colour).min(Vec3::ONE).extend(1.0), options)
                     });
-                    make_surface(context, mesh, &options, &detail, paint, transform)
-                        .map_err(|error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error)))
+                    let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
+                    make_surface(context, mesh, &options, &detail, paint, transform).map_err(fault).and_then(
+                        |mut item| {
+                            if let (Some(start), Some(name)) = (&document, &object.document) {
+                                take_up(context, &mut item, start, object.detail.budget)
+                                    .map_err(|error| refuse(Diagnostic::from_error(name.span.clone(), &error)))?;
+                            }
+                            Ok(Item::Surface(Box::new(item)))
+                        },
+                    )
                 }
             };
             items.push(item?);
+            documents.push(document.map(|start| (start.checksum, start.notes)));
         }
         let mut colliders: Vec<Option<Collider>> = items.iter().map(|_| None).collect();
         for entry in &scene.colliders {
@@ -105,7 +123,7 @@ impl World {
             }
         }
         let start = transforms.clone();
-        Ok(Self { physics, assets, items, colliders, transforms, start, scene, time: 0.0 })
+        Ok(Self { physics, assets, items, colliders, documents, transforms, start, scene, time: 0.0 })
     }
 
     /// The objects.
@@ -155,7 +173,11 @@ impl World {
                 )
             })
         });
-        meshes.chain(objects).chain(open).collect()
+        let documents = self.documents.iter().zip(&self.scene.objects).flat_map(|(document, object)| {
+            let notes = document.iter().flat_map(|(_, notes)| notes);
+            notes.map(|note| format!("object `{}`: {note}", object.name.text))
+        });
+        meshes.chain(objects).chain(open).chain(documents).collect()
     }
 
     /// The limit of the texture coordinates of an object's surface; `None` if it is a mesh or its cage has none.
@@ -287,10 +309,11 @@ impl World {
             .filter(|object| scene.is_painted(*object))
             .map(|object| scene.objects[object].colour)
             .collect();
+        let documents: Vec<_> = self.documents.iter().map(|document| document.as_ref().map(|(crc, _)| crc)).collect();
         let decisive = (
             (env!("CARGO_PKG_VERSION"), scene.fps, scene.up, scene.seed, scene.physics),
             (&scene.meshes, files, &scene.surfaces, objects, &scene.bodies, &scene.colliders),
-            (&scene.strokes, painted),
+            (&scene.strokes, painted, documents),
         );
         // FNV-1a of the text of all of it.
         format!("{decisive:?}")
@@ -316,7 +339,7 @@ fn make_surface(
     detail: &DisplacementOptions,
     paint: Option<(Vec4, ChannelOptions)>,
     transform: DAffine3,
-) -> Result<Item> {
+) -> Result<DisplacedObject> {
     let surface = Surface::new(context, mesh, options)?;
     let displacement = Displacement::new(surface.topology().clone(), detail)?;
     let paint = paint.map(|(color, options)| Paint::of_color(surface.topology().clone(), color, &options));
@@ -324,5 +347,17 @@ fn make_surface(
     if let Some(paint) = paint {
         object.set_paint(paint?)?;
     }
-    Ok(Item::Surface(Box::new(object)))
+    Ok(object)
+}
+
+/// Gives a surface what the document it starts from has, in `budget` bytes each.
+fn take_up(context: &Context, object: &mut DisplacedObject, start: &Start, budget: u64) -> Result<()> {
+    let topology = object.surface().topology().clone();
+    if let Some(displacement) = start.displacement(context, &topology, budget)? {
+        *object.displacement_mut() = displacement;
+    }
+    if let Some(paint) = start.paint(context, &topology, budget)? {
+        object.set_paint(paint)?;
+    }
+    Ok(())
 }

@@ -237,6 +237,99 @@ fn strokes_are_made_at_their_time_and_kept_in_the_cache() {
     }
 }
 
+/// A ground and two strokes over it, of which `STROKES` stand for none, some or all.
+const TAKEN_UP: &str = r##"version = 1
+[meshes.ground]
+shape = "plane"
+size = [1, 1, 1]
+faces = FACES
+[surfaces.ground]
+mesh = "ground"
+[details]
+tile_size = 64
+paint_size = 32
+[objects.ground]
+surface = "ground"
+DOCUMENT
+STROKES
+[output]
+frames = 2
+pictures = []
+mesh = "none"
+documents = "last"
+"##;
+const RIDGE: &str = r##"
+[[strokes]]
+object = "ground"
+sculpt = "draw"
+height = 0.02
+radius = 0.1
+points = [{ position = [-0.2, -0.3, 0] }, { position = [0.2, 0.3, 0.02] }]
+[[strokes]]
+object = "ground"
+paint = "mix"
+colour = "#c02010"
+radius = 0.08
+points = [{ position = [-0.4, 0.1, 0] }, { position = [0.4, 0.2, 0], pressure = 0.5 }]
+"##;
+const ERASER: &str = r##"
+[[strokes]]
+object = "ground"
+sculpt = "erase"
+radius = 0.3
+points = [{ position = [-0.2, -0.3, 0] }, { position = [-0.2, -0.2, 0] }]
+[[strokes]]
+object = "ground"
+paint = "multiply"
+colour = [0.2, 0.9, 0.4]
+radius = 0.1
+points = [{ position = [0, 0.3, 0] }, { position = [0, -0.1, 0] }]
+"##;
+
+#[test]
+fn a_surface_is_taken_up_from_its_document() {
+    let folder = tempfile::tempdir().unwrap();
+    let run_scene = |name: &str, document: &str, strokes: &str, faces: &str| {
+        let scene = folder.path().join(format!("{name}.toml"));
+        let text = TAKEN_UP.replace("FACES", faces).replace("DOCUMENT", document).replace("STROKES", strokes);
+        std::fs::write(&scene, text).unwrap();
+        run_with(&context(1), &scene, &options(&folder.path().join(name)))
+    };
+    let bytes = |name: &str| std::fs::read(folder.path().join(name).join("document-000001-ground.relievo")).unwrap();
+    let whole = run_scene("whole", "", &format!("{RIDGE}{ERASER}"), "4").unwrap();
+    assert!(whole.files.iter().any(|file| file.ends_with("document-000001-ground.relievo")), "{:?}", whole.files);
+    run_scene("first", "", RIDGE, "4").unwrap();
+    assert_ne!(bytes("first"), bytes("whole"));
+
+    // Nothing done to it, it is written as it was read; what is done after it is as if never interrupted.
+    let from_first = "document = \"first/document-000001-ground.relievo\"";
+    run_scene("same", from_first, "", "4").unwrap();
+    assert_eq!(bytes("same"), bytes("first"));
+    run_scene("second", from_first, ERASER, "4").unwrap();
+    assert_eq!(bytes("second"), bytes("whole"));
+    // Again from the cache, which begins with a document of which frame 0 erases tiles.
+    let again = run_scene("second", from_first, ERASER, "4").unwrap();
+    assert_eq!((again.baked, again.opened), (0, 2));
+    assert_eq!(bytes("second"), bytes("whole"));
+    // Another document is another scene.
+    let other = run_scene("second", "document = \"whole/document-000001-ground.relievo\"", ERASER, "4").unwrap();
+    assert_eq!((other.baked, other.opened), (2, 0));
+
+    let fails = |document: &str, faces: &str| run_scene("bad", document, "", faces).unwrap_err().to_string();
+    let misfit = fails(from_first, "5");
+    assert!(misfit.contains("bad.toml:13:") && misfit.contains("document-000001-ground.relievo"), "{misfit}");
+    assert!(misfit.contains("it has 16 faces and 64 corners, this one 25 and 100"), "{misfit}");
+    let outside = fails("document = \"../a.relievo\"", "4");
+    assert!(outside.contains("bad.toml:13:"), "{outside}");
+    let mut damaged = bytes("first");
+    *damaged.last_mut().unwrap() ^= 1;
+    std::fs::write(folder.path().join("damaged.relievo"), damaged).unwrap();
+    let damaged = fails("document = \"damaged.relievo\"", "4");
+    assert!(damaged.contains("relievo doc check") && damaged.contains("layer `colour`"), "{damaged}");
+    let small = fails(&format!("{from_first}\ndetail = {{ budget = 65536 }}"), "4");
+    assert!(small.contains("budget"), "{small}");
+}
+
 #[test]
 fn scrubbing_to_any_frame_shows_that_frame() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,0 +1,88 @@
+//! Any bytes as a document, and documents put together from them whose checksums and compressed parts are sound, so
+//! that what is in them is reached. They are refused, or can be used, written and read again.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use relievo_core::Mesh;
+use relievo_document::{Document, Kind};
+use relievo_fuzz::MEMORY_LIMIT;
+
+fuzz_target!(|data: &[u8]| {
+    match data.split_first() {
+        Some((1, rest)) => sound(&file(rest)),
+        _ => sound(data),
+    }
+});
+
+fn sound(bytes: &[u8]) {
+    let Ok(document) = Document::parse(bytes, MEMORY_LIMIT) else { return };
+    assert!(!document.to_string().is_empty());
+    let topology = document.topology();
+    for layer in document.layers() {
+        assert_eq!(layer.blank().len(), layer.kind().texel());
+        for (index, block) in layer.blocks().iter().enumerate() {
+            assert!(topology.face_of(block.tile()).is_some());
+            if let Ok(unpacked) = layer.unpack(topology, index) {
+                assert_eq!(unpacked.len() as u64, layer.block_bytes(topology, index));
+            }
+        }
+    }
+    let mesh = Mesh::new(vec![], vec![4, 3], vec![0, 1, 2, 3, 3, 2, 4]);
+    if let Err(error) = document.fit(&mesh) {
+        assert!(!error.what.is_empty());
+    }
+    let written = document.to_bytes().expect("a document");
+    let again = Document::parse(&written, u64::MAX).expect("a document of ours");
+    assert!(again == document && again.to_bytes().expect("a document") == written);
+}
+
+/// The index is what a document with the mesh and layers that `data` asks for has, and then some bytes of it changed.
+fn file(data: &[u8]) -> Vec<u8> {
+    let mut data = data.iter().copied();
+    let mut byte = || data.next().unwrap_or_default();
+    let sizes: Vec<u32> = (0..byte() & 7).map(|_| u32::from(byte() & 7)).collect();
+    let corners = (0..sizes.iter().sum()).map(|_| u32::from(byte())).collect();
+    let mut mesh = Mesh::new(Vec::new(), sizes.clone(), corners);
+    mesh.holes = (0..sizes.len() as u32).filter(|_| byte() & 3 == 0).collect();
+    let mut document = Document::new(&mesh, "fuzz").expect("a small mesh");
+    let topology = document.topology().clone();
+    let context = relievo_core::Context::serial();
+    for number in 0..byte() & 3 {
+        let kind = Kind::ALL[usize::from(byte()) % 3];
+        let blank: Vec<u8> = (0..kind.texel()).map(|_| byte()).collect();
+        let face_sizes: Vec<u32> = sizes.iter().map(|_| 8 << (byte() & 1)).collect();
+        let tiles: Vec<u32> = (0..topology.tile_count()).filter(|_| byte() & 1 == 0).collect();
+        let fill = byte();
+        let read = |tile: u32| {
+            let (face, sub) = topology.face_of(tile).expect("a tile of the mesh");
+            let size = if sub { 8 } else { face_sizes[face as usize] as usize };
+            Ok(vec![fill; (size + 2) * (size + 2) * kind.texel()])
+        };
+        let head = (format!("layer {number}"), kind);
+        document.pack(&context, (&head.0, head.1, &blank), face_sizes.clone(), &tiles, read).expect("a layer");
+    }
+    let whole = document.to_bytes().expect("a document");
+    let number = |at: usize| u64::from_le_bytes(whole[at..at + 8].try_into().expect("eight bytes")) as usize;
+    let (packed, raw) = (number(16), number(24));
+    let mut index = zstd::bulk::decompress(&whole[44..44 + packed], raw).expect("an index of ours");
+    let mut blocks = whole[44 + packed..].to_vec();
+    for _ in 0..byte() & 3 {
+        let (high, low, value) = (byte(), byte(), byte());
+        let at = usize::from(u16::from_le_bytes([low, high]));
+        if let Some(place) = index.get_mut(at) {
+            *place = value;
+        }
+    }
+    if byte() & 7 == 0 {
+        blocks.push(byte());
+    }
+    let packed = zstd::bulk::compress(&index, 1).expect("a list takes all");
+    let mut out = b"RLVDOC\r\n".to_vec();
+    out.extend(1u32.to_le_bytes());
+    out.extend(crc32fast::hash(&packed).to_le_bytes());
+    out.extend([packed.len(), index.len(), blocks.len()].iter().flat_map(|length| (*length as u64).to_le_bytes()));
+    out.extend(crc32fast::hash(&out).to_le_bytes());
+    out.extend(packed);
+    out.extend(blocks);
+    out
+}
