@@ -1,5 +1,6 @@
 #include "refine.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <stdexcept>
@@ -52,19 +53,24 @@ Far::PatchTableFactory::Options table_options(const rlv_osd_cage& cage, int isol
     return options;
 }
 
-// Faces expected at the isolation asked for. Point features add a fixed number a level, creases at most twice as many
-// as the level before, so doubling what level 3 adds over level 2 is an upper estimate.
-double expected_patches(const rlv_osd_cage& cage) {
-    if (cage.isolation <= 3) return 0.0;
-    double counts[2];
-    for (int level = 2; level <= 3; ++level) {
-        std::unique_ptr<Far::TopologyRefiner> refiner = make_refiner(cage);
-        refiner->RefineAdaptive(table_options(cage, level).GetRefineAdaptiveOptions());
-        counts[level - 2] = refiner->GetNumFacesTotal();
+int faces_at(const rlv_osd_cage& cage, int isolation) {
+    std::unique_ptr<Far::TopologyRefiner> refiner = make_refiner(cage);
+    refiner->RefineAdaptive(table_options(cage, isolation).GetRefineAdaptiveOptions());
+    return refiner->GetNumFacesTotal();
+}
+
+// Faces of all levels, which are more than the patches: counted up to level 3. Beyond, point features add a fixed number
+// a level, creases at most twice as many as the level before, so doubling what level 3 adds over level 2 is an upper
+// estimate.
+void expected_patches(const rlv_osd_cage& cage, int first, int last, double* counts) {
+    double faces[4] = {};
+    for (int level = last <= 3 ? first : std::min(first, 2); level <= std::min(last, 3); ++level)
+        faces[level] = faces_at(cage, level);
+    double added = faces[3] - faces[2], total = faces[3];
+    for (int level = 1; level <= last; ++level) {
+        if (level > 3) total += (added *= 2.0);
+        if (level >= first) counts[level - first] = level <= 3 ? faces[level] : total;
     }
-    double added = counts[1] - counts[0], total = counts[1];
-    for (int level = 4; level <= cage.isolation; ++level) total += (added *= 2.0);
-    return total;
 }
 
 void copy_patches(rlv_osd_table& out, const Far::PatchTable& table, bool single_crease) {
@@ -118,15 +124,21 @@ void rlv_osd_report(char* error, size_t size, const char* text) {
     if (error && size) std::snprintf(error, size, "%s", text);
 }
 
+extern "C" int32_t rlv_osd_expected_patches(const rlv_osd_cage* cage, int32_t first, int32_t last, double* counts,
+                                            char* error, size_t error_size) {
+    try {
+        expected_patches(*cage, first, last, counts);
+        return 0;
+    } catch (const std::exception& exception) {
+        rlv_osd_report(error, error_size, exception.what());
+    } catch (...) {
+        rlv_osd_report(error, error_size, "unknown C++ exception");
+    }
+    return -1;
+}
+
 extern "C" rlv_osd_table* rlv_osd_refine(const rlv_osd_cage* cage, char* error, size_t error_size) {
     try {
-        const double expected = expected_patches(*cage);
-        if (expected > cage->patch_limit) {
-            char text[160];
-            std::snprintf(text, sizeof text, "about %.0f patches are expected, more than the limit of %.0f", expected,
-                          cage->patch_limit);
-            throw std::runtime_error(text);
-        }
         std::unique_ptr<rlv_osd_table> out(new rlv_osd_table);
         out->refiner = make_refiner(*cage);
         const Far::PatchTableFactory::Options options = table_options(*cage, cage->isolation);

@@ -23,7 +23,6 @@ typedef struct {
     int32_t boundary_rule; // 0: edges and corners are sharp, 1: edges only
     int32_t isolation;     // 1..10
     int32_t single_crease; // use single-crease patches
-    double patch_limit;    // refuse when more patches are expected
 } rlv_osd_cage;
 
 // A patch of the adaptive table.
@@ -55,6 +54,10 @@ typedef struct {
 
 typedef struct rlv_osd_table rlv_osd_table;
 
+// Patches expected at the isolations first to last, one number each; that of the cage is not looked at. Returns 0, or -1
+// and a text in error (of error_size bytes) on failure.
+int32_t rlv_osd_expected_patches(const rlv_osd_cage* cage, int32_t first, int32_t last, double* counts, char* error,
+                                 size_t error_size);
 // Refines and builds the patch table. Returns NULL and a text in error (of error_size bytes) on failure.
 rlv_osd_table* rlv_osd_refine(const rlv_osd_cage* cage, char* error, size_t error_size);
 void rlv_osd_arrays_of(const rlv_osd_table* table, rlv_osd_arrays* arrays);

@@ -14,6 +14,13 @@ pub struct Entry<'a> {
     pub mesh: &'a Mesh,
 }
 
+/// Most patches to expect from a cage that keeps all levels of isolation. Estimates of many levels are several times
+/// too high, so that this is still opened in a second or two.
+const ALL_LEVELS: u32 = 2_000_000;
+
+/// Most patches to expect with fewer levels, where they are counted rather than estimated: opened in some ten seconds.
+const FEWER_LEVELS: u32 = 1_000_000;
+
 /// A number as the scene shows it: four digits are enough to begin with.
 fn short(value: f64) -> String {
     let text = format!("{value:.3e}").parse::<f64>().unwrap_or(value).to_string();
@@ -37,7 +44,16 @@ pub fn starter(context: &Context, entries: &[Entry], up: usize) -> Result<String
     let up = up.min(2);
     let (low, high) = target.mesh.bounds().ok_or_else(|| Error::invalid("the mesh is empty").at(&target.path))?;
     let (low, high) = (low.map(f64::from), high.map(f64::from));
-    let top = top(context, target.mesh, up).map_err(|error| error.at(&target.path))?;
+    let named = |error: Error| error.at(&target.path);
+    let all = SurfaceOptions::default();
+    let affordable = |patch_limit| {
+        let options = SurfaceOptions { patch_limit, ..all };
+        Surface::affordable_isolation(context, target.mesh, &options).map_err(named)
+    };
+    let fine = affordable(ALL_LEVELS)? != Some(all.isolation);
+    let isolation = if fine { affordable(FEWER_LEVELS)?.unwrap_or(1) } else { all.isolation };
+    let options = SurfaceOptions { isolation, ..all };
+    let top = top(context, target.mesh, &options, up).map_err(named)?;
     let side: [f64; 3] = std::array::from_fn(|axis| high[axis] - low[axis]);
     let diagonal = side.iter().map(|side| side * side).sum::<f64>().sqrt().max(1e-6);
     let axis = ["x", "y", "z"][up];
@@ -54,8 +70,17 @@ pub fn starter(context: &Context, entries: &[Entry], up: usize) -> Result<String
     );
     out.push_str(
         "# The Catmull-Clark surface over that cage; creases and corners of the file are kept.\n\
-         [surfaces.target]\nmesh = \"target\"\n\n\
-         [objects.target]\nsurface = \"target\"\ncolour = [0.72, 0.55, 0.42]  # linear, or \"#rrggbb\" in sRGB\n\n",
+         [surfaces.target]\nmesh = \"target\"\n",
+    );
+    if fine {
+        let _ = write!(
+            out,
+            "# The mesh is fine for a cage: with all levels of isolation around its irregular points it would make too\n\
+             # many patches. Fewer levels are less exact only close to these points.\nisolation = {isolation}\n"
+        );
+    }
+    out.push_str(
+        "\n[objects.target]\nsurface = \"target\"\ncolour = [0.72, 0.55, 0.42]  # linear, or \"#rrggbb\" in sRGB\n\n",
     );
     let _ = write!(
         out,
@@ -124,8 +149,8 @@ pub fn starter(context: &Context, entries: &[Entry], up: usize) -> Result<String
 }
 
 /// The highest point of the limit surface, nearly: it lies below its cage.
-fn top(context: &Context, mesh: &Mesh, up: usize) -> Result<[f64; 3]> {
-    let surface = Surface::new(context, mesh, &SurfaceOptions::default())?;
+fn top(context: &Context, mesh: &Mesh, options: &SurfaceOptions, up: usize) -> Result<[f64; 3]> {
+    let surface = Surface::new(context, mesh, options)?;
     let grid = Grid::whole(4, Placement::Lattice);
     let mut samples = Samples::default();
     let mut best: Option<[f32; 3]> = None;
@@ -164,5 +189,26 @@ mod tests {
             }
         }
         assert!(starter(&context, &[], 1).is_err());
+    }
+
+    #[test]
+    fn a_mesh_too_fine_for_a_cage_gets_fewer_levels_of_isolation() {
+        let ball = Shape::Sphere { radius: 1.0, faces: 12 }.mesh(Up::Z);
+        let corners = ball.triangles().concat();
+        let mesh = Mesh::new(ball.points.clone(), vec![3; corners.len() / 3], corners);
+        let entries = [Entry { path: "a.obj".into(), mesh: &mesh }];
+        let surface = |context: &Context| {
+            let text = starter(context, &entries, 2).unwrap();
+            let scene = crate::file::parse(std::path::Path::new("a.toml"), &text).unwrap();
+            (scene.surfaces[0].isolation, text.contains("fine for a cage"))
+        };
+        assert_eq!(surface(&Context::serial()), (None, false));
+        let options = relievo_core::ContextOptions { threads: 1, memory_limit: 80 << 20 };
+        let small = Context::new(&options).unwrap();
+        let (Some(isolation), true) = surface(&small) else { panic!("nothing says why") };
+        assert!((1..6).contains(&isolation), "{isolation}");
+        let with = |isolation| SurfaceOptions { isolation, ..SurfaceOptions::default() };
+        assert!(Surface::new(&small, &mesh, &with(isolation)).is_ok());
+        assert!(Surface::new(&small, &mesh, &with(isolation + 1)).is_err());
     }
 }

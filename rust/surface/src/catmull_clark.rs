@@ -80,9 +80,23 @@ fn morton(u: u32, v: u32) -> u32 {
     spread(u) | (spread(v) << 1)
 }
 
-/// Bytes at the peak of refinement per patch, with its share of points, stencils and OpenSubdiv's tables (measured: 2,500 to
-/// 3,500 over cages of 1,000 to 32,000 faces).
-const PATCH_BYTES: f64 = 3500.0;
+/// Levels that the largest finite sharpness of a cage needs.
+fn sharpness_levels(mesh: &Mesh) -> u32 {
+    let creases = mesh.creases.iter().map(|crease| crease.sharpness);
+    let values = creases.chain(mesh.sharp_points.iter().map(|(_, sharpness)| *sharpness));
+    let finite = values.filter(|sharpness| *sharpness < relievo_core::mesh::INFINITE_SHARPNESS);
+    finite.fold(0.0_f32, f32::max).ceil() as u32
+}
+
+fn refinement(context: &Context, mesh: &Mesh, options: &SurfaceOptions) -> Options {
+    Options {
+        boundary: options.boundary,
+        isolation: options.isolation.max(sharpness_levels(mesh)),
+        single_crease: true,
+        patch_limit: f64::from(options.patch_limit),
+        memory_limit: context.memory_limit(),
+    }
+}
 
 /// Points per item of parallel work.
 const CHUNK: usize = 4096;
@@ -94,20 +108,7 @@ impl Surface {
     /// context's memory limit.
     pub fn new(context: &Context, mesh: &Mesh, options: &SurfaceOptions) -> Result<Self> {
         mesh.check()?;
-        let finite = |sharpness: f32| sharpness < relievo_core::mesh::INFINITE_SHARPNESS;
-        let sharpness = mesh
-            .creases
-            .iter()
-            .map(|crease| crease.sharpness)
-            .chain(mesh.sharp_points.iter().map(|(_, sharpness)| *sharpness))
-            .filter(|sharpness| finite(*sharpness))
-            .fold(0.0_f32, f32::max);
-        let refinement = Options {
-            boundary: options.boundary,
-            isolation: options.isolation.max(sharpness.ceil() as u32),
-            single_crease: true,
-            patch_limit: f64::from(options.patch_limit).min(context.memory_limit() as f64 / PATCH_BYTES),
-        };
+        let refinement = refinement(context, mesh, options);
         let table = context.stats().time("surface.refine", || Table::new(mesh, &refinement))?;
         let topology = TileTopology::new(mesh)?;
         if topology.tile_count() != table.tile_count() {
@@ -115,6 +116,22 @@ impl Surface {
         }
         let layout = Layout::new(table, topology)?;
         Self::pose(context, Arc::new(layout), &mesh.points)
+    }
+
+    /// The most levels of isolation, up to those of `options`, at which `mesh` is expected to make no more patches than
+    /// the limit and than fit the context's memory limit. `None` if one level is too many.
+    ///
+    /// Fails if the mesh does not pass [`Mesh::check`].
+    pub fn affordable_isolation(context: &Context, mesh: &Mesh, options: &SurfaceOptions) -> Result<Option<u32>> {
+        mesh.check()?;
+        let refinement = refinement(context, mesh, options);
+        let expected = Table::expected_patches(mesh, &refinement)?;
+        let least = sharpness_levels(mesh);
+        let fits = |levels: &u32| {
+            let count = expected.get(*levels.max(&least) as usize - 1);
+            count.is_some_and(|count| refinement.check(*count).is_ok())
+        };
+        Ok((1..=options.isolation).rev().find(fits))
     }
 
     /// The surface of the same cage with other points. Fails unless there are as many, and all are finite.

@@ -170,6 +170,7 @@ fn single_crease_patches_agree_with_isolation_ten() {
                 isolation: 10,
                 single_crease: false,
                 patch_limit: 1e7,
+                memory_limit: u64::MAX,
             };
             let table = relievo_opensubdiv::Table::new(&mesh, &options).unwrap();
             let fine = points(&table, &mesh);
@@ -223,6 +224,7 @@ fn level_six_is_as_close_to_isolation_ten_as_opensubdiv_is() {
                 isolation,
                 single_crease: false,
                 patch_limit: 1e8,
+                memory_limit: u64::MAX,
             };
             let table = relievo_opensubdiv::Table::new(&mesh, &options).unwrap();
             reference::evaluate(&table, &points(&table, &mesh), &asked).unwrap()
@@ -365,7 +367,11 @@ fn bad_places_and_exploding_cages_are_errors() {
     }
     let options = SurfaceOptions { patch_limit: 20_000, ..Default::default() };
     let error = Surface::new(&context, &mesh, &options).unwrap_err();
-    assert!(error.to_string().contains("patches are expected"), "{error}");
+    assert!(error.to_string().contains("patches are expected, more than the limit of 20000"), "{error}");
+    let little = ContextOptions { threads: 1, memory_limit: 100_000 };
+    let error = Surface::new(&Context::new(&little).unwrap(), &mesh, &SurfaceOptions::default()).unwrap_err();
+    assert_eq!(error.kind, relievo_core::ErrorKind::Memory);
+    assert!(error.what.contains("memory limit of 0.1 MB") && !error.remedy.contains("patch limit"), "{error}");
     let limited = Context::new(&ContextOptions { threads: 1, memory_limit: 20 << 20 }).unwrap();
     assert!(Surface::new(&limited, &mesh, &SurfaceOptions::default()).is_err());
 }

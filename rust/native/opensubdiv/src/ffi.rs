@@ -19,7 +19,6 @@ pub struct Cage {
     pub boundary_rule: i32,
     pub isolation: i32,
     pub single_crease: i32,
-    pub patch_limit: f64,
 }
 
 #[repr(C)]
@@ -61,6 +60,14 @@ pub struct Bfr {
 }
 
 unsafe extern "C" {
+    pub fn rlv_osd_expected_patches(
+        cage: *const Cage,
+        first: i32,
+        last: i32,
+        counts: *mut f64,
+        error: *mut c_char,
+        error_size: usize,
+    ) -> i32;
     pub fn rlv_osd_refine(cage: *const Cage, error: *mut c_char, error_size: usize) -> *mut Table;
     pub fn rlv_osd_arrays_of(table: *const Table, arrays: *mut Arrays);
     pub fn rlv_osd_free(table: *mut Table);

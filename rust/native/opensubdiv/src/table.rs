@@ -3,7 +3,8 @@
 //! that make their points from the cage's.
 
 use std::collections::HashSet;
-use std::ffi::CStr;
+use std::ffi::{CStr, c_char};
+use std::ops::RangeInclusive;
 
 use relievo_core::{Crease, Error, Mesh, Result};
 
@@ -30,6 +31,35 @@ pub struct Options {
     pub single_crease: bool,
     /// Refuse cages from which more patches are expected.
     pub patch_limit: f64,
+    /// Refuse cages whose refinement is expected to need more bytes.
+    pub memory_limit: u64,
+}
+
+/// Bytes at the peak of refinement per patch, with its share of points, stencils and OpenSubdiv's tables (measured: 2,500
+/// to 3,500 over cages of 1,000 to 32,000 faces).
+const PATCH_BYTES: f64 = 3500.0;
+
+impl Options {
+    /// Fails if `expected` patches are more than the limit or more than fit the memory limit, and says which.
+    pub fn check(&self, expected: f64) -> Result<()> {
+        let bytes = expected * PATCH_BYTES;
+        if bytes > self.memory_limit as f64 {
+            let what = format!(
+                "about {expected:.0} patches are expected, which need {:.0} MB, more than the memory limit of {:.1} MB",
+                (bytes / 1e6).ceil(),
+                self.memory_limit as f64 / 1e6
+            );
+            return Err(Error::memory(what)
+                .advise("raise the memory limit, or lower the isolation or the sharpness of creases"));
+        }
+        if expected > self.patch_limit {
+            let what =
+                format!("about {expected:.0} patches are expected, more than the limit of {:.0}", self.patch_limit);
+            return Err(Error::unsupported(what)
+                .advise("lower the isolation or the sharpness of creases, or use a coarser cage"));
+        }
+        Ok(())
+    }
 }
 
 /// The kind of a patch, with what its evaluation needs.
@@ -103,56 +133,119 @@ fn creases_on_edges(mesh: &Mesh) -> Vec<Crease> {
     mesh.creases.iter().filter(|crease| edges.contains(&key(crease.points[0], crease.points[1]))).copied().collect()
 }
 
-impl Table {
-    /// Refines `mesh`, which must have passed [`Mesh::check`].
-    ///
-    /// Fails if a face or point has more than 65,535 neighbours, or if more patches are expected than the limit.
-    pub fn new(mesh: &Mesh, options: &Options) -> Result<Self> {
-        if !(1..=10).contains(&options.isolation) {
-            return Err(Error::invalid(format!("isolation is {}", options.isolation)).advise("use 1 to 10"));
-        }
+/// A mesh as OpenSubdiv takes it.
+struct Cage<'m> {
+    mesh: &'m Mesh,
+    face_sizes: Vec<i32>,
+    corners: Vec<i32>,
+    crease_points: Vec<i32>,
+    crease_sharpness: Vec<f32>,
+    sharp_points: Vec<i32>,
+    sharp_point_sharpness: Vec<f32>,
+    holes: Vec<i32>,
+}
+
+impl<'m> Cage<'m> {
+    /// Fails if OpenSubdiv cannot refine `mesh`, which must have passed [`Mesh::check`].
+    fn new(mesh: &'m Mesh) -> Result<Self> {
         check_valence(mesh)?;
-        let signed = |values: &[u32]| values.iter().map(|value| *value as i32).collect::<Vec<_>>();
         if mesh.corners.len() > i32::MAX as usize / 2 {
             return Err(Error::unsupported("the cage has more than 2^30 corners").advise("split it"));
         }
-        let face_sizes = signed(&mesh.face_sizes);
-        let corners = signed(&mesh.corners);
+        let signed = |values: &[u32]| values.iter().map(|value| *value as i32).collect::<Vec<_>>();
         let creases = creases_on_edges(mesh);
-        let crease_points: Vec<i32> = creases.iter().flat_map(|crease| signed(&crease.points)).collect();
-        let crease_sharpness: Vec<f32> = creases.iter().map(|crease| crease.sharpness.min(10.0)).collect();
-        let sharp_points: Vec<i32> = mesh.sharp_points.iter().map(|(point, _)| *point as i32).collect();
-        let sharp_point_sharpness: Vec<f32> = mesh.sharp_points.iter().map(|(_, value)| value.min(10.0)).collect();
-        let holes = signed(&mesh.holes);
-        let cage = ffi::Cage {
-            point_count: mesh.points.len() as i32,
-            face_count: mesh.face_sizes.len() as i32,
-            face_sizes: face_sizes.as_ptr(),
-            corners: corners.as_ptr(),
-            crease_count: crease_sharpness.len() as i32,
-            crease_points: crease_points.as_ptr(),
-            crease_sharpness: crease_sharpness.as_ptr(),
-            sharp_point_count: sharp_points.len() as i32,
-            sharp_points: sharp_points.as_ptr(),
-            sharp_point_sharpness: sharp_point_sharpness.as_ptr(),
-            hole_count: holes.len() as i32,
-            holes: holes.as_ptr(),
+        Ok(Self {
+            mesh,
+            face_sizes: signed(&mesh.face_sizes),
+            corners: signed(&mesh.corners),
+            crease_points: creases.iter().flat_map(|crease| signed(&crease.points)).collect(),
+            crease_sharpness: creases.iter().map(|crease| crease.sharpness.min(10.0)).collect(),
+            sharp_points: mesh.sharp_points.iter().map(|(point, _)| *point as i32).collect(),
+            sharp_point_sharpness: mesh.sharp_points.iter().map(|(_, value)| value.min(10.0)).collect(),
+            holes: signed(&mesh.holes),
+        })
+    }
+
+    /// The description, which points into this cage.
+    fn described(&self, options: &Options) -> ffi::Cage {
+        ffi::Cage {
+            point_count: self.mesh.points.len() as i32,
+            face_count: self.face_sizes.len() as i32,
+            face_sizes: self.face_sizes.as_ptr(),
+            corners: self.corners.as_ptr(),
+            crease_count: self.crease_sharpness.len() as i32,
+            crease_points: self.crease_points.as_ptr(),
+            crease_sharpness: self.crease_sharpness.as_ptr(),
+            sharp_point_count: self.sharp_points.len() as i32,
+            sharp_points: self.sharp_points.as_ptr(),
+            sharp_point_sharpness: self.sharp_point_sharpness.as_ptr(),
+            hole_count: self.holes.len() as i32,
+            holes: self.holes.as_ptr(),
             boundary_rule: i32::from(options.boundary == BoundaryRule::Edges),
             isolation: options.isolation as i32,
             single_crease: i32::from(options.single_crease),
-            patch_limit: options.patch_limit,
-        };
-        let mut text = [0 as std::ffi::c_char; 256];
-        // SAFETY: the cage's arrays live until the call returns and hold as many values as their counts say; the mesh
-        // was checked, so every index exists.
-        let handle = unsafe { ffi::rlv_osd_refine(&cage, text.as_mut_ptr(), text.len()) };
-        if handle.is_null() {
-            // SAFETY: the shim ends the text with a zero within its size.
-            let what = unsafe { CStr::from_ptr(text.as_ptr()) }.to_string_lossy().into_owned();
-            return Err(Error::unsupported(what)
-                .at("subdivision")
-                .advise("lower the isolation or the sharpness of creases, or raise the patch limit"));
         }
+    }
+
+    /// Patches expected at each isolation of `levels`, within 1 to 10. An upper estimate.
+    fn expected_patches(&self, options: &Options, levels: RangeInclusive<u32>) -> Result<Vec<f64>> {
+        let cage = self.described(options);
+        let mut counts = vec![0.0; levels.clone().count()];
+        let (first, last) = (*levels.start() as i32, *levels.end() as i32);
+        failing(|text, size| {
+            // SAFETY: the cage's arrays live until the call returns and hold as many values as their counts say; the
+            // mesh was checked, so every index exists. There is a count for every level.
+            let done = unsafe { ffi::rlv_osd_expected_patches(&cage, first, last, counts.as_mut_ptr(), text, size) };
+            (done == 0).then_some(())
+        })?;
+        Ok(counts)
+    }
+}
+
+/// The result of `call`, or the error whose text it left.
+fn failing<T>(call: impl FnOnce(*mut c_char, usize) -> Option<T>) -> Result<T> {
+    let mut text = [0 as c_char; 256];
+    call(text.as_mut_ptr(), text.len()).ok_or_else(|| {
+        // SAFETY: the shim ends the text with a zero within its size.
+        let what = unsafe { CStr::from_ptr(text.as_ptr()) }.to_string_lossy().into_owned();
+        Error::unsupported(what).at("subdivision").advise("use a coarser or a simpler cage")
+    })
+}
+
+fn check_isolation(isolation: u32) -> Result<()> {
+    if (1..=10).contains(&isolation) {
+        return Ok(());
+    }
+    Err(Error::invalid(format!("isolation is {isolation}")).advise("use 1 to 10"))
+}
+
+impl Table {
+    /// Patches expected from `mesh`, which must have passed [`Mesh::check`], at each isolation from 1 to that of
+    /// `options`: an upper estimate.
+    ///
+    /// Fails if a face or point has more than 65,535 neighbours.
+    pub fn expected_patches(mesh: &Mesh, options: &Options) -> Result<Vec<f64>> {
+        check_isolation(options.isolation)?;
+        Cage::new(mesh)?.expected_patches(options, 1..=options.isolation)
+    }
+
+    /// Refines `mesh`, which must have passed [`Mesh::check`].
+    ///
+    /// Fails if a face or point has more than 65,535 neighbours, or if more patches are expected than the limits allow.
+    pub fn new(mesh: &Mesh, options: &Options) -> Result<Self> {
+        check_isolation(options.isolation)?;
+        let cage = Cage::new(mesh)?;
+        let expected = cage.expected_patches(options, options.isolation..=options.isolation)?;
+        for expected in expected {
+            options.check(expected).map_err(|error| error.at("subdivision"))?;
+        }
+        let described = cage.described(options);
+        let handle = failing(|text, size| {
+            // SAFETY: the cage's arrays live until the call returns and hold as many values as their counts say; the
+            // mesh was checked, so every index exists.
+            let handle = unsafe { ffi::rlv_osd_refine(&described, text, size) };
+            (!handle.is_null()).then_some(handle)
+        })?;
         let mut arrays = std::mem::MaybeUninit::uninit();
         // SAFETY: the handle is alive and the call fills in every field.
         let arrays: ffi::Arrays = unsafe {
