@@ -44,6 +44,15 @@ pub struct Changes {
     pub strokes: StrokeReport,
 }
 
+/// What changed of an object in a frame.
+#[derive(Clone, Debug, Default)]
+pub struct Change {
+    /// The tiles whose displacement or colours changed, ascending.
+    pub tiles: Vec<u32>,
+    /// Whether its points moved, so that all of it looks different.
+    pub posed: bool,
+}
+
 /// A collider at work: who presses into whom.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
@@ -62,15 +71,15 @@ const HALF: f32 = 0.5;
 const EVEN_TURN: f64 = 1.0;
 
 impl Changes {
-    /// Per object the tiles that changed, or `None` where everything did, as pictures want it.
-    pub fn for_pictures(&self) -> Vec<Option<Vec<u32>>> {
+    /// What changed of every object, as pictures want it.
+    pub fn for_pictures(&self) -> Vec<Change> {
         let list = self.tiles.iter().enumerate();
         list.map(|(object, tiles)| {
             let mut tiles = tiles.clone();
             tiles.extend(self.painted.get(object).into_iter().flatten());
             tiles.sort_unstable();
             tiles.dedup();
-            (!self.posed.contains(&object)).then_some(tiles)
+            Change { tiles, posed: self.posed.contains(&object) }
         })
         .collect()
     }

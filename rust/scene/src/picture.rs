@@ -6,6 +6,7 @@ use relievo_core::{Context, Result};
 use relievo_render as render;
 use relievo_tiles::Displaced;
 
+use crate::bake::Change;
 use crate::description::{CameraEntry, Scene, View};
 use crate::tessellation::{self, Rates};
 use crate::world::{Item, World};
@@ -19,6 +20,7 @@ pub struct Studio {
 
 struct Shown {
     id: Option<render::ObjectId>,
+    drawn: bool,
     rates: Option<Rates>,
     /// Tiles that are shown as just changed.
     recent: Vec<u32>,
@@ -39,8 +41,8 @@ const CHANGED: u32 = 2;
 const RIGID: u32 = 3;
 
 impl Studio {
-    /// Fails if the ray caster cannot be used.
-    pub fn new(context: &Context, world: &World) -> Result<Self> {
+    /// A view of `world` in which nothing is drawn before [`Self::update`]. Fails if the ray caster cannot be used.
+    pub fn new(world: &World) -> Result<Self> {
         let mut studio = Self {
             scene: render::Scene::new()?,
             objects: Vec::new(),
@@ -48,7 +50,7 @@ impl Studio {
         };
         for (index, item) in world.items().iter().enumerate() {
             let entry = &world.scene.objects[index];
-            let mut shown = Shown { id: None, rates: None, recent: Vec::new() };
+            let mut shown = Shown { id: None, drawn: false, rates: None, recent: Vec::new() };
             if entry.visible {
                 let base_color = entry.colour.map(|value| value.min(1.0));
                 let (specular, roughness) = (entry.specular, entry.roughness);
@@ -61,19 +63,20 @@ impl Studio {
             }
             studio.objects.push(shown);
         }
-        let changes: Vec<Option<Vec<u32>>> = vec![None; world.items().len()];
-        studio.update(context, world, &changes)?;
         Ok(studio)
     }
 
-    /// Takes over what changed: per object the tiles that changed, or `None` if it changed as a whole.
-    pub fn update(&mut self, context: &Context, world: &World, changes: &[Option<Vec<u32>>]) -> Result<()> {
+    /// Takes over what changed of every object; what was not drawn yet is drawn as a whole.
+    pub fn update(&mut self, context: &Context, world: &World, changes: &[Change]) -> Result<()> {
         let mut stage = context.stats().begin("tessellate");
         let mut count = 0;
         let tagged = world.scene.output.pictures.contains(&"tiles");
         for (index, item) in world.items().iter().enumerate() {
             let Some(id) = self.objects[index].id else { continue };
-            let change = changes.get(index).and_then(Option::as_deref);
+            let change = changes.get(index);
+            let changed = change.map_or(&[][..], |change| &change.tiles);
+            let drawn = std::mem::replace(&mut self.objects[index].drawn, true);
+            let whole = !drawn || change.is_none_or(|change| change.posed);
             match item {
                 Item::Surface(surface) => {
                     self.scene.set_transform(id, *surface.transform())?;
@@ -83,13 +86,11 @@ impl Studio {
                     let field = displaced.field();
                     let topology = field.topology();
                     let before = self.objects[index].rates.replace(rates.clone());
-                    let recent = std::mem::replace(
-                        &mut self.objects[index].recent,
-                        change.filter(|_| tagged).map_or_else(Vec::new, <[u32]>::to_vec),
-                    );
-                    let stale = |tile: u32| match (change, &before) {
-                        (Some(tiles), Some(before)) => {
-                            tiles.binary_search(&tile).is_ok()
+                    let tags = if tagged { changed.to_vec() } else { Vec::new() };
+                    let recent = std::mem::replace(&mut self.objects[index].recent, tags);
+                    let stale = |tile: u32| match &before {
+                        Some(before) if !whole => {
+                            changed.binary_search(&tile).is_ok()
                                 || recent.binary_search(&tile).is_ok()
                                 || before.of(tile) != rates.of(tile)
                                 || before.edges(topology, tile) != rates.edges(topology, tile)
@@ -101,7 +102,7 @@ impl Studio {
                         .map(tiles.len(), |at| tessellation::tile(context, &displaced, paint, &rates, tiles[at]));
                     for (tile, piece) in tiles.iter().zip(pieces) {
                         let piece = piece?;
-                        let changed = change.is_some_and(|tiles| tiles.binary_search(tile).is_ok());
+                        let changed = changed.binary_search(tile).is_ok();
                         let allocated =
                             field.is_allocated(*tile) || paint.is_some_and(|paint| paint.is_allocated(*tile));
                         let tag = match (allocated, changed) {
@@ -124,7 +125,7 @@ impl Studio {
                 }
                 Item::Mesh(item) => {
                     self.scene.set_transform(id, item.transform)?;
-                    if change.is_some() {
+                    if !whole {
                         continue;
                     }
                     let triangles = item.mesh.triangles();

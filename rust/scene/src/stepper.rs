@@ -226,22 +226,14 @@ impl Stepper {
         let (pictures, mesh, tiles) = (output.picture_frames, output.mesh, output.tiles);
         let documents = output.documents;
         if pictures.includes(frame, last) && !output.pictures.is_empty() && !output.images.is_empty() {
-            match &mut self.studio {
-                None => {
-                    let studio = self.studio.insert(Studio::new(context, &self.world)?);
-                    // Everything is new to it; only false colours tell what changed in this frame.
-                    if output.pictures.contains(&"tiles") {
-                        studio.update(context, &self.world, &changes.for_pictures())?;
-                    }
-                }
-                Some(studio) => {
-                    for unseen in self.unseen.drain(..) {
-                        studio.update(context, &self.world, &unseen.for_pictures())?;
-                    }
-                    studio.update(context, &self.world, &changes.for_pictures())?;
-                }
+            if self.studio.is_none() {
+                self.studio = Some(Studio::new(&self.world)?);
             }
             if let Some(studio) = &mut self.studio {
+                for unseen in self.unseen.drain(..) {
+                    studio.update(context, &self.world, &unseen.for_pictures())?;
+                }
+                studio.update(context, &self.world, &changes.for_pictures())?;
                 let written = export::write_pictures(context, &self.world, studio, &self.folder, frame)?;
                 self.summary.files.extend(written);
             }

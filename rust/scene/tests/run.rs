@@ -383,6 +383,33 @@ fn a_resumed_frame_is_written_as_in_a_whole_run() {
 }
 
 #[test]
+fn changed_tiles_of_animated_surfaces_are_shown_as_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let plane = "v -0.5 -0.5 0\nv 0 -0.5 0\nv 0.5 -0.5 0\nv -0.5 0 0\nv 0 0 0\nv 0.5 0 0\nv -0.5 0.5 0\nv 0 0.5 0\n\
+        v 0.5 0.5 0\nf 1 2 5 4\nf 2 3 6 5\nf 4 5 8 7\nf 5 6 9 8\n";
+    for frame in 0..6 {
+        std::fs::write(folder.path().join(format!("plane.{frame}.obj")), plane).unwrap();
+    }
+    // The legend is orange in every picture; without colliders nothing else is.
+    let orange = |colliders: bool| {
+        let scene = folder.path().join("scene.toml");
+        let text =
+            SCENE.replace("shape = \"plane\"\nsize = [1, 1, 1]\nfaces = 4", "sequence = \"plane.#.obj\"\ncount = 6");
+        let text = text.replace("[bodies.ground]\nmotion = \"fixed\"\nshape = \"trimesh\"\ninset = 0.02\n", "");
+        let text =
+            if colliders { text } else { text.replace("[colliders.ball]\n[colliders.tool]\ninto = \"ground\"\n", "") };
+        std::fs::write(&scene, text.replace("width = 48\nheight = 32", "width = 240\nheight = 160")).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        run_with(&context(1), &scene, &options(out.path())).unwrap();
+        let picture = relievo_render::read_png(&out.path().join("tiles-000005.png"), 1 << 30).unwrap();
+        let pixels = picture.data().chunks_exact(picture.channels() as usize);
+        pixels.filter(|pixel| pixel[0] > 0.1 && pixel[2] < 0.3 * pixel[0] && pixel[1] < pixel[0]).count()
+    };
+    let (with, without) = (orange(true), orange(false));
+    assert!(with > without + 500, "{with} {without}");
+}
+
+#[test]
 fn a_changed_scene_is_baked_anew_and_a_changed_camera_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.toml");
