@@ -305,11 +305,11 @@ impl Dab {
             };
             Some(f16::from_f32(wanted.clamp(-65504.0, 65504.0)))
         });
-        let values = edits.iter().flat_map(|edit| &edit.blocks).flat_map(|(_, values)| values);
-        let range = values.fold([0.0f32; 2], |[least, most], value| {
-            let value = value.to_f32();
-            [least.min(value), most.max(value)]
+        let ranges = context.map(edits.len(), |index| {
+            let ranges = edits[index].blocks.iter().map(|(_, values)| cull::range(values));
+            ranges.fold([0.0f32; 2], |sum, range| [sum[0].min(range[0]), sum[1].max(range[1])])
         });
+        let range = ranges.iter().fold([0.0f32; 2], |sum, range| [sum[0].min(range[0]), sum[1].max(range[1])]);
         object.widen(range);
         let displacement: &mut Displacement = &mut object.displacement;
         write(context, displacement, &culled, &edits, mode == SculptMode::Erase)
