@@ -369,11 +369,45 @@ impl Reader {
         Ok(())
     }
 
+    /// Leaves out creases between points that no face joins by an edge, and notes them: they would change nothing.
+    fn drop_creases_without_edges(&mut self) -> Result<()> {
+        let key = |a: u32, b: u32| (a.min(b), a.max(b));
+        let mut wanted = Vec::new();
+        self.budget.reserve(&mut wanted, self.creases.len())?;
+        wanted.extend(self.creases.iter().map(|(crease, _)| (key(crease.points[0], crease.points[1]), false)));
+        wanted.sort_unstable();
+        wanted.dedup();
+        if wanted.is_empty() {
+            return Ok(());
+        }
+        let mut rest = self.points.indices.as_slice();
+        for size in &self.face_sizes {
+            let (face, tail) = rest.split_at((*size as usize).min(rest.len()));
+            rest = tail;
+            for (a, b) in face.iter().zip(face.iter().cycle().skip(1)) {
+                if let Ok(at) = wanted.binary_search_by_key(&key(*a, *b), |(edge, _)| *edge) {
+                    wanted[at].1 = true;
+                }
+            }
+        }
+        let notes = &mut self.notes;
+        self.creases.retain(|(crease, line)| {
+            let edge = key(crease.points[0], crease.points[1]);
+            let found = wanted.binary_search(&(edge, true)).is_ok();
+            if !found {
+                notes.add("creases between points that no edge joins are left out", *line);
+            }
+            found
+        });
+        Ok(())
+    }
+
     fn finish(mut self) -> Result<Model> {
         self.points.check("point")?;
         self.uvs.check("texture coordinate")?;
         self.normals.check("normal")?;
         self.check_tags()?;
+        self.drop_creases_without_edges()?;
         let corners = self.points.indices.len();
         let count = self.points.count();
         let mut points = Vec::new();
@@ -563,6 +597,16 @@ mod tests {
         assert_eq!(mesh.attribute("material").unwrap().values, Values::U32(vec![0, 1, 2, 1]));
         assert_eq!(mesh.attribute("group").unwrap().values, Values::U32(vec![0, 1, 1, 1]));
         assert_eq!(mesh.check(), Ok(()));
+    }
+
+    #[test]
+    fn creases_without_an_edge_are_left_out_with_a_note() {
+        let model =
+            read(&format!("{QUAD}f 1 2 3 4\nt crease 2/1/0 0 1 2\nt crease 3/1/0 2 0 1 2\nt crease 2/1/0 1 3 2\n"));
+        let model = model.unwrap();
+        let edges: Vec<_> = model.meshes[0].mesh.creases.iter().map(|crease| crease.points).collect();
+        assert_eq!(edges, [[0, 1], [0, 1]]);
+        assert_eq!(model.notes, ["line 7: creases between points that no edge joins are left out (2 times)"]);
     }
 
     #[test]

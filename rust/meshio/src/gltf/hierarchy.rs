@@ -53,7 +53,9 @@ impl Hierarchy {
             let mut weights = source.weights.clone().filter(|_| part.is_some());
             if let (Some(weights), Some(part)) = (&mut weights, part) {
                 if weights.iter().any(|weight| !weight.is_finite()) {
-                    return Err(named(Error::invalid("a morph weight is not finite")));
+                    return Err(named(
+                        Error::invalid("a morph weight is not finite").advise("give every weight an ordinary number"),
+                    ));
                 }
                 weights.resize(part.targets.len(), 0.0);
             }

@@ -68,7 +68,9 @@ pub(crate) fn mesh(
     normalise_weights(&mut mesh, notes);
     let mut weights = source.weights.clone().unwrap_or_default();
     if weights.iter().any(|weight| !weight.is_finite()) {
-        return Err(Error::invalid("a morph weight is not finite").at(format!("mesh {index}")));
+        return Err(Error::invalid("a morph weight is not finite")
+            .at(format!("mesh {index}"))
+            .advise("give every weight an ordinary number"));
     }
     weights.resize(targets.len(), 0.0);
     Ok(Part { name: source.name.clone().unwrap_or_default(), mesh, targets, weights })
