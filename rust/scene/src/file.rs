@@ -34,7 +34,10 @@ pub fn read_file(path: &Path) -> Result<Scene, Failure> {
     let file = std::fs::File::open(path).map_err(failed)?;
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > MAX_BYTES {
-        return Err(Error::invalid(format!("a scene file of more than {MAX_BYTES} bytes")).at(place).into());
+        return Err(Error::invalid(format!("a scene file of more than {MAX_BYTES} bytes"))
+            .at(place)
+            .advise("keep meshes and other data in files of their own")
+            .into());
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         let line =
@@ -51,7 +54,12 @@ pub fn parse(path: &Path, text: &str) -> Result<Scene, Faults> {
     let (root, errors) = DeTable::parse_recoverable(&text);
     if !errors.is_empty() {
         let list = errors.iter().map(|error| {
-            Diagnostic::new(error.span().unwrap_or(0..0), format!("the file is not TOML: {}", error.message()))
+            let remedy = match error.message() {
+                message if message.contains("duplicate") => "keep one of them",
+                _ => "write `key = value` with texts in quotes, below [headers] in brackets; `relievo schema` shows every key",
+            };
+            let what = format!("the file is not TOML: {}", error.message());
+            Diagnostic::new(error.span().unwrap_or(0..0), what).advise(remedy)
         });
         return Err(fail(list.collect()));
     }
@@ -117,13 +125,16 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
 
     let mesh_tables = reader.named(root, "meshes");
     let surface_tables = reader.named(root, "surfaces");
+    let before = reader.faults.len();
     let object_tables = reader.named(root, "objects");
+    let refused = reader.faults.len() > before;
     let body_tables = reader.named(root, "bodies");
     let collider_tables = reader.named(root, "colliders");
     let mesh_names = Names::new("meshes", &mesh_tables);
     let surface_names = Names::new("surfaces", &surface_tables);
     let object_names = Names::new("objects", &object_tables);
-    if object_tables.is_empty() {
+    // Objects that cannot be used, or may stand in a misspelt section, are told already.
+    if object_tables.is_empty() && !refused && !root.has_unknown_table() {
         reader.fault(Diagnostic::new(root.span(), "the scene has no objects").advise("add [objects.NAME]"));
     }
 
@@ -470,7 +481,8 @@ fn read_collider(
     if until <= from {
         reader.fault(
             Diagnostic::new(table.span_of("until"), "the collider ends before it begins")
-                .relate(table.span_of("from"), "it begins here"),
+                .relate(table.span_of("from"), "it begins here")
+                .advise("make `until` later than `from`"),
         );
     }
     let deformable = |index: usize| entries.get(index).and_then(Option::as_ref).is_none_or(|entry| entry.deformable);
@@ -707,6 +719,8 @@ into = "ground"
                 let said = format!("{}; {}", fault.what, fault.remedy);
                 said.contains(says) && text.get(fault.span.clone()).is_some_and(|bytes| bytes.starts_with(at))
             };
+            let advises = |fault: &Diagnostic| !fault.remedy.is_empty() || !fault.label.is_empty();
+            assert!(found.iter().all(advises), "{to:?} should say what to do: {found:#?}");
             assert!(found.iter().any(fits), "{to:?} should say {says:?} at {at:?}, but said {found:#?}");
         }
     }
@@ -716,6 +730,20 @@ into = "ground"
         let text = GOOD.replace("\"plane\"", "\"plain\"").replace("into = \"ground\"", "into = \"gruond\"");
         let found = faults(&text);
         assert!(found.len() >= 2 && found.windows(2).all(|pair| pair[0].span.start <= pair[1].span.start));
+    }
+
+    #[test]
+    fn objects_that_are_refused_are_not_said_to_be_missing() {
+        let missing = |text: &str| faults(text).iter().any(|fault| fault.what.contains("no objects"));
+        for text in [
+            "version = 1\n[object.a]\nmesh = \"a\"\n",
+            "version = 1\n[objects]\na = 3\n",
+            "version = 1\n[objects.\"?\"]\nmesh = \"a\"\n",
+            "version = 1\nobjects = 3\n",
+        ] {
+            assert!(!missing(text) && !faults(text).is_empty(), "{text}");
+        }
+        assert!(missing("version = 1\n") && missing("version = 1\nfpz = 3\n[objects]\n"));
     }
 
     #[test]

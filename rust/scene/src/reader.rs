@@ -66,6 +66,13 @@ impl<'a> Table<'a> {
         keys.iter().copied().find(|key| self.has(key))
     }
 
+    /// Whether a table has a name that the section does not know.
+    pub fn has_unknown_table(&self) -> bool {
+        self.entries.into_iter().flatten().any(|(name, value)| {
+            value.get_ref().as_table().is_some() && self.section.names().all(|known| known != name.get_ref().as_ref())
+        })
+    }
+
     fn value(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
         self.entries?.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
     }
@@ -187,7 +194,8 @@ impl Reader {
                     if let Some(other) = list.iter().find(|other| other.text == text.as_ref()) {
                         self.faults.push(
                             Diagnostic::new(item.span(), format!("`{text}` is listed twice"))
-                                .relate(other.span.clone(), "first here"),
+                                .relate(other.span.clone(), "first here")
+                                .advise("remove one of them"),
                         );
                         continue;
                     }
@@ -400,7 +408,10 @@ impl Reader {
         };
         let number = number.filter(|number| number.is_finite());
         if number.is_none() {
-            self.fault(Diagnostic::new(value.span(), format!("`{key}` is not a finite number")));
+            self.fault(
+                Diagnostic::new(value.span(), format!("`{key}` is not a finite number"))
+                    .advise("write an ordinary number, such as 0.5"),
+            );
         }
         number
     }
