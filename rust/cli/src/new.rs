@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
                 .into());
         }
         Some(path) => {
-            relievo_scene::output::write_whole(path, |out| std::io::Write::write_all(out, text.as_bytes()))?;
+            relievo_core::file::store(path, |out| std::io::Write::write_all(out, text.as_bytes()))?;
             eprintln!("wrote {}; run it with `relievo run {}`", path.display(), path.display());
         }
     }

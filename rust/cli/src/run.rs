@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let summary = summary?;
     if let Some(path) = &arguments.trace {
         let json = summary.trace.json().to_string();
-        relievo_scene::output::write_whole(path, |file| std::io::Write::write_all(file, json.as_bytes()))?;
+        relievo_core::file::store(path, |file| std::io::Write::write_all(file, json.as_bytes()))?;
     }
     for note in &summary.notes {
         eprintln!("note: {note}");

@@ -233,7 +233,7 @@ impl Cache {
             header_crc: 0,
         };
         header.header_crc = header_crc(&header);
-        crate::output::write_whole(&path, |file| {
+        relievo_core::file::store(&path, |file| {
             file.write_all(bytemuck::bytes_of(&header))?;
             file.write_all(&packed)?;
             file.write_all(&blocks)
