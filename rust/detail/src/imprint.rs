@@ -113,8 +113,7 @@ impl Report {
         self.clamped += other.clamped;
         self.triangles += other.triangles;
         self.voxel_diagonal = self.voxel_diagonal.max(other.voxel_diagonal);
-        self.volumes.pushed += other.volumes.pushed;
-        self.volumes.raised += other.volumes.raised;
+        self.volumes += other.volumes;
         self.bytes = other.bytes;
         self.sub_steps += other.sub_steps;
         self.sub_steps_wanted += other.sub_steps_wanted;
@@ -149,8 +148,7 @@ impl Imprinter {
         settings: &ImprintSettings,
         moment: Moment,
     ) -> Result<Report> {
-        settings.check()?;
-        context.within(|| self.step(context, object, collider, settings, moment, None))
+        self.imprint_since(context, object, collider, settings, moment, None)
     }
 
     /// As [`Imprinter::imprint`], as one of the sub-steps of a motion whose depth limit counts from `start`, the
@@ -346,7 +344,7 @@ pub fn write(
     let mut dents: Vec<&TileDents> = dents.iter().filter(|dents| dents.changed > 0).collect();
     dents.sort_unstable_by_key(|dents| dents.tile);
     for dents in &dents {
-        object.extend_reach([dents.least.to_f32(), dents.most.to_f32()]);
+        object.widen([dents.least.to_f32(), dents.most.to_f32()]);
     }
     let displacement = &mut object.displacement;
     let bytes = displacement.bytes();

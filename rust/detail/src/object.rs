@@ -200,13 +200,6 @@ impl DisplacedObject {
         *self.reach.get_or_insert_with(|| coefficient_range(field))
     }
 
-    /// Notes how far an imprint reached, so that the blocks need not be read for it.
-    pub(crate) fn extend_reach(&mut self, [least, most]: [f32; 2]) {
-        if let Some(reach) = &mut self.reach {
-            *reach = [reach[0].min(least), reach[1].max(most)];
-        }
-    }
-
     /// Notes that coefficients now reach from `least` to `most`, so that the blocks need not be read for it.
     pub(crate) fn widen(&mut self, [least, most]: [f32; 2]) {
         if let Some(reach) = &mut self.reach {

@@ -8,6 +8,7 @@
 //! are returned say so. They are volumes over the limit surface, without regard of its curvature.
 
 use std::collections::BTreeMap;
+use std::ops::AddAssign;
 
 use half::f16;
 use relievo_core::simd::{Arithmetic, Level};
@@ -29,6 +30,13 @@ pub struct Volumes {
     pub pushed: f64,
     /// What rose.
     pub raised: f64,
+}
+
+impl AddAssign for Volumes {
+    fn add_assign(&mut self, other: Self) {
+        self.pushed += other.pushed;
+        self.raised += other.raised;
+    }
 }
 
 /// Raises rims around what `dents` push away. `dents` are those of `voxels`, ascending by tile; they get the

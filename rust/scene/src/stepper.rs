@@ -203,8 +203,7 @@ impl Stepper {
         self.summary.baked += 1;
         self.refused += changes.report.refused.len() as u64;
         self.clamped += changes.report.clamped;
-        self.volumes.pushed += changes.report.volumes.pushed;
-        self.volumes.raised += changes.report.volumes.raised;
+        self.volumes += changes.report.volumes;
         self.missed += changes.report.sub_steps_wanted.saturating_sub(changes.report.sub_steps);
         self.refused += changes.strokes.report.refused.len() as u64;
         self.missed_dabs += changes.strokes.missed;

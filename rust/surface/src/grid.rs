@@ -228,11 +228,8 @@ impl<const BAND: usize> Curves<BAND> {
     fn place<A: Lanes>(&mut self, v: A, start: f32, slope: f32, scale: f32, order: Order) {
         for from in (0..BAND).step_by(A::WIDTH) {
             let t = v.fused(v.load(&INDICES[from..]), v.splat(slope), v.splat(start));
-            let s = v.sub(v.splat(1.0), t);
-            let (tt, st, ss) = (v.mul(t, t), v.mul(s, t), v.mul(s, s));
-            let three = v.splat(3.0);
-            let values = [v.mul(ss, s), v.mul(three, v.mul(ss, t)), v.mul(three, v.mul(tt, s)), v.mul(tt, t)];
-            store(v, values, &mut self.cubic[0], from);
+            let Bernstein { s, st, ss, tt, cubic } = Bernstein::new(v, t);
+            store(v, cubic, &mut self.cubic[0], from);
             if order >= Order::First {
                 let by = v.splat(3.0 * scale);
                 let two = v.splat(2.0);
@@ -322,11 +319,8 @@ fn tabulated<A: Lanes, const BLOCKS: usize, const BAND: usize>(
             let start = local(first + (block * LANES) as u32, 0);
             for from in (0..LANES).step_by(A::WIDTH) {
                 let t = v.fused(v.load(&INDICES[from..]), v.splat(slope[0]), v.splat(start));
-                let s = v.sub(v.splat(1.0), t);
-                let (tt, st, ss) = (v.mul(t, t), v.mul(s, t), v.mul(s, s));
-                let three = v.splat(3.0);
-                let values = [v.mul(ss, s), v.mul(three, v.mul(ss, t)), v.mul(three, v.mul(tt, s)), v.mul(tt, t)];
-                store(v, values, &mut basis.cubic[block], from);
+                let Bernstein { s, st, ss, tt, cubic } = Bernstein::new(v, t);
+                store(v, cubic, &mut basis.cubic[block], from);
                 store(v, [ss, v.add(st, st), tt], &mut basis.quadratic[block], from);
                 store(v, [s, t], &mut basis.linear[block], from);
             }
@@ -355,6 +349,26 @@ fn tabulated<A: Lanes, const BLOCKS: usize, const BAND: usize>(
             low += band as u32;
         }
         first += count as u32;
+    }
+}
+
+/// Bernstein polynomials at t, and what they are made of: s = 1 − t and the products of two of both.
+struct Bernstein<A: Lanes> {
+    s: A::F,
+    ss: A::F,
+    st: A::F,
+    tt: A::F,
+    cubic: [A::F; 4],
+}
+
+impl<A: Lanes> Bernstein<A> {
+    #[inline(always)]
+    fn new(v: A, t: A::F) -> Self {
+        let s = v.sub(v.splat(1.0), t);
+        let (tt, st, ss) = (v.mul(t, t), v.mul(s, t), v.mul(s, s));
+        let three = v.splat(3.0);
+        let cubic = [v.mul(ss, s), v.mul(three, v.mul(ss, t)), v.mul(three, v.mul(tt, s)), v.mul(tt, t)];
+        Self { s, ss, st, tt, cubic }
     }
 }
 
