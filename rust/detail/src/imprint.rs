@@ -17,6 +17,7 @@ use crate::overlap::{jittered, overlap};
 use crate::raycast::{self, Limits, TileDents};
 use crate::rim::{self, Volumes};
 use crate::smoothing;
+use crate::traces;
 use crate::voxel::Voxels;
 
 relievo_core::parameters! {
@@ -333,7 +334,8 @@ pub fn cast(
     raycast::cast(context, object.surface(), object.displacement().field(), start, tiles, &frame, voxels, &limits)
 }
 
-/// Writes the dents into the tiles: allocates those that need it, smooths if asked, and brings rings up to date.
+/// Writes the dents into the tiles: allocates those that need it, notes traces if the object has them, smooths if
+/// asked, and brings rings up to date.
 pub fn write(
     context: &Context,
     object: &mut DisplacedObject,
@@ -343,6 +345,9 @@ pub fn write(
 ) -> Result<()> {
     let mut dents: Vec<&TileDents> = dents.iter().filter(|dents| dents.changed > 0).collect();
     dents.sort_unstable_by_key(|dents| dents.tile);
+    if let Some(traces) = &object.traces {
+        traces::check(object.displacement.field(), &dents, traces)?;
+    }
     for dents in &dents {
         object.widen([dents.least.to_f32(), dents.most.to_f32()]);
     }
@@ -357,6 +362,10 @@ pub fn write(
     dents.retain(|dents| applied.refused.binary_search(&dents.tile).is_err());
     let tiles: Vec<u32> = dents.iter().map(|dents| dents.tile).collect();
     let smoothed = (settings.smoothing > 0.0).then(|| smoothing::masks(context, displacement.field(), &dents));
+    let mut refused = applied.refused;
+    if let Some(traces) = &mut object.traces {
+        refused.extend(traces::record(context, displacement.field(), &dents, traces, object.time)?);
+    }
     let mut changes = displacement.edit(context, &tiles, |tile, texels| {
         let Ok(index) = dents.binary_search_by_key(&tile, |dents| dents.tile) else { return };
         let size = texels.size();
@@ -373,7 +382,6 @@ pub fn write(
     if settings.compaction == 0 {
         changes.extend(displacement.field().allocated().map(Change::all));
     }
-    let mut refused = applied.refused;
     refused.extend(displacement.settle(context, &changes)?);
     if let Some(masks) = smoothed {
         let (strength, passes) = (settings.smoothing, settings.smoothing_passes);

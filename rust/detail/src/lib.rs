@@ -29,6 +29,7 @@ mod shapes;
 mod smoothing;
 pub mod stroke;
 pub mod tool;
+mod traces;
 pub mod voxel;
 
 pub use brush::Brush;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Result};
 use relievo_surface::{Cone, Surface};
-use relievo_tiles::{Displacement, Field, Paint, Snapshot};
+use relievo_tiles::{Displacement, Field, Paint, Snapshot, Traces};
 
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::obb::Obb;
@@ -18,6 +18,8 @@ pub struct DisplacedObject {
     pub(crate) surface: Surface,
     pub(crate) displacement: Displacement,
     pub(crate) paint: Option<Paint>,
+    pub(crate) traces: Option<Traces>,
+    pub(crate) time: f64,
     pub(crate) transform: DAffine3,
     pub(crate) hierarchy: Hierarchy,
     obb: Obb,
@@ -54,7 +56,18 @@ impl DisplacedObject {
         let hierarchy = context.stats().time("object.hierarchy", || {
             Hierarchy::build(context, surface.tile_count(), |tile| tile_bounds(&surface, tile))
         })?;
-        Ok(Self { surface, displacement, paint: None, transform, hierarchy, obb, cones: BTreeMap::new(), reach: None })
+        Ok(Self {
+            surface,
+            displacement,
+            paint: None,
+            traces: None,
+            time: 0.0,
+            transform,
+            hierarchy,
+            obb,
+            cones: BTreeMap::new(),
+            reach: None,
+        })
     }
 
     /// Moves the cage: poses the surface anew and refits the hierarchy. Displacements stay.
@@ -107,6 +120,38 @@ impl DisplacedObject {
                 .advise("make the colours from the topology of this surface"));
         }
         self.paint = Some(paint);
+        Ok(())
+    }
+
+    /// The traces that imprints leave, if they are to leave any.
+    pub fn traces(&self) -> Option<&Traces> {
+        self.traces.as_ref()
+    }
+
+    /// The traces, to be written.
+    pub fn traces_mut(&mut self) -> Option<&mut Traces> {
+        self.traces.as_mut()
+    }
+
+    /// Makes imprints leave traces. Fails if the traces are those of another surface.
+    pub fn set_traces(&mut self, traces: Traces) -> Result<()> {
+        let (tiles, traced) = (self.surface.tile_count(), traces.field().tile_count());
+        if tiles != traced {
+            return Err(Error::invalid(format!("the surface has {tiles} tiles and its traces {traced}"))
+                .advise("make the traces from the displacement of this object"));
+        }
+        self.traces = Some(traces);
+        Ok(())
+    }
+
+    /// When edits are made from now on, in seconds; 0 at first.
+    ///
+    /// Fails if the time is not finite.
+    pub fn set_time(&mut self, time: f64) -> Result<()> {
+        if !time.is_finite() || time.abs() > f64::from(f32::MAX) {
+            return Err(Error::invalid(format!("{time} is no time")).advise("give finite seconds"));
+        }
+        self.time = time;
         Ok(())
     }
 

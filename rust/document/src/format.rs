@@ -109,7 +109,7 @@ impl Document {
         out.u32(self.layers.len() as u32);
         for layer in &self.layers {
             out.text(&layer.name);
-            out.0.push(Kind::ALL.iter().position(|kind| *kind == layer.kind).unwrap_or_default() as u8);
+            out.0.push(layer.kind as u8);
             out.0.extend_from_slice(&layer.blank);
             out.0.extend(layer.face_sizes.iter().map(|size| size.ilog2() as u8));
             out.u32(layer.blocks.len() as u32);
@@ -161,9 +161,7 @@ pub fn examine(context: &Context, path: &Path) -> Result<(Document, Vec<Damage>)
                     return Some(Damage { place: place(&document.topology, &layer.name, tile), what: error.what });
                 }
             };
-            let halves = matches!(layer.kind, Kind::Scalar | Kind::Rgba16);
-            let finite = |half: &[u8]| u16::from_le_bytes([half[0], half[1]]) & 0x7c00 != 0x7c00;
-            (halves && !bytes.chunks_exact(2).all(finite)).then(|| Damage {
+            (!layer.kind.all_finite(&bytes)).then(|| Damage {
                 place: place(&document.topology, &layer.name, tile),
                 what: "it holds numbers that are not finite".into(),
             })
@@ -233,8 +231,7 @@ fn read_index(raw: &[u8], budget: &mut Budget) -> Result<(Document, Vec<u32>)> {
     let mut lengths = Vec::new();
     for _ in 0..count {
         let name = index.text()?;
-        let kind = usize::from(index.u8()?);
-        let kind = *Kind::ALL.get(kind).ok_or_else(|| damaged(&format!("layer `{name}` is of an unknown kind")))?;
+        let kind = Kind::of(index.u8()?).ok_or_else(|| damaged(&format!("layer `{name}` is of an unknown kind")))?;
         let blank = index.bytes(kind.texel())?.to_vec();
         let mut face_sizes = Vec::new();
         let bits = index.bytes(faces)?;

@@ -9,23 +9,30 @@ use crate::topology::Topology;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Scalar displacement: B-spline coefficients in half floats, object units.
-    Scalar,
+    Scalar = 0,
     /// Colour in four bytes: red, green and blue encoded as sRGB, and alpha.
-    Rgba8,
+    Rgba8 = 1,
     /// Colour in four half floats: linear red, green and blue, and alpha.
-    Rgba16,
+    Rgba16 = 2,
+    /// Traces of contact: contact and depth in half floats, and the moment of contact in a float.
+    Trace = 4,
 }
 
 impl Kind {
-    /// All kinds, in the order of their numbers in files.
-    pub const ALL: [Kind; 3] = [Kind::Scalar, Kind::Rgba8, Kind::Rgba16];
+    /// All kinds.
+    pub const ALL: [Kind; 4] = [Kind::Scalar, Kind::Rgba8, Kind::Rgba16, Kind::Trace];
+
+    /// The kind that has `number` in files.
+    pub(crate) fn of(number: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| *kind as u8 == number)
+    }
 
     /// Bytes of a texel.
     pub fn texel(self) -> usize {
         match self {
             Kind::Scalar => 2,
             Kind::Rgba8 => 4,
-            Kind::Rgba16 => 8,
+            Kind::Rgba16 | Kind::Trace => 8,
         }
     }
 
@@ -35,6 +42,21 @@ impl Kind {
             Kind::Scalar => "scalar displacement, f16",
             Kind::Rgba8 => "colour, RGBA8",
             Kind::Rgba16 => "colour, RGBA16F",
+            Kind::Trace => "traces of contact",
+        }
+    }
+
+    /// Whether all numbers of a block are finite. Numbers that are cut off do not count.
+    pub(crate) fn all_finite(self, block: &[u8]) -> bool {
+        let half = |half: &[u8]| u16::from_le_bytes([half[0], half[1]]) & 0x7c00 != 0x7c00;
+        match self {
+            Kind::Rgba8 => true,
+            Kind::Scalar | Kind::Rgba16 => block.chunks_exact(2).all(half),
+            // The exponent of the float is in its upper half.
+            Kind::Trace => block.chunks_exact(8).all(|texel| {
+                let upper = u16::from_le_bytes([texel[6], texel[7]]);
+                half(&texel[..2]) && half(&texel[2..4]) && upper & 0x7f80 != 0x7f80
+            }),
         }
     }
 }

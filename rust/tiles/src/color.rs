@@ -74,7 +74,7 @@ impl Tessellation {
 }
 
 /// The column of the block, counted with the ring, before a parameter, and how far it is on the way to the next.
-fn cell(parameter: f32, size: u32) -> (usize, f32) {
+pub(crate) fn cell(parameter: f32, size: u32) -> (usize, f32) {
     let inside = if parameter > 0.0 { parameter.min(1.0) } else { 0.0 };
     let x = inside * size as f32 + 0.5;
     let column = (x as u32).min(size);

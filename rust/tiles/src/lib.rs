@@ -1,7 +1,8 @@
 //! Tiles of displacement and colour: where they live, how they meet, and the surface they displace and paint.
 //!
 //! - Where: [`heap`], [`sets`], [`field`], and [`channel`] with the protocol of an edit.
-//! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`] and [`color`].
+//! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`], [`color`] and
+//!   [`trace`].
 //! - How they are kept in documents: [`stored`].
 //! - The displaced surface: [`displaced`] evaluates it, [`tessellate`] makes triangles of it.
 
@@ -20,6 +21,7 @@ pub mod spline;
 pub mod stored;
 pub mod tessellate;
 pub mod texel;
+pub mod trace;
 
 pub use channel::{Applied, Channel, ChannelOptions, Snapshot, Texels};
 pub use color::Paint;
@@ -31,3 +33,4 @@ pub use sets::{Candidate, Sets};
 pub use stored::StoredTexel;
 pub use tessellate::{Tessellation, Tessellator, uniform_rates};
 pub use texel::{ColorTexel, Rgba8, Rgba16, Texel};
+pub use trace::{Mark, Trace, Traces};

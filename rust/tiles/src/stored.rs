@@ -12,6 +12,7 @@ use crate::channel::{Channel, ChannelOptions};
 use crate::field::Field;
 use crate::heap::MAX_SIZE;
 use crate::texel::{Rgba8, Rgba16, Texel};
+use crate::trace::Trace;
 
 /// A texel that documents hold.
 pub trait StoredTexel: Texel {
@@ -29,6 +30,10 @@ impl StoredTexel for Rgba8 {
 
 impl StoredTexel for Rgba16 {
     const KIND: Kind = Kind::Rgba16;
+}
+
+impl StoredTexel for Trace {
+    const KIND: Kind = Kind::Trace;
 }
 
 /// Blocks that are unpacked at a time.

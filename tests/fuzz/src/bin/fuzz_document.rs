@@ -48,7 +48,7 @@ fn file(data: &[u8]) -> Vec<u8> {
     let topology = document.topology().clone();
     let context = relievo_core::Context::serial();
     for number in 0..byte() & 3 {
-        let kind = Kind::ALL[usize::from(byte()) % 3];
+        let kind = Kind::ALL[usize::from(byte()) % Kind::ALL.len()];
         let blank: Vec<u8> = (0..kind.texel()).map(|_| byte()).collect();
         let face_sizes: Vec<u32> = sizes.iter().map(|_| 8 << (byte() & 1)).collect();
         let tiles: Vec<u32> = (0..topology.tile_count()).filter(|_| byte() & 1 == 0).collect();

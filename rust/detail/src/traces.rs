@@ -1,0 +1,77 @@
+//! What an imprint notes down of itself: the traces of contact of the coefficients that it pushes. Rims are no contact.
+
+use half::f16;
+use relievo_core::{Context, Error, Result};
+use relievo_tiles::{Candidate, Field, Sets, Traces};
+
+use crate::knots::block_edge;
+use crate::raycast::TileDents;
+
+/// Fails if tiles of the traces have other sizes than those of the displacement.
+pub(crate) fn check(field: &Field, dents: &[&TileDents], traces: &Traces) -> Result<()> {
+    match dents.iter().find(|dents| traces.field().size(dents.tile) != field.size(dents.tile)) {
+        None => Ok(()),
+        Some(dents) => Err(Error::invalid("its traces have another size than its displacement")
+            .at(format!("tile {}", dents.tile))
+            .advise("make the traces anew after the displacement was given other sizes")),
+    }
+}
+
+/// Notes in `traces` that `dents`, ascending by tile, are being pushed at `time`. `field` is the displacement before
+/// it is. Returns the tiles that the budget refused.
+pub(crate) fn record(
+    context: &Context,
+    field: &Field,
+    dents: &[&TileDents],
+    traces: &mut Traces,
+    time: f64,
+) -> Result<Vec<u32>> {
+    let pushes: Vec<Pushes> = context.map(dents.len(), |index| Pushes::new(field, dents[index]));
+    let pushes: Vec<Pushes> = pushes.into_iter().filter(|pushes| !pushes.depths.is_empty()).collect();
+    let candidates: Vec<Candidate> =
+        pushes.iter().map(|pushes| Candidate { tile: pushes.tile, decision: Candidate::MODIFY }).collect();
+    let sets = Sets::scan(context, &candidates, |tile| traces.field().is_allocated(tile));
+    let applied = traces.apply(&sets)?;
+    let refused = |tile: u32| applied.refused.binary_search(&tile).is_ok();
+    let tiles: Vec<u32> = pushes.iter().map(|pushes| pushes.tile).filter(|tile| !refused(*tile)).collect();
+    let mut changes = traces.edit(context, &tiles, |tile, texels| {
+        let Ok(index) = pushes.binary_search_by_key(&tile, |pushes| pushes.tile) else { return };
+        let size = texels.size();
+        for (at, depth) in &pushes[index].depths {
+            let texel = &mut texels.row_mut(*at as usize / size)[*at as usize % size];
+            *texel = texel.pushed(*depth, time as f32);
+        }
+    })?;
+    changes.extend(applied.changes);
+    let mut refused = applied.refused;
+    refused.extend(traces.settle(context, &changes)?);
+    Ok(refused)
+}
+
+/// The coefficients of a tile that are pushed.
+struct Pushes {
+    tile: u32,
+    /// Number of the coefficient, row by row, and how far it is pushed.
+    depths: Vec<(u32, f32)>,
+}
+
+impl Pushes {
+    fn new(field: &Field, dents: &TileDents) -> Self {
+        let size = field.size(dents.tile);
+        let edge = block_edge(size);
+        let source = field.block(dents.tile);
+        let mut depths = Vec::new();
+        for block in &dents.blocks {
+            let (column, row) = (block.index % (size / edge) * edge, block.index / (size / edge) * edge);
+            for (k, new) in (0..edge * edge).zip(&block.values) {
+                let (i, j) = (column + k % edge, row + k / edge);
+                let old = source.map_or(f16::ZERO, |source| source[((j + 1) * (size + 2) + i + 1) as usize]);
+                let depth = old.to_f32() - new.to_f32();
+                if depth > 0.0 {
+                    depths.push((j * size + i, depth));
+                }
+            }
+        }
+        Self { tile: dents.tile, depths }
+    }
+}
