@@ -12,18 +12,22 @@ pub const BLOCK: usize = 16;
 /// Knots of a block at most.
 pub const BLOCK_KNOTS: usize = BLOCK * BLOCK;
 
+/// A number for each knot of a block, or for each of up to as many places of any surface.
+pub type PerKnot = [f32; BLOCK_KNOTS];
+
 /// Texels along a block of a tile of `size` texels.
 pub fn block_edge(size: u32) -> u32 {
     size.min(BLOCK as u32)
 }
 
-/// The knots of one block, row by row: x, y and z of the points and of the normals, in object space.
+/// The knots of one block, row by row: x, y and z of the points and of the normals, in object space. Surfaces without
+/// tiles fill it with places of theirs.
 #[derive(Clone, Debug)]
 pub struct KnotBlock {
     /// Points of the limit surface.
-    pub p: [[f32; BLOCK_KNOTS]; 3],
+    pub p: [PerKnot; 3],
     /// Unit normals.
-    pub n: [[f32; BLOCK_KNOTS]; 3],
+    pub n: [PerKnot; 3],
 }
 
 impl KnotBlock {

@@ -188,7 +188,7 @@ impl Stroke {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dab::PaintMode;
+    use crate::mode::PaintMode;
 
     fn stroke(points: &[([f64; 3], f64)]) -> Stroke {
         Stroke {

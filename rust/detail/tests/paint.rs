@@ -111,7 +111,7 @@ fn paint_mixes_adds_multiplies_and_erases_by_the_falloff() {
     for (mode, name) in PaintMode::NAMES {
         let mut object = object(&context, &plane(4), 32, DAffine3::IDENTITY);
         let fill = Dab {
-            brush: brush(center, DVec3::splat(9.0), Falloff::Constant),
+            brush: brush(center, DVec3::splat(3.2), Falloff::Linear),
             action: paint(PaintMode::Mix),
             strength: 0.5,
         };
@@ -121,7 +121,9 @@ fn paint_mixes_adds_multiplies_and_erases_by_the_falloff() {
         dab.apply(&context, &mut object).unwrap();
         let field = object.paint().unwrap().field();
         for (tile, at, p) in texels(&context, &object, object.paint().unwrap()) {
-            let old = before.block(tile).unwrap()[at].color();
+            let block = before.block(tile).unwrap();
+            let old = block[at].color();
+            let mean = 0.25 * [at - 34, at - 1, at + 1, at + 34].map(|at| block[at].color()).iter().sum::<Vec4>();
             let found = field.block(tile).unwrap()[at];
             let share = 0.8 * Falloff::Smooth.share(((p - center) / 1.2).as_vec3().to_array());
             let rgb = match mode {
@@ -129,8 +131,9 @@ fn paint_mixes_adds_multiplies_and_erases_by_the_falloff() {
                 PaintMode::Add => old + color * share,
                 PaintMode::Multiply => old * (Vec4::ONE + (color - Vec4::ONE) * share),
                 PaintMode::Erase => old + (BLANK - old) * share,
+                PaintMode::Blur => old + (mean - old) * share,
             };
-            let alpha = if matches!(mode, PaintMode::Mix | PaintMode::Erase) { rgb.w } else { old.w };
+            let alpha = if matches!(mode, PaintMode::Add | PaintMode::Multiply) { old.w } else { rgb.w };
             let expected = Rgba8::of_color(rgb.truncate().extend(alpha));
             let off = found.0.iter().zip(expected.0).map(|(a, b)| a.abs_diff(b)).max();
             // Half way between two bytes rounding decides.
@@ -287,6 +290,48 @@ fn flatten_smooth_and_erase_go_where_they_should() {
     let mut object = raised();
     dab(SculptMode::Flatten, 1.0).apply(&context, &mut object).unwrap();
     assert!(heights(&object).iter().all(|height| (height - 0.05).abs() < 1e-4));
+    // Scrape takes off what is over the plane at 0.05, clay fills up to the one at 0.05 + 0.02, or down to 0.05 - 0.02.
+    let before = heights(&raised());
+    for (mode, height) in [(SculptMode::Scrape, 0.0), (SculptMode::Clay, 0.02), (SculptMode::Clay, -0.02)] {
+        let mut object = raised();
+        let dab = Dab { brush: everywhere, action: sculpt(mode, height), strength: 0.5 };
+        dab.apply(&context, &mut object).unwrap();
+        for (old, new) in before.iter().zip(heights(&object)) {
+            let far = 0.05 + height - old;
+            let far = if mode == SculptMode::Clay && height > 0.0 { far.max(0.0) } else { far.min(0.0) };
+            assert!((new - (old + 0.5 * far)).abs() < 1e-4, "{mode:?} {height}: {old} {new}");
+        }
+    }
+}
+
+#[test]
+fn a_stroke_of_layer_is_the_height_by_the_largest_share_of_its_dabs() {
+    let context = Context::serial();
+    let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
+    let places = texels(&context, &object, object.displacement());
+    for (round, height) in [0.2f32, -0.1].into_iter().enumerate() {
+        let before = object.displacement().field().clone();
+        let stroke = Stroke {
+            points: [1.0, 3.0]
+                .map(|x| StrokePoint { position: DVec3::new(x, 2.0, 0.1 * round as f64), pressure: 1.0 })
+                .to_vec(),
+            settings: StrokeSettings { radius: 0.5, spacing: 0.2, ..Default::default() },
+            falloff: Falloff::Constant,
+            action: sculpt(SculptMode::Layer, height),
+        };
+        assert!(stroke.apply(&context, &mut object).unwrap().dabs >= 20);
+        let field = object.displacement().field();
+        let mut covered = 0;
+        for (tile, at, p) in &places {
+            let [old, new] = [&before, field].map(|field| field.block(*tile).map_or(0.0, |block| block[*at].to_f32()));
+            let inside = (p.y - 2.0).abs() < 0.49 && (0.52..3.35).contains(&p.x);
+            let outside = (p.y - 2.0).abs() > 0.51 || !(0.45..3.55).contains(&p.x);
+            covered += u32::from(inside);
+            assert!(!inside || (new - old - height).abs() < 2e-4, "{p}: {old} {new}");
+            assert!(!outside || new == old, "{p}: {old} {new}");
+        }
+        assert!(covered > 1000);
+    }
 }
 
 #[test]

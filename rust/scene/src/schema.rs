@@ -87,9 +87,9 @@ pub const STAND_INS: &[&str] = &["none", "trimesh", "convex", "heightfield", "ba
 /// What can be locked of a body's motion.
 pub const LOCKS: &[&str] = &["x", "y", "z", "rx", "ry", "rz"];
 /// How a stroke paints.
-pub const PAINT_MODES: [&str; 4] = ["mix", "add", "multiply", "erase"];
+pub const PAINT_MODES: [&str; 5] = ["mix", "add", "multiply", "erase", "blur"];
 /// How a stroke sculpts.
-pub const SCULPT_MODES: [&str; 4] = ["draw", "smooth", "flatten", "erase"];
+pub const SCULPT_MODES: [&str; 7] = ["draw", "smooth", "flatten", "erase", "clay", "scrape", "layer"];
 /// Functions of a brush.
 pub const FALLOFFS: [&str; 5] = ["constant", "linear", "smooth", "sphere", "gaussian"];
 /// When meshes, tiles and documents are written.
@@ -333,14 +333,15 @@ pub static STROKE: Section = Section {
             Kind::Choice(&PAINT_MODES),
             "",
             "",
-            "Changes colours: toward `colour`, by adding it, by multiplying with it, or back to the object's own",
+            "Changes colours: toward `colour`, by adding it, by multiplying with it, back to the object's own, or blurred",
         ),
         key(
             "sculpt",
             Kind::Choice(&SCULPT_MODES),
             "",
             "",
-            "Changes displacement: raised by `height`, smoothed, flattened to the tangent plane, or back to none",
+            "Changes displacement: raised by `height`, smoothed, flattened to the tangent plane, back to none, built up to a \
+             plane `height` over it, scraped down to it, or a layer of `height` over what was",
         ),
         key("colour", Kind::Colour, "[0.6, 0.03, 0.02]", "", "Colour to paint with, linear Rec.709 or \"#rrggbb\""),
         key(

@@ -1,0 +1,237 @@
+//! The tiles that a dab edits: the brush at every texel of the blocks in its box, and then the sets of the edit, their
+//! memory, the new texels and the rings.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and 5.
+//! Stages report their time under `dab.evaluate`, `dab.manage` and `dab.ring`. Displacement is in object units.
+
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+use relievo_core::simd::Level;
+use relievo_core::{Context, Result};
+use relievo_surface::{Order, Surface};
+use relievo_tiles::spline::{self, Jets};
+use relievo_tiles::{Candidate, Channel, Field, Sets, Texel};
+
+use crate::cull::CulledTile;
+use crate::dab::DabReport;
+use crate::knots::{BLOCK_KNOTS, KnotBlock, PerKnot, block_edge};
+use crate::weights::{BrushParameters, Weights};
+
+/// A block of texels of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Window {
+    pub tile: u32,
+    size: u32,
+    edge: u32,
+    column: u32,
+    row: u32,
+}
+
+impl Window {
+    pub fn new(tile: u32, size: u32, index: u32) -> Self {
+        let edge = block_edge(size);
+        let blocks = size / edge;
+        Self { tile, size, edge, column: index % blocks * edge, row: index / blocks * edge }
+    }
+
+    fn stride(&self) -> usize {
+        self.size as usize + 2
+    }
+
+    /// Texels of the block.
+    pub fn count(&self) -> usize {
+        (self.edge * self.edge) as usize
+    }
+
+    /// Where each of its rows begins in the tile's block, moved by some columns and rows.
+    fn rows(&self, columns: i32, rows: i32) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
+        let (stride, edge) = (self.stride(), self.edge as usize);
+        let first = (self.row as i32 + 1 + rows) as usize * stride + (self.column as i32 + 1 + columns) as usize;
+        (0..edge).map(move |row| first + row * stride..first + row * stride + edge)
+    }
+}
+
+/// A block of texels, and what the brush says of it.
+pub(crate) struct Site<'a, T> {
+    pub window: Window,
+    pub weights: &'a Weights,
+    /// The displacement that the weights were evaluated with.
+    pub heights: &'a PerKnot,
+    /// The tile's texels, if it has some.
+    source: Option<&'a [T]>,
+}
+
+impl<T: Texel> Site<'_, T> {
+    /// Calls `set` with the mean of the four neighbours of every texel, made of numbers from `read`. False, without a
+    /// call, if the tile has no texels.
+    pub fn means<const N: usize>(&self, read: impl Fn(T) -> [f32; N], mut set: impl FnMut(usize, [f32; N])) -> bool {
+        let Some(source) = self.source else { return false };
+        let around = [(0, -1), (0, 1), (-1, 0), (1, 0)].map(|(columns, rows)| self.window.rows(columns, rows));
+        let [down, up, left, right] = around;
+        let mut at = 0;
+        for (((down, up), left), right) in down.zip(up).zip(left).zip(right) {
+            for k in 0..down.len() {
+                let [d, u, l, r] = [&down, &up, &left, &right].map(|row| read(source[row.start + k]));
+                set(at, std::array::from_fn(|i| 0.25 * ((d[i] + u[i]) + (l[i] + r[i]))));
+                at += 1;
+            }
+        }
+        true
+    }
+}
+
+/// The new texels of a tile.
+#[derive(Clone, Debug)]
+pub(crate) struct TileEdit<T> {
+    tile: u32,
+    /// Index of each block that changes, and all its texels.
+    pub blocks: Vec<(u32, Vec<T>)>,
+    /// Texels that change.
+    count: u64,
+}
+
+/// The displacement at the texels of a window of another channel.
+pub(crate) fn surface_heights(level: Level, field: &Field, window: &Window, out: &mut PerKnot) {
+    let Some(block) = field.block(window.tile) else { return out.fill(0.0) };
+    let places = |first: u32| -> Vec<f32> {
+        (first..first + window.edge).map(|i| (i as f32 + 0.5) / window.size as f32).collect()
+    };
+    let mut jets = Jets::default();
+    let size = field.size(window.tile);
+    spline::grid(level, block, size, &places(window.column), &places(window.row), Order::Position, &mut jets);
+    jets.d.iter().zip(out).for_each(|(d, out)| *out = *d);
+}
+
+/// The coefficients of a window of the displacement itself.
+pub(crate) fn coefficients(field: &Field, window: &Window, out: &mut PerKnot) {
+    let Some(block) = field.block(window.tile) else { return out.fill(0.0) };
+    for (row, out) in window.rows(0, 0).zip(out.chunks_exact_mut(window.edge as usize)) {
+        block[row].convert_to_f32_slice(out);
+    }
+}
+
+/// The second pass: the brush at every texel of the blocks. `heights` sets the displacement of a window's texels,
+/// `change` makes new texels of old ones. Only tiles that change are returned.
+pub(crate) fn evaluate<T: Texel>(
+    context: &Context,
+    surface: &Surface,
+    field: &Field<T>,
+    culled: &[CulledTile],
+    brush: &BrushParameters,
+    heights: impl Fn(&Window, &mut PerKnot) + Sync,
+    change: impl Fn(&Site<'_, T>, &mut [T]) + Sync,
+) -> Vec<TileEdit<T>> {
+    let mut stage = context.stats().begin("dab.evaluate");
+    let level = context.level();
+    let edits = context.map(culled.len(), |index| {
+        let CulledTile { tile, blocks } = &culled[index];
+        let source = field.block(*tile);
+        let mut edit = TileEdit { tile: *tile, blocks: Vec::new(), count: 0 };
+        let (mut knots, mut weights, mut risen) = (KnotBlock::ZERO, Weights::default(), [0.0; BLOCK_KNOTS]);
+        for block in blocks {
+            let window = Window::new(*tile, field.size(*tile), block.index);
+            knots.evaluate(level, surface, *tile, window.size, block.index);
+            heights(&window, &mut risen);
+            weights.evaluate(level, brush, &knots, &risen);
+            if !weights.share[..window.count()].iter().any(|share| *share > 0.0) {
+                continue;
+            }
+            let old: Vec<T> = match source {
+                Some(source) => window.rows(0, 0).flat_map(|row| &source[row]).copied().collect(),
+                None => vec![field.blank(); window.count()],
+            };
+            let mut texels = old.clone();
+            change(&Site { window, weights: &weights, heights: &risen, source }, &mut texels);
+            let count = texels.iter().zip(&old).map(|(new, old)| u64::from(!new.same(*old))).sum::<u64>();
+            if count > 0 {
+                edit.blocks.push((block.index, texels));
+                edit.count += count;
+            }
+        }
+        edit
+    });
+    stage.count("texels", culled.iter().map(|tile| tested(field, tile)).sum());
+    edits.into_iter().filter(|edit| edit.count > 0).collect()
+}
+
+/// Texels of a tile's blocks.
+fn tested<T: Texel>(field: &Field<T>, tile: &CulledTile) -> u64 {
+    let edge = u64::from(block_edge(field.size(tile.tile)));
+    tile.blocks.len() as u64 * edge * edge
+}
+
+/// The least and the largest of the new texels, and 0.
+pub(crate) fn range(context: &Context, edits: &[TileEdit<f16>]) -> [f32; 2] {
+    let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
+    let ranges = context.map(edits.len(), |index| {
+        edits[index].blocks.iter().map(|(_, values)| crate::cull::range(values)).fold([0.0; 2], with)
+    });
+    ranges.into_iter().fold([0.0; 2], with)
+}
+
+/// The third and fourth pass: the sets of the edit, their memory, the texels, and the rings.
+pub(crate) fn write<T: Texel>(
+    context: &Context,
+    channel: &mut Channel<T>,
+    culled: &[CulledTile],
+    edits: &[TileEdit<T>],
+    reclaim: bool,
+) -> Result<DabReport> {
+    let field = channel.field();
+    let mut report = DabReport {
+        tested_tiles: culled.len() as u64,
+        tested_texels: culled.iter().map(|tile| tested(field, tile)).sum(),
+        ..DabReport::default()
+    };
+    let before = channel.allocated_count() as u64;
+    let mut stage = context.stats().begin("dab.manage");
+    let candidates: Vec<Candidate> =
+        edits.iter().map(|edit| Candidate { tile: edit.tile, decision: Candidate::MODIFY }).collect();
+    let sets = Sets::scan(context, &candidates, |tile| field.is_allocated(tile));
+    let applied = channel.apply(&sets)?;
+    let edits: Vec<&TileEdit<T>> =
+        edits.iter().filter(|edit| applied.refused.binary_search(&edit.tile).is_err()).collect();
+    let tiles: Vec<u32> = edits.iter().map(|edit| edit.tile).collect();
+    let mut changes = channel.edit(context, &tiles, |tile, texels| {
+        let Ok(index) = tiles.binary_search(&tile) else { return };
+        for (block, values) in &edits[index].blocks {
+            let window = Window::new(tile, texels.size() as u32, *block);
+            for (j, values) in values.chunks_exact(window.edge as usize).enumerate() {
+                let row = texels.row_mut(window.row as usize + j);
+                row[window.column as usize..][..values.len()].copy_from_slice(values);
+            }
+        }
+    })?;
+    stage.count("tiles", tiles.len() as u64);
+    drop(stage);
+    let mut stage = context.stats().begin("dab.ring");
+    changes.extend(applied.changes);
+    let mut refused = applied.refused;
+    refused.extend(channel.settle(context, &changes)?);
+    refused.sort_unstable();
+    refused.dedup();
+    if reclaim {
+        // What is around an erased tile may have waited for it.
+        let mut reached: Vec<u32> = culled.iter().map(|tile| tile.tile).collect();
+        reached.extend(around(channel.field(), &tiles));
+        report.freed = channel.reclaim(context, &reached)?.len() as u64;
+    }
+    report.changed_texels = edits.iter().map(|edit| edit.count).sum();
+    report.changed = tiles;
+    report.refused = refused;
+    report.bytes = channel.bytes();
+    report.allocated = (channel.allocated_count() as u64 + report.freed).saturating_sub(before);
+    stage.count("allocated", report.allocated);
+    stage.count("freed", report.freed);
+    Ok(report)
+}
+
+/// The tiles that share a vertex with one of `tiles`.
+fn around<T: Texel>(field: &Field<T>, tiles: &[u32]) -> Vec<u32> {
+    let topology = field.topology();
+    let rings = tiles.iter().flat_map(|tile| topology.rings(*tile));
+    let mut found: Vec<u32> = rings.flat_map(|ring| topology.ring(*ring)).map(|entry| entry.tile).collect();
+    found.sort_unstable();
+    found.dedup();
+    found
+}
