@@ -22,6 +22,7 @@ pub mod stored;
 pub mod tessellate;
 pub mod texel;
 pub mod trace;
+pub mod triangle;
 
 pub use channel::{Applied, Channel, ChannelOptions, Snapshot, Texels};
 pub use color::Paint;
