@@ -1,4 +1,4 @@
-//! Catmull-Clark limit surfaces: tiles, patches, evaluation and bounds.
+//! Surfaces: Catmull-Clark limit surfaces with tiles, patches, evaluation and bounds, and triangle meshes ([`triangle`]).
 //!
 //! A surface is refined once per topology by OpenSubdiv into regular, single-crease and Gregory patches. Every regular
 //! and single-crease patch is kept in Bézier form, so that its control points bound it and one kernel evaluates all.
@@ -11,6 +11,7 @@ mod face_varying;
 mod grid;
 mod patch;
 pub mod topology;
+pub mod triangle;
 
 pub use catmull_clark::{PatchView, Surface, SurfaceOptions};
 pub use cone::Cone;
@@ -19,3 +20,4 @@ pub use grid::{Destination, Grid, Placement};
 pub use patch::{Patch, PatchForm};
 pub use relievo_opensubdiv::BoundaryRule;
 pub use topology::{Incidence, Link, Place, RingClass, Segment, Side, TileTopology};
+pub use triangle::{TriangleSide, TriangleSurface, TriangleTopology};
