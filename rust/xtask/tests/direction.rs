@@ -14,6 +14,7 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-tiles"],
     &["relievo-render"],
     &["relievo-detail"],
+    &["relievo-bake"],
     &["relievo-scene"],
     &["relievo-capi", "relievo-cli"],
     &["relievo-bench"],

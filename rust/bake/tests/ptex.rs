@@ -1,0 +1,222 @@
+//! Channels go into Ptex files and come back.
+
+use std::sync::Arc;
+
+use glam::Vec4;
+use half::f16;
+use relievo_bake::ptex::{Imported, PtexImport, PtexKind, from_ptex, to_ptex};
+use relievo_core::{Context, ContextOptions, Mesh};
+use relievo_ptex::{Borders, DataType, Face, Format, MeshType, MetaValue, Neighbor, Reader, Writer};
+use relievo_surface::TileTopology;
+use relievo_testing::{Random, grid};
+use relievo_tiles::{Change, Channel, ChannelOptions, Displacement, Field, Paint, Rgba8, Rgba16, Sets, Texel};
+
+const OPTIONS: PtexImport = PtexImport { kind: None, budget: 1 << 30 };
+
+/// Cages of quads, triangles and polygons, with borders and without.
+fn cages() -> Vec<Mesh> {
+    vec![grid(4, true, &[0, 1, 2, 3, 0], false), grid(5, false, &[0, 0, 1], false), grid(3, false, &[2, 3, 1], false)]
+}
+
+fn options(mesh: &Mesh, mixed: bool) -> ChannelOptions {
+    let sizes = [8, 16, 32];
+    let face_sizes =
+        if mixed { (0..mesh.face_count() as u32).map(|f| (f, sizes[f as usize % 3])).collect() } else { Vec::new() };
+    ChannelOptions { size: 16, face_sizes, ..ChannelOptions::default() }
+}
+
+/// Writes numbers into about half of the tiles.
+fn scribble<T: Texel>(
+    context: &Context,
+    channel: &mut Channel<T>,
+    random: &mut Random,
+    texel: impl Fn(&mut Random) -> T,
+) {
+    let count = channel.field().tile_count();
+    let tiles: Vec<u32> = (0..count as u32).filter(|_| random.below(2) == 0).collect();
+    let allocated = channel.apply(&Sets { allocate: tiles.clone(), ..Sets::default() }).unwrap();
+    let lists: Vec<Vec<T>> =
+        tiles.iter().map(|tile| (0..channel.field().size(*tile).pow(2)).map(|_| texel(random)).collect()).collect();
+    let changes = channel
+        .edit(context, &tiles, |tile, texels| {
+            let list = &lists[tiles.binary_search(&tile).unwrap()];
+            let size = texels.size();
+            (0..size).for_each(|j| texels.row_mut(j).copy_from_slice(&list[j * size..][..size]));
+        })
+        .unwrap();
+    let all: Vec<Change> = changes.into_iter().chain(allocated.changes).collect();
+    channel.settle(context, &all).unwrap();
+}
+
+fn reader(writer: &Writer) -> Reader<Vec<u8>> {
+    Reader::new(writer.bytes().unwrap(), u64::MAX).unwrap()
+}
+
+fn texels(reader: &Reader<Vec<u8>>, tile: u32) -> Vec<f32> {
+    reader.format().data_type.decode(&reader.texels(tile).unwrap())
+}
+
+fn same_tiles<T: Texel>(a: &Field<T>, b: &Field<T>) {
+    assert!(a.allocated().eq(b.allocated()), "{:?} {:?}", a.allocated().count(), b.allocated().count());
+    (0..a.tile_count() as u32).for_each(|tile| assert_eq!(a.size(tile), b.size(tile)));
+}
+
+#[test]
+fn displacement_keeps_its_values_to_the_rounding_of_half_floats() {
+    let context = Context::new(&ContextOptions { threads: 2, memory_limit: 0 }).unwrap();
+    for (index, mesh) in cages().iter().enumerate() {
+        for mixed in [false, true] {
+            let topology = Arc::new(TileTopology::new(mesh).unwrap());
+            let mut made = Displacement::new(topology.clone(), &options(mesh, mixed)).unwrap();
+            let mut random = Random(index as u64);
+            scribble(&context, &mut made, &mut random, |random| f16::from_f32(0.2 * random.unit() - 0.05));
+            let file = reader(&to_ptex(&context, mesh, made.field()).unwrap());
+            assert_eq!(file.meta()["RelievoKind"], MetaValue::Text("displacement".into()));
+            let (back, report) = from_ptex(&context, &topology, &file, &OPTIONS).unwrap();
+            let Imported::Displacement(back) = back else { panic!("{back:?}") };
+            same_tiles(made.field(), back.field());
+            assert!(report.deviation < 2.0 / 2048.0, "{mixed}: {}", report.deviation);
+            let again = reader(&to_ptex(&context, mesh, back.field()).unwrap());
+            for tile in 0..file.face_count() {
+                for (a, b) in texels(&file, tile).into_iter().zip(texels(&again, tile)) {
+                    // A unit in the last place of the largest coefficients.
+                    assert!((a - b).abs() <= 0.15 / 1024.0, "{mixed} tile {tile}: {a} {b}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn colours_come_back_to_the_bit() {
+    let context = Context::serial();
+    for (index, mesh) in cages().iter().enumerate() {
+        let topology = Arc::new(TileTopology::new(mesh).unwrap());
+        let mut random = Random(index as u64);
+        let blank = Vec4::new(0.5, 0.25, 1.0, 1.0);
+        let mut bytes = Paint::<Rgba8>::of_color(topology.clone(), blank, &options(mesh, true)).unwrap();
+        scribble(&context, &mut bytes, &mut random, |random| Rgba8([0; 4].map(|_: u8| random.below(256) as u8)));
+        let file = reader(&to_ptex(&context, mesh, bytes.field()).unwrap());
+        assert_eq!((file.format().data_type, file.format().alpha), (DataType::U8, Some(3)));
+        let (back, _) = from_ptex(&context, &topology, &file, &OPTIONS).unwrap();
+        let Imported::Rgba8(back) = back else { panic!("{back:?}") };
+        same_tiles(bytes.field(), back.field());
+        assert_eq!(back.field().blank(), bytes.field().blank());
+        (0..file.face_count()).for_each(|tile| assert_eq!(bytes.field().block(tile), back.field().block(tile)));
+
+        let mut halves = Paint::<Rgba16>::of_color(topology.clone(), blank, &options(mesh, true)).unwrap();
+        let number = |random: &mut Random| f16::from_f32(4.0 * random.unit() - 1.0);
+        scribble(&context, &mut halves, &mut random, |random| Rgba16([0; 4].map(|_: u8| number(random))));
+        let file = reader(&to_ptex(&context, mesh, halves.field()).unwrap());
+        let (back, _) = from_ptex(&context, &topology, &file, &OPTIONS).unwrap();
+        let Imported::Rgba16(back) = back else { panic!("{back:?}") };
+        same_tiles(halves.field(), back.field());
+        (0..file.face_count()).for_each(|tile| assert_eq!(halves.field().block(tile), back.field().block(tile)));
+    }
+}
+
+/// Every neighbour's neighbour across the shared edge is the face again, or of a whole face the first of two.
+#[test]
+fn faces_know_their_neighbours() {
+    let context = Context::serial();
+    let mesh = &cages()[0];
+    let topology = Arc::new(TileTopology::new(mesh).unwrap());
+    let made = Displacement::new(topology, &options(mesh, false)).unwrap();
+    let file = reader(&to_ptex(&context, mesh, made.field()).unwrap());
+    let mut halves = 0;
+    for tile in 0..file.face_count() {
+        let face = file.face(tile).unwrap();
+        for (edge, neighbor) in face.neighbors.iter().enumerate() {
+            let Neighbor { face: other, edge: there } = neighbor.expect("a torus has no border");
+            let back = file.face(other).unwrap().neighbors[usize::from(there)].unwrap();
+            let second = file.face(back.face).unwrap().subface && face.subface && back.face != tile;
+            halves += usize::from(second);
+            assert!(second || (back.face, usize::from(back.edge)) == (tile, edge), "{tile} {edge}");
+        }
+    }
+    assert!(halves > 0);
+}
+
+fn format(data_type: DataType, channels: u16) -> Format {
+    Format { mesh: MeshType::Quad, data_type, channels, alpha: None }
+}
+
+/// A file for two quads side by side.
+fn pair(format: Format, sizes: [(u8, u8); 2], value: impl Fn(usize, f32, f32, u16) -> f32) -> Reader<Vec<u8>> {
+    let mut writer = Writer::new(format, Borders::default(), 2).unwrap();
+    for (index, (u, v)) in sizes.into_iter().enumerate() {
+        let face = Face::new(u, v);
+        let (width, height) = (1 << u, 1 << v);
+        let mut values = Vec::new();
+        for j in 0..height {
+            for i in 0..width {
+                let (u, v) = ((i as f32 + 0.5) / width as f32, (j as f32 + 0.5) / height as f32);
+                values.extend((0..format.channels).map(|channel| value(index, u, v, channel)));
+            }
+        }
+        writer.set(index as u32, &face, &format.data_type.encode(&values)).unwrap();
+    }
+    reader(&writer)
+}
+
+fn two_quads() -> Mesh {
+    let points = (0..6).map(|i| [(i % 3) as f32, (i / 3) as f32, 0.0]).collect();
+    Mesh::new(points, vec![4; 2], vec![0, 1, 4, 3, 1, 2, 5, 4])
+}
+
+#[test]
+fn faces_of_any_shape_and_type_are_taken_and_counted() {
+    let context = Context::serial();
+    let topology = Arc::new(TileTopology::new(&two_quads()).unwrap());
+    // A line along u, which resampling keeps away from the ends.
+    for data_type in [DataType::U16, DataType::F16, DataType::F32] {
+        let file = pair(format(data_type, 2), [(5, 3), (9, 9)], |_, u, _, channel| u + f32::from(channel));
+        let kind = PtexImport { kind: Some(PtexKind::Displacement), ..OPTIONS };
+        let (back, report) = from_ptex(&context, &topology, &file, &kind).unwrap();
+        assert_eq!((report.squared, report.reduced, report.enlarged, report.ignored), (1, 1, 0, 1));
+        let Imported::Displacement(back) = back else { panic!("{back:?}") };
+        assert_eq!([0, 1].map(|tile| back.field().size(tile)), [32, 256]);
+        for (u, v) in [(0.3, 0.5), (0.5, 0.2), (0.71, 0.5)] {
+            for tile in [0, 1] {
+                let d = back.field().point(context.level(), relievo_surface::Place::new(tile, u, v)).d;
+                assert!((d - u).abs() < 2e-3, "{tile} {u} {d}");
+            }
+        }
+    }
+    let file = pair(format(DataType::U8, 1), [(2, 2), (0, 0)], |_, u, _, _| u);
+    let (back, report) = from_ptex(&context, &topology, &file, &OPTIONS).unwrap();
+    assert_eq!((report.constant, report.enlarged), (1, 1));
+    let Imported::Rgba8(back) = back else { panic!("{back:?}") };
+    assert_eq!(back.field().blank(), Rgba8([128, 128, 128, 255]));
+    assert_eq!(back.allocated_count(), 1 + usize::from(back.field().is_allocated(1)));
+}
+
+#[test]
+fn files_that_do_not_fit_are_errors_that_explain() {
+    let context = Context::serial();
+    let topology = Arc::new(TileTopology::new(&two_quads()).unwrap());
+    let refuse = |topology: &Arc<TileTopology>, file: &Reader<Vec<u8>>, options: &PtexImport, words: &[&str]| {
+        let error = from_ptex(&context, topology, file, options).unwrap_err().to_string();
+        assert!(words.iter().all(|word| error.contains(word)), "{error}");
+    };
+    let file = pair(format(DataType::F32, 1), [(3, 3), (3, 3)], |_, u, _, _| u);
+    let three = Arc::new(TileTopology::new(&cages()[1]).unwrap());
+    refuse(&three, &file, &OPTIONS, &["2 faces", "corners of other polygons", "same order"]);
+    refuse(&topology, &file, &PtexImport { budget: 100, ..OPTIONS }, &["allow at least 400 bytes"]);
+    let bad = pair(format(DataType::F32, 1), [(3, 3), (3, 3)], |_, u, _, _| if u > 0.9 { f32::NAN } else { u });
+    refuse(&topology, &bad, &OPTIONS, &["face 0", "not a finite number"]);
+    let far = pair(format(DataType::F32, 1), [(3, 3), (3, 3)], |index, u, _, _| u + 1e6 * index as f32);
+    refuse(&topology, &far, &OPTIONS, &["face 1", "larger than tiles can hold"]);
+    let mut writer = Writer::new(format(DataType::F32, 1), Borders::default(), 2).unwrap();
+    let mut face = Face::new(3, 3);
+    face.neighbors[0] = Some(Neighbor { face: 1, edge: 2 });
+    writer.set_constant(0, &face, &[0; 4]).unwrap();
+    writer.set_constant(1, &Face { subface: true, ..Face::new(3, 3) }, &[0; 4]).unwrap();
+    refuse(&topology, &reader(&writer), &OPTIONS, &["face 1", "corner of a polygon"]);
+    writer.set_constant(1, &Face::new(3, 3), &[0; 4]).unwrap();
+    refuse(&topology, &reader(&writer), &OPTIONS, &["face 0, edge 0", "1 edges have another neighbour"]);
+    let triangles = Format { mesh: MeshType::Triangle, ..format(DataType::F32, 1) };
+    let mut writer = Writer::new(triangles, Borders::default(), 2).unwrap();
+    (0..2).for_each(|face| writer.set_constant(face, &Face::new(3, 3), &[0; 4]).unwrap());
+    refuse(&topology, &reader(&writer), &OPTIONS, &["triangles"]);
+}
