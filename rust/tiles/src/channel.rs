@@ -14,8 +14,9 @@ use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_surface::{Link, TileTopology};
 
-use crate::field::{Entry, Field, Line};
+use crate::field::{Field, Line};
 use crate::heap::{CLASS_COUNT, Heap, MIN_SIZE, SizeClass};
+use crate::pages::Entry;
 use crate::ring::{self, Change, Writes};
 use crate::sets::Sets;
 use crate::texel::Texel;

@@ -9,8 +9,8 @@ use relievo_core::{Context, Error, Result};
 use relievo_surface::TileTopology;
 
 use crate::channel::{Channel, ChannelOptions, class_of};
-use crate::field::Entry;
 use crate::heap::SizeClass;
+use crate::pages::Entry;
 use crate::ring::Change;
 use crate::spline::{coarsen_block, subdivide_block};
 

@@ -1,7 +1,6 @@
 //! The tiles of a channel at one moment: which are allocated, their blocks and versions.
 //!
-//! Tiles point to blocks through pages that are shared until one of them is written (copy on write), so that a copy
-//! of the whole field costs one reference per page and an edit copies only what it touches. Units: those of the texels.
+//! Copies share what is not written afterwards, see `pages.rs`. Units: those of the texels.
 
 use std::sync::Arc;
 
@@ -9,36 +8,25 @@ use half::f16;
 use relievo_core::simd::Level;
 use relievo_surface::{Place, TileTopology};
 
-use crate::heap::{BlockId, SizeClass};
+use crate::heap::SizeClass;
+
+use crate::pages::{Entry, Pages};
 use crate::spline::{self, Jet};
 use crate::texel::Texel;
-
-/// A tile's block.
-#[derive(Clone, Debug)]
-pub(crate) struct Entry<T> {
-    pub texels: Arc<[T]>,
-    pub id: BlockId,
-    pub version: u64,
-}
-
-/// Tiles that share a page.
-const PAGE: usize = 64;
-
-type Page<T> = [Option<Entry<T>>; PAGE];
 
 /// Texels of all tiles of a surface, immutable where it is shared: displacement, or colour. Cloning is cheap.
 #[derive(Clone, Debug)]
 pub struct Field<T = f16> {
     topology: Arc<TileTopology>,
     classes: Arc<[SizeClass]>,
-    pages: Vec<Option<Arc<Page<T>>>>,
+    pages: Pages<T>,
     blank: T,
 }
 
 impl<T: Texel> Field<T> {
     /// A field without blocks, where `classes` says the size of every tile and `blank` what it reads as.
     pub(crate) fn new(topology: Arc<TileTopology>, classes: Vec<SizeClass>, blank: T) -> Self {
-        let pages = vec![None; topology.tile_count().div_ceil(PAGE)];
+        let pages = Pages::new(topology.tile_count());
         Self { topology, classes: classes.into(), pages, blank }
     }
 
@@ -101,11 +89,7 @@ impl<T: Texel> Field<T> {
 
     /// The allocated tiles, ascending.
     pub fn allocated(&self) -> impl Iterator<Item = u32> {
-        let pages = self.pages.iter().enumerate().filter_map(|(index, page)| Some((index, page.as_ref()?)));
-        pages.flat_map(|(index, page)| {
-            let used = page.iter().enumerate().filter(|(_, entry)| entry.is_some());
-            used.map(move |(slot, _)| (index * PAGE + slot) as u32)
-        })
+        self.pages.used()
     }
 
     /// The one place at which `place` is evaluated, see [`TileTopology::canonical`].
@@ -114,15 +98,12 @@ impl<T: Texel> Field<T> {
     }
 
     pub(crate) fn entry(&self, tile: u32) -> Option<&Entry<T>> {
-        let tile = tile as usize;
-        self.pages.get(tile / PAGE)?.as_ref()?[tile % PAGE].as_ref()
+        self.pages.entry(tile)
     }
 
     /// The entry of `tile`, which must exist, for writing.
     pub(crate) fn entry_mut(&mut self, tile: u32) -> &mut Option<Entry<T>> {
-        let tile = tile as usize;
-        let page = self.pages[tile / PAGE].get_or_insert_with(|| Arc::new([const { None }; PAGE]));
-        &mut Arc::make_mut(page)[tile % PAGE]
+        self.pages.entry_mut(tile)
     }
 }
 

@@ -1,10 +1,13 @@
-//! Heaps of fixed-size blocks with a free block table, one heap per tile size, under one byte budget.
+//! Heaps of fixed-size blocks with a free block table, one heap per size of block, under one byte budget.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 4: the
 //! free block table lists the unused blocks and `n_free` counts them. A list of allocations takes the entries just
 //! below `n_free`, a list of deallocations writes its blocks back just above it; each item of a list is independent of
 //! the others, so that both run in parallel without synchronisation. Block numbers stay valid until they are freed;
 //! a class grows by whole groups of blocks while the budget allows. Units: bytes.
+
+use std::fmt::Debug;
+use std::marker::PhantomData;
 
 use relievo_core::{Error, Result};
 
@@ -50,11 +53,42 @@ impl SizeClass {
     }
 }
 
+/// A size of blocks, each with a heap of its own.
+pub trait Class: Copy + Debug + Eq {
+    /// Number of classes.
+    const COUNT: usize;
+
+    /// The index of the class, below [`Self::COUNT`].
+    fn index(self) -> usize;
+
+    /// Values of a block.
+    fn values(self) -> usize;
+
+    /// Blocks by which the heap of the class grows.
+    fn group(self) -> usize;
+}
+
+impl Class for SizeClass {
+    const COUNT: usize = CLASS_COUNT;
+
+    fn index(self) -> usize {
+        SizeClass::index(self)
+    }
+
+    fn values(self) -> usize {
+        self.texels()
+    }
+
+    fn group(self) -> usize {
+        GROUP
+    }
+}
+
 /// A block: its class and its number in the class's heap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct BlockId {
+pub struct BlockId<C = SizeClass> {
     /// Which heap.
-    pub class: SizeClass,
+    pub class: C,
     /// Which block of it.
     pub number: u32,
 }
@@ -66,23 +100,29 @@ struct ClassHeap {
     n_free: usize,
 }
 
-/// Blocks a class grows by.
+/// Blocks by which a size of tiles grows.
 const GROUP: usize = 64;
 
 /// The heaps of all classes.
 #[derive(Clone, Debug)]
-pub struct Heap {
-    classes: [ClassHeap; CLASS_COUNT],
+pub struct Heap<C = SizeClass> {
+    classes: Vec<ClassHeap>,
     /// Bytes of a texel.
     texel: usize,
     budget: u64,
     bytes: u64,
+    class: PhantomData<C>,
 }
 
-impl Heap {
+impl<C: Class> Heap<C> {
     /// Empty heaps of blocks of texels of `texel` bytes, that hand out at most `budget` bytes together.
     pub fn new(texel: usize, budget: u64) -> Self {
-        Self { classes: Default::default(), texel, budget, bytes: 0 }
+        Self { classes: vec![ClassHeap::default(); C::COUNT], texel, budget, bytes: 0, class: PhantomData }
+    }
+
+    /// Bytes of a block of `class`.
+    fn bytes_of(&self, class: C) -> u64 {
+        (self.texel * class.values()) as u64
     }
 
     /// Bytes of the blocks in use.
@@ -101,7 +141,7 @@ impl Heap {
     }
 
     /// Number of blocks of `class` in use.
-    pub fn in_use(&self, class: SizeClass) -> usize {
+    pub fn in_use(&self, class: C) -> usize {
         let heap = &self.classes[class.index()];
         heap.free_table.len() - heap.n_free
     }
@@ -113,21 +153,23 @@ impl Heap {
 
     /// A block for each of `requests`, in order; `None` where the budget does not allow it. Later requests that still
     /// fit are granted.
-    pub fn allocate(&mut self, requests: &[SizeClass]) -> Vec<Option<BlockId>> {
-        let mut wanted = [0; CLASS_COUNT];
+    pub fn allocate(&mut self, requests: &[C]) -> Vec<Option<BlockId<C>>> {
+        let mut wanted = vec![0; C::COUNT];
         let granted: Vec<Option<usize>> = requests
             .iter()
             .map(|class| {
-                let fits = self.bytes.checked_add(class.bytes(self.texel)).is_some_and(|bytes| bytes <= self.budget);
+                let bytes = self.bytes_of(*class);
+                let fits = self.bytes.checked_add(bytes).is_some_and(|bytes| bytes <= self.budget);
                 fits.then(|| {
-                    self.bytes += class.bytes(self.texel);
+                    self.bytes += bytes;
                     wanted[class.index()] += 1;
                     wanted[class.index()] - 1
                 })
             })
             .collect();
-        for (heap, wanted) in self.classes.iter_mut().zip(wanted) {
-            heap.reserve(wanted);
+        for class in requests {
+            let wanted = wanted[class.index()];
+            self.classes[class.index()].reserve(wanted, class.group());
         }
         // Request i of a class takes the entry at n_free − 1 − i.
         let blocks = requests.iter().zip(granted).map(|(class, order)| {
@@ -142,25 +184,26 @@ impl Heap {
     }
 
     /// Takes back blocks that [`Self::allocate`] handed out.
-    pub fn free(&mut self, blocks: &[BlockId]) {
+    pub fn free(&mut self, blocks: &[BlockId<C>]) {
         for block in blocks {
             let heap = &mut self.classes[block.class.index()];
             debug_assert!(!heap.free_table[..heap.n_free].contains(&block.number), "{block:?} is free already");
             heap.free_table[heap.n_free] = block.number;
             heap.n_free += 1;
-            self.bytes -= block.class.bytes(self.texel);
+            self.bytes -= self.bytes_of(block.class);
         }
     }
 }
 
 impl ClassHeap {
-    /// Adds blocks until `wanted` are free. New blocks go below the free ones, so that freed blocks are used first.
-    fn reserve(&mut self, wanted: usize) {
+    /// Adds blocks in groups until `wanted` are free. New blocks go below the free ones, so that freed blocks are used
+    /// first.
+    fn reserve(&mut self, wanted: usize, group: usize) {
         if wanted <= self.n_free {
             return;
         }
         let old = self.free_table.len();
-        let more = (wanted - self.n_free).next_multiple_of(GROUP);
+        let more = (wanted - self.n_free).next_multiple_of(group);
         let new = (old as u32..(old + more) as u32).rev();
         self.free_table.splice(0..0, new);
         self.n_free += more;
@@ -186,7 +229,7 @@ mod tests {
     #[test]
     fn a_budget_refuses_what_does_not_fit_and_loses_nothing() {
         let [small, large] = [8, 64].map(|size| SizeClass::of(size).unwrap());
-        let mut heap = Heap::new(2, large.bytes(2) + 2 * small.bytes(2));
+        let mut heap: Heap = Heap::new(2, large.bytes(2) + 2 * small.bytes(2));
         let blocks = heap.allocate(&[large, large, small, small, small]);
         assert_eq!(blocks.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, true, true, false]);
         assert_eq!(heap.bytes(), heap.budget());
@@ -208,7 +251,7 @@ mod tests {
                 state ^= state << 17;
                 (state >> 16) as usize % below
             };
-            let mut heap = Heap::new(texel, budget);
+            let mut heap: Heap = Heap::new(texel, budget);
             let mut model = BTreeSet::new();
             let mut list = Vec::new();
             for _ in 0..4000 {

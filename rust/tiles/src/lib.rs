@@ -15,6 +15,7 @@ pub mod face_varying;
 pub mod field;
 pub mod heap;
 mod numbering;
+mod pages;
 pub mod ring;
 pub mod sets;
 pub mod spline;
