@@ -144,6 +144,11 @@ impl DisplacedObject {
         Ok(())
     }
 
+    /// When edits are made now, in seconds.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
     /// When edits are made from now on, in seconds; 0 at first.
     ///
     /// Fails if the time is not finite.

@@ -16,7 +16,7 @@ use relievo_detail::{
     Collider, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, Moment, Motion, Obb, Pose, Report,
     StrokeReport,
 };
-use relievo_tiles::Paint;
+use relievo_tiles::{Paint, Traces};
 
 use crate::cache::{Block, Frame, Key, Layer};
 use crate::description::ToolEntry;
@@ -36,6 +36,8 @@ pub struct Changes {
     pub tiles: Vec<Vec<u32>>,
     /// Per object the tiles of which the colours changed, ascending.
     pub painted: Vec<Vec<u32>>,
+    /// Per object the tiles of which the traces changed, ascending.
+    pub traced: Vec<Vec<u32>>,
     /// Objects whose points moved.
     pub posed: Vec<usize>,
     /// What the imprints did, all together.
@@ -76,7 +78,7 @@ impl Changes {
         let list = self.tiles.iter().enumerate();
         list.map(|(object, tiles)| {
             let mut tiles = tiles.clone();
-            tiles.extend(self.painted.get(object).into_iter().flatten());
+            tiles.extend([&self.painted, &self.traced].into_iter().filter_map(|lists| lists.get(object)).flatten());
             tiles.sort_unstable();
             tiles.dedup();
             Change { tiles, posed: self.posed.contains(&object) }
@@ -105,6 +107,7 @@ impl Baker {
         let now = world.scene.time(frame);
         let before = world.scene.time(frame.saturating_sub(1));
         let mut last = path.last().cloned().unwrap_or_default();
+        world.set_time(now)?;
         {
             let _stage = context.stats().begin("imprint");
             for group in groups(world, now) {
@@ -128,15 +131,17 @@ impl Baker {
         changes.strokes = strokes::make(context, world, frame)?;
         let _stage = context.stats().begin("commit");
         for object in 0..world.items().len() {
-            let (mut tiles, mut painted) = (Vec::new(), Vec::new());
+            let [mut tiles, mut painted, mut traced] = [const { Vec::new() }; 3];
             if let Some(surface) = world.surface_mut(object) {
                 // Taking it for writing also makes the object measure its reach anew, so that a frame does not depend
                 // on whether the frames before were computed or opened.
                 tiles = surface.displacement_mut().commit().changed().to_vec();
                 painted = surface.paint_mut().map_or_else(Vec::new, |paint| paint.commit().changed().to_vec());
+                traced = surface.traces_mut().map_or_else(Vec::new, |traces| traces.commit().changed().to_vec());
             }
             changes.tiles.push(tiles);
             changes.painted.push(painted);
+            changes.traced.push(traced);
         }
         Ok(changes)
     }
@@ -488,7 +493,9 @@ fn groups(world: &World, time: f64) -> Vec<Vec<Pair>> {
 /// The blocks of the tiles in `changes`, for the cache; empty where a tile was given back.
 pub fn blocks(context: &Context, world: &World, changes: &Changes) -> Result<Vec<Block>> {
     let mut list: Vec<(usize, Layer, u32)> = Vec::new();
-    for (layer, objects) in [(Layer::Displacement, &changes.tiles), (Layer::Paint, &changes.painted)] {
+    let layers =
+        [(Layer::Displacement, &changes.tiles), (Layer::Paint, &changes.painted), (Layer::Traces, &changes.traced)];
+    for (layer, objects) in layers {
         let tiles =
             objects.iter().enumerate().flat_map(|(object, tiles)| tiles.iter().map(move |tile| (object, *tile)));
         list.extend(tiles.map(|(object, tile)| (object, layer, tile)));
@@ -499,6 +506,10 @@ pub fn blocks(context: &Context, world: &World, changes: &Changes) -> Result<Vec
             (Some(Item::Surface(surface)), Layer::Displacement) => surface.displacement().read(tile)?,
             (Some(Item::Surface(surface)), Layer::Paint) => match surface.paint() {
                 Some(paint) => paint.read(tile)?,
+                None => None,
+            },
+            (Some(Item::Surface(surface)), Layer::Traces) => match surface.traces() {
+                Some(traces) => traces.read(tile)?,
                 None => None,
             },
             _ => None,
@@ -516,6 +527,8 @@ fn allocated(world: &World) -> Vec<Key> {
         list.extend(surface.displacement().field().allocated().map(|tile| (object, Layer::Displacement, tile)));
         let painted = surface.paint().into_iter().flat_map(|paint| paint.field().allocated());
         list.extend(painted.map(|tile| (object, Layer::Paint, tile)));
+        let traced = surface.traces().into_iter().flat_map(|traces| traces.field().allocated());
+        list.extend(traced.map(|tile| (object, Layer::Traces, tile)));
     }
     list
 }
@@ -540,26 +553,35 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
     // Tiles that are given back make room in the budget for others.
     blocks.sort_by_key(|block| (!block.bytes.is_empty(), block.object, block.layer, block.tile));
     let none = || vec![Vec::new(); world.items().len()];
-    let mut changes = Changes { tiles: none(), painted: none(), ..Changes::default() };
+    let mut changes = Changes { tiles: none(), painted: none(), traced: none(), ..Changes::default() };
     for block in blocks {
         let surface = world.surface_mut(block.object as usize).ok_or_else(|| misfit("an object has no surface"))?;
         let bytes = (!block.bytes.is_empty()).then_some(block.bytes.as_slice());
-        let (written, list) = match (block.layer, surface.paint_mut()) {
-            (Layer::Displacement, _) => (surface.displacement_mut().write(block.tile, bytes), &mut changes.tiles),
-            (Layer::Paint, Some(paint)) => (paint.write(block.tile, bytes), &mut changes.painted),
-            (Layer::Paint, None) => return Err(misfit("an object has no colours")),
+        let (written, list) = match block.layer {
+            Layer::Displacement => (surface.displacement_mut().write(block.tile, bytes), &mut changes.tiles),
+            Layer::Paint => {
+                let paint = surface.paint_mut().ok_or_else(|| misfit("an object has no colours"))?;
+                (paint.write(block.tile, bytes), &mut changes.painted)
+            }
+            Layer::Traces => {
+                let traces = surface.traces_mut().ok_or_else(|| misfit("an object has no traces"))?;
+                (traces.write(block.tile, bytes), &mut changes.traced)
+            }
         };
         written.map_err(|error| misfit(&error.to_string()))?;
         list[block.object as usize].push(block.tile);
     }
-    changes.tiles.iter_mut().chain(&mut changes.painted).for_each(|tiles| tiles.sort_unstable());
+    let Changes { tiles, painted, traced, .. } = &mut changes;
+    tiles.iter_mut().chain(painted).chain(traced).for_each(|tiles| tiles.sort_unstable());
     world.place(&frame.transforms)?;
+    world.set_time(world.scene.time(frame.number))?;
     changes.posed = animated(world);
     world.pose(context, world.scene.time(frame.number))?;
     for object in 0..world.items().len() {
         if let Some(surface) = world.surface_mut(object) {
             surface.displacement_mut().commit();
             surface.paint_mut().map(Paint::commit);
+            surface.traces_mut().map(Traces::commit);
         }
     }
     Ok(changes)

@@ -81,11 +81,13 @@ pub enum Layer {
     Displacement = 0,
     /// The colours painted on it.
     Paint = 1,
+    /// The traces that imprints left.
+    Traces = 2,
 }
 
 impl Layer {
     fn of(number: u32) -> Result<Self> {
-        [Layer::Displacement, Layer::Paint]
+        [Layer::Displacement, Layer::Paint, Layer::Traces]
             .into_iter()
             .find(|layer| *layer as u32 == number)
             .ok_or_else(|| damaged("a tile belongs to an unknown layer"))

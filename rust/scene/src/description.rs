@@ -121,6 +121,17 @@ pub struct DetailEntry {
     pub budget: u64,
 }
 
+/// `[objects.NAME.traces]`: how pictures tint where colliders pushed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TintEntry {
+    /// Linear Rec.709.
+    pub colour: [f32; 3],
+    /// Object units at which the tint is full; 0, at once.
+    pub depth: f32,
+    /// Seconds after which the tint is gone; 0, never.
+    pub fade: f32,
+}
+
 /// What an object shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Geometry {
@@ -147,6 +158,8 @@ pub struct ObjectEntry {
     pub roughness: f32,
     /// Whether it takes imprints.
     pub deformable: bool,
+    /// How its traces are tinted; `None` if imprints leave none.
+    pub traces: Option<TintEntry>,
     /// Whether pictures show it.
     pub visible: bool,
     /// How its displacement is stored.

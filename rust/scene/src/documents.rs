@@ -1,6 +1,7 @@
 //! Documents of the surfaces of a scene: opened where an object starts from one, written where the scene asks for it.
 //!
-//! A document has a layer `displacement` and, of objects that are painted, a layer `colour`.
+//! A document has a layer `displacement` and, of objects that are painted, a layer `colour`, and of those
+//! that keep traces of contact a layer `traces`.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,7 +10,7 @@ use relievo_core::{Context, Mesh, Result};
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 use relievo_surface::TileTopology;
-use relievo_tiles::{Displacement, Paint};
+use relievo_tiles::{Displacement, Paint, Traces};
 
 use crate::output::Folder;
 use crate::paths::Paths;
@@ -17,6 +18,7 @@ use crate::world::{Item, World};
 
 const DISPLACEMENT: &str = "displacement";
 const COLOUR: &str = "colour";
+const TRACES: &str = "traces";
 
 /// A document that an object starts from.
 #[derive(Debug)]
@@ -35,9 +37,12 @@ pub fn open(context: &Context, paths: &Paths, written: &str, cage: &Mesh) -> Res
     let document = Document::open(&path, context.memory_limit())?;
     let mut notes: Vec<String> =
         document.fit(cage).map_err(|error| error.at(path.display().to_string()))?.into_iter().collect();
-    let unknown = document.layers().iter().filter(|layer| ![DISPLACEMENT, COLOUR].contains(&layer.name()));
+    let unknown = document.layers().iter().filter(|layer| ![DISPLACEMENT, COLOUR, TRACES].contains(&layer.name()));
     notes.extend(unknown.map(|layer| {
-        format!("layer `{}` of its document is left out; `{DISPLACEMENT}` and `{COLOUR}` are used", layer.name())
+        format!(
+            "layer `{}` of its document is left out; `{DISPLACEMENT}`, `{COLOUR}` and `{TRACES}` are used",
+            layer.name()
+        )
     }));
     Ok(Start { document, checksum, notes })
 }
@@ -57,6 +62,11 @@ impl Start {
     pub fn paint(&self, context: &Context, topology: &Arc<TileTopology>, budget: u64) -> Result<Option<Paint>> {
         Paint::stored(context, topology.clone(), &self.document, COLOUR, budget)
     }
+
+    /// The traces of contact, which may occupy `budget` bytes; `None` if the document has none.
+    pub fn traces(&self, context: &Context, topology: &Arc<TileTopology>, budget: u64) -> Result<Option<Traces>> {
+        Traces::stored(context, topology.clone(), &self.document, TRACES, budget)
+    }
 }
 
 /// Writes the document of every surface. Returns the files.
@@ -69,6 +79,9 @@ pub fn write(context: &Context, world: &World, folder: &Folder, frame: u32) -> R
         surface.displacement().field().store(context, &mut document, DISPLACEMENT)?;
         if let Some(paint) = surface.paint() {
             paint.field().store(context, &mut document, COLOUR)?;
+        }
+        if let Some(traces) = surface.traces() {
+            traces.field().store(context, &mut document, TRACES)?;
         }
         let name = &world.scene.objects[index].name.text;
         let path = folder.file(&format!("document-{frame:06}-{name}.{EXTENSION}"));

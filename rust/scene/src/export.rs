@@ -27,14 +27,17 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
             Item::Mesh(item) => (name, materials, item.mesh.clone(), item.transform),
             Item::Surface(surface) => {
                 let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
-                let paint = surface.paint().map(|paint| paint.field());
-                let rates = Rates::new(&displaced, paint, scene.output.rate, scene.output.mesh_rate);
+                let coat = world.coat(index);
+                let rates = Rates::new(&displaced, coat.as_ref(), scene.output.rate, scene.output.mesh_rate);
                 let mut tessellation = displaced.tessellate(context, world.cage(index), rates.as_slice())?;
                 if let Some(limit) = world.texture_limit(context, index)? {
                     tessellation.smooth_attribute(context, "uv", &limit)?;
                 }
-                if let Some(paint) = paint {
-                    tessellation.paint(paint);
+                if let Some(paint) = surface.paint() {
+                    tessellation.paint(paint.field());
+                }
+                if let Some(traces) = surface.traces() {
+                    tessellation.trace(traces.field(), surface.time());
                 }
                 (name, materials, tessellation.mesh, *surface.transform())
             }

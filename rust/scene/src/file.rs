@@ -406,6 +406,14 @@ fn read_object(
     let detail = reader.sub_table(table, "detail");
     let detail = read_detail(reader, detail, Some(details));
     let document = reader.text(table, "document");
+    let traces = table.has("traces").then(|| {
+        let table = reader.sub_table(table, "traces");
+        TintEntry {
+            colour: reader.colour(table, "colour"),
+            depth: reader.number(table, "depth") as f32,
+            fade: reader.number(table, "fade") as f32,
+        }
+    });
     let role = if table.has("role") { reader.choice(table, "role") } else { None };
     let geometry = match (table.has("surface"), table.has("mesh")) {
         (true, false) => {
@@ -439,6 +447,12 @@ fn read_object(
                 .advise("make a surface over the mesh and give the object that `surface`"),
         );
     }
+    if traces.is_some() && matches!(geometry, Geometry::Mesh(_)) {
+        reader.fault(
+            Diagnostic::new(table.span_of("traces"), "nothing leaves traces on a mesh")
+                .advise("make a surface over the mesh and give the object that `surface`"),
+        );
+    }
     if let (Some(document), Geometry::Mesh(_)) = (&document, geometry) {
         reader.fault(
             Diagnostic::new(document.span.clone(), "a mesh has no tiles that a document could fill")
@@ -453,6 +467,7 @@ fn read_object(
         specular,
         roughness,
         deformable,
+        traces,
         visible,
         detail,
         document,

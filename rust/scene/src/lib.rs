@@ -4,6 +4,7 @@ pub mod assets;
 pub mod bake;
 mod bodies;
 pub mod cache;
+mod coat;
 pub mod description;
 pub mod diagnostic;
 mod documents;

@@ -7,6 +7,7 @@ use relievo_render as render;
 use relievo_tiles::Displaced;
 
 use crate::bake::Change;
+use crate::coat::Coat;
 use crate::description::{CameraEntry, Scene, View};
 use crate::tessellation::{self, Rates};
 use crate::world::{Item, World};
@@ -81,30 +82,33 @@ impl Studio {
                 Item::Surface(surface) => {
                     self.scene.set_transform(id, *surface.transform())?;
                     let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
-                    let paint = surface.paint().map(|paint| paint.field());
-                    let rates = Rates::new(&displaced, paint, world.scene.output.rate, u32::MAX);
+                    let coat = world.coat(index);
+                    let rates = Rates::new(&displaced, coat.as_ref(), world.scene.output.rate, u32::MAX);
                     let field = displaced.field();
                     let topology = field.topology();
                     let before = self.objects[index].rates.replace(rates.clone());
                     let tags = if tagged { changed.to_vec() } else { Vec::new() };
                     let recent = std::mem::replace(&mut self.objects[index].recent, tags);
+                    let fading: Vec<u32> = coat.iter().flat_map(Coat::fading).collect();
                     let stale = |tile: u32| match &before {
                         Some(before) if !whole => {
                             changed.binary_search(&tile).is_ok()
                                 || recent.binary_search(&tile).is_ok()
+                                || fading.binary_search(&tile).is_ok()
                                 || before.of(tile) != rates.of(tile)
                                 || before.edges(topology, tile) != rates.edges(topology, tile)
                         }
                         _ => true,
                     };
                     let tiles: Vec<u32> = (0..field.tile_count() as u32).filter(|tile| stale(*tile)).collect();
-                    let pieces = context
-                        .map(tiles.len(), |at| tessellation::tile(context, &displaced, paint, &rates, tiles[at]));
+                    let pieces = context.map(tiles.len(), |at| {
+                        tessellation::tile(context, &displaced, coat.as_ref(), &rates, tiles[at])
+                    });
                     for (tile, piece) in tiles.iter().zip(pieces) {
                         let piece = piece?;
                         let changed = changed.binary_search(tile).is_ok();
                         let allocated =
-                            field.is_allocated(*tile) || paint.is_some_and(|paint| paint.is_allocated(*tile));
+                            field.is_allocated(*tile) || coat.is_some_and(|coat| coat.size(*tile).is_some());
                         let tag = match (allocated, changed) {
                             (true, true) => CHANGED,
                             (true, false) => ALLOCATED,

@@ -216,12 +216,37 @@ pub static OBJECT: Section = Section {
         key("visible", Kind::Flag, "true", "", "Whether pictures show it"),
         key("detail", Kind::Table(&DETAIL), "", "", "Detail settings that differ from [details]"),
         key(
+            "traces",
+            Kind::Table(&TRACES),
+            "",
+            "",
+            "Makes imprints leave traces of contact, and how pictures tint them",
+        ),
+        key(
             "document",
             Kind::Path,
             "",
             "",
             "Document (.relievo) to start from: displacement and colours with the sizes of their tiles",
         ),
+    ],
+    parameters: &[],
+};
+
+/// `[objects.NAME.traces]`
+pub static TRACES: Section = Section {
+    name: "objects.NAME.traces",
+    help: "Where colliders pushed, how far in all and when last; meshes get the point attributes contact, depth and age",
+    keys: &[
+        key(
+            "colour",
+            Kind::Colour,
+            "[0.05, 0.04, 0.03]",
+            "",
+            "Tint in pictures, linear Rec.709 or \"#rrggbb\" in sRGB",
+        ),
+        key("depth", Kind::Number(0.0, 60000.0), "0", "object units", "Depth at which the tint is full; 0, at once"),
+        key("fade", Kind::Number(0.0, 1e6), "0", "seconds", "Age at which the tint is gone; 0, never"),
     ],
     parameters: &[],
 };
@@ -615,6 +640,7 @@ pub fn sections() -> Vec<&'static Section> {
         &SURFACE,
         &DETAIL,
         &OBJECT,
+        &TRACES,
         &BODY,
         &KEYFRAME,
         &IMPRINT,

@@ -296,6 +296,12 @@ impl Stepper {
                     self.summary.tiles[0] += paint.allocated_count() as u64;
                     self.summary.tiles[1] += paint.field().tile_count() as u64;
                 }
+                if let Some(traces) = surface.traces() {
+                    self.summary.tile_bytes[0] += traces.bytes();
+                    self.summary.tile_bytes[1] += traces.full_bytes();
+                    self.summary.tiles[0] += traces.allocated_count() as u64;
+                    self.summary.tiles[1] += traces.field().tile_count() as u64;
+                }
             }
         }
         self.summary

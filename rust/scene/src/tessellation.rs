@@ -7,7 +7,9 @@
 
 use relievo_core::{Context, Result};
 use relievo_surface::{Grid, Link, Place, Placement, TileTopology};
-use relievo_tiles::{Displaced, Field, Points, Rgba8};
+use relievo_tiles::{Displaced, Points};
+
+use crate::coat::Coat;
 
 /// Quads along a side of every tile, powers of two from 2 up.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,7 +20,7 @@ pub struct Rates(Vec<u32>);
 pub struct Piece {
     /// Positions in object space: the inner points row by row, then the border from corner 0 around.
     pub points: Vec<[f32; 3]>,
-    /// Colours where the surface is painted, linear Rec.709; none if it has no paint.
+    /// Colours, linear Rec.709; none if it has no coat.
     pub colors: Vec<[f32; 3]>,
     /// Unit normals.
     pub normals: Vec<[f32; 3]>,
@@ -31,15 +33,16 @@ pub struct Piece {
 }
 
 impl Rates {
-    /// Tiles with displacement or paint get one quad per texel but at most `most`, others `coarse`; sub-tiles half of it.
-    pub fn new(displaced: &Displaced, paint: Option<&Field<Rgba8>>, coarse: u32, most: u32) -> Self {
+    /// Tiles with displacement or a coat get one quad per texel but at most `most`, others `coarse`; sub-tiles half of it.
+    pub fn new(displaced: &Displaced, coat: Option<&Coat>, coarse: u32, most: u32) -> Self {
         let field = displaced.field();
         let topology = field.topology();
         let rate = |tile: u32| {
             let coarse = (coarse >> u32::from(topology.is_sub(tile))).max(2).next_power_of_two();
             let displacement = field.is_allocated(tile).then(|| field.size(tile));
-            let paint = paint.filter(|paint| paint.is_allocated(tile)).map(|paint| paint.size(tile));
-            let wanted = displacement.max(paint).map_or(coarse, |size| size.min(most).max(coarse));
+            let wanted = displacement
+                .max(coat.and_then(|coat| coat.size(tile)))
+                .map_or(coarse, |size| size.min(most).max(coarse));
             wanted.next_power_of_two()
         };
         Self((0..field.tile_count() as u32).map(rate).collect())
@@ -80,13 +83,7 @@ impl Rates {
 const SHARP: f32 = 0.94;
 
 /// The triangles of `tile`, none for a hole. Fails if it does not exist.
-pub fn tile(
-    context: &Context,
-    displaced: &Displaced,
-    paint: Option<&Field<Rgba8>>,
-    rates: &Rates,
-    tile: u32,
-) -> Result<Piece> {
+pub fn tile(context: &Context, displaced: &Displaced, coat: Option<&Coat>, rates: &Rates, tile: u32) -> Result<Piece> {
     let topology = displaced.field().topology();
     let rate = rates.of(tile);
     if rate < 2 || topology.is_hole(tile) {
@@ -114,11 +111,10 @@ pub fn tile(
         }
     }
     let mut piece = Piece { points: points.p, normals: points.normal, border: places.len(), ..Piece::default() };
-    if let Some(paint) = paint {
+    if let Some(coat) = coat {
         let at = |i: u32| i as f32 / rate as f32;
         let inner = (1..rate).flat_map(|j| (1..rate).map(move |i| Place::new(tile, at(i), at(j))));
-        let border = places.iter().map(|place| paint.canonical(*place));
-        piece.colors = inner.chain(border).map(|place| paint.color(place).truncate().to_array()).collect();
+        piece.colors = inner.chain(places.iter().copied()).map(|place| coat.color(place)).collect();
     }
     let first_border = piece.points.len() as u32;
     piece.points.extend(border.p);

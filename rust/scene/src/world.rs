@@ -6,9 +6,10 @@ use glam::{DAffine3, DVec3, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::{Collider, DisplacedObject};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
-use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint};
+use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint, Traces};
 
 use crate::assets::Assets;
+use crate::coat::Coat;
 use crate::description::{Geometry, Scene, SurfaceEntry};
 use crate::diagnostic::{Diagnostic, Failure, Faults};
 use crate::documents::{self, Start};
@@ -97,6 +98,10 @@ impl World {
                             if let (Some(start), Some(name)) = (&document, &object.document) {
                                 take_up(context, &mut item, start, object.detail.budget)
                                     .map_err(|error| refuse(Diagnostic::from_error(name.span.clone(), &error)))?;
+                            }
+                            if object.traces.is_some() && item.traces().is_none() {
+                                let traces = Traces::of(item.displacement().field(), object.detail.budget);
+                                traces.and_then(|traces| item.set_traces(traces)).map_err(fault)?;
                             }
                             Ok(Item::Surface(Box::new(item)))
                         },
@@ -191,6 +196,25 @@ impl World {
             return Ok(None);
         }
         Surface::face_varying(context, cage, "uv", &surface_options(&self.scene.surfaces[index])).map(Some)
+    }
+
+    /// The colours of an object's surface; `None` if it is of one colour, or a mesh.
+    pub(crate) fn coat(&self, object: usize) -> Option<Coat<'_>> {
+        let (Some(entry), Some(Item::Surface(surface))) = (self.scene.objects.get(object), self.items.get(object))
+        else {
+            return None;
+        };
+        let paint = surface.paint().map(|paint| paint.field());
+        Coat::new(entry, paint, surface.traces().map(|traces| traces.field()), surface.time())
+    }
+
+    /// Says when edits are made from now on, in seconds.
+    pub(crate) fn set_time(&mut self, time: f64) -> Result<()> {
+        let mut surfaces = self.items.iter_mut().filter_map(|item| match item {
+            Item::Surface(surface) => Some(surface),
+            Item::Mesh(_) => None,
+        });
+        surfaces.try_for_each(|surface| surface.set_time(time))
     }
 
     /// Where the objects are.
@@ -302,7 +326,16 @@ impl World {
         let objects: Vec<_> = scene
             .objects
             .iter()
-            .map(|object| (&object.name, object.geometry, object.placement, object.deformable, object.detail))
+            .map(|object| {
+                (
+                    &object.name,
+                    object.geometry,
+                    object.placement,
+                    object.deformable,
+                    object.detail,
+                    object.traces.is_some(),
+                )
+            })
             .collect();
         let files: Vec<_> = (0..scene.meshes.len()).map(|mesh| self.assets.checksums(mesh)).collect();
         let painted: Vec<_> = (0..scene.objects.len())
@@ -358,6 +391,9 @@ fn take_up(context: &Context, object: &mut DisplacedObject, start: &Start, budge
     }
     if let Some(paint) = start.paint(context, &topology, budget)? {
         object.set_paint(paint)?;
+    }
+    if let Some(traces) = start.traces(context, &topology, budget)? {
+        object.set_traces(traces)?;
     }
     Ok(())
 }

@@ -1,0 +1,109 @@
+//! Traces of contact in scenes: pictures tint them, meshes and documents carry them, caches keep them.
+
+use std::path::Path;
+
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Values};
+use relievo_scene::file::read_file;
+use relievo_scene::stepper::{RunOptions, Summary, run};
+
+const SCENE: &str = r##"version = 1
+[meshes.ground]
+shape = "plane"
+size = [1, 1, 1]
+faces = 4
+[meshes.tool]
+shape = "box"
+size = [0.2, 0.2, 0.2]
+[surfaces.ground]
+mesh = "ground"
+[details]
+tile_size = 16
+[objects.ground]
+surface = "ground"
+colour = [1, 1, 1]
+DOCUMENT
+traces = { colour = [0, 0, 1], depth = 0.02, fade = 1 }
+[objects.tool]
+mesh = "tool"
+visible = false
+[bodies.tool]
+keyframes = [{ time = 0, translation = [-0.2, 0, 0.07] }, { time = 0.125, translation = [0.2, 0, 0.07] }, { time = 0.25, translation = [0.2, 0, 1] }]
+[imprints]
+voxels = 65536
+[colliders.tool]
+[camera]
+position = [0, 0, 2]
+target = [0, 0, 0]
+[output]
+frames = 7
+width = 64
+height = 64
+samples = 1
+sky_rays = 1
+images = ["png"]
+pictures = ["beauty"]
+picture_frames = "every"
+mesh = "last"
+mesh_formats = ["ply"]
+documents = "last"
+"##;
+
+fn run_in(folder: &Path, name: &str, text: &str, frames: Option<(u32, u32)>) -> Summary {
+    let scene = folder.join(format!("{name}.toml"));
+    std::fs::write(&scene, text).unwrap();
+    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false };
+    run(&Context::serial(), read_file(&scene).unwrap(), &options, &mut Silent).unwrap()
+}
+
+/// How much bluer than red the middle of the picture of a frame is, 0 to 255.
+fn blue(folder: &Path, frame: u32) -> f32 {
+    let name = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let path = name.into_iter().find(|path| {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        name.contains("beauty") && name.contains(&format!("{frame:06}"))
+    });
+    let image = relievo_render::read_png(&path.unwrap(), 1 << 24).unwrap();
+    let at = &image.data()[(32 * 64 + 32) * image.channels() as usize..];
+    255.0 * (at[2] - at[0])
+}
+
+#[test]
+fn tracks_are_tinted_carried_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SCENE.replace("DOCUMENT\n", "");
+    let whole = run_in(folder.path(), "whole", &text, None);
+    assert_eq!(whole.baked, 7);
+    let out = folder.path().join("whole");
+    // The middle is touched on the way, and its tint fades after the tool left.
+    let blues: Vec<f32> = (0..7).map(|frame| blue(&out, frame)).collect();
+    assert!(blues[0] < 40.0 && blues[3] > 150.0, "{blues:?}");
+    assert!(blues[5] < blues[4] && blues[6] < blues[5], "{blues:?}");
+
+    let mesh = relievo_meshio::read(&Context::serial(), &out.join("mesh-000006-ground.ply")).unwrap();
+    let list = |name: &str| match &mesh.attribute(name).unwrap().values {
+        Values::F32(values) => values.clone(),
+        Values::U32(_) => panic!("{name} holds integers"),
+    };
+    let (contact, depth, age) = (list("contact"), list("depth"), list("age"));
+    let touched = contact.iter().filter(|contact| **contact == 1.0).count();
+    assert!(touched > 100 && contact.contains(&0.0), "{touched}");
+    for ((contact, depth), age) in contact.iter().zip(&depth).zip(&age) {
+        assert!((*contact > 0.0) == (*depth > 0.0) && (*contact > 0.0) == (*age >= 0.0), "{contact} {depth} {age}");
+        assert!(*age <= 0.25 && *depth < 0.05, "{depth} {age}");
+    }
+    assert!(age.iter().any(|age| *age > 0.2), "the beginning of the track is the oldest");
+
+    // Broken off and gone on with, and taken up from the document, it ends the same.
+    run_in(folder.path(), "parts", &text, Some((0, 2)));
+    let rest = run_in(folder.path(), "parts", &text, None);
+    assert_eq!((rest.baked, rest.opened), (4, 3));
+    let document = |name: &str| std::fs::read(folder.path().join(name).join("document-000006-ground.relievo")).unwrap();
+    assert_eq!(document("parts"), document("whole"));
+    let last = |name: &str| std::fs::read(folder.path().join(name).join("mesh-000006-ground.ply")).unwrap();
+    assert_eq!(last("parts"), last("whole"));
+    let still = SCENE.replace("DOCUMENT", "document = \"whole/document-000006-ground.relievo\"");
+    let still = still.replace("into", "").replace("[colliders.tool]\n", "");
+    run_in(folder.path(), "still", &still, None);
+    assert_eq!(document("still"), document("whole"));
+}
