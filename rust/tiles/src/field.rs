@@ -19,7 +19,7 @@ use crate::texel::Texel;
 pub struct Field<T = f16> {
     topology: Arc<TileTopology>,
     classes: Arc<[SizeClass]>,
-    pages: Pages<T>,
+    pages: Pages<Entry<T>>,
     blank: T,
 }
 

@@ -16,32 +16,32 @@ pub(crate) struct Entry<T, C = SizeClass> {
 /// Elements that share a page.
 const PAGE: usize = 64;
 
-type Page<T, C> = [Option<Entry<T, C>>; PAGE];
+type Page<E> = [Option<E>; PAGE];
 
-/// The blocks of all elements.
+/// What elements have, where they have it: their blocks.
 #[derive(Clone, Debug)]
-pub(crate) struct Pages<T, C = SizeClass>(Vec<Option<Arc<Page<T, C>>>>);
+pub(crate) struct Pages<E>(Vec<Option<Arc<Page<E>>>>);
 
-impl<T: Copy, C: Copy> Pages<T, C> {
-    /// No blocks for `count` elements.
+impl<E: Clone> Pages<E> {
+    /// Nothing for `count` elements.
     pub fn new(count: usize) -> Self {
         Self(vec![None; count.div_ceil(PAGE)])
     }
 
-    /// The entry of an element, if it exists and has one.
-    pub fn entry(&self, element: u32) -> Option<&Entry<T, C>> {
+    /// What an element has, if it exists.
+    pub fn entry(&self, element: u32) -> Option<&E> {
         let element = element as usize;
         self.0.get(element / PAGE)?.as_ref()?[element % PAGE].as_ref()
     }
 
-    /// The entry of an element, which must exist, for writing.
-    pub fn entry_mut(&mut self, element: u32) -> &mut Option<Entry<T, C>> {
+    /// What an element, which must exist, has, for writing.
+    pub fn entry_mut(&mut self, element: u32) -> &mut Option<E> {
         let element = element as usize;
         let page = self.0[element / PAGE].get_or_insert_with(|| Arc::new([const { None }; PAGE]));
         &mut Arc::make_mut(page)[element % PAGE]
     }
 
-    /// The elements with a block, ascending.
+    /// The elements that have something, ascending.
     pub fn used(&self) -> impl Iterator<Item = u32> {
         let pages = self.0.iter().enumerate().filter_map(|(index, page)| Some((index, page.as_ref()?)));
         pages.flat_map(|(index, page)| {
