@@ -8,12 +8,14 @@ use relievo_core::{Error, Result};
 
 use crate::falloff::Falloff;
 use crate::obb::Obb;
+use crate::stamp::Stamp;
 
-/// A box with a function.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A box with a function: a formula, times an image if it has one.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Brush {
     obb: Obb,
     falloff: Falloff,
+    stamp: Option<Stamp>,
 }
 
 /// How far the axes may be from orthonormal.
@@ -41,7 +43,7 @@ impl Brush {
         if half.max_element() > 1e12 || half.min_element() < 1e-12 {
             return fault("its box is too large or too small", "use half extents from 1e-12 to 1e12");
         }
-        Ok(Self { obb: Obb { center, axes, half }, falloff })
+        Ok(Self { obb: Obb { center, axes, half }, falloff, stamp: None })
     }
 
     /// A brush at a point of a surface: its third axis is the `normal`, its first as near to `along` as that allows.
@@ -54,9 +56,32 @@ impl Brush {
         Self::new(point, DMat3::from_cols(y.cross(up), y, up), half, falloff)
     }
 
+    /// The same with an image.
+    pub fn with_stamp(self, stamp: Stamp) -> Self {
+        Self { stamp: Some(stamp), ..self }
+    }
+
+    /// The same turned about its third axis by `angle` radians, from the first axis to the second.
+    pub fn turned(mut self, angle: f64) -> Self {
+        if angle != 0.0 {
+            self.obb.axes *= DMat3::from_rotation_z(angle);
+        }
+        self
+    }
+
+    /// The image.
+    pub fn stamp(&self) -> Option<&Stamp> {
+        self.stamp.as_ref()
+    }
+
     /// The box.
     pub fn obb(&self) -> &Obb {
         &self.obb
+    }
+
+    /// The directions of the box, as columns.
+    pub fn axes(&self) -> &DMat3 {
+        &self.obb.axes
     }
 
     /// The function.

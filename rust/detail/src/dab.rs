@@ -6,10 +6,12 @@
 //! box only grazes takes no memory. Tiles that hold nothing any more after an eraser are given back. Stages report
 //! their time under `dab.intersect` and as [`crate::edit`] says. Displacement is in object units.
 
+use std::borrow::Cow;
+
 use glam::Vec4;
 use half::slice::HalfFloatSliceExt;
 use relievo_core::{Context, Error, Result};
-use relievo_tiles::{ColorTexel, Displacement, Field, Paint};
+use relievo_tiles::{ColorTexel, Displaced, Displacement, Field, Paint};
 
 use crate::brush::Brush;
 use crate::cull::{self, CulledTile};
@@ -39,7 +41,7 @@ pub enum Action {
 }
 
 /// One touch of a brush.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Dab {
     /// Where.
     pub brush: Brush,
@@ -162,7 +164,8 @@ impl Dab {
         let level = context.level();
         let displacement = start.unwrap_or(object.displacement.field());
         let heights = |window: &Window, out: &mut PerKnot| edit::surface_heights(level, displacement, window, out);
-        let wanted = color.to_array().map(|channel| [channel; BLOCK_KNOTS]);
+        let one = color.to_array().map(|channel| [channel; BLOCK_KNOTS]);
+        let stamp = self.brush.stamp();
         let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, heights, |site, texels| {
             let mut colors: Colors = [[0.0; BLOCK_KNOTS]; 4];
             for (k, texel) in texels.iter().enumerate() {
@@ -175,6 +178,10 @@ impl Dab {
                     |texel| texel.color().to_array(),
                     |k, color| (0..4).for_each(|channel| mean[channel][k] = color[channel]),
                 );
+            let mut wanted = Cow::Borrowed(&one);
+            if let Some(stamp) = stamp {
+                stamp.paint(&site.footprints(), &mut site.weights, wanted.to_mut());
+            }
             let share = &site.weights.share;
             let input = PaintInput { share, brush: &wanted, blank, mean: with_mean.then_some(&mean) };
             mode.apply(level, &input, &mut colors);
@@ -198,7 +205,9 @@ impl Dab {
         let field = object.displacement.field();
         let level = context.level();
         let heights = |window: &Window, out: &mut PerKnot| edit::coefficients(start.unwrap_or(field), window, out);
-        let height = [height; BLOCK_KNOTS];
+        let one = [height; BLOCK_KNOTS];
+        let stamp = self.brush.stamp();
+        let displaced = Displaced::new(&object.surface, start.unwrap_or(field))?;
         let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, heights, |site, texels| {
             let mut now = [0.0; BLOCK_KNOTS];
             texels.convert_to_f32_slice(&mut now[..texels.len()]);
@@ -208,8 +217,21 @@ impl Dab {
             }
             let mut mean = [0.0; BLOCK_KNOTS];
             let with_mean = mode.needs_mean() && site.means(|texel| [texel.to_f32()], |k, [value]| mean[k] = value);
-            let input =
-                SculptInput { weights: site.weights, height: &height, risen: &risen, mean: with_mean.then_some(&mean) };
+            let mut height = Cow::Borrowed(&one);
+            if let Some(stamp) = stamp {
+                stamp.sculpt(&site.footprints(), &mut site.weights, height.to_mut(), !mode.has_height());
+            }
+            let mut facing = [1.0; BLOCK_KNOTS];
+            if mode.needs_facing() {
+                site.facing(context, &displaced, &mut facing);
+            }
+            let input = SculptInput {
+                weights: &site.weights,
+                height: &height,
+                risen: &risen,
+                mean: with_mean.then_some(&mean),
+                facing: &facing,
+            };
             mode.apply(level, &input, &mut now);
             texels.convert_from_f32_slice(&now[..texels.len()]);
         });

@@ -8,9 +8,9 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use relievo_core::simd::Level;
 use relievo_core::{Context, Result};
-use relievo_surface::{Order, Surface};
+use relievo_surface::{Grid, Order, Placement, Surface};
 use relievo_tiles::spline::{self, Jets};
-use relievo_tiles::{Candidate, Channel, Field, Sets, Texel};
+use relievo_tiles::{Candidate, Channel, Displaced, Field, Points, Sets, Texel};
 
 use crate::cull::CulledTile;
 use crate::dab::DabReport;
@@ -54,9 +54,10 @@ impl Window {
 /// A block of texels, and what the brush says of it.
 pub(crate) struct Site<'a, T> {
     pub window: Window,
-    pub weights: &'a Weights,
+    pub weights: Weights,
+    places: KnotBlock,
     /// The displacement that the weights were evaluated with.
-    pub heights: &'a PerKnot,
+    pub heights: PerKnot,
     /// The tile's texels, if it has some.
     source: Option<&'a [T]>,
 }
@@ -77,6 +78,37 @@ impl<T: Texel> Site<'_, T> {
             }
         }
         true
+    }
+}
+
+impl<T> Site<'_, T> {
+    /// How far the neighbours of every texel are away across the brush.
+    pub fn footprints(&self) -> PerKnot {
+        let edge = self.window.edge as usize;
+        let mut far = [0.0; BLOCK_KNOTS];
+        for k in 0..self.window.count() {
+            // The last column and row look back.
+            let beside = if k % edge + 1 < edge { k + 1 } else { k - 1 };
+            let over = if k + edge < self.window.count() { k + edge } else { k - edge };
+            far[k] = [beside, over].iter().fold(0.0, |far: f32, other| {
+                let [x, y] = [0, 1].map(|axis| self.weights.across[axis][*other] - self.weights.across[axis][k]);
+                far.max((x * x + y * y).sqrt())
+            });
+        }
+        far
+    }
+
+    /// The cosines between the normals of the surface and of the displaced one, `displaced` by what the weights were
+    /// evaluated with.
+    pub fn facing(&self, context: &Context, displaced: &Displaced<'_>, out: &mut PerKnot) {
+        let Window { tile, size, edge, column, row } = self.window;
+        let grid = Grid { size, placement: Placement::Centred, columns: column..column + edge, rows: row..row + edge };
+        let mut points = Points::default();
+        if displaced.grid(context, tile, &grid, &mut points).is_ok() {
+            for (k, normal) in points.normal.iter().enumerate() {
+                out[k] = (0..3).map(|axis| normal[axis] * self.places.n[axis][k]).sum();
+            }
+        }
     }
 }
 
@@ -119,7 +151,7 @@ pub(crate) fn evaluate<T: Texel>(
     culled: &[CulledTile],
     brush: &BrushParameters,
     heights: impl Fn(&Window, &mut PerKnot) + Sync,
-    change: impl Fn(&Site<'_, T>, &mut [T]) + Sync,
+    change: impl Fn(&mut Site<'_, T>, &mut [T]) + Sync,
 ) -> Vec<TileEdit<T>> {
     let mut stage = context.stats().begin("dab.evaluate");
     let level = context.level();
@@ -127,13 +159,20 @@ pub(crate) fn evaluate<T: Texel>(
         let CulledTile { tile, blocks } = &culled[index];
         let source = field.block(*tile);
         let mut edit = TileEdit { tile: *tile, blocks: Vec::new(), count: 0 };
-        let (mut knots, mut weights, mut risen) = (KnotBlock::ZERO, Weights::default(), [0.0; BLOCK_KNOTS]);
+        let mut site = Site {
+            window: Window::new(*tile, field.size(*tile), 0),
+            weights: Weights::default(),
+            places: KnotBlock::ZERO,
+            heights: [0.0; BLOCK_KNOTS],
+            source,
+        };
         for block in blocks {
             let window = Window::new(*tile, field.size(*tile), block.index);
-            knots.evaluate(level, surface, *tile, window.size, block.index);
-            heights(&window, &mut risen);
-            weights.evaluate(level, brush, &knots, &risen);
-            if !weights.share[..window.count()].iter().any(|share| *share > 0.0) {
+            site.window = window;
+            site.places.evaluate(level, surface, *tile, window.size, block.index);
+            heights(&window, &mut site.heights);
+            site.weights.evaluate(level, brush, &site.places, &site.heights);
+            if !site.weights.share[..window.count()].iter().any(|share| *share > 0.0) {
                 continue;
             }
             let old: Vec<T> = match source {
@@ -141,7 +180,7 @@ pub(crate) fn evaluate<T: Texel>(
                 None => vec![field.blank(); window.count()],
             };
             let mut texels = old.clone();
-            change(&Site { window, weights: &weights, heights: &risen, source }, &mut texels);
+            change(&mut site, &mut texels);
             let count = texels.iter().zip(&old).map(|(new, old)| u64::from(!new.same(*old))).sum::<u64>();
             if count > 0 {
                 edit.blocks.push((block.index, texels));

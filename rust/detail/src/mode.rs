@@ -110,11 +110,14 @@ pub enum SculptMode {
     /// As draw, but the dabs of a stroke do not add up: d becomes s · height more than when the stroke began, unless it
     /// is that already.
     Layer,
+    /// Outwards by the height across the displaced surface itself: d + s · height / cos, where *cos* is between the
+    /// normals of the surface and of the displaced one, and at least ¼. Bumps grow to all sides and not just upwards.
+    Inflate,
 }
 
 impl SculptMode {
     /// All modes and their names in scene files.
-    pub const NAMES: [(SculptMode, &'static str); 7] = [
+    pub const NAMES: [(SculptMode, &'static str); 8] = [
         (SculptMode::Draw, "draw"),
         (SculptMode::Smooth, "smooth"),
         (SculptMode::Flatten, "flatten"),
@@ -122,11 +125,22 @@ impl SculptMode {
         (SculptMode::Clay, "clay"),
         (SculptMode::Scrape, "scrape"),
         (SculptMode::Layer, "layer"),
+        (SculptMode::Inflate, "inflate"),
     ];
 
     /// Whether it reads [`SculptInput::mean`].
     pub fn needs_mean(self) -> bool {
         self == SculptMode::Smooth
+    }
+
+    /// Whether it reads [`SculptInput::facing`].
+    pub fn needs_facing(self) -> bool {
+        self == SculptMode::Inflate
+    }
+
+    /// Whether it reads [`SculptInput::height`].
+    pub fn has_height(self) -> bool {
+        matches!(self, SculptMode::Draw | SculptMode::Clay | SculptMode::Layer | SculptMode::Inflate)
     }
 
     /// Makes the new displacements of old ones, −65504 to 65504. Where the share is 0 they stay to the bit.
@@ -146,6 +160,8 @@ pub struct SculptInput<'a> {
     pub risen: &'a PerKnot,
     /// The mean of the neighbours of each place; `None` if all are like the place itself, or the mode does not need it.
     pub mean: Option<&'a PerKnot>,
+    /// The cosine between the normals of the surface and of the displaced one at each place, if the mode needs it.
+    pub facing: &'a PerKnot,
 }
 
 dispatch_simd! {
@@ -155,9 +171,12 @@ dispatch_simd! {
 /// The largest displacement that a half float holds.
 const MOST: f32 = 65504.0;
 
+/// The least cosine that inflating divides by.
+const LEAST_FACING: f32 = 0.25;
+
 #[inline(always)]
 fn sculpt_body<A: Arithmetic>(mode: SculptMode, input: &SculptInput<'_>, displacements: &mut PerKnot) {
-    let SculptInput { weights, height, risen, mean } = *input;
+    let SculptInput { weights, height, risen, mean, facing } = *input;
     let Weights { share, level, rise, unit, .. } = weights;
     // How far a place is under the plane `height` over the middle, along its normal; 0 where that does not rise.
     let under = |k: usize, height: f32| {
@@ -187,6 +206,9 @@ fn sculpt_body<A: Arithmetic>(mode: SculptMode, input: &SculptInput<'_>, displac
             let far = A::fma(height[k], share, -risen[k]);
             held(now + if height[k] < 0.0 { far.min(0.0) } else { far.max(0.0) })
         }),
+        SculptMode::Inflate => {
+            change(share, now, |k, now, share| held(A::fma(height[k] / facing[k].max(LEAST_FACING), share, now)))
+        }
     }
 }
 

@@ -1,17 +1,23 @@
-//! A stroke: dabs at even distances along a line of points near a surface.
+//! A stroke: dabs along the way of a brush over the surfaces of one or several objects.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 3: each
 //! dab is put on the surface and oriented by its tangent plane. What counts is the surface as it was when the stroke
-//! began, so that a stroke that raises it does not climb its own ridge. Pressure goes evenly from point to point.
+//! began, so that a stroke that raises it does not climb its own ridge. Pressure goes evenly from point to point. What is
+//! up to chance follows from the seed and the number of the station, so that a stroke is the same whenever it is made.
 //! Units: world units; heights of sculpting are in object units.
 
-use glam::DVec3;
+use glam::{DMat3, DVec2, DVec3};
+use relievo_core::parameter::Switch;
 use relievo_core::{Context, Error, Result};
 
 use crate::brush::Brush;
+use crate::curve::Curve;
 use crate::dab::{Action, Dab, DabReport};
 use crate::falloff::Falloff;
+use crate::nearest::SurfacePoint;
 use crate::object::DisplacedObject;
+use crate::path::{Pace, Station, StrokePoint};
+use crate::stamp::Stamp;
 
 relievo_core::parameters! {
     /// The brush of a stroke and how it follows the points.
@@ -28,18 +34,44 @@ relievo_core::parameters! {
         strength_pressure: f32 = 1.0, 0.0..=1.0, "";
         /// How much of the radius is up to the pressure.
         size_pressure: f32 = 0.0, 0.0..=1.0, "";
+        /// By how much the brush is turned on the surface, from where the stroke goes to its left.
+        angle: f32 = 0.0, -1000.0..=1000.0, "rad";
+        /// By how much full pressure turns it further.
+        angle_pressure: f32 = 0.0, -1000.0..=1000.0, "rad";
+        /// How far a dab may be put beside its place, as a share of the radius.
+        jitter_position: f32 = 0.0, 0.0..=100.0, "";
+        /// How much of the radius is up to chance.
+        jitter_size: f32 = 0.0, 0.0..=1.0, "";
+        /// How much of the strength is up to chance.
+        jitter_strength: f32 = 0.0, 0.0..=1.0, "";
+        /// By how much a dab may be turned either way.
+        jitter_angle: f32 = 0.0, 0.0..=1000.0, "rad";
+        /// What chance begins with: the same seed is the same stroke.
+        seed: u32 = 0, 0..=4294967295u32, "";
+        /// Length of the string on which the brush is drawn along; 0 follows the points.
+        string: f32 = 0.0, 0.0..=1e6, "world units";
+        /// Dabs by time, as of an airbrush, besides those by distance; 0 makes none.
+        rate: f32 = 0.0, 0.0..=10000.0, "1/s";
+        /// Whether the stroke is made at x mirrored too, in the space of the object.
+        symmetry_x: Switch = Switch::OFF, 0..=1, "";
+        /// Whether the stroke is made at y mirrored too, in the space of the object.
+        symmetry_y: Switch = Switch::OFF, 0..=1, "";
+        /// Whether the stroke is made at z mirrored too, in the space of the object.
+        symmetry_z: Switch = Switch::OFF, 0..=1, "";
         /// How far a point may be from the surface, in radii. Dabs of points further away are left out.
         reach: f32 = 2.0, 0.0..=1000.0, "";
     }
 }
 
-/// A point of a stroke.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StrokePoint {
-    /// Where, near the surface.
-    pub position: DVec3,
-    /// How hard, 0 to 1.
-    pub pressure: f64,
+/// What pressure is taken as.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PressureCurves {
+    /// For [`StrokeSettings::size_pressure`].
+    pub size: Curve,
+    /// For [`StrokeSettings::strength_pressure`].
+    pub strength: Curve,
+    /// For [`StrokeSettings::angle_pressure`].
+    pub angle: Curve,
 }
 
 /// A line of points with a brush.
@@ -53,17 +85,10 @@ pub struct Stroke {
     pub falloff: Falloff,
     /// What the brush does.
     pub action: Action,
-}
-
-/// A place along a stroke that gets a dab.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Station {
-    /// Where, near the surface.
-    pub position: DVec3,
-    /// How hard, 0 to 1.
-    pub pressure: f64,
-    /// Where the stroke goes; zero if it does not go anywhere.
-    pub direction: DVec3,
+    /// The brush's image.
+    pub stamp: Option<Stamp>,
+    /// What pressure is taken as.
+    pub curves: PressureCurves,
 }
 
 /// What a stroke did.
@@ -71,78 +96,72 @@ pub struct Station {
 pub struct StrokeReport {
     /// Dabs that were made.
     pub dabs: u64,
-    /// Dabs that were left out because the surface is too far away there, or has no normal.
+    /// Dabs that were left out because no surface is near enough there, or it has no normal.
     pub missed: u64,
     /// What the dabs did, all together.
     pub report: DabReport,
 }
 
-/// Most dabs of a stroke.
-const MAX_DABS: f64 = 1e6;
+/// Which chance a number is for.
+#[derive(Clone, Copy, Debug)]
+enum Chance {
+    Radius,
+    Direction,
+    Size,
+    Strength,
+    Angle,
+}
 
 impl Stroke {
-    /// Fails if there are no points, a number is not finite or out of its range, or there would be over a million dabs.
+    /// A stroke without an image, whose pressure is taken as it is.
+    pub fn new(points: Vec<StrokePoint>, settings: StrokeSettings, falloff: Falloff, action: Action) -> Self {
+        Self { points, settings, falloff, action, stamp: None, curves: PressureCurves::default() }
+    }
+
+    /// Fails if there are no points, a number is not finite or out of its range, times are missing or go back, or there
+    /// would be over a million dabs.
     pub fn check(&self) -> Result<()> {
         self.settings.check().map_err(|error| error.at("stroke"))?;
-        let fault = |what: String, remedy: &str| Err(Error::invalid(what).at("stroke").advise(remedy));
-        if self.points.is_empty() {
-            return fault("it has no points".into(), "give at least one");
-        }
-        for (index, point) in self.points.iter().enumerate() {
-            if !point.position.is_finite() || point.position.abs().max_element() > 1e12 {
-                return fault(format!("point {index} is nowhere"), "give finite coordinates below 1e12");
-            }
-            if !(0.0..=1.0).contains(&point.pressure) {
-                return fault(format!("the pressure of point {index} is {}", point.pressure), "use 0 to 1");
-            }
-        }
-        if self.length() / self.step() > MAX_DABS {
-            return fault("it has over a million dabs".into(), "widen `spacing` or split the stroke");
-        }
-        Dab { brush: self.brush(DVec3::ZERO, DVec3::Z, DVec3::X, 1.0)?, action: self.action, strength: 1.0 }.check()
+        self.pace().check(&self.points)?;
+        let brush = Brush::on_surface(DVec3::ZERO, DVec3::Z, DVec3::X, self.half(1.0, 0.0), self.falloff)?;
+        Dab { brush, action: self.action, strength: 1.0 }.check()
     }
 
-    fn length(&self) -> f64 {
-        self.points.windows(2).map(|pair| pair[0].position.distance(pair[1].position)).sum()
+    fn pace(&self) -> Pace {
+        let StrokeSettings { radius, spacing, rate, string, .. } = self.settings;
+        Pace { step: f64::from(radius) * f64::from(spacing), rate: f64::from(rate), string: f64::from(string) }
     }
 
-    fn step(&self) -> f64 {
-        f64::from(self.settings.radius) * f64::from(self.settings.spacing)
-    }
-
-    fn brush(&self, point: DVec3, normal: DVec3, along: DVec3, pressure: f64) -> Result<Brush> {
-        let StrokeSettings { radius, depth, size_pressure, .. } = self.settings;
-        let share = 1.0 - f64::from(size_pressure) * (1.0 - pressure);
+    /// The half extents of the brush's box, where `chance` is 0 to 1.
+    fn half(&self, pressure: f64, chance: f64) -> DVec3 {
+        let StrokeSettings { radius, depth, size_pressure, jitter_size, .. } = self.settings;
+        let share = 1.0 - f64::from(size_pressure) * (1.0 - self.curves.size.at(pressure));
+        let share = share * (1.0 - f64::from(jitter_size) * chance);
         // Without pressure a brush whose size is up to it shrinks to nothing, but a box has some size.
         let radius = f64::from(radius) * share.max(1e-3);
-        Brush::on_surface(point, normal, along, DVec3::new(radius, radius, radius * f64::from(depth)), self.falloff)
+        DVec3::new(radius, radius, radius * f64::from(depth))
     }
 
-    /// The places that get a dab: the first point, then one at every step along the line.
+    /// 0 to 1, by the seed and the number of the station.
+    fn chance(&self, station: &Station, what: Chance) -> f64 {
+        // SplitMix64 (Steele, Lea and Flood 2014).
+        let mut bits = (u64::from(self.settings.seed) << 32 | u64::from(station.index)) ^ (what as u64) << 61;
+        for _ in 0..2 {
+            bits = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+            bits ^= bits >> 31;
+        }
+        (bits >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// The places that get a dab: the first point, then one at every step along the way and at every tick of an
+    /// airbrush.
     ///
     /// Fails as [`Self::check`] does.
     pub fn stations(&self) -> Result<Vec<Station>> {
         self.check()?;
-        let step = self.step();
-        let first = self.points[0];
-        let heading = self.points.windows(2).map(|pair| pair[1].position - pair[0].position);
-        let direction = heading.clone().find_map(DVec3::try_normalize).unwrap_or_default();
-        let mut stations = vec![Station { position: first.position, pressure: first.pressure, direction }];
-        // Counted from the start and not added up, so that nothing drifts.
-        let mut gone = 0.0;
-        for (pair, heading) in self.points.windows(2).zip(heading) {
-            let length = heading.length();
-            while stations.len() as f64 * step <= gone + length && length > 0.0 {
-                let share = (stations.len() as f64 * step - gone) / length;
-                stations.push(Station {
-                    position: pair[0].position + heading * share,
-                    pressure: pair[0].pressure + (pair[1].pressure - pair[0].pressure) * share,
-                    direction: heading / length,
-                });
-            }
-            gone += length;
-        }
-        Ok(stations)
+        Ok(self.pace().stations(&self.points))
     }
 
     /// Makes the dabs of the stroke on `object`, one after the other. Parts of the stroke that are off the surface do
@@ -150,38 +169,136 @@ impl Stroke {
     ///
     /// Fails, and changes nothing, as [`Self::check`] does, or if the object has no colours and is to be painted.
     pub fn apply(&self, context: &Context, object: &mut DisplacedObject) -> Result<StrokeReport> {
+        Ok(self.apply_all(context, &mut [object])?.pop().unwrap_or_default())
+    }
+
+    /// As [`Self::apply`] over several objects: every dab is put on the nearest of their surfaces and then made on all
+    /// that reach into its box. Symmetry is in the space of the object that the dab itself is put on, or of the first
+    /// where it is on none. Returns what it did to each of them; a dab counts for those it was put on or changed, one
+    /// that was left out counts for all.
+    pub fn apply_all(&self, context: &Context, objects: &mut [&mut DisplacedObject]) -> Result<Vec<StrokeReport>> {
         let stations = self.stations()?;
-        if matches!(self.action, Action::Paint { .. }) && object.paint().is_none() {
-            return Err(Error::invalid("the object has no colours to paint on").advise("give it some first"));
+        if matches!(self.action, Action::Paint { .. })
+            && let Some(index) = objects.iter().position(|object| object.paint().is_none())
+        {
+            return Err(Error::invalid("the object has no colours to paint on")
+                .at(format!("object {index} of the stroke"))
+                .advise("give it some first"));
         }
         // Before the first dab, so that nothing has to be measured anew for each.
-        object.reach();
+        objects.iter_mut().for_each(|object| _ = object.reach());
         let placed = {
             let _stage = context.stats().begin("stroke.nearest");
-            let object = &*object;
-            context.map(stations.len(), |index| self.dab(context, object, &stations[index]))
+            let objects: Vec<&DisplacedObject> = objects.iter().map(|object| &**object).collect();
+            context.map(stations.len(), |index| self.dabs(context, &objects, &stations[index]))
         };
-        let placed = placed.into_iter().collect::<Result<Vec<_>>>()?;
-        let start = object.displacement().field().clone();
-        let mut done =
-            StrokeReport { missed: placed.iter().filter(|dab| dab.is_none()).count() as u64, ..Default::default() };
-        for dab in placed.into_iter().flatten() {
-            done.report.merge(dab.make(context, object, Some(&start))?);
-            done.dabs += 1;
+        let placed = placed.into_iter().collect::<Result<Vec<_>>>()?.concat();
+        let missed = placed.iter().filter(|dab| dab.is_none()).count() as u64;
+        let mut done = vec![StrokeReport { missed, ..Default::default() }; objects.len()];
+        let starts: Vec<_> = objects.iter().map(|object| object.displacement().field().clone()).collect();
+        for (on, dab) in placed.into_iter().flatten() {
+            for (index, object) in objects.iter_mut().enumerate() {
+                let report = dab.make(context, object, Some(&starts[index]))?;
+                done[index].dabs += u64::from(index == on || report.changed_texels > 0);
+                done[index].report.merge(report);
+            }
         }
         Ok(done)
     }
 
-    /// The dab of a station on the surface as it is; `None` if the surface is too far away, or has no normal.
-    pub fn dab(&self, context: &Context, object: &DisplacedObject, station: &Station) -> Result<Option<Dab>> {
-        let StrokeSettings { radius, reach, strength, strength_pressure, .. } = self.settings;
-        let within = f64::from(radius) * f64::from(reach);
-        let found = object.nearest(context, station.position, within)?;
-        let Some(found) = found.filter(|found| found.normal != DVec3::ZERO) else { return Ok(None) };
-        let along = if station.direction == DVec3::ZERO { found.tangent } else { station.direction };
-        let brush = self.brush(found.point, found.normal, along, station.pressure)?;
-        let strength = strength * (1.0 - strength_pressure * (1.0 - station.pressure as f32));
-        Ok(Some(Dab { brush, action: self.action, strength: strength.clamp(0.0, 1.0) }))
+    /// The dab of a station on the nearest of the surfaces as they are, and on which it is put, and then its mirror
+    /// images; `None` where the surfaces are too far away, or have no normal.
+    fn dabs(
+        &self,
+        context: &Context,
+        objects: &[&DisplacedObject],
+        station: &Station,
+    ) -> Result<Vec<Option<(usize, Dab)>>> {
+        let first = self.find(context, objects, station.position)?;
+        let space = first.map_or(0, |(index, _)| index);
+        let Some(transform) = objects.get(space).map(|object| object.transform()) else { return Ok(Vec::new()) };
+        let StrokeSettings { symmetry_x, symmetry_y, symmetry_z, .. } = self.settings;
+        let planes = [symmetry_x, symmetry_y, symmetry_z];
+        let way = match (station.direction, first) {
+            (DVec3::ZERO, Some((_, found))) => found.tangent,
+            (direction, _) => direction,
+        };
+        let mut dabs = Vec::new();
+        for mirrors in 0..8u32 {
+            let set = |axis: usize| mirrors >> axis & 1 != 0;
+            if (0..3).any(|axis| set(axis) && !planes[axis].is_on()) {
+                continue;
+            }
+            if mirrors == 0 {
+                dabs.push(self.dab(context, objects, station, first, way, false)?);
+                continue;
+            }
+            let sign = DVec3::from([0, 1, 2].map(|axis| if set(axis) { -1.0 } else { 1.0 }));
+            let mirror = *transform * glam::DAffine3::from_mat3(DMat3::from_diagonal(sign)) * transform.inverse();
+            let found = self.find(context, objects, mirror.transform_point3(station.position))?;
+            let over = mirrors.count_ones() % 2 != 0;
+            dabs.push(self.dab(context, objects, station, found, mirror.transform_vector3(way), over)?);
+        }
+        Ok(dabs)
+    }
+
+    /// The nearest place of the surfaces within reach, and whose it is.
+    fn find(
+        &self,
+        context: &Context,
+        objects: &[&DisplacedObject],
+        point: DVec3,
+    ) -> Result<Option<(usize, SurfacePoint)>> {
+        let within = f64::from(self.settings.radius) * f64::from(self.settings.reach);
+        let mut best: Option<(usize, SurfacePoint)> = None;
+        for (index, object) in objects.iter().enumerate() {
+            let within = best.map_or(within, |(_, best)| best.distance);
+            if let Some(found) = object.nearest(context, point, within)?
+                && found.normal != DVec3::ZERO
+                && best.is_none_or(|(_, best)| found.distance < best.distance)
+            {
+                best = Some((index, found));
+            }
+        }
+        Ok(best)
+    }
+
+    /// The dab at a found place whose first axis goes along `way`; `over` if it is a mirror image.
+    fn dab(
+        &self,
+        context: &Context,
+        objects: &[&DisplacedObject],
+        station: &Station,
+        found: Option<(usize, SurfacePoint)>,
+        way: DVec3,
+        over: bool,
+    ) -> Result<Option<(usize, Dab)>> {
+        let settings = &self.settings;
+        let chance = |what| self.chance(station, what);
+        let hand = if over { -1.0 } else { 1.0 };
+        let Some((mut on, mut found)) = found else { return Ok(None) };
+        let half = self.half(station.pressure, chance(Chance::Size));
+        if settings.jitter_position > 0.0 {
+            let axes = *Brush::on_surface(found.point, found.normal, way, half, self.falloff)?.axes();
+            // Even over a disc.
+            let far = f64::from(settings.radius * settings.jitter_position) * chance(Chance::Radius).sqrt();
+            let beside = far * DVec2::from_angle(std::f64::consts::TAU * chance(Chance::Direction));
+            let point = found.point + axes.x_axis * beside.x + axes.y_axis * (hand * beside.y);
+            let Some(moved) = self.find(context, objects, point)? else { return Ok(None) };
+            (on, found) = moved;
+        }
+        let angle = f64::from(settings.angle)
+            + f64::from(settings.angle_pressure) * self.curves.angle.at(station.pressure)
+            + f64::from(settings.jitter_angle) * (2.0 * chance(Chance::Angle) - 1.0);
+        let brush = Brush::on_surface(found.point, found.normal, way, half, self.falloff)?.turned(hand * angle);
+        let brush = match &self.stamp {
+            Some(stamp) => brush.with_stamp(if over { stamp.turned_over() } else { stamp.clone() }),
+            None => brush,
+        };
+        let pressure = self.curves.strength.at(station.pressure) as f32;
+        let strength = settings.strength * (1.0 - settings.strength_pressure * (1.0 - pressure));
+        let strength = strength * (1.0 - settings.jitter_strength * chance(Chance::Strength) as f32);
+        Ok(Some((on, Dab { brush, action: self.action, strength: strength.clamp(0.0, 1.0) })))
     }
 }
 
@@ -190,33 +307,16 @@ mod tests {
     use super::*;
     use crate::mode::PaintMode;
 
-    fn stroke(points: &[([f64; 3], f64)]) -> Stroke {
-        Stroke {
-            points: points
-                .iter()
-                .map(|(p, pressure)| StrokePoint { position: (*p).into(), pressure: *pressure })
-                .collect(),
-            settings: StrokeSettings { radius: 0.5, spacing: 0.5, ..Default::default() },
-            falloff: Falloff::Smooth,
-            action: Action::Paint { mode: PaintMode::Mix, color: [1.0; 4] },
-        }
-    }
-
-    #[test]
-    fn stations_are_even_round_corners_and_carry_the_pressure() {
-        let line =
-            stroke(&[([0.0; 3], 0.0), ([0.6, 0.0, 0.0], 0.6), ([0.6; 3].map(|_| 0.6), 0.6), ([0.6, 0.6, 0.6], 0.6)]);
-        let stations = line.stations().unwrap();
-        assert_eq!(stations.len(), 1 + ((0.6 + 0.72f64.sqrt()) / 0.25) as usize);
-        assert!((stations[2].pressure - 0.5).abs() < 1e-12 && stations[2].direction == DVec3::X);
-        assert!((stations[3].position - DVec3::new(0.6, 0.15 / 2f64.sqrt(), 0.15 / 2f64.sqrt())).length() < 1e-12);
-        let dot = stroke(&[([1.0, 2.0, 3.0], 1.0)]).stations().unwrap();
-        assert_eq!((dot.len(), dot[0].direction), (1, DVec3::ZERO));
+    fn stroke() -> Stroke {
+        let points = [DVec3::ZERO, DVec3::X].map(|position| StrokePoint::new(position, 1.0));
+        let settings = StrokeSettings { radius: 0.5, spacing: 0.5, ..Default::default() };
+        let action = Action::Paint { mode: PaintMode::Mix, color: [1.0; 4] };
+        Stroke::new(points.to_vec(), settings, Falloff::Smooth, action)
     }
 
     #[test]
     fn strokes_that_cannot_be_are_refused() {
-        let good = stroke(&[([0.0; 3], 1.0), ([1.0, 0.0, 0.0], 1.0)]);
+        let good = stroke();
         good.check().unwrap();
         let spoil = |spoil: &dyn Fn(&mut Stroke)| {
             let mut bad = good.clone();
@@ -225,12 +325,31 @@ mod tests {
         };
         spoil(&|bad| bad.points.clear());
         spoil(&|bad| bad.points[0].pressure = f64::NAN);
-        spoil(&|bad| bad.points[0].pressure = 1.5);
-        spoil(&|bad| bad.points[1].position.x = f64::INFINITY);
-        spoil(&|bad| bad.points[1].position.x = 1e11);
         spoil(&|bad| bad.settings.radius = f32::NAN);
         spoil(&|bad| bad.settings.spacing = 0.0);
+        spoil(&|bad| bad.settings.rate = 10.0);
+        spoil(&|bad| bad.settings.jitter_size = -1.0);
+        spoil(&|bad| bad.settings.string = f32::INFINITY);
         spoil(&|bad| bad.action = Action::Paint { mode: PaintMode::Mix, color: [f32::NAN; 4] });
         spoil(&|bad| bad.action = Action::Sculpt { mode: crate::SculptMode::Draw, height: f32::NAN });
+    }
+
+    #[test]
+    fn chance_is_even_and_depends_on_the_seed_and_the_station_alone() {
+        let mut stroke = stroke();
+        let station = |index| Station { position: DVec3::ZERO, pressure: 1.0, direction: DVec3::X, index };
+        let all = |stroke: &Stroke, what| -> Vec<f64> {
+            (0..10_000).map(|index| stroke.chance(&station(index), what)).collect()
+        };
+        let first = all(&stroke, Chance::Size);
+        assert_eq!(first, all(&stroke, Chance::Size));
+        assert_ne!(first, all(&stroke, Chance::Angle));
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let squares: Vec<f64> = first.iter().map(|value| (value - 0.5).powi(2)).collect();
+        assert!((mean(&first) - 0.5).abs() < 0.01 && (mean(&squares) - 1.0 / 12.0).abs() < 0.002);
+        let products: Vec<f64> = first.windows(2).map(|pair| (pair[0] - 0.5) * (pair[1] - 0.5)).collect();
+        assert!(mean(&products).abs() < 0.003);
+        stroke.settings.seed = 1;
+        assert_ne!(first, all(&stroke, Chance::Size));
     }
 }

@@ -172,7 +172,8 @@ fn a_dab_changes_every_texel_in_its_box_and_no_other() {
         for (tile, bytes) in (0..).zip(&displacement) {
             fresh.displacement_mut().write(tile, bytes.as_deref()).unwrap();
         }
-        let report = Dab { brush, action: paint(PaintMode::Mix), strength: 1.0 }.apply(&context, &mut fresh).unwrap();
+        let dab = Dab { brush: brush.clone(), action: paint(PaintMode::Mix), strength: 1.0 };
+        let report = dab.apply(&context, &mut fresh).unwrap();
         let field = fresh.paint().unwrap().field();
         let red = Rgba8([231, 63, 39, 255]);
         let (mut inside, mut count) = (0, 0);
@@ -247,7 +248,8 @@ fn erasing_all_gives_back_all_memory_and_untouched_tiles_stay() {
             let at = tile as usize;
             assert!(near || (&before.0[at], &before.1[at]) == (&after.0[at], &after.1[at]), "tile {tile}");
         }
-        let report = Dab { brush: everywhere, action: erase, strength: 1.0 }.apply(&context, &mut object).unwrap();
+        let report =
+            Dab { brush: everywhere.clone(), action: erase, strength: 1.0 }.apply(&context, &mut object).unwrap();
         assert_eq!((report.bytes, report.freed), (0, first.allocated + second.allocated));
         assert_eq!((bytes(&object), all(&object)), ([0, 0], start));
     }
@@ -275,7 +277,7 @@ fn flatten_smooth_and_erase_go_where_they_should() {
     };
     let everywhere = brush(DVec3::new(2.0, 2.0, 0.05), DVec3::splat(9.0), Falloff::Constant);
     let mut object = raised();
-    let dab = |mode, strength| Dab { brush: everywhere, action: sculpt(mode, 0.0), strength };
+    let dab = |mode, strength| Dab { brush: everywhere.clone(), action: sculpt(mode, 0.0), strength };
     let before = object.displacement().field().clone();
     dab(SculptMode::Smooth, 1.0).apply(&context, &mut object).unwrap();
     let after = object.displacement().field().clone();
@@ -294,7 +296,7 @@ fn flatten_smooth_and_erase_go_where_they_should() {
     let before = heights(&raised());
     for (mode, height) in [(SculptMode::Scrape, 0.0), (SculptMode::Clay, 0.02), (SculptMode::Clay, -0.02)] {
         let mut object = raised();
-        let dab = Dab { brush: everywhere, action: sculpt(mode, height), strength: 0.5 };
+        let dab = Dab { brush: everywhere.clone(), action: sculpt(mode, height), strength: 0.5 };
         dab.apply(&context, &mut object).unwrap();
         for (old, new) in before.iter().zip(heights(&object)) {
             let far = 0.05 + height - old;
@@ -311,14 +313,12 @@ fn a_stroke_of_layer_is_the_height_by_the_largest_share_of_its_dabs() {
     let places = texels(&context, &object, object.displacement());
     for (round, height) in [0.2f32, -0.1].into_iter().enumerate() {
         let before = object.displacement().field().clone();
-        let stroke = Stroke {
-            points: [1.0, 3.0]
-                .map(|x| StrokePoint { position: DVec3::new(x, 2.0, 0.1 * round as f64), pressure: 1.0 })
-                .to_vec(),
-            settings: StrokeSettings { radius: 0.5, spacing: 0.2, ..Default::default() },
-            falloff: Falloff::Constant,
-            action: sculpt(SculptMode::Layer, height),
-        };
+        let stroke = Stroke::new(
+            [1.0, 3.0].map(|x| StrokePoint::new(DVec3::new(x, 2.0, 0.1 * round as f64), 1.0)).to_vec(),
+            StrokeSettings { radius: 0.5, spacing: 0.2, ..Default::default() },
+            Falloff::Constant,
+            sculpt(SculptMode::Layer, height),
+        );
         assert!(stroke.apply(&context, &mut object).unwrap().dabs >= 20);
         let field = object.displacement().field();
         let mut covered = 0;
@@ -367,10 +367,10 @@ fn spiral(action: Action) -> Stroke {
     let points = (0..60).map(|k| {
         let (a, z) = (0.35 * f64::from(k), f64::from(k) / 30.0 - 1.0);
         let r = (1.0 - z * z).max(0.0).sqrt();
-        StrokePoint { position: DVec3::new(r * a.cos(), r * a.sin(), z), pressure: 0.3 + 0.01 * f64::from(k) }
+        StrokePoint::new(DVec3::new(r * a.cos(), r * a.sin(), z), 0.3 + 0.01 * f64::from(k))
     });
     let settings = StrokeSettings { radius: 0.2, spacing: 0.4, size_pressure: 0.5, ..Default::default() };
-    Stroke { points: points.collect(), settings, falloff: Falloff::Sphere, action }
+    Stroke::new(points.collect(), settings, Falloff::Sphere, action)
 }
 
 #[test]
@@ -421,7 +421,7 @@ fn a_budget_refuses_tiles_and_says_which() {
     let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
     let mut object = DisplacedObject::new(&context, surface, &mesh.points, displacement, DAffine3::IDENTITY).unwrap();
     let everywhere = brush(DVec3::new(2.0, 2.0, 0.0), DVec3::splat(9.0), Falloff::Constant);
-    let dab = Dab { brush: everywhere, action: sculpt(SculptMode::Draw, 0.5), strength: 1.0 };
+    let dab = Dab { brush: everywhere.clone(), action: sculpt(SculptMode::Draw, 0.5), strength: 1.0 };
     let report = dab.apply(&context, &mut object).unwrap();
     assert_eq!((report.changed.len(), report.refused.len(), report.bytes), (3, 13, options.budget));
 }
@@ -431,12 +431,12 @@ fn a_stroke_of_draw_is_an_even_ridge_and_the_sum_of_its_dabs() {
     let context = Context::serial();
     let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
     let ends = [DVec3::new(1.0, 2.0, 0.0), DVec3::new(3.0, 2.0, 0.0)];
-    let stroke = Stroke {
-        points: ends.map(|position| StrokePoint { position, pressure: 1.0 }).to_vec(),
-        settings: StrokeSettings { radius: 0.3, spacing: 0.2, ..Default::default() },
-        falloff: Falloff::Smooth,
-        action: sculpt(SculptMode::Draw, 0.2),
-    };
+    let stroke = Stroke::new(
+        ends.map(|position| StrokePoint::new(position, 1.0)).to_vec(),
+        StrokeSettings { radius: 0.3, spacing: 0.2, ..Default::default() },
+        Falloff::Smooth,
+        sculpt(SculptMode::Draw, 0.2),
+    );
     let done = stroke.apply(&context, &mut object).unwrap();
     assert_eq!((done.dabs, done.missed), (34, 0));
     let field = object.displacement().field();

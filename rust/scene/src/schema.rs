@@ -89,7 +89,7 @@ pub const LOCKS: &[&str] = &["x", "y", "z", "rx", "ry", "rz"];
 /// How a stroke paints.
 pub const PAINT_MODES: [&str; 5] = ["mix", "add", "multiply", "erase", "blur"];
 /// How a stroke sculpts.
-pub const SCULPT_MODES: [&str; 7] = ["draw", "smooth", "flatten", "erase", "clay", "scrape", "layer"];
+pub const SCULPT_MODES: [&str; 8] = ["draw", "smooth", "flatten", "erase", "clay", "scrape", "layer", "inflate"];
 /// Functions of a brush.
 pub const FALLOFFS: [&str; 5] = ["constant", "linear", "smooth", "sphere", "gaussian"];
 /// When meshes, tiles and documents are written.
@@ -366,7 +366,7 @@ pub static STROKE: Section = Section {
             "",
             "",
             "Changes displacement: raised by `height`, smoothed, flattened to the tangent plane, back to none, built up to a \
-             plane `height` over it, scraped down to it, or a layer of `height` over what was",
+             plane `height` over it, scraped down to it, a layer of `height` over what was, or inflated",
         ),
         key("colour", Kind::Colour, "[0.6, 0.03, 0.02]", "", "Colour to paint with, linear Rec.709 or \"#rrggbb\""),
         key(

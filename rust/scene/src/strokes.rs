@@ -26,10 +26,10 @@ pub(crate) fn read_stroke(
     let time = reader.number(table, "time");
     let mut settings = StrokeSettings::default();
     reader.parameters(table, |parameter, value| settings.set(parameter.name, value).is_ok());
-    let points = reader.list(table, "points").into_iter().map(|item| StrokePoint {
-        position: DVec3::from(reader.vector(item, "position")),
-        pressure: reader.number(item, "pressure"),
-    });
+    let points = reader
+        .list(table, "points")
+        .into_iter()
+        .map(|item| StrokePoint::new(DVec3::from(reader.vector(item, "position")), reader.number(item, "pressure")));
     let points: Vec<StrokePoint> = points.collect();
     let action = match (table.has("paint"), table.has("sculpt")) {
         (true, false) => {
@@ -75,7 +75,7 @@ pub(crate) fn read_stroke(
                 .advise("make a surface over the mesh and give the object that `surface`"),
         );
     }
-    let stroke = Stroke { points, settings, falloff, action };
+    let stroke = Stroke::new(points, settings, falloff, action);
     // What a value of its own is wrong with has been said.
     if let Err(error) = stroke.check()
         && reader.faults.is_empty()

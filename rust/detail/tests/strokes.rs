@@ -1,0 +1,288 @@
+//! The dynamics of strokes, stamps, and strokes over several objects, against closed forms and symmetry.
+
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec4};
+use relievo_core::parameter::Switch;
+use relievo_core::{Context, Mesh};
+use relievo_detail::{
+    Action, Brush, Curve, Dab, DisplacedObject, Falloff, PaintMode, SculptMode, Stamp, StampChannel, StampImage,
+    StampSettings, Stroke, StrokePoint, StrokeSettings,
+};
+use relievo_surface::{Grid, Placement, Surface, SurfaceOptions};
+use relievo_tiles::{ChannelOptions, ColorTexel, Displaced, Displacement, Paint, Points};
+
+const BLANK: Vec4 = Vec4::new(0.5, 0.5, 0.5, 1.0);
+
+/// A square of n × n unit faces around the origin in z = 0.
+fn plane(n: u32) -> Mesh {
+    let half = 0.5 * n as f32;
+    let points = (0..=n).flat_map(|y| (0..=n).map(move |x| [x as f32 - half, y as f32 - half, 0.0])).collect();
+    let corner = |x: u32, y: u32| y * (n + 1) + x;
+    let corners = (0..n).flat_map(|y| {
+        (0..n).flat_map(move |x| [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)])
+    });
+    Mesh::new(points, vec![4; (n * n) as usize], corners.collect())
+}
+
+fn object(context: &Context, mesh: &Mesh, size: u32, transform: DAffine3) -> DisplacedObject {
+    let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
+    let options = ChannelOptions { size, ..ChannelOptions::default() };
+    let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
+    let paint = Paint::of_color(surface.topology().clone(), BLANK, &options).unwrap();
+    let mut object = DisplacedObject::new(context, surface, &mesh.points, displacement, transform).unwrap();
+    object.set_paint(paint).unwrap();
+    object
+}
+
+/// Tile, index in the block and undisplaced place in object space of every texel.
+fn texels(context: &Context, object: &DisplacedObject) -> Vec<(u32, usize, DVec3)> {
+    let field = object.displacement().field();
+    let blank = Displacement::new(field.topology().clone(), &ChannelOptions::default()).unwrap();
+    let flat = Displaced::new(object.surface(), blank.field()).unwrap();
+    let mut list = Vec::new();
+    for tile in 0..field.tile_count() as u32 {
+        let size = field.size(tile);
+        let mut points = Points::default();
+        flat.grid(context, tile, &Grid::whole(size, Placement::Centred), &mut points).unwrap();
+        for (k, p) in points.p.iter().enumerate() {
+            let [i, j] = [k % size as usize, k / size as usize];
+            list.push((tile, (j + 1) * (size as usize + 2) + i + 1, DVec3::from(p.map(f64::from))));
+        }
+    }
+    list
+}
+
+fn height(object: &DisplacedObject, tile: u32, at: usize) -> f32 {
+    object.displacement().field().block(tile).map_or(0.0, |block| block[at].to_f32())
+}
+
+fn color(object: &DisplacedObject, tile: u32, at: usize) -> Vec4 {
+    let field = object.paint().unwrap().field();
+    field.block(tile).map_or(field.blank(), |block| block[at]).color()
+}
+
+fn sculpt(mode: SculptMode, height: f32) -> Action {
+    Action::Sculpt { mode, height }
+}
+
+fn line(points: &[[f64; 3]], settings: StrokeSettings, action: Action) -> Stroke {
+    let points = points.iter().map(|p| StrokePoint::new((*p).into(), 1.0)).collect();
+    Stroke::new(points, settings, Falloff::Smooth, action)
+}
+
+/// Red grows to the right, green downwards, alpha is 1 in the upper half.
+fn image() -> Stamp {
+    let n = 64;
+    let at = |k: u32| (k as f32 + 0.5) / n as f32;
+    let pixel = |k: u32| [at(k % n), at(k / n), 0.5, if k / n < n / 2 { 1.0 } else { 0.0 }];
+    let data: Vec<f32> = (0..n * n).flat_map(pixel).collect();
+    let image = StampImage::new(n, n, 4, &data).unwrap();
+    Stamp::new(image, StampSettings::default(), StampChannel::Red).unwrap()
+}
+
+#[test]
+fn a_stamp_paints_its_picture_and_raises_its_heights() {
+    let context = Context::serial();
+    let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
+    let brush = Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::new(1.5, 1.0, 1.0), Falloff::Constant).unwrap();
+    let brush = brush.with_stamp(image());
+    let paint = Action::Paint { mode: PaintMode::Mix, color: [1.0, 0.5, 1.0, 1.0] };
+    let dab = |action| Dab { brush: brush.clone(), action, strength: 1.0 };
+    let places = texels(&context, &object);
+    dab(paint).apply(&context, &mut object).unwrap();
+    dab(sculpt(SculptMode::Draw, 0.1)).apply(&context, &mut object).unwrap();
+    let mut seen = 0;
+    for (tile, at, p) in places {
+        let (x, y) = (p.x as f32 / 1.5, p.y as f32);
+        // Where filters reach beyond an edge of the image or of its alpha nothing is exact.
+        if x.abs().min(y.abs()) < 0.05 || (x.abs() - 1.0).abs() < 0.05 || (y.abs() - 1.0).abs() < 0.05 {
+            continue;
+        }
+        let (u, v) = (0.5 + 0.5 * x, 0.5 - 0.5 * y);
+        let inside = x.abs() < 1.0 && (0.0..1.0).contains(&y);
+        let expected = if inside { Vec4::new(u, 0.5 * v, 0.5, 1.0) } else { BLANK };
+        let off = (color(&object, tile, at) - expected).abs().max_element();
+        assert!(off < 0.02, "{p}: {} {expected}", color(&object, tile, at));
+        let raised = if inside { 0.1 * 2.0 * (u - 0.5) } else { 0.0 };
+        assert!((height(&object, tile, at) - raised).abs() < 1e-3, "{p}");
+        seen += u32::from(inside);
+    }
+    assert!(seen > 1000);
+}
+
+#[test]
+fn a_fine_stamp_leaves_its_mean_on_coarse_texels() {
+    let context = Context::serial();
+    let mut object = object(&context, &plane(2), 8, DAffine3::IDENTITY);
+    let n = 256;
+    let data: Vec<f32> = (0..n * n).map(|k| ((k % n + k / n) % 2) as f32).collect();
+    let settings = StampSettings { mid: 0.0, scale: 1.0, ..Default::default() };
+    let stamp = Stamp::new(StampImage::new(n, n, 1, &data).unwrap(), settings, StampChannel::Red).unwrap();
+    let brush = Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::splat(1.1), Falloff::Constant).unwrap();
+    let dab = Dab { brush: brush.with_stamp(stamp), action: sculpt(SculptMode::Draw, 1.0), strength: 1.0 };
+    dab.apply(&context, &mut object).unwrap();
+    for (tile, at, p) in texels(&context, &object) {
+        assert!((height(&object, tile, at) - 0.5).abs() < 0.01, "{p}: {}", height(&object, tile, at));
+    }
+}
+
+#[test]
+fn inflating_a_slope_moves_it_by_the_height_across_itself() {
+    let context = Context::serial();
+    let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
+    // A cone whose slope is 0.4 / 1.6 raised, then inflated.
+    let brush = |half: f64, falloff| Brush::new(DVec3::ZERO, DMat3::IDENTITY, DVec3::splat(half), falloff).unwrap();
+    let cone = Dab { brush: brush(1.6, Falloff::Linear), action: sculpt(SculptMode::Draw, 0.8), strength: 1.0 };
+    cone.apply(&context, &mut object).unwrap();
+    let places = texels(&context, &object);
+    let before: Vec<f32> = places.iter().map(|(tile, at, _)| height(&object, *tile, *at)).collect();
+    let swell = Dab { brush: brush(9.0, Falloff::Constant), action: sculpt(SculptMode::Inflate, 0.1), strength: 1.0 };
+    swell.apply(&context, &mut object).unwrap();
+    let slope = 0.8f32 / 1.6;
+    for ((tile, at, p), before) in places.into_iter().zip(before) {
+        let r = p.truncate().length();
+        let rise = height(&object, tile, at) - before;
+        if (0.1..1.5).contains(&r) {
+            assert!((rise - 0.1 * (1.0 + slope * slope).sqrt()).abs() < 2e-3, "{p}: {rise}");
+        } else if r > 1.7 && p.abs().max_element() < 1.9 {
+            assert!((rise - 0.1).abs() < 1e-3, "{p}: {rise}");
+        }
+    }
+}
+
+#[test]
+fn symmetric_strokes_leave_symmetric_surfaces() {
+    let context = Context::serial();
+    let transform = DAffine3::from_translation(DVec3::new(5.0, 2.0, 1.0)) * DAffine3::from_rotation_z(0.6);
+    let mut object = object(&context, &plane(6), 32, transform);
+    let settings = StrokeSettings {
+        radius: 0.5,
+        spacing: 0.5,
+        angle: 0.4,
+        jitter_position: 0.4,
+        jitter_angle: 1.0,
+        jitter_size: 0.3,
+        seed: 7,
+        symmetry_x: Switch::ON,
+        symmetry_y: Switch::ON,
+        ..Default::default()
+    };
+    let world = |x: f64, y: f64| transform.transform_point3(DVec3::new(x, y, 0.1)).to_array();
+    for action in [sculpt(SculptMode::Draw, 0.1), Action::Paint { mode: PaintMode::Mix, color: [1.0, 0.2, 0.8, 1.0] }] {
+        let mut stroke = line(&[world(0.8, 0.7), world(2.0, 1.9)], settings, action);
+        stroke.stamp = Some(image());
+        let done = stroke.apply(&context, &mut object).unwrap();
+        assert_eq!((done.dabs, done.missed), (4 * 7, 0));
+    }
+    let places = texels(&context, &object);
+    let (mut changed, mut off) = (0, 0);
+    // Texels are row by row in faces row by row; the mirror image of one is another.
+    let find = |x: f64, y: f64| {
+        let (i, j) = (((x + 3.0) * 32.0) as usize, ((y + 3.0) * 32.0) as usize);
+        (i / 32 + j / 32 * 6) * 1024 + i % 32 + j % 32 * 32
+    };
+    for (tile, at, p) in &places {
+        let here = (height(&object, *tile, *at), color(&object, *tile, *at));
+        changed += u32::from(here.0 != 0.0);
+        for (x, y) in [(-p.x, p.y), (p.x, -p.y), (-p.x, -p.y)] {
+            let (tile, at, q) = &places[find(x, y)];
+            assert!(q.distance(DVec3::new(x, y, 0.0)) < 1e-5);
+            let there = (height(&object, *tile, *at), color(&object, *tile, *at));
+            // Next to the rims of stamps rounding decides.
+            off += u32::from((here.0 - there.0).abs() > 2e-3 || (here.1 - there.1).abs().max_element() > 0.03);
+        }
+    }
+    assert!(changed > 2000 && off < 3 * changed / 200, "{changed} {off}");
+}
+
+#[test]
+fn jitter_stays_in_its_range_and_follows_the_seed() {
+    let context = Context::serial();
+    let settings = StrokeSettings {
+        radius: 0.2,
+        spacing: 4.0,
+        jitter_position: 1.0,
+        jitter_size: 0.5,
+        jitter_strength: 0.5,
+        seed: 3,
+        ..Default::default()
+    };
+    let run = |seed: u32| {
+        let mut object = object(&context, &plane(8), 32, DAffine3::IDENTITY);
+        let stroke = line(
+            &[[-3.0, 0.0, 0.0], [3.0, 0.0, 0.0]],
+            StrokeSettings { seed, ..settings },
+            sculpt(SculptMode::Draw, 0.1),
+        );
+        stroke.apply(&context, &mut object).unwrap();
+        let places = texels(&context, &object);
+        places.into_iter().map(|(tile, at, p)| (p, height(&object, tile, at))).collect::<Vec<_>>()
+    };
+    let first = run(3);
+    assert_eq!(first, run(3));
+    assert_ne!(first, run(4));
+    let mut means = Vec::new();
+    for k in 0..8 {
+        let center = DVec2::new(-3.0 + 0.8 * f64::from(k), 0.0);
+        let near = first.iter().filter(|(p, height)| *height != 0.0 && p.truncate().distance(center) < 0.4001);
+        let (sum, weight, most) = near.fold((DVec2::ZERO, 0.0, 0.0f32), |(sum, weight, most), (p, height)| {
+            (sum + p.truncate() * f64::from(*height), weight + f64::from(*height), most.max(*height))
+        });
+        assert!(weight > 0.0 && (0.045..0.101).contains(&most), "{k}: {most}");
+        means.push((sum / weight).distance(center));
+    }
+    // Nothing lies further off than the jitter and the radius together.
+    let stray = |p: &DVec3| (0..8).all(|k| p.truncate().distance(DVec2::new(-3.0 + 0.8 * f64::from(k), 0.0)) > 0.401);
+    assert!(first.iter().all(|(p, height)| *height == 0.0 || !stray(p)));
+    assert!(means.iter().all(|mean| *mean < 0.21) && means.iter().any(|mean| *mean > 0.1), "{means:?}");
+}
+
+#[test]
+fn pressure_goes_through_its_curves() {
+    let context = Context::serial();
+    let settings = StrokeSettings { radius: 0.5, size_pressure: 1.0, strength_pressure: 1.0, ..Default::default() };
+    let mut object = object(&context, &plane(4), 64, DAffine3::IDENTITY);
+    let mut stroke = line(&[[0.0; 3]], settings, sculpt(SculptMode::Draw, 0.1));
+    stroke.points[0].pressure = 0.5;
+    stroke.curves.size = Curve::new(vec![[0.0, 0.0], [0.5, 0.8], [1.0, 1.0]]).unwrap();
+    stroke.curves.strength = Curve::new(vec![[0.4, 0.2], [0.6, 0.4]]).unwrap();
+    stroke.apply(&context, &mut object).unwrap();
+    for (tile, at, p) in texels(&context, &object) {
+        let expected = 0.1 * 0.3 * Falloff::Smooth.share((p / 0.4).as_vec3().to_array());
+        assert!((height(&object, tile, at) - expected).abs() < 1e-4, "{p}");
+    }
+}
+
+#[test]
+fn a_stroke_over_two_objects_is_made_on_both_where_they_meet() {
+    let context = Context::serial();
+    let [left, right] = [-2.0, 2.0].map(|x| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)));
+    let mut objects = [object(&context, &plane(4), 32, left), object(&context, &plane(4), 32, right)];
+    let settings = StrokeSettings { radius: 0.5, spacing: 0.5, reach: 1.0, ..Default::default() };
+    let stroke = line(&[[-3.0, 0.1, 0.0], [3.0, 0.1, 0.0]], settings, sculpt(SculptMode::Draw, 0.1));
+    let [a, b] = &mut objects;
+    let done = stroke.apply_all(&context, &mut [a, b]).unwrap();
+    assert!(done.iter().all(|done| done.missed == 0) && done[0].dabs + done[1].dabs > 25);
+    // As on one sheet of both.
+    let mut whole = object(&context, &plane(8), 32, DAffine3::IDENTITY);
+    assert_eq!(stroke.apply(&context, &mut whole).unwrap().dabs, 25);
+    let sheet: Vec<_> = texels(&context, &whole);
+    let mut seen = 0;
+    for object in &objects {
+        for (tile, at, p) in texels(&context, object) {
+            let world = object.transform().transform_point3(p);
+            let (i, j) = (((world.x + 4.0) * 32.0) as usize, ((world.y + 4.0) * 32.0) as usize);
+            let (other, place, q) = &sheet[(i / 32 + j / 32 * 8) * 1024 + i % 32 + j % 32 * 32];
+            assert!(q.distance(world) < 1e-5);
+            // Beside the seam the sheets end and their rings repeat.
+            let (found, expected) = (height(object, tile, at), height(&whole, *other, *place));
+            assert!((found - expected).abs() < 1e-3, "{world}: {found} {expected}");
+            seen += u32::from(found != 0.0);
+        }
+    }
+    assert!(seen > 4000);
+    // Beyond reach of both.
+    let far = line(&[[0.0, 0.0, 2.0]], settings, sculpt(SculptMode::Draw, 0.1));
+    let [a, b] = &mut objects;
+    let done = far.apply_all(&context, &mut [a, b]).unwrap();
+    assert!(done.iter().all(|done| (done.dabs, done.missed) == (0, 1)));
+}
