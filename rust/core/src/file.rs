@@ -6,6 +6,22 @@ use std::path::Path;
 
 use crate::{Error, Result};
 
+/// Opens the file at `path` for reading. A pipe or device, which could wait or go on for ever, is refused.
+pub fn open(path: &Path) -> Result<File> {
+    let failed = |error: std::io::Error| Error::io(path, &error);
+    // It is not even opened.
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(Error::invalid("it is not a file").at(path.display().to_string()).advise("name a file"));
+    }
+    File::open(path).map_err(failed)
+}
+
+/// A file without a name, which is gone when it is closed.
+pub fn temporary() -> Result<File> {
+    let failed = |error: std::io::Error| Error::io(&std::env::temp_dir(), &error);
+    tempfile::tempfile().map_err(|error| failed(error).advise("check the folder for temporary files and its space"))
+}
+
 /// The bytes of the file at `path`, at most `limit` of them.
 pub fn load(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let failed = |error: std::io::Error| Error::io(path, &error);

@@ -1,29 +1,34 @@
-//! The file of a document, `.relievo`, version 1, little-endian:
+//! The file of a document, `.relievo`, version 2, little-endian:
 //!
 //! - header, 44 bytes: `RLVDOC\r\n`, version (u32), CRC-32 of the packed index (u32), bytes of the index packed and
 //!   unpacked (u64 each), bytes of all blocks (u64), CRC-32 of the header up to here (u32);
 //! - index (zstd): writer, instruction level, the mesh (number of faces, corners and holes, hash of its sharpness,
-//!   fingerprint, sizes of faces, corners as differences, holes as differences), then layer by layer name, kind,
-//!   default texel, sizes of the tiles of every face as powers of two, and of every block tile, bytes and CRC-32;
-//! - blocks (zstd each), in the order of the index, without gaps.
+//!   fingerprint, sizes of faces, corners as differences, holes as differences, number of points and their coordinates),
+//!   then layer by layer name, kind, default texel, number, opacity, blend mode, visibility, sizes of the tiles of every
+//!   face as powers of two, and of every block tile, bytes and CRC-32;
+//! - blocks (zstd each), in the order of the index, without gaps;
+//! - the journal: any number of [records](crate::record), which are folded into what is before them on opening.
 //!
-//! The same document always makes the same bytes. Readers believe nothing: lengths are compared with the file and the
-//! memory limit before anything is allocated.
+//! Version 1 has no points, no numbers and settings of layers, and no journal. The same document always makes the same
+//! bytes. Readers believe nothing: lengths are compared with the file and the memory limit before anything is allocated.
 
 use std::fmt;
-use std::io::Write;
+use std::io::{Cursor, Read, Seek, Write};
 use std::path::Path;
 
 use relievo_core::budget::Budget;
 use relievo_core::{Context, Error, Result, file};
 
 use crate::code::{Decoder, Encoder};
-use crate::layer::{Block, Kind, Layer, MAX_PACKED, SIZE_BITS};
+use crate::head::Head;
+use crate::layer::{Block, Layer, MAX_PACKED};
+use crate::record::failed;
+use crate::replay::{self, Log};
 use crate::{Document, MAX_LAYERS, Topology};
 
 const MAGIC: [u8; 8] = *b"RLVDOC\r\n";
 /// The version that is written, and the newest that is read.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 const HEADER: usize = 44;
 /// The level of zstd for the index.
 const COMPRESSION: i32 = 3;
@@ -106,12 +111,11 @@ impl Document {
             out.short(hole - before);
             before = *hole;
         }
+        out.u32(self.points.len() as u32);
+        self.points.as_flattened().iter().for_each(|number| out.u32(number.to_bits()));
         out.u32(self.layers.len() as u32);
         for layer in &self.layers {
-            out.text(&layer.name);
-            out.0.push(layer.kind as u8);
-            out.0.extend_from_slice(&layer.blank);
-            out.0.extend(layer.face_sizes.iter().map(|size| size.ilog2() as u8));
+            layer.head.encode(&mut out);
             out.u32(layer.blocks.len() as u32);
             for block in &layer.blocks {
                 out.u32(block.tile);
@@ -122,19 +126,50 @@ impl Document {
         out.0
     }
 
-    /// Reads the document at `path`, which may occupy `limit` bytes with what is made of it. Fails if any part of it is
-    /// damaged.
+    /// Reads the document at `path`, which may occupy `limit` bytes with what is made of it, with all edits of its
+    /// journal. Fails if any part of it is damaged; an edit that was under way when its program was killed is none of it,
+    /// and noted.
     pub fn open(path: &Path, limit: u64) -> Result<Self> {
-        let parse = || Self::parse(&file::load(path, limit)?, limit);
+        let open = || Ok(read(&mut file::open(path)?, limit)?.sound()?.0);
         let place = path.display().to_string();
-        parse().map_err(|error| if error.place.starts_with(&place) { error } else { error.at(place) })
+        open().map_err(|error: Error| if error.place.starts_with(&place) { error } else { error.at(place) })
     }
 
     /// Reads a document from `bytes`, as [`Self::open`] does.
     pub fn parse(bytes: &[u8], limit: u64) -> Result<Self> {
-        let (document, damage) = read(bytes, limit)?;
-        let Some(first) = damage.first() else { return Ok(document) };
-        let more = match damage.len() {
+        Ok(read(&mut Cursor::new(bytes), limit)?.sound()?.0)
+    }
+
+    /// It without the blocks that are damaged.
+    pub(crate) fn without_damage(mut self, context: &Context) -> Self {
+        let topology = &self.topology;
+        for layer in &mut self.layers {
+            let sound = context.map(layer.blocks.len(), |at| verify(topology, layer, at).is_none());
+            let mut sound = sound.into_iter();
+            layer.blocks.retain(|_| sound.next().unwrap_or_default());
+        }
+        self
+    }
+}
+
+/// A document as it was found.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub version: u32,
+    /// With all edits of its journal; damaged blocks of the base are empty.
+    pub document: Document,
+    pub damage: Vec<Damage>,
+    pub log: Log,
+}
+
+impl Found {
+    /// The document and its journal, if nothing of it is damaged.
+    pub fn sound(mut self) -> Result<(Document, Log)> {
+        let Some(first) = self.damage.first() else {
+            self.document.notes.extend(self.log.note());
+            return Ok((self.document, self.log));
+        };
+        let more = match self.damage.len() {
             1 => String::new(),
             count => format!(", and {} more", count - 1),
         };
@@ -146,102 +181,134 @@ impl Document {
 ///
 /// Fails if the file or its index cannot be read: then nothing of it can.
 pub fn examine(context: &Context, path: &Path) -> Result<(Document, Vec<Damage>)> {
-    let limit = context.memory_limit();
-    let bytes = file::load(path, limit)?;
-    let (document, mut damage) = read(&bytes, limit).map_err(|error| error.at(path.display().to_string()))?;
-    for layer in &document.layers {
-        let verified = context.map(layer.blocks.len(), |at| {
-            if layer.blocks[at].packed.is_empty() {
-                return None;
-            }
-            let tile = layer.blocks[at].tile;
-            let bytes = match layer.unpack(&document.topology, at) {
-                Ok(bytes) => bytes,
-                Err(error) => {
-                    return Some(Damage { place: place(&document.topology, &layer.name, tile), what: error.what });
-                }
-            };
-            (!layer.kind.all_finite(&bytes)).then(|| Damage {
-                place: place(&document.topology, &layer.name, tile),
-                what: "it holds numbers that are not finite".into(),
-            })
-        });
-        damage.extend(verified.into_iter().flatten());
-    }
-    Ok((document, damage))
+    let mut file = file::open(path)?;
+    let (mut found, damage) =
+        examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;
+    found.document.notes.extend(found.log.note());
+    Ok((found.document, damage))
 }
 
-fn place(topology: &Topology, layer: &str, tile: u32) -> String {
+/// Reads a document and verifies every block.
+pub(crate) fn examined(context: &Context, source: &mut (impl Read + Seek)) -> Result<(Found, Vec<Damage>)> {
+    let mut found = read(source, context.memory_limit())?;
+    let mut damage = std::mem::take(&mut found.damage);
+    for layer in &found.document.layers {
+        let verified = context.map(layer.blocks.len(), |at| verify(&found.document.topology, layer, at));
+        damage.extend(verified.into_iter().flatten().filter(|damage| !damage.what.is_empty()));
+    }
+    Ok((found, damage))
+}
+
+/// What is wrong with a block; damage that says nothing if it was told when the file was read.
+fn verify(topology: &Topology, layer: &Layer, at: usize) -> Option<Damage> {
+    let tile = layer.blocks[at].tile;
+    let told = |what: String| Some(Damage { place: place(topology, layer.name(), tile), what });
+    if layer.blocks[at].packed.is_empty() {
+        return told(String::new());
+    }
+    let bytes = match layer.unpack(topology, at) {
+        Ok(bytes) => bytes,
+        Err(error) => return told(error.what),
+    };
+    if !layer.kind().all_finite(&bytes) {
+        return told("it holds numbers that are not finite".into());
+    }
+    None
+}
+
+pub(crate) fn place(topology: &Topology, layer: &str, tile: u32) -> String {
     let face = topology.face_of(tile).map_or(0, |(face, _)| face);
     format!("layer `{layer}`: tile {tile} of face {face}")
 }
 
-fn damaged(what: &str) -> Error {
-    Error::invalid(format!("the document is damaged: {what}")).advise("see `relievo doc check`, and take an older copy")
+pub(crate) fn damaged(what: &str) -> Error {
+    Error::invalid(format!("the document is damaged: {what}")).advise("see `relievo doc check` and `relievo doc repair`, or take an older copy")
 }
 
-/// The document in `bytes`, and the blocks that are damaged, which are left empty.
-fn read(bytes: &[u8], limit: u64) -> Result<(Document, Vec<Damage>)> {
-    if !bytes.starts_with(&MAGIC) {
-        return Err(Error::invalid("it does not begin as a document does").advise("name a file that relievo wrote"));
-    }
-    let ends = || damaged("it ends in its header");
-    let mut header = Decoder(bytes.get(MAGIC.len()..HEADER).unwrap_or(&bytes[MAGIC.len()..]));
-    let version = header.u32().map_err(|_| ends())?;
-    if version > VERSION {
-        return Err(Error::unsupported(format!("the document has format version {version}"))
-            .advise(format!("this build reads versions up to {VERSION}: take a newer relievo")));
-    }
-    if header.0.len() != HEADER - MAGIC.len() - size_of::<u32>() {
-        return Err(ends());
-    }
-    let (index_crc, index_length, raw_length) = (header.u32()?, header.u64()?, header.u64()?);
-    let (blocks_length, header_crc) = (header.u64()?, header.u32()?);
-    if version == 0 || crc32fast::hash(&bytes[..HEADER - size_of::<u32>()]) != header_crc {
-        return Err(damaged("the checksum of its header is wrong"));
-    }
+/// The document in `source`.
+pub(crate) fn read(source: &mut (impl Read + Seek), limit: u64) -> Result<Found> {
+    let length = replay::length(source)?;
+    source.rewind().map_err(failed)?;
     let mut budget = Budget::new(limit);
-    budget.charge(bytes.len() as u64)?;
-    let rest = &bytes[HEADER..];
-    let length = usize::try_from(index_length).unwrap_or(usize::MAX);
-    let (packed, blocks) = rest.split_at_checked(length).ok_or_else(|| damaged("it ends in its index"))?;
-    if crc32fast::hash(packed) != index_crc {
+    let mut bytes = Vec::new();
+    source.take(HEADER as u64).read_to_end(&mut bytes).map_err(failed)?;
+    let header = Header::parse(&bytes)?;
+    let base = (HEADER as u64).saturating_add(header.index_length).saturating_add(header.blocks_length);
+    let rest = base.min(length) - HEADER as u64;
+    budget.reserve(&mut bytes, usize::try_from(rest).unwrap_or(usize::MAX))?;
+    source.take(rest).read_to_end(&mut bytes).map_err(failed)?;
+    let index = usize::try_from(header.index_length).unwrap_or(usize::MAX);
+    let (packed, blocks) = bytes[HEADER..].split_at_checked(index).ok_or_else(|| damaged("it ends in its index"))?;
+    if crc32fast::hash(packed) != header.index_crc {
         return Err(damaged("the checksum of its index is wrong"));
     }
-    let mut raw = budget.filled(usize::try_from(raw_length).unwrap_or(usize::MAX), 0u8)?;
+    let mut raw = budget.filled(usize::try_from(header.raw_length).unwrap_or(usize::MAX), 0u8)?;
     let unpacked = zstd::bulk::decompress_to_buffer(packed, raw.as_mut_slice());
     if unpacked.ok() != Some(raw.len()) {
         return Err(damaged("its index does not unpack to its size"));
     }
-    let (document, lengths) = read_index(&raw, &mut budget)?;
-    fill(document, &lengths, blocks, blocks_length, &mut budget)
+    let (document, lengths) = read_index(&raw, header.version, &mut budget)?;
+    let (mut document, mut damage) = fill(document, &lengths, blocks, header.blocks_length, &mut budget)?;
+    let mut log = Log::default();
+    if header.version > 1 {
+        log = replay::fold(&mut document, source, base, &mut budget, &mut damage)?;
+    } else if length > base {
+        let what = format!("{} bytes follow that are none of its", length - base);
+        damage.push(Damage { place: "after the last block".into(), what });
+    }
+    Ok(Found { version: header.version, document, damage, log })
+}
+
+/// What the header says.
+#[derive(Clone, Copy, Debug)]
+struct Header {
+    version: u32,
+    index_crc: u32,
+    index_length: u64,
+    raw_length: u64,
+    blocks_length: u64,
+}
+
+impl Header {
+    fn parse(bytes: &[u8]) -> Result<Self> {
+        if !bytes.starts_with(&MAGIC) {
+            return Err(Error::invalid("it does not begin as a document does").advise("name a file that relievo wrote"));
+        }
+        let ends = || damaged("it ends in its header");
+        let mut header = Decoder(&bytes[MAGIC.len()..]);
+        let version = header.u32().map_err(|_| ends())?;
+        if version > VERSION {
+            return Err(Error::unsupported(format!("the document has format version {version}"))
+                .advise(format!("this build reads versions up to {VERSION}: take a newer relievo")));
+        }
+        if bytes.len() != HEADER {
+            return Err(ends());
+        }
+        let (index_crc, index_length, raw_length) = (header.u32()?, header.u64()?, header.u64()?);
+        let (blocks_length, header_crc) = (header.u64()?, header.u32()?);
+        if version == 0 || crc32fast::hash(&bytes[..HEADER - size_of::<u32>()]) != header_crc {
+            return Err(damaged("the checksum of its header is wrong"));
+        }
+        Ok(Self { version, index_crc, index_length, raw_length, blocks_length })
+    }
 }
 
 /// The document whose index is `raw`, without the bytes of its blocks, and their lengths.
-fn read_index(raw: &[u8], budget: &mut Budget) -> Result<(Document, Vec<u32>)> {
+fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document, Vec<u32>)> {
     let mut index = Decoder(raw);
     let (writer, level) = (index.text()?, index.text()?);
     let topology = read_topology(&mut index, budget)?;
     let faces = topology.face_count();
+    let points = if version > 1 { read_points(&mut index, budget)? } else { Vec::new() };
     let count = index.u32()? as usize;
     if count > MAX_LAYERS {
         return Err(damaged("it claims too many layers"));
     }
-    let mut document = Document { writer, level, topology, layers: Vec::new() };
+    let mut document = Document { writer, level, notes: Vec::new(), topology, points, layers: Vec::new() };
     let mut lengths = Vec::new();
     for _ in 0..count {
-        let name = index.text()?;
-        let kind = Kind::of(index.u8()?).ok_or_else(|| damaged(&format!("layer `{name}` is of an unknown kind")))?;
-        let blank = index.bytes(kind.texel())?.to_vec();
-        let mut face_sizes = Vec::new();
-        let bits = index.bytes(faces)?;
-        budget.reserve(&mut face_sizes, faces)?;
-        for bits in bits {
-            if !SIZE_BITS.contains(&u32::from(*bits)) {
-                return Err(damaged(&format!("layer `{name}` has tiles of an impossible size")));
-            }
-            face_sizes.push(1 << bits);
-        }
+        let id = document.free_id();
+        let head = Head::decode(&mut index, version, id, faces, budget)?;
         let count = index.u32()?;
         index.expect(u64::from(count) * ENTRY)?;
         let mut blocks = Vec::new();
@@ -250,18 +317,29 @@ fn read_index(raw: &[u8], budget: &mut Budget) -> Result<(Document, Vec<u32>)> {
         for _ in 0..count {
             let (tile, length, crc) = (index.u32()?, index.u32()?, index.u32()?);
             if length > MAX_PACKED || length == 0 {
-                return Err(damaged(&format!("tile {tile} of layer `{name}` claims an impossible size")));
+                return Err(damaged(&format!("tile {tile} of layer `{}` claims an impossible size", head.name)));
             }
             blocks.push(Block { tile, crc, packed: Vec::new() });
             lengths.push(length);
         }
-        let layer = Layer { name, kind, blank, face_sizes, blocks };
+        let layer = Layer { head, blocks };
         document.add(layer).map_err(|error| damaged(&error.what).at(error.place))?;
     }
     if !index.0.is_empty() {
         return Err(damaged("its index is longer than it says"));
     }
     Ok((document, lengths))
+}
+
+fn read_points(index: &mut Decoder, budget: &mut Budget) -> Result<Vec<[f32; 3]>> {
+    let count = index.u32()?;
+    index.expect(u64::from(count) * size_of::<[f32; 3]>() as u64)?;
+    let mut points = Vec::new();
+    budget.reserve(&mut points, count as usize)?;
+    for _ in 0..count {
+        points.push([index.u32()?, index.u32()?, index.u32()?].map(f32::from_bits));
+    }
+    Ok(points)
 }
 
 fn read_topology(index: &mut Decoder, budget: &mut Budget) -> Result<Topology> {
@@ -311,6 +389,7 @@ fn fill(
     let (mut rest, mut lengths) = (Some(bytes), lengths.iter());
     let topology = &document.topology;
     for layer in &mut document.layers {
+        let name = layer.head.name.as_str();
         for block in &mut layer.blocks {
             let length = lengths.next().map_or(0, |length| *length as usize);
             let taken = rest.and_then(|rest| rest.split_at_checked(length));
@@ -324,12 +403,8 @@ fn fill(
                 Some(_) => "the checksum of the block is wrong",
                 None => "the file ends before the end of the block",
             };
-            damage.push(Damage { place: place(topology, &layer.name, block.tile), what: what.into() });
+            damage.push(Damage { place: place(topology, name, block.tile), what: what.into() });
         }
-    }
-    if let Some(rest) = rest.filter(|rest| !rest.is_empty()) {
-        let what = format!("{} bytes follow that are none of its", rest.len());
-        damage.push(Damage { place: "after the last block".into(), what });
     }
     Ok((document, damage))
 }

@@ -3,6 +3,7 @@
 
 use relievo_core::{Context, Error, Result};
 
+use crate::head::{Head, Settings};
 use crate::topology::Topology;
 
 /// What the texels of a layer are, in little-endian numbers.
@@ -34,6 +35,11 @@ impl Kind {
             Kind::Rgba8 => 4,
             Kind::Rgba16 | Kind::Trace => 8,
         }
+    }
+
+    /// Whether texels are colours.
+    pub fn is_color(self) -> bool {
+        matches!(self, Kind::Rgba8 | Kind::Rgba16)
     }
 
     /// What it is called in print.
@@ -70,6 +76,13 @@ pub struct Block {
 }
 
 impl Block {
+    /// The block of `tile` with these bytes.
+    pub(crate) fn pack(tile: u32, bytes: &[u8]) -> Result<Self> {
+        let packed = zstd::bulk::compress(bytes, COMPRESSION)
+            .map_err(|error| Error::internal(format!("a block cannot be compressed: {error}")))?;
+        Ok(Self { tile, crc: crc32fast::hash(&packed), packed })
+    }
+
     /// The tile.
     pub fn tile(&self) -> u32 {
         self.tile
@@ -84,12 +97,7 @@ impl Block {
 /// A named layer of a document.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    pub(crate) name: String,
-    pub(crate) kind: Kind,
-    /// The texel that tiles without a block read as.
-    pub(crate) blank: Vec<u8>,
-    /// Of every face, texels along an edge of it.
-    pub(crate) face_sizes: Vec<u32>,
+    pub(crate) head: Head,
     /// By tile, ascending.
     pub(crate) blocks: Vec<Block>,
 }
@@ -106,15 +114,14 @@ impl Layer {
     pub(crate) fn pack(
         context: &Context,
         topology: &Topology,
-        (name, kind, blank): (&str, Kind, &[u8]),
-        face_sizes: Vec<u32>,
+        head: Head,
         tiles: &[u32],
         read: impl Fn(u32) -> Result<Vec<u8>> + Sync,
     ) -> Result<Self> {
-        let place = || format!("layer `{name}`");
+        let place = head.place();
         let bare = |tile: &u32| Block { tile: *tile, crc: 0, packed: Vec::new() };
         let blocks = tiles.iter().map(bare).collect();
-        let mut layer = Self { name: name.to_string(), kind, blank: blank.to_vec(), face_sizes, blocks };
+        let mut layer = Self { head, blocks };
         layer.check(topology)?;
         let packed = context.map(tiles.len(), |at| {
             let (tile, bytes) = (tiles[at], read(tiles[at])?);
@@ -123,32 +130,45 @@ impl Layer {
                 let what = format!("its block has {} bytes and not {expected}", bytes.len());
                 return Err(Error::invalid(what).at(format!("tile {tile}")));
             }
-            let packed = zstd::bulk::compress(&bytes, COMPRESSION)
-                .map_err(|error| Error::internal(format!("a block cannot be compressed: {error}")))?;
-            Ok(Block { tile, crc: crc32fast::hash(&packed), packed })
+            Block::pack(tile, &bytes)
         });
-        layer.blocks = packed.into_iter().collect::<Result<_>>().map_err(|error: Error| error.at(place()))?;
+        layer.blocks = packed.into_iter().collect::<Result<_>>().map_err(|error: Error| error.at(place))?;
         Ok(layer)
+    }
+
+    /// What it is apart from its blocks.
+    pub fn head(&self) -> &Head {
+        &self.head
+    }
+
+    /// Its number.
+    pub fn id(&self) -> u32 {
+        self.head.id
     }
 
     /// Its name.
     pub fn name(&self) -> &str {
-        &self.name
+        &self.head.name
     }
 
     /// What its texels are.
     pub fn kind(&self) -> Kind {
-        self.kind
+        self.head.kind
+    }
+
+    /// How it takes part in what is seen.
+    pub fn settings(&self) -> Settings {
+        self.head.settings
     }
 
     /// The texel that tiles without a block read as.
     pub fn blank(&self) -> &[u8] {
-        &self.blank
+        &self.head.blank
     }
 
     /// Of every face, texels along an edge of it. Sub-tiles have half of it, but at least 8.
     pub fn face_sizes(&self) -> &[u32] {
-        &self.face_sizes
+        &self.head.face_sizes
     }
 
     /// Its blocks, by tile.
@@ -158,11 +178,7 @@ impl Layer {
 
     /// Bytes of the block at `index` of [`Self::blocks`] when unpacked, 0 if there is none.
     pub fn block_bytes(&self, topology: &Topology, index: usize) -> u64 {
-        let Some(block) = self.blocks.get(index) else { return 0 };
-        let Some((face, sub)) = topology.face_of(block.tile) else { return 0 };
-        let size = self.face_sizes.get(face as usize).copied().unwrap_or(0);
-        let side = u64::from(if sub { (size / 2).max(8) } else { size }) + 2;
-        side * side * self.kind.texel() as u64
+        self.blocks.get(index).map_or(0, |block| self.head.block_bytes(topology, block.tile))
     }
 
     /// Bytes of all its blocks when unpacked.
@@ -173,7 +189,7 @@ impl Layer {
     /// The block at `index` of [`Self::blocks`]. Fails if there is none or its bytes are damaged.
     pub fn unpack(&self, topology: &Topology, index: usize) -> Result<Vec<u8>> {
         let block = self.blocks.get(index).ok_or_else(|| Error::invalid(format!("there is no block {index}")))?;
-        let place = || format!("layer `{}`: tile {}", self.name, block.tile);
+        let place = || format!("{}: tile {}", self.head.place(), block.tile);
         let damaged = |what: &str| {
             Error::invalid(format!("the document is damaged: {what}"))
                 .at(place())
@@ -190,35 +206,12 @@ impl Layer {
         }
     }
 
-    /// What holds for the layer alone.
-    fn check_shape(&self) -> Result<()> {
-        if self.name.is_empty() || self.name.len() > usize::from(u8::MAX) || self.name.contains(char::is_control) {
-            return Err(Error::invalid("the name of a layer is 1 to 255 bytes of text"));
-        }
-        if self.blank.len() != self.kind.texel() {
-            return Err(Error::invalid(format!("its default has {} bytes", self.blank.len()))
-                .advise(format!("give one texel of {}", self.kind.texel())));
-        }
-        if let Some(size) = self.face_sizes.iter().find(|size| !is_size(**size)) {
-            return Err(Error::invalid(format!("a tile cannot have {size} texels a side"))
-                .advise("use 8, 16, 32, 64, 128 or 256"));
-        }
-        if let Some(pair) = self.blocks.windows(2).find(|pair| pair[0].tile >= pair[1].tile) {
-            return Err(Error::invalid(format!("tile {} comes after tile {}", pair[1].tile, pair[0].tile)));
-        }
-        Ok(())
-    }
-
     /// Whether it can be one of a document about `topology`.
     pub(crate) fn check(&self, topology: &Topology) -> Result<()> {
+        self.head.check(topology)?;
         let check = || {
-            self.check_shape()?;
-            if self.face_sizes.len() != topology.face_count() {
-                return Err(Error::invalid(format!(
-                    "it has sizes for {} faces and the mesh has {}",
-                    self.face_sizes.len(),
-                    topology.face_count()
-                )));
+            if let Some(pair) = self.blocks.windows(2).find(|pair| pair[0].tile >= pair[1].tile) {
+                return Err(Error::invalid(format!("tile {} comes after tile {}", pair[1].tile, pair[0].tile)));
             }
             match self.blocks.last() {
                 Some(block) if block.tile >= topology.tile_count() => Err(Error::invalid(format!(
@@ -229,10 +222,6 @@ impl Layer {
                 _ => Ok(()),
             }
         };
-        check().map_err(|error: Error| error.at(format!("layer `{}`", self.name)))
+        check().map_err(|error: Error| error.at(self.head.place()))
     }
-}
-
-fn is_size(size: u32) -> bool {
-    size.is_power_of_two() && SIZE_BITS.contains(&size.ilog2())
 }

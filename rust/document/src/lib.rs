@@ -3,17 +3,27 @@
 //! - What a document is: [`Document`], its [`layer`]s of compressed blocks, and the [`topology`] of the mesh they
 //!   belong to.
 //! - How it lies in a file, and what of a file is damaged: [`format`](mod@format).
+//! - How it is worked on: a [`journal`] of [`record`]s, each [`edit`] one of them, and their [`replay`].
 //!
 //! A document knows tiles by their numbers and blocks by their bytes; what they mean is for those who own them.
 
 mod code;
+pub mod edit;
 pub mod format;
+pub mod head;
+pub mod journal;
 pub mod layer;
+pub mod record;
+pub mod replay;
 mod summary;
 pub mod topology;
 
+pub use edit::{Change, Direction, Edit};
 pub use format::{Damage, examine};
+pub use head::{Blend, Head, Settings};
+pub use journal::{Journal, compact, repair};
 pub use layer::{Block, Kind, Layer};
+pub use replay::{Entry, Log};
 pub use topology::{Difference, Topology};
 
 use relievo_core::{Context, Error, Mesh, Result};
@@ -25,7 +35,11 @@ pub struct Document {
     pub writer: String,
     /// Instruction level it was made at: results of levels differ in the last bit.
     pub level: String,
+    /// What the user should know of how it was found; not in the file.
+    pub notes: Vec<String>,
     topology: Topology,
+    /// Of the mesh when the document was made; none in documents of version 1.
+    points: Vec<[f32; 3]>,
     layers: Vec<Layer>,
 }
 
@@ -35,13 +49,16 @@ pub const MAX_LAYERS: usize = 1024;
 impl Document {
     /// A document without layers for surfaces over `mesh`, made at the instruction level called `level`.
     ///
+    /// The points of the mesh are kept so that layers can be transferred to another one.
+    ///
     /// Fails if the mesh has more tiles than a number of 32 bits counts, or `level` is longer than 255 bytes.
     pub fn new(mesh: &Mesh, level: &str) -> Result<Self> {
         let writer = format!("relievo {}", env!("CARGO_PKG_VERSION"));
         if level.len() > usize::from(u8::MAX) {
             return Err(Error::invalid("the name of the instruction level is longer than 255 bytes"));
         }
-        Ok(Self { writer, level: level.to_string(), topology: Topology::of(mesh)?, layers: Vec::new() })
+        let (topology, points) = (Topology::of(mesh)?, mesh.points.clone());
+        Ok(Self { writer, level: level.to_string(), notes: Vec::new(), topology, points, layers: Vec::new() })
     }
 
     /// The mesh it belongs to.
@@ -49,14 +66,19 @@ impl Document {
         &self.topology
     }
 
-    /// Its layers, in the order they were added.
+    /// The points of the mesh when the document was made; none if it does not have them.
+    pub fn points(&self) -> &[[f32; 3]] {
+        &self.points
+    }
+
+    /// Its layers, from the lowest to the highest, in the order they were added.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
     /// The layer called `name`.
     pub fn layer(&self, name: &str) -> Option<&Layer> {
-        self.layers.iter().find(|layer| layer.name == name)
+        self.layers.iter().find(|layer| layer.name() == name)
     }
 
     /// Adds a layer called `name` with the blocks that `read` returns of `tiles`, which ascend. Tiles without one read as
@@ -73,22 +95,36 @@ impl Document {
         tiles: &[u32],
         read: impl Fn(u32) -> Result<Vec<u8>> + Sync,
     ) -> Result<()> {
-        self.add(Layer::pack(context, &self.topology, (name, kind, blank), face_sizes, tiles, read)?)
+        let (id, settings) = (self.free_id(), Settings::of(kind));
+        let head = Head { id, name: name.to_string(), kind, blank: blank.to_vec(), settings, face_sizes };
+        self.pack_layer(context, head, tiles, read)
     }
 
-    /// Adds a layer. Fails if there is one of that name, it is for a mesh with another number of faces, or a block
-    /// belongs to no tile.
+    /// As [`Self::pack`], with a number and settings of its own. Fails too if the number is taken.
+    pub fn pack_layer(
+        &mut self,
+        context: &Context,
+        head: Head,
+        tiles: &[u32],
+        read: impl Fn(u32) -> Result<Vec<u8>> + Sync,
+    ) -> Result<()> {
+        self.add(Layer::pack(context, &self.topology, head, tiles, read)?)
+    }
+
+    /// A number that no layer has.
+    pub fn free_id(&self) -> u32 {
+        self.layers.iter().map(|layer| layer.id().saturating_add(1)).max().unwrap_or(0)
+    }
+
+    /// Adds a layer. Fails if there is one of that name or number, it is for a mesh with another number of faces, or a
+    /// block belongs to no tile.
     fn add(&mut self, layer: Layer) -> Result<()> {
         layer.check(&self.topology)?;
-        let place = || format!("layer `{}`", layer.name);
-        if self.layer(&layer.name).is_some() {
-            return Err(Error::invalid("the document has a layer of that name")
-                .at(place())
-                .advise("name it otherwise"));
-        }
         if self.layers.len() == MAX_LAYERS {
-            return Err(Error::invalid(format!("a document has at most {MAX_LAYERS} layers")).at(place()));
+            let what = format!("a document has at most {MAX_LAYERS} layers");
+            return Err(Error::invalid(what).at(layer.head.place()));
         }
+        head::check_distinct(&layer.head, self.layers.iter().map(Layer::head))?;
         self.layers.push(layer);
         Ok(())
     }

@@ -1,0 +1,341 @@
+//! What an edit changed: the state of every block it touched before and after, as the difference of their bytes.
+//!
+//! The difference is the exclusive or of the bytes, so that the same record goes from before to after, for redo and
+//! replay, and back, for undo; it costs what changed. A block that is not there counts as blank texels, so its
+//! differences are small too; bytes past the end of the shorter state count as zero, for tiles that changed their size.
+//! Checksums of both states tell whether a difference fits. An edit that changes the layers themselves carries them as
+//! they were and as they are: to merge two layers is one edit.
+//!
+//! Little-endian: flags (u8, 1 if the layers change), then, if so, bytes of the packed and the unpacked heads (u32
+//! each) and the heads (zstd); number of blocks (u32); of every block layer, block, bytes before and after (0 if it is
+//! not there), CRC-32 before and after, bytes of the packed difference (u32 each); the differences (zstd each).
+
+use std::ops::Range;
+
+use relievo_core::budget::Budget;
+use relievo_core::{Context, Error, Result};
+
+use crate::code::{Decoder, Encoder};
+use crate::head::{self, Head};
+use crate::topology::Topology;
+use crate::{MAX_LAYERS, format};
+
+/// The level of zstd: edits are written while somebody waits, and are mostly zeros.
+const COMPRESSION: i32 = 1;
+/// No block is larger: 258² texels of 8 bytes, with room for other kinds.
+pub const MAX_BLOCK: u32 = 1 << 22;
+/// Bytes of a block in the list.
+const ENTRY: u64 = 28;
+
+/// Which way an edit goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// From before to after.
+    Forward,
+    /// From after to before.
+    Back,
+}
+
+/// A block that an edit changed.
+#[derive(Clone, Copy, Debug)]
+pub struct Change<'a> {
+    /// The number of its layer.
+    pub layer: u32,
+    /// The number of the block: of a tile, an edge or a face.
+    pub block: u32,
+    /// Its bytes before, if it was there.
+    pub before: Option<&'a [u8]>,
+    /// Its bytes after, if it is there.
+    pub after: Option<&'a [u8]>,
+    /// The texel that blocks read as that are not there.
+    pub blank: &'a [u8],
+}
+
+/// What an edit did to one block.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Delta {
+    /// The number of its layer.
+    pub layer: u32,
+    /// The number of the block.
+    pub block: u32,
+    /// Bytes before and after, 0 where it is not there.
+    lengths: [u32; 2],
+    crcs: [u32; 2],
+    packed: Range<usize>,
+}
+
+impl Delta {
+    /// Whether the block is there after going in `direction`.
+    pub fn is_there(&self, direction: Direction) -> bool {
+        self.lengths[1 - direction as usize] > 0
+    }
+}
+
+/// What an edit changed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edit {
+    /// The layers before and after, if it changed them.
+    layers: Option<[Vec<Head>; 2]>,
+    deltas: Vec<Delta>,
+    /// The differences, packed.
+    bytes: Vec<u8>,
+}
+
+impl Edit {
+    /// The payload of a record about an edit that changed `count` blocks, of which `change` tells, and the `layers`
+    /// from what they were before to what they are after, if it did.
+    ///
+    /// Fails if a block is larger than [`MAX_BLOCK`].
+    pub fn encode<'a>(
+        context: &Context,
+        layers: Option<[&[Head]; 2]>,
+        count: usize,
+        change: impl Fn(usize) -> Change<'a> + Sync,
+    ) -> Result<Vec<u8>> {
+        let mut out = Encoder::default();
+        out.0.push(u8::from(layers.is_some()));
+        if let Some(layers) = layers {
+            let mut heads = Encoder::default();
+            for list in layers {
+                heads.u32(list.len() as u32);
+                list.iter().for_each(|head| head.encode(&mut heads));
+            }
+            let packed = pack(&heads.0)?;
+            out.u32(packed.len() as u32);
+            out.u32(heads.0.len() as u32);
+            out.0.extend(packed);
+        }
+        out.u32(u32::try_from(count).map_err(|_| Error::unsupported("an edit changed 4294967296 blocks or more"))?);
+        let packed = context.map(count, |index| {
+            let Change { layer, block, before, after, blank } = change(index);
+            let states = [before, after];
+            let length = states.iter().flatten().map(|state| state.len()).max().unwrap_or(0);
+            if length > MAX_BLOCK as usize {
+                let what = format!("block {block} has {length} bytes, more than an edit can keep");
+                return Err(Error::unsupported(what));
+            }
+            let mut difference = state_bytes(before, blank, length);
+            xor(&mut difference, &state_bytes(after, blank, length));
+            let crcs = states.map(|state| state.map_or(0, crc32fast::hash));
+            let lengths = states.map(|state| state.map_or(0, |state| state.len() as u32));
+            Ok(([layer, block, lengths[0], lengths[1], crcs[0], crcs[1]], pack(&difference)?))
+        });
+        let packed = packed.into_iter().collect::<Result<Vec<_>>>()?;
+        out.0.reserve(packed.iter().map(|(_, packed)| packed.len() + ENTRY as usize).sum());
+        for (entry, packed) in &packed {
+            entry.iter().for_each(|number| out.u32(*number));
+            out.u32(packed.len() as u32);
+        }
+        packed.iter().for_each(|(_, packed)| out.0.extend_from_slice(packed));
+        Ok(out.0)
+    }
+
+    /// Reads what [`Self::encode`] wrote, for a document about `topology`. Fails if it is damaged or needs more than
+    /// `budget`.
+    pub fn decode(mut payload: Vec<u8>, topology: &Topology, budget: &mut Budget) -> Result<Self> {
+        let mut from = Decoder(&payload);
+        let layers = match from.u8()? {
+            0 => None,
+            1 => Some(decode_layers(&mut from, topology, budget)?),
+            _ => return Err(format::damaged("an edit of the journal is of an unknown form")),
+        };
+        let count = from.u32()?;
+        from.expect(u64::from(count) * ENTRY)?;
+        let mut deltas = Vec::new();
+        budget.reserve(&mut deltas, count as usize)?;
+        let mut at = 0usize;
+        for _ in 0..count {
+            let mut number = || from.u32();
+            let (layer, block) = (number()?, number()?);
+            let (lengths, crcs) = ([number()?, number()?], [number()?, number()?]);
+            let length = number()? as usize;
+            if lengths == [0; 2] || lengths.iter().any(|length| *length > MAX_BLOCK) {
+                return Err(format::damaged("a block of the journal has an impossible size"));
+            }
+            deltas.push(Delta { layer, block, lengths, crcs, packed: at..at.saturating_add(length) });
+            at = at.saturating_add(length);
+        }
+        if from.0.len() != at {
+            return Err(format::damaged("an edit of the journal has not the length it says"));
+        }
+        let start = payload.len() - at;
+        payload.drain(..start);
+        Ok(Self { layers, deltas, bytes: payload })
+    }
+
+    /// The layers before and after, if it changed them.
+    pub fn layers(&self) -> Option<&[Vec<Head>; 2]> {
+        self.layers.as_ref()
+    }
+
+    /// The layers after going in `direction`, if it changes them.
+    pub fn layers_after(&self, direction: Direction) -> Option<&[Head]> {
+        self.layers.as_ref().map(|layers| layers[1 - direction as usize].as_slice())
+    }
+
+    /// The blocks it changed.
+    pub fn deltas(&self) -> &[Delta] {
+        &self.deltas
+    }
+
+    /// The bytes of the block of `delta`, one of [`Self::deltas`], after going in `direction` from `state`; `None`
+    /// where it is not there. `blank` is the texel of the layer.
+    ///
+    /// Fails if `state` is not what the edit met, or the difference is damaged.
+    pub fn apply(
+        &self,
+        delta: &Delta,
+        direction: Direction,
+        state: Option<&[u8]>,
+        blank: &[u8],
+    ) -> Result<Option<Vec<u8>>> {
+        let (from, to) = (direction as usize, 1 - direction as usize);
+        let crc = |state: Option<&[u8]>| state.map_or(0, crc32fast::hash);
+        if state.map_or(0, <[u8]>::len) != delta.lengths[from] as usize || crc(state) != delta.crcs[from] {
+            return Err(format::damaged("a block is not as the edit met it"));
+        }
+        if delta.lengths[to] == 0 {
+            return Ok(None);
+        }
+        let length = delta.lengths[0].max(delta.lengths[1]) as usize;
+        let packed = self.bytes.get(delta.packed.clone()).unwrap_or(&[]);
+        let mut bytes = match zstd::bulk::decompress(packed, length) {
+            Ok(bytes) if bytes.len() == length => bytes,
+            _ => return Err(format::damaged("a difference of the journal does not unpack to its size")),
+        };
+        xor(&mut bytes, &state_bytes(state, blank, length));
+        bytes.truncate(delta.lengths[to] as usize);
+        if crc32fast::hash(&bytes) != delta.crcs[to] {
+            return Err(format::damaged("a block of the journal has a wrong checksum"));
+        }
+        Ok(Some(bytes))
+    }
+}
+
+fn decode_layers(from: &mut Decoder, topology: &Topology, budget: &mut Budget) -> Result<[Vec<Head>; 2]> {
+    let (packed, length) = (from.u32()? as usize, from.u32()? as usize);
+    let packed = from.bytes(packed)?;
+    let mut raw = budget.filled(length, 0u8)?;
+    if zstd::bulk::decompress_to_buffer(packed, raw.as_mut_slice()).ok() != Some(length) {
+        return Err(format::damaged("the layers of an edit do not unpack to their size"));
+    }
+    let mut heads = Decoder(&raw);
+    let mut lists: [Vec<Head>; 2] = Default::default();
+    for list in &mut lists {
+        let count = heads.u32()?;
+        if count as usize > MAX_LAYERS {
+            return Err(format::damaged("it claims too many layers"));
+        }
+        for _ in 0..count {
+            let head = Head::decode(&mut heads, format::VERSION, 0, topology.face_count(), budget)?;
+            let sound = head.check(topology).and_then(|()| head::check_distinct(&head, list.iter()));
+            sound.map_err(|error| format::damaged(&error.what).at(error.place))?;
+            list.push(head);
+        }
+    }
+    if !heads.0.is_empty() {
+        return Err(format::damaged("the layers of an edit are longer than they say"));
+    }
+    Ok(lists)
+}
+
+fn pack(bytes: &[u8]) -> Result<Vec<u8>> {
+    zstd::bulk::compress(bytes, COMPRESSION)
+        .map_err(|error| Error::internal(format!("an edit cannot be compressed: {error}")))
+}
+
+/// The bytes of a state as `length` bytes: blank texels if there is none, and zeros after its end.
+fn state_bytes(state: Option<&[u8]>, blank: &[u8], length: usize) -> Vec<u8> {
+    let mut bytes = match state {
+        Some(state) => state.to_vec(),
+        None => blank.iter().copied().cycle().take(if blank.is_empty() { 0 } else { length }).collect(),
+    };
+    bytes.resize(length, 0);
+    bytes
+}
+
+fn xor(bytes: &mut [u8], other: &[u8]) {
+    bytes.iter_mut().zip(other).for_each(|(byte, other)| *byte ^= other);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use relievo_core::Mesh;
+
+    fn topology() -> Topology {
+        Topology::of(&Mesh::new(vec![[0.0; 3]; 4], vec![4], vec![0, 1, 2, 3])).unwrap()
+    }
+
+    fn state() -> impl Strategy<Value = Option<Vec<u8>>> {
+        prop::option::of(prop::collection::vec(prop_oneof![Just(0u8), any::<u8>()], 1..300))
+    }
+
+    proptest! {
+        #[test]
+        fn an_edit_goes_forward_and_back(states in prop::collection::vec((state(), state()), 0..6), blank in any::<[u8; 4]>()) {
+            let states: Vec<_> = states.into_iter().filter(|(a, b)| a.is_some() || b.is_some()).collect();
+            let change = |index: usize| Change {
+                layer: 3,
+                block: index as u32,
+                before: states[index].0.as_deref(),
+                after: states[index].1.as_deref(),
+                blank: &blank,
+            };
+            let payload = Edit::encode(&Context::serial(), None, states.len(), change).unwrap();
+            let edit = Edit::decode(payload, &topology(), &mut Budget::new(1 << 20)).unwrap();
+            for (delta, (before, after)) in edit.deltas().iter().zip(&states) {
+                let there = edit.apply(delta, Direction::Forward, before.as_deref(), &blank).unwrap();
+                prop_assert_eq!(&there, after);
+                let back = edit.apply(delta, Direction::Back, after.as_deref(), &blank).unwrap();
+                prop_assert_eq!(&back, before);
+                if before != after {
+                    prop_assert!(edit.apply(delta, Direction::Back, before.as_deref(), &blank).is_err());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_edit_costs_what_it_changed() {
+        let before = vec![9; 130 * 130 * 2];
+        let mut after = before.clone();
+        after[500..600].fill(3);
+        let change = |_| Change { layer: 0, block: 0, before: Some(&before), after: Some(&after), blank: &[0, 0] };
+        assert!(Edit::encode(&Context::serial(), None, 1, change).unwrap().len() < 100);
+    }
+
+    #[test]
+    fn payloads_that_are_cut_or_changed_are_refused_or_do_not_apply() {
+        let head = |name: &str, id| Head {
+            id,
+            name: name.into(),
+            kind: crate::Kind::Scalar,
+            blank: vec![0; 2],
+            settings: crate::Settings::of(crate::Kind::Scalar),
+            face_sizes: vec![8],
+        };
+        let (one, two) = ([head("a", 0)], [head("a", 0), head("b", 1)]);
+        let (before, after) = (vec![1u8; 40], vec![2u8; 40]);
+        let change = |_| Change { layer: 0, block: 0, before: Some(&before), after: Some(&after), blank: &[0, 0] };
+        let payload = Edit::encode(&Context::serial(), Some([&one, &two]), 1, change).unwrap();
+        let read = |payload: &[u8]| Edit::decode(payload.to_vec(), &topology(), &mut Budget::new(1 << 20));
+        let whole = read(&payload).unwrap();
+        assert_eq!(whole.layers_after(Direction::Forward).unwrap(), two);
+        assert_eq!(whole.layers_after(Direction::Back).unwrap(), one);
+        for cut in 0..payload.len() {
+            assert!(read(&payload[..cut]).is_err(), "{cut}");
+        }
+        for at in 0..payload.len() {
+            let mut bytes = payload.clone();
+            bytes[at] ^= 0x10;
+            if let Ok(edit) = read(&bytes) {
+                let there = edit.apply(&edit.deltas()[0], Direction::Forward, Some(&before), &[0, 0]);
+                assert!(edit.layers() != whole.layers() || there.is_err() || there.unwrap() == Some(after.clone()));
+            }
+        }
+        let same = Edit::encode(&Context::serial(), Some([&one, &[head("a", 0), head("a", 1)]]), 0, change).unwrap();
+        assert!(read(&same).unwrap_err().to_string().contains("of that name"));
+    }
+}

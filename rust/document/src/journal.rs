@@ -1,0 +1,223 @@
+//! A document that is being worked on: its file, to whose end records are appended. One program at a time has it.
+//!
+//! A record is handed to the operating system before an edit counts as confirmed: killing the program loses none of
+//! them. Against a failure of power [`Journal::sync`] waits until they are on the disk.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use relievo_core::{Context, Error, ErrorKind, Result, file};
+
+use crate::Document;
+use crate::format::{self, Damage};
+use crate::record::{self, Location, RecordKind};
+use crate::replay::{self, Log};
+
+/// A file that records are appended to.
+#[derive(Debug)]
+pub struct Journal {
+    file: File,
+    /// The document; `None` for a temporary file.
+    path: Option<PathBuf>,
+    end: u64,
+    next: u64,
+}
+
+/// Bytes of the text of an input.
+pub const MAX_INPUT: usize = 16 << 20;
+
+impl Journal {
+    /// A journal in a temporary file, which is gone with it.
+    pub fn temporary() -> Result<Self> {
+        Ok(Self { file: file::temporary()?, path: None, end: 0, next: 0 })
+    }
+
+    /// Writes `document` to `path`, in place of what may be there, and begins its journal. Fails if another program
+    /// works on the file.
+    pub fn create(path: &Path, document: &Document) -> Result<Self> {
+        if path.exists() {
+            // What is there may be in use; whether it is a document does not matter.
+            lock(path)?;
+        }
+        document.write(path)?;
+        let mut file = lock(path)?;
+        let end = replay::length(&mut file)?;
+        Ok(Self { file, path: Some(path.to_path_buf()), end, next: 0 })
+    }
+
+    /// Opens the document at `path`, which may occupy `limit` bytes with what is made of it, to go on working on it.
+    /// What a killed program left of an edit is cut off; the [`Log`] says so. Documents of earlier versions are written
+    /// anew.
+    ///
+    /// Fails if it is damaged or another program works on it.
+    pub fn open(path: &Path, limit: u64) -> Result<(Document, Log, Self)> {
+        let place = |error: Error| error.at(path.display().to_string());
+        let mut file = lock(path)?;
+        let found = format::read(&mut file, limit).map_err(place)?;
+        let version = found.version;
+        let (document, log) = found.sound().map_err(place)?;
+        if version < format::VERSION {
+            drop(file);
+            let journal = Self::create(path, &document)?;
+            return Ok((document, log, journal));
+        }
+        // An input without its edit is left behind too.
+        let failed = |error: std::io::Error| Error::io(path, &error);
+        file.set_len(log.end).map_err(failed)?;
+        let journal = Self { file, path: Some(path.to_path_buf()), end: log.end, next: log.next };
+        Ok((document, log, journal))
+    }
+
+    /// The document's file; `None` for a temporary one.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// Bytes of the file.
+    pub fn bytes(&self) -> u64 {
+        self.end
+    }
+
+    fn place(&self, error: Error) -> Error {
+        match &self.path {
+            Some(path) => error.at(path.display().to_string()),
+            None => error.at("temporary file of the history"),
+        }
+    }
+
+    /// Appends what an edit is going to be.
+    pub fn input(&mut self, text: &str) -> Result<Location> {
+        if text.len() > MAX_INPUT {
+            let what = format!("the description of an edit has {} bytes", text.len());
+            return Err(Error::invalid(what).advise(format!("use at most {MAX_INPUT}")));
+        }
+        Ok(self.append(RecordKind::Input, text.as_bytes())?.0)
+    }
+
+    /// Appends what an edit changed, see [`Edit::encode`](crate::Edit::encode). Returns where it is and its sequence
+    /// number.
+    pub fn edit(&mut self, payload: &[u8]) -> Result<(Location, u64)> {
+        self.append(RecordKind::Edit, payload)
+    }
+
+    /// Notes that the edit with the sequence number `edit` was undone.
+    pub fn undo(&mut self, edit: u64) -> Result<()> {
+        self.append(RecordKind::Undo, &edit.to_le_bytes()).map(drop)
+    }
+
+    /// Notes that the edit with the sequence number `edit` was made again.
+    pub fn redo(&mut self, edit: u64) -> Result<()> {
+        self.append(RecordKind::Redo, &edit.to_le_bytes()).map(drop)
+    }
+
+    /// The payload at `location`. Fails if the file was changed since by somebody else.
+    pub fn read(&mut self, location: Location) -> Result<Vec<u8>> {
+        record::read_payload(&mut self.file, location).map_err(|error| self.place(error))
+    }
+
+    /// The text of an input.
+    pub fn read_input(&mut self, location: Location) -> Result<String> {
+        self.read(location).and_then(replay::text)
+    }
+
+    /// Waits until all records are on the disk.
+    pub fn sync(&self) -> Result<()> {
+        self.file.sync_data().map_err(|error| self.place(record::failed(error)))
+    }
+
+    /// Where a record of that payload would be after this one: nothing of it is there yet.
+    fn append(&mut self, kind: RecordKind, payload: &[u8]) -> Result<(Location, u64)> {
+        let (bytes, crc) = record::frame(kind, self.next, payload);
+        let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(&bytes));
+        if let Err(error) = written {
+            // So that the next record does not follow half of this one.
+            let _ = self.file.set_len(self.end);
+            return Err(self.place(record::failed(error)).advise("make room on the disk; the edit is not confirmed"));
+        }
+        let offset = self.end + record::HEAD as u64;
+        let (location, sequence) = (Location { offset, length: payload.len() as u64, crc }, self.next);
+        self.end += bytes.len() as u64;
+        self.next += 1;
+        Ok((location, sequence))
+    }
+}
+
+/// Opens a file for this program alone.
+fn lock(path: &Path) -> Result<File> {
+    let failed = |error: std::io::Error| Error::io(path, &error);
+    // A pipe or device could wait for ever.
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(Error::invalid("it is not a file").at(path.display().to_string()).advise("name a file"));
+    }
+    let file = OpenOptions::new().read(true).write(true).open(path).map_err(failed)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(Error::new(ErrorKind::Busy, "another program works on the document")
+            .at(path.display().to_string())
+            .advise("close it there first")),
+        Err(TryLockError::Error(error)) => Err(failed(error)),
+    }
+}
+
+/// What [`compact`] did.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Compacted {
+    /// Edits that were folded into the base, and can no longer be undone.
+    pub edits: usize,
+    /// Edits that were undone, and can no longer be made again.
+    pub undone: usize,
+    /// Bytes of the file before and after.
+    pub bytes: [u64; 2],
+    /// What the user should know of how the document was left.
+    pub note: Option<String>,
+}
+
+/// Folds the journal of the document at `path` into its base: what is seen stays the same, the history is dropped. The
+/// file is replaced as a whole or not at all.
+///
+/// Fails, and changes nothing, if it is damaged or another program works on it.
+pub fn compact(path: &Path, limit: u64) -> Result<Compacted> {
+    let size = || std::fs::metadata(path).map(|metadata| metadata.len()).map_err(|error| Error::io(path, &error));
+    let before = size()?;
+    let mut file = lock(path)?;
+    let found = format::read(&mut file, limit).map_err(|error| error.at(path.display().to_string()))?;
+    let (document, log) = found.sound().map_err(|error| error.at(path.display().to_string()))?;
+    document.write(path)?;
+    let (edits, undone) = (log.done.len(), log.undone.len());
+    Ok(Compacted { edits, undone, bytes: [before, size()?], note: log.note() })
+}
+
+/// What [`repair`] did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Repaired {
+    /// What was damaged, and so is lost.
+    pub damage: Vec<Damage>,
+    /// What the user should know of how the document was left.
+    pub note: Option<String>,
+    /// Where the file is as it was, if it was damaged.
+    pub kept: Option<PathBuf>,
+}
+
+/// Makes the document at `path` one that opens: cuts off what a killed program left of an edit, and leaves out what is
+/// damaged. Blocks of which later edits are damaged are as they last were known. If anything was damaged the journal is
+/// folded into the base, and the file as it was is kept beside it, with `.damaged` after its name.
+///
+/// Fails, and changes nothing, if another program works on the file or its index cannot be read.
+pub fn repair(context: &Context, path: &Path) -> Result<Repaired> {
+    let mut file = lock(path)?;
+    let (found, damage) = format::examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;
+    let note = found.log.note();
+    if damage.is_empty() {
+        if found.version == format::VERSION {
+            file.set_len(found.log.end).map_err(|error| Error::io(path, &error))?;
+        }
+        return Ok(Repaired { damage, note, kept: None });
+    }
+    let mut name = path.as_os_str().to_owned();
+    name.push(".damaged");
+    let kept = PathBuf::from(name);
+    std::fs::copy(path, &kept).map_err(|error| Error::io(&kept, &error))?;
+    found.document.without_damage(context).write(path)?;
+    Ok(Repaired { damage, note, kept: Some(kept) })
+}
