@@ -1,10 +1,10 @@
 //! `relievo doc`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Subcommand;
-use relievo_document::examine;
+use relievo_document::{compact, examine, repair};
 
 use crate::Outcome;
 
@@ -16,12 +16,17 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Verifies every block of a document and says which are damaged.
-    Check(Check),
+    /// Verifies every block and every edit of a document and says which are damaged.
+    Check(Named),
+    /// Makes a damaged document one that opens: keeps what can be kept, says what is lost, and leaves the file as it was
+    /// beside it with `.damaged` after its name.
+    Repair(Named),
+    /// Folds the edits of a document into its layers, which makes the file smaller; they can no longer be undone.
+    Compact(Named),
 }
 
 #[derive(clap::Args)]
-struct Check {
+struct Named {
     /// The document.
     file: PathBuf,
     /// Bytes that the file and what is made of it may occupy, with K, M or G; 0 for no limit.
@@ -32,20 +37,57 @@ struct Check {
 pub fn run(arguments: &Arguments) -> Outcome {
     match &arguments.task {
         Task::Check(arguments) => check(arguments),
+        Task::Repair(arguments) => mend(arguments),
+        Task::Compact(arguments) => fold(arguments),
     }
 }
 
+/// A line about `file` for each of `notes`.
+fn lines(file: &Path, notes: impl IntoIterator<Item = String>) -> String {
+    notes.into_iter().map(|note| format!("{}: {note}\n", file.display())).collect()
+}
+
 /// Ends with 1 if anything is damaged.
-fn check(arguments: &Check) -> Outcome {
+fn check(arguments: &Named) -> Outcome {
     let context = crate::context(arguments.memory_limit)?;
     let (document, damage) = examine(&context, &arguments.file)?;
     let blocks: usize = document.layers().iter().map(|layer| layer.blocks().len()).sum();
-    let file = arguments.file.display();
-    let mut text: String = damage.iter().map(|damage| format!("{file}: {damage}\n")).collect();
-    text += &match damage.len() {
-        0 => format!("{file}: no damage, {blocks} blocks of {} layers\n", document.layers().len()),
-        count => format!("{file}: {count} parts are damaged, of {blocks} blocks\n"),
+    let notes = document.notes.iter().cloned().chain(damage.iter().map(ToString::to_string));
+    let sum = match damage.len() {
+        0 => format!("no damage, {blocks} blocks of {} layers", document.layers().len()),
+        count => format!("{count} parts are damaged, of {blocks} blocks; `relievo doc repair` keeps what can be kept"),
     };
-    crate::print(&text)?;
+    crate::print(&lines(&arguments.file, notes.chain([sum])))?;
     Ok(if damage.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn mend(arguments: &Named) -> Outcome {
+    let context = crate::context(arguments.memory_limit)?;
+    let done = repair(&context, &arguments.file)?;
+    let lost = done.damage.iter().map(|damage| format!("lost: {damage}"));
+    let sum = match &done.kept {
+        None => "nothing is damaged".to_string(),
+        Some(kept) => {
+            format!(
+                "repaired, {} parts are lost and no edit can be undone; as it was: {}",
+                done.damage.len(),
+                kept.display()
+            )
+        }
+    };
+    crate::print(&lines(&arguments.file, lost.chain(done.note.clone()).chain([sum])))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn fold(arguments: &Named) -> Outcome {
+    let limit = if arguments.memory_limit == 0 { u64::MAX } else { arguments.memory_limit };
+    let done = compact(&arguments.file, limit)?;
+    let [before, after] = done.bytes;
+    let sum = format!(
+        "{} edits are folded into its layers and can no longer be undone, {} undone ones are gone; {before} bytes before, \
+         {after} after",
+        done.edits, done.undone
+    );
+    crate::print(&lines(&arguments.file, done.note.into_iter().chain([sum])))?;
+    Ok(ExitCode::SUCCESS)
 }

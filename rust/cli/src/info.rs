@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use relievo_document::Document;
-use relievo_document::format::{EXTENSION, VERSION};
+use relievo_document::format::EXTENSION;
 use relievo_meshio::Summary;
 use relievo_ptex::{Reader, Resolution};
 use serde_json::{Value, json};
@@ -72,6 +72,9 @@ fn machine_readable_document(document: &Document) -> Value {
         json!({
             "name": layer.name(),
             "kind": layer.kind().name(),
+            "opacity": layer.settings().opacity,
+            "blend": layer.settings().blend.name(),
+            "visible": layer.settings().visible,
             "largest_tile": layer.face_sizes().iter().max(),
             "smallest_tile": layer.face_sizes().iter().min(),
             "tiles": layer.blocks().len(),
@@ -80,7 +83,7 @@ fn machine_readable_document(document: &Document) -> Value {
         })
     });
     json!({
-        "version": VERSION,
+        "version": document.version,
         "writer": document.writer,
         "level": document.level,
         "faces": topology.face_count(),
@@ -88,6 +91,8 @@ fn machine_readable_document(document: &Document) -> Value {
         "holes": topology.holes().len(),
         "tiles": topology.tile_count(),
         "fingerprint": format!("{:016x}", topology.fingerprint()),
+        "points": document.points().len(),
+        "notes": document.notes,
         "layers": layers.collect::<Vec<_>>(),
     })
 }

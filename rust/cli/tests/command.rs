@@ -138,4 +138,29 @@ fn documents_are_looked_into_and_checked() {
     // Opening it says so as well.
     let info = relievo(folder.path(), &["info", "a.relievo"]);
     assert!(info.status.code() == Some(1) && text(&info.stderr).contains("relievo doc check"), "{info:?}");
+    let repair = relievo(folder.path(), &["doc", "repair", "a.relievo"]);
+    let told = text(&repair.stdout);
+    assert!(told.contains("lost: layer `light`: tile 3") && told.contains("as it was: a.relievo.damaged"), "{told}");
+    let shown = text(&relievo(folder.path(), &["info", "a.relievo"]).stdout);
+    assert!(shown.contains("format version 2") && shown.contains("layer `light`: colour, RGBA16F, tiles of 8, 1 of 9"));
+}
+
+#[test]
+fn the_edits_of_a_document_are_checked_and_folded() {
+    let folder = tempfile::tempdir().unwrap();
+    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-2.relievo");
+    let bytes = std::fs::read(golden).unwrap();
+    let path = folder.path().join("a.relievo");
+    std::fs::write(&path, &bytes[..bytes.len() - 9]).unwrap();
+    let check = relievo(folder.path(), &["doc", "check", "a.relievo"]);
+    assert!(check.status.success(), "{check:?}");
+    let told = text(&check.stdout);
+    assert!(told.contains("an edit was under way when the document was left, and is not in it: edit 15"), "{told}");
+    assert!(told.contains("no damage"), "{told}");
+    let compact = relievo(folder.path(), &["doc", "compact", "a.relievo"]);
+    let told = text(&compact.stdout);
+    assert!(told.contains("edits are folded into its layers and can no longer be undone"), "{told}");
+    assert!(std::fs::metadata(&path).unwrap().len() < bytes.len() as u64);
+    let check = text(&relievo(folder.path(), &["doc", "check", "a.relievo"]).stdout);
+    assert!(check.contains("no damage") && !check.contains("under way"), "{check}");
 }

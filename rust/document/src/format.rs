@@ -155,7 +155,6 @@ impl Document {
 /// A document as it was found.
 #[derive(Debug)]
 pub(crate) struct Found {
-    pub version: u32,
     /// With all edits of its journal; damaged blocks of the base are empty.
     pub document: Document,
     pub damage: Vec<Damage>,
@@ -182,8 +181,7 @@ impl Found {
 /// Fails if the file or its index cannot be read: then nothing of it can.
 pub fn examine(context: &Context, path: &Path) -> Result<(Document, Vec<Damage>)> {
     let mut file = file::open(path)?;
-    let (mut found, damage) =
-        examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;
+    let (mut found, damage) = examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;
     found.document.notes.extend(found.log.note());
     Ok((found.document, damage))
 }
@@ -222,7 +220,8 @@ pub(crate) fn place(topology: &Topology, layer: &str, tile: u32) -> String {
 }
 
 pub(crate) fn damaged(what: &str) -> Error {
-    Error::invalid(format!("the document is damaged: {what}")).advise("see `relievo doc check` and `relievo doc repair`, or take an older copy")
+    Error::invalid(format!("the document is damaged: {what}"))
+        .advise("see `relievo doc check` and `relievo doc repair`, or take an older copy")
 }
 
 /// The document in `source`.
@@ -256,7 +255,7 @@ pub(crate) fn read(source: &mut (impl Read + Seek), limit: u64) -> Result<Found>
         let what = format!("{} bytes follow that are none of its", length - base);
         damage.push(Damage { place: "after the last block".into(), what });
     }
-    Ok(Found { version: header.version, document, damage, log })
+    Ok(Found { document, damage, log })
 }
 
 /// What the header says.
@@ -304,7 +303,7 @@ fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document
     if count > MAX_LAYERS {
         return Err(damaged("it claims too many layers"));
     }
-    let mut document = Document { writer, level, notes: Vec::new(), topology, points, layers: Vec::new() };
+    let mut document = Document { writer, level, version, notes: Vec::new(), topology, points, layers: Vec::new() };
     let mut lengths = Vec::new();
     for _ in 0..count {
         let id = document.free_id();

@@ -124,13 +124,7 @@ impl Head {
 
     /// What [`Self::encode`] wrote for a mesh of `faces` faces. Documents of version 1 have neither numbers nor
     /// settings; the layer then gets the number `id`.
-    pub(crate) fn decode(
-        from: &mut Decoder,
-        version: u32,
-        id: u32,
-        faces: usize,
-        budget: &mut Budget,
-    ) -> Result<Self> {
+    pub(crate) fn decode(from: &mut Decoder, version: u32, id: u32, faces: usize, budget: &mut Budget) -> Result<Self> {
         let name = from.text()?;
         let fault = |what: &str| Error::invalid(format!("the document is damaged: layer `{name}` {what}"));
         let kind = Kind::of(from.u8()?).ok_or_else(|| fault("is of an unknown kind"))?;

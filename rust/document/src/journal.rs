@@ -55,10 +55,10 @@ impl Journal {
         let place = |error: Error| error.at(path.display().to_string());
         let mut file = lock(path)?;
         let found = format::read(&mut file, limit).map_err(place)?;
-        let version = found.version;
-        let (document, log) = found.sound().map_err(place)?;
-        if version < format::VERSION {
+        let (mut document, log) = found.sound().map_err(place)?;
+        if document.version < format::VERSION {
             drop(file);
+            document.version = format::VERSION;
             let journal = Self::create(path, &document)?;
             return Ok((document, log, journal));
         }
@@ -209,7 +209,7 @@ pub fn repair(context: &Context, path: &Path) -> Result<Repaired> {
     let (found, damage) = format::examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;
     let note = found.log.note();
     if damage.is_empty() {
-        if found.version == format::VERSION {
+        if found.document.version == format::VERSION {
             file.set_len(found.log.end).map_err(|error| Error::io(path, &error))?;
         }
         return Ok(Repaired { damage, note, kept: None });

@@ -35,6 +35,8 @@ pub struct Document {
     pub writer: String,
     /// Instruction level it was made at: results of levels differ in the last bit.
     pub level: String,
+    /// The format version of its file; that of this build where it has none.
+    pub version: u32,
     /// What the user should know of how it was found; not in the file.
     pub notes: Vec<String>,
     topology: Topology,
@@ -58,7 +60,8 @@ impl Document {
             return Err(Error::invalid("the name of the instruction level is longer than 255 bytes"));
         }
         let (topology, points) = (Topology::of(mesh)?, mesh.points.clone());
-        Ok(Self { writer, level: level.to_string(), notes: Vec::new(), topology, points, layers: Vec::new() })
+        let (level, version) = (level.to_string(), format::VERSION);
+        Ok(Self { writer, level, version, notes: Vec::new(), topology, points, layers: Vec::new() })
     }
 
     /// The mesh it belongs to.

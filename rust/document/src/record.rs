@@ -195,7 +195,11 @@ impl<R: Read + Seek> Reader<R> {
         self.at = end;
         self.next = head.sequence.saturating_add(1);
         let Some(kind) = RecordKind::ALL.into_iter().find(|kind| kind.number() == head.kind) else {
-            return Ok(Some(Item::Damaged { offset: at, what: "the record is of an unknown kind", next: head.sequence }));
+            return Ok(Some(Item::Damaged {
+                offset: at,
+                what: "the record is of an unknown kind",
+                next: head.sequence,
+            }));
         };
         let mut payload = body;
         payload.truncate(head.length as usize);

@@ -107,7 +107,8 @@ pub(crate) fn fold(
                 break;
             }
             Item::Damaged { offset, what, next } => {
-                let input = pending.take().map_or_else(String::new, |(_, input)| format!(", an edit: {}", shown(&input)));
+                let input =
+                    pending.take().map_or_else(String::new, |(_, input)| format!(", an edit: {}", shown(&input)));
                 let place = format!("journal: record {next} at byte {offset}");
                 replay.damage.push(Damage { place, what: format!("{what}{input}") });
                 continue;

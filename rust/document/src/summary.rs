@@ -2,13 +2,12 @@
 
 use std::fmt;
 
-use crate::Document;
-use crate::format::VERSION;
+use crate::{Document, Settings};
 
 impl fmt::Display for Document {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let topology = self.topology();
-        writeln!(out, "document: format version {VERSION}, by {} at {}", self.writer, self.level)?;
+        writeln!(out, "document: format version {}, by {} at {}", self.version, self.writer, self.level)?;
         write!(out, "mesh: {} faces, {} corners, ", topology.face_count(), topology.corners().len())?;
         if !topology.holes().is_empty() {
             write!(out, "{} holes, ", topology.holes().len())?;
@@ -22,9 +21,14 @@ impl fmt::Display for Document {
                 (Some(low), Some(high)) if low != high => write!(out, "{low} to {high}")?,
                 (size, _) => write!(out, "{}", size.copied().unwrap_or(0))?,
             }
+            let settings = layer.settings();
+            if settings != Settings::of(layer.kind()) {
+                write!(out, ", {} at {:.0} %", settings.blend.name(), 100.0 * settings.opacity)?;
+                write!(out, "{}", if settings.visible { "" } else { ", hidden" })?;
+            }
             let (bytes, blocks) = (layer.bytes(topology), layer.blocks().len());
             write!(out, ", {blocks} of {} stored, {bytes} bytes in {packed}", topology.tile_count())?;
         }
-        Ok(())
+        self.notes.iter().try_for_each(|note| write!(out, "\nnote: {note}"))
     }
 }

@@ -35,8 +35,8 @@ pub fn open(context: &Context, paths: &Paths, written: &str, cage: &Mesh) -> Res
     let path = paths.resolve(written)?;
     let checksum = crate::assets::checksum(&path)?;
     let document = Document::open(&path, context.memory_limit())?;
-    let mut notes: Vec<String> =
-        document.fit(cage).map_err(|error| error.at(path.display().to_string()))?.into_iter().collect();
+    let mut notes = document.notes.clone();
+    notes.extend(document.fit(cage).map_err(|error| error.at(path.display().to_string()))?);
     let unknown = document.layers().iter().filter(|layer| ![DISPLACEMENT, COLOUR, TRACES].contains(&layer.name()));
     notes.extend(unknown.map(|layer| {
         format!(

@@ -1,0 +1,322 @@
+//! Journals: edits go on after the base of a document and come back; after a cut at any byte the confirmed ones are
+//! there, after a flipped bit what can be kept is kept.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use relievo_core::{Context, ErrorKind, Mesh};
+use relievo_document::{Blend, Change, Document, Edit, Head, Journal, Kind, Settings, compact, examine, repair};
+
+const LIMIT: u64 = 64 << 20;
+const SIZE: usize = 10 * 10 * 2;
+/// Tiles of the mesh.
+const TILES: u32 = 6;
+
+fn mesh() -> Mesh {
+    let points = (0..14).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
+    let corners = (0..6).flat_map(|i| [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1]).collect();
+    Mesh::new(points, vec![4; TILES as usize], corners)
+}
+
+fn head(id: u32, name: &str) -> Head {
+    let kind = Kind::Scalar;
+    Head { id, name: name.into(), kind, blank: vec![0; 2], settings: Settings::of(kind), face_sizes: vec![8; 6] }
+}
+
+/// What every tile of the layers holds; the plain model that documents are held against.
+#[derive(Clone, Debug, PartialEq)]
+struct Model {
+    heads: Vec<Head>,
+    blocks: std::collections::BTreeMap<(u32, u32), Vec<u8>>,
+}
+
+impl Model {
+    fn new() -> Self {
+        let blocks = [((4, 0), vec![5; SIZE]), ((4, 2), vec![6; SIZE])].into();
+        Self { heads: vec![head(4, "first")], blocks }
+    }
+
+    fn document(&self) -> Document {
+        let mut document = Document::new(&mesh(), "baseline").unwrap();
+        for head in &self.heads {
+            let tiles: Vec<u32> = self.blocks.keys().filter(|key| key.0 == head.id).map(|key| key.1).collect();
+            let read = |tile| Ok(self.blocks[&(head.id, tile)].clone());
+            document.pack_layer(&Context::serial(), head.clone(), &tiles, read).unwrap();
+        }
+        document
+    }
+
+    /// The payload of the edit from here to `after`.
+    fn edit(&self, after: &Model) -> Vec<u8> {
+        let mut keys: Vec<_> = self.blocks.keys().chain(after.blocks.keys()).copied().collect();
+        keys.sort_unstable();
+        keys.dedup();
+        keys.retain(|key| self.blocks.get(key) != after.blocks.get(key));
+        let layers = (self.heads != after.heads).then_some([self.heads.as_slice(), &after.heads]);
+        let of = |model: &'_ Model, key| model.blocks.get(key).map(Vec::len);
+        assert!(keys.iter().all(|key| of(self, key).or(of(after, key)) == Some(SIZE)));
+        Edit::encode(&Context::serial(), layers, keys.len(), |index| Change {
+            layer: keys[index].0,
+            block: keys[index].1,
+            before: self.blocks.get(&keys[index]).map(Vec::as_slice),
+            after: after.blocks.get(&keys[index]).map(Vec::as_slice),
+            blank: &[0, 0],
+        })
+        .unwrap()
+    }
+
+    /// Some change, for every number another.
+    fn changed(&self, number: u32) -> Self {
+        let mut next = self.clone();
+        let layer = next.heads[number as usize % next.heads.len()].id;
+        for tile in [number % TILES, (number * 7 + 3) % TILES] {
+            if number % 5 == 3 && next.blocks.remove(&(layer, tile)).is_some() {
+                continue;
+            }
+            let block = next.blocks.entry((layer, tile)).or_insert_with(|| vec![0; SIZE]);
+            block[number as usize % 90..number as usize % 90 + 40]
+                .iter_mut()
+                .for_each(|byte| *byte ^= number as u8 & 0x3b);
+        }
+        if number % 7 == 4 {
+            next.heads.push(head(100 + number, &format!("layer {number}")));
+            next.heads[0].settings = Settings { opacity: 0.5, blend: Blend::Max, visible: number % 2 == 0 };
+        }
+        if number % 11 == 8 && next.heads.len() > 1 {
+            let gone = next.heads.pop().unwrap();
+            next.blocks.retain(|key, _| key.0 != gone.id);
+        }
+        next
+    }
+}
+
+/// A journal of `count` steps in `folder`: its path, what its document is after every record, the bytes of the file
+/// then, and what was being done.
+struct Session {
+    path: PathBuf,
+    states: Vec<(u64, Document)>,
+}
+
+fn session(folder: &Path, count: u32) -> Session {
+    let path = folder.join("a.relievo");
+    let mut model = Model::new();
+    let mut journal = Journal::create(&path, &model.document()).unwrap();
+    let mut states = vec![(journal.bytes(), model.document())];
+    let (mut done, mut undone): (Vec<(u64, Model)>, Vec<(u64, Model)>) = Default::default();
+    for number in 0..count {
+        let before = model.clone();
+        if number % 6 == 4 && !done.is_empty() {
+            let (sequence, was) = done.pop().unwrap();
+            journal.undo(sequence).unwrap();
+            undone.push((sequence, std::mem::replace(&mut model, was)));
+        } else if number % 6 == 5 && !undone.is_empty() && number % 4 == 1 {
+            let (sequence, again) = undone.pop().unwrap();
+            journal.redo(sequence).unwrap();
+            done.push((sequence, before));
+            model = again;
+        } else {
+            journal.input(&format!("edit {number}")).unwrap();
+            states.push((journal.bytes(), model.document()));
+            model = before.changed(number);
+            let (_, sequence) = journal.edit(&before.edit(&model)).unwrap();
+            done.push((sequence, before));
+            undone.clear();
+        }
+        states.push((journal.bytes(), model.document()));
+    }
+    Session { path, states }
+}
+
+fn same(a: &Document, b: &Document) -> bool {
+    a.to_bytes().unwrap() == b.to_bytes().unwrap()
+}
+
+#[test]
+fn edits_come_back_and_go_on_where_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let Session { path, states } = session(folder.path(), 40);
+    let (document, log, mut journal) = Journal::open(&path, LIMIT).unwrap();
+    assert!(same(&document, &states.last().unwrap().1) && document.notes.is_empty());
+    assert!(log.done.len() > 10 && log.under_way.is_none() && log.torn == 0);
+    for entry in &log.done {
+        assert!(journal.read_input(entry.input.unwrap()).unwrap().starts_with("edit "));
+    }
+    // Nobody else may append meanwhile.
+    assert_eq!(Journal::open(&path, LIMIT).unwrap_err().kind, ErrorKind::Busy);
+    assert_eq!(compact(&path, LIMIT).unwrap_err().kind, ErrorKind::Busy);
+    journal.undo(log.done.last().unwrap().sequence).unwrap();
+    drop(journal);
+    let (_, again, _) = Journal::open(&path, LIMIT).unwrap();
+    assert_eq!(again.done, log.done[..log.done.len() - 1]);
+    assert_eq!(again.undone.last(), log.done.last());
+}
+
+#[test]
+fn after_a_kill_at_any_byte_no_confirmed_edit_is_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    let Session { path, states } = session(folder.path(), 30);
+    let whole = std::fs::read(&path).unwrap();
+    let base = states[0].0;
+    let cut = folder.path().join("cut.relievo");
+    let mut under_way = 0;
+    for length in base..=whole.len() as u64 {
+        let expected = &states.iter().rev().find(|(end, _)| *end <= length).unwrap();
+        let document = Document::parse(&whole[..length as usize], LIMIT).unwrap();
+        assert!(same(&document, &expected.1), "{length}");
+        under_way += usize::from(document.notes.iter().any(|note| note.contains("not in it: edit ")));
+        // Whatever was cut off, the next edit follows what was whole.
+        if length % 41 == 0 {
+            std::fs::write(&cut, &whole[..length as usize]).unwrap();
+            let (_, log, mut journal) = Journal::open(&cut, LIMIT).unwrap();
+            let (now, next) = (Model::new(), Model::new());
+            journal.edit(&now.edit(&next)).unwrap();
+            drop(journal);
+            let (after, count) = Journal::open(&cut, LIMIT).map(|(after, log, _)| (after, log.done.len())).unwrap();
+            assert!(same(&after, &expected.1) && after.notes.is_empty() && count == log.done.len() + 1, "{length}");
+        }
+    }
+    assert!(under_way > 100);
+}
+
+#[test]
+fn a_flipped_bit_is_damage_and_what_can_be_kept_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let Session { path, states } = session(folder.path(), 30);
+    let whole = std::fs::read(&path).unwrap();
+    let context = Context::serial();
+    let bad = folder.path().join("bad.relievo");
+    let last = &states.last().unwrap().1;
+    for at in (states[0].0 as usize..whole.len()).step_by(29) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1 << (at % 8);
+        std::fs::write(&bad, &bytes).unwrap();
+        let (_, damage) = examine(&context, &bad).unwrap();
+        assert!(!damage.is_empty(), "{at}");
+        assert!(Document::open(&bad, LIMIT).is_err(), "{at}");
+        let repaired = repair(&context, &bad).unwrap();
+        assert_eq!(repaired.damage, damage);
+        assert_eq!(std::fs::read(repaired.kept.unwrap()).unwrap(), bytes);
+        let kept = Document::open(&bad, LIMIT).unwrap();
+        // A block is as it should be, or told, or its edit is told as a whole.
+        let told: String = damage.iter().map(|damage| format!("{damage}\n")).collect();
+        for layer in kept.layers() {
+            let Some(right) = last.layer(layer.name()) else {
+                assert!(told.contains("journal: record"));
+                continue;
+            };
+            let differs = layer.blocks() != right.blocks();
+            assert!(!differs || told.contains("are lost there") || told.contains("journal: record"), "{at}: {told}");
+        }
+    }
+    // Damage of one edit leaves the blocks that it did not touch.
+    let mut bytes = whole.clone();
+    let at = states[2].0 as usize - 6;
+    bytes[at] ^= 1;
+    std::fs::write(&bad, &bytes).unwrap();
+    let (document, damage) = examine(&context, &bad).unwrap();
+    assert!(damage[0].to_string().contains("journal: record 1"), "{}", damage[0]);
+    assert!(damage[0].what.contains("an edit: edit 0"), "{}", damage[0]);
+    assert!(document.layers()[0].blocks().iter().any(|block| last.layers()[0].blocks().contains(block)));
+}
+
+#[test]
+fn compacting_keeps_what_is_seen_and_drops_the_history() {
+    let folder = tempfile::tempdir().unwrap();
+    let Session { path, states } = session(folder.path(), 40);
+    let before = std::fs::metadata(&path).unwrap().len();
+    let done = compact(&path, LIMIT).unwrap();
+    assert!(done.edits > 10 && done.bytes[0] == before && done.bytes[1] < before && done.note.is_none());
+    let (document, log, _) = Journal::open(&path, LIMIT).unwrap();
+    assert!(same(&document, &states.last().unwrap().1) && log.done.is_empty());
+    assert_eq!(std::fs::read(&path).unwrap(), states.last().unwrap().1.to_bytes().unwrap());
+    // What was under way is cut off by a repair, which finds nothing damaged.
+    let (_, _, mut journal) = Journal::open(&path, LIMIT).unwrap();
+    journal.input("the next stroke").unwrap();
+    drop(journal);
+    let repaired = repair(&Context::serial(), &path).unwrap();
+    assert!(repaired.damage.is_empty() && repaired.kept.is_none());
+    assert!(repaired.note.unwrap().ends_with("not in it: the next stroke"));
+    assert_eq!(std::fs::metadata(&path).unwrap().len(), done.bytes[1]);
+}
+
+/// The process that the next test kills: it appends edits until it is gone, and says which are confirmed.
+#[test]
+fn appends_until_it_is_killed() {
+    let Some(path) = std::env::var_os("RELIEVO_TEST_JOURNAL") else { return };
+    let (document, _, mut journal) = Journal::open(Path::new(&path), LIMIT).unwrap();
+    let mut model = Model::new();
+    assert!(same(&document, &model.document()));
+    for number in 0..100_000 {
+        let next = model.changed(number);
+        journal.input(&format!("edit {number}")).unwrap();
+        journal.edit(&model.edit(&next)).unwrap();
+        model = next;
+        println!("confirmed {number}");
+    }
+}
+
+#[test]
+fn killed_processes_lose_no_confirmed_edit() {
+    let folder = tempfile::tempdir().unwrap();
+    for run in 0..4u64 {
+        let path = folder.path().join(format!("{run}.relievo"));
+        Model::new().document().write(&path).unwrap();
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "appends_until_it_is_killed", "--nocapture", "--test-threads=1"])
+            .env("RELIEVO_TEST_JOURNAL", &path)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        // Read a number of lines, kill, and read the rest.
+        let mut lines = std::io::BufRead::lines(std::io::BufReader::new(child.stdout.take().unwrap()));
+        let number = |line: String| line.strip_prefix("confirmed ").and_then(|rest| rest.parse::<u32>().ok());
+        let mut confirmed = None;
+        while confirmed.is_none_or(|count| u64::from(count) < 20 + 37 * run) {
+            confirmed = number(lines.next().unwrap().unwrap()).or(confirmed);
+        }
+        child.kill().unwrap();
+        confirmed = lines.map_while(Result::ok).filter_map(number).last().or(confirmed);
+        child.wait().unwrap();
+        let document = Document::open(&path, LIMIT).unwrap();
+        let states: Vec<Model> = (0..confirmed.unwrap() + 2)
+            .scan(Model::new(), |model, number| {
+                *model = model.changed(number);
+                Some(model.clone())
+            })
+            .collect();
+        // All that were confirmed, and perhaps the one that was not said any more.
+        let found = states.iter().rev().take(2).any(|model| same(&model.document(), &document));
+        assert!(found, "run {run}: {confirmed:?}");
+    }
+}
+
+#[test]
+fn the_journal_of_every_earlier_release_opens() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-2.relievo"));
+    let folder = tempfile::tempdir().unwrap();
+    let Session { path: new, states } = session(folder.path(), 16);
+    // How it was made; a release that changes the format adds a file and keeps this one.
+    if std::env::var_os("RELIEVO_WRITE_GOLDEN").is_some() {
+        std::fs::copy(&new, path).unwrap();
+    }
+    let golden = Document::open(path, LIMIT).unwrap();
+    assert_eq!(golden.points(), mesh().points);
+    let expected = &states.last().unwrap().1;
+    assert_eq!(golden.layers().len(), expected.layers().len());
+    for (golden, layer) in golden.layers().iter().zip(expected.layers()) {
+        assert_eq!((golden.head(), golden.blocks().len()), (layer.head(), layer.blocks().len()));
+        for at in 0..layer.blocks().len() {
+            let topology = expected.topology();
+            assert_eq!(golden.unpack(topology, at).unwrap(), layer.unpack(topology, at).unwrap());
+        }
+    }
+    let old = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-1.relievo"));
+    // Documents of version 1 become new ones when they are worked on.
+    let copy = folder.path().join("old.relievo");
+    std::fs::copy(old, &copy).unwrap();
+    let (before, _, mut journal) = Journal::open(&copy, LIMIT).unwrap();
+    journal.input("nothing yet").unwrap();
+    drop(journal);
+    let after = Document::open(&copy, LIMIT).unwrap();
+    assert!(same(&before, &after) && after.points().is_empty() && after.notes.len() == 1);
+}
