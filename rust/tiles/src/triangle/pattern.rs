@@ -73,6 +73,14 @@ impl Pattern {
     /// The numbers of segments a channel can have at its finest.
     pub const SIZES: [u32; 4] = [8, 16, 32, 64];
 
+    /// The pattern of two segments a side.
+    pub const COARSEST: Self = Self(2);
+
+    /// The pattern of a power of two of segments, 2 to 64.
+    pub(crate) fn of_power(segments: u32) -> Self {
+        Self(segments.clamp(2, 64))
+    }
+
     /// The pattern of `segments` a side. Fails unless that is even and from 2 to 64.
     pub fn new(segments: u32) -> Result<Self> {
         if segments % 2 == 0 && (2..=64).contains(&segments) {
@@ -213,28 +221,26 @@ impl Pattern {
         }
     }
 
-    /// The triangles between a ring and the next along all three sides, counter-clockwise.
-    pub fn strip(self, ring: u32) -> impl Iterator<Item = [Node; 3]> {
+    /// The triangles between a ring and the next along one side, counter-clockwise.
+    pub fn strip(self, ring: u32, side: u32) -> impl Iterator<Item = [Node; 3]> {
         let n = self.ring_segments(ring);
-        (0..3).flat_map(move |side| {
-            (0..n).flat_map(move |q| {
-                let outer = |step: u32| self.node(ring, side, step);
-                let inner = |step: u32| self.node(ring + 1, side, step);
-                let left = 2 * q < n;
-                let tip = if left { inner(q.min(n - 2)) } else { inner(q - 1) };
-                let other = match (q > 0 && q + 1 < n, left) {
-                    (false, _) => None,
-                    (true, true) => Some([outer(q), inner(q), inner(q - 1)]),
-                    (true, false) => Some([outer(q + 1), inner(q), inner(q - 1)]),
-                };
-                [Some([outer(q), outer(q + 1), tip]), other].into_iter().flatten()
-            })
+        (0..n).flat_map(move |q| {
+            let outer = |step: u32| self.node(ring, side, step);
+            let inner = |step: u32| self.node(ring + 1, side, step);
+            let left = 2 * q < n;
+            let tip = if left { inner(q.min(n - 2)) } else { inner(q - 1) };
+            let other = match (q > 0 && q + 1 < n, left) {
+                (false, _) => None,
+                (true, true) => Some([outer(q), inner(q), inner(q - 1)]),
+                (true, false) => Some([outer(q + 1), inner(q), inner(q - 1)]),
+            };
+            [Some([outer(q), outer(q + 1), tip]), other].into_iter().flatten()
         })
     }
 
     /// All triangles, counter-clockwise, from the outermost strip inwards: 3T²/2 of them.
     pub fn triangles(self) -> impl Iterator<Item = [Node; 3]> {
-        (0..self.center()).flat_map(move |ring| self.strip(ring))
+        (0..self.center()).flat_map(move |ring| (0..3).flat_map(move |side| self.strip(ring, side)))
     }
 
     /// The triangle of the pattern that holds the place with barycentric coordinates `at`, and the shares of its corners

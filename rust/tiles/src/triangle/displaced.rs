@@ -1,0 +1,110 @@
+//! Points of a displaced triangle mesh: flat triangles, moved along their interpolated normals.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6. What
+//! lies on an edge is computed from the edge alone, in its own direction, and what lies at a vertex from the vertex, so
+//! that all faces there have the same points to the bit. Units: object units.
+
+use glam::Vec3;
+use relievo_core::{Error, Result};
+use relievo_surface::{TriangleSide, TriangleSurface};
+
+use super::field::TriangleField;
+use super::pattern::{Node, Pattern, Slot};
+use crate::texel::Texel;
+
+/// A triangle mesh with its displacement.
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleDisplaced<'a> {
+    surface: &'a TriangleSurface,
+    field: &'a TriangleField,
+}
+
+/// The undisplaced surface at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foot {
+    /// The point.
+    pub point: Vec3,
+    /// The unit normal; zero where there is none.
+    pub normal: Vec3,
+}
+
+/// The undisplaced surface at a vertex of any pattern laid over `face`.
+pub fn foot(surface: &TriangleSurface, face: u32, pattern: Pattern, node: Node) -> Foot {
+    let topology = surface.topology();
+    let at = |vertex: u32| {
+        let [points, normals] = [surface.points(), surface.normals()];
+        [points[vertex as usize], normals[vertex as usize]].map(Vec3::from)
+    };
+    match pattern.slot(node) {
+        Slot::Corner(corner) => {
+            let [point, normal] = at(topology.face(face)[corner as usize]);
+            Foot { point, normal }
+        }
+        Slot::Side(side, step) => {
+            let TriangleSide { edge, reversed } = topology.side(face, side);
+            let segments = pattern.segments();
+            edge_foot(surface, edge, if reversed { segments - step } else { step }, segments)
+        }
+        Slot::Inside(_) => {
+            let corners = topology.face(face).map(at);
+            let weights = pattern.weights(node).map(|weight| weight as f32);
+            let whole = 3.0 * pattern.segments() as f32;
+            let mean = |k: usize| (0..3).map(|corner| corners[corner][k] * weights[corner]).sum::<Vec3>() / whole;
+            Foot { point: mean(0), normal: mean(1).normalize_or_zero() }
+        }
+    }
+}
+
+/// The undisplaced surface on an edge, `step` of `segments` from its lower vertex.
+pub fn edge_foot(surface: &TriangleSurface, edge: u32, step: u32, segments: u32) -> Foot {
+    let [a, b] = surface.topology().edge(edge).map(|vertex| vertex as usize);
+    let (whole, part) = (segments as f32, step as f32);
+    let mean = |of: &[[f32; 3]]| (Vec3::from(of[a]) * (whole - part) + Vec3::from(of[b]) * part) / whole;
+    Foot { point: mean(surface.points()), normal: mean(surface.normals()).normalize_or_zero() }
+}
+
+impl<'a> TriangleDisplaced<'a> {
+    /// The surface with a displacement of its own. Fails if that is one of another mesh.
+    pub fn new(surface: &'a TriangleSurface, field: &'a TriangleField) -> Result<Self> {
+        let [own, other] = [surface.topology(), field.topology()];
+        if (own.face_count(), own.vertex_count()) != (other.face_count(), other.vertex_count()) {
+            return Err(Error::invalid("the displacement is that of another mesh")
+                .advise("make the displacement from the topology of this surface"));
+        }
+        Ok(Self { surface, field })
+    }
+
+    /// The undisplaced surface.
+    pub fn surface(&self) -> &'a TriangleSurface {
+        self.surface
+    }
+
+    /// The displacement.
+    pub fn field(&self) -> &'a TriangleField {
+        self.field
+    }
+
+    /// The undisplaced surface and the displacement at a vertex of any pattern laid over `face`.
+    pub fn at(&self, face: u32, pattern: Pattern, node: Node) -> (Foot, f32) {
+        (foot(self.surface, face, pattern, node), self.field.at(face, pattern, node) as f32)
+    }
+
+    /// The displaced point at a vertex of any pattern laid over `face`.
+    pub fn point(&self, face: u32, pattern: Pattern, node: Node) -> Vec3 {
+        let (foot, height) = self.at(face, pattern, node);
+        foot.point + foot.normal * height
+    }
+
+    /// The least and the largest displacement in and around `face`, 0 between them.
+    pub fn range(&self, face: u32) -> [f32; 2] {
+        let topology = self.field.topology();
+        let blocks = topology.edges_of(face).map(|edge| self.field.edge(edge).unwrap_or(&[]));
+        let inside = self.field.face(face).unwrap_or(&[]);
+        let corners = topology.face(face).map(|vertex| self.field.vertex(vertex));
+        let all = blocks.iter().copied().flatten().chain(inside).chain(&corners);
+        all.fold([0.0, 0.0], |[low, high], value| {
+            let value = value.value() as f32;
+            [low.min(value), high.max(value)]
+        })
+    }
+}

@@ -1,0 +1,422 @@
+//! Normals of a displaced triangle mesh, in a buffer of their own that is renewed where the mesh was modified.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6.3: the
+//! normal at a vertex of the tessellation is the mean of the triangles around it by their area, those of both faces at
+//! edges and of all at vertices of the mesh; and by the length of the displacement it is blended with the smooth normal
+//! of the undisplaced mesh. Left at that, flat faces show where the displacement is large. So what is blended is not the
+//! mean itself but the smooth normal and by how much the mean differs from that of the undisplaced triangles. The buffer
+//! holds that difference; it is zero where nothing is displaced.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, DVec4, Vec3};
+use relievo_core::{Context, Result};
+use relievo_surface::{TriangleSide, TriangleSurface, TriangleTopology};
+
+use super::displaced::{TriangleDisplaced, edge_foot, foot};
+use super::field::{TriangleClass, TriangleField};
+use super::pattern::{Node, Pattern, Slot};
+use super::piece::FaceRates;
+use crate::heap::BlockId;
+use crate::pages::{Entry, Pages};
+use crate::texel::Texel;
+
+/// By how much a normal differs from that of the undisplaced mesh.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Turn(pub [f32; 3]);
+
+impl Texel for Turn {
+    type Value = DVec4;
+
+    fn value(self) -> DVec4 {
+        DVec3::from(self.0.map(f64::from)).extend(0.0)
+    }
+
+    fn nearest(value: DVec4) -> Self {
+        Self(value.truncate().as_vec3().to_array())
+    }
+
+    fn flipped(self) -> Self {
+        Self(self.0.map(|value| -value))
+    }
+
+    fn all_finite(texels: &[Self]) -> bool {
+        texels.iter().flat_map(|texel| texel.0).all(f32::is_finite)
+    }
+}
+
+/// The share of a segment from which on a displacement counts in full.
+const FULL: f64 = 1.0 / 64.0;
+
+/// The normals of all vertices of a displaced mesh's tessellation.
+#[derive(Clone, Debug)]
+pub struct TriangleNormals {
+    turns: TriangleField<Turn>,
+}
+
+/// What the triangles around a vertex of the tessellation say: twice the sums of their areas as vectors, displaced and
+/// not, the largest displacement among them and the shortest of their sides.
+#[derive(Clone, Copy, Debug, Default)]
+struct Around {
+    displaced: DVec3,
+    flat: DVec3,
+    height: f64,
+    step: f64,
+}
+
+impl Around {
+    fn add(&mut self, other: &Self) {
+        self.displaced += other.displaced;
+        self.flat += other.flat;
+        self.height = self.height.max(other.height);
+        self.step = if self.step == 0.0 { other.step } else { self.step.min(other.step) };
+    }
+
+    /// The difference that is kept, given the smooth normal.
+    fn turn(&self, smooth: Vec3) -> Turn {
+        if self.height == 0.0 {
+            return Turn::default();
+        }
+        let share = if self.step > 0.0 { (self.height / (FULL * self.step)).min(1.0) } else { 1.0 };
+        let change = self.displaced.normalize_or_zero() - self.flat.normalize_or_zero();
+        let smooth = smooth.as_dvec3();
+        let turned = (smooth + change * share).normalize_or(smooth);
+        Turn((turned - smooth).as_vec3().to_array())
+    }
+}
+
+impl TriangleNormals {
+    /// Those of an undisplaced mesh whose displacement has `pattern` at its finest.
+    pub fn new(topology: &Arc<TriangleTopology>, pattern: Pattern) -> Self {
+        Self { turns: TriangleField::new(topology.clone(), pattern, Turn::default()) }
+    }
+
+    /// Those of `displaced`, all of them.
+    pub fn of(context: &Context, displaced: &TriangleDisplaced<'_>) -> Result<Self> {
+        let field = displaced.field();
+        let mut normals = Self::new(field.topology(), field.pattern());
+        let faces: Vec<u32> =
+            (0..field.topology().face_count() as u32).filter(|face| is_modified(field, *face)).collect();
+        normals.update(context, displaced, &faces);
+        Ok(normals)
+    }
+
+    /// Bytes of the buffer, those of vertices not counted.
+    pub fn bytes(&self) -> u64 {
+        let faces = self.turns.allocated().filter_map(|face| self.turns.face(face)).map(size_of_val);
+        let edges = self.turns.allocated_edges().filter_map(|edge| self.turns.edge(edge)).map(size_of_val);
+        faces.chain(edges).sum::<usize>() as u64
+    }
+
+    /// The unit normal at a vertex of any pattern laid over `face`; zero where the mesh has none.
+    pub fn at(&self, surface: &TriangleSurface, face: u32, pattern: Pattern, node: Node) -> Vec3 {
+        let smooth = foot(surface, face, pattern, node).normal;
+        self.turned(smooth, self.turns.at(face, pattern, node))
+    }
+
+    /// The unit normal at the place of `face` with barycentric coordinates `at`, where the smooth normal is `smooth`.
+    pub fn value(&self, smooth: Vec3, face: u32, at: [f32; 3]) -> Vec3 {
+        self.turned(smooth, self.turns.value(face, at))
+    }
+
+    fn turned(&self, smooth: Vec3, turn: DVec4) -> Vec3 {
+        if turn == DVec4::ZERO {
+            return smooth;
+        }
+        (smooth.as_dvec3() + turn.truncate()).normalize_or(smooth.as_dvec3()).as_vec3()
+    }
+
+    /// Renews the normals of `faces`, which look different than before or whose neighbours do, and of their edges and
+    /// corners.
+    pub fn update(&mut self, context: &Context, displaced: &TriangleDisplaced<'_>, faces: &[u32]) {
+        let field = displaced.field();
+        let topology = field.topology();
+        let mut edges: Vec<u32> = faces.iter().flat_map(|face| topology.edges_of(*face)).collect();
+        let mut vertices: Vec<u32> = faces.iter().flat_map(|face| topology.face(*face)).collect();
+        let mut around: Vec<u32> =
+            vertices.iter().flat_map(|vertex| topology.faces_around(*vertex)).map(|(face, _)| face).collect();
+        for list in [&mut edges, &mut vertices, &mut around] {
+            list.sort_unstable();
+            list.dedup();
+        }
+        let pieces = context.map(around.len(), |index| sums(displaced, around[index]));
+        let sums_of = |face: u32| around.binary_search(&face).ok().map(|index| &pieces[index]);
+
+        let inside = context.map(faces.len(), |index| {
+            let face = faces[index];
+            let pattern = field.face_pattern(face)?;
+            let (rates, sums) = sums_of(face)?;
+            let values = sums[rates.border() as usize..].iter().zip(0..).map(|(sum, index)| {
+                sum.turn(foot(displaced.surface(), face, pattern, pattern.at_slot(Slot::Inside(index))).normal)
+            });
+            Some((pattern, values.collect::<Vec<Turn>>()))
+        });
+        for (face, values) in faces.iter().zip(inside) {
+            set(&mut self.turns.faces, *face, true, values);
+        }
+        let along = context.map(edges.len(), |index| {
+            let edge = edges[index];
+            let pattern = field.edge_pattern(edge)?;
+            let segments = pattern.segments();
+            let values = (1..segments).map(|step| {
+                let mut total = Around::default();
+                for (face, side) in topology.faces_along(edge) {
+                    let Some((rates, sums)) = sums_of(face) else { continue };
+                    let start: u32 = rates.sides[..side as usize].iter().sum();
+                    let TriangleSide { reversed, .. } = topology.side(face, side);
+                    let step = if reversed { segments - step } else { step };
+                    total.add(&sums[(start + step) as usize]);
+                }
+                total.turn(edge_foot(displaced.surface(), edge, step, segments).normal)
+            });
+            Some((pattern, values.collect::<Vec<Turn>>()))
+        });
+        for (edge, values) in edges.iter().zip(along) {
+            set(&mut self.turns.edges, *edge, false, values);
+        }
+        let corners = context.map(vertices.len(), |index| {
+            let mut total = Around::default();
+            for (face, corner) in topology.faces_around(vertices[index]) {
+                let Some((rates, sums)) = sums_of(face) else { continue };
+                total.add(&sums[rates.sides[..corner as usize].iter().sum::<u32>() as usize]);
+            }
+            total.turn(Vec3::from(displaced.surface().normals()[vertices[index] as usize]))
+        });
+        for (vertex, turn) in vertices.iter().zip(corners) {
+            if self.turns.vertex(*vertex) != turn {
+                self.turns.set_vertex(*vertex, turn);
+            }
+        }
+    }
+}
+
+/// Whether a face is not one undisplaced triangle.
+fn is_modified(field: &TriangleField, face: u32) -> bool {
+    let topology = field.topology();
+    field.is_allocated(face)
+        || topology.edges_of(face).iter().any(|edge| field.edge_pattern(*edge).is_some())
+        || topology.face(face).iter().any(|vertex| !field.vertex(*vertex).is_blank(field.blank()))
+}
+
+fn set(pages: &mut Pages<Entry<Turn, TriangleClass>>, element: u32, face: bool, values: Option<(Pattern, Vec<Turn>)>) {
+    if values.is_none() && pages.entry(element).is_none() {
+        return;
+    }
+    // The buffer has no heap: blocks come and go with those of the displacement.
+    *pages.entry_mut(element) = values.map(|(pattern, values)| Entry {
+        texels: values.into(),
+        id: BlockId { class: TriangleClass { face, pattern }, number: 0 },
+        version: 0,
+    });
+}
+
+/// What the triangles of `face` say at its vertices, as [`FaceRates::places`] has them.
+fn sums(displaced: &TriangleDisplaced<'_>, face: u32) -> (FaceRates, Vec<Around>) {
+    let rates = FaceRates::of(displaced.field(), face);
+    let at = |(pattern, node): (Pattern, Node)| {
+        let (foot, height) = displaced.at(face, pattern, node);
+        (foot.point.as_dvec3(), (foot.point + foot.normal * height).as_dvec3(), f64::from(height.abs()))
+    };
+    let points: Vec<(DVec3, DVec3, f64)> = rates.places().into_iter().map(at).collect();
+    let mut sums = vec![Around::default(); points.len()];
+    for triangle in rates.triangles() {
+        let [a, b, c] = triangle.map(|at| points[at as usize]);
+        let (flat, moved) = ([a.0, b.0, c.0], [a.1, b.1, c.1]);
+        let area = |p: [DVec3; 3]| (p[1] - p[0]).cross(p[2] - p[0]);
+        let shortest = [0, 1, 2].map(|k| flat[k].distance(flat[(k + 1) % 3])).into_iter().fold(f64::INFINITY, f64::min);
+        let share = Around { displaced: area(moved), flat: area(flat), height: a.2.max(b.2).max(c.2), step: shortest };
+        triangle.iter().for_each(|at| sums[*at as usize].add(&share));
+    }
+    (rates, sums)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::triangle::channel::{TriangleChannel, TriangleOptions, TriangleSets, TriangleValues};
+    use crate::triangle::piece::TrianglePiece;
+    use crate::triangle::shapes;
+    use half::f16;
+    use relievo_core::Mesh;
+    use std::collections::{BTreeMap, BTreeSet};
+
+    fn random(seed: u64) -> impl FnMut() -> f32 {
+        let mut state = seed | 1;
+        move || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        }
+    }
+
+    /// A mesh of which faces of three levels have displacements of up to `height`.
+    fn rough(context: &Context, mesh: &Mesh, height: f32) -> (TriangleSurface, TriangleChannel) {
+        let surface = TriangleSurface::new(context, mesh).unwrap();
+        let options = TriangleOptions { segments: 16, budget: 1 << 24 };
+        let mut channel = TriangleChannel::displacement(surface.topology().clone(), &options).unwrap();
+        for (segments, faces) in [(4, vec![2, 13]), (8, vec![3, 9]), (16, vec![4, 10])] {
+            let sets = TriangleSets { allocate: faces, ..Default::default() };
+            channel.apply(context, Pattern::new(segments).unwrap(), &sets).unwrap();
+        }
+        let mut random = random(5);
+        let mut number = || f16::from_f32(height * random());
+        let field = channel.field().clone();
+        let mut block = |block: Option<&[f16]>| block.unwrap_or(&[]).iter().map(|_| number()).collect::<Vec<_>>();
+        let faces = field.allocated().map(|face| (face, block(field.face(face)))).collect();
+        let edges = field.allocated_edges().map(|edge| (edge, block(field.edge(edge)))).collect();
+        let corners: BTreeSet<u32> = field.allocated().flat_map(|face| field.topology().face(face)).collect();
+        let vertices = corners.into_iter().map(|vertex| (vertex, number())).collect();
+        channel.write(TriangleValues { faces, edges, vertices }).unwrap();
+        (surface, channel)
+    }
+
+    fn pieces(context: &Context, surface: &TriangleSurface, channel: &TriangleChannel) -> Vec<TrianglePiece> {
+        let displaced = TriangleDisplaced::new(surface, channel.field()).unwrap();
+        let normals = TriangleNormals::of(context, &displaced).unwrap();
+        let faces = 0..surface.topology().face_count() as u32;
+        faces
+            .map(|face| TrianglePiece::new(&displaced, &normals, face, &FaceRates::of(channel.field(), face)))
+            .collect()
+    }
+
+    #[test]
+    fn displaced_meshes_have_no_cracks_whatever_the_levels_of_their_faces() {
+        let context = Context::serial();
+        let mesh = shapes::sail(3);
+        let (surface, channel) = rough(&context, &mesh, 0.1);
+        let topology = surface.topology();
+        let pieces = pieces(&context, &surface, &channel);
+        assert!(pieces.iter().filter(|piece| piece.triangles.len() == 1).count() > 2);
+        // Every edge of the tessellation that is not on a boundary of the mesh has as many triangles as the mesh there.
+        let bits = |point: [f32; 3]| point.map(|value| (value + 0.0).to_bits());
+        let mut uses: BTreeMap<_, usize> = BTreeMap::new();
+        let mut normals: BTreeMap<_, [u32; 3]> = BTreeMap::new();
+        for piece in &pieces {
+            for [a, b, c] in &piece.triangles {
+                for (a, b) in [(a, b), (b, c), (c, a)] {
+                    let (a, b) = (bits(piece.points[*a as usize]), bits(piece.points[*b as usize]));
+                    *uses.entry((a.min(b), a.max(b))).or_default() += 1;
+                }
+            }
+            for (point, normal) in piece.points.iter().zip(&piece.normals).take(piece.border) {
+                let normal = normal.map(f32::to_bits);
+                assert_eq!(*normals.entry(bits(*point)).or_insert(normal), normal);
+            }
+        }
+        let open = uses.values().filter(|uses| **uses == 1).count();
+        let segments = |edge: u32| channel.field().edge_pattern(edge).map_or(1, Pattern::segments) as usize;
+        let edges = 0..topology.edge_count() as u32;
+        let boundary: usize = edges.filter(|edge| topology.faces_along(*edge).len() == 1).map(segments).sum();
+        assert_eq!(open, boundary);
+    }
+
+    #[test]
+    fn pieces_cover_their_face_once() {
+        let context = Context::serial();
+        let (surface, channel) = rough(&context, &shapes::sail(3), 0.0);
+        for (face, piece) in pieces(&context, &surface, &channel).iter().enumerate() {
+            let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
+            let whole = area(surface.corner_points(face as u32).map(Vec3::from));
+            let parts: Vec<Vec3> = piece
+                .triangles
+                .iter()
+                .map(|triangle| area(triangle.map(|at| Vec3::from(piece.points[at as usize]))))
+                .collect();
+            assert!(parts.iter().all(|part| part.dot(whole) > 0.0), "face {face}");
+            assert!((parts.iter().sum::<Vec3>() - whole).length() < 1e-5 * whole.length());
+        }
+    }
+
+    #[test]
+    fn normals_of_what_is_not_displaced_are_the_smooth_ones_to_the_bit() {
+        let context = Context::serial();
+        let (surface, channel) = rough(&context, &shapes::sail(3), 0.0);
+        let displaced = TriangleDisplaced::new(&surface, channel.field()).unwrap();
+        for (face, piece) in (0..).zip(pieces(&context, &surface, &channel)) {
+            for ((pattern, node), normal) in
+                FaceRates::of(channel.field(), face).places().into_iter().zip(piece.normals)
+            {
+                assert_eq!(normal, displaced.at(face, pattern, node).0.normal.to_array());
+            }
+        }
+    }
+
+    #[test]
+    fn normals_on_a_displaced_plane_are_those_of_the_height_field() {
+        let context = Context::serial();
+        let mut mesh = shapes::sail(3);
+        mesh.points.iter_mut().for_each(|point| point[2] = 0.0);
+        // Without the triangle that stands on the plane.
+        mesh.face_sizes.pop();
+        mesh.corners.truncate(mesh.corners.len() - 3);
+        let surface = TriangleSurface::new(&context, &mesh).unwrap();
+        let options = TriangleOptions { segments: 32, budget: 1 << 24 };
+        let mut channel = TriangleChannel::displacement(surface.topology().clone(), &options).unwrap();
+        let all: Vec<u32> = (0..surface.topology().face_count() as u32).collect();
+        let pattern = channel.field().pattern();
+        channel.apply(&context, pattern, &TriangleSets { allocate: all.clone(), ..Default::default() }).unwrap();
+        let height = |p: Vec3| 0.1 * (6.0 * p.x).sin() * (5.0 * p.y + 1.0).cos() + 0.15;
+        let topology = surface.topology().clone();
+        let value = |p: Vec3| f16::from_f32(height(p));
+        let faces = all.iter().map(|face| {
+            let node = |index: u32| foot(&surface, *face, pattern, pattern.at_slot(Slot::Inside(index))).point;
+            (*face, (0..pattern.face_values() as u32).map(|index| value(node(index))).collect())
+        });
+        let edges = (0..topology.edge_count() as u32).map(|edge| {
+            let point = |step: u32| edge_foot(&surface, edge, step, 32).point;
+            (edge, (1..32).map(|step| value(point(step))).collect())
+        });
+        let vertices =
+            (0..topology.vertex_count() as u32 - 1).map(|v| (v, value(Vec3::from(surface.points()[v as usize]))));
+        let values = TriangleValues { faces: faces.collect(), edges: edges.collect(), vertices: vertices.collect() };
+        channel.write(values).unwrap();
+        let mut worst = 0f32;
+        for piece in pieces(&context, &surface, &channel) {
+            for (point, normal) in piece.points.iter().zip(piece.normals) {
+                let [x, y, _] = *point;
+                // One-sided at the border of the plane, and so less exact.
+                if x.min(y).min(1.0 - x).min(1.0 - y) < 0.01 {
+                    continue;
+                }
+                let slope = |dx: f32, dy: f32| {
+                    (height(Vec3::new(x + dx, y + dy, 0.0)) - height(Vec3::new(x - dx, y - dy, 0.0)))
+                        / (2.0 * dx.max(dy))
+                };
+                let expected = Vec3::new(-slope(1e-2, 0.0), -slope(0.0, 1e-2), 1.0).normalize();
+                worst = worst.max(expected.distance(Vec3::from(normal)));
+            }
+        }
+        // Half floats near 0.2 are 1e-4 apart, over triangles of 1e-2.
+        assert!(worst < 0.03, "{worst}");
+    }
+
+    #[test]
+    fn normals_that_are_renewed_where_something_changed_are_those_made_anew() {
+        let context = Context::serial();
+        let (surface, mut channel) = rough(&context, &shapes::sail(3), 0.1);
+        channel.commit();
+        let displaced = TriangleDisplaced::new(&surface, channel.field()).unwrap();
+        let mut normals = TriangleNormals::of(&context, &displaced).unwrap();
+        assert!(normals.bytes() > 0);
+        let block = vec![f16::from_f32(0.3); channel.field().face(4).unwrap().len()];
+        channel
+            .write(TriangleValues { faces: vec![(4, block)], vertices: vec![(5, f16::ONE)], ..Default::default() })
+            .unwrap();
+        let gone = TriangleSets { deallocate: vec![2], ..Default::default() };
+        channel.apply(&context, channel.field().pattern(), &gone).unwrap();
+        let commit = channel.commit();
+        let displaced = TriangleDisplaced::new(&surface, commit.field()).unwrap();
+        normals.update(&context, &displaced, &commit.changed().faces_shown(commit.topology()));
+        let anew = TriangleNormals::of(&context, &displaced).unwrap();
+        for face in 0..surface.topology().face_count() as u32 {
+            assert_eq!(normals.turns.face(face), anew.turns.face(face));
+            for (pattern, node) in FaceRates::of(commit.field(), face).places() {
+                let [a, b] = [&normals, &anew].map(|normals| normals.at(&surface, face, pattern, node));
+                assert_eq!(a, b, "face {face} {node:?}");
+            }
+        }
+    }
+}
