@@ -2,8 +2,17 @@
 //! meshes.
 //!
 //! - Files with a texture for every face: [`ptex`], with [`prefilter`] for what a displacement's numbers mean there.
+//! - Bakes to texture coordinates: [`map`], of what [`quantity`] says.
 
+mod gutter;
+mod layout;
+pub mod map;
 pub mod prefilter;
 pub mod ptex;
+pub mod quantity;
+mod raster;
 mod resample;
 mod solve;
+
+pub use map::{BakeOptions, BakeReport, Map, bake};
+pub use quantity::{Axes, Colors, Handedness, Quantity, Space};
