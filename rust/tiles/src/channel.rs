@@ -452,7 +452,7 @@ pub(crate) fn class_of(topology: &TileTopology, tile: u32, class: SizeClass) -> 
 }
 
 /// The tiles that share a vertex or a part of an edge with `tile`, itself among them, with repetition.
-fn neighbours(topology: &TileTopology, tile: u32) -> Vec<u32> {
+pub(crate) fn neighbours(topology: &TileTopology, tile: u32) -> Vec<u32> {
     let mut rings = topology.rings(tile).to_vec();
     for edge in 0..4 {
         if let Link::Halves { middle, .. } = topology.link(tile, edge) {

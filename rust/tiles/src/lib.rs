@@ -9,6 +9,7 @@
 mod carried;
 pub mod channel;
 pub mod color;
+pub mod decay;
 pub mod displaced;
 pub mod displacement;
 pub mod face_varying;
@@ -27,6 +28,7 @@ pub mod triangle;
 
 pub use channel::{Applied, Channel, ChannelOptions, Snapshot, Texels};
 pub use color::Paint;
+pub use decay::{Decay, DecayOptions, Faded};
 pub use displaced::{Displaced, Points};
 pub use displacement::{Displacement, DisplacementOptions};
 pub use field::Field;

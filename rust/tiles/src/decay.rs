@@ -1,0 +1,285 @@
+//! Edits that fade: every texel that is edited gets a time stamp, and what was put there goes linearly back to what
+//! tiles without a block read as.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 7.2. The
+//! latest edit of a texel wins: what it left there fades from then on. The stamped texels are kept beside the channel
+//! and faded from there, so that a fade does not depend on how many steps it takes and is not stopped by rounding. A
+//! tile whose last texel has faded gives its blocks back. Units: seconds; bytes: per tile (size + 2)² times those of a
+//! texel and a stamp of 4, in a heap of its own.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use relievo_core::{Context, Error, Result};
+
+use crate::channel::{Channel, neighbours};
+use crate::field::Field;
+use crate::heap::{Heap, SizeClass};
+use crate::pages::{Entry, Pages};
+use crate::texel::Texel;
+
+/// When edits fade.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DecayOptions {
+    /// How long an edit stays as it is, seconds.
+    pub delay: f32,
+    /// How long it then takes to fade, seconds; more than 0.
+    pub duration: f32,
+}
+
+impl DecayOptions {
+    /// Fails unless the times are finite, the delay is at least 0 and the duration more.
+    pub fn check(&self) -> Result<()> {
+        let Self { delay, duration } = *self;
+        if delay >= 0.0 && duration > 0.0 && (delay + duration).is_finite() {
+            return Ok(());
+        }
+        Err(Error::invalid(format!("edits cannot fade for {duration} s after {delay} s"))
+            .advise("use a delay of at least 0 and a duration above 0"))
+    }
+
+    /// How much is left at `time` of an edit made at `stamp`.
+    fn share(&self, stamp: f32, time: f64) -> f64 {
+        let age = time - f64::from(stamp) - f64::from(self.delay);
+        1.0 - (age / f64::from(self.duration)).clamp(0.0, 1.0)
+    }
+}
+
+/// The texels of a tile as they were when they were edited last, and when that was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stamped<'a, T> {
+    /// `(size + 2)²` texels; the ring means nothing.
+    pub texels: &'a [T],
+    /// As many times in seconds; [`PERMANENT`] for what does not fade.
+    pub stamps: &'a [f32],
+}
+
+/// The stamp of texels that do not fade.
+pub const PERMANENT: f32 = f32::MAX;
+
+/// The stamps of a channel.
+#[derive(Debug)]
+pub struct Decay<T> {
+    options: DecayOptions,
+    heap: Heap,
+    /// Of every tile the texels and then the stamps.
+    pages: Pages<u32>,
+    texel: PhantomData<T>,
+    /// Tiles whose stamps changed since they were last asked for.
+    changed: Vec<u32>,
+}
+
+/// What a fade did.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Faded {
+    /// Tiles of which texels changed, ascending.
+    pub changed: Vec<u32>,
+    /// Tiles that were given back, ascending.
+    pub freed: Vec<u32>,
+}
+
+impl<T: Texel> Decay<T> {
+    /// No stamps yet, for a channel of `tiles` tiles; they may occupy `budget` bytes. Fails if the times are none.
+    pub fn new(tiles: usize, options: DecayOptions, budget: u64) -> Result<Self> {
+        options.check()?;
+        let heap = Heap::new(size_of::<T>() + size_of::<f32>(), budget);
+        Ok(Self { options, heap, pages: Pages::new(tiles), texel: PhantomData, changed: Vec::new() })
+    }
+
+    /// When edits fade.
+    pub fn options(&self) -> DecayOptions {
+        self.options
+    }
+
+    /// Bytes of the stamps and the texels they belong to.
+    pub fn bytes(&self) -> u64 {
+        self.heap.bytes()
+    }
+
+    /// Number of tiles with stamps.
+    pub fn stamped_count(&self) -> usize {
+        self.heap.total()
+    }
+
+    /// The tiles with stamps, ascending.
+    pub fn stamped(&self) -> impl Iterator<Item = u32> {
+        self.pages.used()
+    }
+
+    /// The stamped texels of `tile`; `None` if there are none.
+    pub fn block(&self, tile: u32) -> Option<Stamped<'_, T>> {
+        self.pages.entry(tile).map(|entry| {
+            let words = &entry.texels;
+            let (texels, stamps) = words.split_at(entry.id.class.texels() * size_of::<T>() / size_of::<u32>());
+            Stamped { texels: bytemuck::cast_slice(texels), stamps: bytemuck::cast_slice(stamps) }
+        })
+    }
+
+    /// The tiles whose stamps changed since this was called last, ascending.
+    pub fn take_changed(&mut self) -> Vec<u32> {
+        let mut changed = std::mem::take(&mut self.changed);
+        changed.sort_unstable();
+        changed.dedup();
+        changed
+    }
+
+    /// Stamps with `time` all texels in which `channel` now differs from `before`. Returns the tiles, ascending, that
+    /// the budget refused; what was edited there stays.
+    ///
+    /// # Panics
+    /// If the channel or the field is that of another surface.
+    pub fn stamp(&mut self, context: &Context, before: &Field<T>, channel: &Channel<T>, time: f64) -> Vec<u32> {
+        let after = channel.field();
+        let gone: Vec<u32> = self.pages.used().filter(|tile| !after.is_allocated(*tile)).collect();
+        self.remove(&gone);
+        let edited: Vec<u32> = after.allocated().filter(|tile| after.version(*tile) != before.version(*tile)).collect();
+        let known = &*self;
+        let blank = after.blank();
+        let stamped = context.map(edited.len(), |index| {
+            let tile = edited[index];
+            let new = after.block(tile).unwrap_or(&[]);
+            // A face that was given another size has no texels to compare with.
+            let old = before.block(tile).filter(|old| old.len() == new.len());
+            let was = |at: usize| old.map_or(blank, |old| old[at]);
+            // Rings are the neighbours'.
+            let stride = after.size(tile) as usize + 2;
+            let inner = (1..stride - 1).flat_map(|j| (1..stride - 1).map(move |i| j * stride + i));
+            let edits: Vec<usize> = inner.filter(|at| !new[*at].same(was(*at))).collect();
+            if edits.is_empty() {
+                return None;
+            }
+            let (mut texels, mut stamps) = (new.to_vec(), vec![PERMANENT; new.len()]);
+            let known = known.block(tile).filter(|known| known.texels.len() == new.len());
+            if let Some(known) = known {
+                texels.copy_from_slice(known.texels);
+                stamps.copy_from_slice(known.stamps);
+            }
+            for at in edits {
+                (texels[at], stamps[at]) = (new[at], time as f32);
+            }
+            Some((tile, words(&texels, &stamps)))
+        });
+        let mut refused = Vec::new();
+        for (tile, stamps) in stamped.into_iter().flatten() {
+            if !self.put(tile, after.class(tile), stamps) {
+                refused.push(tile);
+            }
+        }
+        refused
+    }
+
+    /// Brings the texels of `channel` to what is left of them at `time`, which never goes back. Borders toward tiles that the channel's budget
+    /// refuses are blank, as after an edit.
+    ///
+    /// # Panics
+    /// If the channel is that of another surface.
+    pub fn fade(&mut self, context: &Context, channel: &mut Channel<T>, time: f64) -> Result<Faded> {
+        let gone: Vec<u32> = self.pages.used().filter(|tile| !channel.field().is_allocated(*tile)).collect();
+        self.remove(&gone);
+        let options = self.options;
+        let tiles: Vec<u32> = self.pages.used().collect();
+        let known = &*self;
+        let field = channel.field();
+        // Whether anything of a tile fades now, and whether anything will later.
+        let state = context.map(tiles.len(), |index| {
+            let stamps = known.block(tiles[index]).map_or(&[][..], |known| known.stamps);
+            let fits = field.block(tiles[index]).is_some_and(|block| block.len() == stamps.len());
+            let fading = |stamp: &f32| options.share(*stamp, time) < 1.0;
+            let alive = |stamp: &f32| *stamp != PERMANENT && options.share(*stamp, time) > 0.0;
+            (fits && stamps.iter().any(fading), fits && stamps.iter().any(alive))
+        });
+        let chosen = |wanted: fn((bool, bool)) -> bool| -> Vec<u32> {
+            tiles.iter().zip(&state).filter(|(_, state)| wanted(**state)).map(|(tile, _)| *tile).collect()
+        };
+        let fading = chosen(|(fading, _)| fading);
+        let done = chosen(|(_, alive)| !alive);
+        let blank = field.blank();
+        let changes = channel.edit(context, &fading, |tile, texels| {
+            let Some(known) = known.block(tile) else { return };
+            let size = texels.size();
+            let rows = known.texels.chunks_exact(size + 2).zip(known.stamps.chunks_exact(size + 2)).skip(1);
+            for (j, (edited, stamps)) in (0..size).zip(rows) {
+                for ((texel, edited), stamp) in texels.row_mut(j).iter_mut().zip(&edited[1..]).zip(&stamps[1..]) {
+                    let share = options.share(*stamp, time);
+                    if share < 1.0 {
+                        let (from, to) = (blank.value(), edited.value());
+                        *texel = if share > 0.0 { T::nearest(from + (to - from) * share) } else { blank };
+                    }
+                }
+            }
+        })?;
+        channel.settle(context, &changes)?;
+        self.remove(&done);
+        let changed: Vec<u32> = changes.iter().map(|change| change.tile).collect();
+        let topology = channel.field().topology().clone();
+        let mut around: Vec<u32> = done.iter().flat_map(|tile| neighbours(&topology, *tile)).collect();
+        around.extend(&done);
+        around.sort_unstable();
+        around.dedup();
+        let freed = channel.reclaim(context, &around)?;
+        Ok(Faded { changed, freed })
+    }
+
+    /// The stamped texels of `tile` as bytes: all texels, then all stamps; `None` if there are none.
+    pub fn read(&self, tile: u32) -> Option<Vec<u8>> {
+        self.pages.entry(tile).map(|entry| bytemuck::cast_slice(&entry.texels).to_vec())
+    }
+
+    /// Puts back what [`Self::read`] gave, for tiles of the sizes that `field` has.
+    ///
+    /// Fails, and changes nothing, if the tile does not exist, the length is not that of its block, a number is not
+    /// finite, or the budget does not allow it.
+    pub fn write(&mut self, field: &Field<T>, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        let place = || format!("tile {tile}");
+        if tile as usize >= field.tile_count() {
+            return Err(Error::invalid("it does not exist").at(place()));
+        }
+        let Some(bytes) = bytes else {
+            self.remove(&[tile]);
+            return Ok(());
+        };
+        let class = field.class(tile);
+        let count = class.texels();
+        if bytes.len() != count * (size_of::<T>() + size_of::<f32>()) {
+            return Err(Error::invalid(format!("stamps of {} bytes cannot be put back", bytes.len())).at(place()));
+        }
+        let (texels, stamps) = bytes.split_at(count * size_of::<T>());
+        let texels: Vec<T> = texels.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect();
+        let stamps: Vec<f32> = stamps.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+        if !T::all_finite(&texels) || stamps.iter().any(|stamp| !stamp.is_finite()) {
+            return Err(Error::invalid("a number of the stamps is not finite").at(place()));
+        }
+        if !self.put(tile, class, words(&texels, &stamps)) {
+            return Err(Error::memory("the stamps need more than their budget").at(place()));
+        }
+        Ok(())
+    }
+
+    /// Whether there is room for the stamps of a tile, which then has them.
+    fn put(&mut self, tile: u32, class: SizeClass, texels: Arc<[u32]>) -> bool {
+        if let Some(entry) = self.pages.entry_mut(tile).take_if(|entry| entry.id.class != class) {
+            self.heap.free(&[entry.id]);
+        }
+        let known = self.pages.entry(tile).map(|entry| entry.id);
+        let Some(id) = known.or_else(|| self.heap.allocate(&[class])[0]) else { return false };
+        *self.pages.entry_mut(tile) = Some(Entry { texels, id, version: 0 });
+        self.changed.push(tile);
+        true
+    }
+
+    fn remove(&mut self, tiles: &[u32]) {
+        for tile in tiles {
+            if let Some(entry) = self.pages.entry_mut(*tile).take() {
+                self.heap.free(&[entry.id]);
+                self.changed.push(*tile);
+            }
+        }
+    }
+}
+
+/// Texels and then stamps. A tile's number of texels is divisible by four, so that all kinds of texels fill words.
+fn words<T: Texel>(texels: &[T], stamps: &[f32]) -> Arc<[u32]> {
+    let texels = bytemuck::cast_slice::<T, u8>(texels).chunks_exact(size_of::<u32>());
+    let texels = texels.map(bytemuck::pod_read_unaligned);
+    texels.chain(stamps.iter().map(|stamp| bytemuck::cast(*stamp))).collect()
+}
