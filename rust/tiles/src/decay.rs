@@ -63,7 +63,7 @@ pub struct Decay<T> {
     options: DecayOptions,
     heap: Heap,
     /// Of every tile the texels and then the stamps.
-    pages: Pages<u32>,
+    pages: Pages<Entry<u32>>,
     texel: PhantomData<T>,
     /// Tiles whose stamps changed since they were last asked for.
     changed: Vec<u32>,
