@@ -6,19 +6,17 @@
 //! box only grazes takes no memory. Tiles that hold nothing any more after an eraser are given back. Stages report
 //! their time under `dab.intersect` and as [`crate::edit`] says. Displacement is in object units.
 
-use std::borrow::Cow;
-
 use glam::Vec4;
-use half::slice::HalfFloatSliceExt;
 use relievo_core::{Context, Error, Result};
 use relievo_tiles::{ColorTexel, Displaced, Displacement, Field, Paint};
 
 use crate::brush::Brush;
 use crate::cull::{self, CulledTile};
 use crate::edit::{self, Window};
-use crate::knots::{BLOCK_KNOTS, PerKnot};
-use crate::mode::{Colors, PaintInput, PaintMode, SculptInput, SculptMode};
+use crate::knots::PerKnot;
+use crate::mode::{PaintMode, SculptMode};
 use crate::object::DisplacedObject;
+use crate::spot::{Painting, Sculpting};
 use crate::weights::BrushParameters;
 
 /// What a brush does.
@@ -164,30 +162,9 @@ impl Dab {
         let level = context.level();
         let displacement = start.unwrap_or(object.displacement.field());
         let heights = |window: &Window, out: &mut PerKnot| edit::surface_heights(level, displacement, window, out);
-        let one = color.to_array().map(|channel| [channel; BLOCK_KNOTS]);
-        let stamp = self.brush.stamp();
+        let painting = Painting { level, mode, color: color.to_array(), blank, stamp: self.brush.stamp() };
         let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, heights, |site, texels| {
-            let mut colors: Colors = [[0.0; BLOCK_KNOTS]; 4];
-            for (k, texel) in texels.iter().enumerate() {
-                let color = texel.color().to_array();
-                (0..4).for_each(|channel| colors[channel][k] = color[channel]);
-            }
-            let mut mean: Colors = [[0.0; BLOCK_KNOTS]; 4];
-            let with_mean = mode.needs_mean()
-                && site.means(
-                    |texel| texel.color().to_array(),
-                    |k, color| (0..4).for_each(|channel| mean[channel][k] = color[channel]),
-                );
-            let mut wanted = Cow::Borrowed(&one);
-            if let Some(stamp) = stamp {
-                stamp.paint(&site.footprints(), &mut site.weights, wanted.to_mut());
-            }
-            let share = &site.weights.share;
-            let input = PaintInput { share, brush: &wanted, blank, mean: with_mean.then_some(&mean) };
-            mode.apply(level, &input, &mut colors);
-            for (k, texel) in texels.iter_mut().enumerate().filter(|(k, _)| share[*k] > 0.0) {
-                *texel = ColorTexel::of_color(Vec4::from([0, 1, 2, 3].map(|channel: usize| colors[channel][k])));
-            }
+            painting.edit(site, texels);
         });
         edit::write(context, paint, &culled, &edits, mode == PaintMode::Erase)
     }
@@ -205,35 +182,10 @@ impl Dab {
         let field = object.displacement.field();
         let level = context.level();
         let heights = |window: &Window, out: &mut PerKnot| edit::coefficients(start.unwrap_or(field), window, out);
-        let one = [height; BLOCK_KNOTS];
-        let stamp = self.brush.stamp();
+        let sculpting = Sculpting { level, mode, height, stamp: self.brush.stamp(), since: start.is_some() };
         let displaced = Displaced::new(&object.surface, start.unwrap_or(field))?;
         let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, heights, |site, texels| {
-            let mut now = [0.0; BLOCK_KNOTS];
-            texels.convert_to_f32_slice(&mut now[..texels.len()]);
-            let mut risen = [0.0; BLOCK_KNOTS];
-            if start.is_some() {
-                (0..texels.len()).for_each(|k| risen[k] = now[k] - site.heights[k]);
-            }
-            let mut mean = [0.0; BLOCK_KNOTS];
-            let with_mean = mode.needs_mean() && site.means(|texel| [texel.to_f32()], |k, [value]| mean[k] = value);
-            let mut height = Cow::Borrowed(&one);
-            if let Some(stamp) = stamp {
-                stamp.sculpt(&site.footprints(), &mut site.weights, height.to_mut(), !mode.has_height());
-            }
-            let mut facing = [1.0; BLOCK_KNOTS];
-            if mode.needs_facing() {
-                site.facing(context, &displaced, &mut facing);
-            }
-            let input = SculptInput {
-                weights: &site.weights,
-                height: &height,
-                risen: &risen,
-                mean: with_mean.then_some(&mean),
-                facing: &facing,
-            };
-            mode.apply(level, &input, &mut now);
-            texels.convert_from_f32_slice(&now[..texels.len()]);
+            sculpting.edit(site, |site, cosines| site.facing(context, &displaced, cosines), texels);
         });
         object.widen(edit::range(context, &edits));
         let displacement: &mut Displacement = &mut object.displacement;

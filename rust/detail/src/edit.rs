@@ -15,6 +15,7 @@ use relievo_tiles::{Candidate, Channel, Displaced, Field, Points, Sets, Texel};
 use crate::cull::CulledTile;
 use crate::dab::DabReport;
 use crate::knots::{BLOCK_KNOTS, KnotBlock, PerKnot, block_edge};
+use crate::spot::Spot;
 use crate::weights::{BrushParameters, Weights};
 
 /// A block of texels of a tile.
@@ -53,19 +54,30 @@ impl Window {
 
 /// A block of texels, and what the brush says of it.
 pub(crate) struct Site<'a, T> {
-    pub window: Window,
-    pub weights: Weights,
+    window: Window,
+    weights: Weights,
     places: KnotBlock,
     /// The displacement that the weights were evaluated with.
-    pub heights: PerKnot,
+    heights: PerKnot,
     /// The tile's texels, if it has some.
     source: Option<&'a [T]>,
 }
 
-impl<T: Texel> Site<'_, T> {
-    /// Calls `set` with the mean of the four neighbours of every texel, made of numbers from `read`. False, without a
-    /// call, if the tile has no texels.
-    pub fn means<const N: usize>(&self, read: impl Fn(T) -> [f32; N], mut set: impl FnMut(usize, [f32; N])) -> bool {
+impl<T: Texel> Spot<T> for Site<'_, T> {
+    fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    fn weights_mut(&mut self) -> &mut Weights {
+        &mut self.weights
+    }
+
+    fn heights(&self) -> &PerKnot {
+        &self.heights
+    }
+
+    /// The mean of the four neighbours.
+    fn means<const N: usize>(&self, read: impl Fn(T) -> [f32; N], mut set: impl FnMut(usize, [f32; N])) -> bool {
         let Some(source) = self.source else { return false };
         let around = [(0, -1), (0, 1), (-1, 0), (1, 0)].map(|(columns, rows)| self.window.rows(columns, rows));
         let [down, up, left, right] = around;
@@ -79,11 +91,8 @@ impl<T: Texel> Site<'_, T> {
         }
         true
     }
-}
 
-impl<T> Site<'_, T> {
-    /// How far the neighbours of every texel are away across the brush.
-    pub fn footprints(&self) -> PerKnot {
+    fn footprints(&self) -> PerKnot {
         let edge = self.window.edge as usize;
         let mut far = [0.0; BLOCK_KNOTS];
         for k in 0..self.window.count() {
@@ -97,7 +106,9 @@ impl<T> Site<'_, T> {
         }
         far
     }
+}
 
+impl<T> Site<'_, T> {
     /// The cosines between the normals of the surface and of the displaced one, `displaced` by what the weights were
     /// evaluated with.
     pub fn facing(&self, context: &Context, displaced: &Displaced<'_>, out: &mut PerKnot) {

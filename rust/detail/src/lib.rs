@@ -31,6 +31,7 @@ mod scanline;
 #[cfg(test)]
 mod shapes;
 mod smoothing;
+mod spot;
 pub mod stamp;
 pub mod stroke;
 pub mod tool;

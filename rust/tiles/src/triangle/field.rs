@@ -101,6 +101,11 @@ impl<T: Texel> TriangleField<T> {
         self.vertices[vertex as usize / CHUNK][vertex as usize % CHUNK]
     }
 
+    /// The values at the vertices, in runs.
+    pub fn vertices(&self) -> impl Iterator<Item = &[T]> {
+        self.vertices.iter().map(|chunk| &**chunk)
+    }
+
     pub(crate) fn set_vertex(&mut self, vertex: u32, value: T) {
         let chunk = &mut self.vertices[vertex as usize / CHUNK];
         if Arc::get_mut(chunk).is_none() {
