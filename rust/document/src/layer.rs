@@ -15,13 +15,16 @@ pub enum Kind {
     Rgba8 = 1,
     /// Colour in four half floats: linear red, green and blue, and alpha.
     Rgba16 = 2,
+    /// Vector displacement: B-spline coefficients in three half floats, along the tangent by u, across it and along the
+    /// normal; object units.
+    Vector = 3,
     /// Traces of contact: contact and depth in half floats, and the moment of contact in a float.
     Trace = 4,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Kind; 4] = [Kind::Scalar, Kind::Rgba8, Kind::Rgba16, Kind::Trace];
+    pub const ALL: [Kind; 5] = [Kind::Scalar, Kind::Rgba8, Kind::Rgba16, Kind::Vector, Kind::Trace];
 
     /// The kind that has `number` in files.
     pub(crate) fn of(number: u8) -> Option<Self> {
@@ -33,6 +36,7 @@ impl Kind {
         match self {
             Kind::Scalar => 2,
             Kind::Rgba8 => 4,
+            Kind::Vector => 6,
             Kind::Rgba16 | Kind::Trace => 8,
         }
     }
@@ -48,6 +52,7 @@ impl Kind {
             Kind::Scalar => "scalar displacement, f16",
             Kind::Rgba8 => "colour, RGBA8",
             Kind::Rgba16 => "colour, RGBA16F",
+            Kind::Vector => "vector displacement, f16",
             Kind::Trace => "traces of contact",
         }
     }
@@ -57,7 +62,7 @@ impl Kind {
         let half = |half: &[u8]| u16::from_le_bytes([half[0], half[1]]) & 0x7c00 != 0x7c00;
         match self {
             Kind::Rgba8 => true,
-            Kind::Scalar | Kind::Rgba16 => block.chunks_exact(2).all(half),
+            Kind::Scalar | Kind::Rgba16 | Kind::Vector => block.chunks_exact(2).all(half),
             // The exponent of the float is in its upper half.
             Kind::Trace => block.chunks_exact(8).all(|texel| {
                 let upper = u16::from_le_bytes([texel[6], texel[7]]);

@@ -1,7 +1,9 @@
-//! The displaced surface `P' = S + D·N` and its analytic normal.
+//! The displaced surface `P' = S + D·N + V` and its analytic normal.
 //!
 //! Nießner and Loop 2013, Analytic Displacement Mapping using Hardware Tessellation, Section 4: the normal is that of
-//! `P'_u = S_u + D_u·N + D·N_u` and `P'_v`, where `N_u` comes from the second derivatives of the surface. Points on
+//! `P'_u = S_u + D_u·N + D·N_u` and `P'_v`, where `N_u` comes from the second derivatives of the surface. A
+//! vector displacement `V = a·T + b·B + c·N` in the frame of [`crate::frame`] has derivatives of the same order: with
+//! `T_u = (S_uu − T (T·S_uu))/|S_u|` and `B_u = N_u × T + N × T_u`, nothing above second derivatives is needed. Points on
 //! edges and vertices are evaluated at their canonical place, so that they are equal to the bit whichever tile is
 //! asked, allocated or not. Units: object units; normals have length 1.
 //!
@@ -9,12 +11,14 @@
 //! little further inside the tile, and so is the displaced normal. A place that has no normal there either stays
 //! undisplaced and gets the normal (0, 0, 1), as do places in holes.
 
-use relievo_core::simd::Arithmetic;
+use glam::Vec3;
+use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, Error, Result, dispatch_simd};
 use relievo_surface::{Grid, Order, Place, Placement, Samples, Surface};
 
 use crate::field::Field;
-use crate::spline::{self, Jets};
+use crate::spline::{self, Jet, Jets};
+use crate::texel::Vector;
 
 /// Points of a displaced surface.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,6 +43,22 @@ impl Points {
 pub struct Displaced<'a> {
     surface: &'a Surface,
     field: &'a Field,
+    vectors: Option<&'a Field<Vector>>,
+}
+
+/// What a tile is displaced by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Still,
+    Scalar,
+    Vector,
+}
+
+impl Kind {
+    /// Second derivatives are only needed where there is displacement.
+    fn order(self) -> Order {
+        if self == Kind::Still { Order::First } else { Order::Second }
+    }
 }
 
 /// Places per item of parallel work.
@@ -57,7 +77,20 @@ impl<'a> Displaced<'a> {
             ))
             .advise("make the displacement from the topology of this surface"));
         }
-        Ok(Self { surface, field })
+        Ok(Self { surface, field, vectors: None })
+    }
+
+    /// Displaced by `vectors` as well, after the scalar displacement. Fails if they belong to a cage with other tiles.
+    pub fn with_vectors(self, vectors: &'a Field<Vector>) -> Result<Self> {
+        if self.surface.tile_count() != vectors.tile_count() {
+            return Err(Error::invalid(format!(
+                "the surface has {} tiles, its vector displacement {}",
+                self.surface.tile_count(),
+                vectors.tile_count()
+            ))
+            .advise("make the displacement from this surface"));
+        }
+        Ok(Self { vectors: Some(vectors), ..self })
     }
 
     /// The surface that is displaced.
@@ -70,6 +103,25 @@ impl<'a> Displaced<'a> {
         self.field
     }
 
+    /// The vector displacements, if there are any.
+    pub fn vectors(&self) -> Option<&'a Field<Vector>> {
+        self.vectors
+    }
+
+    /// The one place at which `place` is evaluated: the tile that is coarsest in all displacements.
+    pub fn canonical(&self, place: Place) -> Place {
+        let density = |tile: u32| self.field.density(tile) + self.vectors.map_or(0, |vectors| vectors.density(tile));
+        self.field.topology().canonical(place, density)
+    }
+
+    fn kind(&self, tile: u32) -> Kind {
+        match (self.vectors.is_some_and(|vectors| vectors.is_allocated(tile)), self.field.is_allocated(tile)) {
+            (true, _) => Kind::Vector,
+            (false, true) => Kind::Scalar,
+            (false, false) => Kind::Still,
+        }
+    }
+
     /// Bounds of the displaced surface over `tile`, conservative: where hosts refit after a commit.
     ///
     /// # Panics
@@ -78,7 +130,8 @@ impl<'a> Displaced<'a> {
         let (low, high) = self.surface.tile_bounds(tile);
         let [least, most] = self.field.range(tile);
         // Edges may be evaluated in a neighbour, whose patches and coefficients are rounded apart from these.
-        let reach = 1.001 * least.abs().max(most.abs()) + 1e-6 * self.surface.extent();
+        let longest = self.vectors.map_or(0.0, |vectors| vectors.length(tile));
+        let reach = 1.001 * (least.abs().max(most.abs()) + longest) + 1e-6 * self.surface.extent();
         (low.map(|value| value - reach), high.map(|value| value + reach))
     }
 
@@ -91,7 +144,7 @@ impl<'a> Displaced<'a> {
                 return Err(Error::invalid(format!("{place:?} is not on the surface")).at(format!("place {index}")));
             }
         }
-        let canonical: Vec<Place> = places.iter().map(|place| self.field.canonical(*place)).collect();
+        let canonical: Vec<Place> = places.iter().map(|place| self.canonical(*place)).collect();
         self.evaluate_in_place(context, &canonical, out)
     }
 
@@ -114,23 +167,19 @@ impl<'a> Displaced<'a> {
         p: &mut [[f32; 3]],
         normal: &mut [[f32; 3]],
     ) -> Result<()> {
-        // Second derivatives are only needed where there is displacement.
-        let (displaced, still): (Vec<usize>, Vec<usize>) =
-            (0..places.len()).partition(|index| self.field.is_allocated(places[*index].tile));
         let level = context.level();
-        let (mut samples, mut jets, mut points) = (Samples::default(), Jets::default(), Points::default());
-        for (indices, order) in [(displaced, Order::Second), (still, Order::First)] {
+        let (mut samples, mut jets, mut points) = (Samples::default(), JetLists::default(), Points::default());
+        for kind in [Kind::Still, Kind::Scalar, Kind::Vector] {
+            let indices: Vec<usize> =
+                (0..places.len()).filter(|index| self.kind(places[*index].tile) == kind).collect();
             let chosen: Vec<Place> = indices.iter().map(|index| places[*index]).collect();
-            self.surface.evaluate(context, &chosen, order, &mut samples)?;
-            jets.reset(chosen.len(), Order::First);
-            if order == Order::Second {
-                for (i, place) in chosen.iter().enumerate() {
-                    let jet = self.field.point(level, *place);
-                    (jets.d[i], jets.du[i], jets.dv[i]) = (jet.d, jet.du, jet.dv);
-                }
+            self.surface.evaluate(context, &chosen, kind.order(), &mut samples)?;
+            jets.reset(chosen.len(), kind);
+            for (i, place) in chosen.iter().enumerate() {
+                jets.set(i, self.jets(level, *place, kind));
             }
             points.reset(chosen.len());
-            displace(level, &samples, &jets, &mut points.p, &mut points.normal);
+            jets.displace(level, &samples, &mut points.p, &mut points.normal);
             for (i, index) in indices.into_iter().enumerate() {
                 (p[index], normal[index]) = (points.p[i], points.normal[i]);
                 if normal[index] == [0.0; 3] {
@@ -139,6 +188,19 @@ impl<'a> Displaced<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Along the normal, along T and along B, at a place.
+    fn jets(&self, level: Level, place: Place, kind: Kind) -> [Jet; 3] {
+        let scalar = if kind == Kind::Still { Jet::default() } else { self.field.point(level, place) };
+        match self.vectors.filter(|_| kind == Kind::Vector) {
+            Some(vectors) => {
+                let [along, across, up] = vectors.vector(level, place);
+                let scalar = Jet { d: scalar.d + up.d, du: scalar.du + up.du, dv: scalar.dv + up.dv, ..scalar };
+                [scalar, along, across]
+            }
+            None => [scalar, Jet::default(), Jet::default()],
+        }
     }
 
     /// Position and normal at a place. Fails if the tile does not exist or u or v is outside 0 to 1.
@@ -158,26 +220,29 @@ impl<'a> Displaced<'a> {
             return Err(Error::invalid(format!("{grid:?} is not a grid of a tile")).at(format!("tile {tile}")));
         }
         let level = context.level();
-        let order = if self.field.is_allocated(tile) { Order::Second } else { Order::First };
+        let kind = self.kind(tile);
         let parameters = |range: &std::ops::Range<u32>| range.clone().map(|i| grid.parameter(i)).collect::<Vec<f32>>();
         let (us, vs) = (parameters(&grid.columns), parameters(&grid.rows));
-        let (mut samples, mut jets) = (Samples::default(), Jets::default());
+        let (mut samples, mut jets) = (Samples::default(), JetLists::default());
+        let mut vector: [Jets; 3] = Default::default();
         out.reset(grid.len());
         // A few rows at a time, so that what lies between the steps stays in the cache.
         for first in grid.rows.clone().step_by(ROWS as usize) {
             let rows = first..(first + ROWS).min(grid.rows.end);
             let part = Grid { rows: rows.clone(), ..grid.clone() };
-            self.surface.grid(level, tile, &part, order, &mut samples);
+            self.surface.grid(level, tile, &part, kind.order(), &mut samples);
             let vs = &vs[(rows.start - grid.rows.start) as usize..][..rows.len()];
-            match self.field.block(tile) {
-                Some(block) => {
-                    spline::grid(level, block, self.field.size(tile), &us, vs, Order::First, &mut jets);
-                }
-                None => jets.reset(part.len(), Order::First),
+            jets.reset(part.len(), kind);
+            if let Some(block) = self.field.block(tile) {
+                spline::grid(level, block, self.field.size(tile), &us, vs, Order::First, &mut jets.up);
+            }
+            if let Some((vectors, block)) = self.vectors.and_then(|vectors| Some((vectors, vectors.block(tile)?))) {
+                spline::vector_grid(level, block, vectors.size(tile), &us, vs, Order::First, &mut vector);
+                jets.take(&mut vector);
             }
             let span = (rows.start - grid.rows.start) as usize * us.len()..;
             let (p, normal) = (&mut out.p[span.clone()][..part.len()], &mut out.normal[span][..part.len()]);
-            displace(level, &samples, &jets, p, normal);
+            jets.displace(level, &samples, p, normal);
         }
         // Points on edges, and places without a normal.
         let is_end = |t: f32| t == 0.0 || t == 1.0;
@@ -187,7 +252,7 @@ impl<'a> Displaced<'a> {
                 let (index, place) = (j * us.len() + i, Place::new(tile, *u, *v));
                 if is_end(*u) || is_end(*v) {
                     indices.push(index);
-                    borders.push(self.field.canonical(place));
+                    borders.push(self.canonical(place));
                 } else if out.normal[index] == [0.0; 3] {
                     // Only where the tangents fail inside a tile, which cages with collapsed edges do.
                     (out.p[index], out.normal[index]) = self.singular(context, place, out.p[index], true)?;
@@ -208,27 +273,87 @@ impl<'a> Displaced<'a> {
         let inner = Place::new(place.tile, place.u + (0.5 - place.u) * step, place.v + (0.5 - place.v) * step);
         let mut samples = Samples::default();
         self.surface.evaluate(context, &[inner], Order::Second, &mut samples)?;
-        let level = context.level();
-        let mut jets = Jets::default();
-        jets.reset(1, Order::First);
-        // The displacement is that of the place itself; where N points is all that is taken from further inside.
-        let (here, there) = (self.field.point(level, place), self.field.point(level, inner));
+        let (level, kind) = (context.level(), self.kind(place.tile));
+        let mut jets = JetLists::default();
+        jets.reset(1, kind);
+        // The displacement is that of the place itself; where T, B and N point is all that is taken from further inside.
+        let (here, there) = (self.jets(level, place, kind), self.jets(level, inner, kind));
         let (mut moved, mut base) = ([[0.0; 3]], [[0.0; 3]]);
-        displace(level, &samples, &jets, &mut moved, &mut base);
+        jets.displace(level, &samples, &mut moved, &mut base);
         if base[0] == [0.0; 3] {
             return if again { self.singular(context, place, p, false) } else { Ok((p, [0.0, 0.0, 1.0])) };
         }
-        (jets.d[0], jets.du[0], jets.dv[0]) = (there.d, there.du, there.dv);
+        jets.set(0, there);
         let mut normal = [[0.0; 3]];
-        displace(level, &samples, &jets, &mut moved, &mut normal);
-        Ok((std::array::from_fn(|axis| p[axis] + here.d * base[0][axis]), normal[0]))
+        jets.displace(level, &samples, &mut moved, &mut normal);
+        let n = Vec3::from(base[0]);
+        let t = Vec3::from(samples.du.each_ref().map(|values| values[0])).normalize_or_zero();
+        let [up, along, across] = here.map(|jet| jet.d);
+        let p = match kind {
+            Kind::Vector => (Vec3::from(p) + up * n + along * t + across * n.cross(t)).to_array(),
+            _ => std::array::from_fn(|axis| p[axis] + up * base[0][axis]),
+        };
+        Ok((p, normal[0]))
+    }
+}
+
+/// Displacements of many samples: along the normal, and along T and B where there are vectors.
+#[derive(Default)]
+struct JetLists {
+    up: Jets,
+    /// Empty where there are none.
+    along: Jets,
+    across: Jets,
+}
+
+impl JetLists {
+    /// Zeros.
+    fn reset(&mut self, count: usize, kind: Kind) {
+        self.up.reset(count, Order::First);
+        let count = if kind == Kind::Vector { count } else { 0 };
+        self.along.reset(count, Order::First);
+        self.across.reset(count, Order::First);
+    }
+
+    fn set(&mut self, index: usize, jets: [Jet; 3]) {
+        for (list, jet) in [&mut self.up, &mut self.along, &mut self.across].into_iter().zip(jets) {
+            if let Some(d) = list.d.get_mut(index) {
+                (*d, list.du[index], list.dv[index]) = (jet.d, jet.du, jet.dv);
+            }
+        }
+    }
+
+    /// Adds vectors to scalars, and leaves something else in their lists.
+    fn take(&mut self, vector: &mut [Jets; 3]) {
+        let [along, across, up] = vector;
+        std::mem::swap(along, &mut self.along);
+        std::mem::swap(across, &mut self.across);
+        let lists = [(&mut self.up.d, &up.d), (&mut self.up.du, &up.du), (&mut self.up.dv, &up.dv)];
+        for (sum, more) in lists {
+            sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+        }
+    }
+
+    fn displace(&self, level: Level, samples: &Samples, p: &mut [[f32; 3]], normal: &mut [[f32; 3]]) {
+        if self.along.d.is_empty() {
+            displace(level, samples, &self.up, p, normal);
+        } else {
+            displace_by_vector(level, samples, self, p, normal);
+        }
     }
 }
 
 dispatch_simd! {
-    /// Displaces samples. Where there is no normal, it is zero and the position undisplaced.
+    /// Displaces samples along their normals. Where there is no normal, it is zero and the position undisplaced.
     fn displace = displace_body(
         samples: &Samples, jets: &Jets, p: &mut [[f32; 3]], normal: &mut [[f32; 3]]
+    )
+}
+
+dispatch_simd! {
+    /// As [`displace`], and by vectors.
+    fn displace_by_vector = displace_by_vector_body(
+        samples: &Samples, jets: &JetLists, p: &mut [[f32; 3]], normal: &mut [[f32; 3]]
     )
 }
 
@@ -239,9 +364,30 @@ type Lanes = [f32; LANES];
 
 #[inline(always)]
 fn displace_body<A: Arithmetic>(samples: &Samples, jets: &Jets, p: &mut [[f32; 3]], normal: &mut [[f32; 3]]) {
+    displace_of::<A, 1>(samples, [jets], p, normal);
+}
+
+#[inline(always)]
+fn displace_by_vector_body<A: Arithmetic>(
+    samples: &Samples,
+    jets: &JetLists,
+    p: &mut [[f32; 3]],
+    normal: &mut [[f32; 3]],
+) {
+    displace_of::<A, 3>(samples, [&jets.up, &jets.along, &jets.across], p, normal);
+}
+
+/// Displaces by `DIRECTIONS` jets a sample: along N alone, or along N, T and B.
+#[inline(always)]
+fn displace_of<A: Arithmetic, const DIRECTIONS: usize>(
+    samples: &Samples,
+    jets: [&Jets; DIRECTIONS],
+    p: &mut [[f32; 3]],
+    normal: &mut [[f32; 3]],
+) {
     let quantities = [&samples.p, &samples.du, &samples.dv, &samples.duu, &samples.duv, &samples.dvv];
     let mut input = [[[0.0; LANES]; 3]; 6];
-    let mut jet = [[0.0; LANES]; 3];
+    let mut jet = [[[0.0; LANES]; 3]; DIRECTIONS];
     let mut output = [[[0.0; LANES]; 3]; 2];
     for (block, (p, normal)) in p.chunks_mut(LANES).zip(normal.chunks_mut(LANES)).enumerate() {
         let (at, count) = (block * LANES, p.len());
@@ -251,10 +397,12 @@ fn displace_body<A: Arithmetic>(samples: &Samples, jets: &Jets, p: &mut [[f32; 3
                 load(lanes, &values[at..at + count]);
             }
         }
-        for (lanes, values) in jet.iter_mut().zip([&jets.d, &jets.du, &jets.dv]) {
-            load(lanes, &values[at..at + count]);
+        for (jet, jets) in jet.iter_mut().zip(jets) {
+            for (lanes, values) in jet.iter_mut().zip([&jets.d, &jets.du, &jets.dv]) {
+                load(lanes, &values[at..at + count]);
+            }
         }
-        displace_lanes::<A>(&input, &jet, &mut output);
+        displace_lanes::<A, DIRECTIONS>(&input, &jet, &mut output);
         for i in 0..count {
             p[i] = std::array::from_fn(|axis| output[0][axis][i]);
             normal[i] = std::array::from_fn(|axis| output[1][axis][i]);
@@ -276,7 +424,11 @@ const PARALLEL: f32 = 1e-12;
 
 // No fused arithmetic in cross products: those of parallel vectors must vanish.
 #[inline(always)]
-fn displace_lanes<A: Arithmetic>(input: &[[Lanes; 3]; 6], jet: &[Lanes; 3], output: &mut [[Lanes; 3]; 2]) {
+fn displace_lanes<A: Arithmetic, const DIRECTIONS: usize>(
+    input: &[[Lanes; 3]; 6],
+    jet: &[[Lanes; 3]; DIRECTIONS],
+    output: &mut [[Lanes; 3]; 2],
+) {
     let cross = |a: [f32; 3], b: [f32; 3]| -> [f32; 3] {
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     };
@@ -286,7 +438,7 @@ fn displace_lanes<A: Arithmetic>(input: &[[Lanes; 3]; 6], jet: &[Lanes; 3], outp
     for i in 0..LANES {
         let at = |k: usize| [input[k][0][i], input[k][1][i], input[k][2][i]];
         let (p, u, v, uu, uv, vv) = (at(0), at(1), at(2), at(3), at(4), at(5));
-        let (d, d_u, d_v) = (jet[0][i], jet[1][i], jet[2][i]);
+        let (d, d_u, d_v) = (jet[0][0][i], jet[0][1][i], jet[0][2][i]);
         let m = cross(u, v);
         let area = dot(m, m);
         let regular = area > PARALLEL * dot(u, u) * dot(v, v);
@@ -296,14 +448,29 @@ fn displace_lanes<A: Arithmetic>(input: &[[Lanes; 3]; 6], jet: &[Lanes; 3], outp
         let turn = |a: [f32; 3]| scale(sum(a, scale(n, -dot(n, a))), inverse);
         let n_u = turn(sum(cross(uu, v), cross(u, uv)));
         let n_v = turn(sum(cross(uv, v), cross(u, vv)));
-        let p_u = sum(u, sum(scale(n, d_u), scale(n_u, d)));
-        let p_v = sum(v, sum(scale(n, d_v), scale(n_v, d)));
+        let mut p_u = sum(u, sum(scale(n, d_u), scale(n_u, d)));
+        let mut p_v = sum(v, sum(scale(n, d_v), scale(n_v, d)));
+        let mut moved: [f32; 3] = std::array::from_fn(|axis| A::fma(d, n[axis], p[axis]));
+        if DIRECTIONS == 3 {
+            let [(a, a_u, a_v), (b, b_u, b_v)] = [1, 2].map(|k| (jet[k][0][i], jet[k][1][i], jet[k][2][i]));
+            let inverse = if regular { 1.0 / dot(u, u).sqrt() } else { 0.0 };
+            let t = scale(u, inverse);
+            let turn = |a: [f32; 3]| scale(sum(a, scale(t, -dot(t, a))), inverse);
+            let (t_u, t_v) = (turn(uu), turn(uv));
+            let across = cross(n, t);
+            let across_u = sum(cross(n_u, t), cross(n, t_u));
+            let across_v = sum(cross(n_v, t), cross(n, t_v));
+            let tangential = |a: f32, t: [f32; 3], b: f32, across: [f32; 3]| sum(scale(t, a), scale(across, b));
+            p_u = sum(p_u, sum(tangential(a_u, t, b_u, across), tangential(a, t_u, b, across_u)));
+            p_v = sum(p_v, sum(tangential(a_v, t, b_v, across), tangential(a, t_v, b, across_v)));
+            moved = sum(moved, tangential(a, t, b, across));
+        }
         let facing = cross(p_u, p_v);
         let length = dot(facing, facing);
         let upright = length > PARALLEL * dot(p_u, p_u) * dot(p_v, p_v) && length < f32::INFINITY;
         let inverse = if upright { 1.0 / length.sqrt() } else { 1.0 };
         for axis in 0..3 {
-            output[0][axis][i] = A::fma(d, n[axis], p[axis]);
+            output[0][axis][i] = moved[axis];
             output[1][axis][i] = if upright { facing[axis] * inverse } else { n[axis] };
         }
     }

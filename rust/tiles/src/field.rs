@@ -8,11 +8,11 @@ use half::f16;
 use relievo_core::simd::Level;
 use relievo_surface::{Place, TileTopology};
 
+use crate::frame::Frames;
 use crate::heap::SizeClass;
-
 use crate::pages::{Entry, Pages};
 use crate::spline::{self, Jet};
-use crate::texel::Texel;
+use crate::texel::{Texel, Vector};
 
 /// Texels of all tiles of a surface, immutable where it is shared: displacement, or colour. Cloning is cheap.
 #[derive(Clone, Debug)]
@@ -21,13 +21,15 @@ pub struct Field<T = f16> {
     classes: Arc<[SizeClass]>,
     pages: Pages<Entry<T>>,
     blank: T,
+    /// How frames are turned, for texels that have a direction.
+    pub(crate) frames: Option<Arc<Frames>>,
 }
 
 impl<T: Texel> Field<T> {
     /// A field without blocks, where `classes` says the size of every tile and `blank` what it reads as.
     pub(crate) fn new(topology: Arc<TileTopology>, classes: Vec<SizeClass>, blank: T) -> Self {
         let pages = Pages::new(topology.tile_count());
-        Self { topology, classes: classes.into(), pages, blank }
+        Self { topology, classes: classes.into(), pages, blank, frames: None }
     }
 
     /// What tiles without a block read as.
@@ -130,6 +132,26 @@ impl Field {
         let low = block.iter().map(ordered).fold(i16::MAX, i16::min);
         let high = block.iter().map(ordered).fold(i16::MIN, i16::max);
         [value(low), value(high)]
+    }
+}
+
+impl Field<Vector> {
+    /// The displacement in `place`'s own tile, as three components: zeros if it is not allocated. Give it a canonical
+    /// place for vectors that agree across seams.
+    pub fn vector(&self, level: Level, place: Place) -> [Jet; 3] {
+        match self.entry(place.tile) {
+            Some(entry) => spline::vector_point(level, &entry.texels, entry.id.class.size(), place.u, place.v),
+            None => [Jet::default(); 3],
+        }
+    }
+
+    /// A bound of the lengths of the vectors over `tile`, 0 if it is not allocated.
+    pub fn length(&self, tile: u32) -> f32 {
+        let longest = |longest: [f32; 3], vector: &Vector| {
+            std::array::from_fn(|axis| longest[axis].max(vector.0[axis].to_f32().abs()))
+        };
+        let block = self.block(tile).unwrap_or(&[]);
+        block.iter().fold([0.0f32; 3], longest).iter().map(|value| value * value).sum::<f32>().sqrt()
     }
 }
 

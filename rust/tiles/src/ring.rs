@@ -15,7 +15,8 @@
 //!   continuous.
 //! - Beside a tile that is not allocated, and at non-manifold edges, the border row and the ring are blank: what tiles
 //!   without a block read as, which for displacement is zero.
-//! - Across a reversed link displacements change sign, because the normals do; colours stay.
+//! - Across a reversed link displacements change sign, because the normals do; colours stay. Vectors are re-expressed in
+//!   the frame of the tile that receives them, at the point of the edge that the texel is beside, see [`crate::frame`].
 //!
 //! Colours are looked up bilinearly, and the same rules make that continuous across edges of equal density.
 //!
@@ -26,6 +27,7 @@ use relievo_core::Context;
 use relievo_surface::{Incidence, Link, RingClass, Side};
 
 use crate::field::{Field, Line};
+use crate::frame::{Turn, entry_of};
 use crate::spline::{restrict_curve, subdivide_curve};
 use crate::texel::Texel;
 
@@ -76,8 +78,15 @@ struct Work {
     corners: u8,
 }
 
-fn signed<T: Texel>(c: T, flip: bool) -> T {
-    if flip { c.flipped() } else { c }
+/// From the frame of entry `from` of `ring` to that of entry `to`.
+fn around<T: Texel>(field: &Field<T>, ring: u32, from: usize, to: usize) -> Turn {
+    match &field.frames {
+        Some(frames) if T::FRAMED => frames.around(ring, from, to),
+        _ => {
+            let entries = field.topology().ring(ring);
+            Turn::plain(entries[from].flipped != entries[to].flipped)
+        }
+    }
 }
 
 /// The tiles that are not allocated but that `changes` reach: across a border that is not blank, or at a vertex whose
@@ -334,11 +343,23 @@ impl Span {
     }
 }
 
-/// The border row of the neighbour along a span, in this tile's direction and sign.
+/// The border row of the neighbour along a span, in this tile's direction.
 fn across<'a, T: Texel>(field: &'a Field<T>, span: &'a Span) -> Option<impl Fn(usize) -> T + use<'a, T>> {
     let block = field.block(span.side.tile)?;
     let line = Line::new(field.size(span.side.tile), span.side.edge, 0);
-    Some(move |q: usize| signed(block[line.at(span.across(q) as isize)], span.reversed))
+    Some(move |q: usize| block[line.at(span.across(q) as isize)])
+}
+
+/// From the neighbour's frame to that of `side` at texel `q` of `count` of their span.
+fn turn_across<T: Texel>(field: &Field<T>, side: Side, span: &Span, q: usize, count: usize) -> Turn {
+    let Some(frames) = field.frames.as_ref().filter(|_| T::FRAMED) else { return Turn::plain(span.reversed) };
+    let along = (q as f32 + 0.5) / count as f32;
+    let place = |(start, texels): (usize, usize), along: f32, tile: u32| {
+        (start as f32 + along * texels as f32) / field.size(tile) as f32
+    };
+    let own = place(span.own, along, side.tile);
+    let other = place(span.other, if span.reversed { along } else { 1.0 - along }, span.side.tile);
+    frames.across((side, own), (span.side, other), span.reversed)
 }
 
 /// The ring row along a side, texel by texel.
@@ -370,23 +391,24 @@ fn span_row<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span, write: &mut 
     let Some(neighbour) = across(field, span) else {
         return (start..start + count).for_each(|k| write(k, field.blank()));
     };
-    let ends = span.ends.map(|ring| end_value(field, side.tile, ring));
+    let ends = span.ends.map(|ring| end_value(field, side.tile, ring, None));
     let inner = usize::from(ends[0].is_some())..count - usize::from(ends[1].is_some());
+    let turn = |q: usize, count: usize| turn_across(field, side, span, q, count);
     if count == span.other.1 {
-        inner.for_each(|k| write(start + k, neighbour(k)));
+        inner.for_each(|k| write(start + k, neighbour(k).turned(turn(k, count))));
     } else if count < span.other.1 {
-        let fine: Vec<T::Value> = (0..span.other.1).map(|q| neighbour(q).value()).collect();
+        let fine: Vec<T::Value> = (0..span.other.1).map(|q| neighbour(q).seen(turn(q, span.other.1))).collect();
         let row = restrict_curve(&fine, span.other.1 / count);
         inner.for_each(|k| write(start + k, T::nearest(row[k])));
     } else if let Some(block) = field.block(side.tile) {
         let border = Line::new(field.size(side.tile), side.edge, 0);
-        let mut curve = ended_curve(field, side, span, ends);
+        let mut curve = ended_curve(field, side, span);
         while curve.len() < count + 2 {
             curve = subdivide_curve(&curve);
         }
         inner.for_each(|k| {
             let own = block[border.at((start + k) as isize)].value();
-            write(start + k, T::nearest(curve[k + 1] * 2.0 - own));
+            write(start + k, T::nearest(T::turn_value(curve[k + 1], turn(k, count)) * 2.0 - own));
         });
     }
     if let Some(value) = ends[0] {
@@ -397,21 +419,26 @@ fn span_row<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span, write: &mut 
     }
 }
 
-/// The edge curve of the coarser neighbour along a span of the finer side: the mean of its border and of its ring.
+/// The edge curve of the coarser neighbour along a span of the finer side, in the neighbour's frame: the mean of its
+/// border and of its ring.
 fn edge_curve<T: Texel>(field: &Field<T>, side: Side, span: &Span) -> Vec<T::Value> {
     let (Some(neighbour), Some(block)) = (across(field, span), field.block(side.tile)) else {
         return vec![field.blank().value(); span.other.1];
     };
     let border = Line::new(field.size(side.tile), side.edge, 0);
-    let own = |k: usize| block[border.at((span.own.0 + k) as isize)].value();
+    let own = |k: usize| {
+        let turn = turn_across(field, side, span, k, span.own.1).inverse();
+        block[border.at((span.own.0 + k) as isize)].seen(turn)
+    };
     let fine: Vec<T::Value> = (0..span.own.1).map(own).collect();
     let ring = restrict_curve(&fine, span.own.1 / span.other.1);
     ring.into_iter().enumerate().map(|(q, ring)| (neighbour(q).value() + T::nearest(ring).value()) * 0.5).collect()
 }
 
 /// As [`edge_curve`], with one coefficient more at each end.
-fn ended_curve<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span, ends: [Option<T>; 2]) -> Vec<T::Value> {
+fn ended_curve<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span) -> Vec<T::Value> {
     let mut curve = edge_curve(field, side, span);
+    let ends = span.ends.map(|ring| end_value(field, span.side.tile, ring, None));
     let last = curve.len() - 1;
     for (end, at) in ends.into_iter().zip([0, last]) {
         if let Some(value) = end {
@@ -423,9 +450,11 @@ fn ended_curve<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span, ends: [Op
         Some(value) => value.value(),
         None => {
             let other = continuation(field, side, span, end == 1);
+            let (ring, tile) = (span.ends[end], span.side.tile);
             other.map_or(curve[if end == 0 { 0 } else { last }], |(side, span, at_start)| {
                 let curve = edge_curve(field, side, &span);
-                if at_start { curve[0] } else { curve[curve.len() - 1] }
+                let value = if at_start { curve[0] } else { curve[curve.len() - 1] };
+                T::turn_value(value, between(field, ring, span.side.tile, tile))
             })
         }
     };
@@ -462,7 +491,8 @@ fn ring_texel<T: Texel>(field: &Pass<'_, T>, side: Side, k: usize) -> T {
     for span in spans(field, side).iter().flatten() {
         let (start, count) = span.own;
         if (start..start + count).contains(&k) && count == span.other.1 {
-            return across(field, span).map_or(field.blank(), |neighbour| neighbour(k - start));
+            let turn = turn_across(field, side, span, k - start, count);
+            return across(field, span).map_or(field.blank(), |neighbour| neighbour(k - start).turned(turn));
         }
     }
     ring_row(field, side, |at, value| {
@@ -481,22 +511,21 @@ fn diagonal<T: Texel>(field: &Pass<'_, T>, tile: u32, corner: u8) -> T {
     let Some(own) = entries.iter().position(|entry| (entry.tile, entry.corner) == (tile, corner)) else {
         return field.blank();
     };
-    let sign = |other: &Incidence| other.flipped != entries[own].flipped;
+    let turn = |other: usize| around(field, ring, other, own);
     match (topology.ring_class(ring), entries.len()) {
         (RingClass::Tee, _) => {
             // What the other sub-tile has across its half of the quad's edge.
-            let Some(other) = entries.iter().enumerate().find(|(i, entry)| *i != own && !entry.middle) else {
+            let Some((index, other)) = entries.iter().enumerate().find(|(i, entry)| *i != own && !entry.middle) else {
                 return field.blank();
             };
-            let other = other.1;
             let last = field.size(other.tile) as usize - 1;
             // Corner 1 ends edge 0, corner 3 begins edge 3: the two halves of an edge of a face.
             let (edge, k) = if other.corner == 1 { (0, last) } else { (3, 0) };
-            signed(ring_texel(field, Side { tile: other.tile, edge }, k), sign(other))
+            ring_texel(field, Side { tile: other.tile, edge }, k).turned(turn(index))
         }
         (_, count) => {
-            let other = &entries[(own + count / 2) % count];
-            signed(border_corner(field, other), sign(other))
+            let other = (own + count / 2) % count;
+            border_corner(field, &entries[other]).turned(turn(other))
         }
     }
 }
@@ -507,7 +536,7 @@ fn border_corner<T: Texel>(field: &Field<T>, entry: &Incidence) -> T {
     field.block(entry.tile).map_or(field.blank(), |block| block[line.at(0)])
 }
 
-/// How the texels around a vertex are made. A value has the sign of the ring's first tile.
+/// How the texels around a vertex are made. A value is in the frame of the ring's first tile.
 fn vertex<T: Texel>(field: &Pass<'_, T>, ring: u32) -> Vertex<T> {
     let topology = field.topology();
     let entries = topology.ring(ring);
@@ -527,25 +556,36 @@ fn vertex<T: Texel>(field: &Pass<'_, T>, ring: u32) -> Vertex<T> {
         RingClass::Regular if even => Vertex::Copy,
         RingClass::Boundary if even && entries.len() <= 2 => Vertex::Copy,
         _ => {
-            let sum: T::Value =
-                entries.iter().map(|entry| signed(border_corner(field, entry), entry.flipped).value()).sum();
+            let corner = |index: usize| border_corner(field, &entries[index]);
+            // Frames that are turned round otherwise: what was made equal already stays as it is.
+            if T::FRAMED && (1..entries.len()).all(|i| corner(0).turned(around(field, ring, 0, i)) == corner(i)) {
+                return Vertex::Set(corner(0));
+            }
+            let sum: T::Value = (0..entries.len()).map(|i| corner(i).seen(around(field, ring, i, 0))).sum();
             Vertex::Set(T::nearest(sum / entries.len() as f64))
         }
     }
 }
 
-/// The value of all four texels around a corner in the tile's sign, or `None` where they are copied.
+/// The value of all four texels around a corner in the tile's frame, or `None` where they are copied.
 fn corner_value<T: Texel>(field: &Pass<'_, T>, tile: u32, corner: u8) -> Option<T> {
-    end_value(field, tile, field.topology().rings(tile)[usize::from(corner)])
+    end_value(field, tile, field.topology().rings(tile)[usize::from(corner)], Some(corner))
 }
 
-/// The value that `ring`'s vertex gives all its texels in `tile`'s sign, or `None` where they are copied.
-fn end_value<T: Texel>(field: &Pass<'_, T>, tile: u32, ring: u32) -> Option<T> {
+/// The value that `ring`'s vertex gives all its texels in the frame of `tile`, at its `corner` if the tile may have
+/// several there, or `None` where they are copied.
+fn end_value<T: Texel>(field: &Pass<'_, T>, tile: u32, ring: u32, corner: Option<u8>) -> Option<T> {
     match vertex(field, ring) {
         Vertex::Copy => None,
         Vertex::Set(value) => {
-            let entry = field.topology().ring(ring).iter().find(|entry| entry.tile == tile);
-            Some(signed(value, entry.is_some_and(|entry| entry.flipped)))
+            let to = entry_of(field.topology(), ring, tile, corner);
+            Some(value.turned(around(field, ring, 0, to)))
         }
     }
+}
+
+/// From the frame of tile `from` to that of tile `to` at the vertex of `ring`.
+fn between<T: Texel>(field: &Field<T>, ring: u32, from: u32, to: u32) -> Turn {
+    let entry = |tile: u32| entry_of(field.topology(), ring, tile, None);
+    around(field, ring, entry(from), entry(to))
 }

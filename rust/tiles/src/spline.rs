@@ -15,7 +15,7 @@ use relievo_core::dispatch_simd;
 use relievo_core::simd::Arithmetic;
 use relievo_surface::Order;
 
-use crate::texel::Value;
+use crate::texel::{Value, Vector};
 
 /// The displacement at a point and its derivatives by the tile's parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -114,11 +114,23 @@ fn combine<A: Arithmetic>(weights: [f32; 3], c: [f32; 3]) -> f32 {
 
 #[inline(always)]
 fn point_body<A: Arithmetic>(block: &[f16], size: u32, u: f32, v: f32) -> Jet {
+    point_of::<A>(block, 1, size, u, v)
+}
+
+#[inline(always)]
+fn vector_point_body<A: Arithmetic>(block: &[Vector], size: u32, u: f32, v: f32) -> [Jet; 3] {
+    let halves: &[f16] = bytemuck::cast_slice(block);
+    [0, 1, 2].map(|axis| point_of::<A>(&halves[axis..], 3, size, u, v))
+}
+
+/// The spline of the coefficients that are `step` numbers apart.
+#[inline(always)]
+fn point_of<A: Arithmetic>(block: &[f16], step: usize, size: u32, u: f32, v: f32) -> Jet {
     let (a, b) = (weights(u, size), weights(v, size));
     let stride = size as usize + 2;
     let mut columns = [[0.0; 3]; 3];
     for (i, column) in columns.iter_mut().enumerate() {
-        let c = std::array::from_fn(|j| block[(b.first + j) * stride + a.first + i].to_f32());
+        let c = std::array::from_fn(|j| block[step * ((b.first + j) * stride + a.first + i)].to_f32());
         *column = [b.value, b.first_derivative, b.second_derivative].map(|weights| combine::<A>(weights, c));
     }
     let [value, first, second] = std::array::from_fn(|k| [columns[0][k], columns[1][k], columns[2][k]]);
@@ -137,6 +149,11 @@ dispatch_simd! {
     pub fn point = point_body(block: &[f16], size: u32, u: f32, v: f32) -> Jet
 }
 
+dispatch_simd! {
+    /// As [`point`], of the three components of vectors.
+    pub fn vector_point = vector_point_body(block: &[Vector], size: u32, u: f32, v: f32) -> [Jet; 3]
+}
+
 /// One row of sums over the three coefficients of every column, where columns are one texel apart.
 #[inline(always)]
 fn sweep<A: Arithmetic>(weights: [f32; 3], row: &[f32], out: &mut [f32]) {
@@ -149,6 +166,27 @@ fn sweep<A: Arithmetic>(weights: [f32; 3], row: &[f32], out: &mut [f32]) {
 
 #[inline(always)]
 fn grid_body<A: Arithmetic>(block: &[f16], size: u32, us: &[f32], vs: &[f32], order: Order, out: &mut Jets) {
+    grid_of::<A>(block, 1, size, us, vs, order, out);
+}
+
+#[inline(always)]
+fn vector_grid_body<A: Arithmetic>(
+    block: &[Vector],
+    size: u32,
+    us: &[f32],
+    vs: &[f32],
+    order: Order,
+    out: &mut [Jets; 3],
+) {
+    let halves: &[f16] = bytemuck::cast_slice(block);
+    for (axis, out) in out.iter_mut().enumerate() {
+        grid_of::<A>(&halves[axis..], 3, size, us, vs, order, out);
+    }
+}
+
+/// The spline, on a grid, of the coefficients that are `step` numbers apart.
+#[inline(always)]
+fn grid_of<A: Arithmetic>(block: &[f16], step: usize, size: u32, us: &[f32], vs: &[f32], order: Order, out: &mut Jets) {
     out.reset(us.len() * vs.len(), order);
     if us.is_empty() || vs.is_empty() {
         return;
@@ -162,6 +200,7 @@ fn grid_body<A: Arithmetic>(block: &[f16], size: u32, us: &[f32], vs: &[f32], or
     let low = columns.iter().map(|column| column.first).min().unwrap_or(0);
     let high = columns.iter().map(|column| column.first + 3).max().unwrap_or(0);
     let mut rows = [const { Vec::new() }; 3].map(|_: Vec<f32>| vec![0.0f32; high - low]);
+    let mut scratch = Vec::new();
     let mut held = [usize::MAX; 3];
     let mut sums = [const { Vec::new() }; 3].map(|_: Vec<f32>| vec![0.0f32; high - low]);
     let derivatives = order as usize;
@@ -169,7 +208,16 @@ fn grid_body<A: Arithmetic>(block: &[f16], size: u32, us: &[f32], vs: &[f32], or
         let b = weights(*v, size);
         for j in b.first..b.first + 3 {
             if held[j % 3] != j {
-                block[j * stride + low..j * stride + high].convert_to_f32_slice(&mut rows[j % 3]);
+                let row = &mut rows[j % 3];
+                if step == 1 {
+                    block[j * stride + low..j * stride + high].convert_to_f32_slice(row);
+                } else {
+                    let last = step * (j * stride + high - 1);
+                    let mixed = &block[step * (j * stride + low)..=last];
+                    scratch.resize(mixed.len(), 0.0);
+                    mixed.convert_to_f32_slice(&mut scratch);
+                    row.iter_mut().zip(scratch.iter().step_by(step)).for_each(|(row, value)| *row = *value);
+                }
                 held[j % 3] = j;
             }
         }
@@ -214,6 +262,13 @@ dispatch_simd! {
     /// The spline of a `block` of `size`² texels at every `(u, v)` of `us` × `vs`, at index
     /// `row · us.len() + column`. Columns one texel apart are the fast path. Panics if the block is too short.
     pub fn grid = grid_body(block: &[f16], size: u32, us: &[f32], vs: &[f32], order: Order, out: &mut Jets)
+}
+
+dispatch_simd! {
+    /// As [`grid`], of the three components of vectors.
+    pub fn vector_grid = vector_grid_body(
+        block: &[Vector], size: u32, us: &[f32], vs: &[f32], order: Order, out: &mut [Jets; 3]
+    )
 }
 
 /// The coefficients of the same curve over knots half as far apart, by the masks of Chaikin 1974. Both lists have one
@@ -321,6 +376,24 @@ mod tests {
         let mean = |i: usize| (0..3).map(|j| [0.125, 0.75, 0.125][j] * data[(j) * stride + i].to_f32()).sum::<f32>();
         assert!((jet.d - 0.5 * (mean(0) + mean(1))).abs() < 1e-6);
         assert!((jet.du - SIZE as f32 * (mean(1) - mean(0))).abs() < 1e-4);
+    }
+
+    #[test]
+    fn vectors_are_three_splines() {
+        let planes = [1, 2, 3].map(random_block);
+        let block: Vec<Vector> = (0..planes[0].len()).map(|k| Vector([0, 1, 2].map(|axis| planes[axis][k]))).collect();
+        let (us, vs) = ([0.0, 0.2, 0.2625, 0.325, 1.0], [0.0, 0.7, 0.99]);
+        for level in Level::NAMES.map(|(level, _)| level) {
+            let mut jets: [Jets; 3] = Default::default();
+            vector_grid(level, &block, SIZE, &us, &vs, Order::Second, &mut jets);
+            for (index, (v, u)) in vs.iter().flat_map(|v| us.iter().map(move |u| (v, u))).enumerate() {
+                let points = vector_point(level, &block, SIZE, *u, *v);
+                for axis in 0..3 {
+                    assert_eq!(points[axis], point(level, &planes[axis], SIZE, *u, *v));
+                    assert_eq!(points[axis], jets[axis].get(index));
+                }
+            }
+        }
     }
 
     proptest! {

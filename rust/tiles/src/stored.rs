@@ -11,7 +11,7 @@ use relievo_surface::TileTopology;
 use crate::channel::{Channel, ChannelOptions};
 use crate::field::Field;
 use crate::heap::MAX_SIZE;
-use crate::texel::{Rgba8, Rgba16, Texel};
+use crate::texel::{Rgba8, Rgba16, Texel, Vector};
 use crate::trace::Trace;
 
 /// A texel that documents hold.
@@ -30,6 +30,10 @@ impl StoredTexel for Rgba8 {
 
 impl StoredTexel for Rgba16 {
     const KIND: Kind = Kind::Rgba16;
+}
+
+impl StoredTexel for Vector {
+    const KIND: Kind = Kind::Vector;
 }
 
 impl StoredTexel for Trace {
@@ -85,7 +89,9 @@ impl<T: StoredTexel> Channel<T> {
                 .advise(format!("allow at least {bytes} bytes")));
         }
         let blank: T = bytemuck::pod_read_unaligned(layer.blank());
-        if !T::all_finite(&[blank]) || T::KIND == Kind::Scalar && layer.blank() != [0, 0] {
+        if !T::all_finite(&[blank])
+            || matches!(T::KIND, Kind::Scalar | Kind::Vector) && layer.blank().iter().any(|byte| *byte != 0)
+        {
             return Err(Error::invalid("tiles without a block cannot read as its default").at(place()));
         }
         let face_sizes = (0..).zip(layer.face_sizes().iter().copied()).collect();

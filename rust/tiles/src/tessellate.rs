@@ -225,7 +225,7 @@ impl Tessellator {
     /// The points of some vertices of rings and segments.
     fn outline(&self, context: &Context, displaced: &Displaced<'_>, vertices: &[u32]) -> Result<Points> {
         let sources: Vec<_> = vertices.iter().map(|vertex| self.numbering.outline[*vertex as usize]).collect();
-        let canonical: Vec<Place> = sources.iter().map(|source| displaced.field().canonical(source.place)).collect();
+        let canonical: Vec<Place> = sources.iter().map(|source| displaced.canonical(source.place)).collect();
         let mut points = Points::default();
         displaced.evaluate_in_place(context, &canonical, &mut points)?;
         let split: Vec<usize> = (0..sources.len()).filter(|index| sources[*index].split).collect();

@@ -1,4 +1,5 @@
-//! What the tiles of a channel hold: half floats for scalar displacement, four bytes or four half floats for colour.
+//! What the tiles of a channel hold: half floats for scalar displacement, three of them for vector displacement, four
+//! bytes or four half floats for colour.
 //!
 //! Colours are linear Rec.709 with alpha, as values; [`Rgba8`] keeps them sRGB-encoded (IEC 61966-2-1) and alpha as it
 //! is. Neighbours are averaged as values, so colours are mixed in linear light. Units: object units for displacement,
@@ -10,8 +11,10 @@ use std::ops::{Add, Div, Mul, Sub};
 use std::sync::LazyLock;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec4, Vec4};
+use glam::{DVec3, DVec4, Vec4};
 use half::f16;
+
+use crate::frame::Turn;
 
 /// What texels are averaged as: a number, or several that do not know of each other.
 pub trait Value:
@@ -27,12 +30,16 @@ pub trait Value:
 }
 
 impl Value for f64 {}
+impl Value for DVec3 {}
 impl Value for DVec4 {}
 
 /// One texel of a tile.
 pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
     /// What it is averaged as.
     type Value: Value;
+
+    /// Whether it has a direction, so that neighbours, whose frames are turned, see other numbers of it.
+    const FRAMED: bool = false;
 
     /// Its value.
     fn value(self) -> Self::Value;
@@ -42,6 +49,29 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
 
     /// What a neighbour that is wound the other way sees of it.
     fn flipped(self) -> Self;
+
+    /// The value that a neighbour sees of it, whose frame is turned by `turn`.
+    #[inline]
+    fn seen(self, turn: Turn) -> Self::Value {
+        if turn.flipped { self.flipped().value() } else { self.value() }
+    }
+
+    /// The nearest texel to what a neighbour sees of it.
+    #[inline]
+    fn turned(self, turn: Turn) -> Self {
+        if turn.flipped { self.flipped() } else { self }
+    }
+
+    /// A value as a neighbour sees it.
+    #[inline]
+    fn turn_value(value: Self::Value, turn: Turn) -> Self::Value {
+        if turn.flipped { Self::flip_value(value) } else { value }
+    }
+
+    /// As [`Self::flipped`], of a value.
+    fn flip_value(value: Self::Value) -> Self::Value {
+        value
+    }
 
     /// Whether all numbers of `texels` are finite.
     fn all_finite(texels: &[Self]) -> bool;
@@ -76,6 +106,11 @@ impl Texel for f16 {
         if self.to_bits() & 0x7fff == 0 { self } else { -self }
     }
 
+    #[inline]
+    fn flip_value(value: f64) -> f64 {
+        -value
+    }
+
     fn all_finite(texels: &[Self]) -> bool {
         texels.chunks(256).all(finite_halves)
     }
@@ -86,9 +121,71 @@ impl Texel for f16 {
     }
 }
 
+/// Zero without its sign.
+fn unsigned(half: f16) -> f16 {
+    if half.to_bits() & 0x7fff == 0 { f16::ZERO } else { half }
+}
+
 /// Whether up to 256 half floats are finite. Counted in 16 bits, which compiles to wide comparisons.
 fn finite_halves(texels: &[f16]) -> bool {
     texels.iter().map(|c| u16::from(c.to_bits() & 0x7c00 == 0x7c00)).sum::<u16>() == 0
+}
+
+/// Vector displacement: B-spline coefficients along the tile's tangent by u, across it, and along the normal, in the
+/// orthonormal frame of [`crate::frame`]. Object units.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Vector(pub [f16; 3]);
+
+impl Vector {
+    /// No displacement.
+    pub const ZERO: Self = Self([f16::ZERO; 3]);
+}
+
+impl Texel for Vector {
+    type Value = DVec3;
+
+    const FRAMED: bool = true;
+
+    #[inline]
+    fn value(self) -> DVec3 {
+        DVec3::from(self.0.map(f16::to_f64))
+    }
+
+    /// Zeros are positive, whatever way they were turned.
+    #[inline]
+    fn nearest(value: DVec3) -> Self {
+        Self(value.to_array().map(|value| unsigned(f16::nearest(value))))
+    }
+
+    /// As seen in a frame whose T is the same and whose normal is the other one.
+    fn flipped(self) -> Self {
+        let [x, y, z] = self.0;
+        Self([x, y.flipped(), z.flipped()])
+    }
+
+    fn flip_value(value: DVec3) -> DVec3 {
+        DVec3::new(value.x, -value.y, -value.z)
+    }
+
+    #[inline]
+    fn seen(self, turn: Turn) -> DVec3 {
+        turn.apply(self.value())
+    }
+
+    #[inline]
+    fn turned(self, turn: Turn) -> Self {
+        Self::nearest(self.seen(turn))
+    }
+
+    #[inline]
+    fn turn_value(value: DVec3, turn: Turn) -> DVec3 {
+        turn.apply(value)
+    }
+
+    fn all_finite(texels: &[Self]) -> bool {
+        f16::all_finite(bytemuck::cast_slice(texels))
+    }
 }
 
 /// A texel that holds a colour.
@@ -230,7 +327,7 @@ mod tests {
 
     #[test]
     fn texels_have_the_bytes_they_say_and_survive_their_value() {
-        assert_eq!((size_of::<f16>(), size_of::<Rgba8>(), size_of::<Rgba16>()), (2, 4, 8));
+        assert_eq!([size_of::<f16>(), size_of::<Vector>(), size_of::<Rgba8>(), size_of::<Rgba16>()], [2, 6, 4, 8]);
         for byte in 0..=255u8 {
             let texel = Rgba8([byte, 255 - byte, byte ^ 0x55, byte]);
             assert_eq!(Rgba8::nearest(texel.value()), texel);

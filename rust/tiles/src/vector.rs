@@ -1,0 +1,40 @@
+//! Vector displacement: a [`Channel`] of the B-spline coefficients of [`crate::spline`], three a texel, in the frames of
+//! [`crate::frame`]. It comes after scalar displacement, see [`crate::displaced`]. Units: object units.
+
+use std::sync::Arc;
+
+use relievo_core::{Context, Result};
+use relievo_document::Document;
+use relievo_surface::Surface;
+
+use crate::channel::{Channel, ChannelOptions};
+use crate::frame::Frames;
+use crate::texel::Vector;
+
+/// Vector displacements that may be edited.
+pub type VectorDisplacement = Channel<Vector>;
+
+impl VectorDisplacement {
+    /// No displacement anywhere. Vectors turn with the tangents of `surface`, and what tiles know of each other is
+    /// re-expressed by its tangents as they are now. Fails if a size or face does not exist.
+    pub fn on(surface: &Surface, options: &ChannelOptions) -> Result<Self> {
+        Ok(Self::blank(surface.topology().clone(), Vector::ZERO, options)?.framed(surface))
+    }
+
+    /// As [`Channel::stored`], for `surface` in the pose that the stored channel was made in.
+    pub fn stored_on(
+        context: &Context,
+        surface: &Surface,
+        document: &Document,
+        name: &str,
+        budget: u64,
+    ) -> Result<Option<Self>> {
+        let stored = Self::stored(context, surface.topology().clone(), document, name, budget)?;
+        Ok(stored.map(|channel| channel.framed(surface)))
+    }
+
+    fn framed(mut self, surface: &Surface) -> Self {
+        self.field.frames = Some(Arc::new(Frames::new(surface)));
+        self
+    }
+}
