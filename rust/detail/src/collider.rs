@@ -6,7 +6,6 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_surface::{PatchForm, PatchView};
-use relievo_tiles::Displaced;
 use relievo_tiles::tessellate::MAX_RATE;
 
 use crate::grid::Grid;
@@ -89,7 +88,7 @@ impl Collider {
             .advise("allow more memory or use fewer voxels"));
         }
         let faces = Mesh::new(cage.points.clone(), cage.face_sizes.clone(), cage.corners.clone());
-        let displaced = Displaced::new(object.surface(), object.displacement().field())?;
+        let displaced = object.displaced()?;
         let mesh = displaced.tessellate(context, &faces, &rates)?.mesh;
         let (triangles, points) = (mesh.triangles(), mesh.points);
         Self::new(context, points, triangles, *object.transform())

@@ -46,7 +46,7 @@ impl DisplacedObject {
         let around = Obb { center: point, axes: DMat3::IDENTITY, half: DVec3::splat(within) };
         let mut tiles = self.tiles_near(context, &around);
         tiles.sort_unstable();
-        let displaced = Displaced::new(&self.surface, self.displacement.field())?;
+        let displaced = self.displaced()?;
         let grid = Grid::whole(CELLS, Placement::Lattice);
         let starts = context.map(tiles.len(), |index| -> Result<(f64, Place)> {
             let mut points = Points::default();

@@ -2,12 +2,12 @@
 //! world. Displacement is in object units.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Result};
 use relievo_surface::{Cone, Surface};
-use relievo_tiles::{Displacement, Field, Paint, Snapshot, Traces};
+use relievo_tiles::{Displaced, Displacement, Field, Paint, Snapshot, Traces, VectorDisplacement};
 
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::obb::Obb;
@@ -17,6 +17,9 @@ use crate::obb::Obb;
 pub struct DisplacedObject {
     pub(crate) surface: Surface,
     pub(crate) displacement: Displacement,
+    vectors: Option<VectorDisplacement>,
+    /// The length of the longest vector, once it was asked for.
+    longest: OnceLock<f32>,
     pub(crate) paint: Option<Paint>,
     pub(crate) traces: Option<Traces>,
     pub(crate) time: f64,
@@ -59,6 +62,8 @@ impl DisplacedObject {
         Ok(Self {
             surface,
             displacement,
+            vectors: None,
+            longest: OnceLock::new(),
             paint: None,
             traces: None,
             time: 0.0,
@@ -100,6 +105,35 @@ impl DisplacedObject {
     /// Makes what imprints changed visible to readers.
     pub fn commit(&mut self) -> Arc<Snapshot> {
         self.displacement.commit()
+    }
+
+    /// The surface with all its displacements. Fails never, unless this object is damaged.
+    pub fn displaced(&self) -> Result<Displaced<'_>> {
+        let displaced = Displaced::new(&self.surface, self.displacement.field())?;
+        match &self.vectors {
+            Some(vectors) => displaced.with_vectors(vectors.field()),
+            None => Ok(displaced),
+        }
+    }
+
+    /// The vector displacement that comes after the scalar one, if it has one.
+    pub fn vectors(&self) -> Option<&VectorDisplacement> {
+        self.vectors.as_ref()
+    }
+
+    /// The vector displacement, to be written.
+    pub fn vectors_mut(&mut self) -> Option<&mut VectorDisplacement> {
+        self.longest = OnceLock::new();
+        self.vectors.as_mut()
+    }
+
+    /// Gives the object a vector displacement. Imprints and the weights of brushes go by the surface without it.
+    /// Fails if it is that of another surface.
+    pub fn set_vectors(&mut self, vectors: VectorDisplacement) -> Result<()> {
+        Displaced::new(&self.surface, self.displacement.field())?.with_vectors(vectors.field())?;
+        self.longest = OnceLock::new();
+        self.vectors = Some(vectors);
+        Ok(())
     }
 
     /// The colours painted on it, if it can be painted.
@@ -221,7 +255,11 @@ impl DisplacedObject {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let [least, most] = self.reach.unwrap_or_else(|| coefficient_range(self.displacement.field()));
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
-        let margin = DVec3::from(rows.map(|row| row.length())) * f64::from(most.max(-least));
+        let longest = self.vectors.as_ref().map_or(0.0, |vectors| {
+            let field = vectors.field();
+            *self.longest.get_or_init(|| field.allocated().map(|tile| field.length(tile)).fold(0.0, f32::max))
+        });
+        let margin = DVec3::from(rows.map(|row| row.length())) * f64::from(most.max(-least) + longest);
         let mut tiles = Vec::new();
         self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut tiles);
         tiles

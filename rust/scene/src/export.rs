@@ -6,7 +6,6 @@ use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Mesh, Result, Values};
 use relievo_meshio::Instance;
 use relievo_render::{Channel, Content, Layer, Samples, Value, write_exr, write_png};
-use relievo_tiles::Displaced;
 
 use crate::description::Up;
 use crate::output::Folder;
@@ -26,7 +25,7 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
         list.push(match item {
             Item::Mesh(item) => (name, materials, item.mesh.clone(), item.transform),
             Item::Surface(surface) => {
-                let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
+                let displaced = surface.displaced()?;
                 let coat = world.coat(index);
                 let rates = Rates::new(&displaced, coat.as_ref(), scene.output.rate, scene.output.mesh_rate);
                 let mut tessellation = displaced.tessellate(context, world.cage(index), rates.as_slice())?;

@@ -4,7 +4,6 @@
 use glam::DVec3;
 use relievo_core::{Context, Result};
 use relievo_render as render;
-use relievo_tiles::Displaced;
 
 use crate::bake::Change;
 use crate::coat::Coat;
@@ -81,7 +80,7 @@ impl Studio {
             match item {
                 Item::Surface(surface) => {
                     self.scene.set_transform(id, *surface.transform())?;
-                    let displaced = Displaced::new(surface.surface(), surface.displacement().field())?;
+                    let displaced = surface.displaced()?;
                     let coat = world.coat(index);
                     let rates = Rates::new(&displaced, coat.as_ref(), world.scene.output.rate, u32::MAX);
                     let field = displaced.field();

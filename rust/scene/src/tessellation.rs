@@ -40,7 +40,10 @@ impl Rates {
         let rate = |tile: u32| {
             let coarse = (coarse >> u32::from(topology.is_sub(tile))).max(2).next_power_of_two();
             let displacement = field.is_allocated(tile).then(|| field.size(tile));
+            let vectors =
+                displaced.vectors().filter(|vectors| vectors.is_allocated(tile)).map(|field| field.size(tile));
             let wanted = displacement
+                .max(vectors)
                 .max(coat.and_then(|coat| coat.size(tile)))
                 .map_or(coarse, |size| size.min(most).max(coarse));
             wanted.next_power_of_two()

@@ -4,6 +4,7 @@
 //! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`], [`color`] and
 //!   [`trace`].
 //! - How they are kept in documents: [`stored`].
+//! - Vectors: [`vector`], in the frames of [`frame`].
 //! - The displaced surface: [`displaced`] evaluates it, [`tessellate`] makes triangles of it.
 
 mod carried;
