@@ -9,6 +9,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_surface::{Cone, Surface};
 use relievo_tiles::{Displaced, Displacement, Field, Paint, Snapshot, Traces, VectorDisplacement};
 
+use crate::fading::Fading;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::obb::Obb;
 
@@ -23,6 +24,7 @@ pub struct DisplacedObject {
     pub(crate) paint: Option<Paint>,
     pub(crate) traces: Option<Traces>,
     pub(crate) time: f64,
+    pub(crate) fading: Option<Fading>,
     pub(crate) transform: DAffine3,
     pub(crate) hierarchy: Hierarchy,
     obb: Obb,
@@ -67,6 +69,7 @@ impl DisplacedObject {
             paint: None,
             traces: None,
             time: 0.0,
+            fading: None,
             transform,
             hierarchy,
             obb,

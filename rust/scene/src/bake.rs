@@ -16,8 +16,8 @@ use relievo_detail::{
     Collider, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, Moment, Motion, Obb, Pose, Report,
     StrokeReport,
 };
-use relievo_tiles::{Paint, Traces};
 
+use crate::blocks;
 use crate::cache::{Block, Frame, Key, Layer};
 use crate::description::ToolEntry;
 use crate::strokes;
@@ -32,16 +32,14 @@ pub struct Baker {
 /// What a frame changed.
 #[derive(Clone, Debug, Default)]
 pub struct Changes {
-    /// Per object the tiles of which the displacement changed, ascending.
-    pub tiles: Vec<Vec<u32>>,
-    /// Per object the tiles of which the colours changed, ascending.
-    pub painted: Vec<Vec<u32>>,
-    /// Per object the tiles of which the traces changed, ascending.
-    pub traced: Vec<Vec<u32>>,
+    /// Per object the blocks that changed, layer by layer and ascending.
+    pub written: Vec<Vec<(Layer, u32)>>,
     /// Objects whose points moved.
     pub posed: Vec<usize>,
     /// What the imprints did, all together.
     pub report: Report,
+    /// Tiles whose edits will not fade, because the budget has no room for their stamps.
+    pub unstamped: u64,
     /// What the strokes did, all together.
     pub strokes: StrokeReport,
 }
@@ -75,10 +73,11 @@ const EVEN_TURN: f64 = 1.0;
 impl Changes {
     /// What changed of every object, as pictures want it.
     pub fn for_pictures(&self) -> Vec<Change> {
-        let list = self.tiles.iter().enumerate();
-        list.map(|(object, tiles)| {
-            let mut tiles = tiles.clone();
-            tiles.extend([&self.painted, &self.traced].into_iter().filter_map(|lists| lists.get(object)).flatten());
+        let shown = |layer: Layer| matches!(layer, Layer::Displacement | Layer::Paint | Layer::Traces);
+        let list = self.written.iter().enumerate();
+        list.map(|(object, written)| {
+            let written = written.iter().filter(|(layer, _)| shown(*layer));
+            let mut tiles: Vec<u32> = written.map(|(_, tile)| *tile).collect();
             tiles.sort_unstable();
             tiles.dedup();
             Change { tiles, posed: self.posed.contains(&object) }
@@ -107,7 +106,7 @@ impl Baker {
         let now = world.scene.time(frame);
         let before = world.scene.time(frame.saturating_sub(1));
         let mut last = path.last().cloned().unwrap_or_default();
-        world.set_time(now)?;
+        world.surfaces_mut().try_for_each(|surface| surface.advance(context, now))?;
         {
             let _stage = context.stats().begin("imprint");
             for group in groups(world, now) {
@@ -131,17 +130,11 @@ impl Baker {
         changes.strokes = strokes::make(context, world, frame)?;
         let _stage = context.stats().begin("commit");
         for object in 0..world.items().len() {
-            let [mut tiles, mut painted, mut traced] = [const { Vec::new() }; 3];
-            if let Some(surface) = world.surface_mut(object) {
-                // Taking it for writing also makes the object measure its reach anew, so that a frame does not depend
-                // on whether the frames before were computed or opened.
-                tiles = surface.displacement_mut().commit().changed().to_vec();
-                painted = surface.paint_mut().map_or_else(Vec::new, |paint| paint.commit().changed().to_vec());
-                traced = surface.traces_mut().map_or_else(Vec::new, |traces| traces.commit().changed().to_vec());
-            }
-            changes.tiles.push(tiles);
-            changes.painted.push(painted);
-            changes.traced.push(traced);
+            let written = world.surface_mut(object).map_or_else(Vec::new, |surface| {
+                changes.unstamped += surface.stamp(context).len() as u64;
+                blocks::commit(surface)
+            });
+            changes.written.push(written);
         }
         Ok(changes)
     }
@@ -492,26 +485,14 @@ fn groups(world: &World, time: f64) -> Vec<Vec<Pair>> {
 
 /// The blocks of the tiles in `changes`, for the cache; empty where a tile was given back.
 pub fn blocks(context: &Context, world: &World, changes: &Changes) -> Result<Vec<Block>> {
-    let mut list: Vec<(usize, Layer, u32)> = Vec::new();
-    let layers =
-        [(Layer::Displacement, &changes.tiles), (Layer::Paint, &changes.painted), (Layer::Traces, &changes.traced)];
-    for (layer, objects) in layers {
-        let tiles =
-            objects.iter().enumerate().flat_map(|(object, tiles)| tiles.iter().map(move |tile| (object, *tile)));
-        list.extend(tiles.map(|(object, tile)| (object, layer, tile)));
-    }
+    let list: Vec<(usize, Layer, u32)> = (0..)
+        .zip(&changes.written)
+        .flat_map(|(object, written)| written.iter().map(move |(layer, tile)| (object, *layer, *tile)))
+        .collect();
     let read = context.map(list.len(), |at| {
         let (object, layer, tile) = list[at];
-        let bytes = match (world.items().get(object), layer) {
-            (Some(Item::Surface(surface)), Layer::Displacement) => surface.displacement().read(tile)?,
-            (Some(Item::Surface(surface)), Layer::Paint) => match surface.paint() {
-                Some(paint) => paint.read(tile)?,
-                None => None,
-            },
-            (Some(Item::Surface(surface)), Layer::Traces) => match surface.traces() {
-                Some(traces) => traces.read(tile)?,
-                None => None,
-            },
+        let bytes = match world.items().get(object) {
+            Some(Item::Surface(surface)) => blocks::read(surface, layer, tile)?,
             _ => None,
         };
         Ok(Block { object: object as u32, layer, tile, bytes: bytes.unwrap_or_default() })
@@ -521,16 +502,12 @@ pub fn blocks(context: &Context, world: &World, changes: &Changes) -> Result<Vec
 
 /// All blocks there are.
 fn allocated(world: &World) -> Vec<Key> {
-    let mut list = Vec::new();
-    for (object, item) in (0..).zip(world.items()) {
-        let Item::Surface(surface) = item else { continue };
-        list.extend(surface.displacement().field().allocated().map(|tile| (object, Layer::Displacement, tile)));
-        let painted = surface.paint().into_iter().flat_map(|paint| paint.field().allocated());
-        list.extend(painted.map(|tile| (object, Layer::Paint, tile)));
-        let traced = surface.traces().into_iter().flat_map(|traces| traces.field().allocated());
-        list.extend(traced.map(|tile| (object, Layer::Traces, tile)));
-    }
-    list
+    let surfaces = (0..).zip(world.items()).filter_map(|(object, item)| match item {
+        Item::Surface(surface) => Some((object, surface)),
+        Item::Mesh(_) => None,
+    });
+    let lists = surfaces.map(|(object, surface)| (object, blocks::allocated(surface)));
+    lists.flat_map(|(object, list)| list.into_iter().map(move |(layer, tile)| (object, layer, tile))).collect()
 }
 
 /// Puts the world into the state of a baked `frame`, coming from the state of `since`. Fails if the frame does not fit
@@ -552,37 +529,22 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
     }
     // Tiles that are given back make room in the budget for others.
     blocks.sort_by_key(|block| (!block.bytes.is_empty(), block.object, block.layer, block.tile));
-    let none = || vec![Vec::new(); world.items().len()];
-    let mut changes = Changes { tiles: none(), painted: none(), traced: none(), ..Changes::default() };
+    let mut changes = Changes { written: vec![Vec::new(); world.items().len()], ..Changes::default() };
     for block in blocks {
         let surface = world.surface_mut(block.object as usize).ok_or_else(|| misfit("an object has no surface"))?;
         let bytes = (!block.bytes.is_empty()).then_some(block.bytes.as_slice());
-        let (written, list) = match block.layer {
-            Layer::Displacement => (surface.displacement_mut().write(block.tile, bytes), &mut changes.tiles),
-            Layer::Paint => {
-                let paint = surface.paint_mut().ok_or_else(|| misfit("an object has no colours"))?;
-                (paint.write(block.tile, bytes), &mut changes.painted)
-            }
-            Layer::Traces => {
-                let traces = surface.traces_mut().ok_or_else(|| misfit("an object has no traces"))?;
-                (traces.write(block.tile, bytes), &mut changes.traced)
-            }
-        };
-        written.map_err(|error| misfit(&error.to_string()))?;
-        list[block.object as usize].push(block.tile);
+        blocks::write(surface, block.layer, block.tile, bytes).map_err(|error| misfit(&error.to_string()))?;
+        changes.written[block.object as usize].push((block.layer, block.tile));
     }
-    let Changes { tiles, painted, traced, .. } = &mut changes;
-    tiles.iter_mut().chain(painted).chain(traced).for_each(|tiles| tiles.sort_unstable());
+    changes.written.iter_mut().for_each(|written| written.sort_unstable());
     world.place(&frame.transforms)?;
-    world.set_time(world.scene.time(frame.number))?;
+    let now = world.scene.time(frame.number);
     changes.posed = animated(world);
-    world.pose(context, world.scene.time(frame.number))?;
-    for object in 0..world.items().len() {
-        if let Some(surface) = world.surface_mut(object) {
-            surface.displacement_mut().commit();
-            surface.paint_mut().map(Paint::commit);
-            surface.traces_mut().map(Traces::commit);
-        }
+    world.pose(context, now)?;
+    for surface in world.surfaces_mut() {
+        surface.set_time(now)?;
+        surface.take_as_stamped();
+        blocks::commit(surface);
     }
     Ok(changes)
 }

@@ -83,11 +83,15 @@ pub enum Layer {
     Paint = 1,
     /// The traces that imprints left.
     Traces = 2,
+    /// When which displacement was edited last.
+    DisplacementStamps = 3,
+    /// When which colours were edited last.
+    PaintStamps = 4,
 }
 
 impl Layer {
     fn of(number: u32) -> Result<Self> {
-        [Layer::Displacement, Layer::Paint, Layer::Traces]
+        [Layer::Displacement, Layer::Paint, Layer::Traces, Layer::DisplacementStamps, Layer::PaintStamps]
             .into_iter()
             .find(|layer| *layer as u32 == number)
             .ok_or_else(|| damaged("a tile belongs to an unknown layer"))

@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use glam::{DAffine3, DVec3};
+use relievo_tiles::DecayOptions;
 
 use crate::diagnostic::Span;
 use crate::reader::Name;
@@ -158,6 +159,8 @@ pub struct ObjectEntry {
     pub roughness: f32,
     /// Whether it takes imprints.
     pub deformable: bool,
+    /// When edits of it fade; `None` if they stay.
+    pub decay: Option<DecayOptions>,
     /// How its traces are tinted; `None` if imprints leave none.
     pub traces: Option<TintEntry>,
     /// Whether pictures show it.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use relievo_core::Error;
 use relievo_core::error::nearest;
+use relievo_tiles::DecayOptions;
 use toml::de::DeTable;
 
 use crate::bodies::read_body;
@@ -406,6 +407,10 @@ fn read_object(
     let detail = reader.sub_table(table, "detail");
     let detail = read_detail(reader, detail, Some(details));
     let document = reader.text(table, "document");
+    let decay = table.has("decay").then(|| {
+        let table = reader.sub_table(table, "decay");
+        DecayOptions { delay: reader.number(table, "delay") as f32, duration: reader.number(table, "duration") as f32 }
+    });
     let traces = table.has("traces").then(|| {
         let table = reader.sub_table(table, "traces");
         TintEntry {
@@ -447,6 +452,12 @@ fn read_object(
                 .advise("make a surface over the mesh and give the object that `surface`"),
         );
     }
+    if decay.is_some() && matches!(geometry, Geometry::Mesh(_)) {
+        reader.fault(
+            Diagnostic::new(table.span_of("decay"), "a mesh has no edits that could fade")
+                .advise("make a surface over the mesh and give the object that `surface`"),
+        );
+    }
     if traces.is_some() && matches!(geometry, Geometry::Mesh(_)) {
         reader.fault(
             Diagnostic::new(table.span_of("traces"), "nothing leaves traces on a mesh")
@@ -467,6 +478,7 @@ fn read_object(
         specular,
         roughness,
         deformable,
+        decay,
         traces,
         visible,
         detail,

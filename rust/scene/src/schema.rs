@@ -215,6 +215,7 @@ pub static OBJECT: Section = Section {
         ),
         key("visible", Kind::Flag, "true", "", "Whether pictures show it"),
         key("detail", Kind::Table(&DETAIL), "", "", "Detail settings that differ from [details]"),
+        key("decay", Kind::Table(&DECAY), "", "", "Makes imprints and strokes fade"),
         key(
             "traces",
             Kind::Table(&TRACES),
@@ -229,6 +230,17 @@ pub static OBJECT: Section = Section {
             "",
             "Document (.relievo) to start from: displacement and colours with the sizes of their tiles",
         ),
+    ],
+    parameters: &[],
+};
+
+/// `[objects.NAME.decay]`
+pub static DECAY: Section = Section {
+    name: "objects.NAME.decay",
+    help: "When what was imprinted, painted and sculpted goes back to what it was; each place counts from its last edit",
+    keys: &[
+        key("delay", Kind::Number(0.0, 1e6), "0", "seconds", "How long an edit stays as it is"),
+        key("duration", Kind::Number(1e-3, 1e6), "10", "seconds", "How long it then takes to fade"),
     ],
     parameters: &[],
 };
@@ -640,6 +652,7 @@ pub fn sections() -> Vec<&'static Section> {
         &SURFACE,
         &DETAIL,
         &OBJECT,
+        &DECAY,
         &TRACES,
         &BODY,
         &KEYFRAME,

@@ -112,6 +112,7 @@ pub struct Stepper {
     missed: u64,
     /// Dabs of strokes that were too far from their surface.
     missed_dabs: u64,
+    unstamped: u64,
 }
 
 impl Stepper {
@@ -134,6 +135,7 @@ impl Stepper {
             volumes: Volumes::default(),
             missed: 0,
             missed_dabs: 0,
+            unstamped: 0,
         })
     }
 
@@ -207,6 +209,7 @@ impl Stepper {
         self.missed += changes.report.sub_steps_wanted.saturating_sub(changes.report.sub_steps);
         self.refused += changes.strokes.report.refused.len() as u64;
         self.missed_dabs += changes.strokes.missed;
+        self.unstamped += changes.unstamped;
         Ok(changes)
     }
 
@@ -277,6 +280,12 @@ impl Stepper {
                 "imprints pushed {pushed:.4} cubic units of the surfaces away, of which {raised:.4} ({share:.0} %) rose as rims"
             ));
         }
+        if self.unstamped > 0 {
+            self.summary.notes.push(format!(
+                "edits of {} tiles will not fade: their time stamps exceed the budget; raise `budget` of `detail`",
+                self.unstamped
+            ));
+        }
         if self.missed_dabs > 0 {
             self.summary.notes.push(format!(
                 "{} dabs of strokes were too far from their surface and left out; move the points or raise `reach`",
@@ -295,6 +304,9 @@ impl Stepper {
                     self.summary.tile_bytes[1] += paint.full_bytes();
                     self.summary.tiles[0] += paint.allocated_count() as u64;
                     self.summary.tiles[1] += paint.field().tile_count() as u64;
+                }
+                if let Some(fading) = surface.fading() {
+                    self.summary.tile_bytes[0] += fading.displacement.bytes() + fading.paint.bytes();
                 }
                 if let Some(traces) = surface.traces() {
                     self.summary.tile_bytes[0] += traces.bytes();

@@ -99,6 +99,9 @@ impl World {
                                 take_up(context, &mut item, start, object.detail.budget)
                                     .map_err(|error| refuse(Diagnostic::from_error(name.span.clone(), &error)))?;
                             }
+                            if let Some(decay) = object.decay {
+                                item.set_decay(decay, object.detail.budget).map_err(fault)?;
+                            }
                             if object.traces.is_some() && item.traces().is_none() {
                                 let traces = Traces::of(item.displacement().field(), object.detail.budget);
                                 traces.and_then(|traces| item.set_traces(traces)).map_err(fault)?;
@@ -208,13 +211,12 @@ impl World {
         Coat::new(entry, paint, surface.traces().map(|traces| traces.field()), surface.time())
     }
 
-    /// Says when edits are made from now on, in seconds.
-    pub(crate) fn set_time(&mut self, time: f64) -> Result<()> {
-        let mut surfaces = self.items.iter_mut().filter_map(|item| match item {
-            Item::Surface(surface) => Some(surface),
+    /// All surfaces.
+    pub(crate) fn surfaces_mut(&mut self) -> impl Iterator<Item = &mut DisplacedObject> {
+        self.items.iter_mut().filter_map(|item| match item {
+            Item::Surface(surface) => Some(&mut **surface),
             Item::Mesh(_) => None,
-        });
-        surfaces.try_for_each(|surface| surface.set_time(time))
+        })
     }
 
     /// Where the objects are.
@@ -334,6 +336,7 @@ impl World {
                     object.deformable,
                     object.detail,
                     object.traces.is_some(),
+                    object.decay,
                 )
             })
             .collect();

@@ -1,0 +1,69 @@
+//! The blocks of a surface, layer by layer, as caches keep them.
+
+use relievo_core::{Error, Result};
+use relievo_detail::DisplacedObject;
+
+use crate::cache::Layer;
+
+/// The block of `tile`; `None` if it has none, or the surface has no such layer.
+pub fn read(surface: &DisplacedObject, layer: Layer, tile: u32) -> Result<Option<Vec<u8>>> {
+    Ok(match layer {
+        Layer::Displacement => surface.displacement().read(tile)?,
+        Layer::Paint => surface.paint().map(|paint| paint.read(tile)).transpose()?.flatten(),
+        Layer::Traces => surface.traces().map(|traces| traces.read(tile)).transpose()?.flatten(),
+        Layer::DisplacementStamps => surface.fading().and_then(|fading| fading.displacement.read(tile)),
+        Layer::PaintStamps => surface.fading().and_then(|fading| fading.paint.read(tile)),
+    })
+}
+
+/// Puts a block back, or takes it away. Fails if the surface has no such layer or tile, or the block does not fit it.
+pub fn write(surface: &mut DisplacedObject, layer: Layer, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+    let missing = |what: &str| Error::invalid(format!("an object has no {what}"));
+    match layer {
+        Layer::Displacement => surface.displacement_mut().write(tile, bytes),
+        Layer::Paint => surface.paint_mut().ok_or_else(|| missing("colours"))?.write(tile, bytes),
+        Layer::Traces => surface.traces_mut().ok_or_else(|| missing("traces"))?.write(tile, bytes),
+        Layer::DisplacementStamps => {
+            let field = surface.displacement().field().clone();
+            surface.fading_mut().ok_or_else(|| missing("stamps"))?.displacement.write(&field, tile, bytes)
+        }
+        Layer::PaintStamps => {
+            let field = surface.paint().ok_or_else(|| missing("colours"))?.field().clone();
+            surface.fading_mut().ok_or_else(|| missing("stamps"))?.paint.write(&field, tile, bytes)
+        }
+    }
+}
+
+/// All blocks there are.
+pub fn allocated(surface: &DisplacedObject) -> Vec<(Layer, u32)> {
+    let mut list = Vec::new();
+    let mut add = |layer: Layer, tiles: &mut dyn Iterator<Item = u32>| list.extend(tiles.map(|tile| (layer, tile)));
+    add(Layer::Displacement, &mut surface.displacement().field().allocated());
+    add(Layer::Paint, &mut surface.paint().into_iter().flat_map(|paint| paint.field().allocated()));
+    add(Layer::Traces, &mut surface.traces().into_iter().flat_map(|traces| traces.field().allocated()));
+    if let Some(fading) = surface.fading() {
+        add(Layer::DisplacementStamps, &mut fading.displacement.stamped());
+        add(Layer::PaintStamps, &mut fading.paint.stamped());
+    }
+    list
+}
+
+/// Makes what was edited visible to readers. Returns the blocks that changed since this was done last.
+pub fn commit(surface: &mut DisplacedObject) -> Vec<(Layer, u32)> {
+    let mut list = Vec::new();
+    let mut add = |layer: Layer, tiles: &[u32]| list.extend(tiles.iter().map(|tile| (layer, *tile)));
+    // Taking it for writing also makes the object measure its reach anew, so that a frame does not depend on whether
+    // the frames before were computed or opened.
+    add(Layer::Displacement, surface.displacement_mut().commit().changed());
+    if let Some(paint) = surface.paint_mut() {
+        add(Layer::Paint, paint.commit().changed());
+    }
+    if let Some(traces) = surface.traces_mut() {
+        add(Layer::Traces, traces.commit().changed());
+    }
+    if let Some(fading) = surface.fading_mut() {
+        add(Layer::DisplacementStamps, &fading.displacement.take_changed());
+        add(Layer::PaintStamps, &fading.paint.take_changed());
+    }
+    list
+}
