@@ -22,7 +22,7 @@ enum Task {
     /// beside it with `.damaged` after its name.
     Repair(Named),
     /// Folds the edits of a document into its layers, which makes the file smaller; they can no longer be undone.
-    Compact(Named),
+    Compact(Compact),
 }
 
 #[derive(clap::Args)]
@@ -32,6 +32,15 @@ struct Named {
     /// Bytes that the file and what is made of it may occupy, with K, M or G; 0 for no limit.
     #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
     memory_limit: u64,
+}
+
+#[derive(clap::Args)]
+struct Compact {
+    #[command(flatten)]
+    document: Named,
+    /// Edits that can still be undone, the last ones.
+    #[arg(long, value_name = "EDITS", default_value_t = 0)]
+    keep: usize,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -79,15 +88,16 @@ fn mend(arguments: &Named) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn fold(arguments: &Named) -> Outcome {
-    let limit = if arguments.memory_limit == 0 { u64::MAX } else { arguments.memory_limit };
-    let done = compact(&arguments.file, limit)?;
+fn fold(arguments: &Compact) -> Outcome {
+    let Named { file, memory_limit } = &arguments.document;
+    let limit = if *memory_limit == 0 { u64::MAX } else { *memory_limit };
+    let done = compact(file, limit, arguments.keep)?;
     let [before, after] = done.bytes;
     let sum = format!(
         "{} edits are folded into its layers and can no longer be undone, {} undone ones are gone; {before} bytes before, \
          {after} after",
         done.edits, done.undone
     );
-    crate::print(&lines(&arguments.file, done.note.into_iter().chain([sum])))?;
+    crate::print(&lines(file, done.note.into_iter().chain([sum])))?;
     Ok(ExitCode::SUCCESS)
 }

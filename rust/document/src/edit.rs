@@ -17,7 +17,6 @@ use relievo_core::{Context, Error, Result};
 
 use crate::code::{Decoder, Encoder};
 use crate::head::{self, Head};
-use crate::topology::Topology;
 use crate::{MAX_LAYERS, format};
 
 /// The level of zstd: edits are written while somebody waits, and are mostly zeros.
@@ -130,13 +129,13 @@ impl Edit {
         Ok(out.0)
     }
 
-    /// Reads what [`Self::encode`] wrote, for a document about `topology`. Fails if it is damaged or needs more than
+    /// Reads what [`Self::encode`] wrote, for a mesh of `faces` faces. Fails if it is damaged or needs more than
     /// `budget`.
-    pub fn decode(mut payload: Vec<u8>, topology: &Topology, budget: &mut Budget) -> Result<Self> {
+    pub fn decode(mut payload: Vec<u8>, faces: usize, budget: &mut Budget) -> Result<Self> {
         let mut from = Decoder(&payload);
         let layers = match from.u8()? {
             0 => None,
-            1 => Some(decode_layers(&mut from, topology, budget)?),
+            1 => Some(decode_layers(&mut from, faces, budget)?),
             _ => return Err(format::damaged("an edit of the journal is of an unknown form")),
         };
         let count = from.u32()?;
@@ -212,7 +211,7 @@ impl Edit {
     }
 }
 
-fn decode_layers(from: &mut Decoder, topology: &Topology, budget: &mut Budget) -> Result<[Vec<Head>; 2]> {
+fn decode_layers(from: &mut Decoder, faces: usize, budget: &mut Budget) -> Result<[Vec<Head>; 2]> {
     let (packed, length) = (from.u32()? as usize, from.u32()? as usize);
     let packed = from.bytes(packed)?;
     let mut raw = budget.filled(length, 0u8)?;
@@ -227,8 +226,8 @@ fn decode_layers(from: &mut Decoder, topology: &Topology, budget: &mut Budget) -
             return Err(format::damaged("it claims too many layers"));
         }
         for _ in 0..count {
-            let head = Head::decode(&mut heads, format::VERSION, 0, topology.face_count(), budget)?;
-            let sound = head.check(topology).and_then(|()| head::check_distinct(&head, list.iter()));
+            let head = Head::decode(&mut heads, format::VERSION, 0, faces, budget)?;
+            let sound = head.check(faces).and_then(|()| head::check_distinct(&head, list.iter()));
             sound.map_err(|error| format::damaged(&error.what).at(error.place))?;
             list.push(head);
         }
@@ -262,11 +261,6 @@ fn xor(bytes: &mut [u8], other: &[u8]) {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use relievo_core::Mesh;
-
-    fn topology() -> Topology {
-        Topology::of(&Mesh::new(vec![[0.0; 3]; 4], vec![4], vec![0, 1, 2, 3])).unwrap()
-    }
 
     fn state() -> impl Strategy<Value = Option<Vec<u8>>> {
         prop::option::of(prop::collection::vec(prop_oneof![Just(0u8), any::<u8>()], 1..300))
@@ -284,7 +278,7 @@ mod tests {
                 blank: &blank,
             };
             let payload = Edit::encode(&Context::serial(), None, states.len(), change).unwrap();
-            let edit = Edit::decode(payload, &topology(), &mut Budget::new(1 << 20)).unwrap();
+            let edit = Edit::decode(payload, 1, &mut Budget::new(1 << 20)).unwrap();
             for (delta, (before, after)) in edit.deltas().iter().zip(&states) {
                 let there = edit.apply(delta, Direction::Forward, before.as_deref(), &blank).unwrap();
                 prop_assert_eq!(&there, after);
@@ -320,7 +314,7 @@ mod tests {
         let (before, after) = (vec![1u8; 40], vec![2u8; 40]);
         let change = |_| Change { layer: 0, block: 0, before: Some(&before), after: Some(&after), blank: &[0, 0] };
         let payload = Edit::encode(&Context::serial(), Some([&one, &two]), 1, change).unwrap();
-        let read = |payload: &[u8]| Edit::decode(payload.to_vec(), &topology(), &mut Budget::new(1 << 20));
+        let read = |payload: &[u8]| Edit::decode(payload.to_vec(), 1, &mut Budget::new(1 << 20));
         let whole = read(&payload).unwrap();
         assert_eq!(whole.layers_after(Direction::Forward).unwrap(), two);
         assert_eq!(whole.layers_after(Direction::Back).unwrap(), one);

@@ -55,11 +55,21 @@ impl fmt::Display for Damage {
 impl Document {
     /// Writes it to `path`. The file appears under its name when it is complete.
     pub fn write(&self, path: &Path) -> Result<()> {
+        self.write_with(path, |_| Ok(()))
+    }
+
+    /// As [`Self::write`], followed by what `rest` writes.
+    pub(crate) fn write_with(
+        &self,
+        path: &Path,
+        rest: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    ) -> Result<()> {
         let (head, index) = self.head()?;
         file::store(path, |out| {
             out.write_all(&head)?;
             out.write_all(&index)?;
-            self.layers.iter().flat_map(|layer| &layer.blocks).try_for_each(|block| out.write_all(&block.packed))
+            self.layers.iter().flat_map(|layer| &layer.blocks).try_for_each(|block| out.write_all(&block.packed))?;
+            rest(out)
         })
     }
 

@@ -149,7 +149,7 @@ impl Head {
     }
 
     /// What holds for the layer alone.
-    pub(crate) fn check(&self, topology: &Topology) -> Result<()> {
+    pub(crate) fn check(&self, faces: usize) -> Result<()> {
         let check = || {
             if self.name.is_empty() || self.name.len() > usize::from(u8::MAX) || self.name.contains(char::is_control) {
                 return Err(Error::invalid("the name of a layer is 1 to 255 bytes of text"));
@@ -163,11 +163,11 @@ impl Head {
                 return Err(Error::invalid(format!("a tile cannot have {size} texels a side"))
                     .advise("use 8, 16, 32, 64, 128 or 256"));
             }
-            if self.face_sizes.len() != topology.face_count() {
+            if self.face_sizes.len() != faces {
                 return Err(Error::invalid(format!(
                     "it has sizes for {} faces and the mesh has {}",
                     self.face_sizes.len(),
-                    topology.face_count()
+                    faces
                 )));
             }
             Ok(())

@@ -101,6 +101,22 @@ impl Journal {
         self.append(RecordKind::Edit, payload)
     }
 
+    /// Appends what an edit changed that the base has already, if it is `done`, or that was undone before.
+    pub fn carry(&mut self, payload: &[u8], done: bool) -> Result<(Location, u64)> {
+        self.append(if done { RecordKind::Past } else { RecordKind::Future }, payload)
+    }
+
+    /// Takes back the input at `location` if nothing follows it: the edit was not made.
+    pub fn withdraw(&mut self, location: Location) -> Result<()> {
+        let start = location.offset - record::HEAD as u64;
+        if self.end == location.offset + location.length + record::TAIL as u64 {
+            self.file.set_len(start).map_err(|error| self.place(record::failed(error)))?;
+            self.end = start;
+            self.next -= 1;
+        }
+        Ok(())
+    }
+
     /// Notes that the edit with the sequence number `edit` was undone.
     pub fn undo(&mut self, edit: u64) -> Result<()> {
         self.append(RecordKind::Undo, &edit.to_le_bytes()).map(drop)
@@ -173,18 +189,36 @@ pub struct Compacted {
     pub note: Option<String>,
 }
 
-/// Folds the journal of the document at `path` into its base: what is seen stays the same, the history is dropped. The
-/// file is replaced as a whole or not at all.
+/// Folds the journal of the document at `path` into its base: what is seen stays the same. Of the history the last `keep`
+/// edits can still be undone, and if there are any, what was undone made again. The file is replaced as a whole or not at
+/// all.
 ///
 /// Fails, and changes nothing, if it is damaged or another program works on it.
-pub fn compact(path: &Path, limit: u64) -> Result<Compacted> {
+pub fn compact(path: &Path, limit: u64, keep: usize) -> Result<Compacted> {
     let size = || std::fs::metadata(path).map(|metadata| metadata.len()).map_err(|error| Error::io(path, &error));
     let before = size()?;
     let mut file = lock(path)?;
     let found = format::read(&mut file, limit).map_err(|error| error.at(path.display().to_string()))?;
     let (document, log) = found.sound().map_err(|error| error.at(path.display().to_string()))?;
-    document.write(path)?;
-    let (edits, undone) = (log.done.len(), log.undone.len());
+    let edits = log.done.len().saturating_sub(keep);
+    let undone = if keep > 0 { log.undone.as_slice() } else { &[] };
+    let kept = log.done[edits..].iter().map(|entry| (entry, true)).chain(undone.iter().map(|entry| (entry, false)));
+    // Records after the base, until the next program appends to them.
+    let mut next = 0;
+    document.write_with(path, |out| {
+        for (entry, done) in kept {
+            let kind = if done { RecordKind::Past } else { RecordKind::Future };
+            for (kind, location) in
+                entry.input.map(|input| (RecordKind::Input, input)).into_iter().chain([(kind, entry.edit)])
+            {
+                let payload = record::read_payload(&mut file, location).map_err(std::io::Error::other)?;
+                out.write_all(&record::frame(kind, next, &payload).0)?;
+                next += 1;
+            }
+        }
+        Ok(())
+    })?;
+    let undone = log.undone.len() - undone.len();
     Ok(Compacted { edits, undone, bytes: [before, size()?], note: log.note() })
 }
 

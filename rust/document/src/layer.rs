@@ -213,7 +213,7 @@ impl Layer {
 
     /// Whether it can be one of a document about `topology`.
     pub(crate) fn check(&self, topology: &Topology) -> Result<()> {
-        self.head.check(topology)?;
+        self.head.check(topology.face_count())?;
         let check = || {
             if let Some(pair) = self.blocks.windows(2).find(|pair| pair[0].tile >= pair[1].tile) {
                 return Err(Error::invalid(format!("tile {} comes after tile {}", pair[1].tile, pair[0].tile)));

@@ -30,10 +30,15 @@ pub enum RecordKind {
     Undo,
     /// It was made again.
     Redo,
+    /// What an edit changed that the base has already: it can be undone.
+    Past,
+    /// What an edit changed that was undone before the base was written: it can be made again.
+    Future,
 }
 
 impl RecordKind {
-    const ALL: [RecordKind; 4] = [RecordKind::Input, RecordKind::Edit, RecordKind::Undo, RecordKind::Redo];
+    const ALL: [RecordKind; 6] =
+        [RecordKind::Input, RecordKind::Edit, RecordKind::Undo, RecordKind::Redo, RecordKind::Past, RecordKind::Future];
 
     fn number(self) -> u32 {
         self as u32 + 1

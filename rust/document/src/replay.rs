@@ -126,6 +126,11 @@ pub(crate) fn fold(
                 log.done.push(Entry { sequence, input, edit: location });
                 log.undone.clear();
             }
+            RecordKind::Past | RecordKind::Future => {
+                let input = pending.take().map(|(location, _)| location);
+                let list = if kind == RecordKind::Past { &mut log.done } else { &mut log.undone };
+                list.push(Entry { sequence, input, edit: location });
+            }
             RecordKind::Undo | RecordKind::Redo => {
                 pending = None;
                 let (from, to, direction) = match kind {
@@ -162,7 +167,7 @@ impl Replay<'_> {
     fn run(&mut self, sequence: u64, payload: Vec<u8>, direction: Direction, budget: &mut Budget) -> Result<()> {
         let place = || format!("journal: record {sequence}");
         let mut room = Budget::new(budget.left());
-        let edit = match Edit::decode(payload, &self.base.topology, &mut room) {
+        let edit = match Edit::decode(payload, self.base.topology.face_count(), &mut room) {
             Ok(edit) => edit,
             Err(error) if error.kind == relievo_core::ErrorKind::Memory => return Err(error),
             Err(error) => {

@@ -143,7 +143,7 @@ fn edits_come_back_and_go_on_where_they_were() {
     }
     // Nobody else may append meanwhile.
     assert_eq!(Journal::open(&path, LIMIT).unwrap_err().kind, ErrorKind::Busy);
-    assert_eq!(compact(&path, LIMIT).unwrap_err().kind, ErrorKind::Busy);
+    assert_eq!(compact(&path, LIMIT, 0).unwrap_err().kind, ErrorKind::Busy);
     journal.undo(log.done.last().unwrap().sequence).unwrap();
     drop(journal);
     let (_, again, _) = Journal::open(&path, LIMIT).unwrap();
@@ -224,11 +224,24 @@ fn compacting_keeps_what_is_seen_and_drops_the_history() {
     let folder = tempfile::tempdir().unwrap();
     let Session { path, states } = session(folder.path(), 40);
     let before = std::fs::metadata(&path).unwrap().len();
-    let done = compact(&path, LIMIT).unwrap();
+    let done = compact(&path, LIMIT, 0).unwrap();
     assert!(done.edits > 10 && done.bytes[0] == before && done.bytes[1] < before && done.note.is_none());
     let (document, log, _) = Journal::open(&path, LIMIT).unwrap();
     assert!(same(&document, &states.last().unwrap().1) && log.done.is_empty());
     assert_eq!(std::fs::read(&path).unwrap(), states.last().unwrap().1.to_bytes().unwrap());
+    // Or keeps some of it.
+    let kept = tempfile::tempdir().unwrap();
+    let Session { path: other, states } = session(kept.path(), 40);
+    let (_, whole, _) = Journal::open(&other, LIMIT).unwrap();
+    let some = compact(&other, LIMIT, 3).unwrap();
+    assert_eq!((some.edits, some.undone), (whole.done.len() - 3, 0));
+    let (document, log, mut journal) = Journal::open(&other, LIMIT).unwrap();
+    assert!(same(&document, &states.last().unwrap().1) && log.done.len() == 3);
+    assert_eq!(log.undone.len(), whole.undone.len());
+    journal.undo(log.done[2].sequence).unwrap();
+    drop(journal);
+    let undone = Document::open(&other, LIMIT).unwrap();
+    assert!(states.iter().any(|(_, state)| same(&undone, state)) && !same(&undone, &document));
     // What was under way is cut off by a repair, which finds nothing damaged.
     let (_, _, mut journal) = Journal::open(&path, LIMIT).unwrap();
     journal.input("the next stroke").unwrap();
