@@ -94,6 +94,26 @@ impl<T: Texel> Field<T> {
         self.pages.used()
     }
 
+    pub(crate) fn blank_ref(&self) -> &T {
+        &self.blank
+    }
+
+    pub(crate) fn classes(&self) -> &Arc<[SizeClass]> {
+        &self.classes
+    }
+
+    /// The tiles whose blocks are not as in `other`, to the bit, ascending.
+    pub fn differing(&self, other: &Self) -> Vec<u32> {
+        let differs = |tile: &u32| match (self.entry(*tile), other.entry(*tile)) {
+            (Some(a), Some(b)) => {
+                !Arc::ptr_eq(&a.texels, &b.texels)
+                    && bytemuck::cast_slice::<T, u8>(&a.texels) != bytemuck::cast_slice::<T, u8>(&b.texels)
+            }
+            (a, b) => a.is_some() || b.is_some(),
+        };
+        self.pages.unshared(&other.pages).filter(differs).collect()
+    }
+
     /// The one place at which `place` is evaluated, see [`TileTopology::canonical`].
     pub fn canonical(&self, place: Place) -> Place {
         self.topology.canonical(place, |tile| self.density(tile))

@@ -3,10 +3,11 @@
 //! - Where: [`heap`], [`sets`], [`field`], and [`channel`] with the protocol of an edit.
 //! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`], [`color`] and
 //!   [`trace`].
-//! - How they are kept in documents: [`stored`].
+//! - How they are kept in documents: [`stored`]; how histories see them: [`blocks`].
 //! - Vectors: [`vector`], in the frames of [`frame`].
 //! - The displaced surface: [`displaced`] evaluates it, [`tessellate`] makes triangles of it.
 
+pub mod blocks;
 mod carried;
 pub mod channel;
 pub mod color;
@@ -29,6 +30,7 @@ pub mod trace;
 pub mod triangle;
 pub mod vector;
 
+pub use blocks::Blocks;
 pub use channel::{Applied, Channel, ChannelOptions, Snapshot, Texels};
 pub use color::Paint;
 pub use decay::{Decay, DecayOptions, Faded};

@@ -49,4 +49,17 @@ impl<E: Clone> Pages<E> {
             used.map(move |(slot, _)| (index * PAGE + slot) as u32)
         })
     }
+
+    /// The elements on pages that are not shared with `other`, ascending: only they can differ.
+    pub fn unshared(&self, other: &Self) -> impl Iterator<Item = u32> {
+        fn page<E>(pages: &Pages<E>, index: usize) -> Option<&Arc<Page<E>>> {
+            pages.0.get(index)?.as_ref()
+        }
+        let count = self.0.len().max(other.0.len());
+        let differ = (0..count).filter(|index| match (page(self, *index), page(other, *index)) {
+            (Some(a), Some(b)) => !Arc::ptr_eq(a, b),
+            (a, b) => a.is_some() || b.is_some(),
+        });
+        differ.flat_map(|index| (index * PAGE..(index + 1) * PAGE).map(|element| element as u32))
+    }
 }

@@ -8,9 +8,9 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::{Document, Kind};
 use relievo_surface::TileTopology;
 
+use crate::blocks::Blocks;
 use crate::channel::{Channel, ChannelOptions};
 use crate::field::Field;
-use crate::heap::MAX_SIZE;
 use crate::texel::{Rgba8, Rgba16, Texel, Vector};
 use crate::trace::Trace;
 
@@ -47,16 +47,10 @@ impl<T: StoredTexel> Field<T> {
     /// Adds its tiles to `document` as the layer called `name`. Fails, and adds nothing, if the document is for another
     /// mesh or has a layer of that name.
     pub fn store(&self, context: &Context, document: &mut Document, name: &str) -> Result<()> {
-        let topology = self.topology();
-        let sizes = (0..topology.face_count() as u32).map(|face| {
-            let tile = topology.tiles_of(face).start;
-            // Sub-tiles have half the size of their face.
-            if topology.is_sub(tile) { (2 * self.size(tile)).min(MAX_SIZE) } else { self.size(tile) }
-        });
         let tiles: Vec<u32> = self.allocated().collect();
         let read = |tile: u32| Ok(bytemuck::cast_slice(self.block(tile).unwrap_or(&[])).to_vec());
         let blank = self.blank();
-        document.pack(context, (name, T::KIND, bytemuck::bytes_of(&blank)), sizes.collect(), &tiles, read)
+        document.pack(context, (name, T::KIND, bytemuck::bytes_of(&blank)), self.face_sizes(), &tiles, read)
     }
 }
 

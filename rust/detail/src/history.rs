@@ -1,0 +1,438 @@
+//! Undo, redo and the journal of an object: every edit is kept as what it changed, block by block.
+//!
+//! Which blocks an edit changed is found by comparing the fields of the object before and after, so that strokes,
+//! imprints and whatever else writes tiles are recorded alike. What an edit costs is what it changed, see
+//! [`relievo_document::edit`]. Edits stay in memory up to a budget; beyond it the oldest are read back from the
+//! journal of the document, or from a temporary file where there is no document. Units: bytes.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use relievo_core::budget::Budget;
+use relievo_core::{Context, Error, Result};
+use relievo_document::record::Location;
+use relievo_document::{Change, Direction, Document, Edit, Entry, Head, Journal, Settings};
+use relievo_tiles::Blocks;
+
+/// A layer at one moment.
+#[derive(Clone, Debug)]
+pub struct LayerState {
+    /// Its number, which it keeps.
+    pub id: u32,
+    /// Its name.
+    pub name: Arc<str>,
+    /// How it takes part in what is seen.
+    pub settings: Settings,
+    /// Its blocks.
+    pub blocks: Arc<dyn Blocks>,
+}
+
+impl LayerState {
+    /// What documents say of it.
+    pub fn head(&self) -> Head {
+        Head {
+            id: self.id,
+            name: self.name.to_string(),
+            kind: self.blocks.kind(),
+            blank: self.blocks.blank().to_vec(),
+            settings: self.settings,
+            face_sizes: self.blocks.face_sizes(),
+        }
+    }
+
+    fn is_headed_as(&self, other: &Self) -> bool {
+        (self.id, &self.name, self.settings) == (other.id, &other.name, other.settings)
+            && self.blocks.is_shaped_as(&*other.blocks)
+    }
+}
+
+/// All layers of an object at one moment, from the lowest to the highest.
+pub type LayerStates = Vec<LayerState>;
+
+/// A block to be put back: the number of its layer, its own, and its bytes if it is to be there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BlockState {
+    /// The number of its layer.
+    pub layer: u32,
+    /// Its number.
+    pub block: u32,
+    /// Its bytes, if it is there.
+    pub bytes: Option<Vec<u8>>,
+}
+
+/// What a history records.
+pub trait Recorded {
+    /// All that edits change, as it is now.
+    fn states(&mut self, context: &Context) -> Result<LayerStates>;
+
+    /// Gives it the layers `heads`, unless they stay, and then `blocks`; all others stay. Budgets do not count: what is put
+    /// back was there before.
+    fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: Vec<BlockState>) -> Result<()>;
+}
+
+/// Bytes that are in memory, in a file, or both.
+#[derive(Debug)]
+struct Kept {
+    bytes: Option<Vec<u8>>,
+    /// Where it is in the journal, or in the temporary file of a history without one.
+    place: Option<Location>,
+}
+
+/// An edit that can be undone or made again.
+#[derive(Debug)]
+struct Step {
+    input: Kept,
+    edit: Kept,
+    /// Its number in the journal.
+    sequence: u64,
+}
+
+/// An edit that is being made.
+#[derive(Debug)]
+struct Open {
+    before: LayerStates,
+    input: String,
+    place: Option<Location>,
+}
+
+/// What an edit, or its undoing, changed.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Changed {
+    /// What the edit was.
+    pub input: String,
+    /// The layers whose blocks changed, by number, and those blocks, ascending.
+    pub blocks: Vec<(u32, Vec<u32>)>,
+    /// Whether layers were added, removed or changed as a whole.
+    pub layers: bool,
+    /// Bytes of the record.
+    pub bytes: u64,
+}
+
+/// The edits of an object. See the [module](self).
+#[derive(Debug)]
+pub struct History {
+    done: Vec<Step>,
+    undone: Vec<Step>,
+    memory: u64,
+    used: u64,
+    /// Edits before this one are not in memory.
+    first: usize,
+    journal: Option<Journal>,
+    /// Where edits go that memory has no room for, if there is no journal.
+    spill: Option<Journal>,
+    open: Option<Open>,
+}
+
+impl History {
+    /// A history without edits, which may occupy `memory` bytes.
+    pub fn new(memory: u64) -> Self {
+        Self { done: Vec::new(), undone: Vec::new(), memory, used: 0, first: 0, journal: None, spill: None, open: None }
+    }
+
+    /// Opens the document at `path`, which may occupy `limit` bytes with what is made of it, to go on working on it: its
+    /// edits can be undone, new ones go to its journal. Notes of the document say what was under way when it was left.
+    ///
+    /// Fails if it is damaged or another program works on it.
+    pub fn open(path: &Path, limit: u64, memory: u64) -> Result<(Document, Self)> {
+        let (document, log, journal) = Journal::open(path, limit)?;
+        let step = |entry: &Entry| Step {
+            input: Kept { bytes: entry.input.is_none().then(Vec::new), place: entry.input },
+            edit: Kept { bytes: None, place: Some(entry.edit) },
+            sequence: entry.sequence,
+        };
+        let mut history = Self::new(memory);
+        history.done = log.done.iter().map(step).collect();
+        history.undone = log.undone.iter().map(step).collect();
+        history.first = history.done.len();
+        history.journal = Some(journal);
+        Ok((document, history))
+    }
+
+    /// Writes `document`, which is the object as it is, to `path` with all edits there are, and journals to it from now
+    /// on. Where it does already, nothing but [`Self::sync`] is left to do. Fails, and goes on as before, if it cannot be written or another program works on the file.
+    pub fn save(&mut self, path: &Path, document: &Document) -> Result<()> {
+        if self.open.is_some() {
+            return Err(Error::invalid("an edit is under way").advise("end it first"));
+        }
+        if self.path() == Some(path) {
+            return self.sync();
+        }
+        let lists = [&self.done, &self.undone].map(Vec::len);
+        let mut edits = Vec::with_capacity(lists[0] + lists[1]);
+        let mut journal = Journal::create(path, document)?;
+        for index in 0..lists[0] + lists[1] {
+            let (input, payload) = (self.text(index)?, self.payload(index)?);
+            let input = journal.input(&input)?;
+            edits.push((input, journal.carry(&payload, index < lists[0])?));
+        }
+        for (step, (input, (edit, sequence))) in self.done.iter_mut().chain(&mut self.undone).zip(edits) {
+            (step.input.place, step.edit.place, step.sequence) = (Some(input), Some(edit), sequence);
+        }
+        self.journal = Some(journal);
+        self.spill = None;
+        Ok(())
+    }
+
+    /// The document it journals to.
+    pub fn path(&self) -> Option<&Path> {
+        self.journal.as_ref()?.path()
+    }
+
+    /// Edits that can be undone.
+    pub fn undo_count(&self) -> usize {
+        self.done.len()
+    }
+
+    /// Edits that can be made again.
+    pub fn redo_count(&self) -> usize {
+        self.undone.len()
+    }
+
+    /// Bytes of edits in memory.
+    pub fn bytes(&self) -> u64 {
+        self.used
+    }
+
+    /// Waits until all edits are on the disk, where a failure of power does not reach them.
+    pub fn sync(&self) -> Result<()> {
+        self.journal.as_ref().map_or(Ok(()), Journal::sync)
+    }
+
+    /// Begins an edit of `object`; `input` says what it is going to be. Fails if one is under way or the journal cannot
+    /// be written.
+    pub fn begin(&mut self, context: &Context, object: &mut impl Recorded, input: &str) -> Result<()> {
+        if self.open.is_some() {
+            return Err(Error::invalid("an edit is under way").advise("end it before the next"));
+        }
+        let before = object.states(context)?;
+        let place = self.journal.as_mut().map(|journal| journal.input(input)).transpose()?;
+        self.open = Some(Open { before, input: input.to_string(), place });
+        Ok(())
+    }
+
+    /// Ends the edit that was begun: it is confirmed, and what was undone before it cannot be made again. `None` if it
+    /// changed nothing.
+    ///
+    /// Fails if none was begun or the journal cannot be written; `object` is then as it was when the edit began.
+    pub fn end(&mut self, context: &Context, object: &mut impl Recorded) -> Result<Option<Changed>> {
+        let open = self.open.take().ok_or_else(|| Error::invalid("no edit was begun").advise("begin one first"))?;
+        match self.record(context, object, &open) {
+            Ok(changed) => Ok(changed),
+            Err(error) => {
+                self.put_back(context, object, open)?;
+                Err(error)
+            }
+        }
+    }
+
+    /// Takes back the edit that was begun, as if it had not been. Fails if none was.
+    pub fn abandon(&mut self, context: &Context, object: &mut impl Recorded) -> Result<()> {
+        let open = self.open.take().ok_or_else(|| Error::invalid("no edit was begun").advise("begin one first"))?;
+        self.put_back(context, object, open)
+    }
+
+    fn put_back(&mut self, context: &Context, object: &mut impl Recorded, open: Open) -> Result<()> {
+        let now = object.states(context)?;
+        let (blocks, layers) = difference(&open.before, &now);
+        let state = |(layer, block): &(u32, u32)| BlockState {
+            layer: *layer,
+            block: *block,
+            bytes: find(&open.before, *layer).and_then(|layer| layer.blocks.bytes(*block)).map(<[u8]>::to_vec),
+        };
+        let heads: Option<Vec<Head>> = layers.then(|| open.before.iter().map(LayerState::head).collect());
+        object.restore(context, heads.as_deref(), blocks.iter().map(state).collect())?;
+        match (&mut self.journal, open.place) {
+            (Some(journal), Some(place)) => journal.withdraw(place),
+            _ => Ok(()),
+        }
+    }
+
+    fn record(&mut self, context: &Context, object: &mut impl Recorded, open: &Open) -> Result<Option<Changed>> {
+        let after = object.states(context)?;
+        let (blocks, layers) = difference(&open.before, &after);
+        if blocks.is_empty() && !layers {
+            if let (Some(journal), Some(place)) = (&mut self.journal, open.place) {
+                journal.withdraw(place)?;
+            }
+            return Ok(None);
+        }
+        let heads = layers
+            .then(|| [&open.before, &after].map(|states| states.iter().map(LayerState::head).collect::<Vec<_>>()));
+        let heads = heads.as_ref().map(|[before, after]| [before.as_slice(), after.as_slice()]);
+        let payload = Edit::encode(context, heads, blocks.len(), |index| {
+            let (layer, block) = blocks[index];
+            let both = [find(&open.before, layer), find(&after, layer)];
+            let [before, after] = both.map(|state| state.and_then(|state| state.blocks.bytes(block)));
+            let blank = both.into_iter().flatten().next().map_or(&[][..], |state| state.blocks.blank());
+            Change { layer, block, before, after, blank }
+        })?;
+        let written = self.journal.as_mut().map(|journal| journal.edit(&payload)).transpose()?;
+        let changed =
+            Changed { input: open.input.clone(), blocks: grouped(&blocks), layers, bytes: payload.len() as u64 };
+        let undone = std::mem::take(&mut self.undone);
+        self.used -= undone.iter().map(Step::bytes).sum::<u64>();
+        let step = Step {
+            input: Kept { bytes: Some(open.input.clone().into_bytes()), place: open.place },
+            edit: Kept { bytes: Some(payload), place: written.map(|(location, _)| location) },
+            sequence: written.map_or(0, |(_, sequence)| sequence),
+        };
+        self.used += step.bytes();
+        self.done.push(step);
+        self.make_room()?;
+        Ok(Some(changed))
+    }
+
+    /// Undoes the last edit on `object`; `None` if there is none. Every block is then as it was, to the bit.
+    ///
+    /// Fails, and changes nothing, if an edit is under way, the object was changed without the history, or a file cannot
+    /// be read or written.
+    pub fn undo(&mut self, context: &Context, object: &mut impl Recorded) -> Result<Option<Changed>> {
+        let Some(last) = self.done.len().checked_sub(1) else { return Ok(None) };
+        let changed = self.go(context, object, last, Direction::Back)?;
+        self.undone.extend(self.done.pop());
+        self.first = self.first.min(self.done.len());
+        Ok(Some(changed))
+    }
+
+    /// Makes the edit that was undone last again; `None` if there is none. Fails as [`Self::undo`] does.
+    pub fn redo(&mut self, context: &Context, object: &mut impl Recorded) -> Result<Option<Changed>> {
+        let Some(last) = (self.done.len() + self.undone.len()).checked_sub(1).filter(|_| !self.undone.is_empty())
+        else {
+            return Ok(None);
+        };
+        let changed = self.go(context, object, last, Direction::Forward)?;
+        self.done.extend(self.undone.pop());
+        Ok(Some(changed))
+    }
+
+    fn go(
+        &mut self,
+        context: &Context,
+        object: &mut impl Recorded,
+        index: usize,
+        direction: Direction,
+    ) -> Result<Changed> {
+        if self.open.is_some() {
+            return Err(Error::invalid("an edit is under way").advise("end it first"));
+        }
+        let (input, payload) = (self.text(index)?, self.payload(index)?);
+        let bytes = payload.len() as u64;
+        let states = object.states(context)?;
+        let faces = states.first().map_or(0, |layer| layer.blocks.face_sizes().len());
+        let edit = Edit::decode(payload, faces, &mut Budget::new(u64::MAX))?;
+        let foreign = || {
+            Error::invalid("the object was changed without its history, so that the edit does not fit it any more")
+                .at(input.clone())
+                .advise("begin and end an edit around every change")
+        };
+        let heads = edit.layers_after(direction);
+        let deltas = edit.deltas();
+        let put = context.map(deltas.len(), |index| {
+            let delta = &deltas[index];
+            let there = find(&states, delta.layer);
+            let state = there.and_then(|layer| layer.blocks.bytes(delta.block));
+            let new = heads.into_iter().flatten().find(|head| head.id == delta.layer);
+            let blank = there.map(|layer| layer.blocks.blank()).or(new.map(|head| head.blank.as_slice()));
+            let bytes = edit.apply(delta, direction, state, blank.unwrap_or(&[]))?;
+            Ok(BlockState { layer: delta.layer, block: delta.block, bytes })
+        });
+        let put = put.into_iter().collect::<Result<Vec<_>>>().map_err(|_| foreign())?;
+        let mut blocks: Vec<(u32, u32)> = deltas.iter().map(|delta| (delta.layer, delta.block)).collect();
+        blocks.sort_unstable();
+        let sequence = self.step(index).map_or(0, |step| step.sequence);
+        match (&mut self.journal, direction) {
+            (Some(journal), Direction::Back) => journal.undo(sequence)?,
+            (Some(journal), Direction::Forward) => journal.redo(sequence)?,
+            (None, _) => {}
+        }
+        object.restore(context, heads, put)?;
+        Ok(Changed { input, blocks: grouped(&blocks), layers: heads.is_some(), bytes })
+    }
+
+    /// An edit, by its place among those that are done and then those that are undone.
+    fn step(&self, index: usize) -> Option<&Step> {
+        self.done.get(index).or_else(|| self.undone.get(index.checked_sub(self.done.len())?))
+    }
+
+    fn bytes_of(&mut self, index: usize, part: fn(&Step) -> &Kept) -> Result<Vec<u8>> {
+        let lost = || Error::internal(format!("edit {index} is nowhere"));
+        let kept = part(self.step(index).ok_or_else(lost)?);
+        if let Some(bytes) = &kept.bytes {
+            return Ok(bytes.clone());
+        }
+        let place = kept.place.ok_or_else(lost)?;
+        self.journal.as_mut().or(self.spill.as_mut()).ok_or_else(lost)?.read(place)
+    }
+
+    fn payload(&mut self, index: usize) -> Result<Vec<u8>> {
+        self.bytes_of(index, |step| &step.edit)
+    }
+
+    fn text(&mut self, index: usize) -> Result<String> {
+        Ok(String::from_utf8_lossy(&self.bytes_of(index, |step| &step.input)?).into_owned())
+    }
+
+    /// Lets go of the oldest edits until the others have room in memory.
+    fn make_room(&mut self) -> Result<()> {
+        while self.used > self.memory && self.first < self.done.len() {
+            let step = &mut self.done[self.first];
+            let freed = step.bytes();
+            if step.edit.place.is_none() {
+                let spill = match &mut self.spill {
+                    Some(spill) => spill,
+                    none => none.insert(Journal::temporary()?),
+                };
+                let text = String::from_utf8_lossy(step.input.bytes.as_deref().unwrap_or_default()).into_owned();
+                step.input.place = Some(spill.input(&text)?);
+                step.edit.place = Some(spill.edit(step.edit.bytes.as_deref().unwrap_or_default())?.0);
+            }
+            for kept in [&mut step.input, &mut step.edit] {
+                // What has no place is nothing at all.
+                if kept.place.is_some() {
+                    kept.bytes = None;
+                }
+            }
+            self.used -= freed - step.bytes();
+            self.first += 1;
+        }
+        Ok(())
+    }
+}
+
+impl Step {
+    /// Bytes it occupies in memory.
+    fn bytes(&self) -> u64 {
+        [&self.input, &self.edit].map(|kept| kept.bytes.as_ref().map_or(0, |bytes| bytes.len() as u64)).iter().sum()
+    }
+}
+
+fn find(states: &LayerStates, id: u32) -> Option<&LayerState> {
+    states.iter().find(|layer| layer.id == id)
+}
+
+/// The blocks that differ, by layer and number, and whether the layers themselves do.
+fn difference(before: &LayerStates, after: &LayerStates) -> (Vec<(u32, u32)>, bool) {
+    let mut blocks = Vec::new();
+    for layer in after {
+        let numbers = match find(before, layer.id) {
+            Some(old) => layer.blocks.changed(&*old.blocks),
+            None => layer.blocks.numbers(),
+        };
+        blocks.extend(numbers.into_iter().map(|block| (layer.id, block)));
+    }
+    for layer in before.iter().filter(|layer| find(after, layer.id).is_none()) {
+        blocks.extend(layer.blocks.numbers().into_iter().map(|block| (layer.id, block)));
+    }
+    let layers = before.len() != after.len() || before.iter().zip(after).any(|(a, b)| !a.is_headed_as(b));
+    (blocks, layers)
+}
+
+/// Blocks, by layer and number, layer by layer.
+fn grouped(blocks: &[(u32, u32)]) -> Vec<(u32, Vec<u32>)> {
+    let mut sorted = blocks.to_vec();
+    sorted.sort_unstable();
+    sorted
+        .chunk_by(|a, b| a.0 == b.0)
+        .filter_map(|layer| Some((layer.first()?.0, layer.iter().map(|(_, block)| *block).collect())))
+        .collect()
+}

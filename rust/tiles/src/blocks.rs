@@ -1,0 +1,85 @@
+//! The blocks of a channel at one moment as histories and documents see them: bytes by number, whatever the texels.
+
+use std::any::Any;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use relievo_document::Kind;
+
+use crate::field::Field;
+use crate::heap::MAX_SIZE;
+use crate::stored::StoredTexel;
+
+/// Blocks by number at one moment. Cheap to keep, since what is not written afterwards is shared.
+pub trait Blocks: Any + Debug + Send + Sync {
+    /// What the texels are.
+    fn kind(&self) -> Kind;
+
+    /// The texel that blocks read as that are not there.
+    fn blank(&self) -> &[u8];
+
+    /// Of every face, texels along an edge of it.
+    fn face_sizes(&self) -> Vec<u32>;
+
+    /// The block with a number, if it is there.
+    fn bytes(&self, block: u32) -> Option<&[u8]>;
+
+    /// The numbers of the blocks that are there, ascending.
+    fn numbers(&self) -> Vec<u32>;
+
+    /// The blocks that are not as in `other`, ascending; what both share costs next to nothing. All blocks of both if
+    /// the two are not of one kind.
+    fn changed(&self, other: &dyn Blocks) -> Vec<u32>;
+
+    /// Whether faces have the sizes that they have in `other`, and what is not there reads the same.
+    fn is_shaped_as(&self, other: &dyn Blocks) -> bool;
+}
+
+impl<T: StoredTexel> Blocks for Field<T> {
+    fn kind(&self) -> Kind {
+        T::KIND
+    }
+
+    fn blank(&self) -> &[u8] {
+        bytemuck::bytes_of(self.blank_ref())
+    }
+
+    fn face_sizes(&self) -> Vec<u32> {
+        let topology = self.topology();
+        let size = |face| {
+            let tile = topology.tiles_of(face).start;
+            // Sub-tiles have half the size of their face.
+            if topology.is_sub(tile) { (2 * self.size(tile)).min(MAX_SIZE) } else { self.size(tile) }
+        };
+        (0..topology.face_count() as u32).map(size).collect()
+    }
+
+    fn bytes(&self, block: u32) -> Option<&[u8]> {
+        self.block(block).map(bytemuck::cast_slice)
+    }
+
+    fn numbers(&self) -> Vec<u32> {
+        self.allocated().collect()
+    }
+
+    fn changed(&self, other: &dyn Blocks) -> Vec<u32> {
+        let any: &dyn Any = other;
+        match any.downcast_ref::<Self>() {
+            Some(other) => self.differing(other),
+            None => {
+                let mut both = [self.numbers(), other.numbers()].concat();
+                both.sort_unstable();
+                both.dedup();
+                both
+            }
+        }
+    }
+
+    fn is_shaped_as(&self, other: &dyn Blocks) -> bool {
+        let any: &dyn Any = other;
+        any.downcast_ref::<Self>().is_some_and(|other| {
+            let same = Arc::ptr_eq(self.classes(), other.classes()) || self.classes() == other.classes();
+            same && self.blank().same(other.blank())
+        })
+    }
+}
