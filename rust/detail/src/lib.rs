@@ -4,6 +4,7 @@
 //! on the GPU.
 
 pub mod brush;
+pub mod canvas;
 pub mod collider;
 pub mod contact;
 pub mod cull;
@@ -38,10 +39,12 @@ pub mod stamp;
 pub mod stroke;
 pub mod tool;
 mod traces;
+pub mod triangle;
 pub mod voxel;
 pub mod weights;
 
 pub use brush::Brush;
+pub use canvas::Canvas;
 pub use collider::Collider;
 pub use contact::Contact;
 pub use curve::Curve;
@@ -63,5 +66,6 @@ pub use path::{Station, StrokePoint};
 pub use rim::Volumes;
 pub use stamp::{Stamp, StampChannel, StampImage, StampSettings};
 pub use stroke::{PressureCurves, Stroke, StrokeReport, StrokeSettings};
+pub use triangle::TriangleObject;
 pub use voxel::{Side, Solid, Voxels};
 pub use weights::{BrushParameters, Weights};

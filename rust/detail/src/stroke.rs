@@ -11,11 +11,11 @@ use relievo_core::parameter::Switch;
 use relievo_core::{Context, Error, Result};
 
 use crate::brush::Brush;
+use crate::canvas::Canvas;
 use crate::curve::Curve;
 use crate::dab::{Action, Dab, DabReport};
 use crate::falloff::Falloff;
 use crate::nearest::SurfacePoint;
-use crate::object::DisplacedObject;
 use crate::path::{Pace, Station, StrokePoint};
 use crate::stamp::Stamp;
 
@@ -168,7 +168,7 @@ impl Stroke {
     /// nothing and are counted.
     ///
     /// Fails, and changes nothing, as [`Self::check`] does, or if the object has no colours and is to be painted.
-    pub fn apply(&self, context: &Context, object: &mut DisplacedObject) -> Result<StrokeReport> {
+    pub fn apply<C: Canvas + ?Sized>(&self, context: &Context, object: &mut C) -> Result<StrokeReport> {
         Ok(self.apply_all(context, &mut [object])?.pop().unwrap_or_default())
     }
 
@@ -176,29 +176,32 @@ impl Stroke {
     /// that reach into its box. Symmetry is in the space of the object that the dab itself is put on, or of the first
     /// where it is on none. Returns what it did to each of them; a dab counts for those it was put on or changed, one
     /// that was left out counts for all.
-    pub fn apply_all(&self, context: &Context, objects: &mut [&mut DisplacedObject]) -> Result<Vec<StrokeReport>> {
+    pub fn apply_all<C: Canvas + ?Sized>(
+        &self,
+        context: &Context,
+        objects: &mut [&mut C],
+    ) -> Result<Vec<StrokeReport>> {
         let stations = self.stations()?;
         if matches!(self.action, Action::Paint { .. })
-            && let Some(index) = objects.iter().position(|object| object.paint().is_none())
+            && let Some(index) = objects.iter().position(|object| !object.is_paintable())
         {
             return Err(Error::invalid("the object has no colours to paint on")
                 .at(format!("object {index} of the stroke"))
                 .advise("give it some first"));
         }
         // Before the first dab, so that nothing has to be measured anew for each.
-        objects.iter_mut().for_each(|object| _ = object.reach());
+        let starts = objects.iter_mut().map(|object| object.begin(context)).collect::<Result<Vec<_>>>()?;
         let placed = {
             let _stage = context.stats().begin("stroke.nearest");
-            let objects: Vec<&DisplacedObject> = objects.iter().map(|object| &**object).collect();
+            let objects: Vec<&C> = objects.iter().map(|object| &**object).collect();
             context.map(stations.len(), |index| self.dabs(context, &objects, &stations[index]))
         };
         let placed = placed.into_iter().collect::<Result<Vec<_>>>()?.concat();
         let missed = placed.iter().filter(|dab| dab.is_none()).count() as u64;
         let mut done = vec![StrokeReport { missed, ..Default::default() }; objects.len()];
-        let starts: Vec<_> = objects.iter().map(|object| object.displacement().field().clone()).collect();
         for (on, dab) in placed.into_iter().flatten() {
             for (index, object) in objects.iter_mut().enumerate() {
-                let report = dab.make(context, object, Some(&starts[index]))?;
+                let report = object.dab(context, &dab, &starts[index])?;
                 done[index].dabs += u64::from(index == on || report.changed_texels > 0);
                 done[index].report.merge(report);
             }
@@ -208,10 +211,10 @@ impl Stroke {
 
     /// The dab of a station on the nearest of the surfaces as they are, and on which it is put, and then its mirror
     /// images; `None` where the surfaces are too far away, or have no normal.
-    fn dabs(
+    fn dabs<C: Canvas + ?Sized>(
         &self,
         context: &Context,
-        objects: &[&DisplacedObject],
+        objects: &[&C],
         station: &Station,
     ) -> Result<Vec<Option<(usize, Dab)>>> {
         let first = self.find(context, objects, station.position)?;
@@ -243,10 +246,10 @@ impl Stroke {
     }
 
     /// The nearest place of the surfaces within reach, and whose it is.
-    fn find(
+    fn find<C: Canvas + ?Sized>(
         &self,
         context: &Context,
-        objects: &[&DisplacedObject],
+        objects: &[&C],
         point: DVec3,
     ) -> Result<Option<(usize, SurfacePoint)>> {
         let within = f64::from(self.settings.radius) * f64::from(self.settings.reach);
@@ -264,10 +267,10 @@ impl Stroke {
     }
 
     /// The dab at a found place whose first axis goes along `way`; `over` if it is a mirror image.
-    fn dab(
+    fn dab<C: Canvas + ?Sized>(
         &self,
         context: &Context,
-        objects: &[&DisplacedObject],
+        objects: &[&C],
         station: &Station,
         found: Option<(usize, SurfacePoint)>,
         way: DVec3,

@@ -1,0 +1,95 @@
+//! What strokes are made on: displaced Catmull-Clark surfaces and triangle meshes alike.
+
+use std::fmt::Debug;
+
+use glam::{DAffine3, DVec3};
+use relievo_core::{Context, Result};
+use relievo_tiles::Field;
+use relievo_tiles::triangle::TriangleField;
+
+use crate::dab::{Dab, DabReport};
+use crate::nearest::SurfacePoint;
+use crate::object::DisplacedObject;
+use crate::triangle::TriangleObject;
+
+/// The displacement of an object when a stroke began.
+#[derive(Clone, Debug)]
+pub enum Start {
+    /// That of a Catmull-Clark surface.
+    Tiles(Field),
+    /// That of a triangle mesh.
+    Triangles(TriangleField),
+}
+
+/// An object that can be painted and sculpted.
+pub trait Canvas: Debug + Send + Sync {
+    /// From object space to the world.
+    fn transform(&self) -> &DAffine3;
+
+    /// Whether it has colours to paint on.
+    fn is_paintable(&self) -> bool;
+
+    /// Makes it ready for a stroke, so that nothing has to be measured anew for each dab, and returns what dabs go by.
+    fn begin(&mut self, context: &Context) -> Result<Start>;
+
+    /// The place of its surface nearest to a point of the world, no further than `within`.
+    fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>>;
+
+    /// Makes a dab as one of a stroke that began with `start`.
+    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start) -> Result<DabReport>;
+}
+
+impl Canvas for DisplacedObject {
+    fn transform(&self) -> &DAffine3 {
+        DisplacedObject::transform(self)
+    }
+
+    fn is_paintable(&self) -> bool {
+        self.paint().is_some()
+    }
+
+    fn begin(&mut self, _: &Context) -> Result<Start> {
+        self.reach();
+        Ok(Start::Tiles(self.displacement().field().clone()))
+    }
+
+    fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
+        DisplacedObject::nearest(self, context, point, within)
+    }
+
+    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start) -> Result<DabReport> {
+        let start = match start {
+            Start::Tiles(field) => Some(field),
+            Start::Triangles(_) => None,
+        };
+        dab.make(context, self, start)
+    }
+}
+
+impl Canvas for TriangleObject {
+    fn transform(&self) -> &DAffine3 {
+        TriangleObject::transform(self)
+    }
+
+    fn is_paintable(&self) -> bool {
+        self.paint().is_some()
+    }
+
+    fn begin(&mut self, context: &Context) -> Result<Start> {
+        self.reach();
+        self.renew(context)?;
+        Ok(Start::Triangles(self.displacement().field().clone()))
+    }
+
+    fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
+        TriangleObject::nearest(self, context, point, within)
+    }
+
+    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start) -> Result<DabReport> {
+        let start = match start {
+            Start::Tiles(_) => None,
+            Start::Triangles(field) => Some(field),
+        };
+        self.make_dab(context, dab, start)
+    }
+}

@@ -1,0 +1,10 @@
+//! Painting, sculpting and imprints on triangle meshes.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6.
+
+mod dab;
+mod nearest;
+mod object;
+mod site;
+
+pub use object::TriangleObject;

@@ -1,0 +1,232 @@
+//! One touch of a brush on a triangle mesh: the passes that paint or sculpt what is in its box.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6:
+//! intersect the box with faces and edges, decide by a scan which faces get blocks, with their edges, and set the values
+//! of both. As on tiles the brush is evaluated before the scan. A face gets a block if something changes in it or at one
+//! of its corners, and if something changes on an edge no face of which has one. So a face that keeps none reads
+//! otherwise only along its edges. Stages report their time under `dab.intersect`, `dab.evaluate` and `dab.manage`.
+
+use glam::Vec4;
+use relievo_core::{Context, Error, Result};
+use relievo_surface::TriangleTopology;
+use relievo_tiles::triangle::{Pattern, TriangleChange, TriangleChannel, TriangleField, TriangleSets, TriangleValues};
+use relievo_tiles::{Candidate, ColorTexel, Rgba8, Sets, Texel};
+
+use super::object::TriangleObject;
+use super::site::{self, Element, ElementEdit, Knot};
+use crate::dab::{Action, Dab, DabReport};
+use crate::knots::PerKnot;
+use crate::mode::{PaintMode, SculptMode};
+use crate::spot::{Painting, Sculpting};
+use crate::weights::BrushParameters;
+
+impl TriangleObject {
+    /// Paints or sculpts the mesh, all passes in a row.
+    ///
+    /// Fails, and changes nothing, if a number is out of range, or the object has no colours and is to be painted.
+    pub fn dab(&mut self, context: &Context, dab: &Dab) -> Result<DabReport> {
+        self.renew(context)?;
+        self.make_dab(context, dab, None)
+    }
+
+    /// As [`Self::dab`], as one of the dabs of a stroke, which goes by the displacement `start` and the normals from when
+    /// the stroke began.
+    pub(crate) fn make_dab(
+        &mut self,
+        context: &Context,
+        dab: &Dab,
+        start: Option<&TriangleField>,
+    ) -> Result<DabReport> {
+        dab.check()?;
+        match dab.action {
+            Action::Paint { mode, color } => {
+                let Some(mut paint) = self.paint.take() else {
+                    return Err(Error::invalid("the object has no colours to paint on").advise("give it some first"));
+                };
+                let done = self.paint_channel(context, dab, start, &mut paint, mode, Vec4::from(color));
+                self.paint = Some(paint);
+                done
+            }
+            Action::Sculpt { mode, height } => self.sculpt(context, dab, start, mode, height),
+        }
+    }
+
+    fn paint_channel(
+        &mut self,
+        context: &Context,
+        dab: &Dab,
+        start: Option<&TriangleField>,
+        paint: &mut TriangleChannel<Rgba8>,
+        mode: PaintMode,
+        color: Vec4,
+    ) -> Result<DabReport> {
+        let faces = self.intersect(context, dab, start);
+        let brush = BrushParameters::new(&dab.brush, dab.strength, &self.transform);
+        let field = paint.field();
+        let elements = Element::of_faces(field.topology(), &faces);
+        let displacement = start.unwrap_or(self.displacement.field());
+        let blank = field.blank().color().to_array();
+        let stamp = dab.brush.stamp();
+        let painting = Painting { level: context.level(), mode, color: color.to_array(), blank, stamp };
+        let finest = field.pattern();
+        let heights = |knots: &[Knot], out: &mut PerKnot| heights(displacement, knots, out);
+        let edits = context.stats().time("dab.evaluate", || {
+            site::evaluate(context, &self.surface, field, finest, &elements, &brush, heights, |site, values| {
+                painting.edit(site, values);
+            })
+        });
+        let (report, _) = write(context, paint, finest, &faces, edits, mode == PaintMode::Erase)?;
+        Ok(report)
+    }
+
+    fn sculpt(
+        &mut self,
+        context: &Context,
+        dab: &Dab,
+        start: Option<&TriangleField>,
+        mode: SculptMode,
+        height: f32,
+    ) -> Result<DabReport> {
+        let faces = self.intersect(context, dab, start);
+        let brush = BrushParameters::new(&dab.brush, dab.strength, &self.transform);
+        let field = self.displacement.field();
+        let elements = Element::of_faces(field.topology(), &faces);
+        let stamp = dab.brush.stamp();
+        let sculpting = Sculpting { level: context.level(), mode, height, stamp, since: start.is_some() };
+        let finest = field.pattern();
+        let displacement = start.unwrap_or(field);
+        let heights = |knots: &[Knot], out: &mut PerKnot| heights(displacement, knots, out);
+        let (surface, normals) = (&self.surface, &self.normals);
+        let edits = context.stats().time("dab.evaluate", || {
+            site::evaluate(context, surface, field, finest, &elements, &brush, heights, |site, values| {
+                sculpting.edit(site, |site, cosines| site.facing(surface, normals, cosines), values);
+            })
+        });
+        let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
+        self.widen(edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
+        let (report, shown) = write(context, &mut self.displacement, finest, &faces, edits, mode == SculptMode::Erase)?;
+        self.touch(&shown);
+        Ok(report)
+    }
+
+    /// The first pass: faces that may be in the box.
+    fn intersect(&self, context: &Context, dab: &Dab, start: Option<&TriangleField>) -> Vec<u32> {
+        let mut stage = context.stats().begin("dab.intersect");
+        let faces = self.faces_near(context, dab.brush.obb(), start);
+        stage.count("faces", faces.len() as u64);
+        faces
+    }
+}
+
+/// The displacement at vertices of the tessellation.
+fn heights(field: &TriangleField, knots: &[Knot], out: &mut PerKnot) {
+    for ((face, pattern, node), out) in knots.iter().zip(out) {
+        *out = field.at(*face, *pattern, *node) as f32;
+    }
+}
+
+/// The third and fourth pass: the sets of the edit, their memory, and the values. Returns what was done and the faces
+/// that look different.
+pub(super) fn write<T: Texel>(
+    context: &Context,
+    channel: &mut TriangleChannel<T>,
+    pattern: Pattern,
+    tested: &[u32],
+    edits: Vec<ElementEdit<T>>,
+    reclaim: bool,
+) -> Result<(DabReport, Vec<u32>)> {
+    let mut stage = context.stats().begin("dab.manage");
+    let topology = channel.field().topology().clone();
+    let wanted = faces_of(channel.field(), pattern, &edits);
+    let candidates: Vec<Candidate> =
+        wanted.iter().map(|face| Candidate { tile: *face, decision: Candidate::MODIFY }).collect();
+    let field = channel.field();
+    let sets = Sets::scan(context, &candidates, |face| field.face_pattern(face).is_some_and(|own| own >= pattern));
+    let new = sets.allocate.iter().filter(|face| !field.is_allocated(**face)).count();
+    let allocated = TriangleSets { allocate: sets.allocate, ..Default::default() };
+    let refused = channel.apply(context, pattern, &allocated)?;
+    let kept = |edit: &ElementEdit<T>| match edit.element {
+        Element::Face(face) => channel.field().face_pattern(face) == Some(edit.pattern),
+        Element::Edge(edge) => channel.field().edge_pattern(edge) == Some(edit.pattern),
+        // A vertex that moved without all its faces would drag those along as a whole.
+        Element::Vertex(vertex) => topology.faces_around(vertex).all(|(face, _)| refused.binary_search(&face).is_err()),
+    };
+    let edits: Vec<ElementEdit<T>> = edits.into_iter().filter(kept).collect();
+    let elements = Element::of_faces(&topology, tested);
+    let texels = |element: &Element| element.count(element.pattern(channel.field()).unwrap_or(pattern)) as u64;
+    let mut report = DabReport {
+        tested_tiles: tested.len() as u64,
+        tested_texels: elements.iter().map(texels).sum(),
+        changed_texels: edits.iter().map(|edit| edit.count).sum(),
+        allocated: (new as u64).saturating_sub(refused.len() as u64),
+        ..DabReport::default()
+    };
+    let mut change = TriangleChange { faces: allocated.allocate, ..Default::default() };
+    let mut values = TriangleValues::default();
+    for edit in edits {
+        match edit.element {
+            Element::Face(face) => {
+                change.faces.push(face);
+                values.faces.push((face, edit.values));
+            }
+            Element::Edge(edge) => {
+                change.edges.push(edge);
+                values.edges.push((edge, edit.values));
+            }
+            Element::Vertex(vertex) => {
+                change.vertices.push(vertex);
+                values.vertices.extend(edit.values.first().map(|value| (vertex, *value)));
+            }
+        }
+    }
+    // New blocks divide the edges of their neighbours too.
+    change.edges.extend(change.faces.iter().flat_map(|face| topology.edges_of(*face)));
+    channel.write(values)?;
+    if reclaim {
+        let around = TriangleChange {
+            vertices: tested.iter().flat_map(|face| topology.face(*face)).collect(),
+            ..Default::default()
+        };
+        let freed = channel.reclaim(context, &around.faces_shown(&topology))?;
+        report.freed = freed.len() as u64;
+        change.edges.extend(freed.iter().flat_map(|face| topology.edges_of(*face)));
+    }
+    let shown = change.faces_shown(&topology);
+    report.changed = shown.clone();
+    report.refused = refused;
+    report.bytes = channel.bytes();
+    stage.count("allocated", report.allocated);
+    stage.count("freed", report.freed);
+    Ok((report, shown))
+}
+
+/// The faces that need a block for `edits`, ascending.
+fn faces_of<T: Texel>(field: &TriangleField<T>, pattern: Pattern, edits: &[ElementEdit<T>]) -> Vec<u32> {
+    let topology: &TriangleTopology = field.topology();
+    let mut faces: Vec<u32> = Vec::new();
+    for edit in edits {
+        match edit.element {
+            Element::Face(face) => faces.push(face),
+            Element::Vertex(vertex) => faces.extend(topology.faces_around(vertex).map(|(face, _)| face)),
+            Element::Edge(_) => {}
+        }
+    }
+    faces.sort_unstable();
+    faces.dedup();
+    let mut more: Vec<u32> = Vec::new();
+    for edit in edits {
+        let Element::Edge(edge) = edit.element else { continue };
+        let has = |face: u32| {
+            field.face_pattern(face).is_some_and(|own| own >= pattern)
+                || faces.binary_search(&face).is_ok()
+                || more.contains(&face)
+        };
+        if !topology.faces_along(edge).any(|(face, _)| has(face)) {
+            more.extend(topology.faces_along(edge).next().map(|(face, _)| face));
+        }
+    }
+    faces.extend(more);
+    faces.sort_unstable();
+    faces.dedup();
+    faces
+}

@@ -1,0 +1,245 @@
+//! A deformable triangle mesh: its points, its displacement, the colours painted on it, and an affine transform to the
+//! world. Displacement is in object units.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use relievo_core::{Context, Error, Result};
+use relievo_surface::TriangleSurface;
+use relievo_tiles::Rgba8;
+use relievo_tiles::triangle::{
+    FaceRates, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals, TrianglePiece, TriangleSnapshot,
+};
+
+use crate::hierarchy::{Bounds, Hierarchy, Region};
+use crate::obb::Obb;
+use crate::object::check_transform;
+
+/// A displaced triangle mesh in the world.
+#[derive(Debug)]
+pub struct TriangleObject {
+    pub(super) surface: TriangleSurface,
+    pub(super) displacement: TriangleChannel,
+    pub(super) paint: Option<TriangleChannel<Rgba8>>,
+    pub(super) normals: TriangleNormals,
+    pub(super) transform: DAffine3,
+    hierarchy: Hierarchy,
+    obb: Obb,
+    /// The least and the largest displacement, 0 between them; `None` where it has to be measured.
+    reach: Option<[f32; 2]>,
+    /// Faces whose normals are to be renewed; `None` for all.
+    stale: Option<Vec<u32>>,
+}
+
+impl TriangleObject {
+    /// Puts `surface` and its `displacement` into the world.
+    ///
+    /// Fails if the displacement is that of another mesh, or the transform cannot be undone.
+    pub fn new(
+        context: &Context,
+        surface: TriangleSurface,
+        displacement: TriangleChannel,
+        transform: DAffine3,
+    ) -> Result<Self> {
+        TriangleDisplaced::new(&surface, displacement.field())?;
+        check_transform(&transform)?;
+        let obb = Obb::of_points(surface.points())?;
+        let hierarchy = context.stats().time("object.hierarchy", || {
+            Hierarchy::build(context, surface.topology().face_count(), |face| bounds(&surface, face))
+        })?;
+        let normals = TriangleNormals::new(surface.topology(), displacement.field().pattern());
+        let paint = None;
+        Ok(Self { surface, displacement, paint, normals, transform, hierarchy, obb, reach: None, stale: None })
+    }
+
+    /// Moves the points of the mesh. Displacements stay. Fails as [`TriangleSurface::posed`] does.
+    pub fn pose(&mut self, context: &Context, points: &[[f32; 3]]) -> Result<()> {
+        let surface = self.surface.posed(context, points)?;
+        self.obb = Obb::of_points(points)?;
+        let hierarchy = &mut self.hierarchy;
+        context.stats().time("object.refit", || hierarchy.refit(context, |face| bounds(&surface, face)));
+        self.surface = surface;
+        self.stale = None;
+        Ok(())
+    }
+
+    /// The mesh without its displacement.
+    pub fn surface(&self) -> &TriangleSurface {
+        &self.surface
+    }
+
+    /// The displacement.
+    pub fn displacement(&self) -> &TriangleChannel {
+        &self.displacement
+    }
+
+    /// The displacement, to be written.
+    pub fn displacement_mut(&mut self) -> &mut TriangleChannel {
+        self.reach = None;
+        self.stale = None;
+        &mut self.displacement
+    }
+
+    /// The colours painted on it, if it can be painted.
+    pub fn paint(&self) -> Option<&TriangleChannel<Rgba8>> {
+        self.paint.as_ref()
+    }
+
+    /// The colours, to be written.
+    pub fn paint_mut(&mut self) -> Option<&mut TriangleChannel<Rgba8>> {
+        self.paint.as_mut()
+    }
+
+    /// Makes the object one that can be painted. Fails if the colours are those of another mesh.
+    pub fn set_paint(&mut self, paint: TriangleChannel<Rgba8>) -> Result<()> {
+        let [own, other] = [self.surface.topology(), paint.field().topology()];
+        if (own.face_count(), own.vertex_count()) != (other.face_count(), other.vertex_count()) {
+            return Err(Error::invalid("the colours are those of another mesh")
+                .advise("make the colours from the topology of this surface"));
+        }
+        self.paint = Some(paint);
+        Ok(())
+    }
+
+    /// Makes everything that was sculpted up to now visible to readers, and brings normals up to date.
+    pub fn commit(&mut self, context: &Context) -> Result<Arc<TriangleSnapshot>> {
+        self.renew(context)?;
+        Ok(self.displacement.commit())
+    }
+
+    /// From object space to the world.
+    pub fn transform(&self) -> &DAffine3 {
+        &self.transform
+    }
+
+    /// Moves the object. Fails if the transform cannot be undone.
+    pub fn set_transform(&mut self, transform: DAffine3) -> Result<()> {
+        check_transform(&transform)?;
+        self.transform = transform;
+        Ok(())
+    }
+
+    /// The box of the undisplaced mesh in the world, enlarged by `margin` object units.
+    pub fn obb(&self, margin: f64) -> Obb {
+        self.obb.enlarged(margin).transformed(&self.transform)
+    }
+
+    /// The displaced mesh.
+    pub fn displaced(&self) -> Result<TriangleDisplaced<'_>> {
+        TriangleDisplaced::new(&self.surface, self.displacement.field())
+    }
+
+    /// The normals as they were renewed last, see [`Self::renew`].
+    pub fn normals(&self) -> &TriangleNormals {
+        &self.normals
+    }
+
+    /// How finely a face has to be divided to show all that is on it.
+    pub fn rates(&self, face: u32) -> FaceRates {
+        let rates = FaceRates::of(self.displacement.field(), face);
+        self.paint.as_ref().map_or(rates, |paint| rates.with(FaceRates::of(paint.field(), face)))
+    }
+
+    /// The triangles of a face and the colours at their corners, linear Rec.709 with alpha; none if it has no paint.
+    pub fn piece(&self, face: u32) -> Result<(TrianglePiece, Vec<[f32; 4]>)> {
+        let rates = self.rates(face);
+        let piece = TrianglePiece::new(&self.displaced()?, &self.normals, face, &rates);
+        let colors = self.paint.as_ref().map(|paint| {
+            let values = TrianglePiece::values(paint.field(), face, &rates);
+            values.into_iter().map(|value| value.as_vec4().to_array()).collect()
+        });
+        Ok((piece, colors.unwrap_or_default()))
+    }
+
+    /// Brings the normals up to date.
+    pub fn renew(&mut self, context: &Context) -> Result<()> {
+        let displaced = TriangleDisplaced::new(&self.surface, self.displacement.field())?;
+        match self.stale.replace(Vec::new()) {
+            Some(faces) if faces.is_empty() => {}
+            Some(mut faces) => {
+                faces.sort_unstable();
+                faces.dedup();
+                context.stats().time("object.normals", || self.normals.update(context, &displaced, &faces));
+            }
+            None => {
+                self.normals = context.stats().time("object.normals", || TriangleNormals::of(context, &displaced))?
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes that faces look different now.
+    pub(super) fn touch(&mut self, faces: &[u32]) {
+        if let Some(stale) = &mut self.stale {
+            stale.extend_from_slice(faces);
+        }
+    }
+
+    /// The least and the largest displacement, 0 between them.
+    pub fn reach(&mut self) -> [f32; 2] {
+        let field = self.displacement.field();
+        *self.reach.get_or_insert_with(|| range(field))
+    }
+
+    /// Notes that displacements now reach from `least` to `most`.
+    pub(super) fn widen(&mut self, [least, most]: [f32; 2]) {
+        if let Some(reach) = &mut self.reach {
+            *reach = [reach[0].min(least), reach[1].max(most)];
+        }
+    }
+
+    /// Faces that may be in `obb`, displaced as they are or as they were with `start`, ascending.
+    pub(super) fn faces_near(&self, context: &Context, obb: &Obb, start: Option<&TriangleField>) -> Vec<u32> {
+        let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
+        let field = self.displacement.field();
+        let [least, most] = self.reach.unwrap_or_else(|| range(field));
+        let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
+        let stretch = DVec3::from(rows.map(|row| row.length()));
+        let margin = stretch * f64::from(most.max(-least));
+        let mut faces = Vec::new();
+        self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut faces);
+        if margin != DVec3::ZERO {
+            // Most faces are displaced by less than some face is.
+            faces.retain(|face| {
+                let [mut least, mut most] = field_range(field, *face);
+                if let Some(start) = start {
+                    let then = field_range(start, *face);
+                    (least, most) = (least.min(then[0]), most.max(then[1]));
+                }
+                let far = stretch * f64::from(most.max(-least)) + obb.half * (1.0 + 1e-9);
+                let corners =
+                    self.surface.corner_points(*face).map(|p| map.transform_point3(DVec3::from(p.map(f64::from))));
+                let low = corners[0].min(corners[1]).min(corners[2]);
+                let high = corners[0].max(corners[1]).max(corners[2]);
+                low.cmple(far).all() && high.cmpge(-far).all()
+            });
+        }
+        faces.sort_unstable();
+        faces
+    }
+}
+
+/// The least and the largest value in and around a face, 0 between them.
+pub(super) fn field_range(field: &TriangleField, face: u32) -> [f32; 2] {
+    let topology = field.topology();
+    let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
+    let corners = topology.face(face).map(|vertex| field.vertex(vertex));
+    let mut sum = with([0.0; 2], crate::cull::range(&corners));
+    for block in topology.edges_of(face).map(|edge| field.edge(edge)).into_iter().chain([field.face(face)]).flatten() {
+        sum = with(sum, crate::cull::range(block));
+    }
+    sum
+}
+
+/// The least and the largest value of all, 0 between them.
+fn range(field: &TriangleField) -> [f32; 2] {
+    let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
+    let faces = field.allocated().filter_map(|face| field.face(face));
+    let edges = field.allocated_edges().filter_map(|edge| field.edge(edge));
+    let blocks = faces.chain(edges).chain(field.vertices());
+    blocks.map(crate::cull::range).fold([0.0; 2], with)
+}
+
+fn bounds(surface: &TriangleSurface, face: u32) -> Bounds {
+    Bounds::of_points(&surface.corner_points(face))
+}

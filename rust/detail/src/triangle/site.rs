@@ -1,0 +1,242 @@
+//! The vertices of the tessellation that a dab may change: those inside faces, on edges and at corners, in runs of up to
+//! 256, with what the brush says of them.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6.2: the
+//! kernels go over all vertices along an edge and inside a face, and find the barycentric coordinates from the index.
+
+use glam::Vec3;
+use relievo_core::Context;
+use relievo_core::simd::Level;
+use relievo_surface::{TriangleSurface, TriangleTopology};
+use relievo_tiles::Texel;
+use relievo_tiles::triangle::displaced::foot;
+use relievo_tiles::triangle::{Node, Pattern, Slot, TriangleField, TriangleNormals};
+
+use crate::knots::{BLOCK_KNOTS, KnotBlock, PerKnot};
+use crate::spot::Spot;
+use crate::weights::{BrushParameters, Weights};
+
+/// What has values: the inside of a face or of an edge, or a vertex of the mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Element {
+    Face(u32),
+    Edge(u32),
+    Vertex(u32),
+}
+
+/// A vertex of the tessellation, as one of the faces that have it sees it.
+pub(super) type Knot = (u32, Pattern, Node);
+
+impl Element {
+    /// All that belong to `faces`, in order.
+    pub fn of_faces(topology: &TriangleTopology, faces: &[u32]) -> Vec<Self> {
+        let mut edges: Vec<u32> = faces.iter().flat_map(|face| topology.edges_of(*face)).collect();
+        let mut vertices: Vec<u32> = faces.iter().flat_map(|face| topology.face(*face)).collect();
+        for list in [&mut edges, &mut vertices] {
+            list.sort_unstable();
+            list.dedup();
+        }
+        let faces = faces.iter().copied().map(Self::Face);
+        faces.chain(edges.into_iter().map(Self::Edge)).chain(vertices.into_iter().map(Self::Vertex)).collect()
+    }
+
+    /// How many values it has.
+    pub fn count(self, pattern: Pattern) -> usize {
+        match self {
+            Element::Face(_) => pattern.face_values(),
+            Element::Edge(_) => pattern.edge_values(),
+            Element::Vertex(_) => 1,
+        }
+    }
+
+    /// The vertices of the tessellation, in the order of the values.
+    pub fn knots(self, topology: &TriangleTopology, pattern: Pattern) -> Vec<Knot> {
+        let knot = |face: u32, slot: Slot| (face, pattern, pattern.at_slot(slot));
+        match self {
+            Element::Face(face) => (0..pattern.face_values() as u32).map(|at| knot(face, Slot::Inside(at))).collect(),
+            Element::Edge(edge) => {
+                let Some((face, side)) = topology.faces_along(edge).next() else { return Vec::new() };
+                let segments = pattern.segments();
+                let reversed = topology.side(face, side).reversed;
+                let step = |step: u32| if reversed { segments - step } else { step };
+                (1..segments).map(|at| knot(face, Slot::Side(side, step(at)))).collect()
+            }
+            Element::Vertex(vertex) => {
+                let Some((face, corner)) = topology.faces_around(vertex).next() else { return Vec::new() };
+                vec![knot(face, Slot::Corner(corner))]
+            }
+        }
+    }
+
+    /// The pattern that its values have in `field`.
+    pub fn pattern<T: Texel>(self, field: &TriangleField<T>) -> Option<Pattern> {
+        match self {
+            Element::Face(face) => field.face_pattern(face),
+            Element::Edge(edge) => field.edge_pattern(edge),
+            Element::Vertex(_) => None,
+        }
+    }
+}
+
+/// New values of an element.
+#[derive(Clone, Debug)]
+pub(super) struct ElementEdit<T> {
+    pub element: Element,
+    pub pattern: Pattern,
+    /// All values, those that stay too.
+    pub values: Vec<T>,
+    /// Values that change.
+    pub count: u64,
+}
+
+/// A run of vertices, and what the brush says of them.
+pub(super) struct Site<'a, T> {
+    pub knots: &'a [Knot],
+    weights: Weights,
+    places: KnotBlock,
+    heights: PerKnot,
+    /// Object units between a vertex and its neighbours.
+    spacing: f32,
+    /// How much longer a length is across the brush than in object units.
+    scale: f32,
+    field: &'a TriangleField<T>,
+}
+
+impl<T: Texel> Spot<T> for Site<'_, T> {
+    fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    fn weights_mut(&mut self) -> &mut Weights {
+        &mut self.weights
+    }
+
+    fn heights(&self) -> &PerKnot {
+        &self.heights
+    }
+
+    /// The mean of the neighbours in all faces with a block of the same pattern.
+    fn means<const N: usize>(&self, read: impl Fn(T) -> [f32; N], mut set: impl FnMut(usize, [f32; N])) -> bool {
+        let topology = self.field.topology();
+        for (k, (face, pattern, node)) in self.knots.iter().enumerate() {
+            let (mut sum, mut count) = ([0.0; N], 0.0);
+            let mut take = |face: u32, node: Node| {
+                for (sum, value) in sum.iter_mut().zip(read(self.field.texel(face, *pattern, node))) {
+                    *sum += value;
+                }
+                count += 1.0;
+            };
+            match pattern.slot(*node) {
+                Slot::Inside(_) => pattern.one_ring(*node).nodes().iter().for_each(|node| take(*face, *node)),
+                Slot::Side(side, step) => {
+                    let edge = topology.side(*face, side);
+                    for (other, side) in topology.faces_along(edge.edge) {
+                        let same = topology.side(other, side).reversed == edge.reversed;
+                        let step = if same { step } else { pattern.segments() - step };
+                        let ring = pattern.one_ring(pattern.node(0, side, step));
+                        ring.nodes().iter().for_each(|node| take(other, *node));
+                    }
+                }
+                Slot::Corner(corner) => {
+                    for (other, corner) in topology.faces_around(topology.face(*face)[corner as usize]) {
+                        let ring = pattern.one_ring(pattern.node(0, corner, 0));
+                        ring.nodes().iter().for_each(|node| take(other, *node));
+                    }
+                }
+            }
+            set(k, sum.map(|sum| sum / count));
+        }
+        true
+    }
+
+    fn footprints(&self) -> PerKnot {
+        [self.spacing * self.scale; BLOCK_KNOTS]
+    }
+}
+
+impl<T> Site<'_, T> {
+    /// The cosines between the normals of the mesh and of the displaced one.
+    pub fn facing(&self, surface: &TriangleSurface, normals: &TriangleNormals, out: &mut PerKnot) {
+        for (k, (face, pattern, node)) in self.knots.iter().enumerate() {
+            let normal = normals.at(surface, *face, *pattern, *node);
+            out[k] = (0..3).map(|axis| normal[axis] * self.places.n[axis][k]).sum();
+        }
+    }
+}
+
+/// The second pass: the brush at every vertex of the elements. `heights` sets the displacement of vertices, `change` makes
+/// new values of old ones. Elements have the pattern they have, but at least `finest`. Only those that change are returned.
+pub(super) fn evaluate<T: Texel>(
+    context: &Context,
+    surface: &TriangleSurface,
+    field: &TriangleField<T>,
+    finest: Pattern,
+    elements: &[Element],
+    brush: &BrushParameters,
+    heights: impl Fn(&[Knot], &mut PerKnot) + Sync,
+    change: impl Fn(&mut Site<'_, T>, &mut [T]) + Sync,
+) -> Vec<ElementEdit<T>> {
+    let level = context.level();
+    let topology = surface.topology();
+    let edits = context.map(elements.len(), |index| {
+        let element = elements[index];
+        let pattern = element.pattern(field).unwrap_or(finest).max(finest);
+        edit_element(level, surface, field, (element, pattern), brush, &heights, &change, topology)
+    });
+    edits.into_iter().flatten().collect()
+}
+
+#[allow(clippy::too_many_arguments)]
+fn edit_element<T: Texel>(
+    level: Level,
+    surface: &TriangleSurface,
+    field: &TriangleField<T>,
+    (element, pattern): (Element, Pattern),
+    brush: &BrushParameters,
+    heights: &impl Fn(&[Knot], &mut PerKnot),
+    change: &impl Fn(&mut Site<'_, T>, &mut [T]),
+    topology: &TriangleTopology,
+) -> Option<ElementEdit<T>> {
+    let knots = element.knots(topology, pattern);
+    let face = knots.first()?.0;
+    let [a, b, c] = surface.corner_points(face).map(Vec3::from);
+    let spacing = (a.distance(b) + b.distance(c) + c.distance(a)) / (3.0 * pattern.segments() as f32);
+    let row = |axis: usize| Vec3::from_slice(&brush.rows[axis][..3]).length();
+    let mut site = Site {
+        knots: &[],
+        weights: Weights::default(),
+        places: KnotBlock::ZERO,
+        heights: [0.0; BLOCK_KNOTS],
+        spacing,
+        scale: row(0).max(row(1)),
+        field,
+    };
+    let blank = field.is_blank(face);
+    let mut new: Vec<T> = Vec::new();
+    let mut count = 0;
+    let old = |(face, pattern, node): &Knot| if blank { field.blank() } else { field.texel(*face, *pattern, *node) };
+    for (run, knots) in knots.chunks(BLOCK_KNOTS).enumerate() {
+        site.knots = knots;
+        for (k, (face, pattern, node)) in knots.iter().enumerate() {
+            let foot = foot(surface, *face, *pattern, *node);
+            for axis in 0..3 {
+                site.places.p[axis][k] = foot.point[axis];
+                site.places.n[axis][k] = foot.normal[axis];
+            }
+        }
+        heights(knots, &mut site.heights);
+        site.weights.evaluate(level, brush, &site.places, &site.heights);
+        if !site.weights.share[..knots.len()].iter().any(|share| *share > 0.0) {
+            continue;
+        }
+        let start = run * BLOCK_KNOTS;
+        if new.is_empty() {
+            new = element.knots(topology, pattern).iter().map(old).collect();
+        }
+        let values = &mut new[start..start + knots.len()];
+        let before = values.to_vec();
+        change(&mut site, values);
+        count += values.iter().zip(&before).map(|(new, old)| u64::from(!new.same(*old))).sum::<u64>();
+    }
+    (count > 0).then_some(ElementEdit { element, pattern, values: new, count })
+}
