@@ -8,7 +8,7 @@
 
 use glam::Vec4;
 use relievo_core::{Context, Error, Result};
-use relievo_tiles::{ColorTexel, Displaced, Displacement, Field, Paint};
+use relievo_tiles::{Channel, ColorPlanes, Displaced, Displacement, Field};
 
 use crate::brush::Brush;
 use crate::cull::{self, CulledTile};
@@ -146,12 +146,34 @@ impl Dab {
         done
     }
 
-    fn paint_channel(
+    /// Paints `channel`, colours over the surface of `object` that are not its own: a layer, or colours of 16 bits.
+    ///
+    /// Fails, and changes nothing, if a number is out of range, the colours are those of another surface, or the dab
+    /// does not paint.
+    pub fn apply_to<T: ColorPlanes>(
+        &self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        channel: &mut Channel<T>,
+    ) -> Result<DabReport> {
+        self.check()?;
+        let (tiles, painted) = (object.surface.tile_count(), channel.field().tile_count());
+        if tiles != painted {
+            return Err(Error::invalid(format!("the surface has {tiles} tiles and its colours {painted}"))
+                .advise("make the colours from the topology of this surface"));
+        }
+        let Action::Paint { mode, color } = self.action else {
+            return Err(Error::invalid("the dab sculpts and does not paint").at("dab").advise("give it a colour"));
+        };
+        self.paint_channel(context, object, None, channel, mode, Vec4::from(color))
+    }
+
+    fn paint_channel<T: ColorPlanes>(
         &self,
         context: &Context,
         object: &mut DisplacedObject,
         start: Option<&Field>,
-        paint: &mut Paint,
+        paint: &mut Channel<T>,
         mode: PaintMode,
         color: Vec4,
     ) -> Result<DabReport> {
@@ -166,7 +188,7 @@ impl Dab {
         let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, heights, |site, texels| {
             painting.edit(site, texels);
         });
-        edit::write(context, paint, &culled, &edits, mode == PaintMode::Erase)
+        edit::write(context, paint, &culled, edits, mode == PaintMode::Erase)
     }
 
     fn sculpt(
@@ -189,7 +211,7 @@ impl Dab {
         });
         object.widen(edit::range(context, &edits));
         let displacement: &mut Displacement = &mut object.displacement;
-        edit::write(context, displacement, &culled, &edits, mode == SculptMode::Erase)
+        edit::write(context, displacement, &culled, edits, mode == SculptMode::Erase)
     }
 
     /// The first pass: tiles and blocks of texels that may be in the box.

@@ -4,6 +4,8 @@
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and 5.
 //! Stages report their time under `dab.evaluate`, `dab.manage` and `dab.ring`. Displacement is in object units.
 
+use std::sync::Arc;
+
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use relievo_core::simd::Level;
@@ -127,8 +129,8 @@ impl<T> Site<'_, T> {
 #[derive(Clone, Debug)]
 pub(crate) struct TileEdit<T> {
     tile: u32,
-    /// Index of each block that changes, and all its texels.
-    pub blocks: Vec<(u32, Vec<T>)>,
+    /// The whole block, its ring as it was.
+    texels: Arc<[T]>,
     /// Texels that change.
     count: u64,
 }
@@ -169,7 +171,7 @@ pub(crate) fn evaluate<T: Texel>(
     let edits = context.map(culled.len(), |index| {
         let CulledTile { tile, blocks } = &culled[index];
         let source = field.block(*tile);
-        let mut edit = TileEdit { tile: *tile, blocks: Vec::new(), count: 0 };
+        let (mut block_of, mut changed): (Option<Arc<[T]>>, u64) = (None, 0);
         let mut site = Site {
             window: Window::new(*tile, field.size(*tile), 0),
             weights: Weights::default(),
@@ -186,22 +188,35 @@ pub(crate) fn evaluate<T: Texel>(
             if !site.weights.share[..window.count()].iter().any(|share| *share > 0.0) {
                 continue;
             }
-            let old: Vec<T> = match source {
-                Some(source) => window.rows(0, 0).flat_map(|row| &source[row]).copied().collect(),
-                None => vec![field.blank(); window.count()],
-            };
-            let mut texels = old.clone();
-            change(&mut site, &mut texels);
-            let count = texels.iter().zip(&old).map(|(new, old)| u64::from(!new.same(*old))).sum::<u64>();
-            if count > 0 {
-                edit.blocks.push((block.index, texels));
-                edit.count += count;
+            let count = window.count();
+            let edge = window.edge as usize;
+            let mut old = [field.blank(); BLOCK_KNOTS];
+            if let Some(source) = source {
+                old.chunks_exact_mut(edge)
+                    .zip(window.rows(0, 0))
+                    .for_each(|(to, row)| to.copy_from_slice(&source[row]));
+            }
+            let mut texels = old;
+            change(&mut site, &mut texels[..count]);
+            let differ = texels[..count].iter().zip(&old).filter(|(new, old)| !new.same(**old)).count();
+            if differ > 0 {
+                let block = block_of.get_or_insert_with(|| match source {
+                    Some(source) => source.into(),
+                    None => vec![field.blank(); field.class(*tile).texels()].into(),
+                });
+                if let Some(block) = Arc::get_mut(block) {
+                    texels
+                        .chunks_exact(edge)
+                        .zip(window.rows(0, 0))
+                        .for_each(|(from, row)| block[row].copy_from_slice(from));
+                }
+                changed += differ as u64;
             }
         }
-        edit
+        block_of.map(|texels| TileEdit { tile: *tile, texels, count: changed })
     });
     stage.count("texels", culled.iter().map(|tile| tested(field, tile)).sum());
-    edits.into_iter().filter(|edit| edit.count > 0).collect()
+    edits.into_iter().flatten().collect()
 }
 
 /// Texels of a tile's blocks.
@@ -210,13 +225,10 @@ fn tested<T: Texel>(field: &Field<T>, tile: &CulledTile) -> u64 {
     tile.blocks.len() as u64 * edge * edge
 }
 
-/// The least and the largest of the new texels, and 0.
+/// The least and the largest texel of the edited tiles, and 0.
 pub(crate) fn range(context: &Context, edits: &[TileEdit<f16>]) -> [f32; 2] {
-    let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
-    let ranges = context.map(edits.len(), |index| {
-        edits[index].blocks.iter().map(|(_, values)| crate::cull::range(values)).fold([0.0; 2], with)
-    });
-    ranges.into_iter().fold([0.0; 2], with)
+    let ranges = context.map(edits.len(), |index| crate::cull::range(&edits[index].texels));
+    ranges.into_iter().fold([0.0f32; 2], |sum, range| [sum[0].min(range[0]), sum[1].max(range[1])])
 }
 
 /// The third and fourth pass: the sets of the edit, their memory, the texels, and the rings.
@@ -224,7 +236,7 @@ pub(crate) fn write<T: Texel>(
     context: &Context,
     channel: &mut Channel<T>,
     culled: &[CulledTile],
-    edits: &[TileEdit<T>],
+    mut edits: Vec<TileEdit<T>>,
     reclaim: bool,
 ) -> Result<DabReport> {
     let field = channel.field();
@@ -239,19 +251,10 @@ pub(crate) fn write<T: Texel>(
         edits.iter().map(|edit| Candidate { tile: edit.tile, decision: Candidate::MODIFY }).collect();
     let sets = Sets::scan(context, &candidates, |tile| field.is_allocated(tile));
     let applied = channel.apply(&sets)?;
-    let edits: Vec<&TileEdit<T>> =
-        edits.iter().filter(|edit| applied.refused.binary_search(&edit.tile).is_err()).collect();
+    edits.retain(|edit| applied.refused.binary_search(&edit.tile).is_err());
     let tiles: Vec<u32> = edits.iter().map(|edit| edit.tile).collect();
-    let mut changes = channel.edit(context, &tiles, |tile, texels| {
-        let Ok(index) = tiles.binary_search(&tile) else { return };
-        for (block, values) in &edits[index].blocks {
-            let window = Window::new(tile, texels.size() as u32, *block);
-            for (j, values) in values.chunks_exact(window.edge as usize).enumerate() {
-                let row = texels.row_mut(window.row as usize + j);
-                row[window.column as usize..][..values.len()].copy_from_slice(values);
-            }
-        }
-    })?;
+    report.changed_texels = edits.iter().map(|edit| edit.count).sum();
+    let mut changes = channel.put(context, edits.into_iter().map(|edit| (edit.tile, edit.texels)).collect())?;
     stage.count("tiles", tiles.len() as u64);
     drop(stage);
     let mut stage = context.stats().begin("dab.ring");
@@ -266,7 +269,6 @@ pub(crate) fn write<T: Texel>(
         reached.extend(around(channel.field(), &tiles));
         report.freed = channel.reclaim(context, &reached)?.len() as u64;
     }
-    report.changed_texels = edits.iter().map(|edit| edit.count).sum();
     report.changed = tiles;
     report.refused = refused;
     report.bytes = channel.bytes();

@@ -6,11 +6,10 @@
 
 use std::borrow::Cow;
 
-use glam::Vec4;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use relievo_core::simd::Level;
-use relievo_tiles::{ColorTexel, Texel};
+use relievo_tiles::{ColorPlanes, Texel};
 
 use crate::knots::{BLOCK_KNOTS, PerKnot};
 use crate::mode::{Colors, PaintInput, PaintMode, SculptInput, SculptMode};
@@ -48,12 +47,9 @@ pub(crate) struct Painting<'a> {
 
 impl Painting<'_> {
     /// Makes the new texels of `spot`.
-    pub fn edit<T: ColorTexel>(&self, spot: &mut impl Spot<T>, texels: &mut [T]) {
+    pub fn edit<T: ColorPlanes>(&self, spot: &mut impl Spot<T>, texels: &mut [T]) {
         let mut colors: Colors = [[0.0; BLOCK_KNOTS]; 4];
-        for (k, texel) in texels.iter().enumerate() {
-            let color = texel.color().to_array();
-            (0..4).for_each(|channel| colors[channel][k] = color[channel]);
-        }
+        T::read(self.level, texels, &mut colors);
         let mut mean: Colors = [[0.0; BLOCK_KNOTS]; 4];
         let with_mean = self.mode.needs_mean()
             && spot.means(
@@ -67,9 +63,7 @@ impl Painting<'_> {
         let share = &spot.weights().share;
         let input = PaintInput { share, brush: &wanted, blank: self.blank, mean: with_mean.then_some(&mean) };
         self.mode.apply(self.level, &input, &mut colors);
-        for (k, texel) in texels.iter_mut().enumerate().filter(|(k, _)| share[*k] > 0.0) {
-            *texel = ColorTexel::of_color(Vec4::from([0, 1, 2, 3].map(|channel: usize| colors[channel][k])));
-        }
+        T::write(self.level, &colors, texels);
     }
 }
 

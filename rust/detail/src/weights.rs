@@ -101,21 +101,24 @@ dispatch_simd! {
 #[inline(always)]
 fn weigh_body<A: Arithmetic>(brush: &BrushParameters, places: &KnotBlock, heights: &PerKnot, weights: &mut Weights) {
     let BrushParameters { rows, origin, strength, .. } = *brush;
-    let Weights { share, across, level, rise, .. } = weights;
+    let Weights { share, across: [first, second], level, rise, .. } = weights;
+    let (mut squares, mut inside) = ([0.0; BLOCK_KNOTS], [true; BLOCK_KNOTS]);
+    // Axis by axis in plain loops: what is not inlined here would not have the instructions of the level.
+    for (row, out) in rows.iter().zip([first, second, level]) {
+        for k in 0..BLOCK_KNOTS {
+            let (x, y, z) = (places.p[0][k] - origin[0], places.p[1][k] - origin[1], places.p[2][k] - origin[2]);
+            let along = A::fma(row[0], places.n[0][k], A::fma(row[1], places.n[1][k], row[2] * places.n[2][k]));
+            let at = A::fma(row[0], x, A::fma(row[1], y, A::fma(row[2], z, row[3])));
+            let at = A::fma(heights[k], along, at);
+            inside[k] &= at.abs() <= 1.0;
+            squares[k] = A::fma(at, at, squares[k]);
+            // The third axis comes last.
+            (out[k], rise[k]) = (at, along);
+        }
+    }
     // The square of the distance from the middle, or −1 outside.
     for k in 0..BLOCK_KNOTS {
-        let from = [0, 1, 2].map(|axis| places.p[axis][k] - origin[axis]);
-        let n = [0, 1, 2].map(|axis| places.n[axis][k]);
-        let along = rows.map(|row| A::fma(row[0], n[0], A::fma(row[1], n[1], row[2] * n[2])));
-        let at = [0, 1, 2].map(|axis| {
-            let row = rows[axis];
-            let at = A::fma(row[0], from[0], A::fma(row[1], from[1], A::fma(row[2], from[2], row[3])));
-            A::fma(heights[k], along[axis], at)
-        });
-        let inside = at[0].abs() <= 1.0 && at[1].abs() <= 1.0 && at[2].abs() <= 1.0;
-        let square = A::fma(at[2], at[2], A::fma(at[1], at[1], at[0] * at[0]));
-        (across[0][k], across[1][k], level[k], rise[k]) = (at[0], at[1], at[2], along[2]);
-        share[k] = if inside { square } else { -1.0 };
+        share[k] = if inside[k] { squares[k] } else { -1.0 };
     }
     // A loop for each formula, so that none asks which it is.
     match brush.falloff() {

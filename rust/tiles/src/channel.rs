@@ -279,6 +279,47 @@ impl<T: Texel> Channel<T> {
         Ok(changes)
     }
 
+    /// Replaces the blocks of tiles, rings included, by ones made from [`Field::block`]. Returns what changed, by tile; a
+    /// tile whose texels stay the same is not touched. For edits that make whole blocks anyway; as [`Self::edit`] else.
+    ///
+    /// Fails, and changes nothing, if a tile is not allocated or not listed in ascending order, a length is not that of
+    /// its block, or a number is not finite.
+    pub fn put(&mut self, context: &Context, blocks: Vec<(u32, Arc<[T]>)>) -> Result<Vec<Change>> {
+        let place = |tile: u32| format!("tile {tile}");
+        if let Some(pair) = blocks.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
+            return Err(Error::invalid("it is not after the one before").at(place(pair[1].0)));
+        }
+        for (tile, texels) in &blocks {
+            self.check(*tile)?;
+            let Some(old) = self.field.block(*tile) else {
+                return Err(Error::invalid("it is not allocated").at(place(*tile)).advise("allocate it first"));
+            };
+            if texels.len() != old.len() {
+                let what = format!("{} texels are not the {} of its block", texels.len(), old.len());
+                return Err(Error::invalid(what).at(place(*tile)));
+            }
+        }
+        let field = &self.field;
+        let borders = context.map(blocks.len(), |index| {
+            let (tile, new) = &blocks[index];
+            let old = field.block(*tile).unwrap_or(&[]);
+            let same = bytemuck::cast_slice::<T, u8>(old) == bytemuck::cast_slice::<T, u8>(new);
+            if same { None } else { Some((T::all_finite(new), changed_borders(old, new, field.size(*tile)))) }
+        });
+        if let Some(((tile, _), _)) = blocks.iter().zip(&borders).find(|(_, found)| matches!(found, Some((false, _)))) {
+            return Err(Error::invalid("an edit left a number that is not finite").at(place(*tile)));
+        }
+        self.revision += 1;
+        let mut changes = Vec::new();
+        for ((tile, texels), found) in blocks.into_iter().zip(borders) {
+            if let Some((_, borders)) = found {
+                self.replace(tile, texels);
+                changes.push(Change { tile, borders });
+            }
+        }
+        Ok(changes)
+    }
+
     /// Ends an edit: allocates the tiles that `changes` reach and brings borders and rings up to date. Returns the
     /// tiles the budget refused; borders toward them are blank again.
     pub fn settle(&mut self, context: &Context, changes: &[Change]) -> Result<Vec<u32>> {

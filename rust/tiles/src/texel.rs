@@ -208,22 +208,23 @@ pub struct Rgba8(pub [u8; 4]);
 pub struct Rgba16(pub [f16; 4]);
 
 /// The linear value of every sRGB byte.
-static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|byte| linear(byte as f32 / 255.0)));
+pub(crate) static LINEAR: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| linear(byte as f32 / 255.0)));
 
 /// Bits of a number that are dropped to find its place in [`Bytes::first`]: 128 places per factor of two.
 const DROPPED: u32 = 16;
 /// 2⁻¹³, below which every value is byte 0.
-const DARKEST: u32 = (127 - 13) << 23;
+pub(crate) const DARKEST: u32 = (127 - 13) << 23;
 
 /// From linear values to sRGB bytes without a power: within a place the byte goes up by one at most.
-struct Bytes {
+pub(crate) struct Bytes {
     /// The byte of the least value of each place.
-    first: [u8; 13 * 128],
+    pub first: [u8; 13 * 128],
     /// The least value of each byte.
-    least: [f32; 257],
+    pub least: [f32; 257],
 }
 
-static BYTES: LazyLock<Bytes> = LazyLock::new(|| {
+pub(crate) static BYTES: LazyLock<Bytes> = LazyLock::new(|| {
     let least = std::array::from_fn(|byte| match byte {
         0 => 0.0,
         256 => f32::INFINITY,
@@ -253,6 +254,11 @@ fn encoded(bytes: &Bytes, linear: f32) -> u8 {
 
 impl Texel for Rgba8 {
     type Value = DVec4;
+
+    #[inline]
+    fn same(self, other: Self) -> bool {
+        u32::from_ne_bytes(self.0) == u32::from_ne_bytes(other.0)
+    }
 
     fn value(self) -> DVec4 {
         self.color().as_dvec4()
