@@ -2,17 +2,22 @@
 //! meshes.
 //!
 //! - Files with a texture for every face: [`ptex`], with [`prefilter`] for what a displacement's numbers mean there.
-//! - Bakes to texture coordinates: [`map`], of what [`quantity`] says.
+//! - Bakes to texture coordinates: [`map`], of what [`quantity`] says, in files as [`texture`] has them.
+//! - Documents: [`opened`] makes surface and channels of one.
 
 mod gutter;
 mod layout;
 pub mod map;
+pub mod opened;
 pub mod prefilter;
 pub mod ptex;
 pub mod quantity;
 mod raster;
 mod resample;
 mod solve;
+pub mod texture;
 
 pub use map::{BakeOptions, BakeReport, Map, bake};
+pub use opened::Opened;
 pub use quantity::{Axes, Colors, Handedness, Quantity, Space};
+pub use texture::{MapFormat, Scaling, write_map};

@@ -8,6 +8,7 @@
 use glam::{Vec3, Vec4};
 use relievo_core::{Context, Error, Result};
 use relievo_surface::{Order, Place, Samples, Surface};
+use relievo_tiles::trace::Trace;
 use relievo_tiles::{ColorTexel, Displaced, Field, Points};
 
 /// The space of a vector.
@@ -41,11 +42,18 @@ pub enum Handedness {
 pub trait Colors: Sync + std::fmt::Debug {
     /// The linear colour and alpha at a place, in its own tile.
     fn color(&self, place: Place) -> Vec4;
+
+    /// Number of tiles.
+    fn tiles(&self) -> usize;
 }
 
 impl<T: ColorTexel> Colors for Field<T> {
     fn color(&self, place: Place) -> Vec4 {
         Field::color(self, place)
+    }
+
+    fn tiles(&self) -> usize {
+        self.tile_count()
     }
 }
 
@@ -62,6 +70,12 @@ pub enum Quantity<'a> {
     Color(&'a dyn Colors),
     /// The alpha of colours: where something was painted. One number.
     Mask(&'a dyn Colors),
+    /// Where colliders have pushed, 0 to 1. One number.
+    Contact(&'a Field<Trace>),
+    /// How far colliders have pushed in all, object units. One number.
+    Depth(&'a Field<Trace>),
+    /// When a collider pushed last, seconds; −1 where none ever did. One number.
+    Time(&'a Field<Trace>),
 }
 
 impl Quantity<'_> {
@@ -69,6 +83,7 @@ impl Quantity<'_> {
     pub fn channels(&self) -> usize {
         match self {
             Quantity::Displacement(_) | Quantity::Mask(_) => 1,
+            Quantity::Contact(_) | Quantity::Depth(_) | Quantity::Time(_) => 1,
             Quantity::Vector(..) | Quantity::Normal(..) => 3,
             Quantity::Color(_) => 4,
         }
@@ -78,6 +93,7 @@ impl Quantity<'_> {
     pub(crate) fn background(&self) -> &'static [f32] {
         match self {
             Quantity::Normal(_, Space::Tangent, _) => &[0.0, 0.0, 1.0],
+            Quantity::Time(_) => &[-1.0],
             _ => &[0.0; 4][..self.channels()],
         }
     }
@@ -96,6 +112,9 @@ impl Quantity<'_> {
             }
             Quantity::Color(colors) => out.extend(places.iter().flat_map(|place| colors.color(*place).to_array())),
             Quantity::Mask(colors) => out.extend(places.iter().map(|place| colors.color(*place).w)),
+            Quantity::Contact(traces) => out.extend(places.iter().map(|place| traces.mark(*place).contact)),
+            Quantity::Depth(traces) => out.extend(places.iter().map(|place| traces.mark(*place).depth)),
+            Quantity::Time(traces) => out.extend(places.iter().map(|place| traces.mark(*place).time.unwrap_or(-1.0))),
             Quantity::Vector(displaced, space, axes) => {
                 let mut moved = Points::default();
                 displaced.evaluate_in_place(context, places, &mut moved)?;
@@ -150,7 +169,8 @@ impl Quantity<'_> {
         let tiles = match self {
             Quantity::Displacement(field) => field.tile_count(),
             Quantity::Vector(displaced, ..) | Quantity::Normal(displaced, ..) => displaced.field().tile_count(),
-            Quantity::Color(_) | Quantity::Mask(_) => return Ok(()),
+            Quantity::Contact(traces) | Quantity::Depth(traces) | Quantity::Time(traces) => traces.tile_count(),
+            Quantity::Color(colors) | Quantity::Mask(colors) => colors.tiles(),
         };
         if tiles != limit.tile_count() {
             return Err(Error::invalid("the texture coordinates are of another surface than what is baked"));

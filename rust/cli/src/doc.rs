@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Subcommand;
 use relievo_document::{compact, examine, repair};
 
-use crate::Outcome;
+use crate::{Outcome, export, import};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -23,6 +23,10 @@ enum Task {
     Repair(Named),
     /// Folds the edits of a document into its layers, which makes the file smaller; they can no longer be undone.
     Compact(Compact),
+    /// Takes a document along: as Ptex, as a map on the texture coordinates of the mesh, or as a displaced mesh.
+    Export(export::Arguments),
+    /// Makes a document of a Ptex file.
+    Import(import::Arguments),
 }
 
 #[derive(clap::Args)]
@@ -48,6 +52,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Check(arguments) => check(arguments),
         Task::Repair(arguments) => mend(arguments),
         Task::Compact(arguments) => fold(arguments),
+        Task::Export(arguments) => export::run(arguments),
+        Task::Import(arguments) => import::run(arguments),
     }
 }
 

@@ -6,6 +6,8 @@
 mod check;
 mod compare;
 mod doc;
+mod export;
+mod import;
 mod info;
 mod new;
 mod run;

@@ -182,7 +182,7 @@ fn text(name: &str) -> Result<file::Text> {
     }
 }
 
-fn failed(error: exr::error::Error) -> Error {
+pub(crate) fn failed(error: exr::error::Error) -> Error {
     match error {
         exr::error::Error::Io(error) => Error::new(ErrorKind::Io, error.to_string()),
         exr::error::Error::NotSupported(what) => Error::unsupported(format!("the EXR uses what is not read: {what}")),
@@ -295,6 +295,9 @@ fn decoded(layer: file::Layer<file::AnyChannels<file::FlatSamples>>) -> Result<L
             Some((name.to_string(), value))
         })
         .collect();
+    if let Some(comments) = layer.attributes.comments {
+        attributes.push(("comments".into(), Value::Text(comments.to_string())));
+    }
     attributes.sort_by(|a, b| a.0.cmp(&b.0));
     let name = layer.attributes.layer_name.map(|name| name.to_string());
     Ok(Layer { name, width: width as u32, height: height as u32, channels, attributes })

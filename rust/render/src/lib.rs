@@ -16,6 +16,7 @@ mod sampling;
 mod scene;
 mod settings;
 mod sky;
+mod texture_file;
 
 pub use camera::Camera;
 pub use caster::{Frame, NO_OBJECT};
@@ -28,3 +29,4 @@ pub use light::{Lights, Sky, Sun};
 pub use png_file::{decode_png, read_png, write_png};
 pub use scene::{Material, Mesh, ObjectId, Scene};
 pub use settings::{FalseColor, Settings, View};
+pub use texture_file::{Depth, Texture, write_texture};

@@ -1,0 +1,339 @@
+//! `relievo doc export`
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use relievo_bake::opened::{ColorLayer, Opened};
+use relievo_bake::ptex::to_ptex;
+use relievo_bake::{Axes, BakeOptions, Handedness, MapFormat, Quantity, Scaling, Space, bake, write_map};
+use relievo_core::{Context, Error, Mesh, Result};
+use relievo_document::{Document, Kind};
+use relievo_meshio::write;
+use relievo_surface::{Surface, SurfaceOptions};
+use relievo_tiles::{Displaced, Field, uniform_rates};
+
+use crate::Outcome;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The document.
+    file: PathBuf,
+    /// The mesh it was made on.
+    mesh: PathBuf,
+    /// What to write: .ptx for a layer as Ptex, .exr or .png for a bake, .ply, .glb or .obj for a displaced mesh with
+    /// the colours of its vertices.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// The layer to take; needed where the document has several of a kind.
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
+    /// What to bake to the texture coordinates of the mesh.
+    #[arg(long, value_name = "WHAT")]
+    bake: Option<What>,
+    /// Pixels of a bake: one number, or WIDTHxHEIGHT.
+    #[arg(long, value_name = "PIXELS", value_parser = size, default_value = "2048")]
+    size: [u32; 2],
+    /// Bake every UDIM tile to a file of its own, whose number replaces `<UDIM>` in the name or follows it.
+    #[arg(long)]
+    udim: bool,
+    /// Pixels by which a bake goes on around islands.
+    #[arg(long, value_name = "PIXELS", default_value_t = 16)]
+    dilate: u32,
+    /// Samples along the sides of a pixel of a bake, 1 to 8.
+    #[arg(long, value_name = "COUNT", default_value_t = 1)]
+    samples: u32,
+    /// Object units that 1 stands for in a bake of displacement; all of it fits into a PNG if none is given, and in EXR
+    /// numbers are object units.
+    #[arg(long, value_name = "UNITS")]
+    scale: Option<f32>,
+    /// The number that stands for no displacement; without it 0 in EXR and 0.5 in PNG.
+    #[arg(long, value_name = "NUMBER")]
+    mid_level: Option<f32>,
+    /// Space of vectors and normals.
+    #[arg(long, value_enum, default_value = "tangent")]
+    space: SpaceName,
+    /// Order of the parts of a vector in tangent space: tangent, normal, bitangent, as Blender and Mudbox take it, or
+    /// tangent, bitangent, normal.
+    #[arg(long, value_enum, default_value = "tnb")]
+    axes: AxesName,
+    /// Which way green points in normal maps: up the texture, or down as in DirectX.
+    #[arg(long, value_enum, default_value = "opengl")]
+    handedness: HandednessName,
+    /// The texture coordinates to bake to.
+    #[arg(long, value_name = "NAME", default_value = "uv")]
+    uv: String,
+    /// Cells along an edge of the mesh in a displaced mesh: a power of two up to 512.
+    #[arg(long, value_name = "COUNT", default_value_t = 16)]
+    cells: u32,
+    /// Levels of isolation of extraordinary points.
+    #[arg(long, value_name = "LEVELS", default_value_t = 6)]
+    isolation: u32,
+    /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
+    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
+    memory_limit: u64,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum What {
+    /// Displacement along the normal.
+    Displacement,
+    /// From the undisplaced to the displaced surface.
+    Vector,
+    /// Normals of the displaced surface.
+    Normal,
+    /// Colours.
+    Colour,
+    /// Alpha of colours, or the contact of a layer of traces.
+    Mask,
+    /// How far colliders have pushed.
+    Depth,
+    /// When a collider pushed last, in seconds.
+    Time,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum SpaceName {
+    Tangent,
+    Object,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum AxesName {
+    Tnb,
+    Tbn,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum HandednessName {
+    Opengl,
+    Directx,
+}
+
+/// Pixels along both sides.
+fn size(text: &str) -> std::result::Result<[u32; 2], String> {
+    let (width, height) = text.split_once('x').unwrap_or((text, text));
+    let number = |text: &str| text.trim().parse().map_err(|_| format!("{text:?} is not a number of pixels"));
+    Ok([number(width)?, number(height)?])
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let extension = arguments.output.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    let task = match extension.as_deref() {
+        Some("ptx" | "ptex") => ptex,
+        Some("exr" | "png") if arguments.bake.is_some() => maps,
+        Some("exr" | "png") => {
+            return Err(Error::invalid("a picture needs something to bake")
+                .advise("add --bake displacement, vector, normal, colour, mask, depth or time")
+                .into());
+        }
+        Some("ply" | "glb" | "obj") => mesh,
+        _ => {
+            return Err(Error::unsupported("the format to write is not known")
+                .at(arguments.output.display().to_string())
+                .advise("use the extension .ptx, .exr, .png, .ply, .glb or .obj")
+                .into());
+        }
+    };
+    let context = crate::context(arguments.memory_limit)?;
+    let document = Document::open(&arguments.file, context.memory_limit())?;
+    let cage = relievo_meshio::read(&context, &arguments.mesh)?;
+    let options = SurfaceOptions { isolation: arguments.isolation, ..SurfaceOptions::default() };
+    let named = |error: Error| error.at(arguments.mesh.display().to_string());
+    let opened = Opened::new(&context, &document, &cage, &options).map_err(named)?;
+    let notes: String = opened.notes.iter().map(|note| format!("{}: {note}\n", arguments.file.display())).collect();
+    let text = task(arguments, &context, &Work { opened: &opened, cage: &cage, options: &options })?;
+    crate::print(&format!("{notes}{text}"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What is exported.
+struct Work<'a> {
+    opened: &'a Opened<'a>,
+    cage: &'a Mesh,
+    options: &'a SurfaceOptions,
+}
+
+fn missing(what: &str) -> Error {
+    Error::invalid(format!("the document has no {what}")).advise("see `relievo info` for its layers")
+}
+
+/// The largest number that coefficients allow.
+fn largest(field: &Field) -> f32 {
+    field.allocated().flat_map(|tile| field.range(tile)).fold(0.0, |most, value| most.max(value.abs()))
+}
+
+fn ptex(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
+    let (opened, name) = (work.opened, arguments.layer.as_deref());
+    let kind = opened.kind(name)?;
+    let colors = match kind {
+        Some(Kind::Scalar) => None,
+        Some(Kind::Trace) => {
+            return Err(Error::unsupported("traces are not written as Ptex").advise("bake them with --bake mask"));
+        }
+        _ => opened.colors(context, name)?,
+    };
+    let (displacement, displaced) = match kind {
+        None | Some(Kind::Scalar) => opened.displacement(context, name).map(|(made, found)| (Some(made), found))?,
+        _ => (None, false),
+    };
+    if displaced && colors.is_some() {
+        return Err(Error::invalid("the document has displacement and colours, and a Ptex file holds one of them")
+            .advise("name the layer with --layer"));
+    }
+    let writer = match (&displacement, &colors) {
+        (_, Some(ColorLayer::Rgba8(paint))) => to_ptex(context, work.cage, paint.field())?,
+        (_, Some(ColorLayer::Rgba16(paint))) => to_ptex(context, work.cage, paint.field())?,
+        (Some(made), None) if displaced => to_ptex(context, work.cage, made.field())?,
+        _ => return Err(missing("displacement and no colours")),
+    };
+    writer.write(&arguments.output)?;
+    let faces = opened.surface().tile_count();
+    Ok(format!("{}: {faces} faces\n", arguments.output.display()))
+}
+
+fn maps(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
+    let Work { opened, cage, options } = work;
+    let name = arguments.layer.as_deref();
+    let kind = opened.kind(name)?;
+    let limit = Surface::face_varying(context, cage, &arguments.uv, options).map_err(|error| {
+        let place = arguments.mesh.display().to_string();
+        if error.remedy.is_empty() {
+            error.at(place).advise("unwrap the mesh, or name its coordinates with --uv")
+        } else {
+            error.at(place)
+        }
+    })?;
+    let space = match arguments.space {
+        SpaceName::Tangent => Space::Tangent,
+        SpaceName::Object => Space::Object,
+    };
+    let axes = match arguments.axes {
+        AxesName::Tnb => Axes::Tnb,
+        AxesName::Tbn => Axes::Tbn,
+    };
+    let handedness = match arguments.handedness {
+        HandednessName::Opengl => Handedness::OpenGl,
+        HandednessName::Directx => Handedness::DirectX,
+    };
+    let write = |quantity: &Quantity<'_>, largest: f32| write_maps(arguments, context, &limit, quantity, largest);
+    let traces = || opened.traces(context, name)?.ok_or_else(|| missing("traces of contact"));
+    let Some(what) = arguments.bake else { return Err(missing("bake")) };
+    match what {
+        What::Displacement | What::Vector | What::Normal => {
+            let (displacement, found) = opened.displacement(context, name)?;
+            if !found && !matches!(what, What::Normal) {
+                return Err(missing("displacement"));
+            }
+            let field = displacement.field();
+            let displaced = Displaced::new(opened.surface(), field)?;
+            let quantity = match what {
+                What::Displacement => Quantity::Displacement(field),
+                What::Vector => Quantity::Vector(displaced, space, axes),
+                _ => Quantity::Normal(displaced, space, handedness),
+            };
+            write(&quantity, largest(field))
+        }
+        What::Colour => {
+            let colors = opened.colors(context, name)?.ok_or_else(|| missing("colours"))?;
+            write(&Quantity::Color(colors.colors()), 1.0)
+        }
+        What::Mask if kind != Some(Kind::Trace) => match opened.colors(context, name)? {
+            Some(colors) => write(&Quantity::Mask(colors.colors()), 1.0),
+            None => write(&Quantity::Contact(traces()?.field()), 1.0),
+        },
+        What::Mask => write(&Quantity::Contact(traces()?.field()), 1.0),
+        What::Depth | What::Time => {
+            let traces = traces()?;
+            let texels = || traces.field().allocated().filter_map(|tile| traces.field().block(tile)).flatten();
+            if let What::Depth = what {
+                let most = texels().map(|trace| trace.depth.to_f32()).fold(0.0, f32::max);
+                return write(&Quantity::Depth(traces.field()), most);
+            }
+            let most = texels().map(|trace| trace.moment).fold(0.0, f32::max);
+            write(&Quantity::Time(traces.field()), most)
+        }
+    }
+}
+
+fn write_maps(
+    arguments: &Arguments,
+    context: &Context,
+    limit: &Surface,
+    quantity: &Quantity<'_>,
+    largest: f32,
+) -> Result<String> {
+    let fitting = Scaling::fitting(MapFormat::of(&arguments.output)?, quantity, largest);
+    let scaling = Scaling {
+        scale: arguments.scale.unwrap_or(fitting.scale),
+        mid_level: arguments.mid_level.unwrap_or(fitting.mid_level),
+    };
+    scaling.check()?;
+    let options = BakeOptions {
+        size: arguments.size,
+        udim: arguments.udim,
+        gutter: arguments.dilate,
+        samples: arguments.samples,
+    };
+    let mut files = String::new();
+    let report = bake(context, limit, quantity, &options, |map| {
+        let path = if arguments.udim { numbered(&arguments.output, map.udim) } else { arguments.output.clone() };
+        write_map(context, &path, &map, quantity, &scaling)?;
+        files += &format!("{}\n", path.display());
+        Ok(())
+    })?;
+    let scale = match quantity {
+        Quantity::Displacement(_) | Quantity::Vector(..) | Quantity::Depth(_) | Quantity::Time(_) => {
+            format!("; scale {}, mid-level {}", scaling.scale, scaling.mid_level)
+        }
+        _ => String::new(),
+    };
+    Ok(format!("{files}{report}{scale}\n"))
+}
+
+/// `path` with a UDIM number in place of `<UDIM>`, or in front of the extension.
+fn numbered(path: &Path, udim: u32) -> PathBuf {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let numbered = match (name.contains("<UDIM>"), name.rsplit_once('.')) {
+        (true, _) => name.replace("<UDIM>", &udim.to_string()),
+        (false, Some((stem, extension))) => format!("{stem}.{udim}.{extension}"),
+        (false, None) => format!("{name}.{udim}"),
+    };
+    path.with_file_name(numbered)
+}
+
+fn mesh(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
+    let Work { opened, cage, options } = work;
+    let name = arguments.layer.as_deref();
+    let (displacement, _) = opened.displacement(context, name)?;
+    let displaced = Displaced::new(opened.surface(), displacement.field())?;
+    let rates = uniform_rates(opened.surface().topology(), arguments.cells);
+    let mut made = displaced.tessellate(context, cage, &rates)?;
+    if cage.attribute(&arguments.uv).is_some_and(|uv| uv.domain == relievo_core::Domain::Corner) {
+        let limit = Surface::face_varying(context, cage, &arguments.uv, options)?;
+        made.smooth_attribute(context, &arguments.uv, &limit)?;
+    }
+    match opened.colors(context, name)? {
+        Some(ColorLayer::Rgba8(paint)) => made.paint(paint.field()),
+        Some(ColorLayer::Rgba16(paint)) => made.paint(paint.field()),
+        None => {}
+    }
+    write(&arguments.output, &made.mesh)?;
+    let (points, triangles) = (made.mesh.points.len(), made.tiles.len());
+    Ok(format!("{}: {points} points, {triangles} triangles\n", arguments.output.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_numbered_names() {
+        assert_eq!(size("512"), Ok([512, 512]));
+        assert_eq!(size("64x32"), Ok([64, 32]));
+        assert!(size("64x").is_err() && size("-1").is_err());
+        let path = |text: &str| PathBuf::from(text);
+        assert_eq!(numbered(&path("a/b.c.exr"), 1012), path("a/b.c.1012.exr"));
+        assert_eq!(numbered(&path("a/b_<UDIM>.png"), 1001), path("a/b_1001.png"));
+    }
+}

@@ -1,0 +1,110 @@
+//! Documents are made of Ptex files and taken along as files of all kinds.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use relievo_ptex::{Borders, DataType, Face, Format, MeshType, Reader, Writer};
+use relievo_render::{Value, read_exr, read_png};
+
+fn relievo(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().expect("relievo runs")
+}
+
+fn succeeds(folder: &Path, arguments: &[&str]) -> String {
+    let output = relievo(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn fails(folder: &Path, arguments: &[&str], words: &[&str]) {
+    let output = relievo(folder, arguments);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {text}");
+    assert!(words.iter().all(|word| text.contains(word)), "{arguments:?}: {text}");
+}
+
+/// Two quads whose texture coordinates fill the UDIM tiles 1001 and 1002.
+const MESH: &str = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 2 0\nvt 2 1\n\
+                    f 1/1 2/2 5/3 4/4\nf 2/2 3/5 6/6 5/3\n";
+
+/// A file of one number per face.
+fn heights(path: &Path, data_type: DataType, channels: u16, values: [f32; 2]) {
+    let format = Format { mesh: MeshType::Quad, data_type, channels, alpha: None };
+    let mut writer = Writer::new(format, Borders::default(), 2).unwrap();
+    for (face, value) in (0..).zip(values) {
+        let value = data_type.encode(&vec![value; usize::from(channels)]);
+        writer.set_constant(face, &Face::new(4, 4), &value).unwrap();
+    }
+    writer.write(path).unwrap();
+}
+
+#[test]
+fn a_document_of_a_ptex_file_is_taken_along() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("mesh.obj"), MESH).unwrap();
+    heights(&at("heights.ptx"), DataType::F16, 1, [0.25, 0.25]);
+    let text = succeeds(folder.path(), &["doc", "import", "heights.ptx", "mesh.obj", "-o", "a.relievo"]);
+    assert!(text.contains("2 faces, 2 of them constant") && text.contains("layer `displacement`"), "{text}");
+    let export = |output: &str, more: &[&str]| {
+        let first = ["doc", "export", "a.relievo", "mesh.obj", "-o", output];
+        succeeds(folder.path(), &[&first[..], more].concat())
+    };
+
+    export("back.ptx", &[]);
+    let back = Reader::open(&at("back.ptx"), u64::MAX).unwrap();
+    assert_eq!((back.face_count(), back.format().data_type), (2, DataType::F16));
+    let values = DataType::F16.decode(&back.texels(1).unwrap());
+    assert!(values.len() == 256 && values.iter().all(|value| (value - 0.25).abs() < 1e-3));
+
+    let text = export("d.exr", &["--bake", "displacement", "--size", "32", "--udim", "--dilate", "0"]);
+    assert!(text.contains("d.1001.exr") && text.contains("2048 pixels covered") && text.contains("scale 1"), "{text}");
+    let layer = read_exr(&at("d.1002.exr"), u64::MAX).unwrap().remove(0);
+    assert!(layer.channel("Y").unwrap().to_f32().iter().all(|value| (value - 0.25).abs() < 1e-3));
+    assert!(matches!(&layer.attributes[0].1, Value::Text(text) if text.contains("object units")));
+    let text = export("d_<UDIM>.png", &["--bake", "normal", "--size", "16x8", "--udim", "--samples", "2"]);
+    assert!(text.contains("d_1002.png"), "{text}");
+    let image = read_png(&at("d_1002.png"), u64::MAX).unwrap();
+    assert_eq!((image.width(), image.height(), image.channels()), (16, 8, 3));
+
+    for (output, start) in [("m.ply", "ply"), ("m.obj", "# Relievo"), ("m.glb", "glTF")] {
+        let text = export(output, &["--cells", "4"]);
+        assert!(text.contains("64 triangles"), "{text}");
+        assert!(std::fs::read(at(output)).unwrap().starts_with(start.as_bytes()));
+    }
+}
+
+#[test]
+fn colours_and_wrong_use() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("mesh.obj"), MESH).unwrap();
+    std::fs::write(at("bare.obj"), "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nf 1 2 5 4\nf 2 3 6 5\n")
+        .unwrap();
+    std::fs::write(at("other.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
+    heights(&at("c.ptx"), DataType::U8, 3, [1.0, 0.5]);
+    let import = |mesh: &'static str, more: &[&'static str]| {
+        [&["doc", "import", "c.ptx", mesh, "-o", "c.relievo"][..], more].concat()
+    };
+    fails(folder.path(), &import("other.obj", &[]), &["c.ptx", "it has 2 faces, and the mesh takes 1", "same order"]);
+    assert!(!at("c.relievo").exists());
+    let text = succeeds(folder.path(), &import("mesh.obj", &[]));
+    assert!(text.contains("layer `colour`"), "{text}");
+    let export = |output: &'static str, more: &[&'static str]| {
+        [&["doc", "export", "c.relievo", "mesh.obj", "-o", output][..], more].concat()
+    };
+    succeeds(folder.path(), &export("c.png", &["--bake", "colour", "--size", "8", "--dilate", "0"]));
+    let image = read_png(&at("c.png"), u64::MAX).unwrap();
+    // Of UDIM tile 1001.
+    assert_eq!(image.pixel(2, 3), [1.0; 4]);
+    fails(folder.path(), &export("d.exr", &["--bake", "displacement"]), &["no displacement", "relievo info"]);
+    fails(folder.path(), &export("d.exr", &[]), &["add --bake"]);
+    fails(folder.path(), &export("d.jpg", &[]), &["d.jpg", ".ptx, .exr"]);
+    fails(folder.path(), &export("d.exr", &["--bake", "colour", "--size", "99999"]), &["1 to 32768"]);
+    fails(folder.path(), &export("d.ptx", &["--layer", "color"]), &["no layer `color`", "perhaps `colour`"]);
+    let bare = ["doc", "export", "c.relievo", "bare.obj", "-o", "d.exr", "--bake", "colour"];
+    fails(folder.path(), &bare, &["bare.obj", "no attribute `uv`", "unwrap the mesh"]);
+    let other = ["doc", "export", "c.relievo", "other.obj", "-o", "d.exr", "--bake", "colour"];
+    fails(folder.path(), &other, &["other.obj", "another mesh"]);
+    assert!(!at("d.exr").exists() && !at("d.ptx").exists());
+}
