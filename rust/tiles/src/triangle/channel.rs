@@ -397,6 +397,11 @@ impl<T: Texel> TriangleChannel<T> {
         Ok(gone)
     }
 
+    /// What the exchange of blocks writes: the values, what changed, the heap, and the number of the last edit.
+    pub(super) fn parts(&mut self) -> (&mut TriangleField<T>, &mut TriangleChange, &mut Heap<TriangleClass>, &mut u64) {
+        (&mut self.field, &mut self.changed, &mut self.heap, &mut self.revision)
+    }
+
     /// Makes everything up to now visible as a snapshot.
     pub fn commit(&mut self) -> Arc<TriangleSnapshot<T>> {
         let mut changed = std::mem::take(&mut self.changed);

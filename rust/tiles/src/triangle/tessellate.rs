@@ -1,0 +1,205 @@
+//! A displaced triangle mesh as one mesh with shared vertices and the attributes it was made with, for export.
+//!
+//! Every face has the triangles of its [`FaceRates`]. Vertices of the mesh keep their numbers; those on edges follow, then
+//! those inside faces. Integers, and the weights that belong to joints, are those of the nearest corner.
+
+use relievo_core::{Attribute, Context, Domain, Mesh, Result, Values};
+use relievo_surface::triangle::Pieces;
+
+use super::displaced::TriangleDisplaced;
+use super::field::TriangleField;
+use super::normals::TriangleNormals;
+use super::pattern::{Node, Pattern, Slot};
+use super::piece::FaceRates;
+use crate::texel::ColorTexel;
+
+/// A tessellated triangle mesh.
+#[derive(Clone, Debug)]
+pub struct TriangleTessellation {
+    /// The mesh, with point normals and the attributes of the undisplaced one.
+    pub mesh: Mesh,
+    /// Per point a face, a pattern and a vertex of it that is there; `None` for a vertex without a face.
+    places: Vec<Option<(u32, Pattern, Node)>>,
+}
+
+impl TriangleTessellation {
+    /// The triangles of all faces at `rates`, where the undisplaced mesh is `cage`. Rates of an edge must be the same from
+    /// all its faces, as those of [`FaceRates::of`] are.
+    ///
+    /// Fails if `cage` is another mesh or there are too many vertices.
+    pub fn new(
+        context: &Context,
+        displaced: &TriangleDisplaced<'_>,
+        normals: &TriangleNormals,
+        cage: &Mesh,
+        rates: impl Fn(u32) -> FaceRates + Sync,
+    ) -> Result<Self> {
+        let topology = displaced.field().topology();
+        let missing =
+            |what: &str| relievo_core::Error::invalid(what).advise("give the mesh that the surface was made from");
+        if cage.points.len() != topology.vertex_count() || cage.triangles() != topology.faces() {
+            return Err(missing("the mesh has other faces than the surface"));
+        }
+        let faces = topology.face_count();
+        let rates = context.map(faces, |face| rates(face as u32));
+        // The first vertex inside each edge and face.
+        let mut next = topology.vertex_count() as u64;
+        let mut take = |count: u64| {
+            let first = next;
+            next += count;
+            first
+        };
+        let edges: Vec<u64> = (0..topology.edge_count() as u32)
+            .map(|edge| {
+                let side = topology.faces_along(edge).next();
+                take(side.map_or(0, |(face, side)| u64::from(rates[face as usize].sides[side as usize] - 1)))
+            })
+            .collect();
+        let insides: Vec<u64> =
+            rates.iter().map(|rates| take(rates.places().len() as u64 - u64::from(rates.border()))).collect();
+        let count = u32::try_from(next).map_err(|_| {
+            relievo_core::Error::memory("the mesh has 2^32 or more vertices").advise("use a lower rate")
+        })?;
+
+        let parts = context.map(faces, |face| {
+            let (rates, face) = (&rates[face], face as u32);
+            let vertices: Vec<u32> = rates
+                .places()
+                .into_iter()
+                .enumerate()
+                .map(|(at, (pattern, node))| match pattern.slot(node) {
+                    Slot::Corner(corner) => topology.face(face)[corner as usize],
+                    Slot::Side(side, step) => {
+                        let along = topology.side(face, side);
+                        let step = if along.reversed { pattern.segments() - step } else { step };
+                        (edges[along.edge as usize] + u64::from(step) - 1) as u32
+                    }
+                    Slot::Inside(_) => (insides[face as usize] + at as u64 - u64::from(rates.border())) as u32,
+                })
+                .collect();
+            (vertices, rates.triangles())
+        });
+        let mut places = vec![None; count as usize];
+        let mut pieces = Pieces { points: vec![None; count as usize], ..Pieces::default() };
+        let mut triangles = Vec::new();
+        for (face, (vertices, parts)) in (0..).zip(parts) {
+            let first = pieces.places.len() as u32;
+            for (at, ((pattern, node), vertex)) in (0..).zip(rates[face as usize].places().into_iter().zip(&vertices)) {
+                let vertex = *vertex as usize;
+                if places[vertex].is_none() {
+                    places[vertex] = Some((face, pattern, node));
+                    pieces.points[vertex] = (vertex >= topology.vertex_count()).then_some(first + at);
+                }
+                pieces.places.push((face, super::field::barycentric(pattern, node)));
+            }
+            for triangle in parts {
+                triangles.push(triangle.map(|at| vertices[at as usize]));
+                pieces.corners.extend(triangle.map(|at| first + at));
+            }
+        }
+        let found = context.map(count as usize, |vertex| match places[vertex] {
+            Some((face, pattern, node)) => {
+                let point = displaced.point(face, pattern, node);
+                (point.to_array(), normals.at(displaced.surface(), face, pattern, node).to_array())
+            }
+            None => (displaced.surface().points()[vertex], [0.0; 3]),
+        });
+        let (points, normals): (Vec<_>, Vec<[f32; 3]>) = found.into_iter().unzip();
+        let mut mesh = Mesh::from_triangles(points, &triangles);
+        mesh.attributes = pieces.carry(cage, topology, &["normal"]);
+        mesh.attributes.push(point_attribute("normal", normals.into_flattened()));
+        Ok(Self { mesh, places })
+    }
+
+    /// Gives the mesh the colours of `paint` as the point attribute `color`, in place of one it may have: red, green and
+    /// blue, linear. Fails if they are those of another mesh.
+    pub fn paint<T: ColorTexel>(&mut self, paint: &TriangleField<T>) -> Result<()> {
+        let blank = paint.blank().color();
+        let color = |place: &Option<(u32, Pattern, Node)>| match place {
+            Some((face, pattern, node)) if (*face as usize) < paint.topology().face_count() => {
+                paint.at(*face, *pattern, *node).as_vec4()
+            }
+            _ => blank,
+        };
+        let values = self.places.iter().flat_map(|place| color(place).truncate().to_array()).collect();
+        self.mesh.attributes.retain(|attribute| attribute.name != "color");
+        self.mesh.attributes.push(point_attribute("color", values));
+        Ok(())
+    }
+}
+
+fn point_attribute(name: &str, values: Vec<f32>) -> Attribute {
+    Attribute { name: name.into(), domain: Domain::Point, width: 3, values: Values::F32(values), indices: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::texel::Rgba8;
+    use crate::triangle::channel::{TriangleChannel, TriangleOptions, TriangleSets, TriangleValues};
+    use crate::triangle::shapes;
+    use glam::Vec4;
+    use half::f16;
+    use relievo_surface::{TriangleSurface, TriangleTopology};
+
+    #[test]
+    fn the_mesh_is_whole_and_has_all_attributes() {
+        let context = Context::serial();
+        let mut cage = shapes::sail(3);
+        let uv = cage
+            .corners
+            .iter()
+            .flat_map(|point| [cage.points[*point as usize][0] * 2.0, cage.points[*point as usize][1]]);
+        let uv = Values::F32(uv.collect());
+        cage.attributes.push(Attribute {
+            name: "uv".into(),
+            domain: Domain::Corner,
+            width: 2,
+            values: uv,
+            indices: None,
+        });
+        let faces = Values::U32((0..cage.face_count() as u32).collect());
+        cage.attributes.push(Attribute {
+            name: "material".into(),
+            domain: Domain::Face,
+            width: 1,
+            values: faces,
+            indices: None,
+        });
+        let surface = TriangleSurface::new(&context, &cage).unwrap();
+        let options = TriangleOptions { segments: 16, budget: 1 << 20 };
+        let mut channel = TriangleChannel::displacement(surface.topology().clone(), &options).unwrap();
+        for (segments, faces) in [(16, vec![4, 5]), (8, vec![7])] {
+            let sets = TriangleSets { allocate: faces, ..Default::default() };
+            channel.apply(&context, Pattern::new(segments).unwrap(), &sets).unwrap();
+        }
+        channel.write(TriangleValues { vertices: vec![(5, f16::from_f32(0.2))], ..Default::default() }).unwrap();
+        let displaced = TriangleDisplaced::new(&surface, channel.field()).unwrap();
+        let normals = TriangleNormals::of(&context, &displaced).unwrap();
+        let rates = |face: u32| FaceRates::of(channel.field(), face);
+        let mut whole = TriangleTessellation::new(&context, &displaced, &normals, &cage, rates).unwrap();
+        whole
+            .paint(TriangleChannel::<Rgba8>::of_color(surface.topology().clone(), Vec4::ONE, &options).unwrap().field())
+            .unwrap();
+        let mesh = &whole.mesh;
+        mesh.check().unwrap();
+        let topology = TriangleTopology::of_mesh(mesh).unwrap();
+        let segments = |edge: u32| channel.field().edge_pattern(edge).map_or(1, Pattern::segments) as usize;
+        let of = surface.topology();
+        let open =
+            (0..of.edge_count() as u32).filter(|edge| of.faces_along(*edge).len() == 1).map(segments).sum::<usize>();
+        assert_eq!(topology.boundary_count(), open);
+        let uv = mesh.attribute("uv").unwrap();
+        let (Values::F32(values), Some(indices)) = (&uv.values, &uv.indices) else { panic!() };
+        let Values::U32(material) = &mesh.attribute("material").unwrap().values else { panic!() };
+        assert!(material.windows(2).all(|pair| pair[0] <= pair[1]));
+        for (corner, point) in mesh.corners.iter().enumerate().filter(|(corner, _)| material[corner / 3] < 18) {
+            // The sail is displaced by a fifth at most.
+            let p = mesh.points[*point as usize];
+            let at = indices[corner] as usize;
+            assert!((values[2 * at] - 2.0 * p[0]).abs() < 0.2 && (values[2 * at + 1] - p[1]).abs() < 0.1);
+        }
+        assert_eq!(mesh.attribute("color").unwrap().values, Values::F32(vec![1.0; 3 * mesh.points.len()]));
+        assert!(TriangleTessellation::new(&context, &displaced, &normals, &shapes::sail(4), rates).is_err());
+    }
+}
