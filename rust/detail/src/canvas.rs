@@ -4,8 +4,8 @@ use std::fmt::Debug;
 
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Result};
-use relievo_tiles::Field;
 use relievo_tiles::triangle::TriangleField;
+use relievo_tiles::{Displaced, Field, Vector};
 
 use crate::dab::{Dab, DabReport};
 use crate::nearest::SurfacePoint;
@@ -15,8 +15,8 @@ use crate::triangle::TriangleObject;
 /// The displacement of an object when a stroke began.
 #[derive(Clone, Debug)]
 pub enum Start {
-    /// That of a Catmull-Clark surface.
-    Tiles(Field),
+    /// That of a Catmull-Clark surface, and the vector displacement that comes after it.
+    Tiles(Field, Option<Field<Vector>>),
     /// That of a triangle mesh.
     Triangles(TriangleField),
 }
@@ -32,8 +32,8 @@ pub trait Canvas: Debug + Send + Sync {
     /// Makes it ready for a stroke, so that nothing has to be measured anew for each dab, and returns what dabs go by.
     fn begin(&mut self, context: &Context) -> Result<Start>;
 
-    /// The place of its surface nearest to a point of the world, no further than `within`.
-    fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>>;
+    /// The place of its surface nearest to a point of the world, no further than `within`, as it was at `start`.
+    fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>>;
 
     /// Makes a dab as one of a stroke that began with `start`.
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start) -> Result<DabReport>;
@@ -50,16 +50,25 @@ impl Canvas for DisplacedObject {
 
     fn begin(&mut self, _: &Context) -> Result<Start> {
         self.reach();
-        Ok(Start::Tiles(self.displacement().field().clone()))
+        let vectors = self.vectors().map(|vectors| vectors.field().clone());
+        Ok(Start::Tiles(self.displacement().field().clone(), vectors))
     }
 
-    fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
-        DisplacedObject::nearest(self, context, point, within)
+    fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
+        let Start::Tiles(displacement, vectors) = start else {
+            return DisplacedObject::nearest(self, context, point, within);
+        };
+        let displaced = Displaced::new(self.surface(), displacement)?;
+        let displaced = match vectors {
+            Some(vectors) => displaced.with_vectors(vectors)?,
+            None => displaced,
+        };
+        self.nearest_of(context, &displaced, point, within)
     }
 
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start) -> Result<DabReport> {
         let start = match start {
-            Start::Tiles(field) => Some(field),
+            Start::Tiles(field, _) => Some(field),
             Start::Triangles(_) => None,
         };
         dab.make(context, self, start)
@@ -81,13 +90,16 @@ impl Canvas for TriangleObject {
         Ok(Start::Triangles(self.displacement().field().clone()))
     }
 
-    fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
-        TriangleObject::nearest(self, context, point, within)
+    fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
+        match start {
+            Start::Tiles(..) => TriangleObject::nearest(self, context, point, within),
+            Start::Triangles(field) => self.nearest_of(context, field, point, within),
+        }
     }
 
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start) -> Result<DabReport> {
         let start = match start {
-            Start::Tiles(_) => None,
+            Start::Tiles(..) => None,
             Start::Triangles(field) => Some(field),
         };
         self.make_dab(context, dab, start)

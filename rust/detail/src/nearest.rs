@@ -40,13 +40,23 @@ impl DisplacedObject {
     /// number is not finite. Where the surface bends strongly within a tenth of a tile, a place nearly as near may be
     /// found instead.
     pub fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
+        self.nearest_of(context, &self.displaced()?, point, within)
+    }
+
+    /// As [`Self::nearest`], of the surface with displacements it had before, which reach no further than those it has.
+    pub(crate) fn nearest_of(
+        &self,
+        context: &Context,
+        displaced: &Displaced<'_>,
+        point: DVec3,
+        within: f64,
+    ) -> Result<Option<SurfacePoint>> {
         if !point.is_finite() || !within.is_finite() || within < 0.0 {
             return Ok(None);
         }
         let around = Obb { center: point, axes: DMat3::IDENTITY, half: DVec3::splat(within) };
         let mut tiles = self.tiles_near(context, &around);
         tiles.sort_unstable();
-        let displaced = self.displaced()?;
         let grid = Grid::whole(CELLS, Placement::Lattice);
         let starts = context.map(tiles.len(), |index| -> Result<(f64, Place)> {
             let mut points = Points::default();
@@ -63,7 +73,7 @@ impl DisplacedObject {
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut best: Option<SurfacePoint> = None;
         for (_, place) in starts.into_iter().take(CLOSEST) {
-            let found = self.descend(context, &displaced, place, point)?;
+            let found = self.descend(context, displaced, place, point)?;
             if best.is_none_or(|best| found.distance < best.distance) {
                 best = Some(found);
             }

@@ -102,7 +102,9 @@ impl Pace {
         let trail = if self.string > 0.0 { self.trail(points) } else { points.to_vec() };
         let Some(first) = trail.first() else { return Vec::new() };
         let heading = |pair: &[StrokePoint]| pair[1].position - pair[0].position;
-        let mut direction = trail.windows(2).map(heading).find_map(DVec3::try_normalize).unwrap_or_default();
+        // An airbrush does not wait for the hand to move.
+        let ahead = if self.rate > 0.0 { None } else { trail.windows(2).map(heading).find_map(DVec3::try_normalize) };
+        let mut direction = ahead.unwrap_or_default();
         let start = Station { position: first.position, pressure: first.pressure, direction, index: 0 };
         let mut stations = vec![start];
         // Counted from the start and not added up, so that nothing drifts.
@@ -138,6 +140,12 @@ impl Pace {
             gone += length;
         }
         stations
+    }
+
+    /// Whether the first station of a stroke that begins with these points has to wait for more of them, because where
+    /// it looks shows with the next place.
+    pub fn waits(&self, points: &[StrokePoint]) -> bool {
+        self.rate == 0.0 && self.stations(points).first().is_some_and(|first| first.direction == DVec3::ZERO)
     }
 
     /// Distance between the places to which a lazy brush is drawn one after the other.

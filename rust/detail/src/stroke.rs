@@ -8,14 +8,15 @@
 
 use glam::{DMat3, DVec2, DVec3};
 use relievo_core::parameter::Switch;
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Result};
 
 use crate::brush::Brush;
-use crate::canvas::Canvas;
+use crate::canvas::{Canvas, Start};
 use crate::curve::Curve;
 use crate::dab::{Action, Dab, DabReport};
 use crate::falloff::Falloff;
 use crate::nearest::SurfacePoint;
+use crate::open::OpenStroke;
 use crate::path::{Pace, Station, StrokePoint};
 use crate::stamp::Stamp;
 
@@ -121,13 +122,18 @@ impl Stroke {
     /// Fails if there are no points, a number is not finite or out of its range, times are missing or go back, or there
     /// would be over a million dabs.
     pub fn check(&self) -> Result<()> {
+        self.check_brush()?;
+        self.pace().check(&self.points)
+    }
+
+    /// What of [`Self::check`] does not concern the points.
+    pub(crate) fn check_brush(&self) -> Result<()> {
         self.settings.check().map_err(|error| error.at("stroke"))?;
-        self.pace().check(&self.points)?;
         let brush = Brush::on_surface(DVec3::ZERO, DVec3::Z, DVec3::X, self.half(1.0, 0.0), self.falloff)?;
         Dab { brush, action: self.action, strength: 1.0 }.check()
     }
 
-    fn pace(&self) -> Pace {
+    pub(crate) fn pace(&self) -> Pace {
         let StrokeSettings { radius, spacing, rate, string, .. } = self.settings;
         Pace { step: f64::from(radius) * f64::from(spacing), rate: f64::from(rate), string: f64::from(string) }
     }
@@ -181,45 +187,22 @@ impl Stroke {
         context: &Context,
         objects: &mut [&mut C],
     ) -> Result<Vec<StrokeReport>> {
-        let stations = self.stations()?;
-        if matches!(self.action, Action::Paint { .. })
-            && let Some(index) = objects.iter().position(|object| !object.is_paintable())
-        {
-            return Err(Error::invalid("the object has no colours to paint on")
-                .at(format!("object {index} of the stroke"))
-                .advise("give it some first"));
-        }
-        // Before the first dab, so that nothing has to be measured anew for each.
-        let starts = objects.iter_mut().map(|object| object.begin(context)).collect::<Result<Vec<_>>>()?;
-        let placed = {
-            let _stage = context.stats().begin("stroke.nearest");
-            let objects: Vec<&C> = objects.iter().map(|object| &**object).collect();
-            context.map(stations.len(), |index| self.dabs(context, &objects, &stations[index]))
-        };
-        let placed = placed.into_iter().collect::<Result<Vec<_>>>()?.concat();
-        let missed = placed.iter().filter(|dab| dab.is_none()).count() as u64;
-        let mut done = vec![StrokeReport { missed, ..Default::default() }; objects.len()];
-        for (on, dab) in placed.into_iter().flatten() {
-            for (index, object) in objects.iter_mut().enumerate() {
-                let report = object.dab(context, &dab, &starts[index])?;
-                done[index].dabs += u64::from(index == on || report.changed_texels > 0);
-                done[index].report.merge(report);
-            }
-        }
-        Ok(done)
+        self.check()?;
+        let stroke = OpenStroke::begin(context, Self { points: Vec::new(), ..self.clone() }, objects)?;
+        stroke.end(context, objects, &self.points)
     }
 
-    /// The dab of a station on the nearest of the surfaces as they are, and on which it is put, and then its mirror
-    /// images; `None` where the surfaces are too far away, or have no normal.
-    fn dabs<C: Canvas + ?Sized>(
+    /// The dab of a station on the nearest of the surfaces as they were before the stroke, and on which it is put, and
+    /// then its mirror images; `None` where the surfaces are too far away, or have no normal.
+    pub(crate) fn dabs<C: Canvas + ?Sized>(
         &self,
         context: &Context,
-        objects: &[&C],
+        objects: &[(&C, &Start)],
         station: &Station,
     ) -> Result<Vec<Option<(usize, Dab)>>> {
         let first = self.find(context, objects, station.position)?;
         let space = first.map_or(0, |(index, _)| index);
-        let Some(transform) = objects.get(space).map(|object| object.transform()) else { return Ok(Vec::new()) };
+        let Some(transform) = objects.get(space).map(|(object, _)| object.transform()) else { return Ok(Vec::new()) };
         let StrokeSettings { symmetry_x, symmetry_y, symmetry_z, .. } = self.settings;
         let planes = [symmetry_x, symmetry_y, symmetry_z];
         let way = match (station.direction, first) {
@@ -249,14 +232,14 @@ impl Stroke {
     fn find<C: Canvas + ?Sized>(
         &self,
         context: &Context,
-        objects: &[&C],
+        objects: &[(&C, &Start)],
         point: DVec3,
     ) -> Result<Option<(usize, SurfacePoint)>> {
         let within = f64::from(self.settings.radius) * f64::from(self.settings.reach);
         let mut best: Option<(usize, SurfacePoint)> = None;
-        for (index, object) in objects.iter().enumerate() {
+        for (index, (object, start)) in objects.iter().enumerate() {
             let within = best.map_or(within, |(_, best)| best.distance);
-            if let Some(found) = object.nearest(context, point, within)?
+            if let Some(found) = object.nearest(context, start, point, within)?
                 && found.normal != DVec3::ZERO
                 && best.is_none_or(|(_, best)| found.distance < best.distance)
             {
@@ -270,7 +253,7 @@ impl Stroke {
     fn dab<C: Canvas + ?Sized>(
         &self,
         context: &Context,
-        objects: &[&C],
+        objects: &[(&C, &Start)],
         station: &Station,
         found: Option<(usize, SurfacePoint)>,
         way: DVec3,

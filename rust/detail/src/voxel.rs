@@ -538,7 +538,7 @@ mod tests {
         }
         let grid = Grid::new(&around([0.1, 0.2, 0.3], [1e-3; 3], 0.5), 1 << 15, None);
         let voxels = fill(&soup, &grid, None, Side::Forward, true, 1);
-        assert_eq!(voxels.count(), grid.dims.iter().map(|n| u64::from(*n)).product());
+        assert_eq!(voxels.count(), grid.dims.iter().map(|n| u64::from(*n)).product::<u64>());
         let mut far = soup.clone();
         far.0[0] = [1e30; 3];
         let solid = Solid { points: &far.0, triangles: &far.1, transform: DAffine3::IDENTITY, closed: true };

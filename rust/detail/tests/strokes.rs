@@ -4,8 +4,8 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec4};
 use relievo_core::parameter::Switch;
 use relievo_core::{Context, Mesh};
 use relievo_detail::{
-    Action, Brush, Curve, Dab, DisplacedObject, Falloff, PaintMode, SculptMode, Stamp, StampChannel, StampImage,
-    StampSettings, Stroke, StrokePoint, StrokeSettings,
+    Action, Brush, Curve, Dab, DisplacedObject, Falloff, OpenStroke, PaintMode, SculptMode, Stamp, StampChannel,
+    StampImage, StampSettings, Stroke, StrokePoint, StrokeSettings,
 };
 use relievo_surface::{Grid, Placement, Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, ColorTexel, Displaced, Displacement, Paint, Points};
@@ -285,4 +285,80 @@ fn a_stroke_over_two_objects_is_made_on_both_where_they_meet() {
     let [a, b] = &mut objects;
     let done = far.apply_all(&context, &mut [a, b]).unwrap();
     assert!(done.iter().all(|done| (done.dabs, done.missed) == (0, 1)));
+}
+
+#[test]
+fn a_stroke_that_is_drawn_bit_by_bit_is_the_whole_stroke() {
+    let context = Context::serial();
+    let mesh = plane(4);
+    let points: Vec<StrokePoint> = (0..40)
+        .map(|k| {
+            // At first the hand rests, later it turns.
+            let t = 0.1 * f64::from((k - 4i32).max(0));
+            let position = DVec3::new(t - 1.7, (2.0 * t).sin(), 0.02);
+            StrokePoint { time: Some(0.05 * f64::from(k)), ..StrokePoint::new(position, 0.3 + 0.01 * f64::from(k)) }
+        })
+        .collect();
+    let base = StrokeSettings {
+        radius: 0.3,
+        size_pressure: 0.5,
+        jitter_position: 0.2,
+        jitter_angle: 1.0,
+        symmetry_y: Switch::ON,
+        ..Default::default()
+    };
+    let cases = [
+        base.clone(),
+        StrokeSettings { rate: 30.0, ..base.clone() },
+        StrokeSettings { string: 0.4, ..base.clone() },
+        StrokeSettings { string: 0.4, rate: 30.0, ..base },
+    ];
+    for (case, settings) in cases.into_iter().enumerate() {
+        for action in [
+            Action::Paint { mode: PaintMode::Mix, color: [0.9, 0.1, 0.1, 1.0] },
+            Action::Sculpt { mode: SculptMode::Draw, height: 0.1 },
+            Action::Sculpt { mode: SculptMode::Smooth, height: 0.0 },
+        ] {
+            let stroke = Stroke::new(points.clone(), settings.clone(), Falloff::Smooth, action);
+            let mut whole = object(&context, &mesh, 32, DAffine3::IDENTITY);
+            let report = stroke.apply(&context, &mut whole).unwrap();
+            let mut drawn = object(&context, &mesh, 32, DAffine3::IDENTITY);
+            let begun = Stroke { points: Vec::new(), ..stroke };
+            let mut open = OpenStroke::begin(&context, begun, &mut [&mut drawn]).unwrap();
+            let mut dabs = 0;
+            for part in points[..37].chunks(case + 1) {
+                dabs += open.extend(&context, &mut [&mut drawn], part).unwrap()[0].dabs;
+            }
+            assert!(dabs > 5, "{dabs}");
+            dabs += open.end(&context, &mut [&mut drawn], &points[37..]).unwrap()[0].dabs;
+            assert_eq!(dabs, report.dabs);
+            for tile in 0..16 {
+                assert_eq!(drawn.displacement().field().block(tile), whole.displacement().field().block(tile));
+                assert_eq!(drawn.paint().unwrap().field().block(tile), whole.paint().unwrap().field().block(tile));
+            }
+        }
+    }
+}
+
+#[test]
+fn strokes_that_are_drawn_are_checked_as_they_come() {
+    let context = Context::serial();
+    let mesh = plane(2);
+    let mut plate = object(&context, &mesh, 16, DAffine3::IDENTITY);
+    let mut other = object(&context, &mesh, 16, DAffine3::IDENTITY);
+    let action = Action::Sculpt { mode: SculptMode::Draw, height: 0.1 };
+    let stroke = Stroke::new(Vec::new(), StrokeSettings::default(), Falloff::Smooth, action);
+    let bad = Stroke { settings: StrokeSettings { radius: f32::NAN, ..Default::default() }, ..stroke.clone() };
+    assert!(OpenStroke::begin(&context, bad, &mut [&mut plate]).is_err());
+    let mut open = OpenStroke::begin(&context, stroke, &mut [&mut plate]).unwrap();
+    let nowhere = StrokePoint::new(DVec3::splat(f64::NAN), 1.0);
+    assert!(open.extend(&context, &mut [&mut plate], &[nowhere]).is_err());
+    assert!(open.extend(&context, &mut [&mut plate, &mut other], &[StrokePoint::new(DVec3::ZERO, 1.0)]).is_err());
+    assert!(open.stroke().points.is_empty());
+    assert!(open.clone().end(&context, &mut [&mut plate], &[]).is_err());
+    // One point makes one dab, at the end.
+    open.extend(&context, &mut [&mut plate], &[StrokePoint::new(DVec3::ZERO, 1.0)]).unwrap();
+    assert_eq!(plate.displacement().bytes(), 0);
+    assert_eq!(open.end(&context, &mut [&mut plate], &[]).unwrap()[0].dabs, 1);
+    assert!(plate.displacement().bytes() > 0);
 }

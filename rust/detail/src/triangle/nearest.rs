@@ -4,6 +4,7 @@
 use glam::{DMat3, DVec3, Vec3};
 use relievo_core::{Context, Result};
 use relievo_surface::Place;
+use relievo_tiles::triangle::{TriangleDisplaced, TriangleField};
 
 use super::object::{TriangleObject, field_range};
 use crate::nearest::SurfacePoint;
@@ -14,12 +15,24 @@ impl TriangleObject {
     /// the barycentric coordinates of its second and third corner. `None` too if a number is not finite. Normals are as
     /// they were renewed last.
     pub fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
+        self.nearest_of(context, self.displacement.field(), point, within)
+    }
+
+    /// As [`Self::nearest`], of the surface with a displacement it had before, which reaches no further than the one it
+    /// has, and with the normals as they were renewed last.
+    pub(crate) fn nearest_of(
+        &self,
+        context: &Context,
+        field: &TriangleField,
+        point: DVec3,
+        within: f64,
+    ) -> Result<Option<SurfacePoint>> {
         if !point.is_finite() || !within.is_finite() || within < 0.0 {
             return Ok(None);
         }
         let around = Obb { center: point, axes: DMat3::IDENTITY, half: DVec3::splat(within) };
-        let faces = self.faces_near(context, &around, None);
-        let displaced = self.displaced()?;
+        let faces = self.faces_near(context, &around, Some(field));
+        let displaced = TriangleDisplaced::new(&self.surface, field)?;
         let scale = self.transform.matrix3;
         let stretch =
             (scale.x_axis.length_squared() + scale.y_axis.length_squared() + scale.z_axis.length_squared()).sqrt();
@@ -30,7 +43,7 @@ impl TriangleObject {
                 let corners = self.surface.corner_points(face).map(|p| self.world(Vec3::from(p)));
                 let center = (corners[0] + corners[1] + corners[2]) / 3.0;
                 let radius = corners.iter().map(|corner| corner.distance(center)).fold(0.0, f64::max);
-                let [least, most] = field_range(self.displacement.field(), face);
+                let [least, most] = field_range(field, face);
                 (center.distance(point) - radius - stretch * f64::from(most.max(-least)), face)
             })
             .collect();
@@ -40,7 +53,7 @@ impl TriangleObject {
             if bound > best.map_or(within, |best| best.0) {
                 break;
             }
-            let rates = relievo_tiles::triangle::FaceRates::of(self.displacement.field(), face);
+            let rates = relievo_tiles::triangle::FaceRates::of(field, face);
             let places = rates.places();
             let points: Vec<DVec3> =
                 places.iter().map(|(pattern, node)| self.world(displaced.point(face, *pattern, *node))).collect();

@@ -1,0 +1,113 @@
+//! A stroke that is being drawn: its points come a few at a time, and its dabs are made as they come. The dabs are those
+//! that the whole stroke makes when all its points are known: what has been made never depends on what comes.
+
+use relievo_core::{Context, Error, Result};
+
+use crate::canvas::{Canvas, Start};
+use crate::dab::Action;
+use crate::path::StrokePoint;
+use crate::stroke::{Stroke, StrokeReport};
+
+/// A stroke under way on some objects. They must always be given in the same order, and nothing else may edit them
+/// meanwhile.
+#[derive(Clone, Debug)]
+pub struct OpenStroke {
+    stroke: Stroke,
+    starts: Vec<Start>,
+    /// Stations whose dabs are made.
+    made: usize,
+}
+
+impl OpenStroke {
+    /// Begins `stroke`, whose points are the first ones and may be none, on `objects`. No dab is made yet.
+    ///
+    /// Fails if the stroke could not be made with any points, or an object has no colours and is to be painted.
+    pub fn begin<C: Canvas + ?Sized>(context: &Context, stroke: Stroke, objects: &mut [&mut C]) -> Result<Self> {
+        stroke.check_brush()?;
+        if !stroke.points.is_empty() {
+            stroke.pace().check(&stroke.points)?;
+        }
+        if matches!(stroke.action, Action::Paint { .. })
+            && let Some(index) = objects.iter().position(|object| !object.is_paintable())
+        {
+            return Err(Error::invalid("the object has no colours to paint on")
+                .at(format!("object {index} of the stroke"))
+                .advise("give it some first"));
+        }
+        let starts = objects.iter_mut().map(|object| object.begin(context)).collect::<Result<_>>()?;
+        Ok(Self { stroke, starts, made: 0 })
+    }
+
+    /// The stroke with all points so far.
+    pub fn stroke(&self) -> &Stroke {
+        &self.stroke
+    }
+
+    /// Goes on to `points` and makes the dabs on the way. Returns what they did to each of the objects.
+    ///
+    /// Fails, and changes nothing, if the points cannot be those of a stroke, or there are other objects than before.
+    pub fn extend<C: Canvas + ?Sized>(
+        &mut self,
+        context: &Context,
+        objects: &mut [&mut C],
+        points: &[StrokePoint],
+    ) -> Result<Vec<StrokeReport>> {
+        let old = self.stroke.points.len();
+        self.stroke.points.extend_from_slice(points);
+        let checked = self.stroke.pace().check(&self.stroke.points);
+        if let Err(error) = checked.and_then(|()| self.check_objects(objects)) {
+            self.stroke.points.truncate(old);
+            return Err(error);
+        }
+        if self.stroke.pace().waits(&self.stroke.points) {
+            Ok(vec![StrokeReport::default(); objects.len()])
+        } else {
+            self.make(context, objects)
+        }
+    }
+
+    /// Ends the stroke with its last `points`, if there are any, and makes the dabs that are left.
+    ///
+    /// Fails as [`Self::extend`] does, and if the stroke has no points at all.
+    pub fn end<C: Canvas + ?Sized>(
+        mut self,
+        context: &Context,
+        objects: &mut [&mut C],
+        points: &[StrokePoint],
+    ) -> Result<Vec<StrokeReport>> {
+        self.stroke.points.extend_from_slice(points);
+        self.stroke.pace().check(&self.stroke.points)?;
+        self.check_objects(objects)?;
+        self.make(context, objects)
+    }
+
+    fn check_objects<C: ?Sized>(&self, objects: &[&mut C]) -> Result<()> {
+        if objects.len() == self.starts.len() {
+            return Ok(());
+        }
+        Err(Error::invalid("the stroke began on other objects").advise("give it those it began on"))
+    }
+
+    /// Makes the dabs of the stations that have none.
+    fn make<C: Canvas + ?Sized>(&mut self, context: &Context, objects: &mut [&mut C]) -> Result<Vec<StrokeReport>> {
+        let stations = self.stroke.pace().stations(&self.stroke.points);
+        let stations = stations.get(self.made..).unwrap_or_default();
+        let placed = {
+            let _stage = context.stats().begin("stroke.nearest");
+            let objects: Vec<(&C, &Start)> = objects.iter().map(|object| &**object).zip(&self.starts).collect();
+            context.map(stations.len(), |index| self.stroke.dabs(context, &objects, &stations[index]))
+        };
+        let placed = placed.into_iter().collect::<Result<Vec<_>>>()?.concat();
+        self.made += stations.len();
+        let missed = placed.iter().filter(|dab| dab.is_none()).count() as u64;
+        let mut done = vec![StrokeReport { missed, ..Default::default() }; objects.len()];
+        for (on, dab) in placed.into_iter().flatten() {
+            for (index, object) in objects.iter_mut().enumerate() {
+                let report = object.dab(context, &dab, &self.starts[index])?;
+                done[index].dabs += u64::from(index == on || report.changed_texels > 0);
+                done[index].report.merge(report);
+            }
+        }
+        Ok(done)
+    }
+}
