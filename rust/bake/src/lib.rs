@@ -2,9 +2,12 @@
 //! meshes.
 //!
 //! - Files with a texture for every face: [`ptex`], with [`prefilter`] for what a displacement's numbers mean there.
+//! - Pictures of tiles: [`atlas`], and back: [`gather`].
 //! - Bakes to texture coordinates: [`map`], of what [`quantity`] says, in files as [`texture`] has them.
 //! - Documents: [`opened`] makes surface and channels of one.
 
+pub mod atlas;
+pub mod gather;
 mod gutter;
 mod layout;
 pub mod map;
@@ -14,6 +17,7 @@ pub mod ptex;
 pub mod quantity;
 mod raster;
 mod resample;
+mod restored;
 mod solve;
 pub mod texture;
 

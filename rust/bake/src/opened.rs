@@ -93,12 +93,15 @@ impl<'a> Opened<'a> {
         channel.ok_or_else(|| Error::internal("a layer that was there is not"))
     }
 
-    /// The scalar displacement of the layer called `name`; without layers of displacement, none, which is zero.
-    pub fn displacement(&self, context: &Context, name: Option<&str>) -> Result<(Displacement, bool)> {
-        match self.layer(&[Kind::Scalar], name, DISPLACEMENT)? {
-            Some(layer) => Ok((self.channel(context, layer)?, true)),
-            None => Ok((Displacement::new(self.surface.topology().clone(), &ChannelOptions::default())?, false)),
-        }
+    /// The scalar displacement of the layer called `name`, if the document has displacement.
+    pub fn displacement(&self, context: &Context, name: Option<&str>) -> Result<Option<Displacement>> {
+        let layer = self.layer(&[Kind::Scalar], name, DISPLACEMENT)?;
+        layer.map(|layer| self.channel(context, layer)).transpose()
+    }
+
+    /// A displacement of zero everywhere.
+    pub fn undisplaced(&self) -> Result<Displacement> {
+        Displacement::new(self.surface.topology().clone(), &ChannelOptions::default())
     }
 
     /// The colours of the layer called `name`, if the document has colours.

@@ -9,11 +9,12 @@
 use std::collections::BTreeMap;
 
 use half::f16;
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Result};
 use relievo_surface::{Link, Side};
 use relievo_tiles::{Change, Displacement, Field, Sets};
 
 use crate::prefilter;
+use crate::restored::refused;
 
 /// The values wanted, by tile; tiles that are not named are to be zero.
 pub(crate) struct Target {
@@ -60,11 +61,7 @@ pub(crate) fn solve(context: &Context, displacement: &mut Displacement, mut targ
             return Ok(deviation(context, displacement.field(), &target));
         }
         let applied = displacement.apply(&Sets { allocate: needed.clone(), ..Sets::default() })?;
-        if let Some(tile) = applied.refused.first() {
-            return Err(Error::memory(format!("the budget refused {} tiles", applied.refused.len()))
-                .at(format!("tile {tile}"))
-                .advise("allow more bytes"));
-        }
+        refused(&applied.refused)?;
         displacement.update_rings(context, &applied.changes.iter().map(|c| Change::all(c.tile)).collect::<Vec<_>>())?;
         for tile in needed {
             let size = displacement.field().size(tile) as usize;

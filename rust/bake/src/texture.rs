@@ -71,6 +71,16 @@ impl Scaling {
         }
     }
 
+    /// The number of the file that stands for `value`.
+    pub fn stored(&self, value: f32) -> f32 {
+        (f64::from(value) / f64::from(self.scale) + f64::from(self.mid_level)) as f32
+    }
+
+    /// What a number of the file stands for.
+    pub fn value(&self, stored: f32) -> f32 {
+        ((f64::from(stored) - f64::from(self.mid_level)) * f64::from(self.scale)) as f32
+    }
+
     /// Fails unless both numbers can be used.
     pub fn check(&self) -> Result<()> {
         if !self.scale.is_finite() || self.scale == 0.0 || !self.mid_level.is_finite() {
@@ -133,9 +143,7 @@ fn depth(format: MapFormat, quantity: &Quantity<'_>) -> Depth {
 fn encode(format: MapFormat, quantity: &Quantity<'_>, scaling: &Scaling, numbers: &mut [f32]) {
     match quantity {
         Quantity::Displacement(_) | Quantity::Vector(..) | Quantity::Depth(_) | Quantity::Time(_) => {
-            let inverse = 1.0 / f64::from(scaling.scale);
-            let stored = |number: f32| (f64::from(number) * inverse + f64::from(scaling.mid_level)) as f32;
-            numbers.iter_mut().for_each(|number| *number = stored(*number));
+            numbers.iter_mut().for_each(|number| *number = scaling.stored(*number));
         }
         Quantity::Normal(..) => numbers.iter_mut().for_each(|number| *number = 0.5 + 0.5 * *number),
         Quantity::Color(_) if format == MapFormat::Exr => {

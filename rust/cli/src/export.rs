@@ -1,9 +1,11 @@
 //! `relievo doc export`
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
+use relievo_bake::atlas::{Atlas, PictureTexel, table_of, write_atlas, write_tiles};
 use relievo_bake::opened::{ColorLayer, Opened};
 use relievo_bake::ptex::to_ptex;
 use relievo_bake::{Axes, BakeOptions, Handedness, MapFormat, Quantity, Scaling, Space, bake, write_map};
@@ -11,7 +13,7 @@ use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::{Document, Kind};
 use relievo_meshio::write;
 use relievo_surface::{Surface, SurfaceOptions};
-use relievo_tiles::{Displaced, Field, uniform_rates};
+use relievo_tiles::{Displaced, Displacement, Field, uniform_rates};
 
 use crate::Outcome;
 
@@ -28,6 +30,12 @@ pub struct Arguments {
     /// The layer to take; needed where the document has several of a kind.
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
+    /// Write the tiles of a layer as one picture, with a table of where they are beside it.
+    #[arg(long, conflicts_with_all = ["bake", "tiles"])]
+    atlas: bool,
+    /// Write every tile of a layer as a picture, whose number replaces `<TILE>` in the name or follows it.
+    #[arg(long, conflicts_with = "bake")]
+    tiles: bool,
     /// What to bake to the texture coordinates of the mesh.
     #[arg(long, value_name = "WHAT")]
     bake: Option<What>,
@@ -122,9 +130,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let task = match extension.as_deref() {
         Some("ptx" | "ptex") => ptex,
         Some("exr" | "png") if arguments.bake.is_some() => maps,
+        Some("exr" | "png") if arguments.atlas || arguments.tiles => pictures,
         Some("exr" | "png") => {
-            return Err(Error::invalid("a picture needs something to bake")
-                .advise("add --bake displacement, vector, normal, colour, mask, depth or time")
+            return Err(Error::invalid("what the picture is to show is not said")
+                .advise("add --bake displacement, vector, normal, colour, mask, depth or time, or --atlas, or --tiles")
                 .into());
         }
         Some("ply" | "glb" | "obj") => mesh,
@@ -163,33 +172,72 @@ fn largest(field: &Field) -> f32 {
     field.allocated().flat_map(|tile| field.range(tile)).fold(0.0, |most, value| most.max(value.abs()))
 }
 
-fn ptex(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
-    let (opened, name) = (work.opened, arguments.layer.as_deref());
+/// The channel of a layer.
+enum Taken {
+    Displacement(Displacement),
+    Colors(ColorLayer),
+}
+
+/// The layer that was named, or the displacement or colours of a document that has only one of them.
+fn take(arguments: &Arguments, context: &Context, opened: &Opened<'_>) -> Result<Taken> {
+    let name = arguments.layer.as_deref();
     let kind = opened.kind(name)?;
     let colors = match kind {
         Some(Kind::Scalar) => None,
         Some(Kind::Trace) => {
-            return Err(Error::unsupported("traces are not written as Ptex").advise("bake them with --bake mask"));
+            return Err(Error::unsupported("traces are written as maps alone").advise("add --bake mask, depth or time"));
         }
         _ => opened.colors(context, name)?,
     };
-    let (displacement, displaced) = match kind {
-        None | Some(Kind::Scalar) => opened.displacement(context, name).map(|(made, found)| (Some(made), found))?,
-        _ => (None, false),
+    let displacement = match kind {
+        None | Some(Kind::Scalar) => opened.displacement(context, name)?,
+        _ => None,
     };
-    if displaced && colors.is_some() {
-        return Err(Error::invalid("the document has displacement and colours, and a Ptex file holds one of them")
-            .advise("name the layer with --layer"));
+    match (displacement, colors) {
+        (Some(displacement), None) => Ok(Taken::Displacement(displacement)),
+        (None, Some(colors)) => Ok(Taken::Colors(colors)),
+        (Some(_), Some(_)) => Err(Error::invalid("the document has displacement and colours, and the file holds one")
+            .advise("name the layer with --layer")),
+        (None, None) => Err(missing("displacement and no colours")),
     }
-    let writer = match (&displacement, &colors) {
-        (_, Some(ColorLayer::Rgba8(paint))) => to_ptex(context, work.cage, paint.field())?,
-        (_, Some(ColorLayer::Rgba16(paint))) => to_ptex(context, work.cage, paint.field())?,
-        (Some(made), None) if displaced => to_ptex(context, work.cage, made.field())?,
-        _ => return Err(missing("displacement and no colours")),
+}
+
+fn ptex(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
+    let writer = match take(arguments, context, work.opened)? {
+        Taken::Displacement(made) => to_ptex(context, work.cage, made.field())?,
+        Taken::Colors(ColorLayer::Rgba8(paint)) => to_ptex(context, work.cage, paint.field())?,
+        Taken::Colors(ColorLayer::Rgba16(paint)) => to_ptex(context, work.cage, paint.field())?,
     };
     writer.write(&arguments.output)?;
-    let faces = opened.surface().tile_count();
-    Ok(format!("{}: {faces} faces\n", arguments.output.display()))
+    Ok(format!("{}: {} faces\n", arguments.output.display(), work.opened.surface().tile_count()))
+}
+
+fn pictures(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
+    match take(arguments, context, work.opened)? {
+        Taken::Displacement(made) => {
+            let quantity = Quantity::Displacement(made.field());
+            let scaling = scaling(arguments, &quantity, largest(made.field()))?;
+            write_pictures(arguments, context, made.field(), &scaling)
+        }
+        Taken::Colors(ColorLayer::Rgba8(paint)) => write_pictures(arguments, context, paint.field(), &Scaling::PLAIN),
+        Taken::Colors(ColorLayer::Rgba16(paint)) => write_pictures(arguments, context, paint.field(), &Scaling::PLAIN),
+    }
+}
+
+fn write_pictures<T: PictureTexel>(
+    arguments: &Arguments,
+    context: &Context,
+    field: &Field<T>,
+    scaling: &Scaling,
+) -> Result<String> {
+    let path = &arguments.output;
+    if arguments.tiles {
+        let count = write_tiles(context, field, scaling, |tile| numbered(path, "<TILE>", tile))?;
+        return Ok(format!("{}: {count} tiles\n", numbered(path, "<TILE>", "TILE").display()));
+    }
+    let Atlas { width, height, cells } = write_atlas(context, path, field, scaling)?;
+    let (table, count) = (table_of(path), cells.len());
+    Ok(format!("{}: {width} x {height} pixels, {count} tiles\n{}\n", path.display(), table.display()))
 }
 
 fn maps(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
@@ -221,10 +269,11 @@ fn maps(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<Str
     let Some(what) = arguments.bake else { return Err(missing("bake")) };
     match what {
         What::Displacement | What::Vector | What::Normal => {
-            let (displacement, found) = opened.displacement(context, name)?;
-            if !found && !matches!(what, What::Normal) {
-                return Err(missing("displacement"));
-            }
+            let displacement = match (opened.displacement(context, name)?, what) {
+                (Some(displacement), _) => displacement,
+                (None, What::Normal) => opened.undisplaced()?,
+                (None, _) => return Err(missing("displacement")),
+            };
             let field = displacement.field();
             let displaced = Displaced::new(opened.surface(), field)?;
             let quantity = match what {
@@ -256,6 +305,16 @@ fn maps(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<Str
     }
 }
 
+/// What numbers stand for: as the arguments say, or as it fits values up to `largest`.
+fn scaling(arguments: &Arguments, quantity: &Quantity<'_>, largest: f32) -> Result<Scaling> {
+    let fitting = Scaling::fitting(MapFormat::of(&arguments.output)?, quantity, largest);
+    let scaling = Scaling {
+        scale: arguments.scale.unwrap_or(fitting.scale),
+        mid_level: arguments.mid_level.unwrap_or(fitting.mid_level),
+    };
+    scaling.check().map(|()| scaling)
+}
+
 fn write_maps(
     arguments: &Arguments,
     context: &Context,
@@ -263,12 +322,7 @@ fn write_maps(
     quantity: &Quantity<'_>,
     largest: f32,
 ) -> Result<String> {
-    let fitting = Scaling::fitting(MapFormat::of(&arguments.output)?, quantity, largest);
-    let scaling = Scaling {
-        scale: arguments.scale.unwrap_or(fitting.scale),
-        mid_level: arguments.mid_level.unwrap_or(fitting.mid_level),
-    };
-    scaling.check()?;
+    let scaling = scaling(arguments, quantity, largest)?;
     let options = BakeOptions {
         size: arguments.size,
         udim: arguments.udim,
@@ -277,7 +331,8 @@ fn write_maps(
     };
     let mut files = String::new();
     let report = bake(context, limit, quantity, &options, |map| {
-        let path = if arguments.udim { numbered(&arguments.output, map.udim) } else { arguments.output.clone() };
+        let path =
+            if arguments.udim { numbered(&arguments.output, "<UDIM>", map.udim) } else { arguments.output.clone() };
         write_map(context, &path, &map, quantity, &scaling)?;
         files += &format!("{}\n", path.display());
         Ok(())
@@ -291,13 +346,13 @@ fn write_maps(
     Ok(format!("{files}{report}{scale}\n"))
 }
 
-/// `path` with a UDIM number in place of `<UDIM>`, or in front of the extension.
-fn numbered(path: &Path, udim: u32) -> PathBuf {
+/// `path` with a number in place of `mark`, or in front of the extension.
+fn numbered(path: &Path, mark: &str, number: impl Display) -> PathBuf {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let numbered = match (name.contains("<UDIM>"), name.rsplit_once('.')) {
-        (true, _) => name.replace("<UDIM>", &udim.to_string()),
-        (false, Some((stem, extension))) => format!("{stem}.{udim}.{extension}"),
-        (false, None) => format!("{name}.{udim}"),
+    let numbered = match (name.contains(mark), name.rsplit_once('.')) {
+        (true, _) => name.replace(mark, &number.to_string()),
+        (false, Some((stem, extension))) => format!("{stem}.{number}.{extension}"),
+        (false, None) => format!("{name}.{number}"),
     };
     path.with_file_name(numbered)
 }
@@ -305,7 +360,7 @@ fn numbered(path: &Path, udim: u32) -> PathBuf {
 fn mesh(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
     let Work { opened, cage, options } = work;
     let name = arguments.layer.as_deref();
-    let (displacement, _) = opened.displacement(context, name)?;
+    let displacement = opened.displacement(context, name)?.map_or_else(|| opened.undisplaced(), Ok)?;
     let displaced = Displaced::new(opened.surface(), displacement.field())?;
     let rates = uniform_rates(opened.surface().topology(), arguments.cells);
     let mut made = displaced.tessellate(context, cage, &rates)?;
@@ -333,7 +388,7 @@ mod tests {
         assert_eq!(size("64x32"), Ok([64, 32]));
         assert!(size("64x").is_err() && size("-1").is_err());
         let path = |text: &str| PathBuf::from(text);
-        assert_eq!(numbered(&path("a/b.c.exr"), 1012), path("a/b.c.1012.exr"));
-        assert_eq!(numbered(&path("a/b_<UDIM>.png"), 1001), path("a/b_1001.png"));
+        assert_eq!(numbered(&path("a/b.c.exr"), "<UDIM>", 1012), path("a/b.c.1012.exr"));
+        assert_eq!(numbered(&path("a/b_<UDIM>.png"), "<UDIM>", 1001), path("a/b_1001.png"));
     }
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
+use relievo_bake::gather::from_atlas;
 use relievo_bake::ptex::{Imported, PtexImport, PtexKind, from_ptex};
 use relievo_core::{Context, Error};
 use relievo_document::Document;
@@ -14,7 +15,7 @@ use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The Ptex file.
+    /// The Ptex file, or the table (.toml) that was written beside an atlas.
     file: PathBuf,
     /// The mesh it was made for.
     mesh: PathBuf,
@@ -44,24 +45,36 @@ enum KindName {
 pub fn run(arguments: &Arguments) -> Outcome {
     let context = crate::context(arguments.memory_limit)?;
     let named = |error: Error| error.at(arguments.file.display().to_string());
-    let reader = Reader::open(&arguments.file, context.memory_limit())?;
     let mesh = relievo_meshio::read(&context, &arguments.mesh)?;
     let topology = TileTopology::new(&mesh).map_err(|error| error.at(arguments.mesh.display().to_string()))?;
-    let kind = arguments.kind.map(|kind| match kind {
-        KindName::Displacement => PtexKind::Displacement,
-        KindName::Colour => PtexKind::Color,
-    });
-    let options = PtexImport { kind, budget: context.memory_limit() };
-    let (imported, report) = from_ptex(&context, &topology.into(), &reader, &options).map_err(named)?;
+    let budget = context.memory_limit();
+    let (imported, report) = match arguments.file.extension() {
+        Some(extension) if extension.eq_ignore_ascii_case("toml") => {
+            if arguments.kind.is_some() {
+                return Err(named(
+                    Error::invalid("a table says itself what the texels are").advise("leave --kind out"),
+                )
+                .into());
+            }
+            let imported = from_atlas(&context, &topology.into(), &arguments.file, budget)?;
+            (imported, String::new())
+        }
+        _ => {
+            let reader = Reader::open(&arguments.file, context.memory_limit())?;
+            let kind = arguments.kind.map(|kind| match kind {
+                KindName::Displacement => PtexKind::Displacement,
+                KindName::Colour => PtexKind::Color,
+            });
+            let options = PtexImport { kind, budget };
+            let (imported, report) = from_ptex(&context, &topology.into(), &reader, &options).map_err(named)?;
+            (imported, format!("{}: {report}\n", arguments.file.display()))
+        }
+    };
     let mut document = Document::new(&mesh, context.level().name())?;
     let layer = store(&context, &mut document, &imported, arguments.layer.as_deref())?;
     document.write(&arguments.output)?;
     let bytes = imported.bytes();
-    crate::print(&format!(
-        "{}: {report}\n{}: layer `{layer}`, {bytes} bytes\n",
-        arguments.file.display(),
-        arguments.output.display()
-    ))?;
+    crate::print(&format!("{report}{}: layer `{layer}`, {bytes} bytes\n", arguments.output.display()))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -67,6 +67,14 @@ fn a_document_of_a_ptex_file_is_taken_along() {
     let image = read_png(&at("d_1002.png"), u64::MAX).unwrap();
     assert_eq!((image.width(), image.height(), image.channels()), (16, 8, 3));
 
+    let text = export("t.exr", &["--atlas"]);
+    assert!(text.contains("t.exr: 36 x 18 pixels, 2 tiles") && text.contains("t.exr.toml"), "{text}");
+    succeeds(folder.path(), &["doc", "import", "t.exr.toml", "mesh.obj", "-o", "b.relievo"]);
+    let info = |name: &str| succeeds(folder.path(), &["info", name]).lines().last().map(ToString::to_string);
+    assert_eq!(info("a.relievo"), info("b.relievo"));
+    let text = export("t.png", &["--tiles"]);
+    assert!(text.contains("2 tiles") && at("t.1.png").exists(), "{text}");
+
     for (output, start) in [("m.ply", "ply"), ("m.obj", "# Relievo"), ("m.glb", "glTF")] {
         let text = export(output, &["--cells", "4"]);
         assert!(text.contains("64 triangles"), "{text}");
@@ -98,7 +106,7 @@ fn colours_and_wrong_use() {
     // Of UDIM tile 1001.
     assert_eq!(image.pixel(2, 3), [1.0; 4]);
     fails(folder.path(), &export("d.exr", &["--bake", "displacement"]), &["no displacement", "relievo info"]);
-    fails(folder.path(), &export("d.exr", &[]), &["add --bake"]);
+    fails(folder.path(), &export("d.exr", &[]), &["add --bake", "--atlas"]);
     fails(folder.path(), &export("d.jpg", &[]), &["d.jpg", ".ptx, .exr"]);
     fails(folder.path(), &export("d.exr", &["--bake", "colour", "--size", "99999"]), &["1 to 32768"]);
     fails(folder.path(), &export("d.ptx", &["--layer", "color"]), &["no layer `color`", "perhaps `colour`"]);

@@ -9,11 +9,11 @@ use relievo_core::{Context, Error, Result};
 use relievo_ptex::{DataType, MetaValue, Reader, Resolution};
 use relievo_surface::TileTopology;
 use relievo_tiles::heap::{MAX_SIZE, MIN_SIZE};
-use relievo_tiles::{Channel, ChannelOptions, ColorTexel, Displacement, Paint, Rgba8, Rgba16, Sets, Texel};
+use relievo_tiles::{ColorTexel, Displacement, Paint, Rgba8, Rgba16};
 
 use super::{COLOR, DEFAULT, DISPLACEMENT, KIND, adjacency};
-use crate::resample;
 use crate::solve::{Target, solve};
+use crate::{resample, restored};
 
 /// What the texels of a file are to become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -254,31 +254,6 @@ fn of_numbers<T: ColorTexel>(texel: &[f32]) -> T {
     })
 }
 
-fn options(face_sizes: Vec<u32>, budget: u64) -> ChannelOptions {
-    ChannelOptions { face_sizes: (0..).zip(face_sizes).collect(), budget, ..ChannelOptions::default() }
-}
-
-/// Allocates `tiles`. Fails if the budget refuses one.
-fn allocate<T: Texel>(channel: &mut Channel<T>, tiles: &[u32]) -> Result<()> {
-    let needed: u64 = tiles.iter().map(|tile| channel.field().block_bytes(*tile)).sum();
-    if needed > channel.budget() {
-        return Err(Error::memory(format!("the tiles take {needed} bytes and their budget is {}", channel.budget()))
-            .advise(format!("allow at least {needed} bytes")));
-    }
-    let applied = channel.apply(&Sets { allocate: tiles.to_vec(), ..Sets::default() })?;
-    refused(&applied.refused)
-}
-
-/// Fails if the budget refused a tile.
-fn refused(tiles: &[u32]) -> Result<()> {
-    match tiles.first() {
-        None => Ok(()),
-        Some(first) => Err(Error::memory(format!("the budget refused {} tiles", tiles.len()))
-            .at(format!("tile {first}"))
-            .advise("allow more bytes")),
-    }
-}
-
 /// Colours of a file.
 fn paint<T: ColorTexel, B: AsRef<[u8]> + Sync>(
     source: &Source<'_, B>,
@@ -296,24 +271,17 @@ fn paint<T: ColorTexel, B: AsRef<[u8]> + Sync>(
         }
         None => (Vec4::ONE, source.written(&[])),
     };
-    let mut paint = Paint::<T>::of_color((*topology).clone(), blank, &options(source.face_sizes()?, budget))?;
+    let mut paint = Paint::<T>::of_color((*topology).clone(), blank, &restored::options(source.face_sizes()?, budget))?;
     source.count(|tile| paint.field().size(tile), report)?;
-    allocate(&mut paint, &tiles)?;
+    restored::allocate(&mut paint, &tiles)?;
     let field = paint.field().clone();
     for tiles in tiles.chunks(BATCH) {
         let read =
             context.map(tiles.len(), |index| source.colors::<T>(tiles[index], field.size(tiles[index]) as usize));
         let read = read.into_iter().collect::<Result<Vec<_>>>()?;
-        paint.edit(context, tiles, |tile, texels| {
-            let Ok(index) = tiles.binary_search(&tile) else { return };
-            let size = texels.size();
-            for (j, row) in read[index].chunks_exact(size).enumerate() {
-                texels.row_mut(j).copy_from_slice(row);
-            }
-        })?;
+        restored::fill(context, &mut paint, tiles, &read)?;
     }
-    let changes: Vec<_> = tiles.iter().map(|tile| relievo_tiles::Change::all(*tile)).collect();
-    refused(&paint.settle(context, &changes)?)?;
+    restored::settle(context, &mut paint, &tiles)?;
     Ok(paint)
 }
 
@@ -328,14 +296,14 @@ fn displacement<B: AsRef<[u8]> + Sync>(
     let Source { context, topology, reader } = source;
     let format = reader.format();
     let channels = usize::from(format.channels);
-    let mut displacement = Displacement::new((*topology).clone(), &options(source.face_sizes()?, budget))?;
+    let mut displacement = Displacement::new((*topology).clone(), &restored::options(source.face_sizes()?, budget))?;
     source.count(|tile| displacement.field().size(tile), report)?;
     let zero = |tile: &u32| {
         let value = reader.constant(*tile).map(|value| format.data_type.decode(value));
         value.is_some_and(|value| value.first() == Some(&0.0))
     };
     let tiles: Vec<u32> = (0..report.faces as u32).filter(|tile| !topology.is_hole(*tile) && !zero(tile)).collect();
-    allocate(&mut displacement, &tiles)?;
+    restored::allocate(&mut displacement, &tiles)?;
     let field = displacement.field();
     let read = context.map(tiles.len(), |index| {
         let tile = tiles[index];
