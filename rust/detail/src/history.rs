@@ -331,8 +331,7 @@ impl History {
             let delta = &deltas[index];
             let there = find(&states, delta.layer);
             let state = there.and_then(|layer| layer.blocks.bytes(delta.block));
-            let new = heads.into_iter().flatten().find(|head| head.id == delta.layer);
-            let blank = there.map(|layer| layer.blocks.blank()).or(new.map(|head| head.blank.as_slice()));
+            let blank = edit.blank(delta.layer).or(there.map(|layer| layer.blocks.blank()));
             let bytes = edit.apply(delta, direction, state, blank.unwrap_or(&[]))?;
             Ok(BlockState { layer: delta.layer, block: delta.block, bytes })
         });

@@ -172,6 +172,13 @@ impl Edit {
         self.layers.as_ref().map(|layers| layers[1 - direction as usize].as_slice())
     }
 
+    /// The texel that blocks of `layer` read as that are not there, if it changed the layers: what it was before, where
+    /// the layer was there. [`Self::apply`] wants it.
+    pub fn blank(&self, layer: u32) -> Option<&[u8]> {
+        let heads = self.layers.as_ref()?.iter().flatten();
+        heads.into_iter().find(|head| head.id == layer).map(|head| head.blank.as_slice())
+    }
+
     /// The blocks it changed.
     pub fn deltas(&self) -> &[Delta] {
         &self.deltas

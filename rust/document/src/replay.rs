@@ -200,7 +200,8 @@ impl Replay<'_> {
                 }
             };
             let was = state.sound;
-            let next = edit.apply(delta, direction, state.bytes.as_deref(), &head.blank);
+            let blank = edit.blank(head.id).unwrap_or(&head.blank);
+            let next = edit.apply(delta, direction, state.bytes.as_deref(), blank);
             let fits = |bytes: &Option<Vec<u8>>| {
                 let length = bytes.as_ref().map_or(0, |bytes| bytes.len() as u64);
                 length == 0 || length == head.block_bytes(&base.topology, delta.block)

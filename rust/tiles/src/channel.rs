@@ -39,7 +39,7 @@ impl Default for ChannelOptions {
 }
 
 /// Texels that may be edited. See the [module](self).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Channel<T> {
     pub(crate) field: Field<T>,
     pub(crate) heap: Heap,
@@ -440,6 +440,11 @@ impl<T: Texel> Channel<T> {
             return Err(Error::invalid("it belongs to a hole").at(format!("tile {tile}")));
         }
         Ok(())
+    }
+
+    /// Tiles changed since the last commit.
+    pub(crate) fn pending(&self) -> &[u32] {
+        &self.changed
     }
 
     pub(crate) fn mark(&mut self, tile: u32) {

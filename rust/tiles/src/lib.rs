@@ -4,6 +4,7 @@
 //! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`], [`color`] and
 //!   [`trace`].
 //! - How they are kept in documents: [`stored`]; how histories see them: [`blocks`].
+//! - Layers put on each other: [`composite`].
 //! - Vectors: [`vector`], in the frames of [`frame`].
 //! - The displaced surface: [`displaced`] evaluates it, [`tessellate`] makes triangles of it.
 
@@ -11,6 +12,7 @@ pub mod blocks;
 mod carried;
 pub mod channel;
 pub mod color;
+pub mod composite;
 pub mod decay;
 pub mod displaced;
 pub mod displacement;
@@ -34,6 +36,7 @@ pub mod vector;
 pub use blocks::Blocks;
 pub use channel::{Applied, Channel, ChannelOptions, Snapshot, Texels};
 pub use color::Paint;
+pub use composite::{Layered, Sheet};
 pub use decay::{Decay, DecayOptions, Faded};
 pub use displaced::{Displaced, Points};
 pub use displacement::{Displacement, DisplacementOptions};

@@ -1,0 +1,406 @@
+//! Layers of displacement or colour: named, in order, each with opacity, blend mode and visibility.
+//!
+//! What is evaluated is the composite, a channel of its own that is kept and computed anew only where a layer changed.
+//! With one layer that is seen as a whole the composite *is* the layer: there is no second copy. Edits of displacement
+//! are made on the composite; what they changed goes to the active layer, divided by its opacity, when the layers are
+//! settled. Edits of colour are made on the texels of the active layer. Units: object units, linear light.
+
+use std::sync::Arc;
+
+use half::f16;
+use relievo_core::{Context, Error, Result};
+use relievo_document::{Blend, Head, Settings};
+use relievo_tiles::composite::{blended, resampled};
+use relievo_tiles::spline::coarsen_block;
+use relievo_tiles::{Blocks, Channel, Field, Layered, Rgba8, Sets, Sheet};
+
+use crate::history::LayerState;
+
+/// A layer of a [`Stack`].
+#[derive(Debug)]
+pub struct Layer<T> {
+    id: u32,
+    name: Arc<str>,
+    settings: Settings,
+    /// `None` where its texels are those of the composite.
+    channel: Option<Channel<T>>,
+}
+
+impl<T> Layer<T> {
+    /// Its number.
+    pub fn id(&self) -> u32 {
+        self.id
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How it takes part in what is seen.
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+}
+
+/// The fields of the composite and of the layers when it was last computed.
+#[derive(Debug)]
+struct Seen<T> {
+    composite: Field<T>,
+    layers: Vec<Field<T>>,
+}
+
+/// The layers of one kind of an object, from the lowest. The composite is given to every function.
+#[derive(Debug)]
+pub struct Stack<T> {
+    layers: Vec<Layer<T>>,
+    active: u32,
+    background: T,
+    /// `None` while the composite is the only layer.
+    seen: Option<Seen<T>>,
+}
+
+/// The least opacity of a layer that edits of displacement can be divided by.
+const FAINTEST: f32 = 1.0 / 256.0;
+
+/// A texel whose layers can be edited through their composite.
+pub trait Absorb: Layered {
+    /// Puts what was changed in `tile` of the composite, from `before`, into `texels` of the active layer, row by row
+    /// without ring, where `below` is what is seen below it. Nothing for kinds that are not edited so.
+    fn absorb(tile: &Absorbed<'_, Self>, texels: &mut relievo_tiles::Texels<'_, Self>);
+
+    /// Whether edits are made on the composite.
+    const THROUGH_COMPOSITE: bool;
+}
+
+/// A tile of the composite that was edited.
+#[derive(Debug)]
+pub struct Absorbed<'a, T: Layered> {
+    tile: u32,
+    composite: [&'a Field<T>; 2],
+    /// What is below the active layer.
+    below: &'a [Sheet<'a, T>],
+    background: T,
+    settings: Settings,
+}
+
+impl Absorb for Rgba8 {
+    fn absorb(_: &Absorbed<'_, Self>, _: &mut relievo_tiles::Texels<'_, Self>) {}
+
+    const THROUGH_COMPOSITE: bool = false;
+}
+
+impl Absorb for f16 {
+    const THROUGH_COMPOSITE: bool = true;
+
+    fn absorb(edited: &Absorbed<'_, Self>, texels: &mut relievo_tiles::Texels<'_, Self>) {
+        let (tile, size) = (edited.tile, texels.size());
+        let mut from = edited.composite[0].size(tile) as usize;
+        let values = |field: &Field| {
+            resampled(field, tile, from).unwrap_or_else(|| vec![0.0; (from + 2) * (from + 2)])
+        };
+        let [before, mut change] = edited.composite.map(values);
+        change.iter_mut().zip(before).for_each(|(now, then)| *now -= then);
+        let Settings { opacity, blend, .. } = edited.settings;
+        let mut below = match blend {
+            Blend::Max | Blend::Min => blended(edited.below, edited.background, tile, from),
+            _ => Vec::new(),
+        };
+        while from > size {
+            change = coarsen_block(&change, from);
+            if !below.is_empty() {
+                below = coarsen_block(&below, from);
+            }
+            from /= 2;
+        }
+        for j in 0..size {
+            let start = (j + 1) * (size + 2) + 1;
+            for (i, texel) in texels.row_mut(j).iter_mut().enumerate() {
+                let (at, old) = (start + i, texel.to_f32());
+                let change = change[at];
+                if change == 0.0 {
+                    continue;
+                }
+                let wanted = |below: f32| f16::blend(below, old, &edited.settings) + change - below;
+                let new = match blend {
+                    Blend::Subtract => old - change / opacity,
+                    // Where the layer cannot be seen it has no part.
+                    Blend::Max => below[at] + (wanted(below[at]) / opacity).max(0.0),
+                    Blend::Min => below[at] + (wanted(below[at]) / opacity).min(0.0),
+                    _ => old + change / opacity,
+                };
+                *texel = f16::from_f32(new.clamp(-65504.0, 65504.0));
+            }
+        }
+    }
+}
+
+impl<T: Absorb> Stack<T> {
+    /// One layer, whose texels are those of the composite; `background` is seen where it is hidden.
+    pub fn new(id: u32, name: &str, background: T) -> Self {
+        let layer = Layer { id, name: name.into(), settings: Settings::of(T::KIND), channel: None };
+        Self { layers: vec![layer], active: id, background, seen: None }
+    }
+
+    /// The layers, from the lowest.
+    pub fn layers(&self) -> &[Layer<T>] {
+        &self.layers
+    }
+
+    /// The number of the layer that edits go to.
+    pub fn active(&self) -> u32 {
+        self.active
+    }
+
+    /// Whether the composite is the only layer.
+    pub fn is_plain(&self) -> bool {
+        self.seen.is_none()
+    }
+
+    fn index(&self, id: u32) -> Option<usize> {
+        self.layers.iter().position(|layer| layer.id == id)
+    }
+
+    /// Makes `id` the layer that edits go to. Fails if there is no such layer.
+    pub fn set_active(&mut self, id: u32) -> Result<()> {
+        self.index(id).ok_or_else(|| no_layer(id))?;
+        self.active = id;
+        Ok(())
+    }
+
+    /// The field of a layer.
+    fn field<'a>(layer: &'a Layer<T>, composite: &'a Channel<T>) -> &'a Field<T> {
+        layer.channel.as_ref().unwrap_or(composite).field()
+    }
+
+    /// What the layers are, as documents have it.
+    pub fn states(&self, composite: &Channel<T>) -> Vec<LayerState> {
+        let state = |layer: &Layer<T>| LayerState {
+            id: layer.id,
+            name: layer.name.clone(),
+            settings: layer.settings,
+            blocks: Arc::new(Self::field(layer, composite).clone()),
+        };
+        self.layers.iter().map(state).collect()
+    }
+
+    /// The texels of a layer, for writing; `None` if there is no such layer. The layers are to be settled or refreshed
+    /// afterwards.
+    pub fn channel_mut<'a>(&'a mut self, id: u32, composite: &'a mut Channel<T>) -> Option<&'a mut Channel<T>> {
+        let index = self.index(id)?;
+        self.layers[index].channel.as_mut().or(Some(composite))
+    }
+
+    /// The texels of the active layer, if they are not those of the composite.
+    pub fn take_active(&mut self) -> Option<Channel<T>> {
+        let index = self.index(self.active)?;
+        self.layers[index].channel.take()
+    }
+
+    /// Puts back what [`Self::take_active`] took.
+    pub fn put_active(&mut self, channel: Channel<T>) {
+        if let Some(index) = self.index(self.active) {
+            self.layers[index].channel = Some(channel);
+        }
+    }
+
+    /// Fails if an edit of the active layer could not be seen.
+    pub fn check_editable(&self) -> Result<()> {
+        let Some(layer) = self.index(self.active).map(|index| &self.layers[index]) else { return Ok(()) };
+        let Settings { visible, opacity, .. } = layer.settings;
+        if self.is_plain() || visible && opacity >= FAINTEST {
+            return Ok(());
+        }
+        Err(Error::invalid("it is the active layer and cannot be seen, so that it cannot be edited")
+            .at(format!("layer `{}`", layer.name))
+            .advise("show it, or make another layer the active one"))
+    }
+
+    fn sheets(layers: &[Layer<T>]) -> Vec<Sheet<'_, T>> {
+        let sheet =
+            |layer: &'_ Layer<T>| Some(Sheet { field: layer.channel.as_ref()?.field(), settings: layer.settings });
+        layers.iter().filter_map(sheet).collect()
+    }
+
+    fn look(&mut self, composite: &Channel<T>) {
+        let layers = self.layers.iter().map(|layer| Self::field(layer, composite).clone()).collect();
+        self.seen = Some(Seen { composite: composite.field().clone(), layers });
+    }
+
+    /// Puts what was changed in the composite into the active layer, and computes the composite anew where layers
+    /// changed. Returns the tiles that budgets refused.
+    ///
+    /// Fails if the active layer cannot be seen; the composite is then as it was before it was changed.
+    pub fn settle(&mut self, context: &Context, composite: &mut Channel<T>) -> Result<Vec<u32>> {
+        let Some(seen) = self.seen.take() else { return Ok(Vec::new()) };
+        let mut tiles = composite.field().differing(&seen.composite);
+        let (mut refused, mut failed) = (Vec::new(), Ok(()));
+        if T::THROUGH_COMPOSITE && !tiles.is_empty() {
+            failed = self.check_editable();
+            if failed.is_ok() {
+                refused = self.absorb(context, composite, &seen, &tiles)?;
+            }
+        }
+        for (layer, before) in self.layers.iter().zip(&seen.layers) {
+            tiles.extend(Self::field(layer, composite).differing(before));
+        }
+        tiles.sort_unstable();
+        tiles.dedup();
+        refused.extend(composite.compose(context, &Self::sheets(&self.layers), self.background, &tiles)?);
+        refused.sort_unstable();
+        refused.dedup();
+        self.look(composite);
+        failed.map(|()| refused)
+    }
+
+    fn absorb(
+        &mut self,
+        context: &Context,
+        composite: &Channel<T>,
+        seen: &Seen<T>,
+        tiles: &[u32],
+    ) -> Result<Vec<u32>> {
+        let Some(index) = self.index(self.active) else { return Ok(Vec::new()) };
+        let (under, above) = self.layers.split_at_mut(index);
+        let Some(Layer { channel: Some(channel), settings, .. }) = above.first_mut() else { return Ok(Vec::new()) };
+        let (settings, below) = (*settings, Self::sheets(under));
+        let applied = channel.apply(&Sets { allocate: tiles.to_vec(), ..Sets::default() })?;
+        let kept: Vec<u32> = tiles.iter().copied().filter(|tile| channel.field().is_allocated(*tile)).collect();
+        let mut changes = channel.edit(context, &kept, |tile, texels| {
+            let fields = [&seen.composite, composite.field()];
+            let background = self.background;
+            T::absorb(&Absorbed { tile, composite: fields, below: &below, background, settings }, texels);
+        })?;
+        changes.extend(applied.changes);
+        let mut refused = applied.refused;
+        refused.extend(channel.settle(context, &changes)?);
+        channel.reclaim(context, &kept)?;
+        Ok(refused)
+    }
+
+    /// Gives it the layers `heads`, from the lowest: those that were there keep their texels, others are blank, as far as
+    /// their sizes are what they were. [`Self::refresh`] is to follow.
+    ///
+    /// Fails, and changes nothing, if there are none or one cannot be.
+    pub fn arrange(&mut self, composite: &mut Channel<T>, heads: &[&Head]) -> Result<()> {
+        if heads.is_empty() {
+            return Err(Error::invalid("the last layer cannot be removed").advise("hide it, or erase what is on it"));
+        }
+        let mut fresh = Vec::with_capacity(heads.len());
+        for head in heads {
+            head.settings.check(T::KIND).map_err(|error| error.at(format!("layer `{}`", head.name)))?;
+            let there = self.index(head.id).map(|index| Self::field(&self.layers[index], composite));
+            let shaped = there.is_some_and(|field| {
+                field.face_sizes() == head.face_sizes && Blocks::blank(field) == head.blank
+            });
+            if shaped {
+                fresh.push(None);
+                continue;
+            }
+            if head.kind != T::KIND || head.blank.len() != size_of::<T>() {
+                return Err(Error::invalid("it is of another kind").at(format!("layer `{}`", head.name)));
+            }
+            let blank = bytemuck::pod_read_unaligned(&head.blank);
+            let mut channel = Channel::sized(composite.field(), &head.face_sizes, blank, composite.budget())?;
+            if let Some(before) = there {
+                // What keeps its size is kept.
+                for tile in before.allocated().filter(|tile| before.class(*tile) == channel.field().class(*tile)) {
+                    channel.write(tile, before.bytes(tile))?;
+                }
+            }
+            fresh.push(Some(channel));
+        }
+        let mut old = std::mem::take(&mut self.layers);
+        for (head, channel) in heads.iter().zip(fresh) {
+            let kept = old.iter().position(|layer| layer.id == head.id).map(|index| old.swap_remove(index));
+            let channel = channel.or_else(|| kept?.channel).unwrap_or_else(|| composite.clone());
+            let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
+            self.layers.push(Layer { id, name, settings, channel: Some(channel) });
+        }
+        if self.index(self.active).is_none() {
+            self.active = self.layers.last().map_or(0, |layer| layer.id);
+        }
+        Ok(())
+    }
+
+    /// Computes the composite anew, after layers were changed as a whole; as far as it is not the only layer. Returns the
+    /// tiles that the budget refused.
+    pub fn refresh(&mut self, context: &Context, composite: &mut Channel<T>) -> Result<Vec<u32>> {
+        self.seen = None;
+        if let [only] = self.layers.as_mut_slice()
+            && only.settings == Settings::of(T::KIND)
+        {
+            if let Some(mut channel) = only.channel.take() {
+                channel.follow(composite);
+                *composite = channel;
+            }
+            return Ok(Vec::new());
+        }
+        for layer in &mut self.layers {
+            layer.channel.get_or_insert_with(|| composite.clone());
+        }
+        let (fresh, refused) = composite.recomposed(context, &Self::sheets(&self.layers), self.background)?;
+        *composite = fresh;
+        self.look(composite);
+        Ok(refused)
+    }
+
+    /// Puts the layer `id` and the one below it into one, which then has what both come to: the number and the name of
+    /// the lower one. Returns the tiles that the budget refused.
+    ///
+    /// Fails, and changes nothing, if there is none below, one is hidden, or what is seen would not stay the same.
+    pub fn merge_down(&mut self, context: &Context, composite: &mut Channel<T>, id: u32) -> Result<Vec<u32>> {
+        let at = self.index(id).ok_or_else(|| no_layer(id))?;
+        let place = |layer: &Layer<T>| format!("layer `{}`", layer.name);
+        let Some(under) = at.checked_sub(1) else {
+            return Err(Error::invalid("there is no layer below it").at(place(&self.layers[at])));
+        };
+        for layer in &self.layers[under..=at] {
+            if !layer.settings.visible {
+                return Err(Error::invalid("a hidden layer cannot be merged").at(place(layer)).advise("show it first"));
+            }
+        }
+        let [lower, upper] = [under, at].map(|index| self.layers[index].settings.blend);
+        let additive = |blend| matches!(blend, Blend::Add | Blend::Subtract) && !T::KIND.is_color();
+        let sound = under == 0
+            || lower == Blend::Normal && upper == Blend::Normal
+            || lower == Blend::Add && additive(upper);
+        if !sound {
+            let what = format!("`{}` on `{}` cannot become one layer that looks the same", upper.name(), lower.name());
+            return Err(Error::invalid(what)
+                .at(place(&self.layers[at]))
+                .advise("merge from the lowest layer, or flatten all"));
+        }
+        let (merged, refused) = {
+            let sheets = Self::sheets(&self.layers[under..=at]);
+            let background = if under == 0 { self.background } else { T::zeroed() };
+            let lowest = &Self::sheets(&self.layers[under..=under]);
+            let blank = lowest.first().map_or(background, |sheet| sheet.field.blank());
+            let empty = Channel::sized(sheets[0].field, &sheets[0].field.face_sizes(), blank, composite.budget())?;
+            empty.recomposed(context, &sheets, background)?
+        };
+        self.layers.remove(at);
+        self.layers[under].settings = Settings::of(T::KIND);
+        self.layers[under].channel = Some(merged);
+        if self.active == id {
+            self.active = self.layers[under].id;
+        }
+        let mut all = self.refresh(context, composite)?;
+        all.extend(refused);
+        Ok(all)
+    }
+
+    /// Makes one layer of all: what is seen. It has the number and the name of the lowest.
+    pub fn flatten(&mut self) {
+        self.layers.truncate(1);
+        if let Some(only) = self.layers.first_mut() {
+            (only.settings, only.channel) = (Settings::of(T::KIND), None);
+            self.active = only.id;
+        }
+        self.seen = None;
+    }
+}
+
+fn no_layer(id: u32) -> Error {
+    Error::invalid(format!("there is no layer with the number {id}"))
+}
