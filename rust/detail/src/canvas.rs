@@ -37,6 +37,17 @@ pub trait Canvas: Debug + Send + Sync {
 
     /// Makes a dab as one of a stroke that began with `start`.
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start) -> Result<DabReport>;
+
+    /// Makes what dabs painted visible where colours have layers; what later dabs find stays the same. Returns tiles that
+    /// a budget refused.
+    fn show(&mut self, _: &Context) -> Result<Vec<u32>> {
+        Ok(Vec::new())
+    }
+
+    /// Ends a stroke. Returns tiles that a budget refused after the last dab.
+    fn end(&mut self, _: &Context) -> Result<Vec<u32>> {
+        Ok(Vec::new())
+    }
 }
 
 impl Canvas for DisplacedObject {
@@ -48,7 +59,8 @@ impl Canvas for DisplacedObject {
         self.paint().is_some()
     }
 
-    fn begin(&mut self, _: &Context) -> Result<Start> {
+    fn begin(&mut self, context: &Context) -> Result<Start> {
+        self.settle(context)?;
         self.reach();
         let vectors = self.vectors().map(|vectors| vectors.field().clone());
         Ok(Start::Tiles(self.displacement().field().clone(), vectors))
@@ -72,6 +84,14 @@ impl Canvas for DisplacedObject {
             Start::Triangles(_) => None,
         };
         dab.make(context, self, start)
+    }
+
+    fn show(&mut self, context: &Context) -> Result<Vec<u32>> {
+        self.settle_colors(context)
+    }
+
+    fn end(&mut self, context: &Context) -> Result<Vec<u32>> {
+        self.settle(context)
     }
 }
 

@@ -71,6 +71,13 @@ pub struct DabReport {
 }
 
 impl DabReport {
+    /// Counts tiles as refused.
+    pub(crate) fn refuse(&mut self, tiles: Vec<u32>) {
+        self.refused.extend(tiles);
+        self.refused.sort_unstable();
+        self.refused.dedup();
+    }
+
     /// Adds what another dab did afterwards.
     pub fn merge(&mut self, other: DabReport) {
         let union = |a: &mut Vec<u32>, b: Vec<u32>| {
@@ -111,7 +118,9 @@ impl Dab {
     ///
     /// Fails, and changes nothing, if a number is out of range, or the object has no colours and is to be painted.
     pub fn apply(&self, context: &Context, object: &mut DisplacedObject) -> Result<DabReport> {
-        self.make(context, object, None)
+        let mut report = self.make(context, object, None)?;
+        report.refuse(object.settle(context)?);
+        Ok(report)
     }
 
     /// As [`Self::apply`], as one of the dabs of a stroke: what is in the box, and how much of the edit it gets, goes by
@@ -138,11 +147,9 @@ impl Dab {
         mode: PaintMode,
         color: Vec4,
     ) -> Result<DabReport> {
-        let Some(mut paint) = object.paint.take() else {
-            return Err(Error::invalid("the object has no colours to paint on").advise("give it some first"));
-        };
+        let mut paint = object.take_paint()?;
         let done = self.paint_channel(context, object, start, &mut paint, mode, color);
-        object.paint = Some(paint);
+        object.put_paint(paint);
         done
     }
 
@@ -199,6 +206,7 @@ impl Dab {
         mode: SculptMode,
         height: f32,
     ) -> Result<DabReport> {
+        object.layers.displacement.check_editable()?;
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
         let culled = self.intersect(context, object, start, |object, tile| object.displacement.field().size(tile));
         let field = object.displacement.field();

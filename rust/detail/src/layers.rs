@@ -96,9 +96,7 @@ impl Absorb for f16 {
     fn absorb(edited: &Absorbed<'_, Self>, texels: &mut relievo_tiles::Texels<'_, Self>) {
         let (tile, size) = (edited.tile, texels.size());
         let mut from = edited.composite[0].size(tile) as usize;
-        let values = |field: &Field| {
-            resampled(field, tile, from).unwrap_or_else(|| vec![0.0; (from + 2) * (from + 2)])
-        };
+        let values = |field: &Field| resampled(field, tile, from).unwrap_or_else(|| vec![0.0; (from + 2) * (from + 2)]);
         let [before, mut change] = edited.composite.map(values);
         change.iter_mut().zip(before).for_each(|(now, then)| *now -= then);
         let Settings { opacity, blend, .. } = edited.settings;
@@ -217,9 +215,8 @@ impl<T: Absorb> Stack<T> {
     }
 
     fn sheets(layers: &[Layer<T>]) -> Vec<Sheet<'_, T>> {
-        let sheet =
-            |layer: &'_ Layer<T>| Some(Sheet { field: layer.channel.as_ref()?.field(), settings: layer.settings });
-        layers.iter().filter_map(sheet).collect()
+        let channels = layers.iter().filter_map(|layer| Some((layer.channel.as_ref()?, layer.settings)));
+        channels.map(|(channel, settings)| Sheet { field: channel.field(), settings }).collect()
     }
 
     fn look(&mut self, composite: &Channel<T>) {
@@ -253,13 +250,7 @@ impl<T: Absorb> Stack<T> {
         failed.map(|()| refused)
     }
 
-    fn absorb(
-        &mut self,
-        context: &Context,
-        composite: &Channel<T>,
-        seen: &Seen<T>,
-        tiles: &[u32],
-    ) -> Result<Vec<u32>> {
+    fn absorb(&mut self, context: &Context, composite: &Channel<T>, seen: &Seen<T>, tiles: &[u32]) -> Result<Vec<u32>> {
         let Some(index) = self.index(self.active) else { return Ok(Vec::new()) };
         let (under, above) = self.layers.split_at_mut(index);
         let Some(Layer { channel: Some(channel), settings, .. }) = above.first_mut() else { return Ok(Vec::new()) };
@@ -290,9 +281,8 @@ impl<T: Absorb> Stack<T> {
         for head in heads {
             head.settings.check(T::KIND).map_err(|error| error.at(format!("layer `{}`", head.name)))?;
             let there = self.index(head.id).map(|index| Self::field(&self.layers[index], composite));
-            let shaped = there.is_some_and(|field| {
-                field.face_sizes() == head.face_sizes && Blocks::blank(field) == head.blank
-            });
+            let shaped =
+                there.is_some_and(|field| field.face_sizes() == head.face_sizes && Blocks::blank(field) == head.blank);
             if shaped {
                 fresh.push(None);
                 continue;
@@ -304,8 +294,10 @@ impl<T: Absorb> Stack<T> {
             let mut channel = Channel::sized(composite.field(), &head.face_sizes, blank, composite.budget())?;
             if let Some(before) = there {
                 // What keeps its size is kept.
-                for tile in before.allocated().filter(|tile| before.class(*tile) == channel.field().class(*tile)) {
-                    channel.write(tile, before.bytes(tile))?;
+                for tile in before.allocated() {
+                    if before.class(tile) == channel.field().class(tile) {
+                        channel.write(tile, before.bytes(tile))?;
+                    }
                 }
             }
             fresh.push(Some(channel));
@@ -362,9 +354,8 @@ impl<T: Absorb> Stack<T> {
         }
         let [lower, upper] = [under, at].map(|index| self.layers[index].settings.blend);
         let additive = |blend| matches!(blend, Blend::Add | Blend::Subtract) && !T::KIND.is_color();
-        let sound = under == 0
-            || lower == Blend::Normal && upper == Blend::Normal
-            || lower == Blend::Add && additive(upper);
+        let sound =
+            under == 0 || lower == Blend::Normal && upper == Blend::Normal || lower == Blend::Add && additive(upper);
         if !sound {
             let what = format!("`{}` on `{}` cannot become one layer that looks the same", upper.name(), lower.name());
             return Err(Error::invalid(what)
@@ -388,6 +379,84 @@ impl<T: Absorb> Stack<T> {
         let mut all = self.refresh(context, composite)?;
         all.extend(refused);
         Ok(all)
+    }
+
+    /// Adds a layer above all others, blank, with the sizes that `face_sizes` has for every face; edits go to it. Fails if
+    /// the settings are not for its kind or a size does not exist.
+    pub fn add(
+        &mut self,
+        context: &Context,
+        composite: &mut Channel<T>,
+        (id, name, settings): (u32, &str, Settings),
+        face_sizes: &[u32],
+    ) -> Result<Vec<u32>> {
+        settings.check(T::KIND)?;
+        let channel = Channel::sized(composite.field(), face_sizes, T::zeroed(), composite.budget())?;
+        self.layers.push(Layer { id, name: name.into(), settings, channel: Some(channel) });
+        self.active = id;
+        self.refresh(context, composite)
+    }
+
+    /// Takes the place of all layers: those that were read, from the lowest, with their texels. What is behind them stays.
+    /// Fails if there are none.
+    pub fn take_up(
+        &mut self,
+        context: &Context,
+        composite: &mut Channel<T>,
+        layers: Vec<(&Head, Channel<T>)>,
+    ) -> Result<Vec<u32>> {
+        let Some((lowest, _)) = layers.first() else { return Err(Error::invalid("there are no layers to take up")) };
+        self.active = lowest.id;
+        let layer = |(head, channel): (&Head, Channel<T>)| {
+            let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
+            Layer { id, name, settings, channel: Some(channel) }
+        };
+        self.layers = layers.into_iter().map(layer).collect();
+        self.refresh(context, composite)
+    }
+
+    /// Gives the layers other numbers, from `first` on.
+    pub fn renumber(&mut self, first: u32) {
+        let active = self.index(self.active);
+        for (layer, id) in self.layers.iter_mut().zip(first..) {
+            layer.id = id;
+        }
+        self.active = first + active.unwrap_or(0) as u32;
+    }
+
+    /// Changes the name of a layer.
+    pub fn rename(&mut self, id: u32, name: &str) {
+        if let Some(index) = self.index(id) {
+            self.layers[index].name = name.into();
+        }
+    }
+
+    /// Changes how a layer is seen. Fails if there is no such layer or its kind cannot be seen so.
+    pub fn set(&mut self, context: &Context, composite: &mut Channel<T>, id: u32, to: Settings) -> Result<Vec<u32>> {
+        let index = self.index(id).ok_or_else(|| no_layer(id))?;
+        to.check(T::KIND)?;
+        self.layers[index].settings = to;
+        self.refresh(context, composite)
+    }
+
+    /// Puts a layer at a place counted from the lowest, or above all. Fails if there is no such layer.
+    pub fn place(&mut self, context: &Context, composite: &mut Channel<T>, id: u32, place: usize) -> Result<Vec<u32>> {
+        let layer = self.layers.remove(self.index(id).ok_or_else(|| no_layer(id))?);
+        self.layers.insert(place.min(self.layers.len()), layer);
+        self.refresh(context, composite)
+    }
+
+    /// Removes a layer. Fails if there is no such layer, or no other.
+    pub fn remove(&mut self, context: &Context, composite: &mut Channel<T>, id: u32) -> Result<Vec<u32>> {
+        let index = self.index(id).ok_or_else(|| no_layer(id))?;
+        if self.layers.len() == 1 {
+            return Err(Error::invalid("the last layer cannot be removed").advise("hide it, or erase what is on it"));
+        }
+        self.layers.remove(index);
+        if self.active == id {
+            self.active = self.layers[index.saturating_sub(1)].id;
+        }
+        self.refresh(context, composite)
     }
 
     /// Makes one layer of all: what is seen. It has the number and the name of the lowest.

@@ -6,15 +6,12 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Result};
-use relievo_document::{Head, Settings};
 use relievo_surface::{Cone, Surface};
-use relievo_tiles::{
-    Blocks, Channel, Displaced, Displacement, Field, Paint, Snapshot, Texel, Traces, VectorDisplacement,
-};
+use relievo_tiles::{Displaced, Displacement, Field, Paint, Snapshot, Traces, VectorDisplacement};
 
 use crate::fading::Fading;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
-use crate::history::{BlockState, LayerState, LayerStates, Recorded};
+use crate::layered::{self, Layers};
 use crate::obb::Obb;
 
 /// A displaced surface in the world.
@@ -27,6 +24,7 @@ pub struct DisplacedObject {
     longest: OnceLock<f32>,
     pub(crate) paint: Option<Paint>,
     pub(crate) traces: Option<Traces>,
+    pub(crate) layers: Layers,
     pub(crate) time: f64,
     pub(crate) fading: Option<Fading>,
     pub(crate) transform: DAffine3,
@@ -72,6 +70,7 @@ impl DisplacedObject {
             longest: OnceLock::new(),
             paint: None,
             traces: None,
+            layers: Layers::default(),
             time: 0.0,
             fading: None,
             transform,
@@ -148,7 +147,8 @@ impl DisplacedObject {
         self.paint.as_ref()
     }
 
-    /// The colours, to be written.
+    /// The colours, to be written. With several layers of them, see [`Self::layers`], these are what the layers come to,
+    /// and what is written is lost when they are settled.
     pub fn paint_mut(&mut self) -> Option<&mut Paint> {
         self.paint.as_mut()
     }
@@ -160,6 +160,7 @@ impl DisplacedObject {
             return Err(Error::invalid(format!("the surface has {tiles} tiles and its colours {painted}"))
                 .advise("make the colours from the topology of this surface"));
         }
+        self.layers.colors = Some(layered::colors(&paint));
         self.paint = Some(paint);
         Ok(())
     }
@@ -301,57 +302,6 @@ impl DisplacedObject {
             *reach = [reach[0].min(least), reach[1].max(most)];
         }
     }
-}
-
-/// The numbers of the layers that every object may have.
-const DISPLACEMENT: u32 = 0;
-const COLOUR: u32 = 1;
-const TRACES: u32 = 2;
-const VECTORS: u32 = 3;
-
-impl Recorded for DisplacedObject {
-    fn states(&mut self, _: &Context) -> Result<LayerStates> {
-        let mut states = LayerStates::new();
-        let mut add = |id: u32, name: &str, blocks: Arc<dyn Blocks>| {
-            states.push(LayerState { id, name: name.into(), settings: Settings::of(blocks.kind()), blocks });
-        };
-        add(DISPLACEMENT, "displacement", Arc::new(self.displacement.field().clone()));
-        if let Some(paint) = &self.paint {
-            add(COLOUR, "colour", Arc::new(paint.field().clone()));
-        }
-        if let Some(traces) = &self.traces {
-            add(TRACES, "traces", Arc::new(traces.field().clone()));
-        }
-        if let Some(vectors) = &self.vectors {
-            add(VECTORS, "vectors", Arc::new(vectors.field().clone()));
-        }
-        Ok(states)
-    }
-
-    fn restore(&mut self, _: &Context, _: Option<&[Head]>, blocks: Vec<BlockState>) -> Result<()> {
-        self.reach = None;
-        let of = |layer: u32| blocks.iter().filter(move |block| block.layer == layer);
-        put(&mut self.displacement, of(DISPLACEMENT))?;
-        if let Some(paint) = &mut self.paint {
-            put(paint, of(COLOUR))?;
-        }
-        if let Some(traces) = &mut self.traces {
-            put(traces, of(TRACES))?;
-        }
-        if let Some(vectors) = self.vectors_mut() {
-            put(vectors, of(VECTORS))?;
-        }
-        Ok(())
-    }
-}
-
-/// Puts back `blocks`, whatever the budget says.
-fn put<'a, T: Texel>(channel: &mut Channel<T>, mut blocks: impl Iterator<Item = &'a BlockState>) -> Result<()> {
-    let budget = channel.budget();
-    channel.set_budget(u64::MAX);
-    let done = blocks.try_for_each(|block| channel.write(block.block, block.bytes.as_deref()));
-    channel.set_budget(budget);
-    done
 }
 
 /// Fails unless all numbers are finite and the transform can be undone.

@@ -78,7 +78,11 @@ impl OpenStroke {
         self.stroke.points.extend_from_slice(points);
         self.stroke.pace().check(&self.stroke.points)?;
         self.check_objects(objects)?;
-        self.make(context, objects)
+        let mut done = self.make(context, objects)?;
+        for (object, done) in objects.iter_mut().zip(&mut done) {
+            done.report.refuse(object.end(context)?);
+        }
+        Ok(done)
     }
 
     fn check_objects<C: ?Sized>(&self, objects: &[&mut C]) -> Result<()> {
@@ -107,6 +111,9 @@ impl OpenStroke {
                 done[index].dabs += u64::from(index == on || report.changed_texels > 0);
                 done[index].report.merge(report);
             }
+        }
+        for (object, done) in objects.iter_mut().zip(&mut done) {
+            done.report.refuse(object.show(context)?);
         }
         Ok(done)
     }

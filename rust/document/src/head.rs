@@ -93,6 +93,9 @@ impl Settings {
     }
 }
 
+/// The largest number of a layer, far enough from where numbers end to count on.
+pub const MAX_ID: u32 = 1 << 30;
+
 /// A layer apart from its blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Head {
@@ -157,6 +160,9 @@ impl Head {
             if self.blank.len() != self.kind.texel() {
                 return Err(Error::invalid(format!("its default has {} bytes", self.blank.len()))
                     .advise(format!("give one texel of {}", self.kind.texel())));
+            }
+            if self.id > MAX_ID {
+                return Err(Error::invalid(format!("its number is above {MAX_ID}")));
             }
             self.settings.check(self.kind)?;
             if let Some(size) = self.face_sizes.iter().find(|size| !is_size(**size)) {
