@@ -12,6 +12,7 @@ mod info;
 mod new;
 mod run;
 mod schema;
+mod stroke;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -42,6 +43,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Says what is in a mesh file, a Ptex file or a document.
     Info(info::Arguments),
+    /// Replays a list of strokes on a mesh, or on a document of it.
+    Stroke(stroke::Arguments),
     /// Looks after documents.
     Doc(doc::Arguments),
 }
@@ -57,6 +60,7 @@ fn main() -> ExitCode {
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Stroke(arguments) => stroke::run(&arguments),
         Command::Doc(arguments) => doc::run(&arguments),
     };
     outcome.unwrap_or_else(|failure| {

@@ -5,7 +5,7 @@ use relievo_core::{Context, Error, Result};
 
 use crate::canvas::{Canvas, Start};
 use crate::dab::Action;
-use crate::path::StrokePoint;
+use crate::path::{Station, StrokePoint};
 use crate::stroke::{Stroke, StrokeReport};
 
 /// A stroke under way on some objects. They must always be given in the same order, and nothing else may edit them
@@ -95,14 +95,24 @@ impl OpenStroke {
     /// Makes the dabs of the stations that have none.
     fn make<C: Canvas + ?Sized>(&mut self, context: &Context, objects: &mut [&mut C]) -> Result<Vec<StrokeReport>> {
         let stations = self.stroke.pace().stations(&self.stroke.points);
-        let stations = stations.get(self.made..).unwrap_or_default();
+        let left = stations.get(self.made..).unwrap_or_default();
+        self.made += left.len();
+        self.make_at(context, objects, left)
+    }
+
+    /// Makes dabs at `stations`.
+    pub(crate) fn make_at<C: Canvas + ?Sized>(
+        &self,
+        context: &Context,
+        objects: &mut [&mut C],
+        stations: &[Station],
+    ) -> Result<Vec<StrokeReport>> {
         let placed = {
             let _stage = context.stats().begin("stroke.nearest");
             let objects: Vec<(&C, &Start)> = objects.iter().map(|object| &**object).zip(&self.starts).collect();
             context.map(stations.len(), |index| self.stroke.dabs(context, &objects, &stations[index]))
         };
         let placed = placed.into_iter().collect::<Result<Vec<_>>>()?.concat();
-        self.made += stations.len();
         let missed = placed.iter().filter(|dab| dab.is_none()).count() as u64;
         let mut done = vec![StrokeReport { missed, ..Default::default() }; objects.len()];
         for (on, dab) in placed.into_iter().flatten() {

@@ -126,8 +126,8 @@ impl Stroke {
         self.pace().check(&self.points)
     }
 
-    /// What of [`Self::check`] does not concern the points.
-    pub(crate) fn check_brush(&self) -> Result<()> {
+    /// Fails if a number of the brush, whatever the points are, is out of its range.
+    pub fn check_brush(&self) -> Result<()> {
         self.settings.check().map_err(|error| error.at("stroke"))?;
         let brush = Brush::on_surface(DVec3::ZERO, DVec3::Z, DVec3::X, self.half(1.0, 0.0), self.falloff)?;
         Dab { brush, action: self.action, strength: 1.0 }.check()
@@ -190,6 +190,19 @@ impl Stroke {
         self.check()?;
         let stroke = OpenStroke::begin(context, Self { points: Vec::new(), ..self.clone() }, objects)?;
         stroke.end(context, objects, &self.points)
+    }
+
+    /// As [`Self::apply_all`] with dabs at `stations`, whatever the points are: of a brush that rides on something, say.
+    ///
+    /// Fails, and changes nothing, as [`Self::check_brush`] does, or if an object has no colours and is to be painted.
+    pub fn apply_stations<C: Canvas + ?Sized>(
+        &self,
+        context: &Context,
+        objects: &mut [&mut C],
+        stations: &[Station],
+    ) -> Result<Vec<StrokeReport>> {
+        let stroke = OpenStroke::begin(context, Self { points: Vec::new(), ..self.clone() }, objects)?;
+        stroke.make_at(context, objects, stations)
     }
 
     /// The dab of a station on the nearest of the surfaces as they were before the stroke, and on which it is put, and

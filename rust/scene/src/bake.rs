@@ -20,6 +20,7 @@ use relievo_detail::{
 use crate::blocks;
 use crate::cache::{Block, Frame, Key, Layer};
 use crate::description::ToolEntry;
+use crate::riders;
 use crate::strokes;
 use crate::world::{Item, World};
 
@@ -128,6 +129,7 @@ impl Baker {
         changes.posed = animated(world);
         world.pose(context, now)?;
         changes.strokes = strokes::make(context, world, frame)?;
+        strokes::add(&mut changes.strokes, vec![riders::make(context, world, frame, path)?]);
         let _stage = context.stats().begin("commit");
         for object in 0..world.items().len() {
             let written = world.surface_mut(object).map_or_else(Vec::new, |surface| {

@@ -302,12 +302,57 @@ pub struct ColliderEntry {
 /// `[[strokes]]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct StrokeEntry {
-    /// Index of the object it is on.
-    pub object: usize,
+    /// Indices of the objects it is on.
+    pub objects: Vec<usize>,
     /// When it is made.
     pub time: f64,
-    /// The stroke.
+    /// The stroke, still without its image.
     pub stroke: relievo_detail::Stroke,
+    /// Index of its image.
+    pub stamp: Option<usize>,
+}
+
+/// `[[brushes]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct RiderEntry {
+    /// Index of the object it rides on.
+    pub by: usize,
+    /// Indices of the objects it is made on.
+    pub objects: Vec<usize>,
+    /// Where it sits on it.
+    pub place: DVec3,
+    /// Where its right goes; zero for where it is going.
+    pub along: DVec3,
+    /// Whether one dab is made each time it touches.
+    pub once: bool,
+    /// From when to when, seconds.
+    pub time: [f64; 2],
+    /// The brush: a stroke without points, still without its image.
+    pub brush: relievo_detail::Stroke,
+    /// Index of its image.
+    pub stamp: Option<usize>,
+}
+
+/// `[stamps.NAME]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct StampEntry {
+    /// Its name.
+    pub name: Name,
+    /// Where its pixels come from.
+    pub source: StampSource,
+    /// Which number of a pixel is the height.
+    pub channel: relievo_detail::StampChannel,
+    /// How it lies in the box.
+    pub settings: relievo_detail::StampSettings,
+}
+
+/// Where the pixels of a stamp come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StampSource {
+    /// A file.
+    File(Name),
+    /// A pattern.
+    Pattern(&'static str),
 }
 
 /// `[physics]`
@@ -441,6 +486,10 @@ pub struct Scene {
     pub colliders: Vec<ColliderEntry>,
     /// Strokes, in the order they are made.
     pub strokes: Vec<StrokeEntry>,
+    /// Brushes that ride on objects, in the order they are made.
+    pub riders: Vec<RiderEntry>,
+    /// Images of brushes.
+    pub stamps: Vec<StampEntry>,
     /// Physics.
     pub physics: PhysicsEntry,
     /// The camera.
@@ -469,8 +518,10 @@ impl Scene {
 
     /// Whether any stroke paints the object.
     pub fn is_painted(&self, object: usize) -> bool {
-        let paints = |entry: &StrokeEntry| matches!(entry.stroke.action, relievo_detail::Action::Paint { .. });
-        self.strokes.iter().any(|entry| entry.object == object && paints(entry))
+        let paints = |stroke: &relievo_detail::Stroke| matches!(stroke.action, relievo_detail::Action::Paint { .. });
+        let strokes = self.strokes.iter().map(|entry| (&entry.objects, &entry.stroke));
+        let mut brushes = strokes.chain(self.riders.iter().map(|entry| (&entry.objects, &entry.brush)));
+        brushes.any(|(objects, stroke)| objects.contains(&object) && paints(stroke))
     }
 
     /// Where in the file a mesh's source is written.

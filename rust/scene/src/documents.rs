@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use relievo_core::{Context, Mesh, Result};
+use relievo_detail::DisplacedObject;
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 use relievo_surface::TileTopology;
@@ -69,20 +70,26 @@ impl Start {
     }
 }
 
+/// The document of the surface that an object shows.
+pub(crate) fn document(context: &Context, world: &World, index: usize, surface: &DisplacedObject) -> Result<Document> {
+    let mut document = Document::new(world.cage(index), context.level().name())?;
+    surface.displacement().field().store(context, &mut document, DISPLACEMENT)?;
+    if let Some(paint) = surface.paint() {
+        paint.field().store(context, &mut document, COLOUR)?;
+    }
+    if let Some(traces) = surface.traces() {
+        traces.field().store(context, &mut document, TRACES)?;
+    }
+    Ok(document)
+}
+
 /// Writes the document of every surface. Returns the files.
 pub fn write(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
     let _stage = context.stats().begin("export.documents");
     let mut written = Vec::new();
     for (index, item) in world.items().iter().enumerate() {
         let Item::Surface(surface) = item else { continue };
-        let mut document = Document::new(world.cage(index), context.level().name())?;
-        surface.displacement().field().store(context, &mut document, DISPLACEMENT)?;
-        if let Some(paint) = surface.paint() {
-            paint.field().store(context, &mut document, COLOUR)?;
-        }
-        if let Some(traces) = surface.traces() {
-            traces.field().store(context, &mut document, TRACES)?;
-        }
+        let document = document(context, world, index, surface)?;
         let name = &world.scene.objects[index].name.text;
         let path = folder.file(&format!("document-{frame:06}-{name}.{EXTENSION}"));
         document.write(&path)?;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Mesh, Result, Values};
+use relievo_detail::DisplacedObject;
 use relievo_meshio::Instance;
 use relievo_render::{Channel, Content, Layer, Samples, Value, write_exr, write_png};
 
@@ -25,20 +26,7 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
         list.push(match item {
             Item::Mesh(item) => (name, materials, item.mesh.clone(), item.transform),
             Item::Surface(surface) => {
-                let displaced = surface.displaced()?;
-                let coat = world.coat(index);
-                let rates = Rates::new(&displaced, coat.as_ref(), scene.output.rate, scene.output.mesh_rate);
-                let mut tessellation = displaced.tessellate(context, world.cage(index), rates.as_slice())?;
-                if let Some(limit) = world.texture_limit(context, index)? {
-                    tessellation.smooth_attribute(context, "uv", &limit)?;
-                }
-                if let Some(paint) = surface.paint() {
-                    tessellation.paint(paint.field());
-                }
-                if let Some(traces) = surface.traces() {
-                    tessellation.trace(traces.field(), surface.time());
-                }
-                (name, materials, tessellation.mesh, *surface.transform())
+                (name, materials, displaced_mesh(context, world, index, surface)?, *surface.transform())
             }
         });
     }
@@ -70,6 +58,30 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
         }
     }
     Ok(written)
+}
+
+/// The displaced surface that an object shows as triangles in its own space, with its colours.
+pub(crate) fn displaced_mesh(
+    context: &Context,
+    world: &World,
+    index: usize,
+    surface: &DisplacedObject,
+) -> Result<Mesh> {
+    let scene = &world.scene;
+    let displaced = surface.displaced()?;
+    let coat = world.coat(index);
+    let rates = Rates::new(&displaced, coat.as_ref(), scene.output.rate, scene.output.mesh_rate);
+    let mut tessellation = displaced.tessellate(context, world.cage(index), rates.as_slice())?;
+    if let Some(limit) = world.texture_limit(context, index)? {
+        tessellation.smooth_attribute(context, "uv", &limit)?;
+    }
+    if let Some(paint) = surface.paint() {
+        tessellation.paint(paint.field());
+    }
+    if let Some(traces) = surface.traces() {
+        tessellation.trace(traces.field(), surface.time());
+    }
+    Ok(tessellation.mesh)
 }
 
 /// The rotation that brings `up` to y, which glTF has up.

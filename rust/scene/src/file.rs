@@ -14,9 +14,11 @@ use crate::bodies::read_body;
 use crate::description::*;
 use crate::diagnostic::{Diagnostic, Failure, Faults};
 use crate::reader::{Name, Reader, Table};
+use crate::riders::read_rider;
 use crate::schema;
 use crate::sequence::Pattern;
 use crate::shapes;
+use crate::stamps::read_stamp;
 use crate::strokes::read_stroke;
 use crate::views::{read_camera, read_output, read_sky, read_sun};
 
@@ -25,11 +27,17 @@ pub const MAX_BYTES: u64 = 16 << 20;
 
 /// Reads the scene file at `path`.
 pub fn read_file(path: &Path) -> Result<Scene, Failure> {
+    let text = read_text(path)?;
+    Ok(parse(path, &text)?)
+}
+
+/// The text of the scene file at `path`.
+pub(crate) fn read_text(path: &Path) -> relievo_core::Result<String> {
     let failed = |error: std::io::Error| Error::io(path, &error);
     let metadata = std::fs::metadata(path).map_err(failed)?;
     let place = path.display().to_string();
     if !metadata.is_file() {
-        return Err(Error::invalid("it is not a file").at(place).advise("name a scene file").into());
+        return Err(Error::invalid("it is not a file").at(place).advise("name a scene file"));
     }
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(failed)?;
@@ -37,15 +45,13 @@ pub fn read_file(path: &Path) -> Result<Scene, Failure> {
     if bytes.len() as u64 > MAX_BYTES {
         return Err(Error::invalid(format!("a scene file of more than {MAX_BYTES} bytes"))
             .at(place)
-            .advise("keep meshes and other data in files of their own")
-            .into());
+            .advise("keep meshes and other data in files of their own"));
     }
-    let text = String::from_utf8(bytes).map_err(|error| {
+    String::from_utf8(bytes).map_err(|error| {
         let line =
             error.as_bytes()[..error.utf8_error().valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;
         Error::invalid("the file is not UTF-8").at(format!("{place}:{line}")).advise("save it as UTF-8")
-    })?;
-    Ok(parse(path, &text)?)
+    })
 }
 
 /// Reads a scene from `text`, which came from `path`. All faults found are told at once.
@@ -208,9 +214,15 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
             );
         }
     }
+    let stamp_tables = reader.named(root, "stamps");
+    let stamp_names = Names::new("stamps", &stamp_tables);
+    let stamps: Vec<_> = stamp_tables.iter().map(|(name, table)| read_stamp(reader, name, *table)).collect();
     let strokes = reader.list(root, "strokes");
     let strokes: Vec<_> =
-        strokes.into_iter().map(|table| read_stroke(reader, table, &object_names, &objects)).collect();
+        strokes.into_iter().map(|table| read_stroke(reader, table, &object_names, &objects, &stamp_names)).collect();
+    let riders = reader.list(root, "brushes");
+    let riders: Vec<_> =
+        riders.into_iter().map(|table| read_rider(reader, table, &object_names, &objects, &stamp_names)).collect();
     let physics = reader.sub_table(root, "physics");
     let physics = PhysicsEntry {
         gravity: reader.optional_vector(physics, "gravity").map_or(up.direction() * (-9.81 / metres), DVec3::from),
@@ -237,6 +249,8 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
         bodies: bodies.into_iter().collect::<Option<_>>()?,
         colliders: colliders.into_iter().collect::<Option<_>>()?,
         strokes: strokes.into_iter().collect::<Option<_>>()?,
+        riders: riders.into_iter().collect::<Option<_>>()?,
+        stamps: stamps.into_iter().collect::<Option<_>>()?,
         physics,
         camera,
         sun,
@@ -730,6 +744,44 @@ into = "ground"
                 "[[strokes]]\nobject = \"ground\"\nsculpt = \"draw\"\ncolour = [1, 1, 1]\npoints = [{ position = [0, 0, 0] }]\n[bodies.tool]",
                 "[1, 1, 1]",
                 "means nothing",
+            ),
+            (
+                "[bodies.tool]",
+                "[[strokes]]\npaint = \"mix\"\nsize_curve = [[0, 0], [0, 1]]\npoints = [{ position = [0, 0, 0] }]\n[bodies.tool]",
+                "[[0, 0]",
+                "sort the points by pressure",
+            ),
+            (
+                "[bodies.tool]",
+                "[[strokes]]\npaint = \"mix\"\nsize_curve = [[0, 0, 1]]\npoints = [{ position = [0, 0, 0] }]\n[bodies.tool]",
+                "[0, 0, 1]",
+                "a pair of numbers",
+            ),
+            (
+                "[bodies.tool]",
+                "[[strokes]]\npaint = \"mix\"\nrate = 10\npoints = [{ position = [0, 0, 0] }]\n[bodies.tool]",
+                "[{ position",
+                "an airbrush",
+            ),
+            (
+                "[bodies.tool]",
+                "[stamps.a]\npattern = \"star\"\n[[strokes]]\npaint = \"mix\"\nstamp = \"b\"\npoints = [{ position = [0, 0, 0] }]\n[bodies.tool]",
+                "\"b\"",
+                "did you mean `a`?",
+            ),
+            ("[bodies.tool]", "[stamps.a]\n[bodies.tool]", "a", "the stamp has no image"),
+            (
+                "[bodies.tool]",
+                "[stamps.a]\nimage = \"a.png\"\npattern = \"star\"\n[bodies.tool]",
+                "\"star\"",
+                "cannot be a file and a pattern",
+            ),
+            ("[bodies.tool]", "[[brushes]]\npaint = \"mix\"\n[bodies.tool]", "", "rides on nothing"),
+            (
+                "[bodies.tool]",
+                "[[brushes]]\nby = \"ground\"\nobject = \"ground\"\npaint = \"mix\"\n[bodies.tool]",
+                "\"ground\"",
+                "rides on what it is made on",
             ),
             (
                 "mesh = \"tool\"",

@@ -119,6 +119,7 @@ fn kind_name(kind: &Kind) -> &'static str {
         Kind::Power(..) => "power",
         Kind::Number(..) => "number",
         Kind::Numbers(_) => "numbers",
+        Kind::Pairs => "pairs",
         Kind::Scale => "scale",
         Kind::Colour => "colour",
         Kind::Choice(_) => "choice",

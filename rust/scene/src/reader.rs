@@ -284,6 +284,29 @@ impl Reader {
         Some(vector)
     }
 
+    /// The list of pairs of numbers at `key`; empty if it is not written.
+    pub fn pairs(&mut self, table: Table, key: &str) -> Vec<[f64; 2]> {
+        let Some(value) = table.value(key) else { return Vec::new() };
+        let mut list = Vec::new();
+        let items = match value.get_ref() {
+            DeValue::Array(items) => items,
+            other => {
+                self.wrong_type(key, "a list of pairs of numbers", other, value.span());
+                return list;
+            }
+        };
+        for item in items.iter() {
+            match item.get_ref() {
+                DeValue::Array(pair) if pair.len() == 2 => {
+                    let found: Vec<f64> = pair.iter().filter_map(|number| self.finite(key, number)).collect();
+                    list.extend(<[f64; 2]>::try_from(found));
+                }
+                other => self.wrong_type(key, "a pair of numbers", other, item.span()),
+            }
+        }
+        list
+    }
+
     /// The list of three numbers at `key` or its default.
     pub fn vector(&mut self, table: Table, key: &str) -> [f64; 3] {
         self.optional_vector(table, key).unwrap_or([0.0; 3])
@@ -467,7 +490,7 @@ mod tests {
                         let left_out = reader.table(section, &empty, 0..0);
                         assert_eq!(written, reader.choices(left_out, key.name));
                     }
-                    Kind::List(_) => assert_eq!(key.default, "[]"),
+                    Kind::List(_) | Kind::Pairs => assert_eq!(key.default, "[]"),
                     _ => panic!("{} has a default of a kind that has none", key.name),
                 }
                 assert_eq!(reader.faults, [], "{}", key.name);

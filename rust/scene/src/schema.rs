@@ -24,6 +24,8 @@ pub enum Kind {
     Number(f64, f64),
     /// A list of so many numbers.
     Numbers(usize),
+    /// A list of pairs of numbers.
+    Pairs,
     /// A number, or a list of three for x, y and z.
     Scale,
     /// Three linear Rec.709 components, or the sRGB string `"#rrggbb"`.
@@ -92,6 +94,10 @@ pub const PAINT_MODES: [&str; 5] = ["mix", "add", "multiply", "erase", "blur"];
 pub const SCULPT_MODES: [&str; 8] = ["draw", "smooth", "flatten", "erase", "clay", "scrape", "layer", "inflate"];
 /// Functions of a brush.
 pub const FALLOFFS: [&str; 5] = ["constant", "linear", "smooth", "sphere", "gaussian"];
+/// Images of stamps that need no file.
+pub const PATTERNS: [&str; 5] = ["checker", "stripes", "rings", "star", "sole"];
+/// Which number of a pixel is a height.
+pub const CHANNELS: [&str; 4] = ["red", "green", "blue", "alpha"];
 /// When meshes, tiles and documents are written.
 pub const WHEN: &[&str] = &["none", "last", "every"];
 
@@ -354,6 +360,7 @@ pub static STROKE_POINT: Section = Section {
     keys: &[
         key("position", Kind::Numbers(3), "", UNITS, "Where, in the world; the nearest place of the surface is meant"),
         key("pressure", Kind::Number(0.0, 1.0), "1", "", "How hard"),
+        key("time", Kind::Number(0.0, 1e9), "", "seconds", "When; a brush with a `rate` needs it of every point"),
     ],
     parameters: &[],
 };
@@ -363,7 +370,14 @@ pub static STROKE: Section = Section {
     name: "strokes",
     help: "Strokes of a brush, `[[strokes]]` each, in the order they are made, which paint or sculpt a surface",
     keys: &[
-        key("object", Kind::Name("objects"), "", "", "The object, which shows a surface"),
+        key(
+            "object",
+            Kind::Names("objects"),
+            "",
+            "",
+            "The objects it is on, each of which shows a surface; left out, all that do. A dab is put on the nearest and \
+             made on all in its box",
+        ),
         key("time", Kind::Number(0.0, 1e6), "0", "seconds", "When: at the first frame that is not before it"),
         key(
             "paint",
@@ -389,9 +403,101 @@ pub static STROKE: Section = Section {
             "What one dab of `draw` raises the surface by; negative digs. Dabs that overlap add up",
         ),
         key("falloff", Kind::Choice(&FALLOFFS), "\"smooth\"", "", "How the edit fades from the middle to the rim"),
+        key(
+            "stamp",
+            Kind::Name("stamps"),
+            "",
+            "",
+            "Image of the brush, which the colour or the height is multiplied by",
+        ),
+        key("size_curve", Kind::Pairs, "[]", "", "Points [pressure, size] of what `size_pressure` takes pressure as"),
+        key("strength_curve", Kind::Pairs, "[]", "", "Points [pressure, strength], for `strength_pressure`"),
+        key("angle_curve", Kind::Pairs, "[]", "", "Points [pressure, angle], for `angle_pressure`, 1 being all of it"),
         key("points", Kind::List(&STROKE_POINT), "[]", "", "The points, at least one"),
     ],
     parameters: relievo_detail::StrokeSettings::PARAMETERS,
+};
+
+/// `[[brushes]]`
+pub static RIDER: Section = Section {
+    name: "brushes",
+    help: "Brushes that ride on objects, `[[brushes]]` each: where their place touches a surface a dab is made, such as a \
+           footprint. `reach` says from how far that counts as touching",
+    keys: &[
+        key("by", Kind::Name("objects"), "", "", "The object it rides on"),
+        key(
+            "object",
+            Kind::Names("objects"),
+            "",
+            "",
+            "The objects it is made on, each of which shows a surface; left out, all that do but `by`. A dab is put on the nearest and \
+             made on all in its box",
+        ),
+        key(
+            "place",
+            Kind::Numbers(3),
+            "[0, 0, 0]",
+            UNITS,
+            "Where it sits, in the coordinates of the object it rides on",
+        ),
+        key(
+            "along",
+            Kind::Numbers(3),
+            "",
+            "",
+            "Where its right goes, in those coordinates; left out, where it is going",
+        ),
+        key("once", Kind::Flag, "false", "", "Whether one dab is made each time it touches, and none on its way"),
+        key("from", Kind::Number(0.0, 1e6), "0", "seconds", "When it begins"),
+        key("until", Kind::Number(0.0, 1e6), "1e6", "seconds", "When it ends"),
+        key(
+            "paint",
+            Kind::Choice(&PAINT_MODES),
+            "",
+            "",
+            "Changes colours: toward `colour`, by adding it, by multiplying with it, back to the object's own, or blurred",
+        ),
+        key(
+            "sculpt",
+            Kind::Choice(&SCULPT_MODES),
+            "",
+            "",
+            "Changes displacement: raised by `height`, smoothed, flattened to the tangent plane, back to none, built up to a \
+             plane `height` over it, scraped down to it, a layer of `height` over what was, or inflated",
+        ),
+        key("colour", Kind::Colour, "[0.6, 0.03, 0.02]", "", "Colour to paint with, linear Rec.709 or \"#rrggbb\""),
+        key(
+            "height",
+            Kind::Number(-60000.0, 60000.0),
+            "0.1",
+            "object units",
+            "What one dab of `draw` raises the surface by; negative digs. Dabs that overlap add up",
+        ),
+        key("falloff", Kind::Choice(&FALLOFFS), "\"smooth\"", "", "How the edit fades from the middle to the rim"),
+        key(
+            "stamp",
+            Kind::Name("stamps"),
+            "",
+            "",
+            "Image of the brush, which the colour or the height is multiplied by",
+        ),
+        key("size_curve", Kind::Pairs, "[]", "", "Points [pressure, size] of what `size_pressure` takes pressure as"),
+        key("strength_curve", Kind::Pairs, "[]", "", "Points [pressure, strength], for `strength_pressure`"),
+        key("angle_curve", Kind::Pairs, "[]", "", "Points [pressure, angle], for `angle_pressure`, 1 being all of it"),
+    ],
+    parameters: relievo_detail::StrokeSettings::PARAMETERS,
+};
+
+/// `[stamps.NAME]`
+pub static STAMP: Section = Section {
+    name: "stamps.NAME",
+    help: "An image of brushes: a PNG or EXR file, or a pattern. Its colours multiply the brush's; alpha is its share",
+    keys: &[
+        key("image", Kind::Path, "", "", "PNG or EXR file; heights are its numbers as they are, colours are linear"),
+        key("pattern", Kind::Choice(&PATTERNS), "", "", "Pattern instead of a file, white where its alpha is 1"),
+        key("channel", Kind::Choice(&CHANNELS), "\"red\"", "", "Which number of a pixel is the height"),
+    ],
+    parameters: relievo_detail::StampSettings::PARAMETERS,
 };
 
 /// `[physics]`
@@ -581,7 +687,9 @@ pub static SCENE: Section = Section {
         key("bodies", Kind::Named(&BODY), "", "", "Bodies by name"),
         key("colliders", Kind::Named(&COLLIDER), "", "", "Colliders by name"),
         key("imprints", Kind::Table(&IMPRINT), "", "", "How colliders imprint themselves"),
+        key("stamps", Kind::Named(&STAMP), "", "", "Images of brushes by name"),
         key("strokes", Kind::List(&STROKE), "[]", "", "Painting and sculpting"),
+        key("brushes", Kind::List(&RIDER), "[]", "", "Brushes that ride on objects"),
         key("physics", Kind::Table(&PHYSICS), "", "", "Physics"),
         key("camera", Kind::Table(&CAMERA), "", "", "The camera"),
         key("sun", Kind::Table(&SUN), "", "", "The sun"),
@@ -622,6 +730,7 @@ impl Kind {
             Kind::Power(low, high) => format!("power of two from {low} to {high}"),
             Kind::Number(low, high) => format!("number {low} to {high}"),
             Kind::Numbers(count) => format!("list of {count} numbers"),
+            Kind::Pairs => "list of pairs of numbers".into(),
             Kind::Scale => "number or list of 3 numbers".into(),
             Kind::Colour => "list of 3 numbers or \"#rrggbb\"".into(),
             Kind::Choice(words) => format!("one of {}", words.join(", ")),
@@ -661,6 +770,8 @@ pub fn sections() -> Vec<&'static Section> {
         &TOOL,
         &STROKE,
         &STROKE_POINT,
+        &RIDER,
+        &STAMP,
         &PHYSICS,
         &CAMERA,
         &VIEW,

@@ -2,16 +2,18 @@
 
 use glam::DVec3;
 use relievo_core::{Context, Error, Result};
-use relievo_detail::{Action, Falloff, PaintMode, SculptMode, Stroke, StrokePoint, StrokeReport, StrokeSettings};
+use relievo_detail::{
+    Action, Curve, Falloff, PaintMode, PressureCurves, SculptMode, Stroke, StrokePoint, StrokeReport, StrokeSettings,
+};
 
 use crate::description::{Geometry, ObjectEntry, StrokeEntry};
 use crate::diagnostic::Diagnostic;
 use crate::file::Names;
-use crate::reader::{Reader, Table};
+use crate::reader::{Name, Reader, Table};
 use crate::world::World;
 
 /// The one of `list` that `word` names.
-fn named<T: Copy + Default>(list: &[(T, &str)], word: Option<&str>) -> T {
+pub(crate) fn named<T: Copy + Default>(list: &[(T, &str)], word: Option<&str>) -> T {
     list.iter().find(|(_, name)| Some(*name) == word).map(|(value, _)| *value).unwrap_or_default()
 }
 
@@ -20,17 +22,90 @@ pub(crate) fn read_stroke(
     table: Table,
     objects: &Names,
     entries: &[Option<ObjectEntry>],
+    stamps: &Names,
 ) -> Option<StrokeEntry> {
+    let time = reader.number(table, "time");
+    let points = reader.list(table, "points").into_iter().map(|item| StrokePoint {
+        position: DVec3::from(reader.vector(item, "position")),
+        pressure: reader.number(item, "pressure"),
+        time: reader.optional_number(item, "time"),
+    });
+    let points: Vec<StrokePoint> = points.collect();
+    let (brush, stamp) = read_brush(reader, table, stamps)?;
+    let objects = read_objects(reader, table, objects, entries, None)?;
+    let stroke = Stroke { points, ..brush };
+    // What a value of its own is wrong with has been said.
+    if let Err(error) = stroke.check()
+        && reader.faults.is_empty()
+    {
+        let place = if table.has("points") { table.span_of("points") } else { table.span() };
+        reader.fault(Diagnostic::from_error(place, &error));
+    }
+    Some(StrokeEntry { objects, time, stroke, stamp })
+}
+
+/// The surfaces that a brush is made on: those that `object` names, else all but `without`.
+pub(crate) fn read_objects(
+    reader: &mut Reader,
+    table: Table,
+    objects: &Names,
+    entries: &[Option<ObjectEntry>],
+    without: Option<usize>,
+) -> Option<Vec<usize>> {
+    let is_mesh = |object: usize| {
+        entries.get(object).and_then(Option::as_ref).is_some_and(|entry| matches!(entry.geometry, Geometry::Mesh(_)))
+    };
+    let Some(names) = reader.texts(table, "object") else {
+        let all: Vec<usize> =
+            (0..entries.len()).filter(|object| !is_mesh(*object) && Some(*object) != without).collect();
+        if all.is_empty() {
+            reader.fault(
+                Diagnostic::new(table.span(), "no object shows a surface that it could be made on")
+                    .advise("make a surface over a mesh and give an object that `surface`"),
+            );
+        }
+        return Some(all);
+    };
+    let mut found = Vec::new();
+    for name in &names {
+        let object = objects.find(reader, name)?;
+        if is_mesh(object) {
+            reader.fault(
+                Diagnostic::new(name.span.clone(), "a mesh cannot be painted or sculpted")
+                    .advise("make a surface over the mesh and give the object that `surface`"),
+            );
+        }
+        found.push(object);
+    }
+    if found.is_empty() {
+        reader.fault(
+            Diagnostic::new(table.span_of("object"), "it is on no object")
+                .advise("name one, or remove `object` for all"),
+        );
+    }
+    Some(found)
+}
+
+/// What a brush does and how: a stroke without points, and the index of its image.
+pub(crate) fn read_brush(reader: &mut Reader, table: Table, stamps: &Names) -> Option<(Stroke, Option<usize>)> {
     let falloff = named(&Falloff::NAMES, reader.choice(table, "falloff"));
     let (colour, height) = (reader.colour(table, "colour"), reader.number(table, "height") as f32);
-    let time = reader.number(table, "time");
     let mut settings = StrokeSettings::default();
     reader.parameters(table, |parameter, value| settings.set(parameter.name, value).is_ok());
-    let points = reader
-        .list(table, "points")
-        .into_iter()
-        .map(|item| StrokePoint::new(DVec3::from(reader.vector(item, "position")), reader.number(item, "pressure")));
-    let points: Vec<StrokePoint> = points.collect();
+    let mut curve = |key: &str| {
+        let points = reader.pairs(table, key);
+        Curve::new(points).unwrap_or_else(|error| {
+            reader.fault(Diagnostic::from_error(table.span_of(key), &error));
+            Curve::default()
+        })
+    };
+    let curves =
+        PressureCurves { size: curve("size_curve"), strength: curve("strength_curve"), angle: curve("angle_curve") };
+    let stamp: Option<Name> = reader.text(table, "stamp");
+    let stamp = match stamp {
+        Some(name) => Some(stamps.find(reader, &name)?),
+        None => None,
+    };
     let action = match (table.has("paint"), table.has("sculpt")) {
         (true, false) => {
             let [r, g, b] = colour;
@@ -61,62 +136,58 @@ pub(crate) fn read_stroke(
                 .advise("remove it"),
         );
     }
-    let Some(name) = reader.text(table, "object") else {
-        if !table.has("object") {
-            reader.fault(Diagnostic::new(table.span(), "the stroke is on no object").advise("give it `object`"));
-        }
-        return None;
-    };
-    let object = objects.find(reader, &name)?;
-    let entry = entries.get(object).and_then(Option::as_ref);
-    if entry.is_some_and(|entry| matches!(entry.geometry, Geometry::Mesh(_))) {
-        reader.fault(
-            Diagnostic::new(name.span.clone(), "a mesh cannot be painted or sculpted")
-                .advise("make a surface over the mesh and give the object that `surface`"),
-        );
-    }
-    let stroke = Stroke::new(points, settings, falloff, action);
-    // What a value of its own is wrong with has been said.
-    if let Err(error) = stroke.check()
-        && reader.faults.is_empty()
-    {
-        let place = if table.has("points") { table.span_of("points") } else { table.span() };
-        reader.fault(Diagnostic::from_error(place, &error));
-    }
-    Some(StrokeEntry { object, time, stroke })
+    Some((Stroke { curves, ..Stroke::new(Vec::new(), settings, falloff, action) }, stamp))
 }
 
 /// Makes the strokes of `frame` on the objects as they now are: those whose time is after the frame before, and at the
 /// first frame those of time 0 too.
 pub(crate) fn make(context: &Context, world: &mut World, frame: u32) -> Result<StrokeReport> {
     let (before, now) = (world.scene.time(frame.saturating_sub(1)), world.scene.time(frame));
-    let due = |entry: &StrokeEntry| entry.time <= now && (frame == 0 || entry.time > before);
+    make_due(context, world, |entry| entry.time <= now && (frame == 0 || entry.time > before))
+}
+
+/// Makes the strokes that are `due`, in the order of the file.
+pub(crate) fn make_due(
+    context: &Context,
+    world: &mut World,
+    due: impl Fn(&StrokeEntry) -> bool,
+) -> Result<StrokeReport> {
     let mut done = StrokeReport::default();
     for index in 0..world.scene.strokes.len() {
         let entry = &world.scene.strokes[index];
         if !due(entry) {
             continue;
         }
-        let (object, stroke) = (entry.object, entry.stroke.clone());
-        let Some(surface) = world.surface_mut(object) else { continue };
+        let (objects, mut stroke) = (entry.objects.clone(), entry.stroke.clone());
+        stroke.stamp = entry.stamp.and_then(|stamp| world.stamp(stamp, &stroke.action).cloned());
+        let mut surfaces = world.canvases(&objects);
         let place = |error: Error| error.at(format!("stroke {}", index + 1));
-        let report = context.stats().time("stroke", || stroke.apply(context, surface)).map_err(place)?;
-        done.dabs += report.dabs;
-        done.missed += report.missed;
-        done.report.merge(report.report);
+        let reports = context.stats().time("stroke", || stroke.apply_all(context, &mut surfaces)).map_err(place)?;
+        add(&mut done, reports);
     }
     Ok(done)
+}
+
+/// Adds what was done to several objects. A dab that was left out counts once.
+pub(crate) fn add(done: &mut StrokeReport, reports: Vec<StrokeReport>) {
+    done.missed += reports.first().map_or(0, |report| report.missed);
+    for report in reports {
+        done.dabs += report.dabs;
+        done.report.merge(report.report);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::schema::{FALLOFFS, PAINT_MODES, SCULPT_MODES};
+    use crate::schema::{CHANNELS, FALLOFFS, PAINT_MODES, SCULPT_MODES};
+    use relievo_detail::StampChannel;
 
     #[test]
     fn the_words_of_scene_files_are_those_of_the_brushes() {
         assert_eq!(Falloff::NAMES.map(|(_, name)| name), FALLOFFS);
         assert_eq!(PaintMode::NAMES.map(|(_, name)| name), PAINT_MODES);
         assert_eq!(SculptMode::NAMES.map(|(_, name)| name), SCULPT_MODES);
+        assert_eq!(StampChannel::NAMES.map(|(_, name)| name), CHANNELS);
     }
 }

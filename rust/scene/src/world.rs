@@ -4,17 +4,19 @@ use std::path::PathBuf;
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
-use relievo_detail::{Collider, DisplacedObject};
+use relievo_detail::canvas::Canvas;
+use relievo_detail::{Action, Collider, DisplacedObject, Stamp};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint, Traces};
 
 use crate::assets::Assets;
 use crate::coat::Coat;
-use crate::description::{Geometry, Scene, SurfaceEntry};
+use crate::description::{Geometry, Scene, StampSource, SurfaceEntry};
 use crate::diagnostic::{Diagnostic, Failure, Faults};
 use crate::documents::{self, Start};
 use crate::paths::Paths;
 use crate::physics::Physics;
+use crate::stamps::Loaded;
 
 /// A scene whose meshes are loaded and whose surfaces are made.
 #[derive(Debug)]
@@ -29,6 +31,8 @@ pub struct World {
     colliders: Vec<Option<Collider>>,
     /// Per object the checksum and the notes of the document it starts from.
     documents: Vec<Option<(u32, Vec<String>)>>,
+    /// Images of brushes.
+    stamps: Vec<Loaded>,
     transforms: Vec<DAffine3>,
     /// Where the objects are at time 0.
     start: Vec<DAffine3>,
@@ -130,8 +134,17 @@ impl World {
                 return Err(fault(error).into());
             }
         }
+        let stamps = scene.stamps.iter().map(|entry| {
+            let span = match &entry.source {
+                StampSource::File(file) => file.span.clone(),
+                StampSource::Pattern(_) => entry.name.span.clone(),
+            };
+            let loaded = context.stats().time("load.stamps", || Loaded::new(context, &paths, entry));
+            loaded.map_err(|error| refuse(Diagnostic::from_error(span, &error)))
+        });
+        let stamps = stamps.collect::<std::result::Result<_, _>>()?;
         let start = transforms.clone();
-        Ok(Self { physics, assets, items, colliders, documents, transforms, start, scene, time: 0.0 })
+        Ok(Self { stamps, physics, assets, items, colliders, documents, transforms, start, scene, time: 0.0 })
     }
 
     /// The objects.
@@ -145,6 +158,23 @@ impl World {
             Some(Item::Surface(surface)) => Some(surface),
             _ => None,
         }
+    }
+
+    /// Those of `objects` that can be painted and sculpted, for writing.
+    pub(crate) fn canvases(&mut self, objects: &[usize]) -> Vec<&mut dyn Canvas> {
+        let items = self.items.iter_mut().enumerate().filter(|(index, _)| objects.contains(index));
+        items
+            .filter_map(|(_, item)| match item {
+                Item::Surface(surface) => Some(&mut **surface as &mut dyn Canvas),
+                Item::Mesh(_) => None,
+            })
+            .collect()
+    }
+
+    /// An image as a brush of `action` takes it.
+    pub(crate) fn stamp(&self, index: usize, action: &Action) -> Option<&Stamp> {
+        let loaded = self.stamps.get(index)?;
+        Some(if matches!(action, Action::Paint { .. }) { &loaded.paint } else { &loaded.sculpt })
     }
 
     /// The mesh that an object shows, or the control cage of its surface, at time 0.
@@ -346,10 +376,12 @@ impl World {
             .map(|object| scene.objects[object].colour)
             .collect();
         let documents: Vec<_> = self.documents.iter().map(|document| document.as_ref().map(|(crc, _)| crc)).collect();
+        let stamps: Vec<u32> = self.stamps.iter().map(|stamp| stamp.checksum).collect();
         let decisive = (
             (env!("CARGO_PKG_VERSION"), scene.fps, scene.up, scene.seed, scene.physics),
             (&scene.meshes, files, &scene.surfaces, objects, &scene.bodies, &scene.colliders),
             (&scene.strokes, painted, documents),
+            (&scene.riders, &scene.stamps, stamps),
         );
         // FNV-1a of the text of all of it.
         format!("{decisive:?}")

@@ -1,0 +1,107 @@
+//! Replays a recorded list of strokes on a mesh, or on what a document of it holds.
+//!
+//! A list of strokes is a scene file without objects: `version`, `[[strokes]]` without `object`, `[stamps.NAME]`, and
+//! `[details]` where other sizes of tiles are wanted. The mesh is added to it as the one object, at the origin; so every
+//! fault of the list is told as one of a scene, where it is. Strokes are made in the order of the file, whatever their
+//! time.
+
+use std::path::{Path, PathBuf};
+
+use relievo_core::{Context, Error, Result};
+use relievo_detail::StrokeReport;
+use relievo_document::format::EXTENSION;
+use relievo_meshio::Instance;
+
+use crate::diagnostic::Failure;
+use crate::world::{Item, World};
+use crate::{documents, export, file, strokes};
+
+/// What is replayed on what.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    /// The mesh file, the control cage of a Catmull-Clark surface.
+    pub mesh: PathBuf,
+    /// The list of strokes.
+    pub strokes: PathBuf,
+    /// The document to start from.
+    pub document: Option<PathBuf>,
+    /// The files to write: documents and meshes, by their extension.
+    pub outputs: Vec<PathBuf>,
+    /// Folders besides that of the list that images may be read from.
+    pub allowed: Vec<PathBuf>,
+}
+
+/// Extensions of meshes that can be written.
+const MESHES: [&str; 3] = ["obj", "ply", "glb"];
+
+/// Makes the strokes and writes the files. Returns what was done, and what the user should know.
+///
+/// Fails, and writes nothing, if a file cannot be read or is not what it should be, or an output has another extension
+/// than `relievo`, `obj`, `ply` or `glb`.
+pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(StrokeReport, Vec<String>), Failure> {
+    if wanted.outputs.is_empty() {
+        return Err(Error::invalid("there is nothing to write").advise("name a file to write").into());
+    }
+    for path in &wanted.outputs {
+        let known = extension(path).is_some_and(|found| found == EXTENSION || MESHES.contains(&found.as_str()));
+        if !known {
+            return Err(Error::invalid("it is neither a document nor a mesh")
+                .at(path.display().to_string())
+                .advise("let it end in .relievo, .obj, .ply or .glb")
+                .into());
+        }
+    }
+    let text = file::read_text(&wanted.strokes)?;
+    let mut allowed = wanted.allowed.clone();
+    let mut whole = |path: &Path| -> Result<String> {
+        let path = path.canonicalize().map_err(|error| Error::io(path, &error))?;
+        allowed.extend(path.parent().map(Path::to_path_buf));
+        let name = path.to_str().ok_or_else(|| {
+            Error::invalid("its name is not UTF-8").at(path.display().to_string()).advise("rename the file")
+        })?;
+        Ok(toml::Value::from(name).to_string())
+    };
+    let mesh = whole(&wanted.mesh)?;
+    let document = match &wanted.document {
+        Some(path) => format!("document = {}\n", whole(path)?),
+        None => String::new(),
+    };
+    let object = format!(
+        "\n[meshes.replayed]\nfile = {mesh}\n[surfaces.replayed]\nmesh = \"replayed\"\n\
+         [objects.replayed]\nsurface = \"replayed\"\n{document}"
+    );
+    let scene = file::parse(&wanted.strokes, &format!("{text}{object}"))?;
+    if scene.objects.len() != 1 {
+        return Err(Error::invalid("a list of strokes has no objects of its own")
+            .at(wanted.strokes.display().to_string())
+            .advise("use `relievo run` for scenes")
+            .into());
+    }
+    let mut world = World::new(context, scene, &allowed)?;
+    let done = strokes::make_due(context, &mut world, |_| true)?;
+    for path in &wanted.outputs {
+        write(context, &world, path)?;
+    }
+    Ok((done, world.notes()))
+}
+
+/// The extension of a path, in small letters.
+fn extension(path: &Path) -> Option<String> {
+    Some(path.extension()?.to_str()?.to_ascii_lowercase())
+}
+
+/// Writes the one surface as a document or a mesh.
+fn write(context: &Context, world: &World, path: &Path) -> Result<()> {
+    let Some(Item::Surface(surface)) = world.items().first() else { return Ok(()) };
+    let extension = extension(path).unwrap_or_default();
+    if extension == EXTENSION {
+        return documents::document(context, world, 0, surface)?.write(path);
+    }
+    let mesh = export::displaced_mesh(context, world, 0, surface)?;
+    let (materials, transform) = (world.materials(0), *surface.transform());
+    match extension.as_str() {
+        "glb" => relievo_meshio::write_glb(path, &[Instance { name: "mesh", mesh: &mesh, transform, materials }]),
+        "obj" => relievo_meshio::write_obj(path, &mesh, materials),
+        _ => relievo_meshio::write(path, &mesh),
+    }
+}
