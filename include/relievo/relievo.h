@@ -3,6 +3,7 @@
 #ifndef RELIEVO_RELIEVO_H
 #define RELIEVO_RELIEVO_H
 
+#include "relievo/brush.h"
 #include "relievo/caster.h"
 #include "relievo/collider.h"
 #include "relievo/context.h"
@@ -12,6 +13,7 @@
 #include "relievo/imprint.h"
 #include "relievo/mesh.h"
 #include "relievo/parameter.h"
+#include "relievo/stroke.h"
 #include "relievo/surface.h"
 #include "relievo/tessellate.h"
 #include "relievo/version.h"

@@ -538,6 +538,78 @@ inline std::pair<RlvImprintReport, RlvImprintReport> collide(const Detail &first
     return reports;
 }
 
+/// See relievo/brush.h.
+class Brush : public Reference<RlvBrush, rlv_brush_retain, rlv_brush_release> {
+public:
+    using Reference::Reference;
+
+    static Brush create(const Context &context, const RlvBrushOptions &options,
+                        const RlvBrushSettings &settings = RLV_BRUSH_SETTINGS_INIT) {
+        Brush made;
+        check(rlv_brush_create(context.get(), &options, &settings, made.out()));
+        return made;
+    }
+
+    void set(const RlvBrushOptions &options, const RlvBrushSettings &settings = RLV_BRUSH_SETTINGS_INIT) const {
+        check(rlv_brush_set(get(), &options, &settings));
+    }
+
+    /// Pairs of a pressure and what it is taken as; none takes pressure as it is.
+    void set_curve(RlvCurve curve, const std::vector<std::array<double, 2>> &points) const {
+        const auto count = points.size();
+        check(rlv_brush_set_curve(get(), curve, count == 0 ? nullptr : points.front().data(), count));
+    }
+
+    /// width times height pixels of `channels` numbers each, row by row from the top.
+    void set_stamp(std::uint32_t width, std::uint32_t height, std::uint32_t channels, const std::vector<float> &pixels,
+                   const RlvStampSettings &settings = RLV_STAMP_SETTINGS_INIT, std::uint32_t channel = 0) const {
+        if (pixels.size() != std::size_t{width} * height * channels) {
+            throw Error(RLV_ERROR_INVALID, "stamp: the pixels are not as many as its size says",
+                        "the pixels are not as many as its size says", "stamp", "give width * height * channels numbers");
+        }
+        RlvStampOptions options = RLV_STAMP_OPTIONS_INIT;
+        options.channel = channel;
+        options.width = width;
+        options.height = height;
+        options.channels = channels;
+        options.pixels = pixels.data();
+        check(rlv_brush_set_stamp(get(), &options, &settings));
+    }
+
+    void remove_stamp() const { check(rlv_brush_set_stamp(get(), nullptr, nullptr)); }
+};
+
+/// A stroke that is being drawn. See relievo/stroke.h.
+class Stroke : public Reference<RlvStroke, rlv_stroke_retain, rlv_stroke_release> {
+public:
+    using Reference::Reference;
+
+    static Stroke begin(const Detail &detail, const Brush &brush) {
+        Stroke made;
+        check(rlv_stroke_begin(detail.get(), brush.get(), made.out()));
+        return made;
+    }
+
+    RlvStrokeReport extend(const std::vector<RlvStrokePoint> &points) const {
+        RlvStrokeReport report = RLV_STROKE_REPORT_INIT;
+        check(rlv_stroke_extend(get(), points.data(), points.size(), 0, &report));
+        return report;
+    }
+
+    RlvStrokeReport end() const {
+        RlvStrokeReport report = RLV_STROKE_REPORT_INIT;
+        check(rlv_stroke_end(get(), &report));
+        return report;
+    }
+};
+
+/// Makes a whole stroke; commit the detail to see it.
+inline RlvStrokeReport stroke(const Detail &detail, const Brush &brush, const std::vector<RlvStrokePoint> &points) {
+    RlvStrokeReport report = RLV_STROKE_REPORT_INIT;
+    check(rlv_stroke_run(detail.get(), brush.get(), points.data(), points.size(), 0, &report));
+    return report;
+}
+
 /// A ray; the direction may have any length but zero.
 struct CastRay {
     Float3 origin, direction;

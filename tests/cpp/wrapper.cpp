@@ -118,6 +118,24 @@ int main() {
     detail.write_block(0, block);
     detail.commit();
     CHECK(detail.evaluate({{0, {0.5f, 0.5f}}}).displacements == dent.displacements);
+    // A stroke at once, and the same drawn.
+    RlvBrushOptions draw = RLV_BRUSH_OPTIONS_INIT;
+    draw.action = RLV_BRUSH_SCULPT;
+    draw.mode = RLV_SCULPT_DRAW;
+    RlvBrushSettings small = RLV_BRUSH_SETTINGS_INIT;
+    small.radius = 0.25f;
+    const auto brush = relievo::Brush::create(context, draw, small);
+    brush.set_curve(RLV_CURVE_SIZE, {{0.0, 0.5}, {1.0, 1.0}});
+    brush.set_stamp(2, 1, 1, {0.5f, 1.0f});
+    const std::vector<RlvStrokePoint> way{{{0.2, 0.5, 0.0}, 1.0, -1.0}, {{0.8, 0.5, 0.0}, 0.5, -1.0}};
+    const auto once = relievo::Detail::create(surface, coarse), drawn = relievo::Detail::create(surface, coarse);
+    const auto dabs = relievo::stroke(once, brush, way).dabs;
+    const auto open = relievo::Stroke::begin(drawn, brush);
+    CHECK(open.extend({way[0]}).dabs == 0 && open.extend({way[1]}).dabs + open.end().dabs == dabs && dabs > 3);
+    once.commit();
+    drawn.commit();
+    CHECK(once.read_block(0) == drawn.read_block(0) && !once.read_block(0).empty());
+
     const auto hit = relievo::Caster::create(detail).cast({{{0.5f, 0.5f, 3.0f}, {0, 0, -1}}});
     CHECK(hit[0].tile == 0 && std::abs(hit[0].position[2] - dent.displacements[0]) < 1e-3f);
 

@@ -14,6 +14,7 @@ pub mod border;
 pub mod array;
 #[macro_use]
 pub mod descriptor;
+pub mod brush;
 pub mod caster;
 pub mod collider;
 pub mod context;
@@ -24,6 +25,7 @@ pub mod imprint;
 pub mod mesh;
 pub mod parameter;
 pub mod registry;
+pub mod stroke;
 pub mod surface;
 pub mod tessellate;
 pub mod version;
@@ -56,6 +58,12 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         imprint::RlvImprintSettings::layout(),
         imprint::RlvImprintMoment::layout(),
         imprint::RlvImprintReport::layout(),
+        brush::RlvBrushOptions::layout(),
+        brush::RlvBrushSettings::layout(),
+        brush::RlvStampOptions::layout(),
+        brush::RlvStampSettings::layout(),
+        stroke::RlvStrokePoint::layout(),
+        stroke::RlvStrokeReport::layout(),
         caster::RlvHit::layout(),
         caster::RlvRayArrays::layout(),
     ]
@@ -69,6 +77,7 @@ pub fn constants() -> Vec<(&'static str, i64)> {
         context::CONSTANTS,
         mesh::CONSTANTS,
         surface::CONSTANTS,
+        brush::CONSTANTS,
         caster::CONSTANTS,
         parameter::CONSTANTS,
     ]

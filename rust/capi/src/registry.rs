@@ -19,7 +19,8 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-const NOUNS: [&str; 8] = ["nothing", "context", "mesh", "surface", "detail", "collider", "caster", "tessellation"];
+const NOUNS: [&str; 10] =
+    ["nothing", "context", "mesh", "surface", "detail", "collider", "caster", "tessellation", "brush", "stroke"];
 
 /// Defines the handle type of a noun.
 macro_rules! handle {

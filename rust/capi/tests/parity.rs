@@ -169,9 +169,11 @@ fn layouts_and_values_agree() {
 }
 
 /// The structs whose fields are tables of parameters in Rust: header, name in C, fields.
-const SETTINGS: [(&str, &str, &[Parameter]); 2] = [
+const SETTINGS: [(&str, &str, &[Parameter]); 4] = [
     ("imprint.h", "RlvImprintSettings", relievo_detail::ImprintSettings::PARAMETERS),
     ("collider.h", "RlvToolSettings", relievo_detail::tool::ToolSettings::PARAMETERS),
+    ("brush.h", "RlvBrushSettings", relievo_detail::StrokeSettings::PARAMETERS),
+    ("brush.h", "RlvStampSettings", relievo_detail::StampSettings::PARAMETERS),
 ];
 
 /// The line of the header that declares a parameter.

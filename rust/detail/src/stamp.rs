@@ -84,14 +84,9 @@ impl StampImage {
     /// that is not finite or an alpha beyond 0 to 1.
     pub fn new(width: u32, height: u32, channels: u32, data: &[f32]) -> Result<Arc<Self>> {
         let fault = |what: String, remedy: &str| Err(Error::invalid(what).at("stamp").advise(remedy));
+        Self::check_size(width, height, channels)?;
         let count = u64::from(width) * u64::from(height);
-        if count == 0 || width.max(height) > MAX_SIDE || count > MAX_PIXELS {
-            return fault(
-                format!("its image is {width} × {height} pixels"),
-                "use 1 to 16384 pixels a side and at most 67108864 in all",
-            );
-        }
-        if !(1..=4).contains(&channels) || data.len() as u64 != count * u64::from(channels) {
+        if data.len() as u64 != count * u64::from(channels) {
             return fault(
                 format!("{} numbers are not {channels} for each of {count} pixels", data.len()),
                 "give 1 to 4 numbers for each pixel",
@@ -123,6 +118,22 @@ impl StampImage {
             levels.push(last.halved());
         }
         Ok(Arc::new(Self { levels }))
+    }
+
+    /// Fails if no image has this size.
+    pub fn check_size(width: u32, height: u32, channels: u32) -> Result<()> {
+        let fault = |what: String, remedy: &str| Err(Error::invalid(what).at("stamp").advise(remedy));
+        let count = u64::from(width) * u64::from(height);
+        if count == 0 || width.max(height) > MAX_SIDE || count > MAX_PIXELS {
+            return fault(
+                format!("its image is {width} × {height} pixels"),
+                "use 1 to 16384 pixels a side and at most 67108864 in all",
+            );
+        }
+        if !(1..=4).contains(&channels) {
+            return fault(format!("its pixels have {channels} numbers"), "give 1 to 4 numbers for each pixel");
+        }
+        Ok(())
     }
 
     /// Pixels along the sides.

@@ -8,6 +8,7 @@ use std::ptr::{null, null_mut};
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
+use relievo_abi::brush::*;
 use relievo_abi::caster::*;
 use relievo_abi::collider::*;
 use relievo_abi::context::*;
@@ -16,6 +17,7 @@ use relievo_abi::error::{RLV_ERROR_INTERNAL, RLV_OK, RlvResult};
 use relievo_abi::evaluate::*;
 use relievo_abi::imprint::*;
 use relievo_abi::mesh::*;
+use relievo_abi::stroke::*;
 use relievo_abi::surface::*;
 use relievo_abi::tessellate::*;
 
@@ -32,12 +34,14 @@ struct Handles {
     colliders: Vec<u64>,
     casters: Vec<u64>,
     tessellations: Vec<u64>,
+    brushes: Vec<u64>,
+    strokes: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 7] {
-        let Self { contexts, meshes, surfaces, details, colliders, casters, tessellations } = self;
-        [contexts, meshes, surfaces, details, colliders, casters, tessellations]
+    fn lists(&self) -> [&[u64]; 9] {
+        let Self { contexts, meshes, surfaces, details, colliders, casters, tessellations, brushes, strokes } = self;
+        [contexts, meshes, surfaces, details, colliders, casters, tessellations, brushes, strokes]
     }
 
     /// A handle of `noun`, mostly one that was given out.
@@ -45,7 +49,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=6)?],
+            2 => self.lists()[bytes.int_in_range(0..=8)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -359,6 +363,56 @@ fn press(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     Ok(())
 }
 
+fn draw(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mut options: RlvBrushOptions = sized(bytes)?;
+    (options.action, options.mode, options.falloff) =
+        (bytes.int_in_range(0..=2)?, bytes.int_in_range(0..=8)?, bytes.int_in_range(0..=5)?);
+    options.color = [0.5, number(bytes)?.abs(), 0.25, 1.0];
+    options.height = number(bytes)?;
+    let mut settings: RlvBrushSettings = sized(bytes)?;
+    settings.settings = Default::default();
+    settings.settings.radius = number(bytes)?.abs();
+    settings.settings.spacing = 1.0;
+    settings.settings.string = number(bytes)?;
+    settings.settings.jitter_position = number(bytes)?;
+    let pixels = numbers(bytes, 12)?;
+    let mut stamp: RlvStampOptions = sized(bytes)?;
+    (stamp.width, stamp.height, stamp.channels) = (bytes.int_in_range(0..=3)?, 1, bytes.int_in_range(0..=4)?);
+    (stamp.channel, stamp.pixels) = (bytes.int_in_range(0..=4)?, pixels.as_ptr());
+    let curve = [0.0, f64::from(number(bytes)?), 1.0, f64::from(number(bytes)?)];
+    let context = RlvContext { id: handles.pick(bytes, 0)? };
+    let mut out = RlvBrush { id: UNTOUCHED };
+    // SAFETY: descriptors are sized and arrays as long as told.
+    let result = unsafe { rlv_brush_create(context, &options, &settings, &mut out) };
+    made(result, out.id, &mut handles.brushes);
+    let (detail, brush) = (RlvDetail { id: handles.pick(bytes, 3)? }, RlvBrush { id: handles.pick(bytes, 7)? });
+    let point = |bytes: &mut Unstructured| -> Result<RlvStrokePoint> {
+        let position = [number(bytes)?, number(bytes)?, number(bytes)? / 16.0].map(f64::from);
+        Ok(RlvStrokePoint { position, pressure: f64::from(number(bytes)?.abs() / 16.0), time: f64::from(number(bytes)?) })
+    };
+    let points = [point(bytes)?, point(bytes)?, point(bytes)?];
+    let count = count(bytes, points.len())?;
+    let mut report: RlvStrokeReport = sized(bytes)?;
+    let mut begun = RlvStroke { id: UNTOUCHED };
+    // SAFETY: as above.
+    let result = unsafe {
+        called(rlv_brush_set_stamp(brush, if bytes.arbitrary()? { &stamp } else { null() }, null()));
+        called(rlv_brush_set_curve(brush, bytes.int_in_range(0..=3)?, curve.as_ptr(), 2));
+        called(rlv_stroke_run(detail, brush, points.as_ptr(), count, 0, &mut report));
+        rlv_stroke_begin(detail, brush, &mut begun)
+    };
+    made(result, begun.id, &mut handles.strokes);
+    let stroke = RlvStroke { id: handles.pick(bytes, 8)? };
+    // SAFETY: as above.
+    unsafe {
+        called(rlv_stroke_extend(stroke, points.as_ptr(), count, 0, &mut report));
+        if bytes.arbitrary()? {
+            called(rlv_stroke_end(stroke, null_mut()));
+        }
+    }
+    Ok(())
+}
+
 /// A progress callback that cancels when its patience is at an end.
 unsafe extern "C" fn wait(user: *mut c_void, _: f32, _: *const c_char) -> u32 {
     // SAFETY: the user pointer is the patience of the call.
@@ -472,8 +526,12 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (4, false) => rlv_collider_release(RlvCollider { id }),
             (5, true) => rlv_caster_retain(RlvCaster { id }),
             (5, false) => rlv_caster_release(RlvCaster { id }),
-            (_, true) => rlv_tessellation_retain(RlvTessellation { id }),
-            (_, false) => rlv_tessellation_release(RlvTessellation { id }),
+            (6, true) => rlv_tessellation_retain(RlvTessellation { id }),
+            (6, false) => rlv_tessellation_release(RlvTessellation { id }),
+            (7, true) => rlv_brush_retain(RlvBrush { id }),
+            (7, false) => rlv_brush_release(RlvBrush { id }),
+            (_, true) => rlv_stroke_retain(RlvStroke { id }),
+            (_, false) => rlv_stroke_release(RlvStroke { id }),
         }
     }
 }
@@ -487,7 +545,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=16_u8)? {
+        match bytes.int_in_range(0..=18_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -497,8 +555,9 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             13 => evaluate(bytes, handles)?,
             14 => cast(bytes, handles)?,
             15 => follow(bytes, handles)?,
+            16..=17 => draw(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=6)?;
+                let noun = bytes.int_in_range(0..=8)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }

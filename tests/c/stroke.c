@@ -1,0 +1,125 @@
+/* Strokes: what is drawn bit by bit is what is drawn at once, an eraser gives back all memory, bad points do nothing. */
+#include "check.h"
+
+enum { POINTS = 24 };
+
+static void way(RlvStrokePoint *points) {
+    for (int k = 0; k < POINTS; ++k) {
+        points[k].position[0] = 0.5 + 0.2 * k;
+        points[k].position[1] = 3.0 + sin(0.4 * k);
+        points[k].position[2] = 0.02;
+        points[k].pressure = 0.3 + 0.02 * k;
+        points[k].time = 0.02 * k;
+    }
+}
+
+static float displacement(RlvDetail detail, uint32_t tile) {
+    const float uv[2] = {0.5f, 0.5f};
+    float out = 7.0f;
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    arrays.count = 1;
+    arrays.tiles = &tile;
+    arrays.uvs = uv;
+    arrays.displacements = &out;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    return out;
+}
+
+static int same(RlvDetail one, RlvDetail other, uint32_t tile) {
+    static unsigned char blocks[2][70000];
+    size_t sizes[2] = {0, 0};
+    CHECK_OK(rlv_detail_read_block(one, tile, blocks[0], sizeof blocks[0], &sizes[0]));
+    CHECK_OK(rlv_detail_read_block(other, tile, blocks[1], sizeof blocks[1], &sizes[1]));
+    return sizes[0] == sizes[1] && memcmp(blocks[0], blocks[1], sizes[0]) == 0;
+}
+
+int main(void) {
+    RlvContext context = RLV_NULL;
+    RlvSurface surface = RLV_NULL;
+    RlvDetail whole = RLV_NULL, drawn = RLV_NULL;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvDetailInfo info = RLV_DETAIL_INFO_INIT;
+    RlvBrushOptions kind = RLV_BRUSH_OPTIONS_INIT;
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    RlvStrokeReport report = RLV_STROKE_REPORT_INIT;
+    RlvStrokePoint points[POINTS];
+    RlvBrush brush = RLV_NULL;
+    RlvStroke stroke = RLV_NULL;
+    uint64_t dabs = 0;
+    int k;
+    CHECK_OK(rlv_context_create(NULL, &context));
+    RlvMesh plane = check_plane(context, 6, 6);
+    CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
+    options.tile_size = 32;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &whole));
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &drawn));
+    kind.action = RLV_BRUSH_SCULPT;
+    kind.mode = RLV_SCULPT_DRAW;
+    kind.height = 0.1f;
+    settings.radius = 0.4f;
+    settings.jitter_angle = 1.0f;
+    settings.jitter_position = 0.1f;
+    settings.rate = 20.0f;
+    CHECK_OK(rlv_brush_create(context, &kind, &settings, &brush));
+    way(points);
+
+    CHECK_OK(rlv_stroke_run(whole, brush, points, POINTS, 0, &report));
+    CHECK(report.dabs > 40 && report.missed_dabs == 0 && report.changed_tiles > 5 && report.bytes > 0);
+    CHECK_OK(rlv_stroke_begin(drawn, brush, &stroke));
+    for (k = 0; k < POINTS; k += 4) {
+        RlvStrokeReport part = RLV_STROKE_REPORT_INIT;
+        CHECK_OK(rlv_stroke_extend(stroke, points + k, 4, sizeof points[0], &part));
+        dabs += part.dabs;
+        /* What was drawn so far can be seen. */
+        CHECK_OK(rlv_detail_commit(drawn, NULL));
+    }
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_stroke_extend(stroke, points, 1, 0, NULL), "time");
+    CHECK_OK(rlv_stroke_end(stroke, NULL));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_stroke_end(stroke, NULL), "ended");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_stroke_extend(stroke, points, 1, 0, NULL), "ended");
+    CHECK_OK(rlv_stroke_release(stroke));
+    CHECK(dabs == report.dabs);
+    CHECK_OK(rlv_detail_commit(whole, NULL));
+    CHECK_OK(rlv_detail_commit(drawn, NULL));
+    CHECK(displacement(whole, 14) != 0.0f || displacement(whole, 20) != 0.0f);
+    for (k = 0; k < 36; ++k) {
+        CHECK(same(whole, drawn, (uint32_t)k));
+    }
+
+    /* Off the surface nothing happens, and that is said. */
+    for (k = 0; k < POINTS; ++k) {
+        points[k].position[2] = 50.0;
+    }
+    CHECK_OK(rlv_stroke_run(whole, brush, points, POINTS, 0, &report));
+    CHECK(report.dabs == 0 && report.missed_dabs > 40 && report.changed_tiles == 0);
+    way(points);
+    points[3].pressure = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_stroke_run(whole, brush, points, POINTS, 0, NULL), "pressure");
+    points[3].pressure = 1.0;
+    points[3].time = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_stroke_run(whole, brush, points, POINTS, 0, NULL), "time");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_stroke_run(whole, brush, points, 0, 0, NULL), "points");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_stroke_run(whole, brush, NULL, 3, 0, NULL), "points");
+
+    /* An eraser over all of it leaves nothing. */
+    kind.mode = RLV_SCULPT_ERASE;
+    kind.falloff = RLV_FALLOFF_CONSTANT;
+    settings.radius = 9.0f;
+    settings.rate = settings.jitter_angle = settings.jitter_position = 0.0f;
+    CHECK_OK(rlv_brush_set(brush, &kind, &settings));
+    points[0].position[0] = points[0].position[1] = 3.0;
+    points[0].pressure = 1.0;
+    CHECK_OK(rlv_stroke_run(whole, brush, points, 1, 0, &report));
+    CHECK(report.freed_tiles > 5 && report.bytes == 0);
+    CHECK_OK(rlv_detail_commit(whole, NULL));
+    CHECK_OK(rlv_detail_info(whole, &info));
+    CHECK(info.allocated_count == 0 && info.bytes == 0);
+
+    CHECK_OK(rlv_brush_release(brush));
+    CHECK_OK(rlv_detail_release(whole));
+    CHECK_OK(rlv_detail_release(drawn));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(plane));
+    CHECK_OK(rlv_context_release(context));
+    return 0;
+}
