@@ -132,10 +132,13 @@ impl Baker {
         strokes::add(&mut changes.strokes, vec![riders::make(context, world, frame, path)?]);
         let _stage = context.stats().begin("commit");
         for object in 0..world.items().len() {
-            let written = world.surface_mut(object).map_or_else(Vec::new, |surface| {
+            let mut written = world.surface_mut(object).map_or_else(Vec::new, |surface| {
                 changes.unstamped += surface.stamp(context).len() as u64;
                 blocks::commit(surface)
             });
+            if let Some(item) = world.triangles_mut(object) {
+                written = item.commit(context)?;
+            }
             changes.written.push(written);
         }
         Ok(changes)
@@ -495,6 +498,7 @@ pub fn blocks(context: &Context, world: &World, changes: &Changes) -> Result<Vec
         let (object, layer, tile) = list[at];
         let bytes = match world.items().get(object) {
             Some(Item::Surface(surface)) => blocks::read(surface, layer, tile)?,
+            Some(Item::Triangles(item)) => item.read(layer, tile)?,
             _ => None,
         };
         Ok(Block { object: object as u32, layer, tile, bytes: bytes.unwrap_or_default() })
@@ -504,11 +508,11 @@ pub fn blocks(context: &Context, world: &World, changes: &Changes) -> Result<Vec
 
 /// All blocks there are.
 fn allocated(world: &World) -> Vec<Key> {
-    let surfaces = (0..).zip(world.items()).filter_map(|(object, item)| match item {
-        Item::Surface(surface) => Some((object, surface)),
+    let lists = (0..).zip(world.items()).filter_map(|(object, item)| match item {
+        Item::Surface(surface) => Some((object, blocks::allocated(surface))),
+        Item::Triangles(item) => Some((object, item.allocated())),
         Item::Mesh(_) => None,
     });
-    let lists = surfaces.map(|(object, surface)| (object, blocks::allocated(surface)));
     lists.flat_map(|(object, list)| list.into_iter().map(move |(layer, tile)| (object, layer, tile))).collect()
 }
 
@@ -533,10 +537,16 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
     blocks.sort_by_key(|block| (!block.bytes.is_empty(), block.object, block.layer, block.tile));
     let mut changes = Changes { written: vec![Vec::new(); world.items().len()], ..Changes::default() };
     for block in blocks {
-        let surface = world.surface_mut(block.object as usize).ok_or_else(|| misfit("an object has no surface"))?;
+        let object = block.object as usize;
         let bytes = (!block.bytes.is_empty()).then_some(block.bytes.as_slice());
-        blocks::write(surface, block.layer, block.tile, bytes).map_err(|error| misfit(&error.to_string()))?;
-        changes.written[block.object as usize].push((block.layer, block.tile));
+        let done = if let Some(item) = world.triangles_mut(object) {
+            item.write(block.layer, block.tile, bytes)
+        } else {
+            let surface = world.surface_mut(object).ok_or_else(|| misfit("an object has no surface"))?;
+            blocks::write(surface, block.layer, block.tile, bytes)
+        };
+        done.map_err(|error| misfit(&error.to_string()))?;
+        changes.written[object].push((block.layer, block.tile));
     }
     changes.written.iter_mut().for_each(|written| written.sort_unstable());
     world.place(&frame.transforms)?;
@@ -547,6 +557,11 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
         surface.set_time(now)?;
         surface.take_as_stamped();
         blocks::commit(surface);
+    }
+    for object in 0..world.items().len() {
+        if let Some(item) = world.triangles_mut(object) {
+            item.commit(context)?;
+        }
     }
     Ok(changes)
 }

@@ -109,6 +109,15 @@ pub struct SurfaceEntry {
     pub isolation: Option<u32>,
     /// Whether corners of an open cage are sharp.
     pub sharp_corners: bool,
+    /// If the triangles of the mesh are the surface, how.
+    pub triangles: Option<TrianglesEntry>,
+}
+
+/// How a mesh becomes a surface of triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrianglesEntry {
+    /// The length above which edges are split.
+    pub longest_edge: Option<f64>,
 }
 
 /// How displacement and paint are stored.
@@ -118,6 +127,8 @@ pub struct DetailEntry {
     pub tile_size: u32,
     /// Texels of paint along a side of a tile.
     pub paint_size: u32,
+    /// Segments along an edge of a surface of triangles.
+    pub segments: u32,
     /// Most bytes of tiles of displacement, and of paint.
     pub budget: u64,
 }

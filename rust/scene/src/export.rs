@@ -7,6 +7,7 @@ use relievo_core::{Context, Mesh, Result, Values};
 use relievo_detail::DisplacedObject;
 use relievo_meshio::Instance;
 use relievo_render::{Channel, Content, Layer, Samples, Value, write_exr, write_png};
+use relievo_tiles::triangle::TriangleTessellation;
 
 use crate::description::Up;
 use crate::output::Folder;
@@ -25,6 +26,16 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
         let materials = world.materials(index);
         list.push(match item {
             Item::Mesh(item) => (name, materials, item.mesh.clone(), item.transform),
+            Item::Triangles(item) => {
+                let object = &item.object;
+                let (displaced, rates) = (object.displaced()?, |face: u32| object.rates(face));
+                let mut whole =
+                    TriangleTessellation::new(context, &displaced, object.normals(), world.cage(index), rates)?;
+                if let Some(paint) = object.paint() {
+                    whole.paint(paint.field())?;
+                }
+                (name, materials, whole.mesh, *object.transform())
+            }
             Item::Surface(surface) => {
                 (name, materials, displaced_mesh(context, world, index, surface)?, *surface.transform())
             }

@@ -360,6 +360,17 @@ fn read_shape(reader: &mut Reader, table: Table) -> Option<shapes::Shape> {
 fn read_surface(reader: &mut Reader, name: &Name, table: Table, meshes: &Names) -> Option<SurfaceEntry> {
     let isolation = reader.optional_number(table, "isolation").map(|levels| levels as u32);
     let sharp_corners = reader.choice(table, "boundary") == Some("edge_and_corner");
+    let longest_edge = reader.optional_number(table, "longest_edge");
+    let triangles = (reader.choice(table, "kind") == Some("triangles")).then_some(TrianglesEntry { longest_edge });
+    let (unfit, kind): (&[&str], _) = match triangles {
+        Some(_) => (&["isolation", "boundary"], "triangles"),
+        None => (&["longest_edge"], "a Catmull-Clark surface"),
+    };
+    for key in unfit.iter().filter(|key| table.has(key)) {
+        reader.fault(
+            Diagnostic::new(table.span_of(key), format!("`{key}` means nothing for {kind}")).advise("remove it"),
+        );
+    }
     let Some(mesh) = reader.text(table, "mesh") else {
         if !table.has("mesh") {
             reader.fault(
@@ -369,13 +380,14 @@ fn read_surface(reader: &mut Reader, name: &Name, table: Table, meshes: &Names) 
         }
         return None;
     };
-    Some(SurfaceEntry { name: name.clone(), mesh: meshes.find(reader, &mesh)?, isolation, sharp_corners })
+    Some(SurfaceEntry { name: name.clone(), mesh: meshes.find(reader, &mesh)?, isolation, sharp_corners, triangles })
 }
 
 fn read_detail(reader: &mut Reader, table: Table, general: Option<&DetailEntry>) -> DetailEntry {
     let mut own = DetailEntry {
         tile_size: reader.whole(table, "tile_size") as u32,
         paint_size: reader.whole(table, "paint_size") as u32,
+        segments: reader.whole(table, "segments") as u32,
         budget: reader.whole(table, "budget"),
     };
     if let Some(general) = general {
@@ -384,6 +396,9 @@ fn read_detail(reader: &mut Reader, table: Table, general: Option<&DetailEntry>)
         }
         if !table.has("paint_size") {
             own.paint_size = general.paint_size;
+        }
+        if !table.has("segments") {
+            own.segments = general.segments;
         }
         if !table.has("budget") {
             own.budget = general.budget;

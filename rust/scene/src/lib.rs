@@ -29,5 +29,6 @@ pub mod stepper;
 mod strokes;
 pub mod tessellation;
 pub mod trace;
+pub mod triangles;
 mod views;
 pub mod world;

@@ -4,11 +4,13 @@
 use glam::DVec3;
 use relievo_core::{Context, Result};
 use relievo_render as render;
+use relievo_tiles::triangle::TriangleBlock;
 
 use crate::bake::Change;
 use crate::coat::Coat;
 use crate::description::{CameraEntry, Scene, View};
 use crate::tessellation::{self, Rates};
+use crate::triangles;
 use crate::world::{Item, World};
 
 /// The ray caster's view of a world.
@@ -57,6 +59,7 @@ impl Studio {
                 let material = render::Material { base_color, specular, roughness };
                 let transform = match item {
                     Item::Surface(surface) => *surface.transform(),
+                    Item::Triangles(item) => *item.object.transform(),
                     Item::Mesh(item) => item.transform,
                 };
                 shown.id = Some(studio.scene.add_object(transform, material)?);
@@ -126,6 +129,35 @@ impl Studio {
                         self.scene.set_mesh(id, *tile, mesh)?;
                     }
                 }
+                Item::Triangles(item) => {
+                    let object = &item.object;
+                    self.scene.set_transform(id, *object.transform())?;
+                    let tags = if tagged { changed.to_vec() } else { Vec::new() };
+                    let recent = std::mem::replace(&mut self.objects[index].recent, tags);
+                    let stale: Vec<u32> = match whole {
+                        true => (0..triangles::part_count(object)).collect(),
+                        false => {
+                            let mut parts = triangles::stale_parts(object, changed);
+                            parts.extend(triangles::stale_parts(object, &recent));
+                            parts.sort_unstable();
+                            parts.dedup();
+                            parts
+                        }
+                    };
+                    let topology = object.surface().topology();
+                    let fresh = TriangleBlock::change(topology, changed.iter().copied()).faces;
+                    let tag = |face: u32| match (object.is_allocated(face), fresh.binary_search(&face).is_ok()) {
+                        (true, true) => CHANGED,
+                        (true, false) => ALLOCATED,
+                        (false, _) => UNTOUCHED,
+                    };
+                    let parts = context.map(stale.len(), |at| triangles::part(object, stale[at], tag));
+                    for (part, mesh) in stale.iter().zip(parts) {
+                        let mesh = mesh?;
+                        count += mesh.triangles.len() as u64;
+                        self.scene.set_mesh(id, *part, mesh)?;
+                    }
+                }
                 Item::Mesh(item) => {
                     self.scene.set_transform(id, item.transform)?;
                     if !whole {
@@ -171,6 +203,7 @@ impl Studio {
         let view = view_at(entry, time);
         let shift = entry.follow.and_then(|object| world.items().get(object)).map_or(DVec3::ZERO, |item| match item {
             Item::Surface(surface) => surface.transform().translation,
+            Item::Triangles(item) => item.object.transform().translation,
             Item::Mesh(item) => item.transform.translation,
         });
         // Without a place of its own the camera looks from the automatic direction, at a given target too.

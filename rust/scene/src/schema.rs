@@ -160,9 +160,23 @@ pub static MESH: Section = Section {
 /// `[surfaces.NAME]`
 pub static SURFACE: Section = Section {
     name: "surfaces.NAME",
-    help: "A Catmull-Clark surface over a mesh as control cage",
+    help: "A surface over a mesh: the Catmull-Clark surface with the mesh as control cage, or the triangles of the mesh",
     keys: &[
-        key("mesh", Kind::Name("meshes"), "", "", "The control cage"),
+        key("mesh", Kind::Name("meshes"), "", "", "The control cage, or the mesh"),
+        key(
+            "kind",
+            Kind::Choice(&["catmull_clark", "triangles"]),
+            "\"catmull_clark\"",
+            "",
+            "What is painted and sculpted; for triangles polygons are cut up",
+        ),
+        key(
+            "longest_edge",
+            POSITIVE,
+            "",
+            UNITS,
+            "Triangles with longer edges are split, so that `segments` of `details` lie denser; left out, none",
+        ),
         key(
             "isolation",
             Kind::Whole(1, 10),
@@ -188,6 +202,7 @@ pub static DETAIL: Section = Section {
     keys: &[
         key("tile_size", Kind::Power(8, 256), "128", "", "Coefficients along a side of a tile"),
         key("paint_size", Kind::Power(8, 256), "128", "", "Texels of paint along a side of a tile"),
+        key("segments", Kind::Power(8, 64), "16", "", "Segments along an edge of a surface of triangles"),
         key(
             "budget",
             Kind::Whole(1 << 16, 1 << 40),

@@ -293,6 +293,23 @@ impl Stepper {
             ));
         }
         for item in self.world.items() {
+            if let Item::Triangles(item) = item {
+                let object = &item.object;
+                let faces = object.surface().topology().face_count() as u64;
+                let displacement = object.displacement();
+                let channels =
+                    [Some((displacement.bytes(), displacement.full_bytes(), displacement.allocated_count()))]
+                        .into_iter()
+                        .chain([object
+                            .paint()
+                            .map(|paint| (paint.bytes(), paint.full_bytes(), paint.allocated_count()))]);
+                for (bytes, full, count) in channels.flatten() {
+                    self.summary.tile_bytes[0] += bytes;
+                    self.summary.tile_bytes[1] += full;
+                    self.summary.tiles[0] += count as u64;
+                    self.summary.tiles[1] += faces;
+                }
+            }
             if let Item::Surface(surface) = item {
                 let displacement = surface.displacement();
                 self.summary.tile_bytes[0] += displacement.bytes();

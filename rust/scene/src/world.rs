@@ -11,12 +11,13 @@ use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint, Tr
 
 use crate::assets::Assets;
 use crate::coat::Coat;
-use crate::description::{Geometry, Scene, StampSource, SurfaceEntry};
+use crate::description::{Geometry, ObjectEntry, Scene, StampSource, SurfaceEntry, TrianglesEntry};
 use crate::diagnostic::{Diagnostic, Failure, Faults};
 use crate::documents::{self, Start};
 use crate::paths::Paths;
 use crate::physics::Physics;
 use crate::stamps::Loaded;
+use crate::triangles::TriangleItem;
 
 /// A scene whose meshes are loaded and whose surfaces are made.
 #[derive(Debug)]
@@ -45,6 +46,8 @@ pub struct World {
 pub enum Item {
     /// A surface, which may have displacement.
     Surface(Box<DisplacedObject>),
+    /// A mesh whose triangles may have displacement.
+    Triangles(Box<TriangleItem>),
     /// A mesh as it is.
     Mesh(Box<MeshItem>),
 }
@@ -85,6 +88,16 @@ impl World {
                 Geometry::Mesh(_) => Ok(Item::Mesh(Box::new(MeshItem { mesh: mesh.clone(), transform }))),
                 Geometry::Surface(index) => {
                     let entry = &scene.surfaces[index];
+                    if let Some(triangles) = &entry.triangles {
+                        let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
+                        check_triangles(object, triangles, assets.is_animated(entry.mesh)).map_err(&fault)?;
+                        let color = Vec3::from(object.colour).min(Vec3::ONE).extend(1.0);
+                        let paint = scene.is_painted(items.len()).then_some(color);
+                        let item = TriangleItem::new(context, mesh, triangles, &object.detail, paint, transform);
+                        items.push(Item::Triangles(Box::new(item.map_err(fault)?)));
+                        documents.push(None);
+                        continue;
+                    }
                     let options = surface_options(entry);
                     let detail = DisplacementOptions {
                         size: object.detail.tile_size,
@@ -121,6 +134,10 @@ impl World {
         let mut colliders: Vec<Option<Collider>> = items.iter().map(|_| None).collect();
         for entry in &scene.colliders {
             let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
+            if entry.into.iter().any(|into| matches!(items.get(*into), Some(Item::Triangles(_)))) {
+                let error = Error::unsupported("nothing can be pressed into surfaces of triangles yet");
+                return Err(fault(error.advise("name other objects in `into`")).into());
+            }
             let (Some(Item::Mesh(item)), Some(slot)) = (items.get(entry.object), colliders.get_mut(entry.object))
             else {
                 continue;
@@ -166,6 +183,7 @@ impl World {
         items
             .filter_map(|(_, item)| match item {
                 Item::Surface(surface) => Some(&mut **surface as &mut dyn Canvas),
+                Item::Triangles(item) => Some(&mut item.object as &mut dyn Canvas),
                 Item::Mesh(_) => None,
             })
             .collect()
@@ -177,8 +195,21 @@ impl World {
         Some(if matches!(action, Action::Paint { .. }) { &loaded.paint } else { &loaded.sculpt })
     }
 
+    /// The triangle mesh of an object, if it shows one that may be displaced, for writing.
+    pub(crate) fn triangles_mut(&mut self, object: usize) -> Option<&mut TriangleItem> {
+        match self.items.get_mut(object) {
+            Some(Item::Triangles(item)) => Some(item),
+            _ => None,
+        }
+    }
+
     /// The mesh that an object shows, or the control cage of its surface, at time 0.
     pub fn cage(&self, object: usize) -> &Mesh {
+        if let Some(Item::Triangles(item)) = self.items.get(object)
+            && let Some(cage) = &item.cage
+        {
+            return cage;
+        }
         self.assets.mesh(self.scene.cage_of(&self.scene.objects[object]))
     }
 
@@ -192,6 +223,10 @@ impl World {
         let entries = self.scene.meshes.iter().enumerate();
         let meshes = entries.flat_map(|(index, entry)| {
             self.assets.notes(index).iter().map(|note| format!("mesh `{}`: {note}", entry.name.text))
+        });
+        let triangles = self.items.iter().zip(&self.scene.objects).flat_map(|(item, object)| {
+            let notes = if let Item::Triangles(item) = item { &item.notes[..] } else { &[] };
+            notes.iter().map(|note| format!("object `{}`: {note}", object.name.text))
         });
         let objects = self.items.iter().zip(&self.scene.objects).filter_map(|(item, object)| {
             let Item::Surface(surface) = item else { return None };
@@ -215,7 +250,7 @@ impl World {
             let notes = document.iter().flat_map(|(_, notes)| notes);
             notes.map(|note| format!("object `{}`: {note}", object.name.text))
         });
-        meshes.chain(objects).chain(open).chain(documents).collect()
+        meshes.chain(triangles).chain(objects).chain(open).chain(documents).collect()
     }
 
     /// The limit of the texture coordinates of an object's surface; `None` if it is a mesh or its cage has none.
@@ -245,7 +280,7 @@ impl World {
     pub(crate) fn surfaces_mut(&mut self) -> impl Iterator<Item = &mut DisplacedObject> {
         self.items.iter_mut().filter_map(|item| match item {
             Item::Surface(surface) => Some(&mut **surface),
-            Item::Mesh(_) => None,
+            Item::Triangles(_) | Item::Mesh(_) => None,
         })
     }
 
@@ -275,6 +310,7 @@ impl World {
             let named = |error: Error| error.at(name());
             match &mut self.items[index] {
                 Item::Surface(surface) => surface.set_transform(*transform).map_err(named)?,
+                Item::Triangles(item) => item.object.set_transform(*transform).map_err(named)?,
                 Item::Mesh(item) => item.transform = *transform,
             }
             if let Some(collider) = &mut self.colliders[index] {
@@ -302,6 +338,7 @@ impl World {
             let points = self.assets.points(context, mesh, time, self.scene.fps).map_err(|error| error.at(name()))?;
             match &mut self.items[index] {
                 Item::Surface(surface) => surface.pose(context, &points)?,
+                Item::Triangles(item) => item.object.pose(context, &points)?,
                 Item::Mesh(item) => {
                     if let Some(collider) = &mut self.colliders[index] {
                         collider.set_points(context, &points)?;
@@ -387,6 +424,22 @@ impl World {
         format!("{decisive:?}")
             .bytes()
             .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    }
+}
+
+/// Fails if an object shows triangles and is asked for what only Catmull-Clark surfaces have.
+fn check_triangles(object: &ObjectEntry, entry: &TrianglesEntry, animated: bool) -> Result<()> {
+    let unfit = [
+        (object.document.is_some(), "starts from a document", "remove `document`"),
+        (object.decay.is_some(), "has edits that fade", "remove `decay`"),
+        (object.traces.is_some(), "keeps traces of contact", "remove `traces`"),
+        (animated && entry.longest_edge.is_some(), "is animated and to be split", "remove `longest_edge`"),
+    ];
+    match unfit.into_iter().find(|(unfit, ..)| *unfit) {
+        Some((_, what, remedy)) => {
+            Err(Error::unsupported(format!("object `{}` shows triangles and {what}", object.name.text)).advise(remedy))
+        }
+        None => Ok(()),
     }
 }
 

@@ -13,7 +13,7 @@ use relievo_tiles::triangle::{Pattern, TriangleChange, TriangleChannel, Triangle
 use relievo_tiles::{Candidate, ColorTexel, Rgba8, Sets, Texel};
 
 use super::object::TriangleObject;
-use super::site::{self, Element, ElementEdit, Knot};
+use super::site::{self, Element, ElementEdit, Run};
 use crate::dab::{Action, Dab, DabReport};
 use crate::knots::PerKnot;
 use crate::mode::{PaintMode, SculptMode};
@@ -69,7 +69,7 @@ impl TriangleObject {
         let stamp = dab.brush.stamp();
         let painting = Painting { level: context.level(), mode, color: color.to_array(), blank, stamp };
         let finest = field.pattern();
-        let heights = |knots: &[Knot], out: &mut PerKnot| heights(displacement, knots, out);
+        let heights = |run: &Run, out: &mut PerKnot| run.heights(displacement, out);
         let edits = context.stats().time("dab.evaluate", || {
             site::evaluate(context, &self.surface, field, finest, &elements, &brush, heights, |site, values| {
                 painting.edit(site, values);
@@ -95,7 +95,7 @@ impl TriangleObject {
         let sculpting = Sculpting { level: context.level(), mode, height, stamp, since: start.is_some() };
         let finest = field.pattern();
         let displacement = start.unwrap_or(field);
-        let heights = |knots: &[Knot], out: &mut PerKnot| heights(displacement, knots, out);
+        let heights = |run: &Run, out: &mut PerKnot| run.heights(displacement, out);
         let (surface, normals) = (&self.surface, &self.normals);
         let edits = context.stats().time("dab.evaluate", || {
             site::evaluate(context, surface, field, finest, &elements, &brush, heights, |site, values| {
@@ -115,13 +115,6 @@ impl TriangleObject {
         let faces = self.faces_near(context, dab.brush.obb(), start);
         stage.count("faces", faces.len() as u64);
         faces
-    }
-}
-
-/// The displacement at vertices of the tessellation.
-fn heights(field: &TriangleField, knots: &[Knot], out: &mut PerKnot) {
-    for ((face, pattern, node), out) in knots.iter().zip(out) {
-        *out = field.at(*face, *pattern, *node) as f32;
     }
 }
 

@@ -134,6 +134,12 @@ impl TriangleObject {
         &self.normals
     }
 
+    /// Whether a face has a block of displacement or of colours.
+    pub fn is_allocated(&self, face: u32) -> bool {
+        self.displacement.field().is_allocated(face)
+            || self.paint.as_ref().is_some_and(|paint| paint.field().is_allocated(face))
+    }
+
     /// How finely a face has to be divided to show all that is on it.
     pub fn rates(&self, face: u32) -> FaceRates {
         let rates = FaceRates::of(self.displacement.field(), face);

@@ -5,6 +5,7 @@
 //! kernels go over all vertices along an edge and inside a face, and find the barycentric coordinates from the index.
 
 use glam::Vec3;
+use half::slice::HalfFloatSliceExt;
 use relievo_core::Context;
 use relievo_core::simd::Level;
 use relievo_surface::{TriangleSurface, TriangleTopology};
@@ -91,7 +92,7 @@ pub(super) struct ElementEdit<T> {
 
 /// A run of vertices, and what the brush says of them.
 pub(super) struct Site<'a, T> {
-    pub knots: &'a [Knot],
+    run: Run,
     weights: Weights,
     places: KnotBlock,
     heights: PerKnot,
@@ -100,6 +101,60 @@ pub(super) struct Site<'a, T> {
     /// How much longer a length is across the brush than in object units.
     scale: f32,
     field: &'a TriangleField<T>,
+}
+
+/// Values of an element from `start` on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Run {
+    pub element: Element,
+    pub pattern: Pattern,
+    pub start: usize,
+    pub count: usize,
+}
+
+impl Run {
+    fn knots(&self, topology: &TriangleTopology) -> Vec<Knot> {
+        let all = self.element.knots(topology, self.pattern);
+        all.into_iter().skip(self.start).take(self.count).collect()
+    }
+
+    /// The undisplaced surface.
+    fn places(&self, surface: &TriangleSurface, out: &mut KnotBlock) {
+        let mut set = |k: usize, point: Vec3, normal: Vec3| {
+            for axis in 0..3 {
+                out.p[axis][k] = point[axis];
+                out.n[axis][k] = normal[axis];
+            }
+        };
+        if let Element::Face(face) = self.element {
+            let points = surface.corner_points(face).map(Vec3::from);
+            let normals = surface.corner_normals(face).map(Vec3::from);
+            let mean = |of: &[Vec3; 3], at: &[f32; 3]| of[0] * at[0] + of[1] * at[1] + of[2] * at[2];
+            for (k, at) in self.pattern.places()[self.start..][..self.count].iter().enumerate() {
+                set(k, mean(&points, at), mean(&normals, at).normalize_or_zero());
+            }
+            return;
+        }
+        for (k, (face, pattern, node)) in self.knots(surface.topology()).into_iter().enumerate() {
+            let foot = foot(surface, face, pattern, node);
+            set(k, foot.point, foot.normal);
+        }
+    }
+
+    /// The values of a displacement there.
+    pub fn heights(&self, field: &TriangleField, out: &mut PerKnot) {
+        if let Element::Face(face) = self.element {
+            if let Some(block) = field.face(face).filter(|_| field.face_pattern(face) == Some(self.pattern)) {
+                return block[self.start..][..self.count].convert_to_f32_slice(&mut out[..self.count]);
+            }
+            if field.is_blank(face) {
+                return out.fill(0.0);
+            }
+        }
+        for ((face, pattern, node), out) in self.knots(field.topology()).into_iter().zip(out) {
+            *out = field.at(face, pattern, node) as f32;
+        }
+    }
 }
 
 impl<T: Texel> Spot<T> for Site<'_, T> {
@@ -118,7 +173,7 @@ impl<T: Texel> Spot<T> for Site<'_, T> {
     /// The mean of the neighbours in all faces with a block of the same pattern.
     fn means<const N: usize>(&self, read: impl Fn(T) -> [f32; N], mut set: impl FnMut(usize, [f32; N])) -> bool {
         let topology = self.field.topology();
-        for (k, (face, pattern, node)) in self.knots.iter().enumerate() {
+        for (k, (face, pattern, node)) in self.run.knots(topology).iter().enumerate() {
             let (mut sum, mut count) = ([0.0; N], 0.0);
             let mut take = |face: u32, node: Node| {
                 for (sum, value) in sum.iter_mut().zip(read(self.field.texel(face, *pattern, node))) {
@@ -157,7 +212,7 @@ impl<T: Texel> Spot<T> for Site<'_, T> {
 impl<T> Site<'_, T> {
     /// The cosines between the normals of the mesh and of the displaced one.
     pub fn facing(&self, surface: &TriangleSurface, normals: &TriangleNormals, out: &mut PerKnot) {
-        for (k, (face, pattern, node)) in self.knots.iter().enumerate() {
+        for (k, (face, pattern, node)) in self.run.knots(surface.topology()).iter().enumerate() {
             let normal = normals.at(surface, *face, *pattern, *node);
             out[k] = (0..3).map(|axis| normal[axis] * self.places.n[axis][k]).sum();
         }
@@ -173,7 +228,7 @@ pub(super) fn evaluate<T: Texel>(
     finest: Pattern,
     elements: &[Element],
     brush: &BrushParameters,
-    heights: impl Fn(&[Knot], &mut PerKnot) + Sync,
+    heights: impl Fn(&Run, &mut PerKnot) + Sync,
     change: impl Fn(&mut Site<'_, T>, &mut [T]) + Sync,
 ) -> Vec<ElementEdit<T>> {
     let level = context.level();
@@ -193,17 +248,21 @@ fn edit_element<T: Texel>(
     field: &TriangleField<T>,
     (element, pattern): (Element, Pattern),
     brush: &BrushParameters,
-    heights: &impl Fn(&[Knot], &mut PerKnot),
+    heights: &impl Fn(&Run, &mut PerKnot),
     change: &impl Fn(&mut Site<'_, T>, &mut [T]),
     topology: &TriangleTopology,
 ) -> Option<ElementEdit<T>> {
-    let knots = element.knots(topology, pattern);
-    let face = knots.first()?.0;
+    let face = match element {
+        Element::Face(face) => face,
+        Element::Edge(edge) => topology.faces_along(edge).next()?.0,
+        Element::Vertex(vertex) => topology.faces_around(vertex).next()?.0,
+    };
     let [a, b, c] = surface.corner_points(face).map(Vec3::from);
     let spacing = (a.distance(b) + b.distance(c) + c.distance(a)) / (3.0 * pattern.segments() as f32);
     let row = |axis: usize| Vec3::from_slice(&brush.rows[axis][..3]).length();
+    let total = element.count(pattern);
     let mut site = Site {
-        knots: &[],
+        run: Run { element, pattern, start: 0, count: 0 },
         weights: Weights::default(),
         places: KnotBlock::ZERO,
         heights: [0.0; BLOCK_KNOTS],
@@ -211,32 +270,40 @@ fn edit_element<T: Texel>(
         scale: row(0).max(row(1)),
         field,
     };
-    let blank = field.is_blank(face);
     let mut new: Vec<T> = Vec::new();
     let mut count = 0;
-    let old = |(face, pattern, node): &Knot| if blank { field.blank() } else { field.texel(*face, *pattern, *node) };
-    for (run, knots) in knots.chunks(BLOCK_KNOTS).enumerate() {
-        site.knots = knots;
-        for (k, (face, pattern, node)) in knots.iter().enumerate() {
-            let foot = foot(surface, *face, *pattern, *node);
-            for axis in 0..3 {
-                site.places.p[axis][k] = foot.point[axis];
-                site.places.n[axis][k] = foot.normal[axis];
-            }
-        }
-        heights(knots, &mut site.heights);
+    for start in (0..total).step_by(BLOCK_KNOTS) {
+        site.run = Run { element, pattern, start, count: BLOCK_KNOTS.min(total - start) };
+        site.run.places(surface, &mut site.places);
+        heights(&site.run, &mut site.heights);
         site.weights.evaluate(level, brush, &site.places, &site.heights);
-        if !site.weights.share[..knots.len()].iter().any(|share| *share > 0.0) {
+        if !site.weights.share[..site.run.count].iter().any(|share| *share > 0.0) {
             continue;
         }
-        let start = run * BLOCK_KNOTS;
         if new.is_empty() {
-            new = element.knots(topology, pattern).iter().map(old).collect();
+            new = values(field, element, pattern, face);
         }
-        let values = &mut new[start..start + knots.len()];
-        let before = values.to_vec();
-        change(&mut site, values);
-        count += values.iter().zip(&before).map(|(new, old)| u64::from(!new.same(*old))).sum::<u64>();
+        let run = &mut new[start..start + site.run.count];
+        let before = run.to_vec();
+        change(&mut site, run);
+        count += run.iter().zip(&before).map(|(new, old)| u64::from(!new.same(*old))).sum::<u64>();
     }
     (count > 0).then_some(ElementEdit { element, pattern, values: new, count })
+}
+
+/// What an element of `face` holds, or reads as, in `pattern`.
+fn values<T: Texel>(field: &TriangleField<T>, element: Element, pattern: Pattern, face: u32) -> Vec<T> {
+    let own = match element {
+        Element::Face(face) => field.face(face),
+        Element::Edge(edge) => field.edge(edge),
+        Element::Vertex(_) => None,
+    };
+    match own.filter(|_| element.pattern(field) == Some(pattern)) {
+        Some(block) => block.to_vec(),
+        None if field.is_blank(face) => vec![field.blank(); element.count(pattern)],
+        None => {
+            let knots = element.knots(field.topology(), pattern);
+            knots.into_iter().map(|(face, pattern, node)| field.texel(face, pattern, node)).collect()
+        }
+    }
 }

@@ -60,6 +60,15 @@ impl TriangleSurface {
         &self.normals
     }
 
+    /// The volume that the triangles enclose, if they are closed; negative if they look inwards.
+    pub fn volume(&self) -> f64 {
+        let volume = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|vertex| DVec3::from(self.points[vertex as usize].map(f64::from)));
+            a.dot(b.cross(c)) / 6.0
+        };
+        self.topology.faces().iter().map(volume).sum()
+    }
+
     /// Positions of the corners of `face`. Panics if there is no such face.
     pub fn corner_points(&self, face: u32) -> [[f32; 3]; 3] {
         self.topology.face(face).map(|vertex| self.points[vertex as usize])
@@ -105,6 +114,7 @@ mod tests {
                 assert!((normal[axis] - point[axis] / 3f32.sqrt()).abs() < 1e-6, "{point:?} {normal:?}");
             }
         }
+        assert!((surface.volume() - 8.0).abs() < 1e-6);
         let moved: Vec<[f32; 3]> = points.iter().map(|[x, y, z]| [x + 1.0, 2.0 * y, *z]).collect();
         let posed = surface.posed(&context, &moved).unwrap();
         assert_eq!(posed.points(), moved);

@@ -9,6 +9,8 @@
 //! of graphics hardware has them, which gives every inner vertex six neighbours. The inside of a face is counted from
 //! the centroid outwards, so that the number of a vertex does not depend on T.
 
+use std::sync::OnceLock;
+
 use relievo_core::{Error, Result};
 
 /// A tessellation pattern: the number of segments along a side of the triangle.
@@ -177,6 +179,20 @@ impl Pattern {
                 self.node(self.center() - half, rest / (2 * half), rest % (2 * half))
             }
         }
+    }
+
+    /// Barycentric coordinates of what is kept inside, in the order of [`Slot::Inside`], if the number of segments is a power
+    /// of two; else nothing.
+    pub fn places(self) -> &'static [[f32; 3]] {
+        static TABLES: [OnceLock<Vec<[f32; 3]>>; 6] = [const { OnceLock::new() }; 6];
+        if !self.0.is_power_of_two() {
+            return &[];
+        }
+        TABLES[self.0.ilog2() as usize - 1].get_or_init(|| {
+            let unit = 1.0 / (3.0 * f64::from(self.0));
+            let weights = (0..self.face_values() as u32).map(|index| self.weights(self.at_slot(Slot::Inside(index))));
+            weights.map(|weights| weights.map(|weight| (f64::from(weight) * unit) as f32)).collect()
+        })
     }
 
     /// The vertex of the pattern with twice the segments at the same place.

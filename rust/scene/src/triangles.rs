@@ -1,0 +1,147 @@
+//! Triangle meshes of a scene that are painted, sculpted and pressed into: made, kept in caches, shown in pictures.
+
+use glam::{DAffine3, Vec4};
+use relievo_core::{Context, Error, Mesh, Result};
+use relievo_detail::TriangleObject;
+use relievo_render as render;
+use relievo_surface::TriangleSurface;
+use relievo_surface::triangle::split;
+use relievo_tiles::triangle::{TriangleBlock, TriangleChannel, TriangleOptions};
+
+use crate::cache::Layer;
+use crate::description::{DetailEntry, TrianglesEntry};
+
+/// A triangle mesh of a scene.
+#[derive(Debug)]
+pub struct TriangleItem {
+    /// The mesh with its displacement and colours.
+    pub object: TriangleObject,
+    /// The mesh it was made from, at time 0, where that is not the scene's own.
+    pub cage: Option<Mesh>,
+    /// What was done to the mesh, and what may surprise.
+    pub notes: Vec<String>,
+}
+
+impl TriangleItem {
+    /// The triangles of `mesh`, painted if there is a colour where nothing is painted.
+    pub fn new(
+        context: &Context,
+        mesh: &Mesh,
+        entry: &TrianglesEntry,
+        detail: &DetailEntry,
+        paint: Option<Vec4>,
+        transform: DAffine3,
+    ) -> Result<Self> {
+        let mut notes = Vec::new();
+        let cage = match entry.longest_edge {
+            None => None,
+            Some(longest) => {
+                let (cage, report) = split(mesh, longest)?;
+                if report.split > 0 {
+                    notes.push(format!(
+                        "{} triangles with edges of up to {:.4} were split, which makes {} of all",
+                        report.split, report.longest, report.triangles
+                    ));
+                }
+                Some(cage)
+            }
+        };
+        let surface = TriangleSurface::new(context, cage.as_ref().unwrap_or(mesh))?;
+        let branching = surface.topology().branching_count();
+        if branching > 0 {
+            notes.push(format!("{branching} edges have more than two faces, which all follow what is sculpted there"));
+        }
+        if surface.topology().boundary_count() == 0 && surface.volume() < 0.0 {
+            notes.push("its faces look inwards, so what is drawn goes inwards too; turn them over".into());
+        }
+        let flat = surface.normals().iter().filter(|normal| **normal == [0.0; 3]).count();
+        if flat > 0 {
+            notes.push(format!("{flat} points have no normal and stay where they are"));
+        }
+        let options = TriangleOptions { segments: detail.segments, budget: detail.budget };
+        let topology = surface.topology().clone();
+        let displacement = TriangleChannel::displacement(topology.clone(), &options)?;
+        let mut object = TriangleObject::new(context, surface, displacement, transform)?;
+        if let Some(color) = paint {
+            object.set_paint(TriangleChannel::of_color(topology, color, &options)?)?;
+        }
+        Ok(Self { object, cage, notes })
+    }
+
+    /// The values of a block; `None` if it has none, or the mesh has no such layer.
+    pub fn read(&self, layer: Layer, block: u32) -> Result<Option<Vec<u8>>> {
+        match layer {
+            Layer::Displacement => self.object.displacement().read(block),
+            Layer::Paint => Ok(self.object.paint().map(|paint| paint.read(block)).transpose()?.flatten()),
+            _ => Ok(None),
+        }
+    }
+
+    /// Puts a block back, or takes it away. Fails if the mesh has no such layer or block, or the block does not fit it.
+    pub fn write(&mut self, layer: Layer, block: u32, bytes: Option<&[u8]>) -> Result<()> {
+        let missing = || Error::invalid("an object has no such layer");
+        match layer {
+            Layer::Displacement => self.object.displacement_mut().write_block(block, bytes),
+            Layer::Paint => self.object.paint_mut().ok_or_else(missing)?.write_block(block, bytes),
+            _ => Err(missing()),
+        }
+    }
+
+    /// All blocks there are.
+    pub fn allocated(&self) -> Vec<(Layer, u32)> {
+        let displacement = self.object.displacement().blocks().into_iter().map(|block| (Layer::Displacement, block));
+        let paint = self.object.paint().into_iter().flat_map(TriangleChannel::blocks);
+        displacement.chain(paint.map(|block| (Layer::Paint, block))).collect()
+    }
+
+    /// Makes what was edited visible to readers. Returns the blocks that changed since this was done last.
+    pub fn commit(&mut self, context: &Context) -> Result<Vec<(Layer, u32)>> {
+        let topology = self.object.surface().topology().clone();
+        // Measured anew, so that a frame does not depend on whether the frames before were computed or opened.
+        let sculpted = self.object.displacement_mut().commit().changed().blocks(&topology);
+        self.object.renew(context)?;
+        let painted = self.object.paint_mut().map(|paint| paint.commit().changed().blocks(&topology));
+        let sculpted = sculpted.into_iter().map(|block| (Layer::Displacement, block));
+        let painted = painted.into_iter().flatten().map(|block| (Layer::Paint, block));
+        Ok(sculpted.chain(painted).collect())
+    }
+}
+
+/// Faces that are one mesh for the ray caster, so that there are not as many as faces.
+pub const PART: usize = 256;
+
+/// The parts that look different after blocks changed, ascending. Normals of the neighbours may be others too.
+pub fn stale_parts(object: &TriangleObject, blocks: &[u32]) -> Vec<u32> {
+    let topology = object.surface().topology();
+    let changed = TriangleBlock::change(topology, blocks.iter().copied()).faces_shown(topology);
+    let vertices = changed.iter().flat_map(|face| topology.face(*face));
+    let around = vertices.flat_map(|vertex| topology.faces_around(vertex));
+    let mut parts: Vec<u32> = around.map(|(face, _)| face / PART as u32).collect();
+    parts.sort_unstable();
+    parts.dedup();
+    parts
+}
+
+/// The triangles of a part for the ray caster. `tag` says the tag of a face.
+pub fn part(object: &TriangleObject, part: u32, tag: impl Fn(u32) -> u32) -> Result<render::Mesh> {
+    let count = object.surface().topology().face_count();
+    let first = part as usize * PART;
+    let mut mesh = render::Mesh::default();
+    for face in first..(first + PART).min(count) {
+        let face = face as u32;
+        let (piece, colors) = object.piece(face)?;
+        let base = mesh.points.len() as u32;
+        mesh.tags.extend(std::iter::repeat_n(tag(face), piece.triangles.len()));
+        mesh.edges.extend(std::iter::repeat_n(0b111, piece.triangles.len()));
+        mesh.triangles.extend(piece.triangles.iter().map(|triangle| triangle.map(|at| base + at)));
+        mesh.points.extend(piece.points);
+        mesh.normals.extend(piece.normals);
+        mesh.colors.extend(colors.into_iter().map(|[r, g, b, _]| [r, g, b]));
+    }
+    Ok(mesh)
+}
+
+/// How many parts there are.
+pub fn part_count(object: &TriangleObject) -> u32 {
+    object.surface().topology().face_count().div_ceil(PART) as u32
+}
