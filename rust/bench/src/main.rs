@@ -9,6 +9,7 @@ mod report;
 mod shapes;
 mod surface;
 mod table1;
+mod triangles;
 mod voxels;
 
 use std::process::ExitCode;

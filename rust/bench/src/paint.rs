@@ -1,6 +1,7 @@
 //! Bench `paint`: what a dab of a brush costs, stage by stage and in all, and the look-up of colour. The figures of
 //! Schäfer et al. 2015, Local Painting and Deformation of Meshes on the GPU, Table 1, stand beside ours where the number
-//! of faces is the same; its models are not public, so ours are terrains, and every face is one element.
+//! of faces is the same; its models are not public, so ours are terrains, and every face is one element. For triangle meshes see
+//! [`crate::triangles`].
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, ContextOptions, Result};
@@ -53,6 +54,7 @@ pub fn run(report: &mut Report) -> Result<()> {
         let peer = paper.as_ref().map(|figure| (PAPER, figure));
         report.add(&case, &Sample::new(times), peer, "ms", Goal::AtMost(0.2));
     }
+    crate::triangles::run(report, &context)?;
     // Whole dabs on tiles that are there. Colours alternate, so that every run changes every texel.
     let mut object = object(&context, 16, 128)?;
     let mut turn = false;

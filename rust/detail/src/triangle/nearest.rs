@@ -32,14 +32,20 @@ impl TriangleObject {
         }
         // Most often it is much nearer, and then there are fewer faces to look at.
         for part in [64.0, 8.0] {
-            if let Some(found) = self.nearest_within(context, point, within / part)? {
+            if let Some(found) = self.nearest_within(context, field, point, within / part)? {
                 return Ok(Some(found));
             }
         }
-        self.nearest_within(context, point, within)
+        self.nearest_within(context, field, point, within)
     }
 
-    fn nearest_within(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
+    fn nearest_within(
+        &self,
+        context: &Context,
+        field: &TriangleField,
+        point: DVec3,
+        within: f64,
+    ) -> Result<Option<SurfacePoint>> {
         let around = Obb { center: point, axes: DMat3::IDENTITY, half: DVec3::splat(within) };
         let faces = self.faces_near(context, &around, Some(field));
         let displaced = TriangleDisplaced::new(&self.surface, field)?;
