@@ -32,9 +32,10 @@ use half::f16;
 use relievo_core::{Context, Error, Result, file};
 use relievo_render::{Content, Depth, Texture, write_texture};
 use relievo_tiles::heap::MAX_SIZE;
+use relievo_tiles::texel::Vector;
 use relievo_tiles::{ColorTexel, Field, Rgba8, Rgba16, Texel};
 
-use crate::prefilter;
+use crate::prefilter::{self, SplineTexel};
 use crate::texture::{MapFormat, Scaling};
 
 /// A texel that pictures hold.
@@ -53,20 +54,46 @@ pub trait PictureTexel: Texel {
     fn number(self) -> Vec<f32>;
 }
 
+/// The values at the centres of texels, those at the border once more around them.
+fn smooth<T: SplineTexel>(block: &[T], size: usize) -> Vec<f32> {
+    let values = prefilter::values(block, size);
+    let inside = |k: usize| k.clamp(1, size) - 1;
+    let rows = (0..size + 2).map(inside);
+    let texels = rows.flat_map(|j| (0..size + 2).map(inside).map(move |i| j * size + i));
+    texels.flat_map(|at| &values[at * T::NUMBERS..(at + 1) * T::NUMBERS]).copied().collect()
+}
+
+fn number<T: SplineTexel>(texel: T) -> Vec<f32> {
+    let mut numbers = Vec::new();
+    texel.append(&mut numbers);
+    numbers
+}
+
 impl PictureTexel for f16 {
     const CHANNELS: usize = 1;
     const KIND: &'static str = "displacement";
     const CONTENT: Content = Content::Data;
 
     fn numbers(block: &[Self], size: usize) -> Vec<f32> {
-        let values = prefilter::values(block, size);
-        let inside = |k: usize| k.clamp(1, size) - 1;
-        let rows = (0..size + 2).map(inside);
-        rows.flat_map(|j| (0..size + 2).map(inside).map(move |i| j * size + i)).map(|at| values[at]).collect()
+        smooth(block, size)
     }
 
     fn number(self) -> Vec<f32> {
-        vec![self.to_f32()]
+        number(self)
+    }
+}
+
+impl PictureTexel for Vector {
+    const CHANNELS: usize = 3;
+    const KIND: &'static str = "vector displacement";
+    const CONTENT: Content = Content::Data;
+
+    fn numbers(block: &[Self], size: usize) -> Vec<f32> {
+        smooth(block, size)
+    }
+
+    fn number(self) -> Vec<f32> {
+        number(self)
     }
 }
 

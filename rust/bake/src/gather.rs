@@ -8,11 +8,12 @@ use glam::Vec4;
 use relievo_core::{Context, Error, Result, file};
 use relievo_render::color::encode_srgb;
 use relievo_render::{Image, read_exr, read_png};
-use relievo_surface::TileTopology;
-use relievo_tiles::{Channel, ColorTexel, Displacement, Paint, Rgba8, Rgba16, Texel};
+use relievo_surface::{Surface, TileTopology};
+use relievo_tiles::{Channel, ColorTexel, Displacement, Paint, Rgba8, Rgba16, Texel, VectorDisplacement};
 use serde::Deserialize;
 
 use crate::atlas::{Cell, PictureTexel};
+use crate::prefilter::SplineTexel;
 use crate::ptex::Imported;
 use crate::restored;
 use crate::solve::{Target, solve};
@@ -34,12 +35,13 @@ struct Table {
 /// No table is larger.
 const MOST_TABLE: u64 = 256 << 20;
 
-/// The channel of the atlas with the table at `path`, for a mesh with these tiles, which may occupy `budget` bytes.
+/// The channel of the atlas with the table at `path`, for `surface`, which may occupy `budget` bytes.
 /// Colours from PNG become bytes, those from EXR half floats.
 ///
 /// Fails, with what differs, if the tiles are not those of the mesh, a cell is not in the picture, a number is not
 /// finite, or the tiles do not fit the budget.
-pub fn from_atlas(context: &Context, topology: &Arc<TileTopology>, path: &Path, budget: u64) -> Result<Imported> {
+pub fn from_atlas(context: &Context, surface: &Surface, path: &Path, budget: u64) -> Result<Imported> {
+    let topology = surface.topology();
     let named = |error: Error| error.at(path.display().to_string());
     let bytes = file::load(path, context.memory_limit().min(MOST_TABLE))?;
     let text = String::from_utf8(bytes).map_err(|_| named(Error::invalid("it is no text")))?;
@@ -61,7 +63,13 @@ pub fn from_atlas(context: &Context, topology: &Arc<TileTopology>, path: &Path, 
     let made = match (table.kind.as_str(), format) {
         ("displacement", _) => {
             let image = read(context, &picture, format, &["Y"])?;
-            source.displacement(&image, format, &scaling, budget).map(Imported::Displacement)
+            let made = Displacement::new(topology.clone(), &restored::options(table.face_sizes.clone(), budget))?;
+            source.displacement(made, &image, format, &scaling).map(Imported::Displacement)
+        }
+        ("vector displacement", _) => {
+            let image = read(context, &picture, format, &COLORS[..3])?;
+            let made = VectorDisplacement::on(surface, &restored::options(table.face_sizes.clone(), budget))?;
+            source.displacement(made, &image, format, &scaling).map(Imported::Vector)
         }
         ("color", MapFormat::Exr) => {
             source.paint::<Rgba16>(&read(context, &picture, format, &COLORS)?, budget).map(Imported::Rgba16)
@@ -162,9 +170,13 @@ impl Source<'_> {
         Ok(values)
     }
 
-    fn displacement(&self, image: &Image, format: MapFormat, scaling: &Scaling, budget: u64) -> Result<Displacement> {
-        let options = restored::options(self.table.face_sizes.clone(), budget);
-        let mut made = Displacement::new(self.topology.clone(), &options)?;
+    fn displacement<T: SplineTexel>(
+        &self,
+        mut made: Channel<T>,
+        image: &Image,
+        format: MapFormat,
+        scaling: &Scaling,
+    ) -> Result<Channel<T>> {
         self.check(&made, image)?;
         restored::allocate(&mut made, &self.tiles())?;
         let read = self.context.map(self.cells.len(), |index| -> Result<_> {

@@ -4,7 +4,9 @@ use relievo_core::error::nearest;
 use relievo_core::{Context, Error, ErrorKind, Mesh, Result};
 use relievo_document::{Document, Kind, Layer};
 use relievo_surface::{Surface, SurfaceOptions};
-use relievo_tiles::{Channel, ChannelOptions, Displacement, Field, Paint, Rgba8, Rgba16, StoredTexel, Traces};
+use relievo_tiles::{
+    Channel, ChannelOptions, Displacement, Field, Paint, Rgba8, Rgba16, StoredTexel, Traces, VectorDisplacement,
+};
 
 use crate::quantity::Colors;
 
@@ -38,6 +40,7 @@ impl ColorLayer {
 
 /// Of several layers of a kind, the one with the name that scenes give is meant.
 const DISPLACEMENT: &str = "displacement";
+const VECTORS: &str = "vectors";
 const COLOR: &str = "colour";
 const TRACES: &str = "traces";
 
@@ -97,6 +100,12 @@ impl<'a> Opened<'a> {
     pub fn displacement(&self, context: &Context, name: Option<&str>) -> Result<Option<Displacement>> {
         let layer = self.layer(&[Kind::Scalar], name, DISPLACEMENT)?;
         layer.map(|layer| self.channel(context, layer)).transpose()
+    }
+
+    /// The vector displacement of the layer called `name`, if the document has vector displacement.
+    pub fn vectors(&self, context: &Context, name: Option<&str>) -> Result<Option<VectorDisplacement>> {
+        let Some(layer) = self.layer(&[Kind::Vector], name, VECTORS)? else { return Ok(None) };
+        VectorDisplacement::stored_on(context, &self.surface, self.document, layer.name(), context.memory_limit())
     }
 
     /// A displacement of zero everywhere.

@@ -6,12 +6,13 @@
 //!
 //! | key | value |
 //! |---|---|
-//! | `RelievoKind` | `displacement` or `color` |
+//! | `RelievoKind` | `displacement`, `vector displacement` or `color` |
 //! | `RelievoUnits` | `object units` or `none` |
 //! | `RelievoColorSpace` | `sRGB`, `linear Rec.709` or `none` |
 //! | `RelievoDefault` | the texel that tiles without a block read as |
 //!
-//! The mesh is there too, by the keys that the format's own list has for it.
+//! A vector displacement is along the tangent by u, across it and along the normal of its own face, and files of it ask
+//! readers to filter across edges accordingly. The mesh is there too, by the keys that the format's own list has for it.
 
 mod adjacency;
 mod export;
@@ -30,4 +31,5 @@ const COLOR_SPACE: &str = "RelievoColorSpace";
 const DEFAULT: &str = "RelievoDefault";
 /// Values of [`KIND`].
 const DISPLACEMENT: &str = "displacement";
+const VECTOR: &str = "vector displacement";
 const COLOR: &str = "color";

@@ -8,17 +8,16 @@
 
 use std::collections::BTreeMap;
 
-use half::f16;
 use relievo_core::{Context, Result};
 use relievo_surface::{Link, Side};
-use relievo_tiles::{Change, Displacement, Field, Sets};
+use relievo_tiles::{Change, Channel, Field, Sets};
 
-use crate::prefilter;
+use crate::prefilter::{self, SplineTexel};
 use crate::restored::refused;
 
 /// The values wanted, by tile; tiles that are not named are to be zero.
 pub(crate) struct Target {
-    /// size² values of each tile, ascending.
+    /// The numbers of size² values of each tile.
     pub values: BTreeMap<u32, Vec<f32>>,
     /// How far off a value may be for the rounding of the numbers it came from, besides that of half floats.
     pub step: f32,
@@ -34,7 +33,11 @@ const ROUNDING: f32 = 8.0 / 2048.0;
 /// Returns the largest deviation from them, relative to the largest value.
 ///
 /// Fails if the budget refuses a tile.
-pub(crate) fn solve(context: &Context, displacement: &mut Displacement, mut target: Target) -> Result<f32> {
+pub(crate) fn solve<T: SplineTexel>(
+    context: &Context,
+    displacement: &mut Channel<T>,
+    mut target: Target,
+) -> Result<f32> {
     loop {
         let tiles: Vec<u32> = target.values.keys().copied().collect();
         for _ in 0..PASSES {
@@ -43,9 +46,7 @@ pub(crate) fn solve(context: &Context, displacement: &mut Displacement, mut targ
                 let size = texels.size();
                 let found = prefilter::coefficients(values, texels.block(), size);
                 for (j, row) in found.chunks_exact(size).enumerate() {
-                    for (texel, value) in texels.row_mut(j).iter_mut().zip(row) {
-                        *texel = f16::from_f32(value.clamp(-65504.0, 65504.0));
-                    }
+                    texels.row_mut(j).copy_from_slice(row);
                 }
             })?;
             // Without settling: borders towards tiles that are to be zero are held there.
@@ -65,14 +66,14 @@ pub(crate) fn solve(context: &Context, displacement: &mut Displacement, mut targ
         displacement.update_rings(context, &applied.changes.iter().map(|c| Change::all(c.tile)).collect::<Vec<_>>())?;
         for tile in needed {
             let size = displacement.field().size(tile) as usize;
-            target.values.insert(tile, vec![0.0; size * size]);
+            target.values.insert(tile, vec![0.0; size * size * T::NUMBERS]);
         }
     }
 }
 
 /// The tiles without a block that `tile` needs to have its values: those beside a border row that is held at zero, where
 /// the values say otherwise by more than their rounding.
-fn needed(field: &Field, tile: u32, target: &Target) -> Vec<u32> {
+fn needed<T: SplineTexel>(field: &Field<T>, tile: u32, target: &Target) -> Vec<u32> {
     let (Some(block), Some(wanted)) = (field.block(tile), target.values.get(&tile)) else { return Vec::new() };
     let size = field.size(tile) as usize;
     let topology = field.topology();
@@ -86,8 +87,9 @@ fn needed(field: &Field, tile: u32, target: &Target) -> Vec<u32> {
         };
         let around = |t: usize| t.saturating_sub(1)..(t + 2).min(size);
         let rows = around(j).flat_map(|j| around(i).map(move |i| j * size + i));
-        let largest = rows.map(|index| wanted[index].abs()).fold(0.0, f32::max);
-        (found[j * size + i] - wanted[j * size + i]).abs() > ROUNDING * largest + 8.0 * target.step
+        let numbers = |index: usize| index * T::NUMBERS..(index + 1) * T::NUMBERS;
+        let largest = rows.flat_map(numbers).map(|at| wanted[at].abs()).fold(0.0, f32::max);
+        numbers(j * size + i).any(|at| (found[at] - wanted[at]).abs() > ROUNDING * largest + 8.0 * target.step)
     };
     let mut tiles = Vec::new();
     for edge in 0..4u8 {
@@ -112,7 +114,7 @@ fn needed(field: &Field, tile: u32, target: &Target) -> Vec<u32> {
 }
 
 /// The largest difference from what is wanted, relative to the largest value wanted.
-fn deviation(context: &Context, field: &Field, target: &Target) -> f32 {
+fn deviation<T: SplineTexel>(context: &Context, field: &Field<T>, target: &Target) -> f32 {
     let tiles: Vec<(&u32, &Vec<f32>)> = target.values.iter().collect();
     let both = context.map(tiles.len(), |index| {
         let (tile, wanted) = tiles[index];

@@ -1,7 +1,5 @@
 //! Tiles go into an atlas and come back.
 
-use std::sync::Arc;
-
 use glam::Vec4;
 use half::f16;
 use relievo_bake::Scaling;
@@ -10,20 +8,21 @@ use relievo_bake::gather::from_atlas;
 use relievo_bake::ptex::Imported;
 use relievo_core::Context;
 use relievo_render::read_exr;
-use relievo_surface::{Place, TileTopology};
+use relievo_surface::Place;
 use relievo_testing::Random;
 use relievo_tiles::{Displacement, Paint, Rgba8, Rgba16};
 
 mod support;
 
-use support::{cages, options, same_tiles, scribble};
+use support::{cages, options, same_tiles, scribble, surface};
 
 #[test]
 fn displacement_is_where_the_table_says_and_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let context = Context::serial();
     for mesh in cages() {
-        let topology = Arc::new(TileTopology::new(&mesh).unwrap());
+        let surface = surface(&mesh);
+        let topology = surface.topology().clone();
         let mut made = Displacement::new(topology.clone(), &options(&mesh, true)).unwrap();
         scribble(&context, &mut made, &mut Random(5), |random| f16::from_f32(0.2 * random.unit() - 0.05));
         let path = folder.path().join("a.exr");
@@ -41,7 +40,7 @@ fn displacement_is_where_the_table_says_and_comes_back() {
         for (name, near) in [("a.exr", 1e-4), ("a.png", 2e-4)] {
             let path = folder.path().join(name);
             write_atlas(&context, &path, made.field(), &Scaling { scale: 0.5, mid_level: 0.25 }).unwrap();
-            let back = from_atlas(&context, &topology, &table_of(&path), 1 << 30).unwrap();
+            let back = from_atlas(&context, &surface, &table_of(&path), 1 << 30).unwrap();
             let Imported::Displacement(back) = back else { panic!("{back:?}") };
             same_tiles(made.field(), back.field());
             for tile in made.field().allocated() {
@@ -60,14 +59,15 @@ fn colours_come_back_to_the_bit_and_bad_tables_are_errors() {
     let folder = tempfile::tempdir().unwrap();
     let context = Context::serial();
     let mesh = &cages()[0];
-    let topology = Arc::new(TileTopology::new(mesh).unwrap());
+    let surface = surface(mesh);
+    let topology = surface.topology().clone();
     let mut random = Random(1);
     let blank = Vec4::new(0.5, 0.25, 1.0, 0.5);
     let mut bytes = Paint::<Rgba8>::of_color(topology.clone(), blank, &options(mesh, true)).unwrap();
     scribble(&context, &mut bytes, &mut random, |random| Rgba8([0; 4].map(|_: u8| random.below(256) as u8)));
     let png = folder.path().join("a.png");
     write_atlas(&context, &png, bytes.field(), &Scaling::PLAIN).unwrap();
-    let Imported::Rgba8(back) = from_atlas(&context, &topology, &table_of(&png), 1 << 30).unwrap() else { panic!() };
+    let Imported::Rgba8(back) = from_atlas(&context, &surface, &table_of(&png), 1 << 30).unwrap() else { panic!() };
     same_tiles(bytes.field(), back.field());
     assert_eq!(back.field().blank(), bytes.field().blank());
     bytes.field().allocated().for_each(|tile| assert_eq!(bytes.field().block(tile), back.field().block(tile)));
@@ -77,7 +77,7 @@ fn colours_come_back_to_the_bit_and_bad_tables_are_errors() {
     scribble(&context, &mut halves, &mut random, |random| Rgba16([0; 4].map(|_: u8| number(random))));
     let exr = folder.path().join("a.exr");
     write_atlas(&context, &exr, halves.field(), &Scaling::PLAIN).unwrap();
-    let Imported::Rgba16(back) = from_atlas(&context, &topology, &table_of(&exr), 1 << 30).unwrap() else { panic!() };
+    let Imported::Rgba16(back) = from_atlas(&context, &surface, &table_of(&exr), 1 << 30).unwrap() else { panic!() };
     halves.field().allocated().for_each(|tile| assert_eq!(halves.field().block(tile), back.field().block(tile)));
 
     let good = std::fs::read_to_string(table_of(&exr)).unwrap();
@@ -85,7 +85,7 @@ fn colours_come_back_to_the_bit_and_bad_tables_are_errors() {
     let refuse = |from: &str, to: &str, word: &str| {
         assert!(good.contains(from), "{from}");
         std::fs::write(&path, good.replacen(from, to, 1)).unwrap();
-        let error = from_atlas(&context, &topology, &path, 1 << 30).unwrap_err().to_string();
+        let error = from_atlas(&context, &surface, &path, 1 << 30).unwrap_err().to_string();
         assert!(error.contains(word), "{error}");
     };
     refuse("version = 1", "version = 2", "newer");
@@ -103,5 +103,5 @@ fn colours_come_back_to_the_bit_and_bad_tables_are_errors() {
     refuse(cell, &format!("    [{tile}, {face}, {corner}, 4294967295, {y}, {size}],"), "outside the picture");
     refuse(cell, &format!("{cell}\n{cell}"), "listed twice");
     refuse(cell, &format!("    [{tile}, {face}, {corner}, 1, 1, 64],"), "a side and not");
-    assert!(from_atlas(&context, &topology, &table_of(&exr), 1000).unwrap_err().to_string().contains("allow at least"));
+    assert!(from_atlas(&context, &surface, &table_of(&exr), 1000).unwrap_err().to_string().contains("allow at least"));
 }

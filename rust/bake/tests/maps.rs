@@ -5,7 +5,9 @@ use half::f16;
 use relievo_bake::{Axes, BakeOptions, BakeReport, Handedness, Map, Quantity, Space, bake};
 use relievo_core::{Attribute, Context, ContextOptions, Domain, Mesh, Values};
 use relievo_surface::{Place, Surface, SurfaceOptions};
-use relievo_tiles::{Change, Channel, ChannelOptions, Displaced, Displacement, Paint, Rgba16, Sets, Texel};
+use relievo_tiles::{
+    Change, Channel, ChannelOptions, Displaced, Displacement, Paint, Rgba16, Sets, Texel, Vector, VectorDisplacement,
+};
 
 /// Quads side by side in the plane z = 0, each of side 1, whose corners have these texture coordinates.
 fn quads(islands: &[[[f32; 2]; 4]]) -> Mesh {
@@ -121,6 +123,12 @@ fn turned_and_mirrored_islands_have_their_own_places_and_frames() {
     let [open_gl, direct_x] =
         [Handedness::OpenGl, Handedness::DirectX].map(|hand| bake(Quantity::Normal(displaced, Space::Tangent, hand)));
     let normal = bake(Quantity::Normal(displaced, Space::Object, Handedness::DirectX));
+    // Vectors that are the same all over the sheet, along x, y and z.
+    let mut vectors = VectorDisplacement::on(&scene.surface, &ChannelOptions::default()).unwrap();
+    let all = Vec3::new(0.125, 0.25, 0.0625);
+    fill(&scene.context, &mut vectors, |_, _, _| Vector(all.to_array().map(f16::from_f32)));
+    let pushed = displaced.with_vectors(vectors.field()).unwrap();
+    let pushed = bake(Quantity::Vector(pushed, Space::Tangent, Axes::Tnb));
     let expected_normal = Vec3::new(-a, -b, 1.0).normalize();
     let mut seen = [0; 4];
     for y in 0..80 {
@@ -151,6 +159,8 @@ fn turned_and_mirrored_islands_have_their_own_places_and_frames() {
             near(&vector, Vec3::new(0.0, 0.0, jet.d), 1e-5);
             near(&vector_tbn, Vec3::new(0.0, 0.0, jet.d), 1e-5);
             near(&vector_tnb, Vec3::new(0.0, jet.d, 0.0), 1e-5);
+            let sum = all + Vec3::new(0.0, 0.0, jet.d);
+            near(&pushed, Vec3::from([tangent, Vec3::Z, bitangent].map(|axis| sum.dot(axis))), 1e-5);
             // At the border of the sheet the slope is another.
             if !(0.03..0.97).contains(&v) || tile == 0 && u < 0.03 || tile == 3 && u > 0.97 {
                 continue;
@@ -253,4 +263,48 @@ fn results_do_not_depend_on_threads_and_bad_options_are_refused() {
     fails(&other.context, &other.limit, &options, "another surface");
     let huge = Scene::new(&quads(&[moved(IDENTITY, 900.0, [0.0, 0.0]); 2]));
     fails(&huge.context, &huge.limit, &BakeOptions { udim: true, ..small(16) }, "pictures");
+}
+
+/// A model of quads, triangles and pentagons with seams: what a host looks up in the map at a place's texture coordinates
+/// is what the channel has there.
+#[test]
+fn a_map_of_a_real_model_looks_up_as_the_channel() {
+    let Some(mesh) = relievo_testing::cage("spot_control_mesh.obj") else { return };
+    let scene = Scene::new(&mesh);
+    // A function of where the surface is, so that it is smooth across seams.
+    let surface = scene.surface.clone();
+    let level = scene.context.level();
+    let height = move |tile: u32, u: f32, v: f32| {
+        let p = surface.sample(level, Place::new(tile, u, v)).unwrap().p;
+        0.1 * (4.0 * p[0] + 3.0 * p[1]).sin() * (3.0 * p[2]).cos()
+    };
+    let made = scene.displacement(&height);
+    let options = BakeOptions { gutter: 4, ..small(1024) };
+    let (maps, report) = scene.bake(&Quantity::Displacement(made.field()), &options);
+    println!("{report}");
+    let map = &maps[0];
+    let (mut count, mut far) = (0, 0);
+    for tile in 0..scene.surface.tile_count() as u32 {
+        for k in 0..49 {
+            let (u, v) = ((k % 7) as f32 / 6.0, (k / 7) as f32 / 6.0);
+            let [s, t, _] = scene.limit.sample(level, Place::new(tile, u, v)).unwrap().p;
+            let (x, y) = (s * 1024.0 - 0.5, (1.0 - t) * 1024.0 - 0.5);
+            if !(0.0..1022.0).contains(&x) || !(0.0..1022.0).contains(&y) {
+                continue;
+            }
+            let (i, j) = (x as u32, y as u32);
+            let at = |i: u32, j: u32| map.pixel(i, j)[0];
+            let (a, b) = (x - i as f32, y - j as f32);
+            let low = at(i, j) * (1.0 - a) + at(i + 1, j) * a;
+            let high = at(i, j + 1) * (1.0 - a) + at(i + 1, j + 1) * a;
+            let found = low * (1.0 - b) + high * b;
+            let expected =
+                made.field().point(level, scene.surface.topology().canonical(Place::new(tile, u, v), |_| 1)).d;
+            count += 1;
+            far += usize::from((found - expected).abs() > 0.004);
+        }
+    }
+    // Where faces lie on one another in the layout, only one of them can be found.
+    println!("{far} of {count} are far off");
+    assert!(count > 5000 && far * 100 < count, "{far} of {count}");
 }

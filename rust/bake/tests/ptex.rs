@@ -1,19 +1,17 @@
 //! Channels go into Ptex files and come back.
 
-use std::sync::Arc;
-
 use glam::Vec4;
 use half::f16;
 use relievo_bake::ptex::{Imported, PtexImport, PtexKind, from_ptex, to_ptex};
 use relievo_core::{Context, ContextOptions, Mesh};
-use relievo_ptex::{Borders, DataType, Face, Format, MeshType, MetaValue, Neighbor, Reader, Writer};
-use relievo_surface::TileTopology;
+use relievo_ptex::{Borders, DataType, EdgeFilter, Face, Format, MeshType, MetaValue, Neighbor, Reader, Writer};
+use relievo_surface::Surface;
 use relievo_testing::Random;
-use relievo_tiles::{Displacement, Paint, Rgba8, Rgba16};
+use relievo_tiles::{Displacement, Paint, Rgba8, Rgba16, Vector, VectorDisplacement};
 
 mod support;
 
-use support::{cages, options, same_tiles, scribble};
+use support::{cages, options, same_tiles, scribble, surface};
 
 const OPTIONS: PtexImport = PtexImport { kind: None, budget: 1 << 30 };
 
@@ -30,13 +28,14 @@ fn displacement_keeps_its_values_to_the_rounding_of_half_floats() {
     let context = Context::new(&ContextOptions { threads: 2, memory_limit: 0 }).unwrap();
     for (index, mesh) in cages().iter().enumerate() {
         for mixed in [false, true] {
-            let topology = Arc::new(TileTopology::new(mesh).unwrap());
+            let surface = surface(mesh);
+            let topology = surface.topology().clone();
             let mut made = Displacement::new(topology.clone(), &options(mesh, mixed)).unwrap();
             let mut random = Random(index as u64);
             scribble(&context, &mut made, &mut random, |random| f16::from_f32(0.2 * random.unit() - 0.05));
             let file = reader(&to_ptex(&context, mesh, made.field()).unwrap());
             assert_eq!(file.meta()["RelievoKind"], MetaValue::Text("displacement".into()));
-            let (back, report) = from_ptex(&context, &topology, &file, &OPTIONS).unwrap();
+            let (back, report) = from_ptex(&context, &surface, &file, &OPTIONS).unwrap();
             let Imported::Displacement(back) = back else { panic!("{back:?}") };
             same_tiles(made.field(), back.field());
             assert!(report.deviation < 2.0 / 2048.0, "{mixed}: {}", report.deviation);
@@ -52,17 +51,36 @@ fn displacement_keeps_its_values_to_the_rounding_of_half_floats() {
 }
 
 #[test]
+fn vectors_keep_their_values_and_say_how_to_filter_them() {
+    let context = Context::serial();
+    for (index, mesh) in cages().iter().enumerate() {
+        let surface = surface(mesh);
+        let mut made = VectorDisplacement::on(&surface, &options(mesh, true)).unwrap();
+        let number = |random: &mut Random| f16::from_f32(0.2 * random.unit() - 0.1);
+        let mut random = Random(index as u64);
+        scribble(&context, &mut made, &mut random, |random| Vector([0; 3].map(|_: u8| number(random))));
+        let file = reader(&to_ptex(&context, mesh, made.field()).unwrap());
+        assert_eq!((file.format().channels, file.borders().edge_filter), (3, EdgeFilter::TangentVector));
+        let (back, report) = from_ptex(&context, &surface, &file, &OPTIONS).unwrap();
+        let Imported::Vector(back) = back else { panic!("{back:?}") };
+        same_tiles(made.field(), back.field());
+        assert!(report.deviation < 2.0 / 2048.0, "{}", report.deviation);
+    }
+}
+
+#[test]
 fn colours_come_back_to_the_bit() {
     let context = Context::serial();
     for (index, mesh) in cages().iter().enumerate() {
-        let topology = Arc::new(TileTopology::new(mesh).unwrap());
+        let surface = surface(mesh);
+        let topology = surface.topology().clone();
         let mut random = Random(index as u64);
         let blank = Vec4::new(0.5, 0.25, 1.0, 1.0);
         let mut bytes = Paint::<Rgba8>::of_color(topology.clone(), blank, &options(mesh, true)).unwrap();
         scribble(&context, &mut bytes, &mut random, |random| Rgba8([0; 4].map(|_: u8| random.below(256) as u8)));
         let file = reader(&to_ptex(&context, mesh, bytes.field()).unwrap());
         assert_eq!((file.format().data_type, file.format().alpha), (DataType::U8, Some(3)));
-        let (back, _) = from_ptex(&context, &topology, &file, &OPTIONS).unwrap();
+        let (back, _) = from_ptex(&context, &surface, &file, &OPTIONS).unwrap();
         let Imported::Rgba8(back) = back else { panic!("{back:?}") };
         same_tiles(bytes.field(), back.field());
         assert_eq!(back.field().blank(), bytes.field().blank());
@@ -72,7 +90,7 @@ fn colours_come_back_to_the_bit() {
         let number = |random: &mut Random| f16::from_f32(4.0 * random.unit() - 1.0);
         scribble(&context, &mut halves, &mut random, |random| Rgba16([0; 4].map(|_: u8| number(random))));
         let file = reader(&to_ptex(&context, mesh, halves.field()).unwrap());
-        let (back, _) = from_ptex(&context, &topology, &file, &OPTIONS).unwrap();
+        let (back, _) = from_ptex(&context, &surface, &file, &OPTIONS).unwrap();
         let Imported::Rgba16(back) = back else { panic!("{back:?}") };
         same_tiles(halves.field(), back.field());
         (0..file.face_count()).for_each(|tile| assert_eq!(halves.field().block(tile), back.field().block(tile)));
@@ -84,7 +102,8 @@ fn colours_come_back_to_the_bit() {
 fn faces_know_their_neighbours() {
     let context = Context::serial();
     let mesh = &cages()[0];
-    let topology = Arc::new(TileTopology::new(mesh).unwrap());
+    let surface = surface(mesh);
+    let topology = surface.topology().clone();
     let made = Displacement::new(topology, &options(mesh, false)).unwrap();
     let file = reader(&to_ptex(&context, mesh, made.field()).unwrap());
     let mut halves = 0;
@@ -131,12 +150,12 @@ fn two_quads() -> Mesh {
 #[test]
 fn faces_of_any_shape_and_type_are_taken_and_counted() {
     let context = Context::serial();
-    let topology = Arc::new(TileTopology::new(&two_quads()).unwrap());
+    let surface = surface(&two_quads());
     // A line along u, which resampling keeps away from the ends.
     for data_type in [DataType::U16, DataType::F16, DataType::F32] {
         let file = pair(format(data_type, 2), [(5, 3), (9, 9)], |_, u, _, channel| u + f32::from(channel));
         let kind = PtexImport { kind: Some(PtexKind::Displacement), ..OPTIONS };
-        let (back, report) = from_ptex(&context, &topology, &file, &kind).unwrap();
+        let (back, report) = from_ptex(&context, &surface, &file, &kind).unwrap();
         assert_eq!((report.squared, report.reduced, report.enlarged, report.ignored), (1, 1, 0, 1));
         let Imported::Displacement(back) = back else { panic!("{back:?}") };
         assert_eq!([0, 1].map(|tile| back.field().size(tile)), [32, 256]);
@@ -148,7 +167,7 @@ fn faces_of_any_shape_and_type_are_taken_and_counted() {
         }
     }
     let file = pair(format(DataType::U8, 1), [(2, 2), (0, 0)], |_, u, _, _| u);
-    let (back, report) = from_ptex(&context, &topology, &file, &OPTIONS).unwrap();
+    let (back, report) = from_ptex(&context, &surface, &file, &OPTIONS).unwrap();
     assert_eq!((report.constant, report.enlarged), (1, 1));
     let Imported::Rgba8(back) = back else { panic!("{back:?}") };
     assert_eq!(back.field().blank(), Rgba8([128, 128, 128, 255]));
@@ -158,29 +177,29 @@ fn faces_of_any_shape_and_type_are_taken_and_counted() {
 #[test]
 fn files_that_do_not_fit_are_errors_that_explain() {
     let context = Context::serial();
-    let topology = Arc::new(TileTopology::new(&two_quads()).unwrap());
-    let refuse = |topology: &Arc<TileTopology>, file: &Reader<Vec<u8>>, options: &PtexImport, words: &[&str]| {
-        let error = from_ptex(&context, topology, file, options).unwrap_err().to_string();
+    let surface = surface(&two_quads());
+    let refuse = |surface: &Surface, file: &Reader<Vec<u8>>, options: &PtexImport, words: &[&str]| {
+        let error = from_ptex(&context, surface, file, options).unwrap_err().to_string();
         assert!(words.iter().all(|word| error.contains(word)), "{error}");
     };
     let file = pair(format(DataType::F32, 1), [(3, 3), (3, 3)], |_, u, _, _| u);
-    let three = Arc::new(TileTopology::new(&cages()[1]).unwrap());
+    let three = support::surface(&cages()[1]);
     refuse(&three, &file, &OPTIONS, &["2 faces", "corners of other polygons", "same order"]);
-    refuse(&topology, &file, &PtexImport { budget: 100, ..OPTIONS }, &["allow at least 400 bytes"]);
+    refuse(&surface, &file, &PtexImport { budget: 100, ..OPTIONS }, &["allow at least 400 bytes"]);
     let bad = pair(format(DataType::F32, 1), [(3, 3), (3, 3)], |_, u, _, _| if u > 0.9 { f32::NAN } else { u });
-    refuse(&topology, &bad, &OPTIONS, &["face 0", "not a finite number"]);
+    refuse(&surface, &bad, &OPTIONS, &["face 0", "not a finite number"]);
     let far = pair(format(DataType::F32, 1), [(3, 3), (3, 3)], |index, u, _, _| u + 1e6 * index as f32);
-    refuse(&topology, &far, &OPTIONS, &["face 1", "larger than tiles can hold"]);
+    refuse(&surface, &far, &OPTIONS, &["face 1", "larger than tiles can hold"]);
     let mut writer = Writer::new(format(DataType::F32, 1), Borders::default(), 2).unwrap();
     let mut face = Face::new(3, 3);
     face.neighbors[0] = Some(Neighbor { face: 1, edge: 2 });
     writer.set_constant(0, &face, &[0; 4]).unwrap();
     writer.set_constant(1, &Face { subface: true, ..Face::new(3, 3) }, &[0; 4]).unwrap();
-    refuse(&topology, &reader(&writer), &OPTIONS, &["face 1", "corner of a polygon"]);
+    refuse(&surface, &reader(&writer), &OPTIONS, &["face 1", "corner of a polygon"]);
     writer.set_constant(1, &Face::new(3, 3), &[0; 4]).unwrap();
-    refuse(&topology, &reader(&writer), &OPTIONS, &["face 0, edge 0", "1 edges have another neighbour"]);
+    refuse(&surface, &reader(&writer), &OPTIONS, &["face 0, edge 0", "1 edges have another neighbour"]);
     let triangles = Format { mesh: MeshType::Triangle, ..format(DataType::F32, 1) };
     let mut writer = Writer::new(triangles, Borders::default(), 2).unwrap();
     (0..2).for_each(|face| writer.set_constant(face, &Face::new(3, 3), &[0; 4]).unwrap());
-    refuse(&topology, &reader(&writer), &OPTIONS, &["triangles"]);
+    refuse(&surface, &reader(&writer), &OPTIONS, &["triangles"]);
 }

@@ -13,7 +13,7 @@ use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::{Document, Kind};
 use relievo_meshio::write;
 use relievo_surface::{Surface, SurfaceOptions};
-use relievo_tiles::{Displaced, Displacement, Field, uniform_rates};
+use relievo_tiles::{Displaced, Displacement, Field, Vector, VectorDisplacement, uniform_rates};
 
 use crate::Outcome;
 
@@ -172,39 +172,49 @@ fn largest(field: &Field) -> f32 {
     field.allocated().flat_map(|tile| field.range(tile)).fold(0.0, |most, value| most.max(value.abs()))
 }
 
+/// The largest part of a vector that coefficients allow.
+fn farthest(vectors: &Field<Vector>) -> f32 {
+    let blocks = vectors.allocated().filter_map(|tile| vectors.block(tile));
+    blocks.flatten().flat_map(|vector| vector.0).fold(0.0, |most, value| most.max(value.to_f32().abs()))
+}
+
 /// The channel of a layer.
 enum Taken {
     Displacement(Displacement),
+    Vectors(VectorDisplacement),
     Colors(ColorLayer),
 }
 
-/// The layer that was named, or the displacement or colours of a document that has only one of them.
+/// The layer that was named, or all that a document has if that is of one kind.
 fn take(arguments: &Arguments, context: &Context, opened: &Opened<'_>) -> Result<Taken> {
     let name = arguments.layer.as_deref();
     let kind = opened.kind(name)?;
-    let colors = match kind {
-        Some(Kind::Scalar) => None,
-        Some(Kind::Trace) => {
-            return Err(Error::unsupported("traces are written as maps alone").advise("add --bake mask, depth or time"));
-        }
-        _ => opened.colors(context, name)?,
-    };
-    let displacement = match kind {
-        None | Some(Kind::Scalar) => opened.displacement(context, name)?,
-        _ => None,
-    };
-    match (displacement, colors) {
-        (Some(displacement), None) => Ok(Taken::Displacement(displacement)),
-        (None, Some(colors)) => Ok(Taken::Colors(colors)),
-        (Some(_), Some(_)) => Err(Error::invalid("the document has displacement and colours, and the file holds one")
+    let wanted = |kinds: &[Kind]| kind.is_none_or(|kind| kinds.contains(&kind));
+    if kind == Some(Kind::Trace) {
+        return Err(Error::unsupported("traces are written as maps alone").advise("add --bake mask, depth or time"));
+    }
+    let mut found = Vec::new();
+    if wanted(&[Kind::Scalar]) {
+        found.extend(opened.displacement(context, name)?.map(Taken::Displacement));
+    }
+    if wanted(&[Kind::Vector]) {
+        found.extend(opened.vectors(context, name)?.map(Taken::Vectors));
+    }
+    if wanted(&[Kind::Rgba8, Kind::Rgba16]) {
+        found.extend(opened.colors(context, name)?.map(Taken::Colors));
+    }
+    match (found.pop(), found.is_empty()) {
+        (Some(taken), true) => Ok(taken),
+        (Some(_), false) => Err(Error::invalid("the document has displacement and colours, and the file holds one")
             .advise("name the layer with --layer")),
-        (None, None) => Err(missing("displacement and no colours")),
+        (None, _) => Err(missing("displacement and no colours")),
     }
 }
 
 fn ptex(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
     let writer = match take(arguments, context, work.opened)? {
         Taken::Displacement(made) => to_ptex(context, work.cage, made.field())?,
+        Taken::Vectors(made) => to_ptex(context, work.cage, made.field())?,
         Taken::Colors(ColorLayer::Rgba8(paint)) => to_ptex(context, work.cage, paint.field())?,
         Taken::Colors(ColorLayer::Rgba16(paint)) => to_ptex(context, work.cage, paint.field())?,
     };
@@ -217,6 +227,12 @@ fn pictures(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result
         Taken::Displacement(made) => {
             let quantity = Quantity::Displacement(made.field());
             let scaling = scaling(arguments, &quantity, largest(made.field()))?;
+            write_pictures(arguments, context, made.field(), &scaling)
+        }
+        Taken::Vectors(made) => {
+            // As displacement along the normal.
+            let undisplaced = work.opened.undisplaced()?;
+            let scaling = scaling(arguments, &Quantity::Displacement(undisplaced.field()), farthest(made.field()))?;
             write_pictures(arguments, context, made.field(), &scaling)
         }
         Taken::Colors(ColorLayer::Rgba8(paint)) => write_pictures(arguments, context, paint.field(), &Scaling::PLAIN),
@@ -269,19 +285,29 @@ fn maps(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<Str
     let Some(what) = arguments.bake else { return Err(missing("bake")) };
     match what {
         What::Displacement | What::Vector | What::Normal => {
-            let displacement = match (opened.displacement(context, name)?, what) {
-                (Some(displacement), _) => displacement,
-                (None, What::Normal) => opened.undisplaced()?,
-                (None, _) => return Err(missing("displacement")),
+            let (scalar, vectors) = (opened.displacement(context, name)?, opened.vectors(context, name)?);
+            let some = match what {
+                What::Displacement => scalar.is_some(),
+                What::Vector => scalar.is_some() || vectors.is_some(),
+                _ => true,
             };
+            if !some {
+                return Err(missing("displacement"));
+            }
+            let displacement = scalar.map_or_else(|| opened.undisplaced(), Ok)?;
             let field = displacement.field();
-            let displaced = Displaced::new(opened.surface(), field)?;
+            let mut displaced = Displaced::new(opened.surface(), field)?;
+            if let Some(vectors) = &vectors {
+                displaced = displaced.with_vectors(vectors.field())?;
+            }
             let quantity = match what {
                 What::Displacement => Quantity::Displacement(field),
                 What::Vector => Quantity::Vector(displaced, space, axes),
                 _ => Quantity::Normal(displaced, space, handedness),
             };
-            write(&quantity, largest(field))
+            // A vector is no longer than the roots of three times its part squared.
+            let far = vectors.as_ref().map_or(0.0, |vectors| 1.8 * farthest(vectors.field()));
+            write(&quantity, largest(field) + if let What::Vector = what { far } else { 0.0 })
         }
         What::Colour => {
             let colors = opened.colors(context, name)?.ok_or_else(|| missing("colours"))?;
@@ -361,7 +387,11 @@ fn mesh(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<Str
     let Work { opened, cage, options } = work;
     let name = arguments.layer.as_deref();
     let displacement = opened.displacement(context, name)?.map_or_else(|| opened.undisplaced(), Ok)?;
-    let displaced = Displaced::new(opened.surface(), displacement.field())?;
+    let vectors = opened.vectors(context, name)?;
+    let mut displaced = Displaced::new(opened.surface(), displacement.field())?;
+    if let Some(vectors) = &vectors {
+        displaced = displaced.with_vectors(vectors.field())?;
+    }
     let rates = uniform_rates(opened.surface().topology(), arguments.cells);
     let mut made = displaced.tessellate(context, cage, &rates)?;
     if cage.attribute(&arguments.uv).is_some_and(|uv| uv.domain == relievo_core::Domain::Corner) {

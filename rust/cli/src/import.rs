@@ -9,7 +9,7 @@ use relievo_bake::ptex::{Imported, PtexImport, PtexKind, from_ptex};
 use relievo_core::{Context, Error};
 use relievo_document::Document;
 use relievo_ptex::Reader;
-use relievo_surface::TileTopology;
+use relievo_surface::{Surface, SurfaceOptions};
 
 use crate::Outcome;
 
@@ -26,7 +26,8 @@ pub struct Arguments {
     /// else.
     #[arg(long, value_name = "KIND")]
     kind: Option<KindName>,
-    /// The name of the layer; without it `displacement` or `colour`, which scenes take up.
+    /// The name of the layer; without it `displacement`, `vectors` or `colour`, which
+    /// scenes take up.
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
     /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
@@ -38,6 +39,8 @@ pub struct Arguments {
 enum KindName {
     /// Along the normal, in object units.
     Displacement,
+    /// Along the tangent by u of each face, across it, and along the normal, in object units.
+    Vector,
     /// Grey, grey and alpha, RGB, or RGB and alpha.
     Colour,
 }
@@ -46,7 +49,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let context = crate::context(arguments.memory_limit)?;
     let named = |error: Error| error.at(arguments.file.display().to_string());
     let mesh = relievo_meshio::read(&context, &arguments.mesh)?;
-    let topology = TileTopology::new(&mesh).map_err(|error| error.at(arguments.mesh.display().to_string()))?;
+    let surface = Surface::new(&context, &mesh, &SurfaceOptions::default());
+    let surface = surface.map_err(|error| error.at(arguments.mesh.display().to_string()))?;
     let budget = context.memory_limit();
     let (imported, report) = match arguments.file.extension() {
         Some(extension) if extension.eq_ignore_ascii_case("toml") => {
@@ -56,17 +60,18 @@ pub fn run(arguments: &Arguments) -> Outcome {
                 )
                 .into());
             }
-            let imported = from_atlas(&context, &topology.into(), &arguments.file, budget)?;
+            let imported = from_atlas(&context, &surface, &arguments.file, budget)?;
             (imported, String::new())
         }
         _ => {
             let reader = Reader::open(&arguments.file, context.memory_limit())?;
             let kind = arguments.kind.map(|kind| match kind {
                 KindName::Displacement => PtexKind::Displacement,
+                KindName::Vector => PtexKind::Vector,
                 KindName::Colour => PtexKind::Color,
             });
             let options = PtexImport { kind, budget };
-            let (imported, report) = from_ptex(&context, &topology.into(), &reader, &options).map_err(named)?;
+            let (imported, report) = from_ptex(&context, &surface, &reader, &options).map_err(named)?;
             (imported, format!("{}: {report}\n", arguments.file.display()))
         }
     };
@@ -88,6 +93,10 @@ fn store<'a>(
     match imported {
         Imported::Displacement(made) => {
             let name = name.unwrap_or("displacement");
+            made.field().store(context, document, name).map(|()| name)
+        }
+        Imported::Vector(made) => {
+            let name = name.unwrap_or("vectors");
             made.field().store(context, document, name).map(|()| name)
         }
         Imported::Rgba8(paint) => {

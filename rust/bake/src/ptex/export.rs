@@ -2,10 +2,11 @@
 
 use half::f16;
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_ptex::{Borders, DataType, Format, MeshType, MetaValue, Resolution, Writer};
+use relievo_ptex::{Borders, DataType, EdgeFilter, Format, MeshType, MetaValue, Resolution, Writer};
+use relievo_tiles::texel::Vector;
 use relievo_tiles::{Field, Rgba8, Rgba16, Texel};
 
-use super::{COLOR, COLOR_SPACE, DEFAULT, DISPLACEMENT, KIND, UNITS, adjacency};
+use super::{COLOR, COLOR_SPACE, DEFAULT, DISPLACEMENT, KIND, UNITS, VECTOR, adjacency};
 use crate::prefilter;
 
 /// A texel that Ptex files hold.
@@ -19,6 +20,9 @@ pub trait PtexTexel: Texel {
     /// What it is, its units and its colour space, in meta data.
     const MEANING: [&str; 3];
 
+    /// How filters take its values across edges.
+    const EDGES: EdgeFilter = EdgeFilter::None;
+
     /// The texels of a file for a block of `size`² texels and their ring.
     fn encode(block: &[Self], size: usize) -> Vec<u8>;
 }
@@ -28,6 +32,18 @@ impl PtexTexel for f16 {
     const CHANNELS: u16 = 1;
     const ALPHA: Option<u16> = None;
     const MEANING: [&str; 3] = [DISPLACEMENT, "object units", "none"];
+
+    fn encode(block: &[Self], size: usize) -> Vec<u8> {
+        DataType::F16.encode(&prefilter::values(block, size))
+    }
+}
+
+impl PtexTexel for Vector {
+    const DATA_TYPE: DataType = DataType::F16;
+    const CHANNELS: u16 = 3;
+    const ALPHA: Option<u16> = None;
+    const MEANING: [&str; 3] = [VECTOR, "object units", "none"];
+    const EDGES: EdgeFilter = EdgeFilter::TangentVector;
 
     fn encode(block: &[Self], size: usize) -> Vec<u8> {
         DataType::F16.encode(&prefilter::values(block, size))
@@ -72,7 +88,8 @@ pub fn to_ptex<T: PtexTexel>(context: &Context, mesh: &Mesh, field: &Field<T>) -
         return Err(Error::invalid(format!("the mesh has {faces} faces and the channel {expected}")));
     }
     let format = Format { mesh: MeshType::Quad, data_type: T::DATA_TYPE, channels: T::CHANNELS, alpha: T::ALPHA };
-    let mut writer = Writer::new(format, Borders::default(), field.tile_count() as u32)?;
+    let borders = Borders { edge_filter: T::EDGES, ..Borders::default() };
+    let mut writer = Writer::new(format, borders, field.tile_count() as u32)?;
     let blank = bytemuck::bytes_of(&field.blank()).to_vec();
     writer.set_all(context, |tile| {
         let size = field.size(tile) as usize;

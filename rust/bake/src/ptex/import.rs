@@ -7,11 +7,12 @@ use std::sync::Arc;
 use glam::Vec4;
 use relievo_core::{Context, Error, Result};
 use relievo_ptex::{DataType, MetaValue, Reader, Resolution};
-use relievo_surface::TileTopology;
+use relievo_surface::{Surface, TileTopology};
 use relievo_tiles::heap::{MAX_SIZE, MIN_SIZE};
-use relievo_tiles::{ColorTexel, Displacement, Paint, Rgba8, Rgba16};
+use relievo_tiles::{Channel, ColorTexel, Displacement, Paint, Rgba8, Rgba16, VectorDisplacement};
 
-use super::{COLOR, DEFAULT, DISPLACEMENT, KIND, adjacency};
+use super::{COLOR, DEFAULT, DISPLACEMENT, KIND, VECTOR, adjacency};
+use crate::prefilter::SplineTexel;
 use crate::solve::{Target, solve};
 use crate::{resample, restored};
 
@@ -20,6 +21,9 @@ use crate::{resample, restored};
 pub enum PtexKind {
     /// Scalar displacement in object units: the first number of a texel.
     Displacement,
+    /// Vector displacement in object units: the first three numbers of a texel, along the tangent by u, across it and
+    /// along the normal.
+    Vector,
     /// Colour: grey, grey and alpha, RGB or RGB and alpha, as the number of channels says.
     Color,
 }
@@ -38,6 +42,8 @@ pub struct PtexImport {
 pub enum Imported {
     /// Scalar displacement.
     Displacement(Displacement),
+    /// Vector displacement.
+    Vector(VectorDisplacement),
     /// Colour of a file of bytes, which are sRGB-encoded.
     Rgba8(Paint<Rgba8>),
     /// Colour of a file of other numbers, which are linear.
@@ -81,16 +87,17 @@ impl fmt::Display for PtexReport {
     }
 }
 
-/// The channel that `reader` holds for a mesh with these tiles.
+/// The channel that `reader` holds for `surface`.
 ///
-/// Fails, with what differs, if the faces of the file are not the tiles of the mesh, if a texel is damaged or not
-/// finite, or if the tiles do not fit the budget.
+/// Fails, with what differs, if the faces of the file are not the tiles of the surface, if it has too few channels, if a
+/// texel is damaged or not finite, or if the tiles do not fit the budget.
 pub fn from_ptex<B: AsRef<[u8]> + Sync>(
     context: &Context,
-    topology: &Arc<TileTopology>,
+    surface: &Surface,
     reader: &Reader<B>,
     options: &PtexImport,
 ) -> Result<(Imported, PtexReport)> {
+    let topology = surface.topology();
     adjacency::check(topology, reader)?;
     let format = reader.format();
     let kind = options.kind.or_else(|| stated(reader)).unwrap_or(match (format.channels, format.data_type) {
@@ -102,7 +109,18 @@ pub fn from_ptex<B: AsRef<[u8]> + Sync>(
         (PtexKind::Displacement, _) => {
             report.ignored = usize::from(format.channels) - 1;
             let source = Source { topology, reader, context };
-            Imported::Displacement(displacement(&source, options.budget, &mut report)?)
+            let made = Displacement::new(topology.clone(), &restored::options(source.face_sizes()?, options.budget))?;
+            Imported::Displacement(displacement(&source, made, &mut report)?)
+        }
+        (PtexKind::Vector, _) => {
+            if format.channels < 3 {
+                return Err(Error::invalid(format!("it has {} channels, and vectors have three", format.channels))
+                    .advise("import it as another kind"));
+            }
+            report.ignored = usize::from(format.channels) - 3;
+            let source = Source { topology, reader, context };
+            let made = VectorDisplacement::on(surface, &restored::options(source.face_sizes()?, options.budget))?;
+            Imported::Vector(displacement(&source, made, &mut report)?)
         }
         (PtexKind::Color, data_type) => {
             report.ignored = usize::from(format.channels).saturating_sub(4);
@@ -120,6 +138,7 @@ pub fn from_ptex<B: AsRef<[u8]> + Sync>(
 fn stated<B: AsRef<[u8]>>(reader: &Reader<B>) -> Option<PtexKind> {
     match reader.meta().get(KIND)? {
         MetaValue::Text(text) if text == DISPLACEMENT => Some(PtexKind::Displacement),
+        MetaValue::Text(text) if text == VECTOR => Some(PtexKind::Vector),
         MetaValue::Text(text) if text == COLOR => Some(PtexKind::Color),
         _ => None,
     }
@@ -288,32 +307,32 @@ fn paint<T: ColorTexel, B: AsRef<[u8]> + Sync>(
 /// Tiles whose texels are held at a time.
 const BATCH: usize = 256;
 
-fn displacement<B: AsRef<[u8]> + Sync>(
+/// Gives `channel` the values of the file.
+fn displacement<T: SplineTexel, B: AsRef<[u8]> + Sync>(
     source: &Source<'_, B>,
-    budget: u64,
+    mut channel: Channel<T>,
     report: &mut PtexReport,
-) -> Result<Displacement> {
+) -> Result<Channel<T>> {
     let Source { context, topology, reader } = source;
     let format = reader.format();
-    let channels = usize::from(format.channels);
-    let mut displacement = Displacement::new((*topology).clone(), &restored::options(source.face_sizes()?, budget))?;
-    source.count(|tile| displacement.field().size(tile), report)?;
+    source.count(|tile| channel.field().size(tile), report)?;
     let zero = |tile: &u32| {
         let value = reader.constant(*tile).map(|value| format.data_type.decode(value));
-        value.is_some_and(|value| value.first() == Some(&0.0))
+        value.is_some_and(|value| value.iter().take(T::NUMBERS).all(|number| *number == 0.0))
     };
     let tiles: Vec<u32> = (0..report.faces as u32).filter(|tile| !topology.is_hole(*tile) && !zero(tile)).collect();
-    restored::allocate(&mut displacement, &tiles)?;
-    let field = displacement.field();
+    restored::allocate(&mut channel, &tiles)?;
+    let field = channel.field();
     let read = context.map(tiles.len(), |index| {
         let tile = tiles[index];
         let values = source.values(tile, field.size(tile) as usize)?;
-        let first: Vec<f32> = values.into_iter().step_by(channels).collect();
-        match first.iter().copied().find(|value| value.abs() > LARGEST) {
+        let texels = values.chunks_exact(usize::from(format.channels));
+        let taken: Vec<f32> = texels.flat_map(|texel| &texel[..T::NUMBERS]).copied().collect();
+        match taken.iter().copied().find(|value| value.abs() > LARGEST) {
             Some(value) => Err(Error::invalid(format!("a displacement of {value} is larger than tiles can hold"))
                 .at(format!("face {tile}"))
                 .advise(format!("use numbers up to {LARGEST}, or other units"))),
-            None => Ok(first),
+            None => Ok(taken),
         }
     });
     let read = read.into_iter().collect::<Result<Vec<_>>>()?;
@@ -324,8 +343,8 @@ fn displacement<B: AsRef<[u8]> + Sync>(
         DataType::F16 | DataType::F32 => 0.0,
     };
     let target = Target { values: tiles.into_iter().zip(read).collect(), step };
-    report.deviation = solve(context, &mut displacement, target)?;
-    Ok(displacement)
+    report.deviation = solve(context, &mut channel, target)?;
+    Ok(channel)
 }
 
 /// The largest displacement: within half floats.
@@ -336,6 +355,7 @@ impl Imported {
     pub fn bytes(&self) -> u64 {
         match self {
             Imported::Displacement(channel) => channel.bytes(),
+            Imported::Vector(channel) => channel.bytes(),
             Imported::Rgba8(channel) => channel.bytes(),
             Imported::Rgba16(channel) => channel.bytes(),
         }

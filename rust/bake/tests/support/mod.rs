@@ -1,12 +1,17 @@
 //! Cages, and channels with something in them.
 
 use relievo_core::{Context, Mesh};
+use relievo_surface::{Surface, SurfaceOptions};
 use relievo_testing::{Random, grid};
 use relievo_tiles::{Change, Channel, ChannelOptions, Field, Sets, Texel};
 
 /// Cages of quads, triangles and polygons, with borders and without.
 pub fn cages() -> Vec<Mesh> {
     vec![grid(4, true, &[0, 1, 2, 3, 0], false), grid(5, false, &[0, 0, 1], false), grid(3, false, &[2, 3, 1], false)]
+}
+
+pub fn surface(mesh: &Mesh) -> Surface {
+    Surface::new(&Context::serial(), mesh, &SurfaceOptions::default()).unwrap()
 }
 
 pub fn options(mesh: &Mesh, mixed: bool) -> ChannelOptions {
