@@ -1,5 +1,7 @@
 //! The layers of an object: stacks of displacement and of colour, and how they are recorded and kept in documents.
 
+use std::sync::Arc;
+
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_document::{Document, Head, Kind, MAX_LAYERS, Settings};
@@ -282,14 +284,89 @@ impl DisplacedObject {
         }
     }
 
-    /// Adds all layers to `document`. Fails if it is for another mesh or has layers.
-    pub fn store(&mut self, context: &Context, document: &mut Document) -> Result<()> {
-        for state in self.states(context)? {
+    /// All layers as they are, traces and vectors too; [`Self::settle`] is to be done before.
+    pub fn layer_states(&self) -> LayerStates {
+        let mut states = self.layers.displacement.states(&self.displacement);
+        if let (Some(stack), Some(paint)) = (&self.layers.colors, &self.paint) {
+            states.extend(stack.states(paint));
+        }
+        let mut add = |id: u32, name: &str, blocks: Arc<dyn Blocks>| {
+            states.push(LayerState { id, name: name.into(), settings: Settings::of(blocks.kind()), blocks });
+        };
+        let [traces, vectors] = self.layers.others;
+        if let Some(channel) = self.traces() {
+            add(traces, "traces", Arc::new(channel.field().clone()));
+        }
+        if let Some(channel) = self.vectors() {
+            add(vectors, "vectors", Arc::new(channel.field().clone()));
+        }
+        states
+    }
+
+    /// Adds all layers to `document`; [`Self::settle`] is to be done before. Fails if it is for another mesh or has
+    /// layers.
+    pub fn store(&self, context: &Context, document: &mut Document) -> Result<()> {
+        for state in self.layer_states() {
             let tiles = state.blocks.numbers();
             let read = |tile| Ok(state.blocks.bytes(tile).unwrap_or_default().to_vec());
             document.pack_layer(context, state.head(), &tiles, read)?;
         }
         Ok(())
+    }
+
+    /// The displacement of `tile` as caches keep it: of all layers, see [`Stack::read`].
+    pub fn read_displacement(&self, tile: u32) -> Result<Option<Vec<u8>>> {
+        self.layers.displacement.read(&self.displacement, tile)
+    }
+
+    /// Puts back what [`Self::read_displacement`] gave; [`Self::settle`] is to follow.
+    pub fn write_displacement(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        self.edit_heights(|stack, composite| stack.write(composite, tile, bytes).map(|()| Vec::new())).map(drop)
+    }
+
+    /// The tiles that have displacement in any layer, ascending.
+    pub fn displaced_tiles(&self) -> Vec<u32> {
+        self.layers.displacement.allocated(&self.displacement)
+    }
+
+    /// Makes displacement visible to readers. Returns the tiles that changed in it or in one of its layers, ascending.
+    pub fn commit_displacement(&mut self) -> Vec<u32> {
+        // Reached for writing, so that its reach is measured anew.
+        let displacement = self.displacement_mut().commit();
+        let mut tiles = self.layers.displacement.commit(&mut self.displacement);
+        tiles.extend(displacement.changed());
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    }
+
+    /// The colours of `tile` as caches keep them, see [`Stack::read`]; `None` too if there are none at all.
+    pub fn read_paint(&self, tile: u32) -> Result<Option<Vec<u8>>> {
+        match (&self.layers.colors, &self.paint) {
+            (Some(stack), Some(paint)) => stack.read(paint, tile),
+            _ => Ok(None),
+        }
+    }
+
+    /// Puts back what [`Self::read_paint`] gave; [`Self::settle`] is to follow. Fails too if the object has no colours.
+    pub fn write_paint(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        self.edit_colors(|stack, composite| stack.write(composite, tile, bytes).map(|()| Vec::new())).map(drop)
+    }
+
+    /// The tiles that have colours in any layer, ascending.
+    pub fn painted_tiles(&self) -> Vec<u32> {
+        match (&self.layers.colors, &self.paint) {
+            (Some(stack), Some(paint)) => stack.allocated(paint),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Makes colours visible to readers. Returns the tiles that changed in them or in one of their layers, ascending.
+    pub fn commit_paint(&mut self) -> Vec<u32> {
+        match (&mut self.layers.colors, &mut self.paint) {
+            (Some(stack), Some(paint)) => stack.commit(paint),
+            _ => Vec::new(),
+        }
     }
 
     /// Takes over the layers of `document`, each of which may occupy `budget` bytes. Kinds of which it has none stay as
@@ -351,20 +428,7 @@ impl DisplacedObject {
 impl Recorded for DisplacedObject {
     fn states(&mut self, context: &Context) -> Result<LayerStates> {
         self.settle(context)?;
-        let mut states = self.layers.displacement.states(&self.displacement);
-        if let (Some(stack), Some(paint)) = (&self.layers.colors, &self.paint) {
-            states.extend(stack.states(paint));
-        }
-        let mut add = |id: u32, name: &str, blocks: std::sync::Arc<dyn Blocks>| {
-            states.push(LayerState { id, name: name.into(), settings: Settings::of(blocks.kind()), blocks });
-        };
-        if let Some(traces) = self.traces() {
-            add(self.layers.others[0], "traces", std::sync::Arc::new(traces.field().clone()));
-        }
-        if let Some(vectors) = self.vectors() {
-            add(self.layers.others[1], "vectors", std::sync::Arc::new(vectors.field().clone()));
-        }
-        Ok(states)
+        Ok(self.layer_states())
     }
 
     fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: Vec<BlockState>) -> Result<()> {

@@ -202,6 +202,65 @@ impl<T: Absorb> Stack<T> {
         }
     }
 
+    /// The block of `tile`, for caches: that of the only layer, or those of all layers one after the other, each behind its
+    /// length. `None` if no layer has one. Fails if there is no such tile.
+    pub fn read(&self, composite: &Channel<T>, tile: u32) -> Result<Option<Vec<u8>>> {
+        if self.is_plain() {
+            return composite.read(tile);
+        }
+        let (mut all, mut any) = (Vec::new(), false);
+        for layer in &self.layers {
+            let block = layer.channel.as_ref().unwrap_or(composite).read(tile)?;
+            any |= block.is_some();
+            let block = block.unwrap_or_default();
+            all.extend((block.len() as u32).to_le_bytes());
+            all.extend(block);
+        }
+        Ok(any.then_some(all))
+    }
+
+    /// Puts back what [`Self::read`] gave of the same layers; with several, [`Self::settle`] is to follow. Fails, and
+    /// may have put back some of the layers, if it does not fit them.
+    pub fn write(&mut self, composite: &mut Channel<T>, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        if self.is_plain() {
+            return composite.write(tile, bytes);
+        }
+        let misfit = || Error::invalid("a block does not fit the layers").at(format!("tile {tile}"));
+        let mut rest = bytes;
+        for layer in &mut self.layers {
+            let mut block = None;
+            if let Some(bytes) = rest {
+                let (length, after) = bytes.split_first_chunk().ok_or_else(misfit)?;
+                let length = u32::from_le_bytes(*length) as usize;
+                let (own, after) = after.split_at_checked(length).ok_or_else(misfit)?;
+                block = (length > 0).then_some(own);
+                rest = Some(after);
+            }
+            layer.channel.as_mut().unwrap_or(composite).write(tile, block)?;
+        }
+        if rest.is_some_and(|rest| !rest.is_empty()) { Err(misfit()) } else { Ok(()) }
+    }
+
+    /// The tiles of which any layer has a block, ascending.
+    pub fn allocated(&self, composite: &Channel<T>) -> Vec<u32> {
+        let fields = self.layers.iter().map(|layer| Self::field(layer, composite));
+        let mut tiles: Vec<u32> = fields.flat_map(|field| field.allocated().collect::<Vec<_>>()).collect();
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    }
+
+    /// Makes edits visible to readers. Returns the tiles that changed of the composite or of a layer, ascending.
+    pub fn commit(&mut self, composite: &mut Channel<T>) -> Vec<u32> {
+        let mut tiles = composite.commit().changed().to_vec();
+        for channel in self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut()) {
+            tiles.extend(channel.commit().changed());
+        }
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    }
+
     /// Fails if an edit of the active layer could not be seen.
     pub fn check_editable(&self) -> Result<()> {
         let Some(layer) = self.index(self.active).map(|index| &self.layers[index]) else { return Ok(()) };

@@ -132,14 +132,17 @@ impl Baker {
         strokes::add(&mut changes.strokes, vec![riders::make(context, world, frame, path)?]);
         let _stage = context.stats().begin("commit");
         for object in 0..world.items().len() {
-            let mut written = world.surface_mut(object).map_or_else(Vec::new, |surface| {
-                changes.unstamped += surface.stamp(context).len() as u64;
-                blocks::commit(surface)
-            });
             if let Some(item) = world.triangles_mut(object) {
-                written = item.commit(context)?;
+                changes.written.push(item.commit(context)?);
+                continue;
             }
-            changes.written.push(written);
+            let Some(surface) = world.surface_mut(object) else {
+                changes.written.push(Vec::new());
+                continue;
+            };
+            changes.report.refused.extend(surface.settle(context)?);
+            changes.unstamped += surface.stamp(context).len() as u64;
+            changes.written.push(blocks::commit(surface));
         }
         Ok(changes)
     }
@@ -555,6 +558,7 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
     world.pose(context, now)?;
     for surface in world.surfaces_mut() {
         surface.set_time(now)?;
+        surface.settle(context)?;
         surface.take_as_stamped();
         blocks::commit(surface);
     }

@@ -8,8 +8,8 @@ use crate::cache::Layer;
 /// The block of `tile`; `None` if it has none, or the surface has no such layer.
 pub fn read(surface: &DisplacedObject, layer: Layer, tile: u32) -> Result<Option<Vec<u8>>> {
     Ok(match layer {
-        Layer::Displacement => surface.displacement().read(tile)?,
-        Layer::Paint => surface.paint().map(|paint| paint.read(tile)).transpose()?.flatten(),
+        Layer::Displacement => surface.read_displacement(tile)?,
+        Layer::Paint => surface.read_paint(tile)?,
         Layer::Traces => surface.traces().map(|traces| traces.read(tile)).transpose()?.flatten(),
         Layer::DisplacementStamps => surface.fading().and_then(|fading| fading.displacement.read(tile)),
         Layer::PaintStamps => surface.fading().and_then(|fading| fading.paint.read(tile)),
@@ -20,8 +20,8 @@ pub fn read(surface: &DisplacedObject, layer: Layer, tile: u32) -> Result<Option
 pub fn write(surface: &mut DisplacedObject, layer: Layer, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
     let missing = |what: &str| Error::invalid(format!("an object has no {what}"));
     match layer {
-        Layer::Displacement => surface.displacement_mut().write(tile, bytes),
-        Layer::Paint => surface.paint_mut().ok_or_else(|| missing("colours"))?.write(tile, bytes),
+        Layer::Displacement => surface.write_displacement(tile, bytes),
+        Layer::Paint => surface.write_paint(tile, bytes),
         Layer::Traces => surface.traces_mut().ok_or_else(|| missing("traces"))?.write(tile, bytes),
         Layer::DisplacementStamps => {
             let field = surface.displacement().field().clone();
@@ -38,8 +38,8 @@ pub fn write(surface: &mut DisplacedObject, layer: Layer, tile: u32, bytes: Opti
 pub fn allocated(surface: &DisplacedObject) -> Vec<(Layer, u32)> {
     let mut list = Vec::new();
     let mut add = |layer: Layer, tiles: &mut dyn Iterator<Item = u32>| list.extend(tiles.map(|tile| (layer, tile)));
-    add(Layer::Displacement, &mut surface.displacement().field().allocated());
-    add(Layer::Paint, &mut surface.paint().into_iter().flat_map(|paint| paint.field().allocated()));
+    add(Layer::Displacement, &mut surface.displaced_tiles().into_iter());
+    add(Layer::Paint, &mut surface.painted_tiles().into_iter());
     add(Layer::Traces, &mut surface.traces().into_iter().flat_map(|traces| traces.field().allocated()));
     if let Some(fading) = surface.fading() {
         add(Layer::DisplacementStamps, &mut fading.displacement.stamped());
@@ -54,10 +54,8 @@ pub fn commit(surface: &mut DisplacedObject) -> Vec<(Layer, u32)> {
     let mut add = |layer: Layer, tiles: &[u32]| list.extend(tiles.iter().map(|tile| (layer, *tile)));
     // Taking it for writing also makes the object measure its reach anew, so that a frame does not depend on whether
     // the frames before were computed or opened.
-    add(Layer::Displacement, surface.displacement_mut().commit().changed());
-    if let Some(paint) = surface.paint_mut() {
-        add(Layer::Paint, paint.commit().changed());
-    }
+    add(Layer::Displacement, &surface.commit_displacement());
+    add(Layer::Paint, &surface.commit_paint());
     if let Some(traces) = surface.traces_mut() {
         add(Layer::Traces, traces.commit().changed());
     }

@@ -176,10 +176,25 @@ pub struct ObjectEntry {
     pub traces: Option<TintEntry>,
     /// Whether pictures show it.
     pub visible: bool,
+    /// Layers beside those of its own, from the lowest.
+    pub layers: Vec<LayerEntry>,
     /// How its displacement is stored.
     pub detail: DetailEntry,
     /// Path of the document it starts from, as written.
     pub document: Option<Name>,
+}
+
+/// `[[objects.NAME.layers]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerEntry {
+    /// Its name.
+    pub name: Name,
+    /// What is on it.
+    pub kind: relievo_document::Kind,
+    /// How it is seen.
+    pub settings: relievo_document::Settings,
+    /// Texels along an edge of every face.
+    pub size: u32,
 }
 
 /// What physics sees of a body.
@@ -319,6 +334,8 @@ pub struct StrokeEntry {
     pub time: f64,
     /// The stroke, still without its image.
     pub stroke: relievo_detail::Stroke,
+    /// The layer it is made on, if not the lowest of its kind.
+    pub layer: Option<Name>,
     /// Index of its image.
     pub stamp: Option<usize>,
 }
@@ -533,6 +550,7 @@ impl Scene {
         let strokes = self.strokes.iter().map(|entry| (&entry.objects, &entry.stroke));
         let mut brushes = strokes.chain(self.riders.iter().map(|entry| (&entry.objects, &entry.brush)));
         brushes.any(|(objects, stroke)| objects.contains(&object) && paints(stroke))
+            || self.objects.get(object).is_some_and(|object| object.layers.iter().any(|layer| layer.kind.is_color()))
     }
 
     /// Where in the file a mesh's source is written.

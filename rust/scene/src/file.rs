@@ -13,6 +13,7 @@ use toml::de::DeTable;
 use crate::bodies::read_body;
 use crate::description::*;
 use crate::diagnostic::{Diagnostic, Failure, Faults};
+use crate::layers::read_layers;
 use crate::reader::{Name, Reader, Table};
 use crate::riders::read_rider;
 use crate::schema;
@@ -436,6 +437,7 @@ fn read_object(
     let detail = reader.sub_table(table, "detail");
     let detail = read_detail(reader, detail, Some(details));
     let document = reader.text(table, "document");
+    let layers = read_layers(reader, table);
     let decay = table.has("decay").then(|| {
         let table = reader.sub_table(table, "decay");
         DecayOptions { delay: reader.number(table, "delay") as f32, duration: reader.number(table, "duration") as f32 }
@@ -481,6 +483,12 @@ fn read_object(
                 .advise("make a surface over the mesh and give the object that `surface`"),
         );
     }
+    if !layers.is_empty() && matches!(geometry, Geometry::Mesh(_)) {
+        reader.fault(
+            Diagnostic::new(table.span_of("layers"), "a mesh has no layers")
+                .advise("make a surface over the mesh and give the object that `surface`"),
+        );
+    }
     if decay.is_some() && matches!(geometry, Geometry::Mesh(_)) {
         reader.fault(
             Diagnostic::new(table.span_of("decay"), "a mesh has no edits that could fade")
@@ -510,6 +518,7 @@ fn read_object(
         decay,
         traces,
         visible,
+        layers,
         detail,
         document,
     })

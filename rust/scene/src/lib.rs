@@ -12,6 +12,7 @@ mod documents;
 pub mod export;
 pub mod file;
 pub mod keyframe;
+mod layers;
 pub mod manual;
 pub mod output;
 pub mod paths;

@@ -98,6 +98,10 @@ pub const FALLOFFS: [&str; 5] = ["constant", "linear", "smooth", "sphere", "gaus
 pub const PATTERNS: [&str; 5] = ["checker", "stripes", "rings", "star", "sole"];
 /// Which number of a pixel is a height.
 pub const CHANNELS: [&str; 4] = ["red", "green", "blue", "alpha"];
+/// What a layer holds.
+pub const LAYER_KINDS: &[&str] = &["displacement", "colour"];
+/// How a layer is put on what is below it.
+pub const BLENDS: [&str; 8] = ["normal", "add", "subtract", "multiply", "screen", "overlay", "max", "min"];
 /// When meshes, tiles and documents are written.
 pub const WHEN: &[&str] = &["none", "last", "every"];
 
@@ -236,6 +240,7 @@ pub static OBJECT: Section = Section {
         ),
         key("visible", Kind::Flag, "true", "", "Whether pictures show it"),
         key("detail", Kind::Table(&DETAIL), "", "", "Detail settings that differ from [details]"),
+        key("layers", Kind::List(&LAYER), "[]", "", "Layers above its own displacement and colours"),
         key("decay", Kind::Table(&DECAY), "", "", "Makes imprints and strokes fade"),
         key(
             "traces",
@@ -251,6 +256,28 @@ pub static OBJECT: Section = Section {
             "",
             "Document (.relievo) to start from: displacement and colours with the sizes of their tiles",
         ),
+    ],
+    parameters: &[],
+};
+
+/// `[[objects.NAME.layers]]`
+pub static LAYER: Section = Section {
+    name: "objects.NAME.layers",
+    help: "Layers of displacement or colour, `[[objects.NAME.layers]]` each, from the lowest; strokes name theirs",
+    keys: &[
+        key("name", Kind::Text, "", "", "Its name; `displacement` and `colour` are those the object has anyway"),
+        key("kind", Kind::Choice(LAYER_KINDS), "\"displacement\"", "", "What is on it"),
+        key("opacity", Kind::Number(0.0, 1.0), "1", "", "How much of it is seen"),
+        key(
+            "blend",
+            Kind::Choice(&BLENDS),
+            "",
+            "",
+            "How it is put on what is below; left out, displacement adds up and colour covers. Displacement can `add`, \
+             `subtract` or be the `max` or `min`; colours all but `subtract`, in linear light",
+        ),
+        key("visible", Kind::Flag, "true", "", "Whether it is seen at all"),
+        key("tile_size", Kind::Power(8, 256), "128", "", "Texels along the edge of a face"),
     ],
     parameters: &[],
 };
@@ -393,6 +420,7 @@ pub static STROKE: Section = Section {
             "The objects it is on, each of which shows a surface; left out, all that do. A dab is put on the nearest and \
              made on all in its box",
         ),
+        key("layer", Kind::Text, "", "", "The layer of the objects it is made on; left out, the lowest of its kind"),
         key("time", Kind::Number(0.0, 1e6), "0", "seconds", "When: at the first frame that is not before it"),
         key(
             "paint",
@@ -776,6 +804,7 @@ pub fn sections() -> Vec<&'static Section> {
         &SURFACE,
         &DETAIL,
         &OBJECT,
+        &LAYER,
         &DECAY,
         &TRACES,
         &BODY,

@@ -41,7 +41,8 @@ pub(crate) fn read_stroke(
         let place = if table.has("points") { table.span_of("points") } else { table.span() };
         reader.fault(Diagnostic::from_error(place, &error));
     }
-    Some(StrokeEntry { objects, time, stroke, stamp })
+    let layer = reader.text(table, "layer");
+    Some(StrokeEntry { objects, time, stroke, layer, stamp })
 }
 
 /// The surfaces that a brush is made on: those that `object` names, else all but `without`.
@@ -160,9 +161,20 @@ pub(crate) fn make_due(
         }
         let (objects, mut stroke) = (entry.objects.clone(), entry.stroke.clone());
         stroke.stamp = entry.stamp.and_then(|stamp| world.stamp(stamp, &stroke.action).cloned());
-        let mut surfaces = world.canvases(&objects);
+        let layer = entry.layer.clone();
         let place = |error: Error| error.at(format!("stroke {}", index + 1));
-        let reports = context.stats().time("stroke", || stroke.apply_all(context, &mut surfaces)).map_err(place)?;
+        let active = match &layer {
+            Some(name) => choose_layer(context, world, &objects, name, &stroke).map_err(place)?,
+            None => Vec::new(),
+        };
+        let mut surfaces = world.canvases(&objects);
+        let reports = context.stats().time("stroke", || stroke.apply_all(context, &mut surfaces));
+        for (object, layer) in active {
+            if let Some(surface) = world.surface_mut(object) {
+                surface.set_active_layer(context, layer)?;
+            }
+        }
+        let reports = reports.map_err(place)?;
         add(&mut done, reports);
     }
     Ok(done)
@@ -175,6 +187,36 @@ pub(crate) fn add(done: &mut StrokeReport, reports: Vec<StrokeReport>) {
         done.dabs += report.dabs;
         done.report.merge(report.report);
     }
+}
+
+/// Makes the layer called `name` the active one of those of `objects` that have it. Returns what was active on them.
+fn choose_layer(
+    context: &Context,
+    world: &mut World,
+    objects: &[usize],
+    name: &Name,
+    stroke: &Stroke,
+) -> Result<Vec<(usize, u32)>> {
+    let place = |error: Error| error.at(format!("layer `{}`", name.text));
+    let (mut active, mut names) = (Vec::new(), Vec::new());
+    for object in objects {
+        let Some(surface) = world.surface_mut(*object) else { continue };
+        let layers = surface.layers();
+        names.extend(layers.iter().map(|layer| layer.name.clone()));
+        let Some(found) = layers.iter().find(|layer| layer.name == name.text) else { continue };
+        if found.kind.is_color() != matches!(stroke.action, Action::Paint { .. }) {
+            let what = format!("it holds {} and cannot take the stroke", found.kind.name());
+            return Err(place(Error::invalid(what).advise("paint on colour, sculpt displacement")));
+        }
+        let before = layers.iter().find(|layer| layer.active && layer.kind == found.kind);
+        active.extend(before.map(|before| (*object, before.id)));
+        surface.set_active_layer(context, found.id)?;
+    }
+    if active.is_empty() {
+        let error = Error::invalid("the object has no such layer");
+        return Err(place(error.advise(format!("it has {}", names.join(", ")))));
+    }
+    Ok(active)
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use crate::assets::Assets;
 use crate::coat::Coat;
 use crate::description::{Geometry, ObjectEntry, Scene, StampSource, SurfaceEntry, TrianglesEntry};
 use crate::diagnostic::{Diagnostic, Failure, Faults};
-use crate::documents::{self, Start};
+use crate::documents;
 use crate::paths::Paths;
 use crate::physics::Physics;
 use crate::stamps::Loaded;
@@ -83,7 +83,7 @@ impl World {
                     context.stats().time("load.documents", || documents::open(context, &paths, &name.text, mesh));
                 opened.map_err(|error| refuse(Diagnostic::from_error(name.span.clone(), &error)))
             });
-            let document = document.transpose()?;
+            let mut document = document.transpose()?;
             let item = match object.geometry {
                 Geometry::Mesh(_) => Ok(Item::Mesh(Box::new(MeshItem { mesh: mesh.clone(), transform }))),
                 Geometry::Surface(index) => {
@@ -112,9 +112,15 @@ impl World {
                     let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
                     make_surface(context, mesh, &options, &detail, paint, transform).map_err(fault).and_then(
                         |mut item| {
-                            if let (Some(start), Some(name)) = (&document, &object.document) {
-                                take_up(context, &mut item, start, object.detail.budget)
+                            if let (Some(start), Some(name)) = (&mut document, &object.document) {
+                                start
+                                    .take_up(context, &mut item, object.detail.budget)
                                     .map_err(|error| refuse(Diagnostic::from_error(name.span.clone(), &error)))?;
+                            }
+                            for layer in &object.layers {
+                                layer
+                                    .make(context, &mut item)
+                                    .map_err(|error| refuse(Diagnostic::from_error(layer.name.span.clone(), &error)))?;
                             }
                             if let Some(decay) = object.decay {
                                 item.set_decay(decay, object.detail.budget).map_err(fault)?;
@@ -404,6 +410,7 @@ impl World {
                     object.detail,
                     object.traces.is_some(),
                     object.decay,
+                    &object.layers,
                 )
             })
             .collect();
@@ -469,19 +476,4 @@ fn make_surface(
         object.set_paint(paint?)?;
     }
     Ok(object)
-}
-
-/// Gives a surface what the document it starts from has, in `budget` bytes each.
-fn take_up(context: &Context, object: &mut DisplacedObject, start: &Start, budget: u64) -> Result<()> {
-    let topology = object.surface().topology().clone();
-    if let Some(displacement) = start.displacement(context, &topology, budget)? {
-        *object.displacement_mut() = displacement;
-    }
-    if let Some(paint) = start.paint(context, &topology, budget)? {
-        object.set_paint(paint)?;
-    }
-    if let Some(traces) = start.traces(context, &topology, budget)? {
-        object.set_traces(traces)?;
-    }
-    Ok(())
 }

@@ -330,6 +330,74 @@ fn a_surface_is_taken_up_from_its_document() {
     assert!(small.contains("budget"), "{small}");
 }
 
+const LAYERED: &str = r##"
+[[objects.ground.layers]]
+name = "dents"
+opacity = 0.5
+tile_size = 32
+[[objects.ground.layers]]
+name = "glaze"
+kind = "colour"
+blend = "multiply"
+"##;
+
+const ON_LAYERS: &str = r##"
+[[strokes]]
+object = "ground"
+layer = "dents"
+sculpt = "draw"
+radius = 0.2
+time = 0.04
+points = [{ position = [-0.2, 0.1, 0] }, { position = [0.3, 0.1, 0] }]
+[[strokes]]
+object = "ground"
+layer = "glaze"
+paint = "mix"
+radius = 0.15
+points = [{ position = [0.1, 0.1, 0] }]
+"##;
+
+#[test]
+fn layers_of_a_scene_are_kept_in_documents_and_in_cached_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let run_scene = |name: &str, document: &str, layers: &str, strokes: &str| {
+        let scene = folder.path().join(format!("{name}.toml"));
+        let text = TAKEN_UP.replace("FACES", "4").replace("DOCUMENT", document);
+        std::fs::write(&scene, text.replace("STROKES", &format!("{layers}{strokes}"))).unwrap();
+        run_with(&context(1), &scene, &options(&folder.path().join(name)))
+    };
+    let bytes = |name: &str| std::fs::read(folder.path().join(name).join("document-000001-ground.relievo")).unwrap();
+    let layers = |name: &str| {
+        let document = relievo_document::Document::parse(&bytes(name), 1 << 30).unwrap();
+        let list = document.layers().iter().map(|layer| (layer.name().to_string(), layer.blocks().len()));
+        list.collect::<Vec<_>>()
+    };
+    run_scene("whole", "", LAYERED, &format!("{RIDGE}{ON_LAYERS}")).unwrap();
+    let found = layers("whole");
+    assert_eq!(
+        found.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(),
+        ["displacement", "dents", "colour", "glaze"]
+    );
+    assert!(found.iter().all(|(_, blocks)| *blocks > 0), "{found:?}");
+    // From the cache the last frame is the same, layer by layer.
+    let first = bytes("whole");
+    let again = run_scene("whole", "", LAYERED, &format!("{RIDGE}{ON_LAYERS}")).unwrap();
+    assert_eq!((again.baked, again.opened, bytes("whole") == first), (0, 2, true));
+    // A document brings its layers, whether the scene names them or not.
+    run_scene("same", "document = \"whole/document-000001-ground.relievo\"", "", "").unwrap();
+    assert_eq!(layers("same"), found);
+    run_scene("more", "document = \"whole/document-000001-ground.relievo\"", LAYERED, ERASER).unwrap();
+    assert_eq!(layers("more").len(), 4);
+
+    let fails = |layers: &str, strokes: &str| run_scene("bad", "", layers, strokes).unwrap_err().to_string();
+    let unknown = fails("", &ON_LAYERS.replace("0.04", "0"));
+    assert!(unknown.contains("no such layer") && unknown.contains("it has displacement, colour"), "{unknown}");
+    let crossed = fails(LAYERED, &ON_LAYERS.replace("\"glaze\"", "\"dents\""));
+    assert!(crossed.contains("cannot take the stroke"), "{crossed}");
+    let odd = fails(&LAYERED.replace("multiply", "subtract"), "");
+    assert!(odd.contains("`subtract` means nothing for colour"), "{odd}");
+}
+
 #[test]
 fn scrubbing_to_any_frame_shows_that_frame() {
     let folder = tempfile::tempdir().unwrap();
