@@ -1,7 +1,7 @@
-/* Relievo: details, surfaces with scalar displacement that can be edited.
+/* Relievo: details, surfaces with displacement and colours that can be edited.
  *
  * A detail is a surface, an affine transform to the world, and a displacement along the surface's normal in tiles of
- * B-spline coefficients. Tiles are allocated only where something happened, within a budget of bytes; a tile the budget
+ * B-spline coefficients; if it was given any, colours in tiles of their own. Tiles are allocated only where something happened, within a budget of bytes; a tile the budget
  * refuses stays as it was, the edit goes on without it and reports it, and nothing is lost.
  *
  * Edits (imprints, blocks that are written, new poses) become visible at rlv_detail_commit: readers see what was
@@ -30,16 +30,29 @@ typedef struct RlvDetailOptions {
 
 typedef struct RlvDetailInfo {
     uint32_t struct_size;
-    uint32_t reserved;
+    uint32_t is_painted;    /* 0 or 1: whether it has colours */
     size_t tile_count;      /* of the surface */
     size_t allocated_count; /* tiles that are allocated */
     uint64_t revision;      /* number of the last edit in it */
     uint64_t bytes;         /* of the allocated tiles */
     uint64_t full_bytes;    /* if every tile were allocated */
     uint64_t budget;
+    size_t painted_count;  /* tiles of colour that are allocated */
+    uint64_t paint_bytes;  /* of these */
+    uint64_t paint_budget; /* bytes that tiles of colour may occupy */
 } RlvDetailInfo;
 
-#define RLV_DETAIL_INFO_INIT {sizeof(RlvDetailInfo), 0, 0, 0, 0, 0, 0, 0}
+#define RLV_DETAIL_INFO_INIT {sizeof(RlvDetailInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+
+/* The colours of a detail. */
+typedef struct RlvPaintOptions {
+    uint32_t struct_size;
+    uint32_t tile_size; /* texels along an edge of the cage: 8, 16, 32, 64, 128 or 256; 0 for 128 */
+    uint64_t budget;    /* bytes that tiles of colour may occupy; 0 for 1 GiB */
+    float color[4];     /* where nothing is painted: linear Rec.709 and alpha, 0 to 1 */
+} RlvPaintOptions;
+
+#define RLV_PAINT_OPTIONS_INIT {sizeof(RlvPaintOptions), 0, 0, {1.0f, 1.0f, 1.0f, 1.0f}}
 
 /* What a commit made visible. */
 typedef struct RlvDetailChanges {
@@ -79,6 +92,10 @@ RLV_API RlvResult rlv_detail_info(RlvDetail detail, RlvDetailInfo *out);
 
 /* Edits. Sets the bytes that tiles may occupy. Tiles that are allocated stay, even beyond it. */
 RLV_API RlvResult rlv_detail_set_budget(RlvDetail detail, uint64_t budget);
+
+/* Edits. Gives the detail colours, eight bits a number, so that it can be painted. options may be NULL. Fails if it has
+ * colours already. */
+RLV_API RlvResult rlv_detail_add_paint(RlvDetail detail, const RlvPaintOptions *options);
 
 /* Edits. Gives faces another number of coefficients along their edges; pairs of a face and its size as in the options.
  * Displacements stay, exactly but for rounding where a face becomes finer. Fails with RLV_ERROR_MEMORY, and changes

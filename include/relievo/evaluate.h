@@ -33,11 +33,13 @@ typedef struct RlvEvaluateArrays {
     size_t dvv_stride;
     float *displacements; /* one float each: scalar displacement along the normal of the limit surface, object units */
     size_t displacement_stride;
+    float *colors; /* linear Rec.709 and alpha, 4 floats a place; details with colours only */
+    size_t color_stride;
 } RlvEvaluateArrays;
 
 #define RLV_EVALUATE_ARRAYS_INIT                                                                                  \
-    {sizeof(RlvEvaluateArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, \
-     0, NULL, 0}
+    {sizeof(RlvEvaluateArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, \
+     NULL, 0, NULL, 0}
 
 /* Evaluates the limit surface, without any detail on it; displacements are 0. A place in a hole gives zeros. Fails without writing if a tile
  * does not exist or u or v is outside 0 to 1. */

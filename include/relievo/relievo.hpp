@@ -319,6 +319,11 @@ public:
         return made;
     }
 
+    /// Gives it colours, so that it can be painted.
+    void add_paint(const RlvPaintOptions &options = RLV_PAINT_OPTIONS_INIT) const {
+        check(rlv_detail_add_paint(get(), &options));
+    }
+
     RlvDetailInfo info() const {
         RlvDetailInfo info = RLV_DETAIL_INFO_INIT;
         check(rlv_detail_info(get(), &info));
@@ -537,6 +542,97 @@ inline std::pair<RlvImprintReport, RlvImprintReport> collide(const Detail &first
                               &reports.second));
     return reports;
 }
+
+/// The layers of a detail. See relievo/layer.h.
+class Layers {
+public:
+    explicit Layers(Detail detail) noexcept : detail_(std::move(detail)) {}
+
+    std::vector<RlvLayerInfo> list() const {
+        std::size_t count = 0;
+        check(rlv_layer_count(detail_.get(), &count));
+        std::vector<RlvLayerInfo> layers(count, RLV_LAYER_INFO_INIT);
+        for (std::size_t index = 0; index < count; ++index) {
+            check(rlv_layer_info(detail_.get(), index, &layers[index]));
+        }
+        return layers;
+    }
+
+    /// Returns the number of the new layer.
+    std::uint32_t add(const std::string &name, const RlvLayerOptions &options) const {
+        std::uint32_t id = 0;
+        check(rlv_layer_add(detail_.get(), name.c_str(), &options, &id));
+        return id;
+    }
+
+    void set(std::uint32_t id, const RlvLayerOptions &options) const { check(rlv_layer_set(detail_.get(), id, &options)); }
+    void set_active(std::uint32_t id) const { check(rlv_layer_set_active(detail_.get(), id)); }
+    void rename(std::uint32_t id, const std::string &name) const {
+        check(rlv_layer_rename(detail_.get(), id, name.c_str()));
+    }
+    void place(std::uint32_t id, std::size_t place) const { check(rlv_layer_place(detail_.get(), id, place)); }
+    void remove(std::uint32_t id) const { check(rlv_layer_remove(detail_.get(), id)); }
+    void merge(std::uint32_t id) const { check(rlv_layer_merge(detail_.get(), id)); }
+    void flatten() const { check(rlv_layer_flatten(detail_.get())); }
+
+private:
+    Detail detail_;
+};
+
+/// The history of a detail, in a file or not. See relievo/document.h.
+class Document : public Reference<RlvDocument, rlv_document_retain, rlv_document_release> {
+public:
+    using Reference::Reference;
+
+    /// An empty path keeps the history without a file.
+    static Document create(const Detail &detail, const std::string &path = "", std::uint64_t memory = 0) {
+        Document made;
+        check(rlv_document_create(detail.get(), path.empty() ? nullptr : path.c_str(), memory, made.out()));
+        return made;
+    }
+
+    static Document open(const Detail &detail, const std::string &path, std::uint64_t memory = 0) {
+        Document made;
+        check(rlv_document_open(detail.get(), path.c_str(), memory, made.out()));
+        return made;
+    }
+
+    RlvDocumentInfo info() const {
+        RlvDocumentInfo info = RLV_DOCUMENT_INFO_INIT;
+        check(rlv_document_info(get(), &info));
+        return info;
+    }
+
+    /// Calls `work`, whose edits become one; an exception takes them back and goes on.
+    template <class Work> RlvDocumentChanges edit(const std::string &input, Work &&work) const {
+        check(rlv_document_begin(get(), input.c_str()));
+        try {
+            std::forward<Work>(work)();
+        } catch (...) {
+            rlv_document_abandon(get());
+            throw;
+        }
+        RlvDocumentChanges changes = RLV_DOCUMENT_CHANGES_INIT;
+        check(rlv_document_end(get(), &changes));
+        return changes;
+    }
+
+    /// is_done of the result says whether there was anything to undo.
+    RlvDocumentChanges undo() const {
+        RlvDocumentChanges changes = RLV_DOCUMENT_CHANGES_INIT;
+        check(rlv_document_undo(get(), &changes));
+        return changes;
+    }
+
+    RlvDocumentChanges redo() const {
+        RlvDocumentChanges changes = RLV_DOCUMENT_CHANGES_INIT;
+        check(rlv_document_redo(get(), &changes));
+        return changes;
+    }
+
+    void save(const std::string &path) const { check(rlv_document_save(get(), path.c_str())); }
+    void sync() const { check(rlv_document_sync(get())); }
+};
 
 /// See relievo/brush.h.
 class Brush : public Reference<RlvBrush, rlv_brush_retain, rlv_brush_release> {

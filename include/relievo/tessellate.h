@@ -24,7 +24,8 @@ typedef struct RlvTessellateOptions {
  * Fails with RLV_ERROR_MEMORY if the triangles do not fit the context's memory limit. */
 RLV_API RlvResult rlv_tessellate_surface(RlvSurface surface, const RlvTessellateOptions *options, RlvMesh *out);
 
-/* The same for the displaced surface as it was committed last, in object space. */
+/* The same for the displaced surface as it was committed last, in object space. If it has colours the mesh has them as
+ * the point attribute "color", 3 floats, and cells are as fine as their texels. */
 RLV_API RlvResult rlv_tessellate_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvMesh *out);
 
 /* Triangles of a detail that follow its commits: after rlv_detail_commit, rlv_tessellation_update renews the points of
@@ -68,7 +69,7 @@ RLV_API RlvResult rlv_tessellation_release(RlvTessellation tessellation);
 RLV_API RlvResult rlv_tessellation_info(RlvTessellation tessellation, RlvTessellationInfo *out);
 
 /* Brings the points to the detail's last commit, however many there were since the last update. Costs what changed,
- * unless triangles are rebuilt or the cage was posed, which concerns all points. Needs the tessellation for itself and
+ * unless triangles are rebuilt or the cage was posed, which concerns all points; colours are looked up for all points. Needs the tessellation for itself and
  * returns RLV_ERROR_BUSY while another call is at work on it; edits of the detail do not matter. After a failure the
  * tessellation is what it was. out may be NULL. */
 RLV_API RlvResult rlv_tessellation_update(RlvTessellation tessellation, RlvTessellationChanges *out);
@@ -84,6 +85,10 @@ RLV_API RlvResult rlv_tessellation_changed_ranges(RlvTessellation tessellation, 
 RLV_API RlvResult rlv_tessellation_get_points(RlvTessellation tessellation, size_t first, size_t count,
                                               float *positions, size_t position_stride, float *normals,
                                               size_t normal_stride);
+
+/* Copies the colours of count points from first on, linear Rec.709, three floats each. Fails if the detail has none. */
+RLV_API RlvResult rlv_tessellation_get_colors(RlvTessellation tessellation, size_t first, size_t count, float *colors,
+                                              size_t stride);
 
 /* A copy of all triangles with their attributes as a mesh, as rlv_tessellate_detail makes it: for the start, and for
  * when they were rebuilt. */

@@ -136,6 +136,27 @@ int main() {
     drawn.commit();
     CHECK(once.read_block(0) == drawn.read_block(0) && !once.read_block(0).empty());
 
+    // Edits of a document are undone; one that throws is taken back.
+    const auto document = relievo::Document::create(drawn);
+    const auto before = drawn.read_block(0);
+    RlvLayerOptions half = RLV_LAYER_OPTIONS_INIT;
+    half.opacity = 0.5f;
+    half.tile_size = 16;
+    const relievo::Layers layers(drawn);
+    CHECK(document.edit("a layer", [&] { layers.add("half", half); }).is_done == 1 && layers.list().size() == 2);
+    CHECK(document.edit("a stroke", [&] { relievo::stroke(drawn, brush, way); }).block_count > 0);
+    drawn.commit();
+    CHECK(drawn.read_block(0) != before);
+    try {
+        document.edit("nothing", [] { throw std::runtime_error("no"); });
+        CHECK(false);
+    } catch (const std::runtime_error &) {
+    }
+    CHECK(document.info().undo_count == 2 && document.undo().is_done == 1 && document.undo().is_done == 1);
+    CHECK(document.undo().is_done == 0 && layers.list().size() == 1);
+    drawn.commit();
+    CHECK(drawn.read_block(0) == before);
+
     const auto hit = relievo::Caster::create(detail).cast({{{0.5f, 0.5f, 3.0f}, {0, 0, -1}}});
     CHECK(hit[0].tile == 0 && std::abs(hit[0].position[2] - dent.displacements[0]) < 1e-3f);
 

@@ -3,11 +3,14 @@
 use std::ffi::c_void;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, TryLockError};
 
-use glam::{DAffine3, DMat3, DVec3};
-use relievo_core::{Mesh, Result};
+use glam::{DAffine3, DMat3, DVec3, Vec4};
+use relievo_core::{Error, Mesh, Result};
 use relievo_detail::{DisplacedObject, Imprinter};
 use relievo_surface::Surface;
-use relievo_tiles::{Change, Displaced, Displacement, DisplacementOptions, Snapshot};
+use relievo_tiles::{
+    Change, ChannelOptions, Displaced, Displacement, DisplacementOptions, Paint, Rgba8, Snapshot, Vector,
+    VectorDisplacement,
+};
 
 use crate::array::{Input, Output, present, put};
 use crate::context::{ContextObject, RLV_LOG_WARNING};
@@ -29,15 +32,27 @@ descriptor! {
 }
 
 descriptor! {
+    pub struct RlvPaintOptions {
+        struct_size: u32,
+        tile_size: u32,
+        budget: u64,
+        color: [f32; 4],
+    }
+}
+
+descriptor! {
     pub struct RlvDetailInfo {
         struct_size: u32,
-        reserved: u32,
+        is_painted: u32,
         tile_count: usize,
         allocated_count: usize,
         revision: u64,
         bytes: u64,
         full_bytes: u64,
         budget: u64,
+        painted_count: usize,
+        paint_bytes: u64,
+        paint_budget: u64,
     }
 }
 
@@ -71,17 +86,47 @@ pub struct View {
     /// The cage the surface was made from, with its attributes.
     pub cage: Arc<Mesh>,
     pub snapshot: Arc<Snapshot>,
+    /// Colours, if the detail has any.
+    pub paint: Option<Arc<Snapshot<Rgba8>>>,
+    pub vectors: Option<Arc<Snapshot<Vector>>>,
+    /// Tiles that changed with the commit, ascending.
+    pub changed: Vec<u32>,
     pub transform: DAffine3,
     /// How often the cage was posed before.
     pub pose: u64,
     full_bytes: u64,
     budget: u64,
+    paint_budget: u64,
 }
 
 impl View {
     /// The surface with its displacement.
     pub fn displaced(&self) -> Result<Displaced<'_>> {
-        Displaced::new(&self.surface, self.snapshot.field())
+        let displaced = Displaced::new(&self.surface, self.snapshot.field())?;
+        match &self.vectors {
+            Some(vectors) => displaced.with_vectors(vectors.field()),
+            None => Ok(displaced),
+        }
+    }
+
+    /// A number that grows with every edit.
+    pub fn revision(&self) -> u64 {
+        let paint = self.paint.as_ref().map_or(0, |paint| paint.revision());
+        self.snapshot.revision() + paint + self.vectors.as_ref().map_or(0, |vectors| vectors.revision())
+    }
+
+    /// The numbers of the edits that changed `tile` last, by channel.
+    pub fn versions(&self, tile: u32) -> [u64; 3] {
+        let paint = self.paint.as_ref().map_or(0, |paint| paint.field().version(tile));
+        let vectors = self.vectors.as_ref().map_or(0, |vectors| vectors.field().version(tile));
+        [self.snapshot.field().version(tile), paint, vectors]
+    }
+
+    /// Texels along an edge of the cage at `tile`, the most of what is allocated there.
+    pub fn density(&self, tile: u32) -> u32 {
+        let paint = self.paint.as_ref().map_or(0, |paint| paint.field().density(tile));
+        let vectors = self.vectors.as_ref().map_or(0, |vectors| vectors.field().density(tile));
+        self.snapshot.field().density(tile).max(paint).max(vectors)
     }
 }
 
@@ -121,16 +166,29 @@ impl DetailObject {
     }
 }
 
-fn view_of(object: &DisplacedObject, cage: Arc<Mesh>, snapshot: Arc<Snapshot>, pose: u64) -> Arc<View> {
+/// Makes everything up to now a view.
+fn commit(object: &mut DisplacedObject, cage: Arc<Mesh>, pose: u64) -> Arc<View> {
+    let snapshot = object.commit();
+    let paint = object.paint_mut().map(Paint::commit);
+    let vectors = object.vectors_mut().map(VectorDisplacement::commit);
+    let mut changed = snapshot.changed().to_vec();
+    changed.extend(paint.iter().flat_map(|paint| paint.changed()));
+    changed.extend(vectors.iter().flat_map(|vectors| vectors.changed()));
+    changed.sort_unstable();
+    changed.dedup();
     let displacement = object.displacement();
     Arc::new(View {
         surface: object.surface().clone(),
         cage,
         snapshot,
+        paint,
+        vectors,
+        changed,
         transform: *object.transform(),
         pose,
         full_bytes: displacement.full_bytes(),
         budget: displacement.budget(),
+        paint_budget: object.paint().map_or(0, |paint| paint.budget()),
     })
 }
 
@@ -173,10 +231,9 @@ entry! {
         options.face_sizes = sizes.iter().map(|[face, size]| (face, size)).collect();
         let context = surface.context.clone();
         let pose = surface.snapshot();
-        let mut displacement = Displacement::new(pose.surface.topology().clone(), &options)?;
-        let snapshot = displacement.commit();
-        let object = DisplacedObject::new(&context.context, pose.surface, &pose.points, displacement, matrix)?;
-        let view = RwLock::new(view_of(&object, surface.cage.clone(), snapshot, 0));
+        let displacement = Displacement::new(pose.surface.topology().clone(), &options)?;
+        let mut object = DisplacedObject::new(&context.context, pose.surface, &pose.points, displacement, matrix)?;
+        let view = RwLock::new(commit(&mut object, surface.cage.clone(), 0));
         let editor = Editor { object, imprinter: Imprinter::new(), written: Vec::new(), pose: 0, moved: false };
         let handle = registry::insert(DetailObject { context, editor: Mutex::new(editor), view })?;
         // SAFETY: checked above.
@@ -196,13 +253,16 @@ entry! {
         let view = registry::get(detail)?.view();
         let info = RlvDetailInfo {
             struct_size: 0,
-            reserved: 0,
+            is_painted: u32::from(view.paint.is_some()),
             tile_count: view.surface.tile_count(),
             allocated_count: view.snapshot.field().allocated().count(),
-            revision: view.snapshot.revision(),
+            revision: view.revision(),
             bytes: view.snapshot.bytes(),
             full_bytes: view.full_bytes,
             budget: view.budget,
+            painted_count: view.paint.as_ref().map_or(0, |paint| paint.field().allocated().count()),
+            paint_bytes: view.paint.as_ref().map_or(0, |paint| paint.bytes()),
+            paint_budget: view.paint_budget,
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, info) }
@@ -212,6 +272,29 @@ entry! {
         let object = registry::get(detail)?;
         object.edit()?.object.displacement_mut().set_budget(budget);
         Ok(())
+    }
+
+    fn rlv_detail_add_paint(detail: RlvDetail, options: *const RlvPaintOptions) {
+        let object = registry::get(detail)?;
+        let white = RlvPaintOptions { struct_size: 0, tile_size: 0, budget: 0, color: [1.0; 4] };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let given = unsafe { read_optional(options, white) }?;
+        if given.color.iter().any(|value| !(0.0..=1.0).contains(value)) {
+            return Err(Error::invalid("its numbers are not from 0 to 1").at("color"));
+        }
+        let mut channel = ChannelOptions::default();
+        if given.tile_size != 0 {
+            channel.size = given.tile_size;
+        }
+        if given.budget != 0 {
+            channel.budget = given.budget;
+        }
+        let mut editor = object.edit()?;
+        if editor.object.paint().is_some() {
+            return Err(Error::invalid("it has colours already").at("detail"));
+        }
+        let topology = editor.object.surface().topology().clone();
+        editor.object.set_paint(Paint::of_color(topology, Vec4::from(given.color), &channel)?)
     }
 
     fn rlv_detail_set_face_sizes(detail: RlvDetail, face_sizes: *const u32, count: usize, stride: usize) {
@@ -264,15 +347,16 @@ entry! {
             displaced.displacement_mut().update_rings(&object.context.context, written)?;
             written.clear();
         }
-        let snapshot = displaced.commit();
-        let view = view_of(displaced, object.view().cage.clone(), snapshot, *pose);
+        // A stroke that is being drawn is seen as far as it got.
+        displaced.settle_colors(&object.context.context)?;
+        let view = commit(displaced, object.view().cage.clone(), *pose);
         let moved = std::mem::take(moved);
         *object.view.write().unwrap_or_else(PoisonError::into_inner) = view.clone();
         drop(editor);
         if out.is_null() {
             return Ok(());
         }
-        let tiles = view.snapshot.changed();
+        let tiles = &view.changed;
         let surface = view.displaced()?;
         let bounds = tiles.iter().map(|tile| surface.tile_bounds(*tile)).reduce(|a, b| {
             (std::array::from_fn(|axis| a.0[axis].min(b.0[axis])), std::array::from_fn(|axis| a.1[axis].max(b.1[axis])))
@@ -281,7 +365,7 @@ entry! {
         let changes = RlvDetailChanges {
             struct_size: 0,
             moved: u32::from(moved),
-            revision: view.snapshot.revision(),
+            revision: view.revision(),
             tile_count: tiles.len(),
             low,
             high,
@@ -293,7 +377,7 @@ entry! {
     fn rlv_detail_changed_tiles(detail: RlvDetail, tiles: *mut u32, capacity: usize, count: *mut usize) {
         present("count", count)?;
         let view = registry::get(detail)?.view();
-        let changed = view.snapshot.changed();
+        let changed = &view.changed;
         // SAFETY: the caller promises room for `capacity` tiles, or NULL to ask for the number alone.
         if let Some(out) = unsafe { Output::optional("tiles", tiles, capacity, 0) }? {
             out.holds("tiles", changed.len())?.fill(changed.iter().copied());

@@ -35,6 +35,8 @@ descriptor! {
         dvv_stride: usize,
         displacements: *mut f32,
         displacement_stride: usize,
+        colors: *mut f32,
+        color_stride: usize,
     }
 }
 
@@ -51,6 +53,7 @@ pub struct Arrays {
     /// du, dv, duu, duv, dvv.
     pub derivatives: [Option<Output<[f32; 3]>>; 5],
     pub displacements: Option<Output<f32>>,
+    pub colors: Option<Output<[f32; 4]>>,
 }
 
 impl Arrays {
@@ -87,6 +90,8 @@ impl Arrays {
             displacements: unsafe {
                 Output::optional("displacements", given.displacements, count, given.displacement_stride)
             }?,
+            // SAFETY: as above.
+            colors: unsafe { Output::optional("colors", given.colors.cast(), count, given.color_stride) }?,
         };
         for (index, (tile, [u, v])) in made.tiles.iter().zip(made.uvs.iter()).enumerate() {
             check_tile(surface, tile).map_err(|error| error.at(format!("place {index}")))?;
@@ -137,6 +142,11 @@ entry! {
         let surface = object.snapshot().surface;
         // SAFETY: the caller's arrays are as the header demands.
         let arrays = unsafe { Arrays::new(arrays, &surface) }?;
+        if arrays.colors.is_some() {
+            return Err(Error::unsupported("bare surfaces have no colours")
+                .at("colors")
+                .advise("leave them NULL, or evaluate a detail that was given paint"));
+        }
         let order = arrays.order();
         let mut samples = Samples::default();
         for (first, places) in arrays.chunks() {
@@ -167,6 +177,11 @@ entry! {
                 .at("derivatives")
                 .advise("leave du to dvv NULL, or evaluate the surface"));
         }
+        if arrays.colors.is_some() && view.paint.is_none() {
+            return Err(Error::invalid("the detail has no colours")
+                .at("colors")
+                .advise("give it some with rlv_detail_add_paint, and commit"));
+        }
         let (context, displaced, field) = (&object.context.context, view.displaced()?, view.snapshot.field());
         let mut points = Points::default();
         for (first, places) in arrays.chunks() {
@@ -176,6 +191,12 @@ entry! {
             write(arrays.displacements, first, places.len(), |index| {
                 field.point(context.level(), field.canonical(places[index])).d
             });
+            if let Some(paint) = &view.paint {
+                let paint = paint.field();
+                write(arrays.colors, first, places.len(), |index| {
+                    paint.color(paint.canonical(places[index])).to_array()
+                });
+            }
         }
         Ok(())
     }

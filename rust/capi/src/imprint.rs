@@ -145,7 +145,8 @@ entry! {
         let collider = try_read(&collider.collider, "collider")?;
         let mut editor = detail.edit()?;
         let Editor { object, imprinter, .. } = &mut *editor;
-        let done = imprinter.imprint(&detail.context.context, object, &collider, &settings, moment)?;
+        let mut done = imprinter.imprint(&detail.context.context, object, &collider, &settings, moment)?;
+        done.refused.extend(object.settle(&detail.context.context)?);
         let budget = object.displacement().budget();
         // The log may call back.
         drop((editor, collider));
@@ -180,8 +181,11 @@ entry! {
         let mut progress = HostProgress { callback: progress, user };
         let context = &detail.context.context;
         let done = imprinter.sweep_watched(context, object, &mut collider, &motion, &settings, moment, &mut progress);
-        let done = match done {
-            Ok(done) => done,
+        let done = match done.and_then(|done| Ok((object.settle(context)?, done))) {
+            Ok((refused, mut done)) => {
+                done.refused.extend(refused);
+                done
+            }
             Err(error) => {
                 restore(object, &before)?;
                 collider.set_transform(place)?;
@@ -237,6 +241,8 @@ entry! {
                 return Err(error);
             }
         };
+        first_object.settle(&first.context.context)?;
+        second_object.settle(&second.context.context)?;
         let budgets = [first_object.displacement().budget(), second_object.displacement().budget()];
         drop((first_editor, second_editor));
         log_refusal(&first.context, one.refused.len(), budgets[0]);

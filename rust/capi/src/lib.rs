@@ -19,9 +19,11 @@ pub mod caster;
 pub mod collider;
 pub mod context;
 pub mod detail;
+pub mod document;
 pub mod error;
 pub mod evaluate;
 pub mod imprint;
+pub mod layer;
 pub mod mesh;
 pub mod parameter;
 pub mod registry;
@@ -46,6 +48,11 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         surface::RlvTileInfo::layout(),
         evaluate::RlvEvaluateArrays::layout(),
         detail::RlvDetailOptions::layout(),
+        detail::RlvPaintOptions::layout(),
+        layer::RlvLayerOptions::layout(),
+        layer::RlvLayerInfo::layout(),
+        document::RlvDocumentInfo::layout(),
+        document::RlvDocumentChanges::layout(),
         detail::RlvDetailInfo::layout(),
         detail::RlvDetailChanges::layout(),
         detail::RlvDetailTileInfo::layout(),
@@ -79,6 +86,7 @@ pub fn constants() -> Vec<(&'static str, i64)> {
         surface::CONSTANTS,
         brush::CONSTANTS,
         caster::CONSTANTS,
+        layer::CONSTANTS,
         parameter::CONSTANTS,
     ]
     .concat()

@@ -19,8 +19,19 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-const NOUNS: [&str; 10] =
-    ["nothing", "context", "mesh", "surface", "detail", "collider", "caster", "tessellation", "brush", "stroke"];
+const NOUNS: [&str; 11] = [
+    "nothing",
+    "context",
+    "mesh",
+    "surface",
+    "detail",
+    "collider",
+    "caster",
+    "tessellation",
+    "brush",
+    "stroke",
+    "document",
+];
 
 /// Defines the handle type of a noun.
 macro_rules! handle {

@@ -3,7 +3,7 @@
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
-use relievo_surface::Surface;
+use relievo_surface::{Surface, TileTopology};
 use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Tessellation, Tessellator};
 
 use crate::array::{Output, present, put};
@@ -77,14 +77,13 @@ impl Cells {
         Ok((Self { coarse, fine: or(given.fine, 256).max(coarse) }, given.places != 0))
     }
 
-    /// Cells a side of every tile: one per coefficient where there is displacement.
-    fn rates(self, displaced: &Displaced<'_>) -> Vec<u32> {
-        let field = displaced.field();
+    /// Cells a side of every tile: one per texel where there are any.
+    fn rates(self, topology: &TileTopology, density: impl Fn(u32) -> u32) -> Vec<u32> {
         let rate = |tile: u32| {
-            let cells = field.density(tile).clamp(self.coarse, self.fine);
-            if field.topology().is_sub(tile) { (cells / 2).max(1) } else { cells }
+            let cells = density(tile).clamp(self.coarse, self.fine);
+            if topology.is_sub(tile) { (cells / 2).max(1) } else { cells }
         };
-        (0..field.tile_count() as u32).map(rate).collect()
+        (0..topology.tile_count() as u32).map(rate).collect()
     }
 }
 
@@ -102,9 +101,21 @@ fn check_memory(context: &Context, rates: &[u32]) -> Result<()> {
 
 /// The triangles of a displaced surface, if they fit the memory limit.
 pub fn tessellate(context: &Context, displaced: &Displaced<'_>, cage: &Mesh, cells: Cells) -> Result<Tessellation> {
-    let rates = cells.rates(displaced);
+    let rates = cells.rates(displaced.field().topology(), |tile| displaced.field().density(tile));
     check_memory(context, &rates)?;
     context.stats().time("tessellate", || displaced.tessellate(context, cage, &rates))
+}
+
+/// As [`tessellate`] for what was committed, with its colours.
+fn tessellate_view(context: &Context, view: &View, cells: Cells) -> Result<Tessellation> {
+    let rates = cells.rates(view.surface.topology(), |tile| view.density(tile));
+    check_memory(context, &rates)?;
+    let displaced = view.displaced()?;
+    let mut made = context.stats().time("tessellate", || displaced.tessellate(context, &view.cage, &rates))?;
+    if let Some(paint) = &view.paint {
+        made.paint(paint.field());
+    }
+    Ok(made)
 }
 
 /// As [`tessellate`] for a surface without displacement.
@@ -153,7 +164,10 @@ impl Kept {
         check_memory(context, &rates)?;
         let (tessellator, made) = context.stats().time("tessellate", || {
             let tessellator = Tessellator::new(view.surface.topology(), &view.cage, rates.clone())?;
-            let made = tessellator.tessellate(context, &view.displaced()?, &view.cage)?;
+            let mut made = tessellator.tessellate(context, &view.displaced()?, &view.cage)?;
+            if let Some(paint) = &view.paint {
+                made.paint(paint.field());
+            }
             Ok((tessellator, made))
         })?;
         let ranges = vec![[0, made.mesh.points.len() as u32]];
@@ -162,19 +176,22 @@ impl Kept {
 
     /// Brings the triangles to `view`; whether they are others than before.
     fn update(&mut self, context: &Context, view: Arc<View>, cells: Cells) -> Result<bool> {
-        let rates = cells.rates(&view.displaced()?);
+        let rates = cells.rates(view.surface.topology(), |tile| view.density(tile));
         if rates != self.rates {
             *self = Self::new(context, view, rates)?;
             return Ok(true);
         }
-        let (old, new) = (self.view.snapshot.field(), view.snapshot.field());
         let posed = view.pose != self.view.pose;
-        let tiles = 0..new.tile_count() as u32;
-        let changed: Vec<u32> = tiles.filter(|tile| posed || old.version(*tile) != new.version(*tile)).collect();
+        let tiles = 0..view.surface.tile_count() as u32;
+        let changed: Vec<u32> =
+            tiles.filter(|tile| posed || self.view.versions(*tile) != view.versions(*tile)).collect();
         let ranges = context.stats().time("tessellate.update", || {
             self.tessellator.update(context, &view.displaced()?, &changed, &mut self.made)
         })?;
         self.ranges = ranges.into_iter().map(|range| [range.start, range.end - range.start]).collect();
+        if let Some(paint) = view.paint.as_ref().filter(|_| !changed.is_empty()) {
+            self.made.paint(paint.field());
+        }
         self.view = view;
         Ok(false)
     }
@@ -213,12 +230,13 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let (cells, places) = unsafe { Cells::new(options) }?;
         let view = object.view();
-        let made = tessellate(&object.context.context, &view.displaced()?, &view.cage, cells)?;
+        let made = tessellate_view(&object.context.context, &view, cells)?;
         let handle = mesh::register(object.context.clone(), with_places(made, places))?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
     }
+
     fn rlv_tessellation_create(
         detail: RlvDetail,
         options: *const RlvTessellateOptions,
@@ -229,7 +247,7 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let (cells, places) = unsafe { Cells::new(options) }?;
         let view = detail.view();
-        let rates = cells.rates(&view.displaced()?);
+        let rates = cells.rates(view.surface.topology(), |tile| view.density(tile));
         let kept = RwLock::new(Kept::new(&detail.context.context, view, rates)?);
         let handle = registry::insert(TessellationObject { detail, cells, places, kept })?;
         // SAFETY: checked above.
@@ -253,7 +271,7 @@ entry! {
             reserved: 0,
             point_count: kept.tessellator.point_count(),
             triangle_count: kept.tessellator.triangle_count(),
-            revision: kept.view.snapshot.revision(),
+            revision: kept.view.revision(),
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, info) }
@@ -333,6 +351,31 @@ entry! {
             if let Some(out) = out {
                 out.fill(values.iter().copied());
             }
+        }
+        Ok(())
+    }
+
+    fn rlv_tessellation_get_colors(
+        tessellation: RlvTessellation,
+        first: usize,
+        count: usize,
+        colors: *mut f32,
+        stride: usize,
+    ) {
+        let object = registry::get(tessellation)?;
+        let kept = try_read(&object.kept, "tessellation")?;
+        // SAFETY: the caller promises room for `count` colours.
+        let out = unsafe { Output::<[f32; 3]>::optional("colors", colors.cast(), count, stride) }?;
+        let values = match kept.made.mesh.attribute("color").map(|attribute| &attribute.values) {
+            Some(Values::F32(values)) if kept.view.paint.is_some() => values.as_chunks().0,
+            _ => return Err(Error::invalid("the detail has no colours").advise("give it some with rlv_detail_add_paint")),
+        };
+        let end = first.checked_add(count).filter(|end| *end <= values.len());
+        let end = end.ok_or_else(|| {
+            Error::invalid(format!("{count} points from {first} on are more than there are: {}", values.len()))
+        })?;
+        if let Some(out) = out {
+            out.fill(values[first..end].iter().copied());
         }
         Ok(())
     }

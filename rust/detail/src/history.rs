@@ -178,6 +178,11 @@ impl History {
         self.journal.as_ref()?.path()
     }
 
+    /// Whether an edit was begun and not ended.
+    pub fn is_under_way(&self) -> bool {
+        self.open.is_some()
+    }
+
     /// Edits that can be undone.
     pub fn undo_count(&self) -> usize {
         self.done.len()

@@ -1,0 +1,84 @@
+/* Relievo: documents, in which the edits of a detail are kept: undo, redo, and a journal that survives a killed host.
+ *
+ * A document follows a detail. What is done between rlv_document_begin and rlv_document_end is one edit, whatever it is:
+ * strokes, imprints, blocks, layers; it costs what it changed. With a file, every edit is handed to the operating system
+ * before rlv_document_end returns: if the host is killed then, opening the file brings every edit that was ended, and
+ * says what was under way. Two documents of one detail do not know of each other.
+ *
+ * All functions on a document edit its detail and return RLV_ERROR_BUSY while another edit is at work; commit the detail
+ * to see what they did. */
+#ifndef RELIEVO_DOCUMENT_H
+#define RELIEVO_DOCUMENT_H
+
+#include "relievo/detail.h"
+
+typedef struct RlvDocument {
+    uint64_t id;
+} RlvDocument;
+
+typedef struct RlvDocumentInfo {
+    uint32_t struct_size;
+    uint32_t is_open;  /* 0 or 1: whether an edit was begun and not ended */
+    size_t undo_count; /* edits that can be undone */
+    size_t redo_count; /* edits that can be made again */
+    uint64_t bytes;    /* of edits in memory; the others are in the file, or a temporary one */
+} RlvDocumentInfo;
+
+#define RLV_DOCUMENT_INFO_INIT {sizeof(RlvDocumentInfo), 0, 0, 0, 0}
+
+/* What an edit, or its undoing, changed. */
+typedef struct RlvDocumentChanges {
+    uint32_t struct_size;
+    uint32_t is_done;   /* 1 if there was something to undo or make again, or the edit changed something */
+    size_t layer_count; /* layers of which blocks changed */
+    size_t block_count; /* blocks that changed, in all of them */
+    uint64_t bytes;     /* that the edit takes in the file */
+} RlvDocumentChanges;
+
+#define RLV_DOCUMENT_CHANGES_INIT {sizeof(RlvDocumentChanges), 0, 0, 0, 0}
+
+/* Follows a detail from now on. path is the file (UTF-8), which is written at once and replaces what is there; NULL for
+ * no file. memory is the bytes that edits may occupy before the oldest go to the file, or a temporary one; 0 for
+ * 256 MiB. */
+RLV_API RlvResult rlv_document_create(RlvDetail detail, const char *path, uint64_t memory, RlvDocument *out);
+
+/* Opens a file and gives the detail its layers, in place of those it has, and its history. The detail's cage must have
+ * the faces that the document was made on; the message of a refusal says what differs. Notes, such as of an edit that
+ * was under way when the host was killed, go to the context's log. The file is this document's alone until it is
+ * released. */
+RLV_API RlvResult rlv_document_open(RlvDetail detail, const char *path, uint64_t memory, RlvDocument *out);
+
+RLV_API RlvResult rlv_document_retain(RlvDocument document);
+RLV_API RlvResult rlv_document_release(RlvDocument document);
+
+RLV_API RlvResult rlv_document_info(RlvDocument document, RlvDocumentInfo *out);
+
+/* Begins an edit. input says what it is going to be, in whatever words the host understands again; it is what the file
+ * tells of an edit that was never ended. It may be NULL. */
+RLV_API RlvResult rlv_document_begin(RlvDocument document, const char *input);
+
+/* Ends the edit: it is confirmed, and what was undone before it cannot be made again. changes may be NULL. If the file
+ * cannot be written it fails, and the detail is as it was when the edit began. */
+RLV_API RlvResult rlv_document_end(RlvDocument document, RlvDocumentChanges *changes);
+
+/* Takes the edit that was begun back, as if it had not been. */
+RLV_API RlvResult rlv_document_abandon(RlvDocument document);
+
+/* Undoes the last edit: every block is as it was before it, to the bit. changes may be NULL. Fails, and changes nothing,
+ * if an edit is under way or the detail was edited outside of edits. */
+RLV_API RlvResult rlv_document_undo(RlvDocument document, RlvDocumentChanges *changes);
+
+/* Makes the edit that was undone last again. */
+RLV_API RlvResult rlv_document_redo(RlvDocument document, RlvDocumentChanges *changes);
+
+/* Writes the detail with its history to a file and keeps edits there from now on. */
+RLV_API RlvResult rlv_document_save(RlvDocument document, const char *path);
+
+/* Waits until all edits are on the disk, where a failure of power does not reach them. */
+RLV_API RlvResult rlv_document_sync(RlvDocument document);
+
+/* Folds the history of a file that no document has open into its layers, but for the last keep edits. What is seen stays
+ * the same. The file is replaced as a whole or not at all. */
+RLV_API RlvResult rlv_document_compact(RlvContext context, const char *path, size_t keep);
+
+#endif

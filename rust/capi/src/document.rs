@@ -1,0 +1,235 @@
+//! Documents that are worked on; see `include/relievo/document.h`.
+
+use std::ffi::c_char;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+
+use relievo_core::Result;
+use relievo_detail::history::Changed;
+use relievo_detail::{DisplacedObject, History};
+use relievo_document::Document;
+
+use crate::array::{present, put, text};
+use crate::context::{RLV_LOG_WARNING, RlvContext};
+use crate::descriptor::{check_descriptor, write_descriptor};
+use crate::detail::{DetailObject, RlvDetail};
+use crate::registry::{self, broken, busy, handle};
+
+handle!(RlvDocument, 10, DocumentObject);
+
+descriptor! {
+    pub struct RlvDocumentInfo {
+        struct_size: u32,
+        is_open: u32,
+        undo_count: usize,
+        redo_count: usize,
+        bytes: u64,
+    }
+}
+
+descriptor! {
+    pub struct RlvDocumentChanges {
+        struct_size: u32,
+        is_done: u32,
+        layer_count: usize,
+        block_count: usize,
+        bytes: u64,
+    }
+}
+
+/// The history of a detail, in a file or not.
+pub struct DocumentObject {
+    detail: Arc<DetailObject>,
+    history: Mutex<History>,
+}
+
+/// Bytes of edits that a history keeps in memory, if the host does not say.
+const MEMORY: u64 = 256 << 20;
+
+impl DocumentObject {
+    fn history(&self) -> Result<MutexGuard<'_, History>> {
+        match self.history.try_lock() {
+            Ok(history) => Ok(history),
+            Err(TryLockError::WouldBlock) => Err(busy("document")),
+            Err(TryLockError::Poisoned(_)) => Err(broken("document")),
+        }
+    }
+}
+
+/// The document that the object is now.
+fn document_of(detail: &DetailObject, object: &mut DisplacedObject) -> Result<Document> {
+    let context = &detail.context.context;
+    let mut document = Document::new(&detail.view().cage, context.level().name())?;
+    object.store(context, &mut document)?;
+    Ok(document)
+}
+
+fn or_default(memory: u64) -> u64 {
+    if memory == 0 { MEMORY } else { memory }
+}
+
+/// # Safety
+/// `changes` is NULL or a descriptor that starts with its size.
+unsafe fn check_changes(changes: *mut RlvDocumentChanges) -> Result<()> {
+    // SAFETY: promised by the caller.
+    if changes.is_null() { Ok(()) } else { unsafe { check_descriptor(changes) } }
+}
+
+/// Lets the history of `document` work on its detail, and says what that changed.
+///
+/// # Safety
+/// As for [`check_changes`].
+unsafe fn work(
+    document: RlvDocument,
+    to: *mut RlvDocumentChanges,
+    work: impl FnOnce(&mut History, &relievo_core::Context, &mut DisplacedObject) -> Result<Option<Changed>>,
+) -> Result<()> {
+    let document = registry::get(document)?;
+    // SAFETY: promised by the caller.
+    unsafe { check_changes(to) }?;
+    let (mut history, mut editor) = (document.history()?, document.detail.edit()?);
+    let changed = work(&mut history, &document.detail.context.context, &mut editor.object)?;
+    if to.is_null() {
+        return Ok(());
+    }
+    let changes = RlvDocumentChanges {
+        struct_size: 0,
+        is_done: u32::from(changed.is_some()),
+        layer_count: changed.as_ref().map_or(0, |changed| changed.blocks.len()),
+        block_count: changed.as_ref().map_or(0, |changed| changed.blocks.iter().map(|(_, list)| list.len()).sum()),
+        bytes: changed.map_or(0, |changed| changed.bytes),
+    };
+    // SAFETY: promised by the caller.
+    unsafe { write_descriptor(to, changes) }
+}
+
+entry! {
+    fn rlv_document_create(detail: RlvDetail, path: *const c_char, memory: u64, out: *mut RlvDocument) {
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        let mut history = History::new(or_default(memory));
+        if !path.is_null() {
+            // SAFETY: the caller gives a NUL-terminated text.
+            let path = unsafe { text("path", path) }?;
+            let document = document_of(&detail, &mut detail.edit()?.object)?;
+            history.save(Path::new(path), &document)?;
+        }
+        let handle = registry::insert(DocumentObject { detail, history: Mutex::new(history) })?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_document_open(detail: RlvDetail, path: *const c_char, memory: u64, out: *mut RlvDocument) {
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        // SAFETY: the caller gives a NUL-terminated text.
+        let path = unsafe { text("path", path) }?;
+        let context = &detail.context.context;
+        let mut editor = detail.edit()?;
+        let (document, history) = History::open(Path::new(path), context.memory_limit(), or_default(memory))?;
+        let mut notes = document.notes.clone();
+        notes.extend(document.fit(&detail.view().cage).map_err(|error| error.at(path))?);
+        let budget = editor.object.displacement().budget();
+        let unknown = editor.object.take_up(context, &document, budget)?;
+        notes.extend(unknown.into_iter().map(|name| format!("layer `{name}` of the document is left out")));
+        // The log may call back.
+        drop(editor);
+        notes.iter().for_each(|note| detail.context.log(RLV_LOG_WARNING, &format!("{path}: {note}")));
+        let handle = registry::insert(DocumentObject { detail: detail.clone(), history: Mutex::new(history) })?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_document_retain(document: RlvDocument) {
+        registry::retain(document)
+    }
+
+    fn rlv_document_release(document: RlvDocument) {
+        registry::release(document)
+    }
+
+    fn rlv_document_info(document: RlvDocument, out: *mut RlvDocumentInfo) {
+        let document = registry::get(document)?;
+        let history = document.history()?;
+        let info = RlvDocumentInfo {
+            struct_size: 0,
+            is_open: u32::from(history.is_under_way()),
+            undo_count: history.undo_count(),
+            redo_count: history.redo_count(),
+            bytes: history.bytes(),
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_document_begin(document: RlvDocument, input: *const c_char) {
+        // SAFETY: the caller gives NULL or a NUL-terminated text.
+        let input = if input.is_null() { "" } else { unsafe { text("input", input) }? };
+        // SAFETY: NULL.
+        unsafe {
+            work(document, std::ptr::null_mut(), |history, context, object| {
+                history.begin(context, object, input).map(|()| None)
+            })
+        }
+    }
+
+    fn rlv_document_end(document: RlvDocument, changes: *mut RlvDocumentChanges) {
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { work(document, changes, |history, context, object| history.end(context, object)) }
+    }
+
+    fn rlv_document_abandon(document: RlvDocument) {
+        // SAFETY: NULL.
+        unsafe {
+            work(document, std::ptr::null_mut(), |history, context, object| {
+                history.abandon(context, object).map(|()| None)
+            })
+        }
+    }
+
+    fn rlv_document_undo(document: RlvDocument, changes: *mut RlvDocumentChanges) {
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { work(document, changes, |history, context, object| history.undo(context, object)) }
+    }
+
+    fn rlv_document_redo(document: RlvDocument, changes: *mut RlvDocumentChanges) {
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { work(document, changes, |history, context, object| history.redo(context, object)) }
+    }
+
+    fn rlv_document_save(document: RlvDocument, path: *const c_char) {
+        let document = registry::get(document)?;
+        // SAFETY: the caller gives a NUL-terminated text.
+        let path = unsafe { text("path", path) }?;
+        let mut history = document.history()?;
+        let made = document_of(&document.detail, &mut document.detail.edit()?.object)?;
+        history.save(Path::new(path), &made)
+    }
+
+    fn rlv_document_sync(document: RlvDocument) {
+        registry::get(document)?.history()?.sync()
+    }
+
+    fn rlv_document_compact(context: RlvContext, path: *const c_char, keep: usize) {
+        let context = registry::get(context)?;
+        // SAFETY: the caller gives a NUL-terminated text.
+        let path = unsafe { text("path", path) }?;
+        let done = relievo_document::journal::compact(Path::new(path), context.context.memory_limit(), keep)?;
+        if let Some(note) = done.note {
+            context.log(RLV_LOG_WARNING, &format!("{path}: {note}"));
+        }
+        Ok(())
+    }
+}
+
+/// A history that is not ended is given up: what its edit did stays, unrecorded, as if the program had been killed.
+impl Drop for DocumentObject {
+    fn drop(&mut self) {
+        if let Ok(history) = self.history.get_mut() {
+            // Nobody is left to be told.
+            let _ = history.sync();
+        }
+    }
+}

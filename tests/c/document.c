@@ -1,0 +1,158 @@
+/* Documents: undo and redo to the bit, and a file that brings everything back. */
+#include "check.h"
+
+enum { EDITS = 12, BLOCK = 4 * 34 * 34 };
+
+typedef struct State {
+    unsigned char heights[9][BLOCK];
+    size_t sizes[9];
+    float colors[9][4];
+} State;
+
+static void keep(RlvDetail detail, State *state) {
+    uint32_t tiles[9];
+    float uvs[18];
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    memset(state, 0, sizeof *state);
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    for (uint32_t tile = 0; tile < 9; ++tile) {
+        CHECK_OK(rlv_detail_read_block(detail, tile, state->heights[tile], BLOCK, &state->sizes[tile]));
+        tiles[tile] = tile;
+        uvs[2 * tile] = uvs[2 * tile + 1] = 0.4f;
+    }
+    arrays.count = 9;
+    arrays.tiles = tiles;
+    arrays.uvs = uvs;
+    arrays.colors = state->colors[0];
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+}
+
+static int same(const State *a, const State *b) { return memcmp(a, b, sizeof *a) == 0; }
+
+/* A stroke across the plate, painting or sculpting. */
+static void stroke(RlvContext context, RlvDetail detail, int number) {
+    RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    RlvStrokePoint points[2] = {{{0.2, 0, 0}, 1.0, -1.0}, {{2.8, 0, 0}, 1.0, -1.0}};
+    RlvBrush brush = RLV_NULL;
+    points[0].position[1] = 0.3 + 0.2 * number;
+    points[1].position[1] = 2.7 - 0.1 * number;
+    options.action = number % 2 == 0 ? RLV_BRUSH_SCULPT : RLV_BRUSH_PAINT;
+    options.color[0] = 0.1f * (float)number / 2;
+    options.height = 0.05f * (float)(number + 1);
+    settings.radius = 0.3f;
+    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
+    CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, NULL));
+    CHECK_OK(rlv_brush_release(brush));
+}
+
+static RlvDetail plate(RlvSurface surface, int painted) {
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvPaintOptions paint = RLV_PAINT_OPTIONS_INIT;
+    RlvDetail detail = RLV_NULL;
+    options.tile_size = paint.tile_size = 32;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    if (painted) {
+        CHECK_OK(rlv_detail_add_paint(detail, &paint));
+    }
+    return detail;
+}
+
+int main(void) {
+    static State states[EDITS + 1], now;
+    char path[L_tmpnam + 16];
+    RlvContext context = RLV_NULL;
+    RlvSurface surface = RLV_NULL, other = RLV_NULL;
+    RlvDocument document = RLV_NULL, again = RLV_NULL;
+    RlvDocumentInfo info = RLV_DOCUMENT_INFO_INIT;
+    RlvDocumentChanges changes = RLV_DOCUMENT_CHANGES_INIT;
+    RlvDetail detail, copy;
+    int k;
+    snprintf(path, sizeof path, "document-%p.relievo", (void *)&context);
+    CHECK_OK(rlv_context_create(NULL, &context));
+    RlvMesh plane = check_plane(context, 3, 3), larger = check_plane(context, 4, 3);
+    CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
+    CHECK_OK(rlv_surface_create(context, larger, NULL, &other));
+    detail = plate(surface, 1);
+    CHECK_OK(rlv_document_create(detail, NULL, 0, &document));
+    keep(detail, &states[0]);
+    for (k = 0; k < EDITS; ++k) {
+        CHECK_OK(rlv_document_begin(document, "a stroke"));
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_begin(document, NULL), "under way");
+        if (k > 0) {
+            CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_undo(document, NULL), "under way");
+        }
+        stroke(context, detail, k);
+        CHECK_OK(rlv_document_end(document, &changes));
+        CHECK(changes.is_done == 1 && changes.layer_count == 1 && changes.block_count > 2 && changes.bytes > 0);
+        keep(detail, &states[k + 1]);
+    }
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_end(document, NULL), "begun");
+    for (k = EDITS; k > 0; --k) {
+        CHECK_OK(rlv_document_undo(document, &changes));
+        keep(detail, &now);
+        CHECK(changes.is_done == 1 && same(&now, &states[k - 1]));
+    }
+    CHECK_OK(rlv_document_undo(document, &changes));
+    CHECK(changes.is_done == 0);
+    CHECK_OK(rlv_document_info(document, &info));
+    CHECK(info.undo_count == 0 && info.redo_count == EDITS && info.is_open == 0);
+    for (k = 1; k <= EDITS; ++k) {
+        CHECK_OK(rlv_document_redo(document, NULL));
+    }
+    keep(detail, &now);
+    CHECK(same(&now, &states[EDITS]));
+    CHECK_OK(rlv_document_begin(document, "given up"));
+    stroke(context, detail, 5);
+    CHECK_OK(rlv_document_abandon(document));
+    keep(detail, &now);
+    CHECK(same(&now, &states[EDITS]));
+
+    /* To a file, with one more edit and one undone, and back into a bare detail. */
+    CHECK_OK(rlv_document_save(document, path));
+    CHECK_OK(rlv_document_begin(document, "one more"));
+    stroke(context, detail, 3);
+    CHECK_OK(rlv_document_end(document, NULL));
+    CHECK_OK(rlv_document_undo(document, NULL));
+    CHECK_OK(rlv_document_sync(document));
+    copy = plate(surface, 0);
+    CHECK((rlv_document_open(copy, path, 0, &again)) != RLV_OK);
+    CHECK_OK(rlv_document_release(document));
+    CHECK_OK(rlv_document_open(copy, path, 0, &again));
+    keep(copy, &now);
+    CHECK(same(&now, &states[EDITS]));
+    CHECK_OK(rlv_document_info(again, &info));
+    CHECK(info.undo_count == EDITS && info.redo_count == 1);
+    for (k = EDITS; k > 0; --k) {
+        CHECK_OK(rlv_document_undo(again, NULL));
+    }
+    keep(copy, &now);
+    CHECK(same(&now, &states[0]));
+    for (k = 0; k < EDITS; ++k) {
+        CHECK_OK(rlv_document_redo(again, NULL));
+    }
+    CHECK_OK(rlv_document_release(again));
+
+    /* Folded, it is the same without a past. */
+    CHECK_OK(rlv_document_compact(context, path, 2));
+    CHECK_OK(rlv_document_open(copy, path, 0, &again));
+    CHECK_OK(rlv_document_info(again, &info));
+    keep(copy, &now);
+    CHECK(info.undo_count == 2 && same(&now, &states[EDITS]));
+    CHECK_OK(rlv_document_release(again));
+    CHECK_OK(rlv_detail_release(copy));
+
+    /* Another cage is refused with what differs. */
+    copy = plate(other, 0);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_open(copy, path, 0, &again), "9 faces");
+    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_document_open(copy, "no/such.relievo", 0, &again), "no/such");
+    CHECK_OK(rlv_detail_release(copy));
+    CHECK(remove(path) == 0);
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_surface_release(other));
+    CHECK_OK(rlv_mesh_release(plane));
+    CHECK_OK(rlv_mesh_release(larger));
+    CHECK_OK(rlv_context_release(context));
+    return 0;
+}
