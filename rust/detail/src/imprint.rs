@@ -124,7 +124,7 @@ impl Report {
 /// The voxel buffer that all imprints of a scene share.
 #[derive(Debug, Default)]
 pub struct Imprinter {
-    voxels: Voxels,
+    pub(crate) voxels: Voxels,
 }
 
 impl Imprinter {

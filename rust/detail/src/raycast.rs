@@ -132,7 +132,7 @@ fn cast_tile(
 
 dispatch_simd! {
     /// Casts the rays of a block, leaves the coefficients as they are to be in `scratch` and returns how many change.
-    fn cast_block = cast_block_body(
+    pub(crate) fn cast_block = cast_block_body(
         frame: &VoxelFrame, knots: &KnotBlock, values: &[f16], start: Option<&[f16; BLOCK_KNOTS]>,
         columns: &Columns<'_>, limits: &Limits, scratch: &mut Scratch, dents: &mut TileDents
     ) -> u32
@@ -197,7 +197,7 @@ fn cast_block_body<A: Lanes>(
 }
 
 /// What is computed of a block side by side; kept between blocks so that it need not be cleared.
-struct Scratch {
+pub(crate) struct Scratch {
     heights: [f32; BLOCK_KNOTS],
     starts: [f32; BLOCK_KNOTS],
     distance: [f32; BLOCK_KNOTS],
@@ -209,6 +209,13 @@ impl Default for Scratch {
     fn default() -> Self {
         let zero = [0.0; BLOCK_KNOTS];
         Self { heights: zero, starts: zero, distance: zero, nearest: zero, new: [f16::ZERO; BLOCK_KNOTS] }
+    }
+}
+
+impl Scratch {
+    /// The coefficients as they are to be.
+    pub fn new(&self) -> &[f16; BLOCK_KNOTS] {
+        &self.new
     }
 }
 

@@ -3,6 +3,7 @@
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6.
 
 mod dab;
+pub(crate) mod imprint;
 mod nearest;
 mod object;
 mod site;

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_detail::{
-    Action, Brush, Canvas, Dab, DabReport, Falloff, PaintMode, SculptMode, Stroke, StrokePoint, StrokeSettings,
-    TriangleObject,
+    Action, Brush, Canvas, Collider, Dab, DabReport, Falloff, ImprintSettings, Imprinter, Moment, Motion, PaintMode,
+    Pose, SculptMode, Stroke, StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_surface::TriangleSurface;
 use relievo_tiles::triangle::{FaceRates, Node, Pattern, TriangleChannel, TriangleOptions};
@@ -305,6 +305,86 @@ fn meshes_that_are_no_manifold_or_degenerate_can_be_sculpted() {
         let (piece, colors) = object.piece(face).unwrap();
         assert!(piece.points.iter().chain(&piece.normals).flatten().all(|value| value.is_finite()));
         assert_eq!(colors.len(), piece.points.len());
+    }
+}
+
+/// A closed box from `low` to `high`.
+fn solid(low: [f32; 3], high: [f32; 3]) -> Mesh {
+    let points =
+        (0..8).map(|k| [0, 1, 2].map(|axis| if k >> axis & 1 == 0 { low[axis] } else { high[axis] })).collect();
+    let quads = [[0u32, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Mesh::new(points, vec![4; 6], quads.concat())
+}
+
+#[test]
+fn a_box_leaves_its_print_and_nothing_beside_it() {
+    let mut results = Vec::new();
+    for threads in [1, 3] {
+        let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
+        let turn = DAffine3::from_rotation_y(0.7) * DAffine3::from_scale(DVec3::splat(2.0));
+        let mut object = object(&context, &plane(6), 16, 1 << 24, turn);
+        let collider = Collider::of_mesh(&context, &solid([2.1, 2.3, -0.2], [4.3, 3.6, 1.0]), turn).unwrap();
+        let settings = ImprintSettings { jitter: 0.05, ..Default::default() };
+        let report = Imprinter::new()
+            .imprint_triangles(&context, &mut object, &collider, &settings, Moment::default(), None)
+            .unwrap();
+        assert!(report.changed_coefficients > 800 && report.refused.is_empty() && report.clamped < 20, "{report:?}");
+        let slack = report.voxel_diagonal as f32;
+        assert!(slack < 0.1);
+        let displaced = object.displaced().unwrap();
+        for (face, pattern, node) in knots(&object) {
+            let (foot, height) = displaced.at(face, pattern, node);
+            let [x, y, _] = foot.point.to_array();
+            let inside = (x - 2.1).min(4.3 - x).min(y - 2.3).min(3.6 - y);
+            if inside > slack {
+                assert!(height <= -0.2 + 0.5 * slack && height > -0.2 - slack, "{x} {y}: {height}");
+            } else if inside < -slack {
+                assert_eq!(height, 0.0, "{x} {y}");
+            }
+        }
+        // Once out, nothing moves any more but by the voxels.
+        let again = Imprinter::new()
+            .imprint_triangles(
+                &context,
+                &mut object,
+                &collider,
+                &settings,
+                Moment { frame: 1, ..Default::default() },
+                None,
+            )
+            .unwrap();
+        assert!(again.changed_coefficients < report.changed_coefficients / 4);
+        results.push((blocks(object.displacement()), report));
+        let rims = ImprintSettings { rim: 0.5, ..settings };
+        assert!(
+            Imprinter::new()
+                .imprint_triangles(&context, &mut object, &collider, &rims, Moment::default(), None)
+                .is_err()
+        );
+    }
+    assert!(results[0] == results[1]);
+}
+
+#[test]
+fn what_travels_leaves_a_track_without_gaps() {
+    let context = Context::serial();
+    let mut object = object(&context, &plane(6), 16, 1 << 24, DAffine3::IDENTITY);
+    let start = DAffine3::from_translation(DVec3::new(-2.0, 0.0, 0.0));
+    let mut collider = Collider::of_mesh(&context, &solid([2.8, 2.8, -0.1], [3.2, 3.2, 0.5]), start).unwrap();
+    let pose = |transform| Pose { transform, points: None };
+    let end = DAffine3::from_translation(DVec3::new(2.0, 0.0, 0.0));
+    let motion = Motion::new(&collider, pose(start), pose(end)).unwrap();
+    let settings = ImprintSettings::default();
+    let report = Imprinter::new()
+        .sweep_triangles(&context, &mut object, &mut collider, &motion, &settings, Moment::default())
+        .unwrap();
+    assert!(report.sub_steps > 20);
+    let displaced = object.displaced().unwrap();
+    for (face, pattern, node) in knots(&object) {
+        let (foot, height) = displaced.at(face, pattern, node);
+        if (foot.point.y - 3.0).abs() < 0.15 && (foot.point.x - 3.0).abs() < 2.0 {
+            assert!((height + 0.1).abs() < 0.03, "{} {height}", foot.point);
+        }
     }
 }
 

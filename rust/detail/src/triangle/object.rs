@@ -23,7 +23,7 @@ pub struct TriangleObject {
     pub(super) paint: Option<TriangleChannel<Rgba8>>,
     pub(super) normals: TriangleNormals,
     pub(super) transform: DAffine3,
-    hierarchy: Hierarchy,
+    pub(super) hierarchy: Hierarchy,
     obb: Obb,
     /// The least and the largest displacement, 0 between them; `None` where it has to be measured.
     reach: Option<[f32; 2]>,

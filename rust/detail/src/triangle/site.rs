@@ -41,6 +41,15 @@ impl Element {
         faces.chain(edges.into_iter().map(Self::Edge)).chain(vertices.into_iter().map(Self::Vertex)).collect()
     }
 
+    /// The first of the faces that have it, if there is one.
+    pub fn face(self, topology: &TriangleTopology) -> Option<u32> {
+        match self {
+            Element::Face(face) => Some(face),
+            Element::Edge(edge) => topology.faces_along(edge).next().map(|(face, _)| face),
+            Element::Vertex(vertex) => topology.faces_around(vertex).next().map(|(face, _)| face),
+        }
+    }
+
     /// How many values it has.
     pub fn count(self, pattern: Pattern) -> usize {
         match self {
@@ -119,7 +128,7 @@ impl Run {
     }
 
     /// The undisplaced surface.
-    fn places(&self, surface: &TriangleSurface, out: &mut KnotBlock) {
+    pub fn places(&self, surface: &TriangleSurface, out: &mut KnotBlock) {
         let mut set = |k: usize, point: Vec3, normal: Vec3| {
             for axis in 0..3 {
                 out.p[axis][k] = point[axis];
@@ -252,11 +261,7 @@ fn edit_element<T: Texel>(
     change: &impl Fn(&mut Site<'_, T>, &mut [T]),
     topology: &TriangleTopology,
 ) -> Option<ElementEdit<T>> {
-    let face = match element {
-        Element::Face(face) => face,
-        Element::Edge(edge) => topology.faces_along(edge).next()?.0,
-        Element::Vertex(vertex) => topology.faces_around(vertex).next()?.0,
-    };
+    let face = element.face(topology)?;
     let [a, b, c] = surface.corner_points(face).map(Vec3::from);
     let spacing = (a.distance(b) + b.distance(c) + c.distance(a)) / (3.0 * pattern.segments() as f32);
     let row = |axis: usize| Vec3::from_slice(&brush.rows[axis][..3]).length();
@@ -281,7 +286,7 @@ fn edit_element<T: Texel>(
             continue;
         }
         if new.is_empty() {
-            new = values(field, element, pattern, face);
+            new = values(field, element, pattern)?;
         }
         let run = &mut new[start..start + site.run.count];
         let before = run.to_vec();
@@ -291,19 +296,20 @@ fn edit_element<T: Texel>(
     (count > 0).then_some(ElementEdit { element, pattern, values: new, count })
 }
 
-/// What an element of `face` holds, or reads as, in `pattern`.
-fn values<T: Texel>(field: &TriangleField<T>, element: Element, pattern: Pattern, face: u32) -> Vec<T> {
+/// What an element holds, or reads as, in `pattern`; `None` if it has no face.
+pub(super) fn values<T: Texel>(field: &TriangleField<T>, element: Element, pattern: Pattern) -> Option<Vec<T>> {
+    let face = element.face(field.topology())?;
     let own = match element {
         Element::Face(face) => field.face(face),
         Element::Edge(edge) => field.edge(edge),
         Element::Vertex(_) => None,
     };
-    match own.filter(|_| element.pattern(field) == Some(pattern)) {
+    Some(match own.filter(|_| element.pattern(field) == Some(pattern)) {
         Some(block) => block.to_vec(),
         None if field.is_blank(face) => vec![field.blank(); element.count(pattern)],
         None => {
             let knots = element.knots(field.topology(), pattern);
             knots.into_iter().map(|(face, pattern, node)| field.texel(face, pattern, node)).collect()
         }
-    }
+    })
 }

@@ -1,0 +1,248 @@
+//! The imprint of a collider on a triangle mesh: the values of faces, edges and vertices in the collider are moved along
+//! the inverted interpolated normal until they leave it.
+//!
+//! The stages are those of [`crate::imprint`] (Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from
+//! Object Collisions, Sections 5 and 6); what is written and allocated is as for dabs (Schäfer et al. 2015, Local Painting
+//! and Deformation of Meshes on the GPU, Section 6). Rims, smoothing and traces are those of tiles only.
+
+use glam::{DAffine3, DMat3, DVec3};
+use half::f16;
+use relievo_core::{Context, Error, Result};
+use relievo_tiles::triangle::TriangleField;
+
+use super::dab::write;
+use super::object::TriangleObject;
+use super::site::{Element, ElementEdit, Run, values};
+use crate::collider::Collider;
+use crate::cull::VoxelFrame;
+use crate::grid::Grid;
+use crate::hierarchy::Region;
+use crate::imprint::{ImprintSettings, Imprinter, Moment, Report};
+use crate::knots::{BLOCK_KNOTS, KnotBlock};
+use crate::motion::Motion;
+use crate::obb::Obb;
+use crate::overlap::{jittered, overlap};
+use crate::raycast::{Limits, Scratch, TileDents, cast_block};
+use crate::voxel::Voxels;
+
+/// Whether settings ask for something that triangle meshes do not have.
+pub(crate) fn check(settings: &ImprintSettings) -> Result<()> {
+    settings.check()?;
+    if settings.rim > 0.0 || settings.smoothing > 0.0 {
+        return Err(Error::unsupported("imprints on triangle meshes have no rims and are not smoothed")
+            .advise("set `rim` and `smoothing` to 0, or use a Catmull-Clark surface"));
+    }
+    Ok(())
+}
+
+impl Imprinter {
+    /// As [`Imprinter::imprint_since`] on a triangle mesh. Fails also if rims or smoothing are asked for.
+    pub fn imprint_triangles(
+        &mut self,
+        context: &Context,
+        object: &mut TriangleObject,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+        start: Option<&TriangleField>,
+    ) -> Result<Report> {
+        check(settings)?;
+        context.within(|| self.step_triangles(context, object, collider, settings, moment, start))
+    }
+
+    /// As [`Imprinter::sweep`] on a triangle mesh. Fails also if rims or smoothing are asked for.
+    pub fn sweep_triangles(
+        &mut self,
+        context: &Context,
+        object: &mut TriangleObject,
+        collider: &mut Collider,
+        motion: &Motion,
+        settings: &ImprintSettings,
+        moment: Moment,
+    ) -> Result<Report> {
+        check(settings)?;
+        let limited = settings.depth_limit < ImprintSettings::default().depth_limit;
+        let start = limited.then(|| object.displacement().field().clone());
+        let count = motion.sub_steps().min(settings.sub_steps);
+        let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
+        for step in 1..=count {
+            collider.set_pose(context, &motion.at(f64::from(step) / f64::from(count)))?;
+            let moment = Moment { step: moment.step + step - 1, ..moment };
+            let step = || self.step_triangles(context, object, collider, settings, moment, start.as_ref());
+            report.merge(context.within(step)?);
+        }
+        Ok(report)
+    }
+
+    fn step_triangles(
+        &mut self,
+        context: &Context,
+        object: &mut TriangleObject,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+        start: Option<&TriangleField>,
+    ) -> Result<Report> {
+        let stats = context.stats();
+        let mut report = Report { bytes: object.displacement().bytes(), sub_steps: 1, ..Report::default() };
+        let Some(grid) = stats.time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?
+        else {
+            return Ok(report);
+        };
+        report.voxel_diagonal = grid.diagonal();
+        let faces = stats.time("imprint.cull", || object.faces_near(context, &grid.obb, start));
+        if faces.is_empty() {
+            return Ok(report);
+        }
+        {
+            let mut stage = stats.begin("imprint.voxelise");
+            report.triangles = collider.voxelise(context, &grid, &mut self.voxels)? as u64;
+            stage.count("triangles", report.triangles);
+        }
+        let edits = {
+            let mut stage = stats.begin("imprint.raycast");
+            let (edits, clamped) = cast(context, object, start, &faces, &self.voxels, settings);
+            report.clamped = clamped;
+            stage.count("changed", edits.iter().map(|edit| edit.count).sum());
+            edits
+        };
+        let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
+        object.widen(edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
+        let finest = object.displacement.field().pattern();
+        let (done, shown) = write(context, &mut object.displacement, finest, &faces, edits, false)?;
+        object.touch(&shown);
+        report.tested_tiles = done.tested_tiles;
+        report.tested_coefficients = done.tested_texels;
+        report.changed = done.changed;
+        report.changed_coefficients = done.changed_texels;
+        report.allocated = done.allocated;
+        report.refused = done.refused;
+        report.bytes = done.bytes;
+        Ok(report)
+    }
+}
+
+/// The voxel grid of the pair's overlap, as [`crate::imprint::overlap_grid`] makes it.
+fn overlap_grid(
+    context: &Context,
+    object: &mut TriangleObject,
+    collider: &Collider,
+    settings: &ImprintSettings,
+    moment: Moment,
+) -> Result<Option<Grid>> {
+    let [least, most] = object.reach().map(f64::from);
+    let least = least.min(f64::from(-settings.max_displacement));
+    let margin = most.max(-least);
+    let scale = object.transform.matrix3;
+    let stretch = scale.x_axis.length().max(scale.y_axis.length()).max(scale.z_axis.length());
+    let behind = if collider.is_closed() { 0.0 } else { margin * stretch };
+    let Some(both) = overlap(&collider.obb().enlarged(behind), &object.obb(margin)) else { return Ok(None) };
+    let Some((part, _)) = object.occupied(context, &both, [least, most]) else { return Ok(None) };
+    let Some(part) = collider.occupied(context, &part)? else { return Ok(None) };
+    let Some((both, _)) = object.occupied(context, &part, [least, most]) else { return Ok(None) };
+    let step = moment.frame.wrapping_shl(20).wrapping_add(u64::from(moment.step));
+    let turned = jittered(&both, f64::from(settings.jitter), settings.seed, step, moment.pair);
+    let facing = object.occupied(context, &turned, [least, most]).map_or(DVec3::ZERO, |(_, facing)| facing);
+    Ok(Some(collider.grid(context, &turned, u64::from(settings.voxels), facing)))
+}
+
+impl TriangleObject {
+    /// The part of `obb`, along its axes, that holds all faces in it, displaced by `range` object units along their
+    /// normals, and how much these normals run along each of its axes, 0 to 1; `None` if there are none.
+    fn occupied(&self, context: &Context, obb: &Obb, range: [f64; 2]) -> Option<(Obb, DVec3)> {
+        let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
+        let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
+        let margin = DVec3::from(rows.map(|row| row.length())) * range[0].abs().max(range[1].abs());
+        let mut faces = Vec::new();
+        self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut faces);
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (mut facing, mut count) = (DVec3::ZERO, 0.0);
+        for face in faces {
+            let corners = self.surface.corner_points(face).map(|p| map.transform_point3(DVec3::from(p.map(f64::from))));
+            let normals = self.surface.corner_normals(face).map(|n| DVec3::from(n.map(f64::from)));
+            // The mean of unit normals is no shorter than this, and they are made as long as one again.
+            let (a, b, c) = (normals[0].dot(normals[1]), normals[1].dot(normals[2]), normals[2].dot(normals[0]));
+            let shortest = ((1.0 + 2.0 * a.min(b).min(c)) / 3.0).max(0.0).sqrt();
+            let mut down = corners[0].min(corners[1]).min(corners[2]);
+            let mut up = corners[0].max(corners[1]).max(corners[2]);
+            for axis in 0..3 {
+                let far = rows[axis].length();
+                let along = normals.map(|normal| normal.dot(rows[axis]));
+                let bound = |value: f64| if shortest > 0.3 { (value / shortest).clamp(-far, far) } else { far };
+                let least = -bound(-along.into_iter().fold(0.0, f64::min));
+                let most = bound(along.into_iter().fold(0.0, f64::max));
+                let ends = [range[0] * least, range[0] * most, range[1] * least, range[1] * most];
+                down[axis] += ends.into_iter().fold(0.0, f64::min);
+                up[axis] += ends.into_iter().fold(0.0, f64::max);
+            }
+            // A face beside the box does not widen it.
+            if down.cmple(obb.half).all() && up.cmpge(-obb.half).all() {
+                (low, high) = (low.min(down), high.max(up));
+                facing += (map.matrix3 * (normals[0] + normals[1] + normals[2])).normalize_or_zero().abs();
+                count += 1.0;
+            }
+        }
+        let slack = 1e-5 * obb.half;
+        let (low, high) = ((low - slack).max(-obb.half), (high + slack).min(obb.half));
+        if low.cmpgt(high).any() {
+            return None;
+        }
+        let local = Obb::from_interval(DMat3::IDENTITY, low, high);
+        let part = Obb { center: obb.center + obb.axes * local.center, axes: obb.axes, half: local.half };
+        Some((part, facing / f64::max(count, 1.0)))
+    }
+}
+
+/// Casts the rays of all values in and around `faces`. Returns what changes, and how many rays were held at the border of
+/// the grid.
+fn cast(
+    context: &Context,
+    object: &TriangleObject,
+    start: Option<&TriangleField>,
+    faces: &[u32],
+    voxels: &Voxels,
+    settings: &ImprintSettings,
+) -> (Vec<ElementEdit<f16>>, u64) {
+    if settings.share <= 0.0 {
+        return (Vec::new(), 0);
+    }
+    let frame = VoxelFrame::new(voxels.grid(), &object.transform);
+    let limits =
+        Limits { share: settings.share, max_displacement: settings.max_displacement, depth: settings.depth_limit };
+    let field = object.displacement.field();
+    let elements = Element::of_faces(field.topology(), faces);
+    let level = context.level();
+    let done = context.map(elements.len(), |index| {
+        let element = elements[index];
+        let pattern = element.pattern(field).unwrap_or(field.pattern()).max(field.pattern());
+        let mut new = values(field, element, pattern)?;
+        let (mut places, mut scratch) = (KnotBlock::ZERO, Scratch::default());
+        let mut dents = TileDents::default();
+        let mut before = [f16::ZERO; BLOCK_KNOTS];
+        let mut count = 0;
+        let total = new.len();
+        for first in (0..total).step_by(BLOCK_KNOTS) {
+            let run = Run { element, pattern, start: first, count: BLOCK_KNOTS.min(total - first) };
+            run.places(&object.surface, &mut places);
+            // Beyond the last, rays without a normal go nowhere.
+            places.n.iter_mut().for_each(|n| n[run.count..].fill(0.0));
+            if let Some(start) = start {
+                let mut heights = [0.0; BLOCK_KNOTS];
+                run.heights(start, &mut heights);
+                before = heights.map(f16::from_f32);
+            }
+            let old = &mut new[first..first + run.count];
+            let since = start.map(|_| &before);
+            let columns = voxels.columns();
+            let changed = cast_block(level, &frame, &places, old, since, &columns, &limits, &mut scratch, &mut dents);
+            if changed > 0 {
+                old.copy_from_slice(&scratch.new()[..run.count]);
+                count += u64::from(changed);
+            }
+        }
+        let clamped = u64::from(dents.clamped);
+        Some((ElementEdit { element, pattern, values: new, count }, clamped))
+    });
+    let clamped = done.iter().flatten().map(|(_, clamped)| clamped).sum();
+    (done.into_iter().flatten().map(|(edit, _)| edit).filter(|edit| edit.count > 0).collect(), clamped)
+}
