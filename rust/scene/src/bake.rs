@@ -155,6 +155,9 @@ impl Baker {
         pair: Pair,
         way: &Way,
     ) -> Result<(Report, Option<DAffine3>)> {
+        if matches!(world.items().get(pair.into), Some(Item::Triangles(_))) {
+            return Ok((self.sweep_triangles(context, world, pair, way)?, None));
+        }
         // A tool follows the surface, so its place is looked for as often as there are any.
         let parts = if pair.tool.is_some() { way.steps() } else { way.parts(&pair) };
         let mut last = None;
@@ -188,6 +191,37 @@ impl Baker {
             report.merge(self.imprinter.sweep(context, surface, collider, &motion, &settings, moment)?);
         }
         Ok((report, last))
+    }
+
+    /// Moves a mesh along its way, as a triangle mesh sees it, and presses it in. The triangle mesh is posed as often as
+    /// its place is known.
+    fn sweep_triangles(&mut self, context: &Context, world: &mut World, pair: Pair, way: &Way) -> Result<Report> {
+        let animated = world.is_object_animated(pair.into);
+        let parts = if animated || way.moves(pair.into) { way.steps() } else { way.parts(&pair) };
+        let mut settings = pair.settings;
+        // The limit holds for a sweep; what a frame's sweeps do adds up.
+        if settings.depth_limit < ImprintSettings::default().depth_limit {
+            settings.depth_limit /= parts as f32;
+        }
+        let mut report = Report::default();
+        for part in 0..parts {
+            let [start, end] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
+            let points = [start, end].map(|share| world.moving_points(context, pair.by, way.time(share)));
+            let [from_points, to_points] = points;
+            let (from_points, to_points) = (from_points?.map(Into::into), to_points?.map(Into::into));
+            if animated {
+                world.pose(context, way.time(end))?;
+            }
+            let [old, target] = [start, end].map(|share| way.at(pair.into, share));
+            let Some((object, collider)) = world.triangles_and_collider(pair.into, pair.by) else { break };
+            object.set_transform(target)?;
+            let from = Pose { transform: target * old.inverse() * way.at(pair.by, start), points: from_points };
+            let to = Pose { transform: way.at(pair.by, end), points: to_points };
+            let motion = Motion::new(collider, from, to)?;
+            let moment = Moment { frame: u64::from(way.frame), step: part << 16, pair: pair.number };
+            report.merge(self.imprinter.sweep_triangles(context, object, collider, &motion, &settings, moment)?);
+        }
+        Ok(report)
     }
 
     /// As [`Self::sweep`] where the surface moves too: what counts is how the mesh moves as the surface sees it. At every

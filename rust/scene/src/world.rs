@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::canvas::Canvas;
-use relievo_detail::{Action, Collider, DisplacedObject, Stamp};
+use relievo_detail::{Action, Collider, DisplacedObject, Stamp, TriangleObject};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint, Traces};
 
 use crate::assets::Assets;
 use crate::coat::Coat;
-use crate::description::{Geometry, ObjectEntry, Scene, StampSource, SurfaceEntry, TrianglesEntry};
+use crate::description::{ColliderEntry, Geometry, ObjectEntry, Scene, StampSource, SurfaceEntry, TrianglesEntry};
 use crate::diagnostic::{Diagnostic, Failure, Faults};
 use crate::documents;
 use crate::paths::Paths;
@@ -140,10 +140,7 @@ impl World {
         let mut colliders: Vec<Option<Collider>> = items.iter().map(|_| None).collect();
         for entry in &scene.colliders {
             let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
-            if entry.into.iter().any(|into| matches!(items.get(*into), Some(Item::Triangles(_)))) {
-                let error = Error::unsupported("nothing can be pressed into surfaces of triangles yet");
-                return Err(fault(error.advise("name other objects in `into`")).into());
-            }
+            check_collider(entry, &items).map_err(fault)?;
             let (Some(Item::Mesh(item)), Some(slot)) = (items.get(entry.object), colliders.get_mut(entry.object))
             else {
                 continue;
@@ -375,6 +372,18 @@ impl World {
         }
     }
 
+    /// A triangle mesh to press into and the mesh that presses, as a collider; `None` unless that is what the two are.
+    pub(crate) fn triangles_and_collider(
+        &mut self,
+        into: usize,
+        by: usize,
+    ) -> Option<(&mut TriangleObject, &mut Collider)> {
+        match (self.items.get_mut(into)?, self.colliders.get_mut(by)?) {
+            (Item::Triangles(item), Some(collider)) => Some((&mut item.object, collider)),
+            _ => None,
+        }
+    }
+
     /// Two surfaces, each with the cage whose faces it has; `None` unless both are surfaces, and not the same.
     pub fn two_surfaces(&mut self, a: usize, b: usize) -> Option<[(&mut DisplacedObject, &Mesh); 2]> {
         let cage = |object: usize| Some(self.assets.mesh(self.scene.cage_of(self.scene.objects.get(object)?)));
@@ -446,6 +455,28 @@ fn check_triangles(object: &ObjectEntry, entry: &TrianglesEntry, animated: bool)
         Some((_, what, remedy)) => {
             Err(Error::unsupported(format!("object `{}` shows triangles and {what}", object.name.text)).advise(remedy))
         }
+        None => Ok(()),
+    }
+}
+
+/// Fails if surfaces of triangles are to take part in imprints in a way that they cannot.
+fn check_collider(entry: &ColliderEntry, items: &[Item]) -> Result<()> {
+    let is_triangles = |object: &usize| matches!(items.get(*object), Some(Item::Triangles(_)));
+    if is_triangles(&entry.object) {
+        return Err(Error::unsupported("a surface of triangles cannot press").advise("give the object its `mesh`"));
+    }
+    if !entry.into.iter().any(is_triangles) {
+        return Ok(());
+    }
+    let rigid = matches!(items.get(entry.object), Some(Item::Mesh(_)));
+    let unfit = [
+        (!rigid, "a surface cannot press into triangles", "press with a `mesh`"),
+        (entry.tool.is_some(), "a force cannot press into triangles", "remove `tool`"),
+        (entry.settings.rim > 0.0, "triangles have no rims", "set `rim` to 0"),
+        (entry.settings.smoothing > 0.0, "imprints on triangles are not smoothed", "set `smoothing` to 0"),
+    ];
+    match unfit.into_iter().find(|(unfit, ..)| *unfit) {
+        Some((_, what, remedy)) => Err(Error::unsupported(what).advise(remedy)),
         None => Ok(()),
     }
 }
