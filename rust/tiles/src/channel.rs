@@ -14,10 +14,10 @@ use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_surface::{Link, TileTopology};
 
-use crate::field::{Field, Line};
-use crate::heap::{CLASS_COUNT, Heap, MIN_SIZE, SizeClass};
-use crate::pages::Entry;
-use crate::ring::{self, Change, Writes};
+use crate::field::{Entry, Field, Line};
+use crate::heap::{CLASS_COUNT, Heap, MAX_SIZE, MIN_SIZE, SizeClass};
+use crate::mip::{self, Rect};
+use crate::ring::{self, Change, View, Writes};
 use crate::sets::Sets;
 use crate::texel::Texel;
 
@@ -44,7 +44,9 @@ pub struct Channel<T> {
     pub(crate) field: Field<T>,
     pub(crate) heap: Heap,
     /// A blank block of each class, shared by tiles that were allocated and not yet written.
-    blanks: [Option<Arc<[T]>>; CLASS_COUNT],
+    blanks: [Option<[Arc<[T]>; 2]>; CLASS_COUNT],
+    /// Tiles whose mips, or those of their neighbours, are not up to date: what of them changed.
+    pending: Vec<(u32, Vec<Rect>)>,
     pub(crate) revision: u64,
     /// Tiles changed since the last commit, and a bit for each tile that is listed.
     changed: Vec<u32>,
@@ -141,19 +143,22 @@ impl<T: Texel> Channel<T> {
                 class;
         }
         let mut classes = Vec::with_capacity(topology.tile_count());
+        let new = if T::MIPS { Heap::with_mips } else { Heap::new };
+        let heap = new(size_of::<T>(), options.budget);
         let mut full_bytes = 0;
         for tile in 0..topology.tile_count() as u32 {
             let class = class_of(&topology, tile, sizes[topology.face(tile) as usize])?;
             if !topology.is_hole(tile) {
-                full_bytes += class.bytes(size_of::<T>());
+                full_bytes += heap.bytes_of(class);
             }
             classes.push(class);
         }
         let listed = vec![0; topology.tile_count().div_ceil(64)];
         Ok(Self {
             field: Field::new(topology, classes, blank),
-            heap: Heap::new(size_of::<T>(), options.budget),
+            heap,
             blanks: Default::default(),
+            pending: Vec::new(),
             revision: 0,
             changed: Vec::new(),
             listed,
@@ -171,7 +176,7 @@ impl<T: Texel> Channel<T> {
         self.heap.total()
     }
 
-    /// Bytes of the allocated blocks.
+    /// Bytes of the allocated blocks, with the mips that colours have: see [`Field::tile_bytes`].
     pub fn bytes(&self) -> u64 {
         self.heap.bytes()
     }
@@ -205,6 +210,7 @@ impl<T: Texel> Channel<T> {
                 freed.extend(self.field.entry_mut(*tile).take().map(|entry| entry.id));
                 applied.changes.push(Change::all(*tile));
                 self.mark(*tile);
+                self.touch(*tile, Vec::new());
             }
         }
         self.heap.free(&freed);
@@ -219,9 +225,13 @@ impl<T: Texel> Channel<T> {
                 continue;
             };
             let texel = self.field.blank();
-            let blank = self.blanks[id.class.index()].get_or_insert_with(|| vec![texel; id.class.texels()].into());
-            let entry = Entry { texels: blank.clone(), id, version: self.revision };
+            let [texels, mips] = self.blanks[id.class.index()].get_or_insert_with(|| {
+                let mips = if T::MIPS { id.class.mip_texels() } else { 0 };
+                [id.class.texels(), mips].map(|count| vec![texel; count].into())
+            });
+            let entry = Entry { texels: texels.clone(), mips: mips.clone(), id, version: self.revision };
             *self.field.entry_mut(tile) = Some(entry);
+            self.touch(tile, Vec::new());
             applied.changes.push(Change::all(tile));
             self.mark(tile);
         }
@@ -265,15 +275,17 @@ impl<T: Texel> Channel<T> {
                 return None;
             }
             let finite = T::all_finite(&new);
-            Some((tile, finite, changed_borders(old, &new, size as u32), new))
+            let rect = if T::MIPS { Rect::of_difference(old, &new, size) } else { None };
+            Some((tile, finite, changed_borders(old, &new, size as u32), rect, new))
         });
         if let Some((tile, ..)) = edited.iter().flatten().find(|(_, finite, ..)| !finite) {
             return Err(Error::invalid("an edit left a number that is not finite").at(format!("tile {tile}")));
         }
         self.revision += 1;
         let mut changes = Vec::new();
-        for (tile, _, borders, texels) in edited.into_iter().flatten() {
+        for (tile, _, borders, rect, texels) in edited.into_iter().flatten() {
             self.replace(tile, texels);
+            self.touch(tile, rect.into_iter().collect());
             changes.push(Change { tile, borders });
         }
         Ok(changes)
@@ -304,16 +316,19 @@ impl<T: Texel> Channel<T> {
             let (tile, new) = &blocks[index];
             let old = field.block(*tile).unwrap_or(&[]);
             let same = bytemuck::cast_slice::<T, u8>(old) == bytemuck::cast_slice::<T, u8>(new);
-            if same { None } else { Some((T::all_finite(new), changed_borders(old, new, field.size(*tile)))) }
+            let size = field.size(*tile);
+            let rect = || if T::MIPS { Rect::of_difference(old, new, size as usize) } else { None };
+            (!same).then(|| (T::all_finite(new), changed_borders(old, new, size), rect()))
         });
-        if let Some(((tile, _), _)) = blocks.iter().zip(&borders).find(|(_, found)| matches!(found, Some((false, _)))) {
+        if let Some(((tile, _), _)) = blocks.iter().zip(&borders).find(|(_, found)| matches!(found, Some((false, ..)))) {
             return Err(Error::invalid("an edit left a number that is not finite").at(place(*tile)));
         }
         self.revision += 1;
         let mut changes = Vec::new();
         for ((tile, texels), found) in blocks.into_iter().zip(borders) {
-            if let Some((_, borders)) = found {
+            if let Some((_, borders, rect)) = found {
                 self.replace(tile, texels);
+                self.touch(tile, rect.into_iter().collect());
                 changes.push(Change { tile, borders });
             }
         }
@@ -341,7 +356,7 @@ impl<T: Texel> Channel<T> {
         }
         self.revision += 1;
         let mut tiles = Vec::new();
-        let plan = ring::plan(&self.field, changes);
+        let plan = ring::plan(&View::whole(&self.field), changes);
         for pass in [ring::borders, ring::rings] {
             let writes = pass(context, &self.field, &plan);
             tiles.extend(writes.iter().map(|(tile, _)| *tile));
@@ -349,7 +364,64 @@ impl<T: Texel> Channel<T> {
         }
         tiles.sort_unstable();
         tiles.dedup();
+        self.update_mips(context);
         Ok(tiles)
+    }
+
+    /// Brings mips up to date with what was written. [`Self::settle`], [`Self::update_rings`] and [`Self::commit`] do
+    /// it as well; only who reads filtered colours after [`Self::write`] and before any of them needs to.
+    pub fn update_mips(&mut self, context: &Context) {
+        let mut pending = std::mem::take(&mut self.pending);
+        if pending.is_empty() {
+            return;
+        }
+        pending.sort_by_key(|(tile, _)| *tile);
+        pending.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            if same {
+                kept.1.append(&mut next.1);
+            }
+            same
+        });
+        // Mips leave their entries while they are written, so that those nobody else holds are written in place.
+        let mut work = Vec::with_capacity(pending.len());
+        for (tile, rects) in pending.iter().filter(|(_, rects)| !rects.is_empty()) {
+            if let Some(entry) = self.field.entry_mut(*tile) {
+                let mips = std::mem::take(&mut entry.mips);
+                work.push((*tile, rects.as_slice(), entry.id.class, entry.texels.clone(), mips));
+            }
+        }
+        context.for_each_mut(&mut work, |_, (_, rects, class, texels, mips)| {
+            if Arc::get_mut(mips).is_none() {
+                *mips = (&**mips).into();
+            }
+            if let Some(mips) = Arc::get_mut(mips) {
+                mip::refresh(*class, texels, mips, rects);
+            }
+        });
+        for (tile, _, _, _, mips) in work {
+            if let Some(entry) = self.field.entry_mut(tile) {
+                entry.mips = mips;
+            }
+        }
+        let changes: Vec<Change> = pending.iter().map(|(tile, _)| Change::all(*tile)).collect();
+        let plan = ring::plan(&View::at(&self.field, 2 * MAX_SIZE), &changes);
+        for (tile, list) in ring::mip_rings(context, &self.field, &plan) {
+            let Some(entry) = self.field.entry_mut(tile) else { continue };
+            if Arc::get_mut(&mut entry.mips).is_none() {
+                entry.mips = (&*entry.mips).into();
+            }
+            if let Some(mips) = Arc::get_mut(&mut entry.mips) {
+                list.into_iter().for_each(|(at, value)| mips[at as usize] = value);
+            }
+        }
+    }
+
+    /// Notes that mips of `tile` and its neighbours are to be made anew: above `rects`, and their rings.
+    pub(crate) fn touch(&mut self, tile: u32, rects: Vec<Rect>) {
+        if T::MIPS {
+            self.pending.push((tile, rects));
+        }
     }
 
     /// Gives back the blocks of those of `tiles` that hold nothing but what tiles without a block read as, unless a
@@ -385,6 +457,7 @@ impl<T: Texel> Channel<T> {
 
     /// Makes everything up to now visible as a snapshot.
     pub fn commit(&mut self) -> Arc<Snapshot<T>> {
+        self.update_mips(&Context::serial());
         let mut changed = std::mem::take(&mut self.changed);
         changed.sort_unstable();
         for tile in &changed {
@@ -428,6 +501,7 @@ impl<T: Texel> Channel<T> {
                 .advise(format!("allow more than {} bytes", self.budget())));
         }
         self.replace(tile, texels);
+        self.touch(tile, vec![Rect::whole(class.size() as usize)]);
         Ok(())
     }
 
@@ -470,6 +544,13 @@ impl<T: Texel> Channel<T> {
         let mut shared = Vec::new();
         for (index, (tile, list)) in writes.iter().enumerate() {
             self.mark(*tile);
+            if T::MIPS {
+                let size = self.field.size(*tile) as usize;
+                let rects = Rect::of_indices(list.iter().map(|(at, _)| *at as usize), size);
+                if !rects.is_empty() {
+                    self.touch(*tile, rects);
+                }
+            }
             let Some(entry) = self.field.entry_mut(*tile) else { continue };
             entry.version = version;
             match Arc::get_mut(&mut entry.texels) {

@@ -1,8 +1,8 @@
 //! Colour on the surface: a [`Channel`] of colour texels at the centres of a tile's cells, looked up bilinearly.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 5: the
-//! ring of one texel lets a look-up stay in its tile, and the rules of [`crate::ring`] make what is looked up on an
-//! edge the same from both of its tiles, where their density is equal. Colours are linear Rec.709 with alpha and are
+//! ring of one texel lets a look-up stay in its tile, and what is looked up on an edge is the same from both of its
+//! tiles: by the rules of [`crate::ring`] where their density is equal, else by those of [`crate::filter`]. Colours are linear Rec.709 with alpha and are
 //! interpolated in linear light, whatever the texels encode.
 
 use std::sync::Arc;
@@ -13,6 +13,7 @@ use relievo_surface::{Place, TileTopology};
 
 use crate::channel::{Channel, ChannelOptions};
 use crate::field::Field;
+use crate::filter::inside;
 use crate::tessellate::Tessellation;
 use crate::texel::{ColorTexel, Rgba8};
 
@@ -27,20 +28,13 @@ impl<T: ColorTexel> Channel<T> {
 }
 
 impl<T: ColorTexel> Field<T> {
-    /// The colour in `place`'s own tile: the blank one if it is not allocated. Give it a canonical place for colours
-    /// that agree across seams.
+    /// The colour at `place`, not filtered: the blank one if its tile is not allocated. Colours agree across seams but for
+    /// rounding, at a canonical place to the bit.
     ///
     /// # Panics
     /// If there is no such tile. Parameters outside 0 to 1 are clamped.
     pub fn color(&self, place: Place) -> Vec4 {
-        let Some(block) = self.block(place.tile) else { return self.blank().color() };
-        let size = self.size(place.tile);
-        let ((i, s), (j, t)) = (cell(place.u, size), cell(place.v, size));
-        let stride = size as usize + 2;
-        let at = |i: usize, j: usize| block[j * stride + i].color();
-        let low = at(i, j) + (at(i + 1, j) - at(i, j)) * s;
-        let high = at(i, j + 1) + (at(i + 1, j + 1) - at(i, j + 1)) * s;
-        low + (high - low) * t
+        self.sample(Place { u: inside(place.u), v: inside(place.v), ..place }, 0.0)
     }
 }
 
@@ -75,8 +69,7 @@ impl Tessellation {
 
 /// The column of the block, counted with the ring, before a parameter, and how far it is on the way to the next.
 pub(crate) fn cell(parameter: f32, size: u32) -> (usize, f32) {
-    let inside = if parameter > 0.0 { parameter.min(1.0) } else { 0.0 };
-    let x = inside * size as f32 + 0.5;
+    let x = inside(parameter) * size as f32 + 0.5;
     let column = (x as u32).min(size);
     (column as usize, x - column as f32)
 }

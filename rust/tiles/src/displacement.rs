@@ -9,8 +9,8 @@ use relievo_core::{Context, Error, Result};
 use relievo_surface::TileTopology;
 
 use crate::channel::{Channel, ChannelOptions, class_of};
+use crate::field::Entry;
 use crate::heap::SizeClass;
-use crate::pages::Entry;
 use crate::ring::Change;
 use crate::spline::{coarsen_block, subdivide_block};
 
@@ -72,7 +72,8 @@ impl Displacement {
         let ids = self.heap.allocate(&classes);
         self.heap.set_budget(budget);
         for (((tile, _), texels), id) in allocated.iter().zip(blocks).zip(ids) {
-            *self.field.entry_mut(*tile) = id.map(|id| Entry { texels, id, version: self.revision });
+            *self.field.entry_mut(*tile) =
+                id.map(|id| Entry { texels, mips: Arc::default(), id, version: self.revision });
             self.mark(*tile);
         }
         let changes: Vec<Change> = allocated.iter().map(|(tile, _)| Change::all(*tile)).collect();

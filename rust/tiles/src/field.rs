@@ -6,13 +6,23 @@ use std::sync::Arc;
 
 use half::f16;
 use relievo_core::simd::Level;
-use relievo_surface::{Place, TileTopology};
+use relievo_surface::{Link, Place, TileTopology};
 
 use crate::frame::Frames;
-use crate::heap::SizeClass;
-use crate::pages::{Entry, Pages};
+use crate::heap::{BlockId, SizeClass};
+use crate::pages::Pages;
 use crate::spline::{self, Jet};
 use crate::texel::{Texel, Vector};
+
+/// The block of a tile and its mips.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry<T> {
+    pub texels: Arc<[T]>,
+    /// Level by level; none where texels have no mips.
+    pub mips: Arc<[T]>,
+    pub id: BlockId,
+    pub version: u64,
+}
 
 /// Texels of all tiles of a surface, immutable where it is shared: displacement, or colour. Cloning is cheap.
 #[derive(Clone, Debug)]
@@ -21,6 +31,8 @@ pub struct Field<T = f16> {
     classes: Arc<[SizeClass]>,
     pages: Pages<Entry<T>>,
     blank: T,
+    /// By tile, see [`Self::uneven`]; empty where no tile is uneven.
+    uneven: Arc<[u8]>,
     /// How frames are turned, for texels that have a direction.
     pub(crate) frames: Option<Arc<Frames>>,
 }
@@ -29,7 +41,48 @@ impl<T: Texel> Field<T> {
     /// A field without blocks, where `classes` says the size of every tile and `blank` what it reads as.
     pub(crate) fn new(topology: Arc<TileTopology>, classes: Vec<SizeClass>, blank: T) -> Self {
         let pages = Pages::new(topology.tile_count());
-        Self { topology, classes: classes.into(), pages, blank, frames: None }
+        let mut field = Self { topology, classes: classes.into(), pages, blank, uneven: Arc::default(), frames: None };
+        field.compare();
+        field
+    }
+
+    /// Notes where tiles of different density meet.
+    pub(crate) fn compare(&mut self) {
+        let topology = &self.topology;
+        let uneven = |tile: u32| {
+            // The coarsest mips of sub-tiles are twice as dense as those of whole tiles, which therefore rule.
+            let key = |tile: u32| (self.full_density(tile), topology.is_sub(tile));
+            let coarser = |other: u32| key(other) < key(tile);
+            let edge = |edge: &u8| match topology.link(tile, *edge) {
+                Link::Boundary | Link::Pinned { .. } => false,
+                Link::Whole { side, .. } | Link::Half { side, .. } => coarser(side.tile),
+                Link::Halves { first, second, .. } => coarser(first.tile) || coarser(second.tile),
+            };
+            let corner = |corner: &u8| {
+                let ring = topology.ring(topology.rings(tile)[usize::from(*corner)]);
+                ring.iter().any(|entry| coarser(entry.tile))
+            };
+            let edges: u8 = (0..4).filter(edge).map(|edge| 1 << edge).sum();
+            edges | (0..4).filter(corner).map(|corner| 16 << corner).sum::<u8>()
+        };
+        let live = |tile: &u32| !topology.is_hole(*tile);
+        if !T::MIPS || (0..self.tile_count() as u32).filter(live).all(|tile| uneven(tile) == 0) {
+            self.uneven = Arc::default();
+            return;
+        }
+        let of = |tile: u32| if live(&tile) { uneven(tile) } else { 0 };
+        self.uneven = (0..self.tile_count() as u32).map(of).collect();
+    }
+
+    /// Where coarser tiles, or whole ones a sub-tile, meet `tile`, whether they are allocated or not: bit e for edge e, bit 4 + c for corner c. Always
+    /// 0 where texels have no mips.
+    pub(crate) fn uneven(&self, tile: u32) -> u8 {
+        self.uneven.get(tile as usize).copied().unwrap_or(0)
+    }
+
+    /// As [`Self::density`], whether the tile is allocated or not.
+    pub(crate) fn full_density(&self, tile: u32) -> u32 {
+        self.size(tile) << u32::from(self.topology.is_sub(tile))
     }
 
     /// What tiles without a block read as.
@@ -64,6 +117,23 @@ impl<T: Texel> Field<T> {
     /// Bytes of the block of `tile`, whether it is allocated or not.
     pub fn block_bytes(&self, tile: u32) -> u64 {
         self.class(tile).bytes(size_of::<T>())
+    }
+
+    /// Level `level` of `tile` with its ring, row by row: 0 is the tile itself, each further one has half the texels a
+    /// side. `None` if it is not allocated or there is no such level.
+    pub fn level(&self, tile: u32, level: u32) -> Option<&[T]> {
+        let entry = self.entry(tile)?;
+        if level == 0 {
+            return Some(&entry.texels);
+        }
+        let class = entry.id.class;
+        entry.mips.get(class.level_start(level)..class.level_start(level + 1))
+    }
+
+    /// Bytes of the block of `tile` and its mips, whether it is allocated or not.
+    pub fn tile_bytes(&self, tile: u32) -> u64 {
+        let class = self.class(tile);
+        class.bytes(size_of::<T>()) + if T::MIPS { (size_of::<T>() * class.mip_texels()) as u64 } else { 0 }
     }
 
     /// Texels along an edge of the cage beside `tile`, 0 if it is not allocated. A sub-tile covers half an edge.

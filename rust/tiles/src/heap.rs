@@ -47,6 +47,27 @@ impl SizeClass {
         (texel * self.texels()) as u64
     }
 
+    /// Texels of the mips of a tile: levels of half, a quarter… of its size, down to 2, each with a ring of one.
+    pub fn mip_texels(self) -> usize {
+        (1..=self.mips()).map(|level| self.level_texels(level)).sum()
+    }
+
+    /// Number of mips.
+    pub fn mips(self) -> u32 {
+        self.size().ilog2() - 1
+    }
+
+    /// Texels of level `level` with its ring, the tile itself being 0.
+    pub(crate) fn level_texels(self, level: u32) -> usize {
+        let side = (self.size() >> level) as usize + 2;
+        side * side
+    }
+
+    /// Where level `level`, 1 or more, begins among the mips.
+    pub(crate) fn level_start(self, level: u32) -> usize {
+        (1..level).map(|level| self.level_texels(level)).sum()
+    }
+
     /// The index of the class, below [`CLASS_COUNT`].
     pub fn index(self) -> usize {
         usize::from(self.0)
@@ -64,6 +85,11 @@ pub trait Class: Copy + Debug + Eq {
     /// Values of a block.
     fn values(self) -> usize;
 
+    /// Values of its mips, if they are kept.
+    fn mip_values(self) -> usize {
+        0
+    }
+
     /// Blocks by which the heap of the class grows.
     fn group(self) -> usize;
 }
@@ -77,6 +103,10 @@ impl Class for SizeClass {
 
     fn values(self) -> usize {
         self.texels()
+    }
+
+    fn mip_values(self) -> usize {
+        self.mip_texels()
     }
 
     fn group(self) -> usize {
@@ -109,6 +139,8 @@ pub struct Heap<C = SizeClass> {
     classes: Vec<ClassHeap>,
     /// Bytes of a texel.
     texel: usize,
+    /// Whether blocks have mips.
+    mips: bool,
     budget: u64,
     bytes: u64,
     class: PhantomData<C>,
@@ -117,12 +149,17 @@ pub struct Heap<C = SizeClass> {
 impl<C: Class> Heap<C> {
     /// Empty heaps of blocks of texels of `texel` bytes, that hand out at most `budget` bytes together.
     pub fn new(texel: usize, budget: u64) -> Self {
-        Self { classes: vec![ClassHeap::default(); C::COUNT], texel, budget, bytes: 0, class: PhantomData }
+        Self { classes: vec![ClassHeap::default(); C::COUNT], texel, mips: false, budget, bytes: 0, class: PhantomData }
+    }
+
+    /// As [`Self::new`], of blocks with their mips.
+    pub fn with_mips(texel: usize, budget: u64) -> Self {
+        Self { mips: true, ..Self::new(texel, budget) }
     }
 
     /// Bytes of a block of `class`.
-    fn bytes_of(&self, class: C) -> u64 {
-        (self.texel * class.values()) as u64
+    pub fn bytes_of(&self, class: C) -> u64 {
+        (self.texel * (class.values() + if self.mips { class.mip_values() } else { 0 })) as u64
     }
 
     /// Bytes of the blocks in use.
@@ -221,6 +258,9 @@ mod tests {
         let class = SizeClass::of(128).unwrap();
         assert_eq!((class.size(), class.texels(), class.bytes(2)), (128, 130 * 130, 2 * 130 * 130));
         assert_eq!((class.bytes(4), class.bytes(8)), (4 * 130 * 130, 8 * 130 * 130));
+        let mips = 66 * 66 + 34 * 34 + 18 * 18 + 10 * 10 + 6 * 6 + 4 * 4;
+        assert_eq!((class.mips(), class.mip_texels(), class.level_start(3)), (6, mips, 66 * 66 + 34 * 34));
+        assert_eq!(Heap::with_mips(4, 0).bytes_of(class), 4 * (130 * 130 + mips as u64));
         for size in [0, 4, 7, 24, 512] {
             assert!(SizeClass::of(size).is_err());
         }

@@ -1,8 +1,8 @@
 //! Tiles of displacement and colour: where they live, how they meet, and the surface they displace and paint.
 //!
 //! - Where: [`heap`], [`sets`], [`field`], and [`channel`] with the protocol of an edit.
-//! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`], [`color`] and
-//!   [`trace`].
+//! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`], [`color`], looked up
+//!   by [`filter`], and [`trace`].
 //! - How they are kept in documents: [`stored`]; how histories see them: [`blocks`].
 //! - Layers put on each other: [`composite`].
 //! - Vectors: [`vector`], in the frames of [`frame`].
@@ -18,8 +18,10 @@ pub mod displaced;
 pub mod displacement;
 pub mod face_varying;
 pub mod field;
+pub mod filter;
 pub mod frame;
 pub mod heap;
+mod mip;
 mod numbering;
 mod pages;
 pub mod planes;

@@ -24,10 +24,12 @@
 //! from borders alone. So nothing depends on the order of tiles, and a second update changes nothing.
 
 use relievo_core::Context;
-use relievo_surface::{Incidence, Link, RingClass, Side};
+use relievo_surface::{Incidence, Link, RingClass, Side, TileTopology};
 
 use crate::field::{Field, Line};
 use crate::frame::{Turn, entry_of};
+use crate::heap::MAX_SIZE;
+use crate::mip;
 use crate::spline::{restrict_curve, subdivide_curve};
 use crate::texel::Texel;
 
@@ -79,8 +81,8 @@ struct Work {
 }
 
 /// From the frame of entry `from` of `ring` to that of entry `to`.
-fn around<T: Texel>(field: &Field<T>, ring: u32, from: usize, to: usize) -> Turn {
-    match &field.frames {
+fn around<T: Texel>(field: &View<'_, T>, ring: u32, from: usize, to: usize) -> Turn {
+    match &field.field.frames {
         Some(frames) if T::FRAMED => frames.around(ring, from, to),
         _ => {
             let entries = field.topology().ring(ring);
@@ -92,6 +94,7 @@ fn around<T: Texel>(field: &Field<T>, ring: u32, from: usize, to: usize) -> Turn
 /// The tiles that are not allocated but that `changes` reach: across a border that is not blank, or at a vertex whose
 /// corner texel is not blank. Ascending.
 pub fn reached<T: Texel>(field: &Field<T>, changes: &[Change]) -> Vec<u32> {
+    let field = &View::whole(field);
     let mut tiles = Vec::new();
     for change in changes {
         let tile = change.tile;
@@ -138,31 +141,77 @@ pub(crate) struct Plan {
 /// The number of tiles above which a ring is a pole.
 const POLE: usize = 16;
 
-/// The tiles during one pass, with the values of poles, ascending.
-struct Pass<'a, T> {
+/// The tiles as one pass sees them: as they are, or each at the mip that is nearest to a density.
+pub(crate) struct View<'a, T> {
     field: &'a Field<T>,
+    /// Texels along an edge of the cage, at most; `u32::MAX` for the tiles themselves.
+    density: u32,
+    /// The values of poles, ascending.
     poles: Vec<(u32, Vertex<T>)>,
 }
 
-impl<'a, T: Texel> Pass<'a, T> {
-    fn new(context: &Context, field: &'a Field<T>, plan: &Plan) -> Self {
-        let made = Self { field, poles: Vec::new() };
-        let poles = context.map(plan.poles.len(), |index| (plan.poles[index], vertex(&made, plan.poles[index])));
-        Self { field, poles }
+impl<'a, T: Texel> View<'a, T> {
+    /// The tiles as they are.
+    pub fn whole(field: &'a Field<T>) -> Self {
+        Self::at(field, u32::MAX)
     }
-}
 
-impl<T> std::ops::Deref for Pass<'_, T> {
-    type Target = Field<T>;
+    /// Tiles of at most `density` texels along an edge of the cage, where they have such a mip.
+    pub fn at(field: &'a Field<T>, density: u32) -> Self {
+        Self { field, density, poles: Vec::new() }
+    }
 
-    fn deref(&self) -> &Field<T> {
-        self.field
+    /// Knows the values at the poles of `plan`.
+    pub fn with_poles(mut self, context: &Context, plan: &Plan) -> Self {
+        let poles = context.map(plan.poles.len(), |index| (plan.poles[index], vertex(&self, plan.poles[index])));
+        self.poles = poles;
+        self
+    }
+
+    fn topology(&self) -> &'a TileTopology {
+        self.field.topology()
+    }
+
+    fn blank(&self) -> T {
+        self.field.blank()
+    }
+
+    /// Whether these are mips. Tiles without a block then count as blank ones.
+    fn is_mip(&self) -> bool {
+        self.density != u32::MAX
+    }
+
+    /// The level of `tile`.
+    pub fn level(&self, tile: u32) -> u32 {
+        if !self.is_mip() {
+            return 0;
+        }
+        let class = self.field.class(tile);
+        let own = class.size() << u32::from(self.topology().is_sub(tile));
+        (own / self.density).max(1).ilog2().min(class.mips())
+    }
+
+    fn size(&self, tile: u32) -> u32 {
+        self.field.size(tile) >> self.level(tile)
+    }
+
+    fn is_allocated(&self, tile: u32) -> bool {
+        self.is_mip() || self.field.is_allocated(tile)
+    }
+
+    fn block(&self, tile: u32) -> Option<&'a [T]> {
+        self.field.level(tile, self.level(tile))
+    }
+
+    /// Texels along an edge of the cage, 0 for a tile that is not there.
+    fn density(&self, tile: u32) -> u32 {
+        if self.is_allocated(tile) { self.size(tile) << u32::from(self.topology().is_sub(tile)) } else { 0 }
     }
 }
 
 /// The first pass: border corners and cleared border rows. Only coefficients that differ are listed.
 pub(crate) fn borders<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan) -> Vec<Writes<T>> {
-    let field = &Pass::new(context, field, plan);
+    let field = &View::whole(field).with_poles(context, plan);
     collect(context, &plan.work, |work, out| {
         let Some(block) = field.block(work.tile) else { return };
         let size = field.size(work.tile);
@@ -201,39 +250,116 @@ pub(crate) fn borders<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan
 
 /// The second pass: ring coefficients, from borders that the first pass has made consistent.
 pub(crate) fn rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan) -> Vec<Writes<T>> {
-    let field = &Pass::new(context, field, plan);
+    let field = &View::whole(field).with_poles(context, plan);
     collect(context, &plan.work, |work, out| {
-        let Some(block) = field.block(work.tile) else { return };
-        let size = field.size(work.tile);
-        let last = size as usize - 1;
-        let mut write = |line: &Line, k: isize, value: T| {
-            let index = line.at(k);
-            if !block[index].same(value) {
-                out.push((index as u32, value));
-            }
-        };
-        for edge in (0..4).filter(|edge| work.edges >> edge & 1 != 0) {
-            let line = Line::new(size, edge, -1);
-            ring_row(field, Side { tile: work.tile, edge }, |k, value| write(&line, k as isize, value));
+        ring_of(field, *work, |at, value| out.push((at as u32, value)));
+    })
+}
+
+/// The ring of a tile, where `work` says: index in the block and value of what differs.
+fn ring_of<T: Texel>(field: &View<'_, T>, work: Work, mut write_at: impl FnMut(usize, T)) {
+    let Some(block) = field.block(work.tile) else { return };
+    let size = field.size(work.tile);
+    let last = size as usize - 1;
+    let mut write = |line: &Line, k: isize, value: T| {
+        let index = line.at(k);
+        if !block[index].same(value) {
+            write_at(index, value);
         }
-        for corner in (0..4).filter(|corner| work.corners >> corner & 1 != 0) {
-            let (after, before) = (Line::new(size, corner, -1), Line::new(size, (corner + 3) & 3, -1));
-            let (tile, ends) = (work.tile, [(corner, 0), ((corner + 3) & 3, last)]);
-            if let Some(value) = corner_value(field, tile, corner) {
-                write(&after, -1, value);
-                write(&after, 0, value);
-                write(&before, last as isize, value);
-                continue;
+    };
+    for edge in (0..4).filter(|edge| work.edges >> edge & 1 != 0) {
+        let line = Line::new(size, edge, -1);
+        ring_row(field, Side { tile: work.tile, edge }, |k, value| write(&line, k as isize, value));
+    }
+    for corner in (0..4).filter(|corner| work.corners >> corner & 1 != 0) {
+        let (after, before) = (Line::new(size, corner, -1), Line::new(size, (corner + 3) & 3, -1));
+        let (tile, ends) = (work.tile, [(corner, 0), ((corner + 3) & 3, last)]);
+        if let Some(value) = corner_value(field, tile, corner) {
+            write(&after, -1, value);
+            write(&after, 0, value);
+            write(&before, last as isize, value);
+            continue;
+        }
+        write(&after, -1, diagonal(field, tile, corner));
+        // Rows that are not brought up to date as a whole end here as well.
+        for ((edge, k), line) in ends.into_iter().zip([after, before]) {
+            if work.edges >> edge & 1 == 0 {
+                write(&line, k as isize, ring_texel(field, Side { tile, edge }, k));
             }
-            write(&after, -1, diagonal(field, tile, corner));
-            // Rows that are not brought up to date as a whole end here as well.
-            for ((edge, k), line) in ends.into_iter().zip([after, before]) {
-                if work.edges >> edge & 1 == 0 {
-                    write(&line, k as isize, ring_texel(field, Side { tile, edge }, k));
+        }
+    }
+}
+
+/// The rings and equalised corners of the mips of the tiles in `plan`: index among the mips and value.
+///
+/// Each mip has neighbours of its own density, as tiles have, and follows the same rules but two: a tile without a block
+/// counts as a blank one, so that borders beside it keep what they are, and vertices are made from the means of the
+/// tiles' corners, which is not what they hold once they are equalised.
+pub(crate) fn mip_rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan) -> Vec<Writes<T>> {
+    let views: Vec<View<'_, T>> =
+        (1..=MAX_SIZE.ilog2()).map(|power| View::at(field, 1 << power).with_poles(context, plan)).collect();
+    collect(context, &plan.work, |work, out| {
+        let class = field.class(work.tile);
+        let sub = u32::from(field.topology().is_sub(work.tile));
+        for level in 1..=class.mips() {
+            let density = (class.size() >> level) << sub;
+            let Some(view) = views.get(density.ilog2() as usize - 1) else { continue };
+            let Some(block) = view.block(work.tile) else { continue };
+            let start = class.level_start(level);
+            ring_of(view, *work, |at, value| out.push(((start + at) as u32, value)));
+            for corner in (0..4).filter(|corner| work.corners >> corner & 1 != 0) {
+                let at = Line::new(view.size(work.tile), corner, 0).at(0);
+                if let Some(value) = corner_value(view, work.tile, corner)
+                    && !block[at].same(value)
+                {
+                    out.push(((start + at) as u32, value));
                 }
             }
         }
     })
+}
+
+/// A texel of a mip of a tile without a block: blank but for what its neighbours do to its ring and corners. `i` and
+/// `j` are columns and rows of the block, ring included.
+pub(crate) fn texel_of_none<T: Texel>(view: &View<'_, T>, tile: u32, i: usize, j: usize) -> T {
+    let last = view.size(tile) as usize + 1;
+    let inner = |k: usize| k.clamp(1, last - 1);
+    // The corner that a texel of the ring or the border is at, if it is at one.
+    let end = |k: usize| {
+        if k <= 1 {
+            Some(false)
+        } else if k + 1 >= last {
+            Some(true)
+        } else {
+            None
+        }
+    };
+    if let (Some(right), Some(up)) = (end(i), end(j)) {
+        let corner = match (right, up) {
+            (false, false) => 0,
+            (true, false) => 1,
+            (true, true) => 2,
+            (false, true) => 3,
+        };
+        if let Some(value) = corner_value(view, tile, corner) {
+            return value;
+        }
+        if inner(i) != i && inner(j) != j {
+            return diagonal(view, tile, corner);
+        }
+    }
+    let side = |edge: u8| Side { tile, edge };
+    if j == 0 {
+        ring_texel(view, side(0), i - 1)
+    } else if i == last {
+        ring_texel(view, side(1), j - 1)
+    } else if j == last {
+        ring_texel(view, side(2), last - 1 - i)
+    } else if i == 0 {
+        ring_texel(view, side(3), last - 1 - j)
+    } else {
+        view.blank()
+    }
 }
 
 /// Tiles below which waking threads costs more than they save.
@@ -256,7 +382,7 @@ fn collect<T: Texel>(
 }
 
 /// The sides and vertices that `changes` concern, of allocated tiles.
-pub(crate) fn plan<T: Texel>(field: &Field<T>, changes: &[Change]) -> Plan {
+pub(crate) fn plan<T: Texel>(field: &View<'_, T>, changes: &[Change]) -> Plan {
     let topology = field.topology();
     let mut work: Vec<Work> = Vec::with_capacity(8 * changes.len());
     let side = |side: Side| Work { tile: side.tile, edges: 1 << side.edge, corners: 0 };
@@ -310,7 +436,7 @@ pub(crate) fn plan<T: Texel>(field: &Field<T>, changes: &[Change]) -> Plan {
 }
 
 /// The parts of a side that have a neighbour: one, or two beside sub-tiles; none at borders and non-manifold edges.
-fn spans<T: Texel>(field: &Field<T>, side: Side) -> [Option<Span>; 2] {
+fn spans<T: Texel>(field: &View<'_, T>, side: Side) -> [Option<Span>; 2] {
     let topology = field.topology();
     let size = field.size(side.tile) as usize;
     let size_of = |side: Side| field.size(side.tile) as usize;
@@ -344,15 +470,15 @@ impl Span {
 }
 
 /// The border row of the neighbour along a span, in this tile's direction.
-fn across<'a, T: Texel>(field: &'a Field<T>, span: &'a Span) -> Option<impl Fn(usize) -> T + use<'a, T>> {
-    let block = field.block(span.side.tile)?;
+fn across<'a, T: Texel>(field: &View<'a, T>, span: &'a Span) -> impl Fn(usize) -> T + use<'a, T> {
+    let (block, blank) = (field.block(span.side.tile), field.blank());
     let line = Line::new(field.size(span.side.tile), span.side.edge, 0);
-    Some(move |q: usize| block[line.at(span.across(q) as isize)])
+    move |q: usize| block.map_or(blank, |block| block[line.at(span.across(q) as isize)])
 }
 
 /// From the neighbour's frame to that of `side` at texel `q` of `count` of their span.
-fn turn_across<T: Texel>(field: &Field<T>, side: Side, span: &Span, q: usize, count: usize) -> Turn {
-    let Some(frames) = field.frames.as_ref().filter(|_| T::FRAMED) else { return Turn::plain(span.reversed) };
+fn turn_across<T: Texel>(field: &View<'_, T>, side: Side, span: &Span, q: usize, count: usize) -> Turn {
+    let Some(frames) = field.field.frames.as_ref().filter(|_| T::FRAMED) else { return Turn::plain(span.reversed) };
     let along = (q as f32 + 0.5) / count as f32;
     let place = |(start, texels): (usize, usize), along: f32, tile: u32| {
         (start as f32 + along * texels as f32) / field.size(tile) as f32
@@ -363,11 +489,11 @@ fn turn_across<T: Texel>(field: &Field<T>, side: Side, span: &Span, q: usize, co
 }
 
 /// The ring row along a side, texel by texel.
-fn ring_row<T: Texel>(field: &Pass<'_, T>, side: Side, mut write: impl FnMut(usize, T)) {
+fn ring_row<T: Texel>(field: &View<'_, T>, side: Side, mut write: impl FnMut(usize, T)) {
     let size = field.size(side.tile) as usize;
-    let Some(block) = field.block(side.tile) else { return };
+    let block = field.block(side.tile);
     let border = Line::new(size as u32, side.edge, 0);
-    let own = |k: usize| block[border.at(k as isize)];
+    let own = |k: usize| block.map_or(field.blank(), |block| block[border.at(k as isize)]);
     match field.topology().link(side.tile, side.edge) {
         Link::Boundary => {
             let ends = [side.edge, (side.edge + 1) & 3].map(|corner| corner_value(field, side.tile, corner));
@@ -386,11 +512,12 @@ fn ring_row<T: Texel>(field: &Pass<'_, T>, side: Side, mut write: impl FnMut(usi
 }
 
 /// The part of a ring row along a span.
-fn span_row<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span, write: &mut impl FnMut(usize, T)) {
+fn span_row<T: Texel>(field: &View<'_, T>, side: Side, span: &Span, write: &mut impl FnMut(usize, T)) {
     let (start, count) = span.own;
-    let Some(neighbour) = across(field, span) else {
+    if !field.is_allocated(span.side.tile) {
         return (start..start + count).for_each(|k| write(k, field.blank()));
-    };
+    }
+    let neighbour = across(field, span);
     let ends = span.ends.map(|ring| end_value(field, side.tile, ring, None));
     let inner = usize::from(ends[0].is_some())..count - usize::from(ends[1].is_some());
     let turn = |q: usize, count: usize| turn_across(field, side, span, q, count);
@@ -400,14 +527,15 @@ fn span_row<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span, write: &mut 
         let fine: Vec<T::Value> = (0..span.other.1).map(|q| neighbour(q).seen(turn(q, span.other.1))).collect();
         let row = restrict_curve(&fine, span.other.1 / count);
         inner.for_each(|k| write(start + k, T::nearest(row[k])));
-    } else if let Some(block) = field.block(side.tile) {
+    } else {
+        let block = field.block(side.tile);
         let border = Line::new(field.size(side.tile), side.edge, 0);
         let mut curve = ended_curve(field, side, span);
         while curve.len() < count + 2 {
             curve = subdivide_curve(&curve);
         }
         inner.for_each(|k| {
-            let own = block[border.at((start + k) as isize)].value();
+            let own = block.map_or(field.blank(), |block| block[border.at((start + k) as isize)]).value();
             write(start + k, T::nearest(T::turn_value(curve[k + 1], turn(k, count)) * 2.0 - own));
         });
     }
@@ -421,14 +549,15 @@ fn span_row<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span, write: &mut 
 
 /// The edge curve of the coarser neighbour along a span of the finer side, in the neighbour's frame: the mean of its
 /// border and of its ring.
-fn edge_curve<T: Texel>(field: &Field<T>, side: Side, span: &Span) -> Vec<T::Value> {
-    let (Some(neighbour), Some(block)) = (across(field, span), field.block(side.tile)) else {
+fn edge_curve<T: Texel>(field: &View<'_, T>, side: Side, span: &Span) -> Vec<T::Value> {
+    if !field.is_allocated(span.side.tile) || !field.is_allocated(side.tile) {
         return vec![field.blank().value(); span.other.1];
-    };
+    }
+    let (neighbour, block) = (across(field, span), field.block(side.tile));
     let border = Line::new(field.size(side.tile), side.edge, 0);
     let own = |k: usize| {
         let turn = turn_across(field, side, span, k, span.own.1).inverse();
-        block[border.at((span.own.0 + k) as isize)].seen(turn)
+        block.map_or(field.blank(), |block| block[border.at((span.own.0 + k) as isize)]).seen(turn)
     };
     let fine: Vec<T::Value> = (0..span.own.1).map(own).collect();
     let ring = restrict_curve(&fine, span.own.1 / span.other.1);
@@ -436,7 +565,7 @@ fn edge_curve<T: Texel>(field: &Field<T>, side: Side, span: &Span) -> Vec<T::Val
 }
 
 /// As [`edge_curve`], with one coefficient more at each end.
-fn ended_curve<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span) -> Vec<T::Value> {
+fn ended_curve<T: Texel>(field: &View<'_, T>, side: Side, span: &Span) -> Vec<T::Value> {
     let mut curve = edge_curve(field, side, span);
     let ends = span.ends.map(|ring| end_value(field, span.side.tile, ring, None));
     let last = curve.len() - 1;
@@ -464,7 +593,7 @@ fn ended_curve<T: Texel>(field: &Pass<'_, T>, side: Side, span: &Span) -> Vec<T:
 
 /// The finer side and span that continue a span beyond its start or end, which is the middle of a quad's edge, and
 /// whether the continuation begins there.
-fn continuation<T: Texel>(field: &Field<T>, side: Side, span: &Span, at_end: bool) -> Option<(Side, Span, bool)> {
+fn continuation<T: Texel>(field: &View<'_, T>, side: Side, span: &Span, at_end: bool) -> Option<(Side, Span, bool)> {
     match field.topology().link(side.tile, side.edge) {
         Link::Halves { .. } => {
             let [first, second] = spans(field, side);
@@ -486,13 +615,17 @@ fn continuation<T: Texel>(field: &Field<T>, side: Side, span: &Span, at_end: boo
 }
 
 /// One texel of a ring row.
-fn ring_texel<T: Texel>(field: &Pass<'_, T>, side: Side, k: usize) -> T {
+fn ring_texel<T: Texel>(field: &View<'_, T>, side: Side, k: usize) -> T {
     let mut found = field.blank();
     for span in spans(field, side).iter().flatten() {
         let (start, count) = span.own;
         if (start..start + count).contains(&k) && count == span.other.1 {
             let turn = turn_across(field, side, span, k - start, count);
-            return across(field, span).map_or(field.blank(), |neighbour| neighbour(k - start).turned(turn));
+            return if field.is_allocated(span.side.tile) {
+                across(field, span)(k - start).turned(turn)
+            } else {
+                field.blank()
+            };
         }
     }
     ring_row(field, side, |at, value| {
@@ -504,7 +637,7 @@ fn ring_texel<T: Texel>(field: &Pass<'_, T>, side: Side, k: usize) -> T {
 }
 
 /// The ring's corner at a vertex where texels are copied.
-fn diagonal<T: Texel>(field: &Pass<'_, T>, tile: u32, corner: u8) -> T {
+fn diagonal<T: Texel>(field: &View<'_, T>, tile: u32, corner: u8) -> T {
     let topology = field.topology();
     let ring = topology.rings(tile)[usize::from(corner)];
     let entries = topology.ring(ring);
@@ -530,14 +663,21 @@ fn diagonal<T: Texel>(field: &Pass<'_, T>, tile: u32, corner: u8) -> T {
     }
 }
 
-/// The coefficient of a tile's border at a vertex, zero if it is not allocated.
-fn border_corner<T: Texel>(field: &Field<T>, entry: &Incidence) -> T {
-    let line = Line::new(field.size(entry.tile), entry.corner, 0);
-    field.block(entry.tile).map_or(field.blank(), |block| block[line.at(0)])
+/// The texel of a tile's border at a vertex, blank if it is not allocated; of a mip, before it is equalised.
+fn border_corner<T: Texel>(field: &View<'_, T>, entry: &Incidence) -> T {
+    let Some(block) = field.field.block(entry.tile) else { return field.blank() };
+    let mut size = field.field.size(entry.tile);
+    let mut corner = block[Line::new(size, entry.corner, 0).at(0)];
+    for level in 0..field.level(entry.tile) {
+        let Some(block) = field.field.level(entry.tile, level) else { return corner };
+        corner = mip::corner_mean(block, size as usize, entry.corner, corner);
+        size /= 2;
+    }
+    corner
 }
 
 /// How the texels around a vertex are made. A value is in the frame of the ring's first tile.
-fn vertex<T: Texel>(field: &Pass<'_, T>, ring: u32) -> Vertex<T> {
+fn vertex<T: Texel>(field: &View<'_, T>, ring: u32) -> Vertex<T> {
     let topology = field.topology();
     let entries = topology.ring(ring);
     if entries.len() > POLE
@@ -568,13 +708,13 @@ fn vertex<T: Texel>(field: &Pass<'_, T>, ring: u32) -> Vertex<T> {
 }
 
 /// The value of all four texels around a corner in the tile's frame, or `None` where they are copied.
-fn corner_value<T: Texel>(field: &Pass<'_, T>, tile: u32, corner: u8) -> Option<T> {
+fn corner_value<T: Texel>(field: &View<'_, T>, tile: u32, corner: u8) -> Option<T> {
     end_value(field, tile, field.topology().rings(tile)[usize::from(corner)], Some(corner))
 }
 
 /// The value that `ring`'s vertex gives all its texels in the frame of `tile`, at its `corner` if the tile may have
 /// several there, or `None` where they are copied.
-fn end_value<T: Texel>(field: &Pass<'_, T>, tile: u32, ring: u32, corner: Option<u8>) -> Option<T> {
+fn end_value<T: Texel>(field: &View<'_, T>, tile: u32, ring: u32, corner: Option<u8>) -> Option<T> {
     match vertex(field, ring) {
         Vertex::Copy => None,
         Vertex::Set(value) => {
@@ -585,7 +725,7 @@ fn end_value<T: Texel>(field: &Pass<'_, T>, tile: u32, ring: u32, corner: Option
 }
 
 /// From the frame of tile `from` to that of tile `to` at the vertex of `ring`.
-fn between<T: Texel>(field: &Field<T>, ring: u32, from: u32, to: u32) -> Turn {
+fn between<T: Texel>(field: &View<'_, T>, ring: u32, from: u32, to: u32) -> Turn {
     let entry = |tile: u32| entry_of(field.topology(), ring, tile, None);
     around(field, ring, entry(from), entry(to))
 }

@@ -76,12 +76,6 @@ impl<T: StoredTexel> Channel<T> {
         if mesh.tile_count() as usize != topology.tile_count() || mesh.face_count() != topology.face_count() {
             return Err(Error::invalid("the document was made on another mesh").at(place()));
         }
-        let bytes = layer.bytes(mesh);
-        if bytes > budget {
-            return Err(Error::memory(format!("its tiles take {bytes} bytes and their budget is {budget}"))
-                .at(place())
-                .advise(format!("allow at least {bytes} bytes")));
-        }
         let blank: T = bytemuck::pod_read_unaligned(layer.blank());
         if !T::all_finite(&[blank])
             || matches!(T::KIND, Kind::Scalar | Kind::Vector) && layer.blank().iter().any(|byte| *byte != 0)
@@ -90,6 +84,13 @@ impl<T: StoredTexel> Channel<T> {
         }
         let face_sizes = (0..).zip(layer.face_sizes().iter().copied()).collect();
         let mut channel = Self::blank(topology, blank, &ChannelOptions { face_sizes, budget, ..Default::default() })?;
+        // With mips, which documents leave out.
+        let bytes: u64 = layer.blocks().iter().map(|block| channel.field.tile_bytes(block.tile())).sum();
+        if bytes > budget {
+            return Err(Error::memory(format!("its tiles take {bytes} bytes and their budget is {budget}"))
+                .at(place())
+                .advise(format!("allow at least {bytes} bytes")));
+        }
         for first in (0..layer.blocks().len()).step_by(BATCH) {
             let count = BATCH.min(layer.blocks().len() - first);
             let unpacked = context.map(count, |at| layer.unpack(mesh, first + at));
@@ -97,6 +98,7 @@ impl<T: StoredTexel> Channel<T> {
                 channel.write(block.tile(), Some(&bytes?)).map_err(|error| error.at(place()))?;
             }
         }
+        channel.update_mips(context);
         Ok(Some(channel))
     }
 }

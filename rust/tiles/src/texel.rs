@@ -13,6 +13,7 @@ use std::sync::LazyLock;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4, Vec4};
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 
 use crate::frame::Turn;
 
@@ -40,6 +41,9 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
 
     /// Whether it has a direction, so that neighbours, whose frames are turned, see other numbers of it.
     const FRAMED: bool = false;
+
+    /// Whether tiles of it keep mips, for look-ups that are filtered.
+    const MIPS: bool = false;
 
     /// Its value.
     fn value(self) -> Self::Value;
@@ -71,6 +75,13 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
     /// As [`Self::flipped`], of a value.
     fn flip_value(value: Self::Value) -> Self::Value {
         value
+    }
+
+    /// The means of two by two texels of the rows `above` and `below`: one for each place of `out`.
+    fn shrink(above: &[Self], below: &[Self], out: &mut [Self]) {
+        for ((out, a), b) in out.iter_mut().zip(above.chunks_exact(2)).zip(below.chunks_exact(2)) {
+            *out = Self::nearest((a[0].value() + a[1].value() + (b[0].value() + b[1].value())) * 0.25);
+        }
     }
 
     /// Whether all numbers of `texels` are finite.
@@ -252,8 +263,31 @@ fn encoded(bytes: &Bytes, linear: f32) -> u8 {
     }
 }
 
+/// The linear value of every sRGB byte in 65,535ths, so that four of them make a place in [`MEANS`].
+static WHOLE: LazyLock<[u16; 256]> = LazyLock::new(|| LINEAR.map(|value| (65535.0 * value).round() as u16));
+
+/// The byte of every sum of four numbers of [`WHOLE`], in steps of 16.
+static MEANS: LazyLock<[u8; 1 << 14]> =
+    LazyLock::new(|| std::array::from_fn(|place| encoded(&BYTES, (16.0 * place as f32 + 8.0) / (4.0 * 65535.0))));
+
 impl Texel for Rgba8 {
     type Value = DVec4;
+
+    const MIPS: bool = true;
+
+    fn shrink(above: &[Self], below: &[Self], out: &mut [Self]) {
+        let (whole, means) = (&*WHOLE, &*MEANS);
+        for ((out, a), b) in out.iter_mut().zip(above.chunks_exact(2)).zip(below.chunks_exact(2)) {
+            let [a, b, c, d] = [a[0].0, a[1].0, b[0].0, b[1].0];
+            let color = |k: usize| {
+                let sum = [a, b, c, d].map(|texel| u32::from(whole[usize::from(texel[k])])).iter().sum::<u32>();
+                // Four times 65,535 is below 2¹⁸.
+                means[(sum >> 4) as usize & 0x3fff]
+            };
+            let alpha = u16::from(a[3]) + u16::from(b[3]) + u16::from(c[3]) + u16::from(d[3]);
+            *out = Self([color(0), color(1), color(2), ((alpha + 2) >> 2) as u8]);
+        }
+    }
 
     #[inline]
     fn same(self, other: Self) -> bool {
@@ -296,6 +330,26 @@ impl ColorTexel for Rgba8 {
 
 impl Texel for Rgba16 {
     type Value = DVec4;
+
+    const MIPS: bool = true;
+
+    fn shrink(above: &[Self], below: &[Self], out: &mut [Self]) {
+        /// Texels at a time.
+        const RUN: usize = 32;
+        let (mut a, mut b) = ([0f32; 4 * RUN], [0f32; 4 * RUN]);
+        for ((out, above), below) in out.chunks_mut(RUN / 2).zip(above.chunks(RUN)).zip(below.chunks(RUN)) {
+            let count = 4 * above.len();
+            bytemuck::cast_slice::<_, f16>(above).convert_to_f32_slice(&mut a[..count]);
+            bytemuck::cast_slice::<_, f16>(below).convert_to_f32_slice(&mut b[..count]);
+            let mut means = [0f32; 2 * RUN];
+            for ((mean, a), b) in means.chunks_exact_mut(4).zip(a.chunks_exact(8)).zip(b.chunks_exact(8)) {
+                (0..4).for_each(|k| mean[k] = 0.25 * ((a[k] + a[k + 4]) + (b[k] + b[k + 4])));
+            }
+            let numbers = bytemuck::cast_slice_mut::<Self, f16>(out);
+            let count = numbers.len();
+            numbers.convert_from_f32_slice(&means[..count]);
+        }
+    }
 
     fn value(self) -> DVec4 {
         DVec4::from(self.0.map(f16::to_f64))
@@ -363,6 +417,32 @@ mod tests {
             assert!((found - 255.0 * curve).abs() <= 0.5 + 1e-3, "{value}: {found} {}", 255.0 * curve);
         }
         assert_eq!((encoded(&BYTES, 0.0), encoded(&BYTES, 1.0), encoded(&BYTES, 1e-30)), (0, 255, 0));
+    }
+
+    #[test]
+    fn means_are_those_of_values_and_equal_texels_stay() {
+        for byte in 0..=255u8 {
+            let texels = [Rgba8([byte, 255 - byte, byte / 2, byte]); 2];
+            let mut out = [Rgba8::default()];
+            Rgba8::shrink(&texels, &texels, &mut out);
+            assert_eq!(out[0], texels[0]);
+            let (above, below) = ([texels[0], Rgba8([7, 90, 255, 0])], [Rgba8([200, byte, 3, 9]), Rgba8([0; 4])]);
+            Rgba8::shrink(&above, &below, &mut out);
+            let mean = (above[0].value() + above[1].value() + below[0].value() + below[1].value()) / 4.0;
+            let exact = Rgba8::nearest(mean);
+            assert!((0..4).all(|k| exact.0[k].abs_diff(out[0].0[k]) <= 1), "{exact:?} {out:?}");
+        }
+        let row = |start: usize| -> Vec<Rgba16> {
+            (0..70).map(|k| Rgba16([start + k, 2 * k, 5, 1].map(|value| f16::from_f32(value as f32)))).collect()
+        };
+        let mut out = vec![Rgba16::default(); 35];
+        Rgba16::shrink(&row(0), &row(4), &mut out);
+        for (k, texel) in out.iter().enumerate() {
+            assert_eq!(
+                texel.0.map(f16::to_f32),
+                [2 * k as i32 * 2 + 5, 8 * k as i32 + 2, 10, 2].map(|n| n as f32 / 2.0)
+            );
+        }
     }
 
     #[test]

@@ -83,7 +83,7 @@ fn exercise<T: ColorTexel>(mesh: &Mesh, seed: u64, budget: u64, context: &Contex
         assert!(refused.iter().all(|tile| !channel.field().is_allocated(*tile)));
         check(channel.field());
         let field = channel.field();
-        let in_use: u64 = field.allocated().map(|tile| field.block_bytes(tile)).sum();
+        let in_use: u64 = field.allocated().map(|tile| field.tile_bytes(tile)).sum();
         assert_eq!((channel.bytes(), channel.bytes() <= budget), (in_use, true));
         let changes: Vec<Change> = all.iter().copied().map(Change::all).collect();
         assert_eq!(channel.update_rings(context, &changes).unwrap(), Vec::<u32>::new());
@@ -156,6 +156,6 @@ fn hostile_blocks_are_refused() {
     assert_eq!(channel.bytes(), 0);
     bytes[1] = 0;
     channel.write(0, Some(&bytes)).unwrap();
-    assert_eq!((channel.read(0).unwrap().unwrap(), channel.bytes()), (bytes, 800));
+    assert_eq!((channel.read(0).unwrap().unwrap(), channel.bytes()), (bytes, 8 * (10 * 10 + 6 * 6 + 4 * 4)));
     assert!(channel.reclaim(&Context::serial(), &[9]).is_err());
 }
