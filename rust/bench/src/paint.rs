@@ -116,4 +116,17 @@ fn look_up(report: &mut Report, object: &DisplacedObject) {
         1e-6 * f64::from(PLACES) / time
     });
     report.add("look-up of colour, one thread", &rates, None, "M/s", Goal::AtLeast(20.0));
+    // Footprints of one to eight texels, square.
+    let squares: Vec<[[f32; 2]; 2]> = (0..PLACES)
+        .map(|k| {
+            let width = (1 + k % 8) as f32 / field.size(tiles[0]) as f32;
+            [[width, 0.0], [0.0, width]]
+        })
+        .collect();
+    let rates = sample(RUNS, || {
+        let filtered = || places.iter().zip(&squares).map(|(place, square)| field.filtered(*place, *square));
+        let time = seconds(|| filtered().sum::<Vec4>());
+        1e-6 * f64::from(PLACES) / time
+    });
+    report.add("filtered look-up of colour, one thread", &rates, None, "M/s", Goal::AtLeast(20.0));
 }

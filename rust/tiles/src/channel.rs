@@ -320,7 +320,8 @@ impl<T: Texel> Channel<T> {
             let rect = || if T::MIPS { Rect::of_difference(old, new, size as usize) } else { None };
             (!same).then(|| (T::all_finite(new), changed_borders(old, new, size), rect()))
         });
-        if let Some(((tile, _), _)) = blocks.iter().zip(&borders).find(|(_, found)| matches!(found, Some((false, ..)))) {
+        if let Some(((tile, _), _)) = blocks.iter().zip(&borders).find(|(_, found)| matches!(found, Some((false, ..))))
+        {
             return Err(Error::invalid("an edit left a number that is not finite").at(place(*tile)));
         }
         self.revision += 1;
