@@ -54,6 +54,7 @@ impl<T: ColorTexel> Field<T> {
     }
 
     /// The colour at `place` of its surroundings of `width`, continuous over the whole surface.
+    #[inline]
     pub(crate) fn sample(&self, place: Place, width: f32) -> Vec4 {
         let own = self.trilinear(place, width);
         match self.uneven(place.tile) {
@@ -86,6 +87,7 @@ impl<T: ColorTexel> Field<T> {
     }
 
     /// As [`Self::trilinear`], of a tile without a block: blank, but that mips reach over the edge.
+    #[cold]
     fn nothing(&self, place: Place, level: u32, between: f32) -> Vec4 {
         let blank = self.blank().color();
         if (level == 0 && between == 0.0) || !self.is_beside(place.tile) {
@@ -118,6 +120,7 @@ impl<T: ColorTexel> Field<T> {
     }
 
     /// What is added near edges and corners where a coarser tile rules, `uneven` as [`Field::uneven`] has it.
+    #[cold]
     fn correction(&self, place: Place, width: f32, uneven: u8) -> Vec4 {
         let reach = (2.0 * width).clamp(4.0 / self.size(place.tile) as f32, 0.5);
         let weight = |distance: f32| (1.0 - distance / reach).max(0.0);
