@@ -419,10 +419,15 @@ impl<T: Texel> Channel<T> {
     }
 
     /// Notes that mips of `tile` and its neighbours are to be made anew: above `rects`, and their rings.
-    pub(crate) fn touch(&mut self, tile: u32, rects: Vec<Rect>) {
+    fn touch(&mut self, tile: u32, rects: Vec<Rect>) {
         if T::MIPS {
             self.pending.push((tile, rects));
         }
+    }
+
+    /// As [`Self::touch`], of all texels of `tile`.
+    pub(crate) fn touch_all(&mut self, tile: u32) {
+        self.touch(tile, vec![Rect::whole(self.field.size(tile) as usize)]);
     }
 
     /// Gives back the blocks of those of `tiles` that hold nothing but what tiles without a block read as, unless a
@@ -502,11 +507,11 @@ impl<T: Texel> Channel<T> {
                 .advise(format!("allow more than {} bytes", self.budget())));
         }
         self.replace(tile, texels);
-        self.touch(tile, vec![Rect::whole(class.size() as usize)]);
+        self.touch_all(tile);
         Ok(())
     }
 
-    fn check(&self, tile: u32) -> Result<()> {
+    pub(crate) fn check(&self, tile: u32) -> Result<()> {
         if tile as usize >= self.field.tile_count() {
             return Err(Error::invalid(format!("tile {tile} does not exist"))
                 .advise(format!("use 0 to {}", self.field.tile_count() - 1)));

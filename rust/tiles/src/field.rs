@@ -29,6 +29,8 @@ pub(crate) struct Entry<T> {
 pub struct Field<T = f16> {
     topology: Arc<TileTopology>,
     classes: Arc<[SizeClass]>,
+    /// The sizes that faces were given, where an edit of another level changed `classes`.
+    given: Arc<[SizeClass]>,
     pages: Pages<Entry<T>>,
     blank: T,
     /// By tile, see [`Self::uneven`]; empty where no tile is uneven.
@@ -41,7 +43,9 @@ impl<T: Texel> Field<T> {
     /// A field without blocks, where `classes` says the size of every tile and `blank` what it reads as.
     pub(crate) fn new(topology: Arc<TileTopology>, classes: Vec<SizeClass>, blank: T) -> Self {
         let pages = Pages::new(topology.tile_count());
-        let mut field = Self { topology, classes: classes.into(), pages, blank, uneven: Arc::default(), frames: None };
+        let classes: Arc<[SizeClass]> = classes.into();
+        let given = classes.clone();
+        let mut field = Self { topology, classes, given, pages, blank, uneven: Arc::default(), frames: None };
         field.compare();
         field
     }
@@ -103,6 +107,36 @@ impl<T: Texel> Field<T> {
     /// The size class of `tile`, whether it is allocated or not.
     pub fn class(&self, tile: u32) -> SizeClass {
         self.classes[tile as usize]
+    }
+
+    /// The size class of `tile` at an edit's level: as its face was given at 0, half of it at 1, a quarter at 2, but not
+    /// below the least.
+    pub(crate) fn class_at(&self, tile: u32, level: u32) -> SizeClass {
+        self.given[tile as usize].halved(level)
+    }
+
+    /// Texels along the sides of `tile` at an edit's level, see [`Channel::put_at`](crate::Channel::put_at).
+    pub fn size_at(&self, tile: u32, level: u32) -> u32 {
+        self.class_at(tile, level).size()
+    }
+
+    /// Makes `class` the size that the face of `tile` was given.
+    pub(crate) fn give_class(&mut self, tile: u32, class: SizeClass) {
+        Arc::make_mut(&mut self.given)[tile as usize] = class;
+    }
+
+    /// A field of the same tiles with these blocks and nothing else.
+    pub(crate) fn like<U: Texel>(&self, classes: Vec<SizeClass>, blank: U, blocks: Vec<(u32, Arc<[U]>)>) -> Field<U> {
+        let mut field = Field::new(self.topology.clone(), classes, blank);
+        field.frames = self.frames.clone();
+        blocks.into_iter().for_each(|(tile, texels)| field.insert(tile, texels));
+        field
+    }
+
+    /// Puts a block that is in no heap.
+    pub(crate) fn insert(&mut self, tile: u32, texels: Arc<[T]>) {
+        let id = BlockId { class: self.class(tile), number: 0 };
+        *self.entry_mut(tile) = Some(Entry { texels, mips: Arc::default(), id, version: 0 });
     }
 
     pub(crate) fn set_class(&mut self, tile: u32, class: SizeClass) {

@@ -31,6 +31,11 @@ impl SizeClass {
         Err(Error::invalid(format!("a tile cannot have {size} texels a side")).advise("use 8, 16, 32, 64, 128 or 256"))
     }
 
+    /// Half the size, `times` times, but not below the least.
+    pub(crate) fn halved(self, times: u32) -> Self {
+        Self(self.0.saturating_sub(times.min(255) as u8))
+    }
+
     /// Texels a side, without the ring.
     pub fn size(self) -> u32 {
         MIN_SIZE << self.0

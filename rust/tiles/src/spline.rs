@@ -9,6 +9,8 @@
 //! Single points and grids do the same operations in the same order, so that at one instruction level they agree to
 //! the bit.
 
+use std::ops::{Add, Mul, Sub};
+
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use relievo_core::dispatch_simd;
@@ -287,18 +289,25 @@ pub fn restrict_curve<V: Value>(fine: &[V], ratio: usize) -> Vec<V> {
     fine.chunks_exact(ratio).map(|group| group.iter().copied().sum::<V>() / ratio as f64).collect()
 }
 
-/// The block of the same function at twice the texels a side: `(n + 2)²` coefficients become `(2n + 2)²`.
-pub fn subdivide_block(coarse: &[f32], size: usize) -> Vec<f32> {
+/// What blocks are subdivided and coarsened in: numbers, or several side by side.
+pub trait Coefficient<S>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<S, Output = Self> {}
+
+impl<S, V: Copy + Add<Output = V> + Sub<Output = V> + Mul<S, Output = V>> Coefficient<S> for V {}
+
+/// The block of the same function at twice the texels a side: `(n + 2)²` coefficients become `(2n + 2)²`. Of colours that
+/// are looked up bilinearly it is bilinear interpolation.
+pub fn subdivide_block<S: From<f32>, V: Coefficient<S>>(coarse: &[V], size: usize) -> Vec<V> {
     let (from, to) = (size + 2, 2 * size + 2);
     // Coefficient k of the fine block is ¾ of the coarse one above it and ¼ of the next.
     let parents = |k: usize| if k.is_multiple_of(2) { (k / 2, k / 2 + 1) } else { (k / 2 + 1, k / 2) };
+    let mixed = |near: V, far: V| near * S::from(0.75) + far * S::from(0.25);
     let mut fine = Vec::with_capacity(to * to);
     for j in 0..to {
         let (near, far) = parents(j);
-        let row = |i: usize| 0.75 * coarse[near * from + i] + 0.25 * coarse[far * from + i];
+        let row = |i: usize| mixed(coarse[near * from + i], coarse[far * from + i]);
         fine.extend((0..to).map(|i| {
             let (near, far) = parents(i);
-            0.75 * row(near) + 0.25 * row(far)
+            mixed(row(near), row(far))
         }));
     }
     fine
@@ -306,19 +315,19 @@ pub fn subdivide_block(coarse: &[f32], size: usize) -> Vec<f32> {
 
 /// The block at half the texels a side, `(n + 2)²` to `(n/2 + 2)²`: inside, the left inverse of [`subdivide_block`] by
 /// the masks of Samavati and Bartels 1999 (−¼ ¾ ¾ −¼). What the masks need beyond the ring goes on in a straight line.
-pub fn coarsen_block(fine: &[f32], size: usize) -> Vec<f32> {
-    const MASK: [f32; 4] = [-0.25, 0.75, 0.75, -0.25];
+pub fn coarsen_block<S: From<f32>, V: Coefficient<S>>(fine: &[V], size: usize) -> Vec<V> {
     let (from, to) = (size + 2, size / 2 + 2);
-    let beyond = |line: &dyn Fn(usize) -> f32, k: isize| {
+    let beyond = |line: &dyn Fn(usize) -> V, k: isize| {
         let last = from - 1;
         match usize::try_from(k) {
             Ok(k) if k <= last => line(k),
-            Ok(k) => line(last) + (k - last) as f32 * (line(last) - line(last - 1)),
-            Err(_) => line(0) - k as f32 * (line(0) - line(1)),
+            Ok(k) => line(last) + (line(last) - line(last - 1)) * S::from((k - last) as f32),
+            Err(_) => line(0) - (line(0) - line(1)) * S::from(k as f32),
         }
     };
-    let masked = |line: &dyn Fn(usize) -> f32, k: usize| -> f32 {
-        MASK.iter().zip(0..).map(|(weight, offset)| weight * beyond(line, 2 * k as isize - 2 + offset)).sum()
+    let masked = |line: &dyn Fn(usize) -> V, k: usize| -> V {
+        let at = |offset: isize| beyond(line, 2 * k as isize - 2 + offset);
+        (at(1) + at(2)) * S::from(0.75) - (at(0) + at(3)) * S::from(0.25)
     };
     let mut rows = Vec::with_capacity(from * to);
     for row in fine.chunks_exact(from) {
@@ -444,7 +453,7 @@ mod tests {
             let eighths = |c: f16| f16::from_f32((c.to_f32() * 64.0).round() / 8.0);
             let data: Vec<f16> = random_block(seed).into_iter().map(eighths).collect();
             let coarse: Vec<f32> = data.iter().map(|c| c.to_f32()).collect();
-            let fine = subdivide_block(&coarse, SIZE as usize);
+            let fine: Vec<f32> = subdivide_block::<f32, f32>(&coarse, SIZE as usize);
             let fine_data: Vec<f16> = fine.iter().map(|c| f16::from_f32(*c)).collect();
             for (u, v) in places {
                 let a = point(Level::Baseline, &data, SIZE, u, v);
@@ -452,7 +461,7 @@ mod tests {
                 prop_assert!((a.d - b.d).abs() < 1e-5 && (a.du - b.du).abs() < 1e-3, "{:?} {:?}", a, b);
             }
             let stride = SIZE as usize + 2;
-            let back = coarsen_block(&fine, 2 * SIZE as usize);
+            let back = coarsen_block::<f32, f32>(&fine, 2 * SIZE as usize);
             prop_assert_eq!(back.len(), coarse.len());
             for (j, (row, expected)) in back.chunks(stride).zip(coarse.chunks(stride)).enumerate() {
                 if (1..=SIZE as usize).contains(&j) {

@@ -42,6 +42,9 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
     /// Whether it has a direction, so that neighbours, whose frames are turned, see other numbers of it.
     const FRAMED: bool = false;
 
+    /// What the difference of two of it is kept as.
+    type Difference: Texel<Value = Self::Value>;
+
     /// Whether tiles of it keep mips, for look-ups that are filtered.
     const MIPS: bool = false;
 
@@ -100,6 +103,7 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
 
 impl Texel for f16 {
     type Value = f64;
+    type Difference = Self;
 
     #[inline]
     fn value(self) -> f64 {
@@ -155,6 +159,7 @@ impl Vector {
 
 impl Texel for Vector {
     type Value = DVec3;
+    type Difference = Self;
 
     const FRAMED: bool = true;
 
@@ -272,6 +277,7 @@ static MEANS: LazyLock<[u8; 1 << 14]> =
 
 impl Texel for Rgba8 {
     type Value = DVec4;
+    type Difference = Rgba16;
 
     const MIPS: bool = true;
 
@@ -330,6 +336,7 @@ impl ColorTexel for Rgba8 {
 
 impl Texel for Rgba16 {
     type Value = DVec4;
+    type Difference = Self;
 
     const MIPS: bool = true;
 

@@ -56,6 +56,7 @@ impl Trace {
 
 impl Texel for Trace {
     type Value = DVec4;
+    type Difference = Self;
 
     fn value(self) -> DVec4 {
         DVec4::new(self.contact.to_f64(), self.depth.to_f64(), f64::from(self.moment), 0.0)

@@ -29,6 +29,7 @@ pub struct Turn(pub [f32; 3]);
 
 impl Texel for Turn {
     type Value = DVec4;
+    type Difference = Self;
 
     fn value(self) -> DVec4 {
         DVec3::from(self.0.map(f64::from)).extend(0.0)
