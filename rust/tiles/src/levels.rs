@@ -235,11 +235,11 @@ fn texels<T: Texel>(values: &[T::Value]) -> Arc<[T]> {
 fn convert<V: Value>(mut values: Vec<V>, from: usize, to: usize) -> Vec<V> {
     let mut size = from;
     while size < to {
-        values = subdivide_block::<f64, V>(&values, size);
+        values = subdivide_block(&values, size);
         size *= 2;
     }
     while size > to {
-        values = coarsen_block::<f64, V>(&values, size);
+        values = coarsen_block(&values, size);
         size /= 2;
     }
     values

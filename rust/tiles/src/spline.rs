@@ -9,7 +9,7 @@
 //! Single points and grids do the same operations in the same order, so that at one instruction level they agree to
 //! the bit.
 
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Sub};
 
 use half::f16;
 use half::slice::HalfFloatSliceExt;
@@ -290,17 +290,30 @@ pub fn restrict_curve<V: Value>(fine: &[V], ratio: usize) -> Vec<V> {
 }
 
 /// What blocks are subdivided and coarsened in: numbers, or several side by side.
-pub trait Coefficient<S>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<S, Output = Self> {}
+pub trait Coefficient: Copy + Add<Output = Self> + Sub<Output = Self> {
+    /// Times a number.
+    fn scaled(self, by: f32) -> Self;
+}
 
-impl<S, V: Copy + Add<Output = V> + Sub<Output = V> + Mul<S, Output = V>> Coefficient<S> for V {}
+impl Coefficient for f32 {
+    fn scaled(self, by: f32) -> Self {
+        self * by
+    }
+}
+
+impl<V: Value> Coefficient for V {
+    fn scaled(self, by: f32) -> Self {
+        self * f64::from(by)
+    }
+}
 
 /// The block of the same function at twice the texels a side: `(n + 2)²` coefficients become `(2n + 2)²`. Of colours that
 /// are looked up bilinearly it is bilinear interpolation.
-pub fn subdivide_block<S: From<f32>, V: Coefficient<S>>(coarse: &[V], size: usize) -> Vec<V> {
+pub fn subdivide_block<V: Coefficient>(coarse: &[V], size: usize) -> Vec<V> {
     let (from, to) = (size + 2, 2 * size + 2);
     // Coefficient k of the fine block is ¾ of the coarse one above it and ¼ of the next.
     let parents = |k: usize| if k.is_multiple_of(2) { (k / 2, k / 2 + 1) } else { (k / 2 + 1, k / 2) };
-    let mixed = |near: V, far: V| near * S::from(0.75) + far * S::from(0.25);
+    let mixed = |near: V, far: V| near.scaled(0.75) + far.scaled(0.25);
     let mut fine = Vec::with_capacity(to * to);
     for j in 0..to {
         let (near, far) = parents(j);
@@ -315,19 +328,19 @@ pub fn subdivide_block<S: From<f32>, V: Coefficient<S>>(coarse: &[V], size: usiz
 
 /// The block at half the texels a side, `(n + 2)²` to `(n/2 + 2)²`: inside, the left inverse of [`subdivide_block`] by
 /// the masks of Samavati and Bartels 1999 (−¼ ¾ ¾ −¼). What the masks need beyond the ring goes on in a straight line.
-pub fn coarsen_block<S: From<f32>, V: Coefficient<S>>(fine: &[V], size: usize) -> Vec<V> {
+pub fn coarsen_block<V: Coefficient>(fine: &[V], size: usize) -> Vec<V> {
     let (from, to) = (size + 2, size / 2 + 2);
     let beyond = |line: &dyn Fn(usize) -> V, k: isize| {
         let last = from - 1;
         match usize::try_from(k) {
             Ok(k) if k <= last => line(k),
-            Ok(k) => line(last) + (line(last) - line(last - 1)) * S::from((k - last) as f32),
-            Err(_) => line(0) - (line(0) - line(1)) * S::from(k as f32),
+            Ok(k) => line(last) + (line(last) - line(last - 1)).scaled((k - last) as f32),
+            Err(_) => line(0) - (line(0) - line(1)).scaled(k as f32),
         }
     };
     let masked = |line: &dyn Fn(usize) -> V, k: usize| -> V {
         let at = |offset: isize| beyond(line, 2 * k as isize - 2 + offset);
-        (at(1) + at(2)) * S::from(0.75) - (at(0) + at(3)) * S::from(0.25)
+        (at(1) + at(2)).scaled(0.75) - (at(0) + at(3)).scaled(0.25)
     };
     let mut rows = Vec::with_capacity(from * to);
     for row in fine.chunks_exact(from) {
@@ -453,7 +466,7 @@ mod tests {
             let eighths = |c: f16| f16::from_f32((c.to_f32() * 64.0).round() / 8.0);
             let data: Vec<f16> = random_block(seed).into_iter().map(eighths).collect();
             let coarse: Vec<f32> = data.iter().map(|c| c.to_f32()).collect();
-            let fine: Vec<f32> = subdivide_block::<f32, f32>(&coarse, SIZE as usize);
+            let fine: Vec<f32> = subdivide_block(&coarse, SIZE as usize);
             let fine_data: Vec<f16> = fine.iter().map(|c| f16::from_f32(*c)).collect();
             for (u, v) in places {
                 let a = point(Level::Baseline, &data, SIZE, u, v);
@@ -461,7 +474,7 @@ mod tests {
                 prop_assert!((a.d - b.d).abs() < 1e-5 && (a.du - b.du).abs() < 1e-3, "{:?} {:?}", a, b);
             }
             let stride = SIZE as usize + 2;
-            let back = coarsen_block::<f32, f32>(&fine, 2 * SIZE as usize);
+            let back = coarsen_block(&fine, 2 * SIZE as usize);
             prop_assert_eq!(back.len(), coarse.len());
             for (j, (row, expected)) in back.chunks(stride).zip(coarse.chunks(stride)).enumerate() {
                 if (1..=SIZE as usize).contains(&j) {
