@@ -10,7 +10,7 @@ pub(crate) fn options(face_sizes: Vec<u32>, budget: u64) -> ChannelOptions {
 
 /// Allocates `tiles`. Fails if the budget refuses one.
 pub(crate) fn allocate<T: Texel>(channel: &mut Channel<T>, tiles: &[u32]) -> Result<()> {
-    let needed: u64 = tiles.iter().map(|tile| channel.field().block_bytes(*tile)).sum();
+    let needed: u64 = tiles.iter().map(|tile| channel.field().tile_bytes(*tile)).sum();
     if needed > channel.budget() {
         return Err(Error::memory(format!("the tiles take {needed} bytes and their budget is {}", channel.budget()))
             .advise(format!("allow at least {needed} bytes")));
