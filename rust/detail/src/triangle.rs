@@ -4,6 +4,7 @@
 
 mod dab;
 pub(crate) mod imprint;
+mod level;
 mod nearest;
 mod object;
 mod site;

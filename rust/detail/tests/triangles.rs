@@ -308,6 +308,65 @@ fn meshes_that_are_no_manifold_or_degenerate_can_be_sculpted() {
     }
 }
 
+#[test]
+fn coarser_levels_are_edited_without_losing_what_finer_ones_have() {
+    let context = Context::serial();
+    let center = DVec3::new(2.9, 3.2, 0.0);
+    // Tall, so that what is there does not matter.
+    let big = dab(center, DVec3::new(1.6, 1.6, 100.0), Falloff::Smooth, sculpt(SculptMode::Draw, 0.3));
+    let fine = dab(center, DVec3::new(0.7, 0.7, 100.0), Falloff::Linear, sculpt(SculptMode::Draw, 0.1));
+    let heights = |object: &TriangleObject| -> Vec<f32> {
+        let displaced = object.displaced().unwrap();
+        knots(object).map(|(face, pattern, node)| displaced.at(face, pattern, node).1).collect()
+    };
+    let coarse = |level: u32, dabs: &[(u32, &Dab)]| {
+        let mut object = small(&context);
+        for (at, dab) in dabs {
+            object.set_level(*at).unwrap();
+            object.dab(&context, dab).unwrap();
+        }
+        object.set_level(level).unwrap();
+        object
+    };
+    for level in [1, 2] {
+        // A coarse edit alone is the brush at the coarser vertices and linear between them, in less memory.
+        let alone = coarse(level, &[(level, &big)]);
+        let pattern = alone.displacement().field().pattern().coarser(level);
+        let field = alone.displacement().field();
+        assert!(field.allocated().all(|face| field.face_pattern(face) == Some(pattern)));
+        assert!(alone.displacement().bytes() < coarse(0, &[(0, &big)]).displacement().bytes() / 2);
+        let whole = coarse(0, &[(0, &big)]);
+        let off = heights(&alone).iter().zip(heights(&whole)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 0.02, "{off}");
+        // The detail that was there stays on top of it.
+        let first = coarse(level, &[(0, &fine)]);
+        let both = coarse(level, &[(0, &fine), (level, &big)]);
+        let added: Vec<f32> = heights(&both).iter().zip(heights(&first)).map(|(a, b)| a - b).collect();
+        for (added, alone) in added.iter().zip(heights(&alone)) {
+            assert!((added - alone).abs() < 2e-3, "{added} {alone}");
+        }
+        // At the coarser vertices it is exact but for rounding, however fine the face is.
+        for (face, fine, node) in knots(&both) {
+            let node = fine.weights(node).map(|weight| weight >> level);
+            let Some(node) = pattern.at_weights(node) else { continue };
+            let [a, b] = [&both, &alone].map(|object| object.displacement().field().at(face, pattern, node));
+            let detail = first.displacement().field().at(face, pattern, node);
+            assert!((a - b - detail).abs() < 1e-3);
+        }
+        // The finest level after a coarser one refines what is there.
+        let after = coarse(0, &[(level, &big), (0, &fine)]);
+        let off = heights(&after).iter().zip(heights(&both)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 2e-2, "{level} {off}");
+    }
+    assert!(small(&context).set_level(3).is_err());
+    // Colours too.
+    let mut object = small(&context);
+    object.dab(&context, &Dab { action: paint(PaintMode::Mix), ..fine.clone() }).unwrap();
+    object.set_level(2).unwrap();
+    let report = object.dab(&context, &Dab { action: paint(PaintMode::Multiply), ..big }).unwrap();
+    assert!(report.changed_texels > 100);
+}
+
 /// A closed box from `low` to `high`.
 fn solid(low: [f32; 3], high: [f32; 3]) -> Mesh {
     let points =

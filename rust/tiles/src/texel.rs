@@ -27,6 +27,8 @@ pub trait Value:
     + Mul<f64, Output = Self>
     + Div<f64, Output = Self>
     + Sum
+    + Send
+    + Sync
 {
 }
 

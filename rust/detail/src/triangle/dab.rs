@@ -12,6 +12,7 @@ use relievo_surface::TriangleTopology;
 use relievo_tiles::triangle::{Pattern, TriangleChange, TriangleChannel, TriangleField, TriangleSets, TriangleValues};
 use relievo_tiles::{Candidate, ColorTexel, Rgba8, Sets, Texel};
 
+use super::level;
 use super::object::TriangleObject;
 use super::site::{self, Element, ElementEdit, Run};
 use crate::dab::{Action, Dab, DabReport};
@@ -68,14 +69,15 @@ impl TriangleObject {
         let blank = field.blank().color().to_array();
         let stamp = dab.brush.stamp();
         let painting = Painting { level: context.level(), mode, color: color.to_array(), blank, stamp };
-        let finest = field.pattern();
+        let pattern = field.pattern().coarser(self.level());
         let heights = |run: &Run, out: &mut PerKnot| run.heights(displacement, out);
         let edits = context.stats().time("dab.evaluate", || {
-            site::evaluate(context, &self.surface, field, finest, &elements, &brush, heights, |site, values| {
+            site::evaluate(context, &self.surface, field, pattern, &elements, &brush, heights, |site, values| {
                 painting.edit(site, values);
             })
         });
-        let (report, _) = write(context, paint, finest, &faces, edits, mode == PaintMode::Erase)?;
+        let edits = level::refined(context, field, pattern, edits);
+        let (report, _) = write(context, paint, pattern, &faces, edits, mode == PaintMode::Erase)?;
         Ok(report)
     }
 
@@ -93,18 +95,20 @@ impl TriangleObject {
         let elements = Element::of_faces(field.topology(), &faces);
         let stamp = dab.brush.stamp();
         let sculpting = Sculpting { level: context.level(), mode, height, stamp, since: start.is_some() };
-        let finest = field.pattern();
+        let pattern = field.pattern().coarser(self.level());
         let displacement = start.unwrap_or(field);
         let heights = |run: &Run, out: &mut PerKnot| run.heights(displacement, out);
         let (surface, normals) = (&self.surface, &self.normals);
         let edits = context.stats().time("dab.evaluate", || {
-            site::evaluate(context, surface, field, finest, &elements, &brush, heights, |site, values| {
+            site::evaluate(context, surface, field, pattern, &elements, &brush, heights, |site, values| {
                 sculpting.edit(site, |site, cosines| site.facing(surface, normals, cosines), values);
             })
         });
+        let edits = level::refined(context, field, pattern, edits);
         let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
         self.widen(edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
-        let (report, shown) = write(context, &mut self.displacement, finest, &faces, edits, mode == SculptMode::Erase)?;
+        let (report, shown) =
+            write(context, &mut self.displacement, pattern, &faces, edits, mode == SculptMode::Erase)?;
         self.touch(&shown);
         Ok(report)
     }

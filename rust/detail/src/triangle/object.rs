@@ -29,6 +29,7 @@ pub struct TriangleObject {
     reach: Option<[f32; 2]>,
     /// Faces whose normals are to be renewed; `None` for all.
     stale: Option<Vec<u32>>,
+    level: u32,
 }
 
 impl TriangleObject {
@@ -49,7 +50,18 @@ impl TriangleObject {
         })?;
         let normals = TriangleNormals::new(surface.topology(), displacement.field().pattern());
         let paint = None;
-        Ok(Self { surface, displacement, paint, normals, transform, hierarchy, obb, reach: None, stale: None })
+        Ok(Self {
+            surface,
+            displacement,
+            paint,
+            normals,
+            transform,
+            hierarchy,
+            obb,
+            reach: None,
+            stale: None,
+            level: 0,
+        })
     }
 
     /// Moves the points of the mesh. Displacements stay. Fails as [`TriangleSurface::posed`] does.
@@ -105,6 +117,21 @@ impl TriangleObject {
     pub fn commit(&mut self, context: &Context) -> Result<Arc<TriangleSnapshot>> {
         self.renew(context)?;
         Ok(self.displacement.commit())
+    }
+
+    /// Which level dabs edit: 0 for T segments an edge, 1 for half and 2 for a quarter of them.
+    pub fn level(&self) -> u32 {
+        self.level
+    }
+
+    /// Makes dabs edit another level. What finer levels have more stays when a coarser one is edited. Fails unless the level
+    /// is 0 to 2.
+    pub fn set_level(&mut self, level: u32) -> Result<()> {
+        if level > 2 {
+            return Err(Error::invalid(format!("there is no level {level}")).advise("use 0, 1 or 2"));
+        }
+        self.level = level;
+        Ok(())
     }
 
     /// From object space to the world.

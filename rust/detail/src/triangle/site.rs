@@ -229,12 +229,12 @@ impl<T> Site<'_, T> {
 }
 
 /// The second pass: the brush at every vertex of the elements. `heights` sets the displacement of vertices, `change` makes
-/// new values of old ones. Elements have the pattern they have, but at least `finest`. Only those that change are returned.
+/// new values of old ones. All is in `pattern`, whatever elements have. Only those that change are returned.
 pub(super) fn evaluate<T: Texel>(
     context: &Context,
     surface: &TriangleSurface,
     field: &TriangleField<T>,
-    finest: Pattern,
+    pattern: Pattern,
     elements: &[Element],
     brush: &BrushParameters,
     heights: impl Fn(&Run, &mut PerKnot) + Sync,
@@ -244,7 +244,6 @@ pub(super) fn evaluate<T: Texel>(
     let topology = surface.topology();
     let edits = context.map(elements.len(), |index| {
         let element = elements[index];
-        let pattern = element.pattern(field).unwrap_or(finest).max(finest);
         edit_element(level, surface, field, (element, pattern), brush, &heights, &change, topology)
     });
     edits.into_iter().flatten().collect()

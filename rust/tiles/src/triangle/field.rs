@@ -156,8 +156,14 @@ impl<T: Texel> TriangleField<T> {
         self.faces.entry(face).map_or(0, |entry| entry.version)
     }
 
-    /// The value at a vertex of the pattern of `face`, which has a block of that pattern or a finer one.
+    /// The value at a vertex of the pattern of `face`, which has a block of that pattern or a finer one of powers of two.
     fn node(&self, face: u32, pattern: Pattern, node: Node) -> T {
+        let (mut pattern, mut node) = (pattern, node);
+        if let Slot::Inside(_) = pattern.slot(node) {
+            while self.face_pattern(face).is_some_and(|own| own > pattern) {
+                (pattern, node) = (pattern.finer(), pattern.refined(node));
+            }
+        }
         match pattern.slot(node) {
             Slot::Corner(corner) => self.vertex(self.topology.face(face)[corner as usize]),
             Slot::Side(side, step) => {
@@ -270,7 +276,7 @@ impl<T: Texel> TriangleField<T> {
                 let step = if reversed { pattern.segments() - step } else { step };
                 self.on_edge(edge, step as f32 / pattern.segments() as f32)
             }
-            (Slot::Inside(_), Some(own)) if own == pattern => self.node(face, pattern, node).value(),
+            (Slot::Inside(_), Some(own)) if holds(own, pattern) => self.node(face, pattern, node).value(),
             (Slot::Inside(_), _) => self.value(face, barycentric(pattern, node)),
         }
     }
@@ -279,7 +285,7 @@ impl<T: Texel> TriangleField<T> {
     pub fn texel(&self, face: u32, pattern: Pattern, node: Node) -> T {
         match (pattern.slot(node), self.face_pattern(face)) {
             (Slot::Corner(corner), _) => self.vertex(self.topology.face(face)[corner as usize]),
-            (_, Some(own)) if own == pattern => self.node(face, pattern, node),
+            (_, Some(own)) if holds(own, pattern) => self.node(face, pattern, node),
             _ => T::nearest(self.at(face, pattern, node)),
         }
     }
@@ -292,6 +298,11 @@ impl<T: Texel> TriangleField<T> {
             && self.topology.edges_of(face).iter().all(|edge| blank(self.edge(*edge)))
             && blank(self.face(face))
     }
+}
+
+/// Whether the values of a pattern are among those of `own`.
+fn holds(own: Pattern, pattern: Pattern) -> bool {
+    own >= pattern && pattern.segments().is_power_of_two()
 }
 
 /// Barycentric coordinates of a vertex of a pattern.

@@ -91,6 +91,16 @@ impl Pattern {
         Err(Error::invalid(format!("a triangle cannot have {segments} segments a side")).advise("use 8, 16, 32 or 64"))
     }
 
+    /// The pattern with half the segments, `levels` times over, but no coarser than two segments.
+    pub fn coarser(self, levels: u32) -> Self {
+        Self((self.0 >> levels.min(31)).max(2))
+    }
+
+    /// The pattern with twice the segments.
+    pub(crate) fn finer(self) -> Self {
+        Self(2 * self.0)
+    }
+
     /// Segments along a side: T.
     pub fn segments(self) -> u32 {
         self.0
