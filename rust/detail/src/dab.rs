@@ -223,7 +223,7 @@ impl Dab {
     }
 
     /// The first pass: tiles and blocks of texels that may be in the box.
-    fn intersect(
+    pub(crate) fn intersect(
         &self,
         context: &Context,
         object: &mut DisplacedObject,

@@ -236,10 +236,22 @@ pub(crate) fn write<T: Texel>(
     context: &Context,
     channel: &mut Channel<T>,
     culled: &[CulledTile],
+    edits: Vec<TileEdit<T>>,
+    reclaim: bool,
+) -> Result<DabReport> {
+    write_at(context, channel, None, culled, edits, reclaim)
+}
+
+/// As [`write`], of an edit that was made at the level of `coarse`, which is what the channel has there.
+pub(crate) fn write_at<T: Texel>(
+    context: &Context,
+    channel: &mut Channel<T>,
+    coarse: Option<&Field<T>>,
+    culled: &[CulledTile],
     mut edits: Vec<TileEdit<T>>,
     reclaim: bool,
 ) -> Result<DabReport> {
-    let field = channel.field();
+    let field = coarse.unwrap_or(channel.field());
     let mut report = DabReport {
         tested_tiles: culled.len() as u64,
         tested_texels: culled.iter().map(|tile| tested(field, tile)).sum(),
@@ -247,14 +259,29 @@ pub(crate) fn write<T: Texel>(
     };
     let before = channel.allocated_count() as u64;
     let mut stage = context.stats().begin("dab.manage");
-    let candidates: Vec<Candidate> =
-        edits.iter().map(|edit| Candidate { tile: edit.tile, decision: Candidate::MODIFY }).collect();
-    let sets = Sets::scan(context, &candidates, |tile| field.is_allocated(tile));
-    let applied = channel.apply(&sets)?;
-    edits.retain(|edit| applied.refused.binary_search(&edit.tile).is_err());
-    let tiles: Vec<u32> = edits.iter().map(|edit| edit.tile).collect();
-    report.changed_texels = edits.iter().map(|edit| edit.count).sum();
-    let mut changes = channel.put(context, edits.into_iter().map(|edit| (edit.tile, edit.texels)).collect())?;
+    let blocks = |edits: Vec<TileEdit<T>>| edits.into_iter().map(|edit| (edit.tile, edit.texels)).collect();
+    let count = |edits: &[TileEdit<T>]| edits.iter().map(|edit| edit.count).sum();
+    let (applied, tiles, mut changes) = match coarse {
+        None => {
+            let candidates: Vec<Candidate> =
+                edits.iter().map(|edit| Candidate { tile: edit.tile, decision: Candidate::MODIFY }).collect();
+            let sets = Sets::scan(context, &candidates, |tile| field.is_allocated(tile));
+            let applied = channel.apply(&sets)?;
+            edits.retain(|edit| applied.refused.binary_search(&edit.tile).is_err());
+            let tiles: Vec<u32> = edits.iter().map(|edit| edit.tile).collect();
+            report.changed_texels = count(&edits);
+            let changes = channel.put(context, blocks(edits))?;
+            (applied, tiles, changes)
+        }
+        Some(coarse) => {
+            report.changed_texels = count(&edits);
+            let applied = channel.put_at(context, coarse, blocks(edits))?;
+            let mut tiles: Vec<u32> = applied.changes.iter().map(|change| change.tile).collect();
+            tiles.sort_unstable();
+            tiles.dedup();
+            (applied, tiles, Vec::new())
+        }
+    };
     stage.count("tiles", tiles.len() as u64);
     drop(stage);
     let mut stage = context.stats().begin("dab.ring");

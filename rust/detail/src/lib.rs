@@ -21,6 +21,7 @@ pub mod imprint;
 pub mod knots;
 pub mod layered;
 pub mod layers;
+mod level;
 pub mod mode;
 pub mod motion;
 pub mod nearest;
