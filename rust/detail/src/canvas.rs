@@ -61,6 +61,7 @@ impl Canvas for DisplacedObject {
 
     fn begin(&mut self, context: &Context) -> Result<Start> {
         self.settle(context)?;
+        self.follow(context, None);
         self.reach();
         let vectors = self.vectors().map(|vectors| vectors.field().clone());
         Ok(Start::Tiles(self.displacement().field().clone(), vectors))

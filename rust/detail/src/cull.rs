@@ -113,7 +113,7 @@ const SLACK: f32 = 0.05;
 pub fn cull(context: &Context, object: &mut DisplacedObject, grid: &Grid) -> Vec<CulledTile> {
     let frame = VoxelFrame::new(grid, &object.transform);
     let map = grid.map * object.transform;
-    cull_frame(context, object, &frame, &map, |object, tile| object.displacement.field().size(tile), None)
+    cull_frame(context, object, &frame, &map)
 }
 
 /// Parts of a box that count as a voxel where surfaces are culled against the box alone.
@@ -121,7 +121,7 @@ const PARTS: f64 = 64.0;
 
 /// The tiles that may have points in `obb`, and which of their blocks of texels, where a tile has the size that `size`
 /// says (Schäfer et al. 2015, Local Painting and Deformation of Meshes on the GPU, Section 3). With `start`, tiles that
-/// had points in the box with that displacement are found as well; the object has reached as far since it is known.
+/// had points in the box with that displacement are found as well.
 pub fn cull_box(
     context: &Context,
     object: &mut DisplacedObject,
@@ -133,17 +133,19 @@ pub fn cull_box(
     let map = DAffine3 { matrix3: scale, translation: 0.5 * PARTS - scale * obb.center } * object.transform;
     let center = object.transform.inverse().transform_point3(obb.center);
     let frame = VoxelFrame::of_map(&map, center, [PARTS as f32; 3]);
-    cull_frame(context, object, &frame, &map, size, start)
+    let fit = object.follow(context, start);
+    let mut tiles = Vec::new();
+    fit.hierarchy().query(context, &Region::new(map, DVec3::ZERO, DVec3::splat(PARTS)), &mut tiles);
+    let tiles: Vec<(u32, [f32; 2])> = tiles.into_iter().map(|tile| (tile, fit.range(tile))).collect();
+    let object = &*object;
+    let culled = context.map(tiles.len(), |index| {
+        let (tile, range) = tiles[index];
+        CulledTile { tile, blocks: blocks(context.level(), object, &frame, tile, size(object, tile), range) }
+    });
+    culled.into_iter().filter(|tile| !tile.blocks.is_empty()).collect()
 }
 
-fn cull_frame(
-    context: &Context,
-    object: &mut DisplacedObject,
-    frame: &VoxelFrame,
-    map: &DAffine3,
-    size: impl Fn(&DisplacedObject, u32) -> u32 + Sync,
-    start: Option<&Field>,
-) -> Vec<CulledTile> {
+fn cull_frame(context: &Context, object: &mut DisplacedObject, frame: &VoxelFrame, map: &DAffine3) -> Vec<CulledTile> {
     let [least, most] = object.reach();
     let object = &*object;
     let reach = f64::from(most.max(-least));
@@ -155,12 +157,9 @@ fn cull_frame(
     object.hierarchy.query(context, &Region::new(map, -margin, dims + margin), &mut tiles);
     let culled = context.map(tiles.len(), |index| {
         let tile = tiles[index];
-        let mut range = object.displacement.field().block(tile).map_or([0.0; 2], range);
-        if let Some(start) = start {
-            let [least, most] = start.range(tile);
-            range = [range[0].min(least), range[1].max(most)];
-        }
-        CulledTile { tile, blocks: blocks(context.level(), object, frame, tile, size(object, tile), range) }
+        let field = object.displacement.field();
+        let range = field.block(tile).map_or([0.0; 2], range);
+        CulledTile { tile, blocks: blocks(context.level(), object, frame, tile, field.size(tile), range) }
     });
     culled.into_iter().filter(|tile| !tile.blocks.is_empty()).collect()
 }

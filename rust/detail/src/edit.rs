@@ -306,7 +306,7 @@ pub(crate) fn write_at<T: Texel>(
 }
 
 /// The tiles that share a vertex with one of `tiles`.
-fn around<T: Texel>(field: &Field<T>, tiles: &[u32]) -> Vec<u32> {
+pub(crate) fn around<T: Texel>(field: &Field<T>, tiles: &[u32]) -> Vec<u32> {
     let topology = field.topology();
     let rings = tiles.iter().flat_map(|tile| topology.rings(*tile));
     let mut found: Vec<u32> = rings.flat_map(|ring| topology.ring(*ring)).map(|entry| entry.tile).collect();

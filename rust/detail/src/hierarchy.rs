@@ -74,6 +74,8 @@ impl Group {
 pub struct Hierarchy {
     /// The boxes in the order of the curve.
     order: Vec<u32>,
+    /// Where each box is in that order.
+    slots: Vec<u32>,
     /// Groups, the boxes themselves first, one group last.
     levels: Vec<Vec<Group>>,
     bounds: Bounds,
@@ -150,7 +152,9 @@ impl Hierarchy {
             let above = levels[levels.len() - 1].len().div_ceil(WIDTH);
             levels.push(vec![Group::EMPTY; above]);
         }
-        let mut hierarchy = Self { order, levels, bounds: Bounds::EMPTY };
+        let mut slots = vec![0; count];
+        (0..).zip(&order).for_each(|(slot, item)| slots[*item as usize] = slot);
+        let mut hierarchy = Self { order, slots, levels, bounds: Bounds::EMPTY };
         hierarchy.refit(context, |index| boxes[index as usize]);
         Ok(hierarchy)
     }
@@ -175,6 +179,27 @@ impl Hierarchy {
         self.bounds = self.levels[self.levels.len() - 1][0].bounds();
     }
 
+    /// Renews some boxes and those that hold them. Boxes that do not exist are left out.
+    pub fn update(&mut self, boxes: &[(u32, Bounds)]) {
+        let mut groups = Vec::new();
+        for (item, bounds) in boxes {
+            let Some(slot) = self.slots.get(*item as usize).map(|slot| *slot as usize) else { continue };
+            self.levels[0][slot / WIDTH].set(slot % WIDTH, bounds);
+            groups.push(slot / WIDTH);
+        }
+        for level in 1..self.levels.len() {
+            groups.sort_unstable();
+            groups.dedup();
+            let (below, above) = self.levels.split_at_mut(level);
+            let below = &below[level - 1];
+            for group in &mut groups {
+                above[0][*group / WIDTH].set(*group % WIDTH, &below[*group].bounds());
+                *group /= WIDTH;
+            }
+        }
+        self.bounds = self.levels[self.levels.len() - 1][0].bounds();
+    }
+
     /// The box of everything.
     pub fn bounds(&self) -> Bounds {
         self.bounds
@@ -192,7 +217,7 @@ impl Hierarchy {
 
     /// Bytes it occupies.
     pub fn bytes(&self) -> usize {
-        self.levels.iter().map(|level| size_of_val(level.as_slice())).sum::<usize>() + size_of_val(&self.order[..])
+        self.levels.iter().map(|level| size_of_val(level.as_slice())).sum::<usize>() + 2 * size_of_val(&self.order[..])
     }
 
     /// Appends the boxes that may reach into `region`, in the order of the curve. Boxes beyond a corner of the region
@@ -371,6 +396,31 @@ mod tests {
         let new = Region::new(DAffine3::IDENTITY, DVec3::new(100.0, 0.0, 0.0), DVec3::new(120.0, 20.0, 20.0));
         hierarchy.query(&context, &new, &mut found);
         assert_eq!(found.len(), 1000);
+    }
+
+    #[test]
+    fn updating_some_boxes_is_refitting_all() {
+        let context = Context::serial();
+        for count in [1usize, 8, 9, 500, 5000] {
+            let mut boxes = random_boxes(count, 5);
+            let mut hierarchy = Hierarchy::build(&context, count, |index| boxes[index as usize]).unwrap();
+            for round in 0..10u32 {
+                let some = (0..count as u32).filter(|item| item.wrapping_mul(2_654_435_761) >> 28 == round);
+                let mut changed: Vec<(u32, Bounds)> = some.map(|item| (item, boxes[item as usize])).collect();
+                for (item, bounds) in &mut changed {
+                    bounds.high[round as usize % 3] += 2.0 * (*item % 5) as f32;
+                    boxes[*item as usize] = *bounds;
+                }
+                changed.push((count as u32, Bounds::EMPTY));
+                hierarchy.update(&changed);
+                let mut whole = hierarchy.clone();
+                whole.refit(&context, |index| boxes[index as usize]);
+                assert_eq!(hierarchy.bounds(), whole.bounds());
+                for (a, b) in hierarchy.levels.iter().zip(&whole.levels) {
+                    assert!(a.iter().zip(b).all(|(a, b)| (a.low, a.high) == (b.low, b.high)), "{count} {round}");
+                }
+            }
+        }
     }
 
     #[test]

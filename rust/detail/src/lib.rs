@@ -14,6 +14,7 @@ pub mod dda;
 mod edit;
 pub mod fading;
 pub mod falloff;
+mod fit;
 pub mod grid;
 pub mod hierarchy;
 pub mod history;

@@ -10,6 +10,7 @@ use relievo_surface::{Cone, Surface};
 use relievo_tiles::{Displaced, Displacement, Field, Paint, Snapshot, Traces, VectorDisplacement};
 
 use crate::fading::Fading;
+use crate::fit::Fit;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::layered::{self, Layers};
 use crate::obb::Obb;
@@ -29,6 +30,8 @@ pub struct DisplacedObject {
     pub(crate) fading: Option<Fading>,
     pub(crate) transform: DAffine3,
     pub(crate) hierarchy: Hierarchy,
+    /// Boxes that follow the displacement, once brushes need them.
+    fit: Option<Fit>,
     obb: Obb,
     /// Cones of the normals of the tiles that were looked at in this pose.
     cones: BTreeMap<u32, Cone>,
@@ -75,6 +78,7 @@ impl DisplacedObject {
             fading: None,
             transform,
             hierarchy,
+            fit: None,
             obb,
             cones: BTreeMap::new(),
             reach: None,
@@ -88,6 +92,9 @@ impl DisplacedObject {
         let hierarchy = &mut self.hierarchy;
         context.stats().time("object.refit", || hierarchy.refit(context, |tile| tile_bounds(&surface, tile)));
         self.surface = surface;
+        if let Some(fit) = &mut self.fit {
+            fit.pose(&self.surface, &self.hierarchy);
+        }
         self.cones.clear();
         Ok(())
     }
@@ -105,6 +112,7 @@ impl DisplacedObject {
     /// The displacement, to be written.
     pub fn displacement_mut(&mut self) -> &mut Displacement {
         self.reach = None;
+        self.fit = None;
         &mut self.displacement
     }
 
@@ -261,7 +269,14 @@ impl DisplacedObject {
     /// Tiles whose surface, displaced as far as coefficients reach, may be in `obb`.
     pub fn tiles_near(&self, context: &Context, obb: &Obb) -> Vec<u32> {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
-        let [least, most] = self.reach.unwrap_or_else(|| coefficient_range(self.displacement.field()));
+        let fit = self.fit.as_ref().filter(|fit| fit.has_seen(self.displacement.revision()));
+        let (hierarchy, [least, most]) = match fit {
+            Some(fit) => (fit.hierarchy(), [0.0; 2]),
+            None => {
+                let reach = self.reach.unwrap_or_else(|| coefficient_range(self.displacement.field()));
+                (&self.hierarchy, reach)
+            }
+        };
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
         let longest = self.vectors.as_ref().map_or(0.0, |vectors| {
             let field = vectors.field();
@@ -269,7 +284,7 @@ impl DisplacedObject {
         });
         let margin = DVec3::from(rows.map(|row| row.length())) * f64::from(most.max(-least) + longest);
         let mut tiles = Vec::new();
-        self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut tiles);
+        hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut tiles);
         tiles
     }
 
@@ -296,6 +311,22 @@ impl DisplacedObject {
         *self.reach.get_or_insert_with(|| coefficient_range(field))
     }
 
+    /// Brings the boxes that brushes look at up to date with all edits. With `start`, they cover that displacement too.
+    pub(crate) fn follow(&mut self, context: &Context, start: Option<&Field>) -> &Fit {
+        let fit = self.fit.get_or_insert_with(|| Fit::new(&self.hierarchy));
+        fit.follow(context, &self.surface, self.displacement.field(), start, self.displacement.revision());
+        fit
+    }
+
+    /// As [`Self::follow`] after an edit that changed only `tiles`.
+    pub(crate) fn refit(&mut self, context: &Context, start: Option<&Field>, tiles: &[u32]) {
+        if let Some(fit) = &mut self.fit {
+            let _stage = context.stats().begin("dab.refit");
+            let revision = self.displacement.revision();
+            fit.refit(context, &self.surface, self.displacement.field(), start, tiles, revision);
+        }
+    }
+
     /// Notes that coefficients now reach from `least` to `most`, so that the blocks need not be read for it.
     pub(crate) fn widen(&mut self, [least, most]: [f32; 2]) {
         if let Some(reach) = &mut self.reach {
@@ -313,7 +344,7 @@ pub(crate) fn check_transform(transform: &DAffine3) -> Result<()> {
     Err(Error::invalid("the transform cannot be undone").advise("give finite numbers and no scale of 0"))
 }
 
-fn tile_bounds(surface: &Surface, tile: u32) -> Bounds {
+pub(crate) fn tile_bounds(surface: &Surface, tile: u32) -> Bounds {
     if surface.topology().is_hole(tile) {
         return Bounds::EMPTY;
     }

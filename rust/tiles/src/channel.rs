@@ -171,6 +171,11 @@ impl<T: Texel> Channel<T> {
         &self.field
     }
 
+    /// The number of the last edit.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
     /// Number of allocated tiles.
     pub fn allocated_count(&self) -> usize {
         self.heap.total()
