@@ -23,7 +23,8 @@ typedef enum RlvPaintMode {
     RLV_PAINT_ADD = 1,      /* c + s brush; alpha stays */
     RLV_PAINT_MULTIPLY = 2, /* c (1 + s (brush - 1)); alpha stays */
     RLV_PAINT_ERASE = 3,    /* toward what is not painted */
-    RLV_PAINT_BLUR = 4      /* toward the mean of the four neighbours */
+    RLV_PAINT_BLUR = 4,     /* toward the mean of the four neighbours */
+    RLV_PAINT_SMEAR = 5     /* toward what the dab before picked up at the same place of the brush */
 } RlvPaintMode;
 
 /* What a brush makes of a displacement d where its share is s. */

@@ -8,6 +8,7 @@ use relievo_core::{Error, Result};
 
 use crate::falloff::Falloff;
 use crate::obb::Obb;
+use crate::smudge::Smudge;
 use crate::stamp::Stamp;
 
 /// A box with a function: a formula, times an image if it has one.
@@ -16,6 +17,7 @@ pub struct Brush {
     obb: Obb,
     falloff: Falloff,
     stamp: Option<Stamp>,
+    smudge: Option<Smudge>,
 }
 
 /// How far the axes may be from orthonormal.
@@ -43,7 +45,7 @@ impl Brush {
         if half.max_element() > 1e12 || half.min_element() < 1e-12 {
             return fault("its box is too large or too small", "use half extents from 1e-12 to 1e12");
         }
-        Ok(Self { obb: Obb { center, axes, half }, falloff, stamp: None })
+        Ok(Self { obb: Obb { center, axes, half }, falloff, stamp: None, smudge: None })
     }
 
     /// A brush at a point of a surface: its third axis is the `normal`, its first as near to `along` as that allows.
@@ -59,6 +61,16 @@ impl Brush {
     /// The same with an image.
     pub fn with_stamp(self, stamp: Stamp) -> Self {
         Self { stamp: Some(stamp), ..self }
+    }
+
+    /// The same with what it carries while it smears.
+    pub(crate) fn with_smudge(self, smudge: Smudge) -> Self {
+        Self { smudge: Some(smudge), ..self }
+    }
+
+    /// What it carries while it smears.
+    pub(crate) fn smudge(&self) -> Option<&Smudge> {
+        self.smudge.as_ref()
     }
 
     /// The same turned about its third axis by `angle` radians, from the first axis to the second.

@@ -191,7 +191,14 @@ impl Dab {
         let level = context.level();
         let displacement = start.unwrap_or(object.displacement.field());
         let heights = |window: &Window, out: &mut PerKnot| edit::surface_heights(level, displacement, window, out);
-        let painting = Painting { level, mode, color: color.to_array(), blank, stamp: self.brush.stamp() };
+        let painting = Painting {
+            level,
+            mode,
+            color: color.to_array(),
+            blank,
+            stamp: self.brush.stamp(),
+            smudge: self.brush.smudge(),
+        };
         let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, heights, |site, texels| {
             painting.edit(site, texels);
         });

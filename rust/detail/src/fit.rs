@@ -12,7 +12,7 @@ use relievo_surface::Surface;
 use relievo_tiles::Field;
 
 use crate::hierarchy::{Bounds, Hierarchy};
-use crate::object::tile_bounds;
+use crate::object::{tile_bounds, tile_cone};
 
 /// What is known of a displaced tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,14 +119,20 @@ impl Fit {
     }
 }
 
-/// The box of a tile that is displaced by a range along its normals, whichever way they go.
+/// The box of a tile that is displaced by a range along its normals.
 fn extended(surface: &Surface, tile: u32, [least, most]: [f32; 2]) -> Bounds {
-    let bounds = tile_bounds(surface, tile);
-    let far = least.abs().max(most.abs());
-    if bounds.is_empty() || far == 0.0 {
+    let mut bounds = tile_bounds(surface, tile);
+    if bounds.is_empty() || [least, most] == [0.0; 2] {
         return bounds;
     }
+    let cone = tile_cone(surface, tile);
     // Edges may be evaluated in a neighbour, whose patches and coefficients are rounded apart from these.
-    let reach = 1.001 * far + 1e-6 * surface.extent();
-    Bounds { low: bounds.low.map(|value| value - reach), high: bounds.high.map(|value| value + reach) }
+    let slack = 1e-3 * least.abs().max(most.abs()) + 1e-6 * surface.extent();
+    for axis in 0..3 {
+        let (against, along) = cone.span([0, 1, 2].map(|other: usize| f32::from(u8::from(other == axis))));
+        let ends = [least * against, least * along, most * against, most * along];
+        bounds.low[axis] += ends.into_iter().fold(f32::INFINITY, f32::min) - slack;
+        bounds.high[axis] += ends.into_iter().fold(f32::NEG_INFINITY, f32::max) + slack;
+    }
+    bounds
 }

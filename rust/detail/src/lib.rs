@@ -39,6 +39,7 @@ mod scanline;
 #[cfg(test)]
 mod shapes;
 mod smoothing;
+mod smudge;
 mod spot;
 pub mod stamp;
 pub mod stroke;

@@ -25,16 +25,20 @@ pub enum PaintMode {
     Erase,
     /// Toward the mean of the four neighbours: c + s (mean − c).
     Blur,
+    /// Toward the colour that the dab before it picked up at the same place of the brush: c + s (carried − c). A single
+    /// dab, and the first of a stroke, leaves nothing.
+    Smear,
 }
 
 impl PaintMode {
     /// All modes and their names in scene files.
-    pub const NAMES: [(PaintMode, &'static str); 5] = [
+    pub const NAMES: [(PaintMode, &'static str); 6] = [
         (PaintMode::Mix, "mix"),
         (PaintMode::Add, "add"),
         (PaintMode::Multiply, "multiply"),
         (PaintMode::Erase, "erase"),
         (PaintMode::Blur, "blur"),
+        (PaintMode::Smear, "smear"),
     ];
 
     /// Whether it reads [`PaintInput::mean`].
@@ -74,7 +78,9 @@ fn paint_body<A: Arithmetic>(mode: PaintMode, input: &PaintInput<'_>, colors: &m
     for (channel, now) in colors.iter_mut().enumerate() {
         let (alpha, brush) = (channel == 3, &brush[channel]);
         match mode {
-            PaintMode::Mix => change(share, now, |k, now, share| A::fma(brush[k] - now, share, now)),
+            PaintMode::Mix | PaintMode::Smear => {
+                change(share, now, |k, now, share| A::fma(brush[k] - now, share, now));
+            }
             PaintMode::Add | PaintMode::Multiply if alpha => {}
             PaintMode::Add => change(share, now, |k, now, share| A::fma(brush[k], share, now)),
             PaintMode::Multiply => change(share, now, |k, now, share| now * A::fma(brush[k] - 1.0, share, 1.0)),

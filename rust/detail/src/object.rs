@@ -362,7 +362,7 @@ fn coefficient_range(field: &Field) -> [f32; 2] {
 }
 
 /// A cone of the normals of all patches of a tile.
-fn tile_cone(surface: &Surface, tile: u32) -> Cone {
+pub(crate) fn tile_cone(surface: &Surface, tile: u32) -> Cone {
     let cones: Vec<Cone> = surface.patches(tile).map(|patch| patch.normals()).collect();
     if let [cone] = cones[..] {
         return cone;

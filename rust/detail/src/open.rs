@@ -1,11 +1,15 @@
 //! A stroke that is being drawn: its points come a few at a time, and its dabs are made as they come. The dabs are those
 //! that the whole stroke makes when all its points are known: what has been made never depends on what comes.
 
+use std::sync::Arc;
+
 use relievo_core::{Context, Error, Result};
 
 use crate::canvas::{Canvas, Start};
 use crate::dab::Action;
+use crate::mode::PaintMode;
 use crate::path::{Station, StrokePoint};
+use crate::smudge::{Carried, Smudge};
 use crate::stroke::{Stroke, StrokeReport};
 
 /// A stroke under way on some objects. They must always be given in the same order, and nothing else may edit them
@@ -16,6 +20,8 @@ pub struct OpenStroke {
     starts: Vec<Start>,
     /// Stations whose dabs are made.
     made: usize,
+    /// What the brush carries while it smears, and what its mirror images do.
+    carried: Vec<Option<Arc<Carried>>>,
 }
 
 impl OpenStroke {
@@ -35,7 +41,7 @@ impl OpenStroke {
                 .advise("give it some first"));
         }
         let starts = objects.iter_mut().map(|object| object.begin(context)).collect::<Result<_>>()?;
-        Ok(Self { stroke, starts, made: 0 })
+        Ok(Self { stroke, starts, made: 0, carried: Vec::new() })
     }
 
     /// The stroke with all points so far.
@@ -102,7 +108,7 @@ impl OpenStroke {
 
     /// Makes dabs at `stations`.
     pub(crate) fn make_at<C: Canvas + ?Sized>(
-        &self,
+        &mut self,
         context: &Context,
         objects: &mut [&mut C],
         stations: &[Station],
@@ -115,12 +121,21 @@ impl OpenStroke {
         let placed = placed.into_iter().collect::<Result<Vec<_>>>()?.concat();
         let missed = placed.iter().filter(|dab| dab.is_none()).count() as u64;
         let mut done = vec![StrokeReport { missed, ..Default::default() }; objects.len()];
-        for (on, dab) in placed.into_iter().flatten() {
+        let images = placed.len() / stations.len().max(1);
+        self.carried.resize(images.max(self.carried.len()), None);
+        let smears = matches!(self.stroke.action, Action::Paint { mode: PaintMode::Smear, .. });
+        for (at, placed) in placed.into_iter().enumerate() {
+            let Some((on, mut dab)) = placed else { continue };
+            let smudge = smears.then(|| Smudge::new(self.carried[at % images].take()));
+            if let Some(smudge) = &smudge {
+                dab.brush = dab.brush.with_smudge(smudge.clone());
+            }
             for (index, object) in objects.iter_mut().enumerate() {
                 let report = object.dab(context, &dab, &self.starts[index])?;
                 done[index].dabs += u64::from(index == on || report.changed_texels > 0);
                 done[index].report.merge(report);
             }
+            self.carried[at % images] = smudge.and_then(|smudge| smudge.taken());
         }
         for (object, done) in objects.iter_mut().zip(&mut done) {
             done.report.refuse(object.show(context)?);

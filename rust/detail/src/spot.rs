@@ -13,6 +13,7 @@ use relievo_tiles::{ColorPlanes, Texel};
 
 use crate::knots::{BLOCK_KNOTS, PerKnot};
 use crate::mode::{Colors, PaintInput, PaintMode, SculptInput, SculptMode};
+use crate::smudge::Smudge;
 use crate::stamp::Stamp;
 use crate::weights::Weights;
 
@@ -43,6 +44,8 @@ pub(crate) struct Painting<'a> {
     /// The colour of what is not painted.
     pub blank: [f32; 4],
     pub stamp: Option<&'a Stamp>,
+    /// What a brush that smears carries.
+    pub smudge: Option<&'a Smudge>,
 }
 
 impl Painting<'_> {
@@ -57,12 +60,25 @@ impl Painting<'_> {
                 |k, color| (0..4).for_each(|channel| mean[channel][k] = color[channel]),
             );
         let mut wanted = self.color.map(|channel| [channel; BLOCK_KNOTS]);
+        let mut inside = [0.0; BLOCK_KNOTS];
+        if self.mode == PaintMode::Smear {
+            inside[..texels.len()].copy_from_slice(&spot.weights().share[..texels.len()]);
+            match self.smudge {
+                Some(smudge) => smudge.leave(spot.weights_mut(), &mut wanted),
+                None => spot.weights_mut().share.fill(0.0),
+            }
+        }
         if let Some(stamp) = self.stamp {
-            stamp.paint(&spot.footprints(), spot.weights_mut(), &mut wanted);
+            let mut colors = [[1.0; BLOCK_KNOTS]; 4];
+            let smears = self.mode == PaintMode::Smear;
+            stamp.paint(&spot.footprints(), spot.weights_mut(), if smears { &mut colors } else { &mut wanted });
         }
         let share = &spot.weights().share;
         let input = PaintInput { share, brush: &wanted, blank: self.blank, mean: with_mean.then_some(&mean) };
         self.mode.apply(self.level, &input, &mut colors);
+        if let (PaintMode::Smear, Some(smudge)) = (self.mode, self.smudge) {
+            smudge.pick(&inside, &spot.weights().across, &colors);
+        }
         T::write(self.level, &colors, texels);
     }
 }

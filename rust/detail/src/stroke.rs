@@ -201,7 +201,7 @@ impl Stroke {
         objects: &mut [&mut C],
         stations: &[Station],
     ) -> Result<Vec<StrokeReport>> {
-        let stroke = OpenStroke::begin(context, Self { points: Vec::new(), ..self.clone() }, objects)?;
+        let mut stroke = OpenStroke::begin(context, Self { points: Vec::new(), ..self.clone() }, objects)?;
         stroke.make_at(context, objects, stations)
     }
 

@@ -132,6 +132,8 @@ fn paint_mixes_adds_multiplies_and_erases_by_the_falloff() {
                 PaintMode::Multiply => old * (Vec4::ONE + (color - Vec4::ONE) * share),
                 PaintMode::Erase => old + (BLANK - old) * share,
                 PaintMode::Blur => old + (mean - old) * share,
+                // A single dab carries nothing yet.
+                PaintMode::Smear => old,
             };
             let alpha = if matches!(mode, PaintMode::Add | PaintMode::Multiply) { old.w } else { rgb.w };
             let expected = Rgba8::of_color(rgb.truncate().extend(alpha));

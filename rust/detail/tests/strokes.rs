@@ -362,3 +362,38 @@ fn strokes_that_are_drawn_are_checked_as_they_come() {
     assert_eq!(open.end(&context, &mut [&mut plate], &[]).unwrap()[0].dabs, 1);
     assert!(plate.displacement().bytes() > 0);
 }
+
+#[test]
+fn smearing_carries_an_edge_along_and_changes_nothing_that_is_even() {
+    let context = Context::serial();
+    let smear = Action::Paint { mode: PaintMode::Smear, color: [0.0; 4] };
+    let settings = StrokeSettings { radius: 0.4, spacing: 0.25, ..Default::default() };
+    let stroke = line(&[[-1.5, 0.05, 0.0], [1.5, 0.05, 0.0]], settings, smear);
+    // Nothing painted: nothing changes and nothing is allocated.
+    let mut even = object(&context, &plane(4), 32, DAffine3::IDENTITY);
+    let done = stroke.apply(&context, &mut even).unwrap();
+    assert_eq!((done.report.changed_texels, even.paint().unwrap().bytes()), (0, 0));
+    // The left half red: red is drawn over into the right one, less and less, and stays beside the stroke.
+    let runs = [1, 2].map(|threads| {
+        let context = Context::new(&relievo_core::ContextOptions { threads, memory_limit: 0 }).unwrap();
+        let mut object = object(&context, &plane(4), 32, DAffine3::IDENTITY);
+        let half = Brush::new(DVec3::new(-2.0, 0.0, 0.0), DMat3::IDENTITY, DVec3::splat(2.0), Falloff::Constant);
+        let red = Action::Paint { mode: PaintMode::Mix, color: [1.0, 0.0, 0.0, 1.0] };
+        Dab { brush: half.unwrap(), action: red, strength: 1.0 }.apply(&context, &mut object).unwrap();
+        stroke.apply(&context, &mut object).unwrap();
+        let places = texels(&context, &object);
+        places.into_iter().map(|(tile, at, p)| (p, color(&object, tile, at))).collect::<Vec<_>>()
+    });
+    assert_eq!(runs[0], runs[1]);
+    let redness = |x: f64, y: f64| {
+        let near = runs[0].iter().min_by(|a, b| {
+            let far = |p: &DVec3| p.truncate().distance(DVec2::new(x, y));
+            far(&a.0).total_cmp(&far(&b.0))
+        });
+        near.unwrap().1.x - near.unwrap().1.y
+    };
+    assert!(redness(-1.0, 0.05) > 0.95 && redness(0.1, 0.05) > 0.5);
+    let along: Vec<f32> = (1..8).map(|k| redness(0.1 * f64::from(k), 0.05)).collect();
+    assert!(along.windows(2).all(|pair| pair[1] <= pair[0] + 0.02), "{along:?}");
+    assert!(redness(0.2, 0.6) < 1e-3 && redness(1.8, 0.05) < 0.2);
+}

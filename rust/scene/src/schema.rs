@@ -89,7 +89,7 @@ pub const STAND_INS: &[&str] = &["none", "trimesh", "convex", "heightfield", "ba
 /// What can be locked of a body's motion.
 pub const LOCKS: &[&str] = &["x", "y", "z", "rx", "ry", "rz"];
 /// How a stroke paints.
-pub const PAINT_MODES: [&str; 5] = ["mix", "add", "multiply", "erase", "blur"];
+pub const PAINT_MODES: [&str; 6] = ["mix", "add", "multiply", "erase", "blur", "smear"];
 /// How a stroke sculpts.
 pub const SCULPT_MODES: [&str; 8] = ["draw", "smooth", "flatten", "erase", "clay", "scrape", "layer", "inflate"];
 /// Functions of a brush.
@@ -427,7 +427,7 @@ pub static STROKE: Section = Section {
             Kind::Choice(&PAINT_MODES),
             "",
             "",
-            "Changes colours: toward `colour`, by adding it, by multiplying with it, back to the object's own, or blurred",
+            "Changes colours: toward `colour`, by adding it, by multiplying with it, back to the object's own, blurred, or smeared",
         ),
         key(
             "sculpt",
@@ -498,7 +498,7 @@ pub static RIDER: Section = Section {
             Kind::Choice(&PAINT_MODES),
             "",
             "",
-            "Changes colours: toward `colour`, by adding it, by multiplying with it, back to the object's own, or blurred",
+            "Changes colours: toward `colour`, by adding it, by multiplying with it, back to the object's own, blurred, or smeared",
         ),
         key(
             "sculpt",

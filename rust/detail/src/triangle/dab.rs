@@ -68,7 +68,8 @@ impl TriangleObject {
         let displacement = start.unwrap_or(self.displacement.field());
         let blank = field.blank().color().to_array();
         let stamp = dab.brush.stamp();
-        let painting = Painting { level: context.level(), mode, color: color.to_array(), blank, stamp };
+        let smudge = dab.brush.smudge();
+        let painting = Painting { level: context.level(), mode, color: color.to_array(), blank, stamp, smudge };
         let pattern = field.pattern().coarser(self.level());
         let heights = |run: &Run, out: &mut PerKnot| run.heights(displacement, out);
         let edits = context.stats().time("dab.evaluate", || {
