@@ -50,6 +50,12 @@ impl Fit {
         self.revision == revision
     }
 
+    /// Knows no more what it has seen: anything may have been done.
+    pub fn forget(&mut self) {
+        self.revision = u64::MAX;
+        self.known.values_mut().for_each(|known| known.version = 0);
+    }
+
     /// The range of displacement that the box of a tile covers.
     pub fn range(&self, tile: u32) -> [f32; 2] {
         self.known.get(&tile).map_or([0.0; 2], |known| known.range)

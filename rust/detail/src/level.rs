@@ -55,7 +55,8 @@ impl Dab {
         let displacement = object.displacement.field();
         let simd = context.level();
         let heights = |window: &Window, out: &mut PerKnot| edit::surface_heights(simd, displacement, window, out);
-        let painting = Painting { level: simd, mode, color, blank, stamp: self.brush.stamp() };
+        let (stamp, smudge) = (self.brush.stamp(), self.brush.smudge());
+        let painting = Painting { level: simd, mode, color, blank, stamp, smudge };
         let edits = edit::evaluate(context, &object.surface, &coarse, &culled, &brush, heights, |site, texels| {
             painting.edit(site, texels);
         });

@@ -112,7 +112,9 @@ impl DisplacedObject {
     /// The displacement, to be written.
     pub fn displacement_mut(&mut self) -> &mut Displacement {
         self.reach = None;
-        self.fit = None;
+        if let Some(fit) = &mut self.fit {
+            fit.forget();
+        }
         &mut self.displacement
     }
 
