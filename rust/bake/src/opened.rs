@@ -1,11 +1,12 @@
-//! What a document says of a mesh: its surface, and channels by the names of layers.
+//! What a document says of a mesh: its surface, and what its layers come to, alone or together.
 
 use relievo_core::error::nearest;
 use relievo_core::{Context, Error, ErrorKind, Mesh, Result};
-use relievo_document::{Document, Kind, Layer};
+use relievo_document::{Document, Kind, Layer, Settings};
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::{
-    Channel, ChannelOptions, Displacement, Field, Paint, Rgba8, Rgba16, StoredTexel, Traces, VectorDisplacement,
+    Channel, ChannelOptions, Displacement, Field, Layered, Paint, Rgba8, Rgba16, Sheet, StoredTexel, Traces,
+    VectorDisplacement,
 };
 
 use crate::quantity::Colors;
@@ -38,10 +39,8 @@ impl ColorLayer {
     }
 }
 
-/// Of several layers of a kind, the one with the name that scenes give is meant.
-const DISPLACEMENT: &str = "displacement";
+/// Of several layers of vectors or traces, the one with the name that scenes give is meant.
 const VECTORS: &str = "vectors";
-const COLOR: &str = "colour";
 const TRACES: &str = "traces";
 
 impl<'a> Opened<'a> {
@@ -96,10 +95,48 @@ impl<'a> Opened<'a> {
         channel.ok_or_else(|| Error::internal("a layer that was there is not"))
     }
 
-    /// The scalar displacement of the layer called `name`, if the document has displacement.
+    /// What `layers`, of one kind, come to: one alone as it is if `named`, or else as all are seen together.
+    fn composite<T: Layered>(&self, context: &Context, layers: &[&Layer], named: bool) -> Result<Channel<T>> {
+        let mut channels = Vec::with_capacity(layers.len());
+        for layer in layers {
+            channels.push(self.channel::<T>(context, layer)?);
+        }
+        let plain = |layer: &&Layer| layer.settings() == Settings::of(layer.kind());
+        if let ([_], true) = (layers, named || layers.iter().all(plain)) {
+            return channels.pop().ok_or_else(|| Error::internal("a layer that was there is not"));
+        }
+        let sheets: Vec<Sheet<'_, T>> = channels
+            .iter()
+            .zip(layers)
+            .map(|(channel, layer)| Sheet { field: channel.field(), settings: layer.settings() })
+            .collect();
+        let lowest = channels.first().ok_or_else(|| Error::internal("there are no layers to put together"))?;
+        let (made, refused) = lowest.recomposed(context, &sheets, lowest.field().blank())?;
+        match refused.len() {
+            0 => Ok(made),
+            count => Err(Error::memory(format!("{count} tiles of the layers together do not fit the memory limit"))
+                .advise("raise it, or name one layer")),
+        }
+    }
+
+    /// The layers of `kinds`: the one called `name` alone, and true, if it is one of them, or else all.
+    fn layers(&self, kinds: &[Kind], name: Option<&str>) -> Result<(Vec<&'a Layer>, bool)> {
+        self.kind(name)?;
+        let of_kind: Vec<&Layer> =
+            self.document.layers().iter().filter(|layer| kinds.contains(&layer.kind())).collect();
+        match of_kind.iter().copied().find(|layer| Some(layer.name()) == name) {
+            Some(layer) => Ok((vec![layer], true)),
+            None => Ok((of_kind, false)),
+        }
+    }
+
+    /// The scalar displacement of the layer called `name`, or what all layers of displacement come to; `None` if there are
+    /// none.
     pub fn displacement(&self, context: &Context, name: Option<&str>) -> Result<Option<Displacement>> {
-        let layer = self.layer(&[Kind::Scalar], name, DISPLACEMENT)?;
-        layer.map(|layer| self.channel(context, layer)).transpose()
+        match self.layers(&[Kind::Scalar], name)? {
+            (layers, _) if layers.is_empty() => Ok(None),
+            (layers, named) => self.composite(context, &layers, named).map(Some),
+        }
     }
 
     /// The vector displacement of the layer called `name`, if the document has vector displacement.
@@ -113,13 +150,20 @@ impl<'a> Opened<'a> {
         Displacement::new(self.surface.topology().clone(), &ChannelOptions::default())
     }
 
-    /// The colours of the layer called `name`, if the document has colours.
+    /// The colours of the layer called `name`, or what all layers of colour come to; `None` if there are none. Fails if
+    /// some of several are bytes and others half floats.
     pub fn colors(&self, context: &Context, name: Option<&str>) -> Result<Option<ColorLayer>> {
-        let Some(layer) = self.layer(&[Kind::Rgba8, Kind::Rgba16], name, COLOR)? else { return Ok(None) };
-        Ok(Some(match layer.kind() {
-            Kind::Rgba8 => ColorLayer::Rgba8(self.channel(context, layer)?),
-            _ => ColorLayer::Rgba16(self.channel(context, layer)?),
-        }))
+        let (layers, named) = self.layers(&[Kind::Rgba8, Kind::Rgba16], name)?;
+        let bytes = layers.iter().filter(|layer| layer.kind() == Kind::Rgba8).count();
+        if layers.is_empty() {
+            Ok(None)
+        } else if bytes == layers.len() {
+            Ok(Some(ColorLayer::Rgba8(self.composite(context, &layers, named)?)))
+        } else if bytes == 0 {
+            Ok(Some(ColorLayer::Rgba16(self.composite(context, &layers, named)?)))
+        } else {
+            Err(Error::unsupported("some layers of colour are bytes and others half floats").advise("name one layer"))
+        }
     }
 
     /// The traces of the layer called `name`, if the document has traces.

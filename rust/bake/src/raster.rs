@@ -155,7 +155,7 @@ impl Window {
                 let (a, b) = (point(k), point(k + 1));
                 let bend = |k: usize| {
                     let [p, q, r] = [k - 1, k, k + 1].map(point);
-                    (p[0] - 2.0 * q[0] + r[0]).hypot(p[1] - 2.0 * q[1] + r[1])
+                    length([p[0] - 2.0 * q[0] + r[0], p[1] - 2.0 * q[1] + r[1]])
                 };
                 let bent = [k, k + 1].into_iter().filter(|k| (1..size).contains(k)).map(bend).fold(0.0, f64::max);
                 let reach = 0.05 + 0.5 * bent.min(4.0);
@@ -163,13 +163,13 @@ impl Window {
                     whole(a[axis].min(b[axis]) - reach, a[axis].max(b[axis]) + reach, window)
                 };
                 let along = [b[0] - a[0], b[1] - a[1]];
-                let length = along[0] * along[0] + along[1] * along[1];
+                let square = along[0] * along[0] + along[1] * along[1];
                 for y in range(1, &self.rows) {
                     for x in range(0, &self.columns) {
                         let p = [f64::from(x) - a[0], f64::from(y) - a[1]];
                         let dot = p[0] * along[0] + p[1] * along[1];
-                        let t = if length > 0.0 { (dot / length).clamp(0.0, 1.0) } else { 0.0 };
-                        if (p[0] - t * along[0]).hypot(p[1] - t * along[1]) > reach {
+                        let t = if square > 0.0 { (dot / square).clamp(0.0, 1.0) } else { 0.0 };
+                        if length([p[0] - t * along[0], p[1] - t * along[1]]) > reach {
                             continue;
                         }
                         let mut uv = [0.0; 2];
@@ -215,7 +215,7 @@ impl Window {
                 let (du, dv) = (slope(&samples.du), slope(&samples.dv));
                 let off = [0, 1].map(|axis| candidate.target[axis] - here[axis]);
                 let det = du[0] * dv[1] - du[1] * dv[0];
-                let step = if det.abs() > 1e-12 * (du[0].hypot(du[1]) * dv[0].hypot(dv[1])) && det != 0.0 {
+                let step = if det.abs() > 1e-12 * (length(du) * length(dv)) && det != 0.0 {
                     [(off[0] * dv[1] - off[1] * dv[0]) / det, (du[0] * off[1] - du[1] * off[0]) / det]
                 } else {
                     [0.0; 2]
@@ -224,9 +224,8 @@ impl Window {
                 let after = [0, 1].map(|axis| (before[axis] + step[axis]).clamp(0.0, 1.0));
                 let rounding = (samples.p[0][k].abs() + samples.p[1][k].abs()) * 1.2e-7;
                 let near = NEAR + f64::from(rounding) * mapping.scale[0].abs().max(mapping.scale[1].abs());
-                if off[0].hypot(off[1]) <= near {
-                    let margin =
-                        |axis: usize, slope: [f64; 2]| before[axis].min(1.0 - before[axis]) * slope[0].hypot(slope[1]);
+                if length(off) <= near {
+                    let margin = |axis: usize, slope: [f64; 2]| before[axis].min(1.0 - before[axis]) * length(slope);
                     let inside = margin(0, du).min(margin(1, dv)) > TOUCH;
                     self.hit(candidate.index as usize, tile, before.map(|t| t as f32), inside);
                 } else if after != before {
@@ -249,6 +248,10 @@ impl Window {
             self.overlapping[index] = true;
         }
     }
+}
+
+fn length([x, y]: [f64; 2]) -> f64 {
+    (x * x + y * y).sqrt()
 }
 
 /// The whole numbers from `low` to `high` that are in a window.

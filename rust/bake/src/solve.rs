@@ -91,7 +91,8 @@ fn needed<T: SplineTexel>(field: &Field<T>, tile: u32, target: &Target) -> Vec<u
         let rows = around(j).flat_map(|j| around(i).map(move |i| j * size + i));
         let numbers = |index: usize| index * T::NUMBERS..(index + 1) * T::NUMBERS;
         let largest = rows.flat_map(numbers).map(|at| wanted[at].abs()).fold(0.0, f32::max);
-        numbers(j * size + i).any(|at| (found[at] - wanted[at]).abs() > ROUNDING * largest + 8.0 * (target.step + LEAST))
+        numbers(j * size + i)
+            .any(|at| (found[at] - wanted[at]).abs() > ROUNDING * largest + 8.0 * (target.step + LEAST))
     };
     let mut tiles = Vec::new();
     for edge in 0..4u8 {

@@ -27,7 +27,7 @@ pub struct Arguments {
     /// the colours of its vertices.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// The layer to take; needed where the document has several of a kind.
+    /// The layer to take, by itself; left out, all layers of its kind as they are seen together.
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
     /// Write the tiles of a layer as one picture, with a table of where they are beside it.

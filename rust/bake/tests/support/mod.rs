@@ -1,4 +1,6 @@
 //! Cages, and channels with something in them.
+// No test uses all of it.
+#![allow(dead_code)]
 
 use relievo_core::{Context, Mesh};
 use relievo_surface::{Surface, SurfaceOptions};
