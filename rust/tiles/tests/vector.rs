@@ -312,6 +312,11 @@ fn exercise(surface: &Surface, reversed: bool, seed: u64, budget: u64, context: 
                 let [t, across, n] = frame(surface, entry.place());
                 a * t + b * across + c * n
             };
+            // Not where tangents vanish or faces fold, which random cages have.
+            let frames: Vec<[Vec3; 3]> = entries.iter().map(|entry| frame(surface, entry.place())).collect();
+            if frames.iter().any(|[t, _, n]| t.length() < 0.9 || n.dot(frames[0][2]) < 0.9) {
+                continue;
+            }
             let copied = entries.len() == 4 || topology.ring_class(ring) == relievo_surface::RingClass::Tee;
             let (first, bound) = (world(&entries[0]), if copied { 0.2 } else { 0.01 });
             for entry in entries.iter().filter(|_| !reversed) {
