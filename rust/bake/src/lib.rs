@@ -4,13 +4,14 @@
 //! - Files with a texture for every face: [`ptex`], with [`prefilter`] for what a displacement's numbers mean there.
 //! - Pictures of tiles: [`atlas`], and back: [`gather`].
 //! - Bakes to texture coordinates: [`map`], of what [`quantity`] says, in files as [`texture`] has them.
-//! - Documents: [`opened`] makes surface and channels of one.
+//! - Documents: [`opened`] makes surface and channels of one, [`transfer`](mod@transfer) takes one to another mesh.
 
 pub mod atlas;
 pub mod gather;
 mod gutter;
 mod layout;
 pub mod map;
+mod nearby;
 pub mod opened;
 pub mod prefilter;
 pub mod ptex;
@@ -20,6 +21,7 @@ mod resample;
 mod restored;
 mod solve;
 pub mod texture;
+pub mod transfer;
 
 pub use map::{BakeOptions, BakeReport, Map, bake};
 pub use opened::Opened;

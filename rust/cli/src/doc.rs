@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Subcommand;
 use relievo_document::{compact, examine, repair};
 
-use crate::{Outcome, export, import};
+use crate::{Outcome, export, import, transfer};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -25,6 +25,8 @@ enum Task {
     Compact(Compact),
     /// Takes a document along: as Ptex, as a map on the texture coordinates of the mesh, or as a displaced mesh.
     Export(export::Arguments),
+    /// Takes the layers of a document to another mesh, and says what of that mesh is uncovered.
+    Transfer(transfer::Arguments),
     /// Makes a document of a Ptex file.
     Import(import::Arguments),
 }
@@ -53,6 +55,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Repair(arguments) => mend(arguments),
         Task::Compact(arguments) => fold(arguments),
         Task::Export(arguments) => export::run(arguments),
+        Task::Transfer(arguments) => transfer::run(arguments),
         Task::Import(arguments) => import::run(arguments),
     }
 }

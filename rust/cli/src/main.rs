@@ -13,6 +13,7 @@ mod new;
 mod run;
 mod schema;
 mod stroke;
+mod transfer;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -146,6 +146,22 @@ fn documents_are_looked_into_and_checked() {
 }
 
 #[test]
+fn a_document_goes_to_another_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-2.relievo");
+    std::fs::copy(golden, folder.path().join("a.relievo")).unwrap();
+    // The document's strip is 6 by 1; this one is half as long.
+    let half = "v 0 0 0\nv 3 0 0\nv 3 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    std::fs::write(folder.path().join("half.obj"), half).unwrap();
+    let moved = relievo(folder.path(), &["doc", "transfer", "a.relievo", "half.obj", "-o", "b.relievo"]);
+    assert!(moved.status.success(), "{moved:?}");
+    let told = text(&moved.stdout);
+    assert!(told.contains("0.00 %) of the new surface") && told.contains("has no place on the new mesh"), "{told}");
+    let info = text(&relievo(folder.path(), &["info", "b.relievo"]).stdout);
+    assert!(info.contains("mesh: 1 faces") && info.contains("layer `first`"), "{info}");
+}
+
+#[test]
 fn the_edits_of_a_document_are_checked_and_folded() {
     let folder = tempfile::tempdir().unwrap();
     let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-2.relievo");

@@ -394,7 +394,8 @@ impl DisplacedObject {
                 }
             } else if is(VectorDisplacement::kind()) && others[1].is_none() {
                 others[1] = Some(layer.id());
-                if let Some(vectors) = VectorDisplacement::stored(context, topology.clone(), document, name, budget)? {
+                let surface = self.surface();
+                if let Some(vectors) = VectorDisplacement::stored_on(context, surface, document, name, budget)? {
                     self.set_vectors(vectors)?;
                 }
             } else {

@@ -136,8 +136,10 @@ impl Document {
     /// sharpness does, which shapes the surface and does not move tiles.
     pub fn fit(&self, mesh: &Mesh) -> Result<Option<String>> {
         if let Some(difference) = self.topology.difference(mesh) {
-            return Err(Error::invalid(format!("the document was made on another mesh: {difference}"))
-                .advise("give it the mesh it was made on, with its faces and corners in the same order"));
+            return Err(Error::invalid(format!("the document was made on another mesh: {difference}")).advise(
+                "give it the mesh it was made on, with its faces and corners in the same order, or take its layers to \
+                     this one with `relievo doc transfer`",
+            ));
         }
         Ok((self.topology.sharpness() != topology::sharpness(mesh)).then(|| {
             "creases or sharp points of the mesh are not those the document was made with; its layers then sit on \
