@@ -4,7 +4,8 @@
 
 use libfuzzer_sys::fuzz_target;
 use relievo_core::Mesh;
-use relievo_document::{Document, Kind};
+use relievo_document::format::VERSION;
+use relievo_document::{Change, Document, Edit, Kind};
 use relievo_fuzz::MEMORY_LIMIT;
 
 fuzz_target!(|data: &[u8]| {
@@ -15,7 +16,7 @@ fuzz_target!(|data: &[u8]| {
 });
 
 fn sound(bytes: &[u8]) {
-    let Ok(document) = Document::parse(bytes, MEMORY_LIMIT) else { return };
+    let Ok(mut document) = Document::parse(bytes, MEMORY_LIMIT) else { return };
     assert!(!document.to_string().is_empty());
     let topology = document.topology();
     for layer in document.layers() {
@@ -31,6 +32,8 @@ fn sound(bytes: &[u8]) {
     if let Err(error) = document.fit(&mesh) {
         assert!(!error.what.is_empty());
     }
+    // It is written without its journal, in the newest version.
+    (document.version, document.notes) = (VERSION, Vec::new());
     let written = document.to_bytes().expect("a document");
     let again = Document::parse(&written, u64::MAX).expect("a document of ours");
     assert!(again == document && again.to_bytes().expect("a document") == written);
@@ -78,11 +81,48 @@ fn file(data: &[u8]) -> Vec<u8> {
     }
     let packed = zstd::bulk::compress(&index, 1).expect("a list takes all");
     let mut out = b"RLVDOC\r\n".to_vec();
-    out.extend(1u32.to_le_bytes());
+    out.extend(VERSION.to_le_bytes());
     out.extend(crc32fast::hash(&packed).to_le_bytes());
     out.extend([packed.len(), index.len(), blocks.len()].iter().flat_map(|length| (*length as u64).to_le_bytes()));
     out.extend(crc32fast::hash(&out).to_le_bytes());
     out.extend(packed);
     out.extend(blocks);
+    // Records, some of them with bytes that say something else.
+    for sequence in 0..u64::from(byte() & 7) {
+        let kind = u32::from(byte() % 7);
+        let layers = document.layers();
+        let mut payload = match (kind, layers.get(usize::from(byte()) % layers.len().max(1))) {
+            (2 | 5 | 6, Some(layer)) => {
+                let (blank, tile) = (layer.blank(), u32::from(byte() & 7));
+                let length = layer.head().block_bytes(&topology, tile) as usize;
+                let states = [byte(), byte(), byte()].map(|fill| vec![fill; length.max(1)]);
+                let chosen = byte();
+                let change = |_| Change {
+                    layer: layer.id(),
+                    block: tile,
+                    before: (chosen & 1 == 0).then_some(states[0].as_slice()),
+                    after: (chosen & 1 == 1 || chosen & 2 == 2).then_some(states[1].as_slice()),
+                    blank,
+                };
+                Edit::encode(&context, None, usize::from(chosen & 3 != 0), change).expect("a small edit")
+            }
+            (3 | 4, _) => u64::from(byte() & 7).to_le_bytes().to_vec(),
+            _ => vec![byte(), byte()],
+        };
+        if byte() & 3 == 0
+            && let Some(place) = payload.get_mut(usize::from(byte()))
+        {
+            *place = byte();
+        }
+        let mut head = b"RLVR".to_vec();
+        head.extend(kind.to_le_bytes());
+        head.extend(sequence.to_le_bytes());
+        head.extend((payload.len() as u64).to_le_bytes());
+        head.extend(crc32fast::hash(&head).to_le_bytes());
+        out.extend(head);
+        let crc = crc32fast::hash(&payload);
+        out.extend(payload);
+        out.extend(crc.to_le_bytes());
+    }
     out
 }
