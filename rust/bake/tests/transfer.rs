@@ -1,12 +1,12 @@
 //! Documents on other meshes: what was where stays there, what has no place is told.
 
-use glam::{DAffine3, DVec3, Vec4};
+use glam::Vec4;
+use half::f16;
 use relievo_bake::transfer::transfer;
 use relievo_core::{Context, Mesh};
-use relievo_detail::{Action, Brush, Dab, DisplacedObject, Falloff, PaintMode, SculptMode};
 use relievo_document::Document;
-use relievo_surface::{Surface, SurfaceOptions};
-use relievo_tiles::{ChannelOptions, Displaced, Displacement, Paint, Points};
+use relievo_surface::{Grid, Order, Place, Placement, Samples, Surface, SurfaceOptions};
+use relievo_tiles::{Channel, ChannelOptions, ColorTexel, Displaced, Displacement, Paint, Rgba8, Sets, Texel};
 
 /// A rectangle from (0, 0) to `size`, of `n` × `n` faces.
 fn sheet(n: u32, size: [f32; 2]) -> Mesh {
@@ -19,51 +19,75 @@ fn sheet(n: u32, size: [f32; 2]) -> Mesh {
     Mesh::new(points, vec![4; (n * n) as usize], corners.collect())
 }
 
-fn object(context: &Context, mesh: &Mesh, size: u32) -> DisplacedObject {
-    let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
-    let options = ChannelOptions { size, ..ChannelOptions::default() };
-    let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
-    let paint = Paint::of_color(surface.topology().clone(), Vec4::new(0.2, 0.2, 0.2, 1.0), &options).unwrap();
-    let mut object = DisplacedObject::new(context, surface, &mesh.points, displacement, DAffine3::IDENTITY).unwrap();
-    object.set_paint(paint).unwrap();
-    object
-}
-
 /// A sheet of 2 by 2 with a bump and a spot of paint around (0.8, 1.1).
 fn document(context: &Context, mesh: &Mesh) -> Document {
-    let mut object = object(context, mesh, 32);
-    let brush = |radius: f64, falloff| {
-        let half = DVec3::new(radius, radius, 1.0);
-        Brush::on_surface(DVec3::new(0.8, 1.1, 0.0), DVec3::Z, DVec3::X, half, falloff).unwrap()
+    let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
+    let options = ChannelOptions { size: 32, ..ChannelOptions::default() };
+    let mut displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
+    let mut paint = Paint::<Rgba8>::of_color(surface.topology().clone(), GREY, &options).unwrap();
+    let bump = |[x, y]: [f32; 2], radius: f32| {
+        let square = ((x - 0.8).powi(2) + (y - 1.1).powi(2)) / (radius * radius);
+        (1.0 - square).max(0.0).powi(2)
     };
-    let sculpt = Action::Sculpt { mode: SculptMode::Draw, height: 0.2 };
-    let color = [0.9, 0.1, 0.05, 1.0];
-    let dab = |brush, action| Dab { brush, action, strength: 1.0 };
-    dab(brush(0.6, Falloff::Smooth), sculpt).apply(context, &mut object).unwrap();
-    let paint = Action::Paint { mode: PaintMode::Mix, color };
-    dab(brush(0.4, Falloff::Smooth), paint).apply(context, &mut object).unwrap();
+    fill(context, &surface, &mut displacement, |at| f16::from_f32(0.2 * bump(at, 0.6)));
+    let red = Vec4::new(0.9, 0.1, 0.05, 1.0);
+    fill(context, &surface, &mut paint, |at| Rgba8::of_color(GREY + (red - GREY) * bump(at, 0.4)));
     let mut document = Document::new(mesh, "baseline").unwrap();
-    object.store(context, &mut document).unwrap();
+    displacement.field().store(context, &mut document, "displacement").unwrap();
+    paint.field().store(context, &mut document, "colour").unwrap();
     document
 }
 
-/// Height and red at a lattice of places of the sheet, which is a rectangle of `size`.
+const GREY: Vec4 = Vec4::new(0.2, 0.2, 0.2, 1.0);
+
+/// Gives the tiles where `texel` is not blank their texels.
+fn fill<T: Texel>(
+    context: &Context,
+    surface: &Surface,
+    channel: &mut Channel<T>,
+    texel: impl Fn([f32; 2]) -> T + Sync,
+) {
+    let made = |tile: u32| -> Vec<T> {
+        let mut samples = Samples::default();
+        let grid = Grid::whole(channel.field().size(tile), Placement::Centred);
+        surface.grid(context.level(), tile, &grid, Order::Position, &mut samples);
+        samples.p[0].iter().zip(&samples.p[1]).map(|(x, y)| texel([*x, *y])).collect()
+    };
+    let blank = channel.field().blank();
+    let tiles: Vec<(u32, Vec<T>)> = (0..surface.tile_count() as u32)
+        .map(|tile| (tile, made(tile)))
+        .filter(|(_, texels)| texels.iter().any(|texel| *texel != blank))
+        .collect();
+    let list: Vec<u32> = tiles.iter().map(|(tile, _)| *tile).collect();
+    let applied = channel.apply(&Sets { allocate: list.clone(), ..Sets::default() }).unwrap();
+    let mut changes = channel
+        .edit(context, &list, |tile, texels| {
+            let size = texels.size();
+            let (_, made) = &tiles[list.binary_search(&tile).unwrap()];
+            made.chunks_exact(size).enumerate().for_each(|(j, row)| texels.row_mut(j).copy_from_slice(row));
+        })
+        .unwrap();
+    changes.extend(applied.changes);
+    channel.settle(context, &changes).unwrap();
+}
+
+/// Height and red, and where, at a lattice of places of the sheet, which is a rectangle of `size`.
 fn seen(context: &Context, mesh: &Mesh, document: &Document, size: [f32; 2]) -> Vec<([f32; 2], [f32; 2])> {
-    let mut object = object(context, mesh, 8);
-    object.take_up(context, document, 1 << 30).unwrap();
+    let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
+    let topology = || surface.topology().clone();
+    let displacement = Displacement::stored(context, topology(), document, "displacement", 1 << 30).unwrap().unwrap();
+    let paint = Paint::<Rgba8>::stored(context, topology(), document, "colour", 1 << 30).unwrap().unwrap();
     let n = (mesh.face_count() as f64).sqrt() as u32;
-    let displaced = Displaced::new(object.surface(), object.displacement().field()).unwrap();
+    let displaced = Displaced::new(&surface, displacement.field()).unwrap();
     let mut list = Vec::new();
     for j in 1..24 {
         for i in 1..24 {
             let [x, y] = [i, j].map(|k| 2.0 * k as f32 / 24.0 + 0.013);
             let [s, t] = [x / size[0] * n as f32, y / size[1] * n as f32];
-            let tile = t as u32 * n + s as u32;
-            let place = relievo_surface::Place::new(tile, s.fract(), t.fract());
-            let mut points = Points::default();
-            displaced.evaluate(context, &[place], &mut points).unwrap();
-            let paint = object.paint().unwrap().field();
-            list.push(([points.p[0][2], paint.color(paint.canonical(place)).x], [points.p[0][0], points.p[0][1]]));
+            let place = Place::new(t as u32 * n + s as u32, s.fract(), t.fract());
+            let (p, _) = displaced.sample(context, place).unwrap();
+            let red = paint.field().color(paint.field().canonical(place)).x;
+            list.push(([p[2], red], [p[0], p[1]]));
         }
     }
     list
