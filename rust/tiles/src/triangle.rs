@@ -13,6 +13,7 @@ pub mod piece;
 #[cfg(test)]
 mod shapes;
 pub mod tessellate;
+pub mod vectors;
 
 pub use block::TriangleBlock;
 pub use channel::{TriangleChange, TriangleChannel, TriangleOptions, TriangleSets, TriangleSnapshot, TriangleValues};
@@ -22,3 +23,4 @@ pub use normals::TriangleNormals;
 pub use pattern::{Node, Pattern, Slot};
 pub use piece::{FaceRates, TrianglePiece};
 pub use tessellate::TriangleTessellation;
+pub use vectors::Offset;

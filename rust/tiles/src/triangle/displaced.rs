@@ -10,6 +10,8 @@ use relievo_surface::{TriangleSide, TriangleSurface};
 
 use super::field::TriangleField;
 use super::pattern::{Node, Pattern, Slot};
+use super::piece::FaceRates;
+use super::vectors::Offset;
 use crate::texel::Texel;
 
 /// A triangle mesh with its displacement.
@@ -17,6 +19,7 @@ use crate::texel::Texel;
 pub struct TriangleDisplaced<'a> {
     surface: &'a TriangleSurface,
     field: &'a TriangleField,
+    vectors: Option<&'a TriangleField<Offset>>,
 }
 
 /// The undisplaced surface at a place.
@@ -71,7 +74,39 @@ impl<'a> TriangleDisplaced<'a> {
             return Err(Error::invalid("the displacement is that of another mesh")
                 .advise("make the displacement from the topology of this surface"));
         }
-        Ok(Self { surface, field })
+        Ok(Self { surface, field, vectors: None })
+    }
+
+    /// The same moved further, see [`TriangleField::in_object_space`]. Fails if the vectors are those of another mesh.
+    pub fn with_vectors(self, vectors: &'a TriangleField<Offset>) -> Result<Self> {
+        let [own, other] = [self.field.topology(), vectors.topology()];
+        if (own.face_count(), own.vertex_count()) != (other.face_count(), other.vertex_count()) {
+            return Err(Error::invalid("the vector displacement is that of another mesh")
+                .advise("make it from the topology of this surface"));
+        }
+        Ok(Self { vectors: Some(vectors), ..self })
+    }
+
+    /// How finely a face has to be divided to show its displacement.
+    pub fn rates(&self, face: u32) -> FaceRates {
+        let rates = FaceRates::of(self.field, face);
+        self.vectors.map_or(rates, |vectors| rates.with(FaceRates::of(vectors, face)))
+    }
+
+    /// The pattern of what is kept on an edge, `None` if nothing is.
+    pub fn edge_pattern(&self, edge: u32) -> Option<Pattern> {
+        let vectors = self.vectors.and_then(|vectors| vectors.edge_pattern(edge));
+        self.field.edge_pattern(edge).max(vectors)
+    }
+
+    /// Whether a face is not one undisplaced triangle.
+    pub fn is_modified(&self, face: u32) -> bool {
+        fn corners<T: Texel>(field: &TriangleField<T>, face: u32) -> bool {
+            field.topology().face(face).iter().any(|vertex| !field.vertex(*vertex).is_blank(field.blank()))
+        }
+        !self.rates(face).is_single()
+            || corners(self.field, face)
+            || self.vectors.is_some_and(|vectors| corners(vectors, face))
     }
 
     /// The undisplaced surface.
@@ -92,7 +127,8 @@ impl<'a> TriangleDisplaced<'a> {
     /// The displaced point at a vertex of any pattern laid over `face`.
     pub fn point(&self, face: u32, pattern: Pattern, node: Node) -> Vec3 {
         let (foot, height) = self.at(face, pattern, node);
-        foot.point + foot.normal * height
+        let point = foot.point + foot.normal * height;
+        self.vectors.map_or(point, |vectors| point + vectors.at(face, pattern, node).as_vec3())
     }
 
     /// The least and the largest displacement in and around `face`, 0 between them.

@@ -9,8 +9,7 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, DVec4, Vec3};
+use glam::{DVec3, Vec3};
 use relievo_core::{Context, Result};
 use relievo_surface::{TriangleSide, TriangleSurface, TriangleTopology};
 
@@ -18,35 +17,9 @@ use super::displaced::{TriangleDisplaced, edge_foot, foot};
 use super::field::{TriangleClass, TriangleField};
 use super::pattern::{Node, Pattern, Slot};
 use super::piece::FaceRates;
+use super::vectors::Offset;
 use crate::heap::BlockId;
 use crate::pages::{Entry, Pages};
-use crate::texel::Texel;
-
-/// By how much a normal differs from that of the undisplaced mesh.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Turn(pub [f32; 3]);
-
-impl Texel for Turn {
-    type Value = DVec4;
-    type Difference = Self;
-
-    fn value(self) -> DVec4 {
-        DVec3::from(self.0.map(f64::from)).extend(0.0)
-    }
-
-    fn nearest(value: DVec4) -> Self {
-        Self(value.truncate().as_vec3().to_array())
-    }
-
-    fn flipped(self) -> Self {
-        Self(self.0.map(|value| -value))
-    }
-
-    fn all_finite(texels: &[Self]) -> bool {
-        texels.iter().flat_map(|texel| texel.0).all(f32::is_finite)
-    }
-}
 
 /// The share of a segment from which on a displacement counts in full.
 const FULL: f64 = 1.0 / 64.0;
@@ -54,7 +27,7 @@ const FULL: f64 = 1.0 / 64.0;
 /// The normals of all vertices of a displaced mesh's tessellation.
 #[derive(Clone, Debug)]
 pub struct TriangleNormals {
-    turns: TriangleField<Turn>,
+    turns: TriangleField<Offset>,
 }
 
 /// What the triangles around a vertex of the tessellation say: twice the sums of their areas as vectors, displaced and
@@ -76,22 +49,22 @@ impl Around {
     }
 
     /// The difference that is kept, given the smooth normal.
-    fn turn(&self, smooth: Vec3) -> Turn {
+    fn turn(&self, smooth: Vec3) -> Offset {
         if self.height == 0.0 {
-            return Turn::default();
+            return Offset::default();
         }
         let share = if self.step > 0.0 { (self.height / (FULL * self.step)).min(1.0) } else { 1.0 };
         let change = self.displaced.normalize_or_zero() - self.flat.normalize_or_zero();
         let smooth = smooth.as_dvec3();
         let turned = (smooth + change * share).normalize_or(smooth);
-        Turn((turned - smooth).as_vec3().to_array())
+        Offset((turned - smooth).as_vec3().to_array())
     }
 }
 
 impl TriangleNormals {
     /// Those of an undisplaced mesh whose displacement has `pattern` at its finest.
     pub fn new(topology: &Arc<TriangleTopology>, pattern: Pattern) -> Self {
-        Self { turns: TriangleField::new(topology.clone(), pattern, Turn::default()) }
+        Self { turns: TriangleField::new(topology.clone(), pattern, Offset::default()) }
     }
 
     /// Those of `displaced`, all of them.
@@ -99,7 +72,7 @@ impl TriangleNormals {
         let field = displaced.field();
         let mut normals = Self::new(field.topology(), field.pattern());
         let faces: Vec<u32> =
-            (0..field.topology().face_count() as u32).filter(|face| is_modified(field, *face)).collect();
+            (0..field.topology().face_count() as u32).filter(|face| displaced.is_modified(*face)).collect();
         normals.update(context, displaced, &faces);
         Ok(normals)
     }
@@ -122,11 +95,11 @@ impl TriangleNormals {
         self.turned(smooth, self.turns.value(face, at))
     }
 
-    fn turned(&self, smooth: Vec3, turn: DVec4) -> Vec3 {
-        if turn == DVec4::ZERO {
+    fn turned(&self, smooth: Vec3, turn: DVec3) -> Vec3 {
+        if turn == DVec3::ZERO {
             return smooth;
         }
-        (smooth.as_dvec3() + turn.truncate()).normalize_or(smooth.as_dvec3()).as_vec3()
+        (smooth.as_dvec3() + turn).normalize_or(smooth.as_dvec3()).as_vec3()
     }
 
     /// Renews the normals of `faces`, which look different than before or whose neighbours do, and of their edges and
@@ -147,19 +120,19 @@ impl TriangleNormals {
 
         let inside = context.map(faces.len(), |index| {
             let face = faces[index];
-            let pattern = field.face_pattern(face)?;
+            let pattern = displaced.rates(face).inside?;
             let (rates, sums) = sums_of(face)?;
             let values = sums[rates.border() as usize..].iter().zip(0..).map(|(sum, index)| {
                 sum.turn(foot(displaced.surface(), face, pattern, pattern.at_slot(Slot::Inside(index))).normal)
             });
-            Some((pattern, values.collect::<Vec<Turn>>()))
+            Some((pattern, values.collect::<Vec<Offset>>()))
         });
         for (face, values) in faces.iter().zip(inside) {
             set(&mut self.turns.faces, *face, true, values);
         }
         let along = context.map(edges.len(), |index| {
             let edge = edges[index];
-            let pattern = field.edge_pattern(edge)?;
+            let pattern = displaced.edge_pattern(edge)?;
             let segments = pattern.segments();
             let values = (1..segments).map(|step| {
                 let mut total = Around::default();
@@ -172,7 +145,7 @@ impl TriangleNormals {
                 }
                 total.turn(edge_foot(displaced.surface(), edge, step, segments).normal)
             });
-            Some((pattern, values.collect::<Vec<Turn>>()))
+            Some((pattern, values.collect::<Vec<Offset>>()))
         });
         for (edge, values) in edges.iter().zip(along) {
             set(&mut self.turns.edges, *edge, false, values);
@@ -193,15 +166,12 @@ impl TriangleNormals {
     }
 }
 
-/// Whether a face is not one undisplaced triangle.
-fn is_modified(field: &TriangleField, face: u32) -> bool {
-    let topology = field.topology();
-    field.is_allocated(face)
-        || topology.edges_of(face).iter().any(|edge| field.edge_pattern(*edge).is_some())
-        || topology.face(face).iter().any(|vertex| !field.vertex(*vertex).is_blank(field.blank()))
-}
-
-fn set(pages: &mut Pages<Entry<Turn, TriangleClass>>, element: u32, face: bool, values: Option<(Pattern, Vec<Turn>)>) {
+fn set(
+    pages: &mut Pages<Entry<Offset, TriangleClass>>,
+    element: u32,
+    face: bool,
+    values: Option<(Pattern, Vec<Offset>)>,
+) {
     if values.is_none() && pages.entry(element).is_none() {
         return;
     }
@@ -215,10 +185,10 @@ fn set(pages: &mut Pages<Entry<Turn, TriangleClass>>, element: u32, face: bool, 
 
 /// What the triangles of `face` say at its vertices, as [`FaceRates::places`] has them.
 fn sums(displaced: &TriangleDisplaced<'_>, face: u32) -> (FaceRates, Vec<Around>) {
-    let rates = FaceRates::of(displaced.field(), face);
+    let rates = displaced.rates(face);
     let at = |(pattern, node): (Pattern, Node)| {
-        let (foot, height) = displaced.at(face, pattern, node);
-        (foot.point.as_dvec3(), (foot.point + foot.normal * height).as_dvec3(), f64::from(height.abs()))
+        let (flat, moved) = (displaced.at(face, pattern, node).0.point, displaced.point(face, pattern, node));
+        (flat.as_dvec3(), moved.as_dvec3(), f64::from(moved.distance(flat)))
     };
     let points: Vec<(DVec3, DVec3, f64)> = rates.places().into_iter().map(at).collect();
     let mut sums = vec![Around::default(); points.len()];
@@ -236,6 +206,7 @@ fn sums(displaced: &TriangleDisplaced<'_>, face: u32) -> (FaceRates, Vec<Around>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texel::Vector;
     use crate::triangle::channel::{TriangleChannel, TriangleOptions, TriangleSets, TriangleValues};
     use crate::triangle::piece::TrianglePiece;
     use crate::triangle::shapes;
@@ -419,5 +390,54 @@ mod tests {
                 assert_eq!(a, b, "face {face} {node:?}");
             }
         }
+    }
+
+    #[test]
+    fn vectors_move_along_their_frames_and_leave_no_cracks() {
+        let context = Context::serial();
+        let mesh = shapes::sail(3);
+        let (surface, channel) = rough(&context, &mesh, 0.05);
+        let options = TriangleOptions { segments: 32, budget: 1 << 24 };
+        let mut vectors = TriangleChannel::vectors(surface.topology().clone(), &options).unwrap();
+        let pattern = Pattern::new(16).unwrap();
+        let sets = TriangleSets { allocate: vec![4, 6, 12], ..Default::default() };
+        vectors.apply(&context, pattern, &sets).unwrap();
+        let field = vectors.field().clone();
+        let value = Vector([0.03, 0.02, 0.01].map(f16::from_f32));
+        let faces = field.allocated().map(|face| (face, vec![value; pattern.face_values()])).collect();
+        let edges = field.allocated_edges().map(|edge| (edge, vec![value; pattern.edge_values()])).collect();
+        vectors.write(TriangleValues { faces, edges, vertices: vec![(6, value)] }).unwrap();
+        let offsets = vectors.field().in_object_space(&context, &surface);
+        let plain = TriangleDisplaced::new(&surface, channel.field()).unwrap();
+        let displaced = plain.with_vectors(&offsets).unwrap();
+        // Inside a face, T is the first side but for what of it is along the normal.
+        let [a, b, _] = surface.corner_points(4).map(Vec3::from);
+        for index in 0..pattern.face_values() as u32 {
+            let node = pattern.at_slot(Slot::Inside(index));
+            let normal = displaced.at(4, pattern, node).0.normal;
+            let tangent = (b - a).reject_from_normalized(normal).normalize();
+            let expected = tangent * 0.03 + normal.cross(tangent) * 0.02 + normal * 0.01;
+            let moved = displaced.point(4, pattern, node) - plain.point(4, pattern, node);
+            assert!((moved - expected).length() < 1e-4, "{moved} {expected}");
+        }
+        let normals = TriangleNormals::of(&context, &displaced).unwrap();
+        let faces = 0..surface.topology().face_count() as u32;
+        let pieces: Vec<TrianglePiece> =
+            faces.map(|face| TrianglePiece::new(&displaced, &normals, face, &displaced.rates(face))).collect();
+        let bits = |point: [f32; 3]| point.map(|value| (value + 0.0).to_bits());
+        let mut uses: BTreeMap<_, usize> = BTreeMap::new();
+        for piece in &pieces {
+            for [a, b, c] in &piece.triangles {
+                for (a, b) in [(a, b), (b, c), (c, a)] {
+                    let (a, b) = (bits(piece.points[*a as usize]), bits(piece.points[*b as usize]));
+                    *uses.entry((a.min(b), a.max(b))).or_default() += 1;
+                }
+            }
+        }
+        let topology = surface.topology();
+        let segments = |edge: u32| displaced.edge_pattern(edge).map_or(1, Pattern::segments) as usize;
+        let edges = 0..topology.edge_count() as u32;
+        let boundary: usize = edges.filter(|edge| topology.faces_along(*edge).len() == 1).map(segments).sum();
+        assert_eq!(uses.values().filter(|uses| **uses == 1).count(), boundary);
     }
 }

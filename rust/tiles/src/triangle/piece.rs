@@ -150,9 +150,8 @@ impl TrianglePiece {
     pub fn new(displaced: &TriangleDisplaced<'_>, normals: &TriangleNormals, face: u32, rates: &FaceRates) -> Self {
         let places = rates.places();
         let at = |(pattern, node): &(Pattern, Node)| {
-            let (foot, height) = displaced.at(face, *pattern, *node);
             let normal = normals.at(displaced.surface(), face, *pattern, *node);
-            ((foot.point + foot.normal * height).to_array(), normal.to_array())
+            (displaced.point(face, *pattern, *node).to_array(), normal.to_array())
         };
         let (points, normals) = places.iter().map(at).unzip();
         Self {
