@@ -10,8 +10,8 @@ use relievo_detail::{
     Pose, SculptMode, Stroke, StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_surface::TriangleSurface;
-use relievo_tiles::triangle::{FaceRates, Node, Pattern, TriangleChannel, TriangleOptions};
-use relievo_tiles::{ColorTexel, Rgba8, Texel};
+use relievo_tiles::triangle::{FaceRates, Node, Pattern, TriangleChannel, TriangleOptions, TriangleValues};
+use relievo_tiles::{ColorTexel, Rgba8, Texel, Vector};
 
 const BLANK: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
 const RED: [f32; 4] = [0.8, 0.05, 0.02, 1.0];
@@ -365,6 +365,33 @@ fn coarser_levels_are_edited_without_losing_what_finer_ones_have() {
     object.set_level(2).unwrap();
     let report = object.dab(&context, &Dab { action: paint(PaintMode::Multiply), ..big }).unwrap();
     assert!(report.changed_texels > 100);
+}
+
+#[test]
+fn vectors_move_what_is_shown_and_found() {
+    let context = Context::serial();
+    let mut object = small(&context);
+    let options = TriangleOptions { segments: 16, budget: 1 << 24 };
+    let mut vectors = TriangleChannel::vectors(object.surface().topology().clone(), &options).unwrap();
+    // The vertex in the middle, whose first face has the side along x there or against it.
+    let up = Vector([0.0, 0.0, 0.5].map(half::f16::from_f32));
+    vectors.write(TriangleValues { vertices: vec![(24, up)], ..Default::default() }).unwrap();
+    object.set_vectors(vectors).unwrap();
+    object.commit(&context).unwrap();
+    let found = object.nearest(&context, DVec3::new(3.0, 3.0, 2.0), 3.0).unwrap().unwrap();
+    assert!((found.point - DVec3::new(3.0, 3.0, 0.5)).length() < 1e-3, "{found:?}");
+    let around: Vec<u32> = object.surface().topology().faces_around(24).map(|(face, _)| face).collect();
+    for face in around {
+        let (piece, _) = object.piece(face).unwrap();
+        assert!(piece.points.iter().any(|point| point[2] == 0.5));
+    }
+    object
+        .vectors_mut()
+        .unwrap()
+        .write(TriangleValues { vertices: vec![(24, Vector::ZERO)], ..Default::default() })
+        .unwrap();
+    object.commit(&context).unwrap();
+    assert_eq!(object.nearest(&context, DVec3::new(3.0, 3.0, 2.0), 3.0).unwrap().unwrap().distance, 2.0);
 }
 
 /// A closed box from `low` to `high`.

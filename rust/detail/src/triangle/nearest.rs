@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec3, Vec3};
 use relievo_core::{Context, Result};
 use relievo_surface::Place;
-use relievo_tiles::triangle::{TriangleDisplaced, TriangleField};
+use relievo_tiles::triangle::TriangleField;
 
 use super::object::{TriangleObject, field_range};
 use crate::nearest::SurfacePoint;
@@ -48,7 +48,7 @@ impl TriangleObject {
     ) -> Result<Option<SurfacePoint>> {
         let around = Obb { center: point, axes: DMat3::IDENTITY, half: DVec3::splat(within) };
         let faces = self.faces_near(context, &around, Some(field));
-        let displaced = TriangleDisplaced::new(&self.surface, field)?;
+        let displaced = self.displaced_by(field)?;
         let scale = self.transform.matrix3;
         let stretch =
             (scale.x_axis.length_squared() + scale.y_axis.length_squared() + scale.z_axis.length_squared()).sqrt();
@@ -60,7 +60,8 @@ impl TriangleObject {
                 let center = (corners[0] + corners[1] + corners[2]) / 3.0;
                 let radius = corners.iter().map(|corner| corner.distance(center)).fold(0.0, f64::max);
                 let [least, most] = field_range(field, face);
-                (center.distance(point) - radius - stretch * f64::from(most.max(-least)), face)
+                let far = stretch * f64::from(most.max(-least) + self.vector_reach());
+                (center.distance(point) - radius - far, face)
             })
             .collect();
         bounds.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -69,7 +70,7 @@ impl TriangleObject {
             if bound > best.map_or(within, |best| best.0) {
                 break;
             }
-            let rates = relievo_tiles::triangle::FaceRates::of(field, face);
+            let rates = displaced.rates(face);
             let places = rates.places();
             let points: Vec<DVec3> =
                 places.iter().map(|(pattern, node)| self.world(displaced.point(face, *pattern, *node))).collect();

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Error, Result};
 use relievo_surface::TriangleSurface;
-use relievo_tiles::Rgba8;
 use relievo_tiles::triangle::{
-    FaceRates, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals, TrianglePiece, TriangleSnapshot,
+    FaceRates, Offset, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals, TrianglePiece,
+    TriangleSnapshot,
 };
+use relievo_tiles::{Rgba8, Texel, Vector};
 
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::obb::Obb;
@@ -21,6 +22,9 @@ pub struct TriangleObject {
     pub(super) surface: TriangleSurface,
     pub(super) displacement: TriangleChannel,
     pub(super) paint: Option<TriangleChannel<Rgba8>>,
+    vectors: Option<TriangleChannel<Vector>>,
+    /// The vectors in object space, and the longest, as they were renewed last.
+    offsets: Option<(TriangleField<Offset>, f32)>,
     pub(super) normals: TriangleNormals,
     pub(super) transform: DAffine3,
     pub(super) hierarchy: Hierarchy,
@@ -50,7 +54,10 @@ impl TriangleObject {
         })?;
         let normals = TriangleNormals::new(surface.topology(), displacement.field().pattern());
         let paint = None;
+        let (vectors, offsets) = (None, None);
         Ok(Self {
+            vectors,
+            offsets,
             surface,
             displacement,
             paint,
@@ -113,6 +120,29 @@ impl TriangleObject {
         Ok(())
     }
 
+    /// The vector displacement, which comes after the scalar one, if it has one.
+    pub fn vectors(&self) -> Option<&TriangleChannel<Vector>> {
+        self.vectors.as_ref()
+    }
+
+    /// The vector displacement, to be written. What is shown follows when the object is committed.
+    pub fn vectors_mut(&mut self) -> Option<&mut TriangleChannel<Vector>> {
+        self.stale = None;
+        self.vectors.as_mut()
+    }
+
+    /// Gives the object a vector displacement. Fails if it is that of another mesh.
+    pub fn set_vectors(&mut self, vectors: TriangleChannel<Vector>) -> Result<()> {
+        let [own, other] = [self.surface.topology(), vectors.field().topology()];
+        if (own.face_count(), own.vertex_count()) != (other.face_count(), other.vertex_count()) {
+            return Err(Error::invalid("the vector displacement is that of another mesh")
+                .advise("make it from the topology of this surface"));
+        }
+        self.vectors = Some(vectors);
+        self.stale = None;
+        Ok(())
+    }
+
     /// Makes everything that was sculpted up to now visible to readers, and brings normals up to date.
     pub fn commit(&mut self, context: &Context) -> Result<Arc<TriangleSnapshot>> {
         self.renew(context)?;
@@ -153,7 +183,18 @@ impl TriangleObject {
 
     /// The displaced mesh.
     pub fn displaced(&self) -> Result<TriangleDisplaced<'_>> {
-        TriangleDisplaced::new(&self.surface, self.displacement.field())
+        self.displaced_by(self.displacement.field())
+    }
+
+    /// The mesh displaced by `field` and by the vectors there are.
+    pub(super) fn displaced_by<'a>(&'a self, field: &'a TriangleField) -> Result<TriangleDisplaced<'a>> {
+        let displaced = TriangleDisplaced::new(&self.surface, field)?;
+        self.offsets.as_ref().map_or(Ok(displaced), |(offsets, _)| displaced.with_vectors(offsets))
+    }
+
+    /// The length of the longest vector.
+    pub(super) fn vector_reach(&self) -> f32 {
+        self.offsets.as_ref().map_or(0.0, |(_, longest)| *longest)
     }
 
     /// The normals as they were renewed last, see [`Self::renew`].
@@ -170,6 +211,8 @@ impl TriangleObject {
     /// How finely a face has to be divided to show all that is on it.
     pub fn rates(&self, face: u32) -> FaceRates {
         let rates = FaceRates::of(self.displacement.field(), face);
+        let vectors = self.vectors.as_ref();
+        let rates = vectors.map_or(rates, |vectors| rates.with(FaceRates::of(vectors.field(), face)));
         self.paint.as_ref().map_or(rates, |paint| rates.with(FaceRates::of(paint.field(), face)))
     }
 
@@ -186,7 +229,20 @@ impl TriangleObject {
 
     /// Brings the normals up to date.
     pub fn renew(&mut self, context: &Context) -> Result<()> {
+        if let (Some(vectors), None) = (&self.vectors, &self.stale) {
+            let offsets = vectors.field().in_object_space(context, &self.surface);
+            let longest = |values: &[Vector]| values.iter().map(|v| v.value().length()).fold(0.0, f64::max);
+            let field = vectors.field();
+            let faces = field.allocated().filter_map(|face| field.face(face));
+            let edges = field.allocated_edges().filter_map(|edge| field.edge(edge));
+            let reach = faces.chain(edges).chain(field.vertices()).map(longest).fold(0.0, f64::max);
+            self.offsets = Some((offsets, reach as f32));
+        }
         let displaced = TriangleDisplaced::new(&self.surface, self.displacement.field())?;
+        let displaced = match &self.offsets {
+            Some((offsets, _)) => displaced.with_vectors(offsets)?,
+            None => displaced,
+        };
         match self.stale.replace(Vec::new()) {
             Some(faces) if faces.is_empty() => {}
             Some(mut faces) => {
@@ -228,7 +284,8 @@ impl TriangleObject {
         let [least, most] = self.reach.unwrap_or_else(|| range(field));
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
         let stretch = DVec3::from(rows.map(|row| row.length()));
-        let margin = stretch * f64::from(most.max(-least));
+        let further = self.vector_reach();
+        let margin = stretch * f64::from(most.max(-least) + further);
         let mut faces = Vec::new();
         self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut faces);
         if margin != DVec3::ZERO {
@@ -239,7 +296,7 @@ impl TriangleObject {
                     let then = field_range(start, *face);
                     (least, most) = (least.min(then[0]), most.max(then[1]));
                 }
-                let far = stretch * f64::from(most.max(-least)) + obb.half * (1.0 + 1e-9);
+                let far = stretch * f64::from(most.max(-least) + further) + obb.half * (1.0 + 1e-9);
                 let corners =
                     self.surface.corner_points(*face).map(|p| map.transform_point3(DVec3::from(p.map(f64::from))));
                 let low = corners[0].min(corners[1]).min(corners[2]);
