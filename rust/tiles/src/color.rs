@@ -68,10 +68,17 @@ impl Tessellation {
 }
 
 /// The column of the block, counted with the ring, before a parameter, and how far it is on the way to the next.
+#[inline(always)]
 pub(crate) fn cell(parameter: f32, size: u32) -> (usize, f32) {
-    let x = inside(parameter) * size as f32 + 0.5;
-    let column = (x as u32).min(size);
-    (column as usize, x - column as f32)
+    inner_cell(inside(parameter), size)
+}
+
+/// As [`cell`], of a parameter from 0 to 1.
+#[inline(always)]
+pub(crate) fn inner_cell(parameter: f32, size: u32) -> (usize, f32) {
+    let x = parameter * size as i32 as f32 + 0.5;
+    let column = (x as i32).min(size as i32);
+    (column as u32 as usize, x - column as f32)
 }
 
 #[cfg(test)]

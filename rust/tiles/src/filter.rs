@@ -14,7 +14,7 @@
 use glam::{Vec2, Vec4};
 use relievo_surface::{Link, Place, TileTopology};
 
-use crate::color::cell;
+use crate::color::{cell, inner_cell};
 use crate::field::Field;
 use crate::heap::MAX_SIZE;
 use crate::ring::{View, texel_of_none};
@@ -35,13 +35,14 @@ impl<T: ColorTexel> Field<T> {
     /// # Panics
     /// If there is no such tile. Parameters outside 0 to 1 are clamped.
     pub fn filtered(&self, place: Place, footprint: [[f32; 2]; 2]) -> Vec4 {
-        let (axis, minor) = ellipse(footprint.map(Vec2::from));
+        let ellipse = Ellipse::new(footprint.map(Vec2::from));
         let place = Place { u: inside(place.u), v: inside(place.v), ..place };
-        let major = axis.length();
-        // Shorter than any texel.
+        let (major, minor) = (ellipse.major, ellipse.minor);
+        // Shorter than any texel, or round.
         if major * (MAX_SIZE as f32) <= 1.0 || major <= minor {
             return self.sample(place, minor.max(major.min(1.0)));
         }
+        let axis = ellipse.direction() * major;
         let count = (major / minor).ceil().clamp(1.0, TAPS);
         let sum: Vec4 = (0..count as u32)
             .map(|tap| {
@@ -66,9 +67,13 @@ impl<T: ColorTexel> Field<T> {
     /// Between the two levels whose texels are nearest to `width`, from the tile alone.
     #[inline]
     fn trilinear(&self, place: Place, width: f32) -> Vec4 {
-        let class = self.class(place.tile);
+        let Some(entry) = self.entry(place.tile) else {
+            let class = self.class(place.tile);
+            let (level, between) = level_of(width * class.size() as f32, class.mips());
+            return self.nothing(place, level, between);
+        };
+        let class = entry.id.class;
         let (level, between) = level_of(width * class.size() as f32, class.mips());
-        let Some(entry) = self.entry(place.tile) else { return self.nothing(place, level, between) };
         let size = class.size() >> level;
         if level == 0 {
             let fine = bilinear(&entry.texels, place, size);
@@ -185,15 +190,15 @@ pub(crate) fn inside(parameter: f32) -> f32 {
     if parameter > 0.0 { parameter.min(1.0) } else { 0.0 }
 }
 
-/// The colour of a block of `size`² texels.
+/// The colour of a block of `size`² texels at a place of the tile.
 #[inline(always)]
 fn bilinear<T: ColorTexel>(block: &[T], place: Place, size: u32) -> Vec4 {
-    let ((i, s), (j, t)) = (cell(place.u, size), cell(place.v, size));
+    let ((i, s), (j, t)) = (inner_cell(place.u, size), inner_cell(place.v, size));
     let stride = size as usize + 2;
     let at = j * stride + i;
     let (low, high) = (&block[at..at + 2], &block[at + stride..at + stride + 2]);
-    let (a, b) = (low[0].color(), high[0].color());
-    let (low, high) = (a + (low[1].color() - a) * s, b + (high[1].color() - b) * s);
+    let [a, b, c, d] = T::colors([low[0], low[1], high[0], high[1]]);
+    let (low, high) = (a + (b - a) * s, c + (d - c) * s);
     low + (high - low) * t
 }
 
@@ -212,20 +217,40 @@ fn level_of(texels: f32, mips: u32) -> (u32, f32) {
     (level, f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000) - 1.0)
 }
 
-/// The longer axis of the ellipse of a footprint and the length of the shorter one, within the limits of a look-up.
-fn ellipse([a, b]: [Vec2; 2]) -> (Vec2, f32) {
-    let (xx, xy, yy) = (a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y);
-    let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-    let root = (half * half + xy * xy).sqrt();
-    let major = (mean + root).sqrt();
-    if !major.is_finite() || major <= 0.0 {
-        return (Vec2::ZERO, 0.0);
+/// The ellipse of a footprint, within the limits of a look-up.
+struct Ellipse {
+    /// Lengths of the axes.
+    major: f32,
+    minor: f32,
+    /// Of the footprint's matrix times its transpose: half the difference of the diagonal, what is beside it, and half the
+    /// difference of the eigenvalues.
+    half: f32,
+    beside: f32,
+    root: f32,
+}
+
+impl Ellipse {
+    #[inline(always)]
+    fn new([a, b]: [Vec2; 2]) -> Self {
+        let (xx, xy, yy) = (a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y);
+        let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        let root = (half * half + xy * xy).sqrt();
+        let major = (mean + root).sqrt();
+        if !major.is_finite() || major <= 0.0 {
+            return Self { major: 0.0, minor: 0.0, half: 0.0, beside: 0.0, root: 0.0 };
+        }
+        let minor = a.perp_dot(b).abs() / major;
+        let length = major.min(LONGEST);
+        Self { major: length, minor: minor.clamp(length / TAPS, length), half, beside: xy, root }
     }
-    let minor = a.perp_dot(b).abs() / major;
-    // Both directions are those of the matrix; the longer one is the more exact.
-    let direction = if half >= 0.0 { Vec2::new(half + root, xy) } else { Vec2::new(xy, root - half) };
-    let length = major.min(LONGEST);
-    (direction.normalize_or(Vec2::X) * length, minor.clamp(length / TAPS, length))
+
+    /// Where the longer axis points.
+    fn direction(&self) -> Vec2 {
+        let Self { half, beside, root, .. } = *self;
+        // Both directions are those of the matrix; the longer one is the more exact.
+        let direction = if half >= 0.0 { Vec2::new(half + root, beside) } else { Vec2::new(beside, root - half) };
+        direction.normalize_or(Vec2::X)
+    }
 }
 
 /// Directions along each edge and into the tile.
@@ -314,16 +339,20 @@ mod tests {
 
     #[test]
     fn the_ellipse_of_a_footprint_has_its_axes() {
-        let (axis, minor) = ellipse([Vec2::new(0.3, 0.0), Vec2::new(0.0, 0.1)]);
+        let ellipse = |a: Vec2, b: Vec2| {
+            let ellipse = Ellipse::new([a, b]);
+            (ellipse.direction() * ellipse.major, ellipse.minor)
+        };
+        let (axis, minor) = ellipse(Vec2::new(0.3, 0.0), Vec2::new(0.0, 0.1));
         assert!((axis.abs() - Vec2::new(0.3, 0.0)).length() < 1e-6 && (minor - 0.1).abs() < 1e-6);
         let turn = Vec2::from_angle(1.1);
-        let (axis, minor) = ellipse([turn * 0.05, turn.perp() * 0.4]);
+        let (axis, minor) = ellipse(turn * 0.05, turn.perp() * 0.4);
         assert!((axis.length() - 0.4).abs() < 1e-5 && axis.dot(turn).abs() < 1e-5 && (minor - 0.05).abs() < 1e-5);
         for odd in [f32::NAN, f32::INFINITY, 0.0, 1e-30] {
-            let (axis, minor) = ellipse([Vec2::new(odd, 0.0), Vec2::ZERO]);
+            let (axis, minor) = ellipse(Vec2::new(odd, 0.0), Vec2::ZERO);
             assert!(axis.length() < 1e-6 && minor < 1e-6);
         }
-        assert_eq!(ellipse([Vec2::new(1e6, 0.0), Vec2::ZERO]), (Vec2::new(8.0, 0.0), 0.5));
+        assert_eq!(ellipse(Vec2::new(1e6, 0.0), Vec2::ZERO), (Vec2::new(8.0, 0.0), 0.5));
     }
 
     #[test]

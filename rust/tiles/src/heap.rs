@@ -70,13 +70,31 @@ impl SizeClass {
 
     /// Where level `level`, 1 or more, begins among the mips.
     pub(crate) fn level_start(self, level: u32) -> usize {
-        (1..level).map(|level| self.level_texels(level)).sum()
+        MIP_STARTS[self.index()][level as usize]
     }
 
     /// The index of the class, below [`CLASS_COUNT`].
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
+}
+
+/// Where each level begins among the mips, by class and level.
+static MIP_STARTS: [[usize; 9]; CLASS_COUNT] = mip_starts();
+
+const fn mip_starts() -> [[usize; 9]; CLASS_COUNT] {
+    let mut starts = [[0; 9]; CLASS_COUNT];
+    let mut class = 0;
+    while class < CLASS_COUNT {
+        let mut level = 1;
+        while level < 8 {
+            let side = ((MIN_SIZE << class) >> level) as usize + 2;
+            starts[class][level + 1] = starts[class][level] + side * side;
+            level += 1;
+        }
+        class += 1;
+    }
+    starts
 }
 
 /// A size of blocks, each with a heap of its own.

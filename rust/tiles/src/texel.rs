@@ -211,6 +211,11 @@ pub trait ColorTexel: Texel<Value = DVec4> {
     /// The colour: linear Rec.709 and alpha.
     fn color(self) -> Vec4;
 
+    /// Those of four texels.
+    fn colors(texels: [Self; 4]) -> [Vec4; 4] {
+        texels.map(Self::color)
+    }
+
     /// The nearest texel to a colour, clamped to what it can hold. Numbers that are not a number become 0.
     fn of_color(color: Vec4) -> Self;
 }
@@ -319,12 +324,22 @@ impl Texel for Rgba8 {
     }
 }
 
+#[inline(always)]
+fn decoded(linear: &[f32; 256], Rgba8([r, g, b, a]): Rgba8) -> Vec4 {
+    Vec4::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)], f32::from(a) / 255.0)
+}
+
 impl ColorTexel for Rgba8 {
     #[inline]
     fn color(self) -> Vec4 {
-        let [r, g, b, a] = self.0;
+        decoded(&LINEAR, self)
+    }
+
+    #[inline(always)]
+    fn colors([a, b, c, d]: [Self; 4]) -> [Vec4; 4] {
+        // The table is looked for once.
         let linear = &*LINEAR;
-        Vec4::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)], f32::from(a) / 255.0)
+        [decoded(linear, a), decoded(linear, b), decoded(linear, c), decoded(linear, d)]
     }
 
     #[inline]
