@@ -13,7 +13,7 @@ use relievo_surface::{Place, TileTopology};
 
 use crate::channel::{Channel, ChannelOptions};
 use crate::field::Field;
-use crate::filter::inside;
+use crate::filter::{bilinear, inside};
 use crate::tessellate::Tessellation;
 use crate::texel::{ColorTexel, Rgba8};
 
@@ -34,7 +34,11 @@ impl<T: ColorTexel> Field<T> {
     /// # Panics
     /// If there is no such tile. Parameters outside 0 to 1 are clamped.
     pub fn color(&self, place: Place) -> Vec4 {
-        self.sample(Place { u: inside(place.u), v: inside(place.v), ..place }, 0.0)
+        let place = Place { u: inside(place.u), v: inside(place.v), ..place };
+        match self.entry(place.tile) {
+            Some(entry) if self.uneven(place.tile) == 0 => bilinear(&entry.texels, place, entry.id.class.size()),
+            _ => self.sample(place, 0.0),
+        }
     }
 }
 

@@ -55,7 +55,7 @@ impl<T: ColorTexel> Field<T> {
     }
 
     /// The colour at `place` of its surroundings of `width`, continuous over the whole surface.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn sample(&self, place: Place, width: f32) -> Vec4 {
         let own = self.trilinear(place, width);
         match self.uneven(place.tile) {
@@ -65,7 +65,7 @@ impl<T: ColorTexel> Field<T> {
     }
 
     /// Between the two levels whose texels are nearest to `width`, from the tile alone.
-    #[inline]
+    #[inline(always)]
     fn trilinear(&self, place: Place, width: f32) -> Vec4 {
         let Some(entry) = self.entry(place.tile) else {
             let class = self.class(place.tile);
@@ -192,7 +192,7 @@ pub(crate) fn inside(parameter: f32) -> f32 {
 
 /// The colour of a block of `size`² texels at a place of the tile.
 #[inline(always)]
-fn bilinear<T: ColorTexel>(block: &[T], place: Place, size: u32) -> Vec4 {
+pub(crate) fn bilinear<T: ColorTexel>(block: &[T], place: Place, size: u32) -> Vec4 {
     let ((i, s), (j, t)) = (inner_cell(place.u, size), inner_cell(place.v, size));
     let stride = size as usize + 2;
     let at = j * stride + i;
