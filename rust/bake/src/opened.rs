@@ -105,7 +105,7 @@ impl<'a> Opened<'a> {
         if let ([_], true) = (layers, named || layers.iter().all(plain)) {
             return channels.pop().ok_or_else(|| Error::internal("a layer that was there is not"));
         }
-        let sheets: Vec<Sheet<'_, T>> = channels
+        let sheets: Vec<Sheet<'_, Field<T>>> = channels
             .iter()
             .zip(layers)
             .map(|(channel, layer)| Sheet { field: channel.field(), settings: layer.settings() })

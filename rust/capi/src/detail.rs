@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, TryLockError};
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Error, Mesh, Result};
-use relievo_detail::{DisplacedObject, Imprinter};
+use relievo_detail::{DisplacedObject, Imprinter, LayeredObject};
 use relievo_surface::Surface;
 use relievo_tiles::{
     Change, ChannelOptions, Displaced, Displacement, DisplacementOptions, Paint, Rgba8, Snapshot, Vector,

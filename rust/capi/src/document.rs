@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use relievo_core::Result;
 use relievo_detail::history::Changed;
-use relievo_detail::{DisplacedObject, History};
+use relievo_detail::{DisplacedObject, History, LayeredObject};
 use relievo_document::Document;
 
 use crate::array::{present, put, text};

@@ -4,7 +4,7 @@ use std::ffi::c_void;
 use std::sync::OnceLock;
 
 use relievo_core::{Error, Progress, Result};
-use relievo_detail::{Deformable, DisplacedObject, ImprintSettings, Moment, Motion, Pose, Report};
+use relievo_detail::{Deformable, DisplacedObject, ImprintSettings, LayeredObject, Moment, Motion, Pose, Report};
 use relievo_tiles::Field;
 
 use crate::array::{present, put};

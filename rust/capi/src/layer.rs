@@ -3,7 +3,7 @@
 use std::ffi::c_char;
 
 use relievo_core::{Error, Result};
-use relievo_detail::LayerInfo;
+use relievo_detail::{LayerInfo, LayeredObject};
 use relievo_document::{Blend, Kind, Settings};
 
 use crate::array::{fixed, present, put, text};

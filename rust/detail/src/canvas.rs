@@ -8,6 +8,7 @@ use relievo_tiles::triangle::TriangleField;
 use relievo_tiles::{Displaced, Field, Vector};
 
 use crate::dab::{Dab, DabReport};
+use crate::layered::LayeredObject;
 use crate::nearest::SurfacePoint;
 use crate::object::DisplacedObject;
 use crate::triangle::TriangleObject;

@@ -14,6 +14,7 @@ use crate::brush::Brush;
 use crate::cull::{self, CulledTile};
 use crate::edit::{self, Window};
 use crate::knots::PerKnot;
+use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
 use crate::object::DisplacedObject;
 use crate::spot::{Painting, Sculpting};

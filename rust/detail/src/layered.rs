@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_document::{Document, Head, Kind, MAX_LAYERS, Settings};
-use relievo_tiles::{Blocks, Channel, Displacement, Paint, Rgba8, StoredTexel, Texel, Traces, VectorDisplacement};
+use relievo_document::{self as document, Document, Head, Kind, MAX_LAYERS, Settings};
+use relievo_tiles::{Blocks, Channel, Displacement, Paint, Rgba8, Traces, VectorDisplacement};
 
 use crate::history::{BlockState, LayerState, LayerStates, Recorded};
-use crate::layers::{Absorb, Stack};
+use crate::layers::{BlockChannel, LayerChannel, Stack};
 use crate::object::DisplacedObject;
 
 /// The numbers of the layers that every object may have.
@@ -21,16 +21,16 @@ const ADDED: u32 = 16;
 
 /// The stacks of an object.
 #[derive(Debug)]
-pub struct Layers {
+pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint> {
     /// Those of displacement.
-    pub(crate) displacement: Stack<f16>,
+    pub(crate) displacement: Stack<H>,
     /// Those of colour, if it has colours.
-    pub(crate) colors: Option<Stack<Rgba8>>,
+    pub(crate) colors: Option<Stack<C>>,
     /// The numbers of its traces and of its vectors.
     others: [u32; 2],
 }
 
-impl Default for Layers {
+impl<H: LayerChannel<Texel = f16>, C: LayerChannel> Default for Layers<H, C> {
     fn default() -> Self {
         Self {
             displacement: Stack::new(DISPLACEMENT, "displacement", f16::ZERO),
@@ -40,9 +40,9 @@ impl Default for Layers {
     }
 }
 
-/// One layer of colour.
-pub(crate) fn colors(paint: &Paint) -> Stack<Rgba8> {
-    Stack::new(COLOUR, "colour", paint.field().blank())
+/// One layer of colour; `background` is seen where it is hidden.
+pub(crate) fn colors<C: LayerChannel>(background: C::Texel) -> Stack<C> {
+    Stack::new(COLOUR, "colour", background)
 }
 
 /// What a layer is, for people and hosts.
@@ -62,10 +62,80 @@ pub struct LayerInfo {
     pub tiles: usize,
 }
 
-impl DisplacedObject {
+/// What an object holds in layers.
+#[derive(Debug)]
+pub struct Channels<O, C, L> {
+    /// The stacks.
+    pub layers: L,
+    /// The displacement, to which its layers come.
+    pub displacement: O,
+    /// The colours, to which their layers come.
+    pub paint: C,
+}
+
+/// A channel that a document held.
+#[derive(Debug)]
+pub enum Stored<O: LayeredObject> {
+    /// Scalar displacement.
+    Displacement(O::Displacement),
+    /// Colours.
+    Paint(O::Paint),
+    /// Traces of contact.
+    Traces(O::Traces),
+    /// Vector displacement.
+    Vectors(O::Vectors),
+}
+
+/// An object whose displacement and colours are in layers, over whatever kind of surface.
+pub trait LayeredObject: Sized {
+    /// What displacement is kept in.
+    type Displacement: LayerChannel<Texel = f16>;
+    /// What colours are kept in.
+    type Paint: LayerChannel<Texel = Rgba8>;
+    /// What traces are kept in.
+    type Traces: BlockChannel;
+    /// What vectors are kept in.
+    type Vectors: BlockChannel;
+
+    /// Faces of the surface.
+    fn face_count(&self) -> usize;
+
+    /// Whether edits fade.
+    fn is_fading(&self) -> bool;
+
+    /// What it holds in layers.
+    #[allow(clippy::type_complexity)]
+    fn channels(&self)
+    -> Channels<&Self::Displacement, &Option<Self::Paint>, &Layers<Self::Displacement, Self::Paint>>;
+
+    /// What it holds in layers, to be written. Whatever was measured of the displacement is measured anew if `displaced`.
+    #[allow(clippy::type_complexity)]
+    fn channels_mut(
+        &mut self,
+        displaced: bool,
+    ) -> Channels<&mut Self::Displacement, &mut Option<Self::Paint>, &mut Layers<Self::Displacement, Self::Paint>>;
+
+    /// Traces and vectors, if it has them.
+    fn others(&self) -> (Option<&Self::Traces>, Option<&Self::Vectors>);
+
+    /// Traces and vectors, if it has them, to be written.
+    fn others_mut(&mut self) -> (Option<&mut Self::Traces>, Option<&mut Self::Vectors>);
+
+    /// The channel that `document` holds as `layer`, in `budget` bytes; `None` where an object has none of its kind.
+    fn stored(
+        &self,
+        context: &Context,
+        document: &Document,
+        layer: &document::Layer,
+        budget: u64,
+    ) -> Result<Option<Stored<Self>>>;
+
+    /// Takes the place of its channel of the same kind. Colours become one layer. Fails if it is that of another surface.
+    fn set_channel(&mut self, channel: Stored<Self>) -> Result<()>;
+
     /// The layers, from the lowest: those of displacement, then those of colour. What is evaluated is
     /// [`Self::displacement`] and [`Self::paint`], to which they come.
-    pub fn layers(&self) -> Vec<LayerInfo> {
+    fn layers(&self) -> Vec<LayerInfo> {
         let info = |state: LayerState, active: u32| LayerInfo {
             id: state.id,
             name: state.name.to_string(),
@@ -74,16 +144,17 @@ impl DisplacedObject {
             active: state.id == active,
             tiles: state.blocks.numbers().len(),
         };
-        let stack = &self.layers.displacement;
-        let heights = stack.states(&self.displacement).into_iter().map(|state| info(state, stack.active()));
-        let colors = self.layers.colors.iter().zip(&self.paint).flat_map(|(stack, paint)| {
+        let own = self.channels();
+        let stack = &own.layers.displacement;
+        let heights = stack.states(own.displacement).into_iter().map(|state| info(state, stack.active()));
+        let colors = own.layers.colors.iter().zip(own.paint).flat_map(|(stack, paint)| {
             stack.states(paint).into_iter().map(|state| info(state, stack.active())).collect::<Vec<_>>()
         });
         heights.chain(colors).collect()
     }
 
     /// The number of the layer called `name`.
-    pub fn layer(&self, name: &str) -> Option<u32> {
+    fn layer(&self, name: &str) -> Option<u32> {
         self.layers().into_iter().find(|layer| layer.name == name).map(|layer| layer.id)
     }
 
@@ -93,7 +164,7 @@ impl DisplacedObject {
     ///
     /// Fails if the name is taken or none, the settings are not for its kind, there is no such size, the object has no
     /// colours, or its edits fade.
-    pub fn add_layer(
+    fn add_layer(
         &mut self,
         context: &Context,
         kind: Kind,
@@ -102,18 +173,18 @@ impl DisplacedObject {
         size: u32,
     ) -> Result<(u32, Vec<u32>)> {
         self.check_name(name)?;
-        if self.fading().is_some() {
+        if self.is_fading() {
             return Err(Error::unsupported("edits that fade are on one layer")
                 .at(format!("layer `{name}`"))
                 .advise("leave out the layers or the decay"));
         }
         self.settle(context)?;
-        let others = self.layers.others;
+        let others = self.channels().layers.others;
         let used = self.layers().into_iter().map(|layer| layer.id).chain(others).map(|id| id + 1).max().unwrap_or(0);
         if self.layers().len() >= MAX_LAYERS {
             return Err(Error::invalid(format!("an object has at most {MAX_LAYERS} layers")));
         }
-        let (id, faces) = (used.max(ADDED), vec![size; self.surface().topology().face_count()]);
+        let (id, faces) = (used.max(ADDED), vec![size; self.face_count()]);
         let head = (id, name, settings);
         let refused = match kind {
             Kind::Scalar => self.edit_heights(|stack, composite| stack.add(context, composite, head, &faces)),
@@ -124,6 +195,7 @@ impl DisplacedObject {
         Ok((id, refused.map_err(|error| error.at(format!("layer `{name}`")))?))
     }
 
+    /// Fails unless a layer can be called so.
     fn check_name(&self, name: &str) -> Result<()> {
         let place = || format!("layer `{name}`");
         if name.is_empty() || name.len() > usize::from(u8::MAX) || name.contains(char::is_control) {
@@ -135,21 +207,22 @@ impl DisplacedObject {
         Ok(())
     }
 
+    /// Does something with the layers of displacement and what they come to.
     fn edit_heights(
         &mut self,
-        edit: impl FnOnce(&mut Stack<f16>, &mut Displacement) -> Result<Vec<u32>>,
+        edit: impl FnOnce(&mut Stack<Self::Displacement>, &mut Self::Displacement) -> Result<Vec<u32>>,
     ) -> Result<Vec<u32>> {
-        let mut stack = std::mem::take(&mut self.layers);
-        let done = edit(&mut stack.displacement, self.displacement_mut());
-        self.layers = stack;
-        done
+        let own = self.channels_mut(true);
+        edit(&mut own.layers.displacement, own.displacement)
     }
 
+    /// Does something with the layers of colour and what they come to. Fails if there are no colours.
     fn edit_colors(
         &mut self,
-        edit: impl FnOnce(&mut Stack<Rgba8>, &mut Paint) -> Result<Vec<u32>>,
+        edit: impl FnOnce(&mut Stack<Self::Paint>, &mut Self::Paint) -> Result<Vec<u32>>,
     ) -> Result<Vec<u32>> {
-        match (&mut self.layers.colors, &mut self.paint) {
+        let own = self.channels_mut(false);
+        match (&mut own.layers.colors, own.paint) {
             (Some(stack), Some(paint)) => edit(stack, paint),
             _ => Err(Error::invalid("the object has no colours").advise("give it some first")),
         }
@@ -160,37 +233,38 @@ impl DisplacedObject {
         &mut self,
         context: &Context,
         id: u32,
-        heights: impl FnOnce(&mut Stack<f16>, &mut Displacement) -> Result<Vec<u32>>,
-        colors: impl FnOnce(&mut Stack<Rgba8>, &mut Paint) -> Result<Vec<u32>>,
+        heights: impl FnOnce(&mut Stack<Self::Displacement>, &mut Self::Displacement) -> Result<Vec<u32>>,
+        colors: impl FnOnce(&mut Stack<Self::Paint>, &mut Self::Paint) -> Result<Vec<u32>>,
     ) -> Result<Vec<u32>> {
         self.settle(context)?;
-        let in_colors =
-            self.layers.colors.as_ref().is_some_and(|stack| stack.layers().iter().any(|layer| layer.id() == id));
+        let colored = self.channels().layers.colors.as_ref();
+        let in_colors = colored.is_some_and(|stack| stack.layers().iter().any(|layer| layer.id() == id));
         if in_colors { self.edit_colors(colors) } else { self.edit_heights(heights) }
     }
 
     /// Makes `id` the layer that edits of its kind go to. Fails if there is no such layer.
-    pub fn set_active_layer(&mut self, context: &Context, id: u32) -> Result<()> {
+    fn set_active_layer(&mut self, context: &Context, id: u32) -> Result<()> {
         let none = |set: Result<()>| set.map(|()| Vec::new());
         self.edit_either(context, id, |stack, _| none(stack.set_active(id)), |stack, _| none(stack.set_active(id)))
             .map(drop)
     }
 
     /// Names a layer. Fails if there is no such layer, or the name is taken or none.
-    pub fn rename_layer(&mut self, id: u32, name: &str) -> Result<()> {
+    fn rename_layer(&mut self, id: u32, name: &str) -> Result<()> {
         let there = self.layers().into_iter().find(|layer| layer.id == id);
         let there = there.ok_or_else(|| Error::invalid(format!("there is no layer with the number {id}")))?;
         if there.name != name {
             self.check_name(name)?;
-            self.layers.displacement.rename(id, name);
-            self.layers.colors.iter_mut().for_each(|stack| stack.rename(id, name));
+            let layers = self.channels_mut(false).layers;
+            layers.displacement.rename(id, name);
+            layers.colors.iter_mut().for_each(|stack| stack.rename(id, name));
         }
         Ok(())
     }
 
     /// Changes how a layer is seen. Returns the tiles that the budget refused to the composite. Fails if there is no such
     /// layer or its kind cannot be seen so.
-    pub fn set_layer(&mut self, context: &Context, id: u32, to: Settings) -> Result<Vec<u32>> {
+    fn set_layer(&mut self, context: &Context, id: u32, to: Settings) -> Result<Vec<u32>> {
         self.edit_either(
             context,
             id,
@@ -200,7 +274,7 @@ impl DisplacedObject {
     }
 
     /// Puts a layer at a place among those of its kind, counted from the lowest. As [`Self::set_layer`] otherwise.
-    pub fn place_layer(&mut self, context: &Context, id: u32, place: usize) -> Result<Vec<u32>> {
+    fn place_layer(&mut self, context: &Context, id: u32, place: usize) -> Result<Vec<u32>> {
         self.edit_either(
             context,
             id,
@@ -210,7 +284,7 @@ impl DisplacedObject {
     }
 
     /// Removes a layer with all that is on it. Fails if there is no such layer, or it is the last of its kind.
-    pub fn remove_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
+    fn remove_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         self.edit_either(
             context,
             id,
@@ -221,7 +295,7 @@ impl DisplacedObject {
 
     /// Puts a layer and the one below it into one that looks as both did, but for rounding; it has the number and the
     /// name of the lower one. Fails, and changes nothing, where no one layer would look so, or one of them is hidden.
-    pub fn merge_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
+    fn merge_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         self.edit_either(
             context,
             id,
@@ -231,10 +305,11 @@ impl DisplacedObject {
     }
 
     /// Makes one layer of displacement and one of colour of all: what is seen, to the bit.
-    pub fn flatten_layers(&mut self, context: &Context) -> Result<Vec<u32>> {
+    fn flatten_layers(&mut self, context: &Context) -> Result<Vec<u32>> {
         let refused = self.settle(context)?;
-        self.layers.displacement.flatten();
-        self.layers.colors.iter_mut().for_each(Stack::flatten);
+        let layers = self.channels_mut(false).layers;
+        layers.displacement.flatten();
+        layers.colors.iter_mut().for_each(Stack::flatten);
         Ok(refused)
     }
 
@@ -243,9 +318,9 @@ impl DisplacedObject {
     /// refused. With one plain layer of each kind there is nothing to do.
     ///
     /// Fails if the active layer cannot be seen; what was edited is then undone.
-    pub fn settle(&mut self, context: &Context) -> Result<Vec<u32>> {
+    fn settle(&mut self, context: &Context) -> Result<Vec<u32>> {
         let mut refused = Vec::new();
-        if !self.layers.displacement.is_plain() {
+        if !self.channels().layers.displacement.is_plain() {
             refused = self.edit_heights(|stack, composite| stack.settle(context, composite))?;
         }
         refused.extend(self.settle_colors(context)?);
@@ -256,48 +331,52 @@ impl DisplacedObject {
 
     /// As [`Self::settle`], of colours alone, whose layers hold what was painted already: to look at a stroke that is
     /// still being made.
-    pub fn settle_colors(&mut self, context: &Context) -> Result<Vec<u32>> {
-        match (&mut self.layers.colors, &mut self.paint) {
+    fn settle_colors(&mut self, context: &Context) -> Result<Vec<u32>> {
+        let own = self.channels_mut(false);
+        match (&mut own.layers.colors, own.paint) {
             (Some(stack), Some(paint)) => stack.settle(context, paint),
             _ => Ok(Vec::new()),
         }
     }
 
     /// Takes away what is painted on: the active layer. Fails if there are no colours, or it cannot be seen.
-    pub(crate) fn take_paint(&mut self) -> Result<Paint> {
-        if let Some(stack) = &mut self.layers.colors {
+    fn take_paint(&mut self) -> Result<Self::Paint> {
+        let own = self.channels_mut(false);
+        if let Some(stack) = &mut own.layers.colors {
             stack.check_editable()?;
             if let Some(active) = stack.take_active() {
                 return Ok(active);
             }
         }
-        self.paint
+        own.paint
             .take()
             .ok_or_else(|| Error::invalid("the object has no colours to paint on").advise("give it some first"))
     }
 
     /// Puts back what [`Self::take_paint`] took.
-    pub(crate) fn put_paint(&mut self, paint: Paint) {
-        match &mut self.layers.colors {
+    fn put_paint(&mut self, paint: Self::Paint) {
+        let own = self.channels_mut(false);
+        match &mut own.layers.colors {
             Some(stack) if !stack.is_plain() => stack.put_active(paint),
-            _ => self.paint = Some(paint),
+            _ => *own.paint = Some(paint),
         }
     }
 
     /// All layers as they are, traces and vectors too; [`Self::settle`] is to be done before.
-    pub fn layer_states(&self) -> LayerStates {
-        let mut states = self.layers.displacement.states(&self.displacement);
-        if let (Some(stack), Some(paint)) = (&self.layers.colors, &self.paint) {
+    fn layer_states(&self) -> LayerStates {
+        let own = self.channels();
+        let mut states = own.layers.displacement.states(own.displacement);
+        if let (Some(stack), Some(paint)) = (&own.layers.colors, own.paint) {
             states.extend(stack.states(paint));
         }
         let mut add = |id: u32, name: &str, blocks: Arc<dyn Blocks>| {
             states.push(LayerState { id, name: name.into(), settings: Settings::of(blocks.kind()), blocks });
         };
-        let [traces, vectors] = self.layers.others;
-        if let Some(channel) = self.traces() {
+        let ([traces, vectors], others) = (own.layers.others, self.others());
+        if let Some(channel) = others.0 {
             add(traces, "traces", Arc::new(channel.field().clone()));
         }
-        if let Some(channel) = self.vectors() {
+        if let Some(channel) = others.1 {
             add(vectors, "vectors", Arc::new(channel.field().clone()));
         }
         states
@@ -305,7 +384,7 @@ impl DisplacedObject {
 
     /// Adds all layers to `document`; [`Self::settle`] is to be done before. Fails if it is for another mesh or has
     /// layers.
-    pub fn store(&self, context: &Context, document: &mut Document) -> Result<()> {
+    fn store(&self, context: &Context, document: &mut Document) -> Result<()> {
         for state in self.layer_states() {
             let tiles = state.blocks.numbers();
             let read = |tile| Ok(state.blocks.bytes(tile).unwrap_or_default().to_vec());
@@ -315,55 +394,56 @@ impl DisplacedObject {
     }
 
     /// The displacement of `tile` as caches keep it: of all layers, see [`Stack::read`].
-    pub fn read_displacement(&self, tile: u32) -> Result<Option<Vec<u8>>> {
-        self.layers.displacement.read(&self.displacement, tile)
+    fn read_displacement(&self, tile: u32) -> Result<Option<Vec<u8>>> {
+        let own = self.channels();
+        own.layers.displacement.read(own.displacement, tile)
     }
 
     /// Puts back what [`Self::read_displacement`] gave; [`Self::settle`] is to follow.
-    pub fn write_displacement(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+    fn write_displacement(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         self.edit_heights(|stack, composite| stack.write(composite, tile, bytes).map(|()| Vec::new())).map(drop)
     }
 
     /// The tiles that have displacement in any layer, ascending.
-    pub fn displaced_tiles(&self) -> Vec<u32> {
-        self.layers.displacement.allocated(&self.displacement)
+    fn displaced_tiles(&self) -> Vec<u32> {
+        let own = self.channels();
+        own.layers.displacement.allocated(own.displacement)
     }
 
     /// Makes displacement visible to readers. Returns the tiles that changed in it or in one of its layers, ascending.
-    pub fn commit_displacement(&mut self) -> Vec<u32> {
+    fn commit_displacement(&mut self) -> Vec<u32> {
         // Reached for writing, so that its reach is measured anew.
-        let displacement = self.displacement_mut().commit();
-        let mut tiles = self.layers.displacement.commit(&mut self.displacement);
-        tiles.extend(displacement.changed());
-        tiles.sort_unstable();
-        tiles.dedup();
-        tiles
+        let own = self.channels_mut(true);
+        own.layers.displacement.commit(own.displacement)
     }
 
     /// The colours of `tile` as caches keep them, see [`Stack::read`]; `None` too if there are none at all.
-    pub fn read_paint(&self, tile: u32) -> Result<Option<Vec<u8>>> {
-        match (&self.layers.colors, &self.paint) {
+    fn read_paint(&self, tile: u32) -> Result<Option<Vec<u8>>> {
+        let own = self.channels();
+        match (&own.layers.colors, own.paint) {
             (Some(stack), Some(paint)) => stack.read(paint, tile),
             _ => Ok(None),
         }
     }
 
     /// Puts back what [`Self::read_paint`] gave; [`Self::settle`] is to follow. Fails too if the object has no colours.
-    pub fn write_paint(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+    fn write_paint(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         self.edit_colors(|stack, composite| stack.write(composite, tile, bytes).map(|()| Vec::new())).map(drop)
     }
 
     /// The tiles that have colours in any layer, ascending.
-    pub fn painted_tiles(&self) -> Vec<u32> {
-        match (&self.layers.colors, &self.paint) {
+    fn painted_tiles(&self) -> Vec<u32> {
+        let own = self.channels();
+        match (&own.layers.colors, own.paint) {
             (Some(stack), Some(paint)) => stack.allocated(paint),
             _ => Vec::new(),
         }
     }
 
     /// Makes colours visible to readers. Returns the tiles that changed in them or in one of their layers, ascending.
-    pub fn commit_paint(&mut self) -> Vec<u32> {
-        match (&mut self.layers.colors, &mut self.paint) {
+    fn commit_paint(&mut self) -> Vec<u32> {
+        let own = self.channels_mut(false);
+        match (&mut own.layers.colors, own.paint) {
             (Some(stack), Some(paint)) => stack.commit(paint),
             _ => Vec::new(),
         }
@@ -373,60 +453,51 @@ impl DisplacedObject {
     /// they are. Returns the names of layers that an object cannot have.
     ///
     /// Fails if the document is for another mesh, a layer is damaged, or the budget is too small.
-    pub fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Vec<String>> {
+    fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Vec<String>> {
         let (mut heights, mut paints, mut unknown) = (Vec::new(), Vec::new(), Vec::new());
-        let topology = self.surface().topology().clone();
         let mut others = [None; 2];
         for layer in document.layers() {
-            let (name, is) = (layer.name(), |kind| layer.kind() == kind);
-            if is(Kind::Scalar) {
-                heights.extend(
-                    Channel::stored(context, topology.clone(), document, name, budget)?.map(|c| (layer.head(), c)),
-                );
-            } else if is(Kind::Rgba8) {
-                paints.extend(
-                    Channel::stored(context, topology.clone(), document, name, budget)?.map(|c| (layer.head(), c)),
-                );
-            } else if is(Traces::kind()) && others[0].is_none() {
-                others[0] = Some(layer.id());
-                if let Some(traces) = Traces::stored(context, topology.clone(), document, name, budget)? {
-                    self.set_traces(traces)?;
+            match self.stored(context, document, layer, budget)? {
+                Some(Stored::Displacement(channel)) => heights.push((layer.head(), channel)),
+                Some(Stored::Paint(channel)) => paints.push((layer.head(), channel)),
+                Some(channel @ Stored::Traces(_)) if others[0].is_none() => {
+                    others[0] = Some(layer.id());
+                    self.set_channel(channel)?;
                 }
-            } else if is(VectorDisplacement::kind()) && others[1].is_none() {
-                others[1] = Some(layer.id());
-                let surface = self.surface();
-                if let Some(vectors) = VectorDisplacement::stored_on(context, surface, document, name, budget)? {
-                    self.set_vectors(vectors)?;
+                Some(channel @ Stored::Vectors(_)) if others[1].is_none() => {
+                    others[1] = Some(layer.id());
+                    self.set_channel(channel)?;
                 }
-            } else {
-                unknown.push(name.to_string());
+                _ => unknown.push(layer.name().to_string()),
             }
         }
         // What the document does not have gets numbers that it has not.
         let free = document.free_id().max(ADDED);
         let kept = (heights.is_empty(), paints.is_empty());
         if let Some((_, first)) = heights.first() {
-            *self.displacement_mut() = first.clone();
+            self.set_channel(Stored::Displacement(first.clone()))?;
             self.edit_heights(|stack, composite| stack.take_up(context, composite, heights))?;
         }
         if let Some((_, first)) = paints.first() {
-            let before = self.layers.colors.take();
-            self.set_paint(first.clone())?;
-            self.layers.colors = before.or(self.layers.colors.take());
+            let before = self.channels_mut(false).layers.colors.take();
+            self.set_channel(Stored::Paint(first.clone()))?;
+            let colors = &mut self.channels_mut(false).layers.colors;
+            *colors = before.or(colors.take());
             self.edit_colors(|stack, composite| stack.take_up(context, composite, paints))?;
         }
-        self.layers.others = [others[0].unwrap_or(free), others[1].unwrap_or(free + 1)];
+        let layers = self.channels_mut(false).layers;
+        layers.others = [others[0].unwrap_or(free), others[1].unwrap_or(free + 1)];
         if kept.0 {
-            self.layers.displacement.renumber(free + 2);
+            layers.displacement.renumber(free + 2);
         }
-        if let (true, Some(stack)) = (kept.1, &mut self.layers.colors) {
+        if let (true, Some(stack)) = (kept.1, &mut layers.colors) {
             stack.renumber(free + 2 + MAX_LAYERS as u32);
         }
         Ok(unknown)
     }
 }
 
-impl Recorded for DisplacedObject {
+impl<O: LayeredObject> Recorded for O {
     fn states(&mut self, context: &Context) -> Result<LayerStates> {
         self.settle(context)?;
         Ok(self.layer_states())
@@ -439,26 +510,22 @@ impl Recorded for DisplacedObject {
         self.edit_heights(|stack, composite| {
             put_layers(context, stack, composite, whole.then_some(&heights), &blocks)
         })?;
-        if self.paint.is_some() {
+        if self.channels().paint.is_some() {
             let heads = whole.then_some(colors.as_slice());
             self.edit_colors(|stack, composite| put_layers(context, stack, composite, heads, &blocks))?;
         }
-        let others = self.layers.others;
-        if let Some(traces) = self.traces_mut() {
-            put(traces, others[0], &blocks)?;
-        }
-        if let Some(vectors) = self.vectors_mut() {
-            put(vectors, others[1], &blocks)?;
-        }
-        Ok(())
+        let ids = self.channels().layers.others;
+        let (traces, vectors) = self.others_mut();
+        traces.map_or(Ok(()), |traces| put(traces, ids[0], &blocks))?;
+        vectors.map_or(Ok(()), |vectors| put(vectors, ids[1], &blocks))
     }
 }
 
 /// Gives a stack the layers `heads`, unless they stay, and `blocks`.
-fn put_layers<T: Absorb>(
+fn put_layers<C: LayerChannel>(
     context: &Context,
-    stack: &mut Stack<T>,
-    composite: &mut Channel<T>,
+    stack: &mut Stack<C>,
+    composite: &mut C,
     heads: Option<&[&Head]>,
     blocks: &[BlockState],
 ) -> Result<Vec<u32>> {
@@ -475,7 +542,7 @@ fn put_layers<T: Absorb>(
 }
 
 /// Puts back the blocks of `layer`, whatever the budget says: those that go first, so that others have room.
-fn put<T: Texel>(channel: &mut Channel<T>, layer: u32, blocks: &[BlockState]) -> Result<()> {
+fn put(channel: &mut impl BlockChannel, layer: u32, blocks: &[BlockState]) -> Result<()> {
     let budget = channel.budget();
     channel.set_budget(u64::MAX);
     let mut own = blocks.iter().filter(|block| block.layer == layer);
@@ -484,13 +551,65 @@ fn put<T: Texel>(channel: &mut Channel<T>, layer: u32, blocks: &[BlockState]) ->
     done
 }
 
-/// What documents call the texels of a channel.
-trait Kinded {
-    fn kind() -> Kind;
-}
+impl LayeredObject for DisplacedObject {
+    type Displacement = Displacement;
+    type Paint = Paint;
+    type Traces = Traces;
+    type Vectors = VectorDisplacement;
 
-impl<T: StoredTexel> Kinded for Channel<T> {
-    fn kind() -> Kind {
-        T::KIND
+    fn face_count(&self) -> usize {
+        self.surface().topology().face_count()
+    }
+
+    fn is_fading(&self) -> bool {
+        self.fading().is_some()
+    }
+
+    fn channels(&self) -> Channels<&Displacement, &Option<Paint>, &Layers> {
+        Channels { layers: &self.layers, displacement: &self.displacement, paint: &self.paint }
+    }
+
+    fn channels_mut(&mut self, displaced: bool) -> Channels<&mut Displacement, &mut Option<Paint>, &mut Layers> {
+        if displaced {
+            self.displacement_mut();
+        }
+        Channels { layers: &mut self.layers, displacement: &mut self.displacement, paint: &mut self.paint }
+    }
+
+    fn others(&self) -> (Option<&Traces>, Option<&VectorDisplacement>) {
+        (self.traces(), self.vectors())
+    }
+
+    fn others_mut(&mut self) -> (Option<&mut Traces>, Option<&mut VectorDisplacement>) {
+        self.traces_and_vectors_mut()
+    }
+
+    fn stored(
+        &self,
+        context: &Context,
+        document: &Document,
+        layer: &document::Layer,
+        budget: u64,
+    ) -> Result<Option<Stored<Self>>> {
+        let (topology, name) = (self.surface().topology().clone(), layer.name());
+        Ok(match layer.kind() {
+            Kind::Scalar => Channel::stored(context, topology, document, name, budget)?.map(Stored::Displacement),
+            Kind::Rgba8 => Channel::stored(context, topology, document, name, budget)?.map(Stored::Paint),
+            Kind::Trace => Channel::stored(context, topology, document, name, budget)?.map(Stored::Traces),
+            Kind::Vector => {
+                VectorDisplacement::stored_on(context, self.surface(), document, name, budget)?.map(Stored::Vectors)
+            }
+            Kind::Rgba16 => None,
+        })
+    }
+
+    fn set_channel(&mut self, channel: Stored<Self>) -> Result<()> {
+        match channel {
+            Stored::Displacement(displacement) => *self.displacement_mut() = displacement,
+            Stored::Paint(paint) => self.set_paint(paint)?,
+            Stored::Traces(traces) => self.set_traces(traces)?,
+            Stored::Vectors(vectors) => self.set_vectors(vectors)?,
+        }
+        Ok(())
     }
 }

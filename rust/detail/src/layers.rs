@@ -5,28 +5,102 @@
 //! are made on the composite; what they changed goes to the active layer, divided by its opacity, when the layers are
 //! settled. Edits of colour are made on the texels of the active layer. Units: object units, linear light.
 
+use std::fmt::Debug;
 use std::sync::Arc;
 
+use bytemuck::Zeroable;
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_document::{Blend, Head, Settings};
 use relievo_tiles::composite::{blended, resampled};
 use relievo_tiles::spline::coarsen_block;
-use relievo_tiles::{Blocks, Channel, Field, Layered, Rgba8, Sets, Sheet};
+use relievo_tiles::{Blocks, Channel, Field, Layered, Rgba8, Sets, Sheet, StoredTexel};
 
 use crate::history::LayerState;
 
+/// A channel whose blocks can be read and put back by number, whatever they are blocks of.
+pub trait BlockChannel: Debug + Send + Sync {
+    /// What it is at one moment.
+    type Field: Blocks + Clone;
+
+    /// As it is now.
+    fn field(&self) -> &Self::Field;
+
+    /// Bytes that it may occupy.
+    fn budget(&self) -> u64;
+
+    /// Changes the budget. Blocks stay, even beyond it.
+    fn set_budget(&mut self, budget: u64);
+
+    /// The bytes of a block; `None` if it is not there. Fails if there is no such block.
+    fn read(&self, block: u32) -> Result<Option<Vec<u8>>>;
+
+    /// Puts back what [`Self::read`] gave. Fails, and changes nothing, if it does not fit.
+    fn write(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()>;
+
+    /// Makes edits visible to readers. Returns the blocks that changed, ascending.
+    fn commit(&mut self) -> Vec<u32>;
+}
+
+/// A channel that layers are kept in.
+pub trait LayerChannel: BlockChannel + Clone {
+    /// What it holds.
+    type Texel: Layered;
+
+    /// A channel over the surface of `field` with the sizes that `face_sizes` has for every face, without blocks.
+    fn sized(field: &Self::Field, face_sizes: &[u32], blank: Self::Texel, budget: u64) -> Result<Self>;
+
+    /// Makes `blocks` of a composite what `sheets`, from the lowest, come to over `background`. Returns what the budget
+    /// refused.
+    fn compose(
+        &mut self,
+        context: &Context,
+        sheets: &[Sheet<'_, Self::Field>],
+        background: Self::Texel,
+        blocks: &[u32],
+    ) -> Result<Vec<u32>>;
+
+    /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them. Returns
+    /// what the budget refused too.
+    fn recomposed(
+        &self,
+        context: &Context,
+        sheets: &[Sheet<'_, Self::Field>],
+        background: Self::Texel,
+    ) -> Result<(Self, Vec<u32>)>;
+
+    /// Takes the place of `before`: what differs counts as changed.
+    fn follow(&mut self, before: &Self);
+
+    /// The blocks of `before` that still fit this one are put into it.
+    fn keep(&mut self, before: &Self::Field) -> Result<()>;
+
+    /// Whether edits are made on the composite.
+    const THROUGH_COMPOSITE: bool;
+
+    /// Puts what was changed in `blocks` of the composite, from `composite[0]` to `composite[1]`, into this layer, which
+    /// is seen with `settings` over what `below` comes to on `background`. Returns what the budget refused.
+    fn absorb(
+        &mut self,
+        context: &Context,
+        composite: [&Self::Field; 2],
+        below: (&[Sheet<'_, Self::Field>], Self::Texel),
+        settings: Settings,
+        blocks: &[u32],
+    ) -> Result<Vec<u32>>;
+}
+
 /// A layer of a [`Stack`].
 #[derive(Debug)]
-pub struct Layer<T> {
+pub struct Layer<C> {
     id: u32,
     name: Arc<str>,
     settings: Settings,
     /// `None` where its texels are those of the composite.
-    channel: Option<Channel<T>>,
+    channel: Option<C>,
 }
 
-impl<T> Layer<T> {
+impl<C> Layer<C> {
     /// Its number.
     pub fn id(&self) -> u32 {
         self.id
@@ -45,19 +119,19 @@ impl<T> Layer<T> {
 
 /// The fields of the composite and of the layers when it was last computed.
 #[derive(Debug)]
-struct Seen<T> {
-    composite: Field<T>,
-    layers: Vec<Field<T>>,
+struct Seen<F> {
+    composite: F,
+    layers: Vec<F>,
 }
 
 /// The layers of one kind of an object, from the lowest. The composite is given to every function.
 #[derive(Debug)]
-pub struct Stack<T> {
-    layers: Vec<Layer<T>>,
+pub struct Stack<C: LayerChannel> {
+    layers: Vec<Layer<C>>,
     active: u32,
-    background: T,
+    background: C::Texel,
     /// `None` while the composite is the only layer.
-    seen: Option<Seen<T>>,
+    seen: Option<Seen<C::Field>>,
 }
 
 /// The least opacity of a layer that edits of displacement can be divided by.
@@ -79,7 +153,7 @@ pub struct Absorbed<'a, T: Layered> {
     tile: u32,
     composite: [&'a Field<T>; 2],
     /// What is below the active layer.
-    below: &'a [Sheet<'a, T>],
+    below: &'a [Sheet<'a, Field<T>>],
     background: T,
     settings: Settings,
 }
@@ -133,15 +207,99 @@ impl Absorb for f16 {
     }
 }
 
-impl<T: Absorb> Stack<T> {
+impl<T: StoredTexel> BlockChannel for Channel<T> {
+    type Field = Field<T>;
+
+    fn field(&self) -> &Field<T> {
+        Channel::field(self)
+    }
+
+    fn budget(&self) -> u64 {
+        Channel::budget(self)
+    }
+
+    fn set_budget(&mut self, budget: u64) {
+        Channel::set_budget(self, budget);
+    }
+
+    fn read(&self, block: u32) -> Result<Option<Vec<u8>>> {
+        Channel::read(self, block)
+    }
+
+    fn write(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()> {
+        Channel::write(self, block, bytes)
+    }
+
+    fn commit(&mut self) -> Vec<u32> {
+        Channel::commit(self).changed().to_vec()
+    }
+}
+
+impl<T: Absorb> LayerChannel for Channel<T> {
+    type Texel = T;
+
+    const THROUGH_COMPOSITE: bool = T::THROUGH_COMPOSITE;
+
+    fn sized(field: &Field<T>, face_sizes: &[u32], blank: T, budget: u64) -> Result<Self> {
+        Channel::sized(field, face_sizes, blank, budget)
+    }
+
+    fn compose(
+        &mut self,
+        context: &Context,
+        sheets: &[Sheet<'_, Field<T>>],
+        background: T,
+        tiles: &[u32],
+    ) -> Result<Vec<u32>> {
+        Channel::compose(self, context, sheets, background, tiles)
+    }
+
+    fn recomposed(&self, context: &Context, sheets: &[Sheet<'_, Field<T>>], background: T) -> Result<(Self, Vec<u32>)> {
+        Channel::recomposed(self, context, sheets, background)
+    }
+
+    fn follow(&mut self, before: &Self) {
+        Channel::follow(self, before);
+    }
+
+    /// What keeps its size is kept.
+    fn keep(&mut self, before: &Field<T>) -> Result<()> {
+        let fits = |tile: &u32| before.class(*tile) == Channel::field(self).class(*tile);
+        let tiles: Vec<u32> = before.allocated().filter(fits).collect();
+        tiles.into_iter().try_for_each(|tile| Channel::write(self, tile, before.bytes(tile)))
+    }
+
+    fn absorb(
+        &mut self,
+        context: &Context,
+        composite: [&Field<T>; 2],
+        (below, background): (&[Sheet<'_, Field<T>>], T),
+        settings: Settings,
+        tiles: &[u32],
+    ) -> Result<Vec<u32>> {
+        let applied = self.apply(&Sets { allocate: tiles.to_vec(), ..Sets::default() })?;
+        let allocated = |tile: &u32| Channel::field(self).is_allocated(*tile);
+        let kept: Vec<u32> = tiles.iter().copied().filter(allocated).collect();
+        let mut changes = self.edit(context, &kept, |tile, texels| {
+            T::absorb(&Absorbed { tile, composite, below, background, settings }, texels);
+        })?;
+        changes.extend(applied.changes);
+        let mut refused = applied.refused;
+        refused.extend(self.settle(context, &changes)?);
+        self.reclaim(context, &kept)?;
+        Ok(refused)
+    }
+}
+
+impl<C: LayerChannel> Stack<C> {
     /// One layer, whose texels are those of the composite; `background` is seen where it is hidden.
-    pub fn new(id: u32, name: &str, background: T) -> Self {
-        let layer = Layer { id, name: name.into(), settings: Settings::of(T::KIND), channel: None };
+    pub fn new(id: u32, name: &str, background: C::Texel) -> Self {
+        let layer = Layer { id, name: name.into(), settings: Settings::of(C::Texel::KIND), channel: None };
         Self { layers: vec![layer], active: id, background, seen: None }
     }
 
     /// The layers, from the lowest.
-    pub fn layers(&self) -> &[Layer<T>] {
+    pub fn layers(&self) -> &[Layer<C>] {
         &self.layers
     }
 
@@ -167,13 +325,13 @@ impl<T: Absorb> Stack<T> {
     }
 
     /// The field of a layer.
-    fn field<'a>(layer: &'a Layer<T>, composite: &'a Channel<T>) -> &'a Field<T> {
+    fn field<'a>(layer: &'a Layer<C>, composite: &'a C) -> &'a C::Field {
         layer.channel.as_ref().unwrap_or(composite).field()
     }
 
     /// What the layers are, as documents have it.
-    pub fn states(&self, composite: &Channel<T>) -> Vec<LayerState> {
-        let state = |layer: &Layer<T>| LayerState {
+    pub fn states(&self, composite: &C) -> Vec<LayerState> {
+        let state = |layer: &Layer<C>| LayerState {
             id: layer.id,
             name: layer.name.clone(),
             settings: layer.settings,
@@ -184,19 +342,19 @@ impl<T: Absorb> Stack<T> {
 
     /// The texels of a layer, for writing; `None` if there is no such layer. The layers are to be settled or refreshed
     /// afterwards.
-    pub fn channel_mut<'a>(&'a mut self, id: u32, composite: &'a mut Channel<T>) -> Option<&'a mut Channel<T>> {
+    pub fn channel_mut<'a>(&'a mut self, id: u32, composite: &'a mut C) -> Option<&'a mut C> {
         let index = self.index(id)?;
         self.layers[index].channel.as_mut().or(Some(composite))
     }
 
     /// The texels of the active layer, if they are not those of the composite.
-    pub fn take_active(&mut self) -> Option<Channel<T>> {
+    pub fn take_active(&mut self) -> Option<C> {
         let index = self.index(self.active)?;
         self.layers[index].channel.take()
     }
 
     /// Puts back what [`Self::take_active`] took.
-    pub fn put_active(&mut self, channel: Channel<T>) {
+    pub fn put_active(&mut self, channel: C) {
         if let Some(index) = self.index(self.active) {
             self.layers[index].channel = Some(channel);
         }
@@ -204,7 +362,7 @@ impl<T: Absorb> Stack<T> {
 
     /// The block of `tile`, for caches: that of the only layer, or those of all layers one after the other, each behind its
     /// length. `None` if no layer has one. Fails if there is no such tile.
-    pub fn read(&self, composite: &Channel<T>, tile: u32) -> Result<Option<Vec<u8>>> {
+    pub fn read(&self, composite: &C, tile: u32) -> Result<Option<Vec<u8>>> {
         if self.is_plain() {
             return composite.read(tile);
         }
@@ -221,7 +379,7 @@ impl<T: Absorb> Stack<T> {
 
     /// Puts back what [`Self::read`] gave of the same layers; with several, [`Self::settle`] is to follow. Fails, and
     /// may have put back some of the layers, if it does not fit them.
-    pub fn write(&mut self, composite: &mut Channel<T>, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+    pub fn write(&mut self, composite: &mut C, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         if self.is_plain() {
             return composite.write(tile, bytes);
         }
@@ -242,19 +400,19 @@ impl<T: Absorb> Stack<T> {
     }
 
     /// The tiles of which any layer has a block, ascending.
-    pub fn allocated(&self, composite: &Channel<T>) -> Vec<u32> {
+    pub fn allocated(&self, composite: &C) -> Vec<u32> {
         let fields = self.layers.iter().map(|layer| Self::field(layer, composite));
-        let mut tiles: Vec<u32> = fields.flat_map(|field| field.allocated().collect::<Vec<_>>()).collect();
+        let mut tiles: Vec<u32> = fields.flat_map(Blocks::numbers).collect();
         tiles.sort_unstable();
         tiles.dedup();
         tiles
     }
 
     /// Makes edits visible to readers. Returns the tiles that changed of the composite or of a layer, ascending.
-    pub fn commit(&mut self, composite: &mut Channel<T>) -> Vec<u32> {
-        let mut tiles = composite.commit().changed().to_vec();
+    pub fn commit(&mut self, composite: &mut C) -> Vec<u32> {
+        let mut tiles = composite.commit();
         for channel in self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut()) {
-            tiles.extend(channel.commit().changed());
+            tiles.extend(channel.commit());
         }
         tiles.sort_unstable();
         tiles.dedup();
@@ -273,12 +431,12 @@ impl<T: Absorb> Stack<T> {
             .advise("show it, or make another layer the active one"))
     }
 
-    fn sheets(layers: &[Layer<T>]) -> Vec<Sheet<'_, T>> {
+    fn sheets(layers: &[Layer<C>]) -> Vec<Sheet<'_, C::Field>> {
         let channels = layers.iter().filter_map(|layer| Some((layer.channel.as_ref()?, layer.settings)));
         channels.map(|(channel, settings)| Sheet { field: channel.field(), settings }).collect()
     }
 
-    fn look(&mut self, composite: &Channel<T>) {
+    fn look(&mut self, composite: &C) {
         let layers = self.layers.iter().map(|layer| Self::field(layer, composite).clone()).collect();
         self.seen = Some(Seen { composite: composite.field().clone(), layers });
     }
@@ -287,18 +445,18 @@ impl<T: Absorb> Stack<T> {
     /// changed. Returns the tiles that budgets refused.
     ///
     /// Fails if the active layer cannot be seen; the composite is then as it was before it was changed.
-    pub fn settle(&mut self, context: &Context, composite: &mut Channel<T>) -> Result<Vec<u32>> {
+    pub fn settle(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
         let Some(seen) = self.seen.take() else { return Ok(Vec::new()) };
-        let mut tiles = composite.field().differing(&seen.composite);
+        let mut tiles = composite.field().changed(&seen.composite);
         let (mut refused, mut failed) = (Vec::new(), Ok(()));
-        if T::THROUGH_COMPOSITE && !tiles.is_empty() {
+        if C::THROUGH_COMPOSITE && !tiles.is_empty() {
             failed = self.check_editable();
             if failed.is_ok() {
                 refused = self.absorb(context, composite, &seen, &tiles)?;
             }
         }
         for (layer, before) in self.layers.iter().zip(&seen.layers) {
-            tiles.extend(Self::field(layer, composite).differing(before));
+            tiles.extend(Self::field(layer, composite).changed(before));
         }
         tiles.sort_unstable();
         tiles.dedup();
@@ -309,36 +467,26 @@ impl<T: Absorb> Stack<T> {
         failed.map(|()| refused)
     }
 
-    fn absorb(&mut self, context: &Context, composite: &Channel<T>, seen: &Seen<T>, tiles: &[u32]) -> Result<Vec<u32>> {
+    fn absorb(&mut self, context: &Context, composite: &C, seen: &Seen<C::Field>, tiles: &[u32]) -> Result<Vec<u32>> {
         let Some(index) = self.index(self.active) else { return Ok(Vec::new()) };
         let (under, above) = self.layers.split_at_mut(index);
         let Some(Layer { channel: Some(channel), settings, .. }) = above.first_mut() else { return Ok(Vec::new()) };
         let (settings, below) = (*settings, Self::sheets(under));
-        let applied = channel.apply(&Sets { allocate: tiles.to_vec(), ..Sets::default() })?;
-        let kept: Vec<u32> = tiles.iter().copied().filter(|tile| channel.field().is_allocated(*tile)).collect();
-        let mut changes = channel.edit(context, &kept, |tile, texels| {
-            let fields = [&seen.composite, composite.field()];
-            let background = self.background;
-            T::absorb(&Absorbed { tile, composite: fields, below: &below, background, settings }, texels);
-        })?;
-        changes.extend(applied.changes);
-        let mut refused = applied.refused;
-        refused.extend(channel.settle(context, &changes)?);
-        channel.reclaim(context, &kept)?;
-        Ok(refused)
+        let fields = [&seen.composite, composite.field()];
+        channel.absorb(context, fields, (&below, self.background), settings, tiles)
     }
 
     /// Gives it the layers `heads`, from the lowest: those that were there keep their texels, others are blank, as far as
     /// their sizes are what they were. [`Self::refresh`] is to follow.
     ///
     /// Fails, and changes nothing, if there are none or one cannot be.
-    pub fn arrange(&mut self, composite: &mut Channel<T>, heads: &[&Head]) -> Result<()> {
+    pub fn arrange(&mut self, composite: &mut C, heads: &[&Head]) -> Result<()> {
         if heads.is_empty() {
             return Err(Error::invalid("the last layer cannot be removed").advise("hide it, or erase what is on it"));
         }
         let mut fresh = Vec::with_capacity(heads.len());
         for head in heads {
-            head.settings.check(T::KIND).map_err(|error| error.at(format!("layer `{}`", head.name)))?;
+            head.settings.check(C::Texel::KIND).map_err(|error| error.at(format!("layer `{}`", head.name)))?;
             let there = self.index(head.id).map(|index| Self::field(&self.layers[index], composite));
             let shaped =
                 there.is_some_and(|field| field.face_sizes() == head.face_sizes && Blocks::blank(field) == head.blank);
@@ -346,19 +494,12 @@ impl<T: Absorb> Stack<T> {
                 fresh.push(None);
                 continue;
             }
-            if head.kind != T::KIND || head.blank.len() != size_of::<T>() {
+            if head.kind != C::Texel::KIND || head.blank.len() != size_of::<C::Texel>() {
                 return Err(Error::invalid("it is of another kind").at(format!("layer `{}`", head.name)));
             }
             let blank = bytemuck::pod_read_unaligned(&head.blank);
-            let mut channel = Channel::sized(composite.field(), &head.face_sizes, blank, composite.budget())?;
-            if let Some(before) = there {
-                // What keeps its size is kept.
-                for tile in before.allocated() {
-                    if before.class(tile) == channel.field().class(tile) {
-                        channel.write(tile, before.bytes(tile))?;
-                    }
-                }
-            }
+            let mut channel = C::sized(composite.field(), &head.face_sizes, blank, composite.budget())?;
+            there.map_or(Ok(()), |before| channel.keep(before))?;
             fresh.push(Some(channel));
         }
         let mut old = std::mem::take(&mut self.layers);
@@ -376,10 +517,10 @@ impl<T: Absorb> Stack<T> {
 
     /// Computes the composite anew, after layers were changed as a whole; as far as it is not the only layer. Returns the
     /// tiles that the budget refused.
-    pub fn refresh(&mut self, context: &Context, composite: &mut Channel<T>) -> Result<Vec<u32>> {
+    pub fn refresh(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
         self.seen = None;
         if let [only] = self.layers.as_mut_slice()
-            && only.settings == Settings::of(T::KIND)
+            && only.settings == Settings::of(C::Texel::KIND)
         {
             if let Some(mut channel) = only.channel.take() {
                 channel.follow(composite);
@@ -400,9 +541,9 @@ impl<T: Absorb> Stack<T> {
     /// the lower one. Returns the tiles that the budget refused.
     ///
     /// Fails, and changes nothing, if there is none below, one is hidden, or what is seen would not stay the same.
-    pub fn merge_down(&mut self, context: &Context, composite: &mut Channel<T>, id: u32) -> Result<Vec<u32>> {
+    pub fn merge_down(&mut self, context: &Context, composite: &mut C, id: u32) -> Result<Vec<u32>> {
         let at = self.index(id).ok_or_else(|| no_layer(id))?;
-        let place = |layer: &Layer<T>| format!("layer `{}`", layer.name);
+        let place = |layer: &Layer<C>| format!("layer `{}`", layer.name);
         let Some(under) = at.checked_sub(1) else {
             return Err(Error::invalid("there is no layer below it").at(place(&self.layers[at])));
         };
@@ -412,7 +553,7 @@ impl<T: Absorb> Stack<T> {
             }
         }
         let [lower, upper] = [under, at].map(|index| self.layers[index].settings.blend);
-        let additive = |blend| matches!(blend, Blend::Add | Blend::Subtract) && !T::KIND.is_color();
+        let additive = |blend| matches!(blend, Blend::Add | Blend::Subtract) && !C::Texel::KIND.is_color();
         let sound =
             under == 0 || lower == Blend::Normal && upper == Blend::Normal || lower == Blend::Add && additive(upper);
         if !sound {
@@ -423,14 +564,14 @@ impl<T: Absorb> Stack<T> {
         }
         let (merged, refused) = {
             let sheets = Self::sheets(&self.layers[under..=at]);
-            let background = if under == 0 { self.background } else { T::zeroed() };
+            let background = if under == 0 { self.background } else { C::Texel::zeroed() };
             let lowest = &Self::sheets(&self.layers[under..=under]);
-            let blank = lowest.first().map_or(background, |sheet| sheet.field.blank());
-            let empty = Channel::sized(sheets[0].field, &sheets[0].field.face_sizes(), blank, composite.budget())?;
+            let blank = lowest.first().map_or(background, |sheet| bytemuck::pod_read_unaligned(sheet.field.blank()));
+            let empty = C::sized(sheets[0].field, &sheets[0].field.face_sizes(), blank, composite.budget())?;
             empty.recomposed(context, &sheets, background)?
         };
         self.layers.remove(at);
-        self.layers[under].settings = Settings::of(T::KIND);
+        self.layers[under].settings = Settings::of(C::Texel::KIND);
         self.layers[under].channel = Some(merged);
         if self.active == id {
             self.active = self.layers[under].id;
@@ -445,12 +586,12 @@ impl<T: Absorb> Stack<T> {
     pub fn add(
         &mut self,
         context: &Context,
-        composite: &mut Channel<T>,
+        composite: &mut C,
         (id, name, settings): (u32, &str, Settings),
         face_sizes: &[u32],
     ) -> Result<Vec<u32>> {
-        settings.check(T::KIND)?;
-        let channel = Channel::sized(composite.field(), face_sizes, T::zeroed(), composite.budget())?;
+        settings.check(C::Texel::KIND)?;
+        let channel = C::sized(composite.field(), face_sizes, C::Texel::zeroed(), composite.budget())?;
         self.layers.push(Layer { id, name: name.into(), settings, channel: Some(channel) });
         self.active = id;
         self.refresh(context, composite)
@@ -458,15 +599,10 @@ impl<T: Absorb> Stack<T> {
 
     /// Takes the place of all layers: those that were read, from the lowest, with their texels. What is behind them stays.
     /// Fails if there are none.
-    pub fn take_up(
-        &mut self,
-        context: &Context,
-        composite: &mut Channel<T>,
-        layers: Vec<(&Head, Channel<T>)>,
-    ) -> Result<Vec<u32>> {
+    pub fn take_up(&mut self, context: &Context, composite: &mut C, layers: Vec<(&Head, C)>) -> Result<Vec<u32>> {
         let Some((lowest, _)) = layers.first() else { return Err(Error::invalid("there are no layers to take up")) };
         self.active = lowest.id;
-        let layer = |(head, channel): (&Head, Channel<T>)| {
+        let layer = |(head, channel): (&Head, C)| {
             let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
             Layer { id, name, settings, channel: Some(channel) }
         };
@@ -491,22 +627,22 @@ impl<T: Absorb> Stack<T> {
     }
 
     /// Changes how a layer is seen. Fails if there is no such layer or its kind cannot be seen so.
-    pub fn set(&mut self, context: &Context, composite: &mut Channel<T>, id: u32, to: Settings) -> Result<Vec<u32>> {
+    pub fn set(&mut self, context: &Context, composite: &mut C, id: u32, to: Settings) -> Result<Vec<u32>> {
         let index = self.index(id).ok_or_else(|| no_layer(id))?;
-        to.check(T::KIND)?;
+        to.check(C::Texel::KIND)?;
         self.layers[index].settings = to;
         self.refresh(context, composite)
     }
 
     /// Puts a layer at a place counted from the lowest, or above all. Fails if there is no such layer.
-    pub fn place(&mut self, context: &Context, composite: &mut Channel<T>, id: u32, place: usize) -> Result<Vec<u32>> {
+    pub fn place(&mut self, context: &Context, composite: &mut C, id: u32, place: usize) -> Result<Vec<u32>> {
         let layer = self.layers.remove(self.index(id).ok_or_else(|| no_layer(id))?);
         self.layers.insert(place.min(self.layers.len()), layer);
         self.refresh(context, composite)
     }
 
     /// Removes a layer. Fails if there is no such layer, or no other.
-    pub fn remove(&mut self, context: &Context, composite: &mut Channel<T>, id: u32) -> Result<Vec<u32>> {
+    pub fn remove(&mut self, context: &Context, composite: &mut C, id: u32) -> Result<Vec<u32>> {
         let index = self.index(id).ok_or_else(|| no_layer(id))?;
         if self.layers.len() == 1 {
             return Err(Error::invalid("the last layer cannot be removed").advise("hide it, or erase what is on it"));
@@ -522,7 +658,7 @@ impl<T: Absorb> Stack<T> {
     pub fn flatten(&mut self) {
         self.layers.truncate(1);
         if let Some(only) = self.layers.first_mut() {
-            (only.settings, only.channel) = (Settings::of(T::KIND), None);
+            (only.settings, only.channel) = (Settings::of(C::Texel::KIND), None);
             self.active = only.id;
         }
         self.seen = None;

@@ -10,6 +10,7 @@ use relievo_tiles::{Channel, ColorPlanes, Displaced};
 use crate::dab::{Action, Dab, DabReport};
 use crate::edit::{self, Window};
 use crate::knots::PerKnot;
+use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
 use crate::object::DisplacedObject;
 use crate::spot::{Painting, Sculpting};

@@ -170,7 +170,7 @@ impl DisplacedObject {
             return Err(Error::invalid(format!("the surface has {tiles} tiles and its colours {painted}"))
                 .advise("make the colours from the topology of this surface"));
         }
-        self.layers.colors = Some(layered::colors(&paint));
+        self.layers.colors = Some(layered::colors(paint.field().blank()));
         self.paint = Some(paint);
         Ok(())
     }
@@ -183,6 +183,12 @@ impl DisplacedObject {
     /// The traces, to be written.
     pub fn traces_mut(&mut self) -> Option<&mut Traces> {
         self.traces.as_mut()
+    }
+
+    /// Traces and vectors, to be written.
+    pub(crate) fn traces_and_vectors_mut(&mut self) -> (Option<&mut Traces>, Option<&mut VectorDisplacement>) {
+        self.longest = OnceLock::new();
+        (self.traces.as_mut(), self.vectors.as_mut())
     }
 
     /// Makes imprints leave traces. Fails if the traces are those of another surface.

@@ -3,7 +3,9 @@
 use glam::{DAffine3, DVec3, Vec4};
 use relievo_core::simd::Level;
 use relievo_core::{Context, Mesh};
-use relievo_detail::{Action, Brush, Dab, DisplacedObject, Falloff, History, PaintMode, Recorded, SculptMode};
+use relievo_detail::{
+    Action, Brush, Dab, DisplacedObject, Falloff, History, LayeredObject, PaintMode, Recorded, SculptMode,
+};
 use relievo_document::{Blend, Document, Kind, Settings};
 use relievo_surface::{Place, Surface, SurfaceOptions};
 use relievo_testing::{Random, grid};

@@ -13,8 +13,8 @@ use relievo_core::{Context, Error, Result};
 use relievo_detail::overlap::overlap;
 use relievo_detail::tool::{foremost, pressed};
 use relievo_detail::{
-    Collider, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, Moment, Motion, Obb, Pose, Report,
-    StrokeReport,
+    Collider, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, LayeredObject, Moment, Motion, Obb, Pose,
+    Report, StrokeReport,
 };
 
 use crate::blocks;

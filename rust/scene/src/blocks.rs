@@ -1,7 +1,7 @@
 //! The blocks of a surface, layer by layer, as caches keep them.
 
 use relievo_core::{Error, Result};
-use relievo_detail::DisplacedObject;
+use relievo_detail::{DisplacedObject, LayeredObject};
 
 use crate::cache::Layer;
 

@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use relievo_core::{Context, Mesh, Result};
-use relievo_detail::DisplacedObject;
+use relievo_detail::{DisplacedObject, LayeredObject};
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 

@@ -1,7 +1,7 @@
 //! `[[objects.NAME.layers]]` of a scene file: read, and made.
 
 use relievo_core::{Context, Result};
-use relievo_detail::DisplacedObject;
+use relievo_detail::{DisplacedObject, LayeredObject};
 use relievo_document::{Blend, Kind, Settings};
 
 use crate::description::LayerEntry;

@@ -3,7 +3,8 @@
 use glam::DVec3;
 use relievo_core::{Context, Error, Result};
 use relievo_detail::{
-    Action, Curve, Falloff, PaintMode, PressureCurves, SculptMode, Stroke, StrokePoint, StrokeReport, StrokeSettings,
+    Action, Curve, Falloff, LayeredObject, PaintMode, PressureCurves, SculptMode, Stroke, StrokePoint, StrokeReport,
+    StrokeSettings,
 };
 
 use crate::description::{Geometry, ObjectEntry, StrokeEntry};

@@ -125,14 +125,14 @@ layered_color!(Rgba16);
 
 /// A layer that takes part in a composite.
 #[derive(Clone, Copy, Debug)]
-pub struct Sheet<'a, T> {
+pub struct Sheet<'a, F> {
     /// Its texels.
-    pub field: &'a Field<T>,
+    pub field: &'a F,
     /// How they are seen.
     pub settings: Settings,
 }
 
-impl<T: Layered> Sheet<'_, T> {
+impl<T: Layered> Sheet<'_, Field<T>> {
     /// Whether the layer, as the lowest, is all that is seen of it.
     fn is_plain(&self) -> bool {
         self.settings == Settings::of(T::KIND)
@@ -152,7 +152,7 @@ pub fn resampled<T: Layered>(field: &Field<T>, tile: u32, size: usize) -> Option
 }
 
 /// What `sheets`, from the lowest, come to in `tile` at `size` texels a side, ring included, over `background`.
-pub fn blended<T: Layered>(sheets: &[Sheet<'_, T>], background: T, tile: u32, size: usize) -> Vec<T::Sum> {
+pub fn blended<T: Layered>(sheets: &[Sheet<'_, Field<T>>], background: T, tile: u32, size: usize) -> Vec<T::Sum> {
     let mut sums = vec![background.sum(); (size + 2) * (size + 2)];
     for (index, sheet) in sheets.iter().enumerate().filter(|(_, sheet)| sheet.settings.visible) {
         let values = resampled(sheet.field, tile, size);
@@ -192,7 +192,7 @@ impl<T: Layered> Channel<T> {
     pub fn compose(
         &mut self,
         context: &Context,
-        sheets: &[Sheet<'_, T>],
+        sheets: &[Sheet<'_, Field<T>>],
         background: T,
         tiles: &[u32],
     ) -> Result<Vec<u32>> {
@@ -224,7 +224,12 @@ impl<T: Layered> Channel<T> {
 
     /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them. Readers
     /// that follow this channel follow it on. Returns tiles that the budget refused too.
-    pub fn recomposed(&self, context: &Context, sheets: &[Sheet<'_, T>], background: T) -> Result<(Self, Vec<u32>)> {
+    pub fn recomposed(
+        &self,
+        context: &Context,
+        sheets: &[Sheet<'_, Field<T>>],
+        background: T,
+    ) -> Result<(Self, Vec<u32>)> {
         let mut finest = BTreeMap::new();
         for sheet in sheets {
             for (face, size) in (0..).zip(sheet.field.face_sizes()) {
@@ -266,7 +271,7 @@ impl<T: Layered> Channel<T> {
 }
 
 /// What tiles read as that no sheet has.
-fn blended_blank<T: Layered>(sheets: &[Sheet<'_, T>], background: T) -> T::Sum {
+fn blended_blank<T: Layered>(sheets: &[Sheet<'_, Field<T>>], background: T) -> T::Sum {
     let seen = sheets.iter().enumerate().filter(|(_, sheet)| sheet.settings.visible);
     seen.fold(background.sum(), |below, (index, sheet)| {
         let blank = sheet.field.blank().sum();
