@@ -1,8 +1,10 @@
 /* Relievo: details, surfaces with displacement and colours that can be edited.
  *
  * A detail is a surface, an affine transform to the world, and a displacement along the surface's normal in tiles of
- * B-spline coefficients; if it was given any, colours in tiles of their own. Tiles are allocated only where something happened, within a budget of bytes; a tile the budget
- * refuses stays as it was, the edit goes on without it and reports it, and nothing is lost.
+ * B-spline coefficients. It may be given more channels, each in tiles of its own: colours, a vector displacement that
+ * comes after the one along the normal, and traces of contact. Tiles are allocated only where something happened, within
+ * a budget of bytes; a tile the budget refuses stays as it was, the edit goes on without it and reports it, and nothing is
+ * lost.
  *
  * Edits (imprints, blocks that are written, new poses) become visible at rlv_detail_commit: readers see what was
  * committed last, never half an edit, and do not wait. Functions marked "edits" need the detail for themselves among
@@ -40,9 +42,33 @@ typedef struct RlvDetailInfo {
     size_t painted_count;  /* tiles of colour that are allocated */
     uint64_t paint_bytes;  /* of these */
     uint64_t paint_budget; /* bytes that tiles of colour may occupy */
+    double time;           /* when edits were made, seconds; see rlv_detail_advance */
+    uint64_t stamp_bytes;  /* of the time stamps of edits that fade */
 } RlvDetailInfo;
 
-#define RLV_DETAIL_INFO_INIT {sizeof(RlvDetailInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RLV_DETAIL_INFO_INIT {sizeof(RlvDetailInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0}
+
+/* What a detail keeps in tiles. A block is (size + 2)^2 little-endian texels, row by row, with a ring of one texel of the
+ * neighbours. */
+typedef enum RlvChannel {
+    RLV_CHANNEL_DISPLACEMENT = 0, /* along the normal: a half float */
+    RLV_CHANNEL_COLOR = 1,        /* red, green, blue as sRGB encodes them, and alpha: four bytes */
+    RLV_CHANNEL_VECTORS = 2,      /* along the tangent by u, across it and along the normal: three half floats */
+    RLV_CHANNEL_TRACES = 3        /* contact and depth as half floats, and the time times the contact as a float */
+} RlvChannel;
+
+typedef struct RlvChannelInfo {
+    uint32_t struct_size;
+    uint32_t is_there;      /* 0 or 1: whether the detail has it; all else is 0 if not */
+    size_t allocated_count; /* tiles that are allocated */
+    uint64_t bytes;         /* of these */
+    uint64_t full_bytes;    /* if every tile were allocated */
+    uint64_t budget;        /* bytes that its tiles may occupy */
+    uint32_t texel_size;    /* bytes of a texel */
+    uint32_t reserved;
+} RlvChannelInfo;
+
+#define RLV_CHANNEL_INFO_INIT {sizeof(RlvChannelInfo), 0, 0, 0, 0, 0, 0, 0}
 
 /* The colours of a detail. */
 typedef struct RlvPaintOptions {
@@ -53,6 +79,26 @@ typedef struct RlvPaintOptions {
 } RlvPaintOptions;
 
 #define RLV_PAINT_OPTIONS_INIT {sizeof(RlvPaintOptions), 0, 0, {1.0f, 1.0f, 1.0f, 1.0f}}
+
+/* The vector displacement of a detail. */
+typedef struct RlvVectorOptions {
+    uint32_t struct_size;
+    uint32_t tile_size; /* texels along an edge of the cage: 8, 16, 32, 64, 128 or 256; 0 for 128 */
+    uint64_t budget;    /* bytes that its tiles may occupy; 0 for 1 GiB */
+} RlvVectorOptions;
+
+#define RLV_VECTOR_OPTIONS_INIT {sizeof(RlvVectorOptions), 0, 0}
+
+/* When edits fade. */
+typedef struct RlvDecayOptions {
+    uint32_t struct_size;
+    float delay;    /* how long an edit stays as it is, seconds, 0 or more */
+    float duration; /* how long it then takes to fade, seconds, more than 0 */
+    uint32_t reserved;
+    uint64_t budget; /* bytes that time stamps of displacement and of colours may occupy each; 0 for 1 GiB */
+} RlvDecayOptions;
+
+#define RLV_DECAY_OPTIONS_INIT {sizeof(RlvDecayOptions), 0.0f, 10.0f, 0, 0}
 
 /* What a commit made visible. */
 typedef struct RlvDetailChanges {
@@ -68,8 +114,8 @@ typedef struct RlvDetailChanges {
 
 typedef struct RlvDetailTileInfo {
     uint32_t struct_size;
-    uint32_t is_allocated; /* 0 or 1; tiles that are not allocated have displacement 0 */
-    uint32_t size;         /* coefficients a side, whether allocated or not */
+    uint32_t is_allocated; /* 0 or 1; tiles that are not allocated are blank: displacement 0, the colour of the options */
+    uint32_t size;         /* texels a side, whether allocated or not */
     uint32_t reserved;
     uint64_t version;  /* number of the edit that changed the tile last, 0 if not allocated */
     size_t block_size; /* bytes of its block, if it is allocated */
@@ -97,8 +143,29 @@ RLV_API RlvResult rlv_detail_set_budget(RlvDetail detail, uint64_t budget);
  * colours already. */
 RLV_API RlvResult rlv_detail_add_paint(RlvDetail detail, const RlvPaintOptions *options);
 
-/* Edits. Gives faces another number of coefficients along their edges; pairs of a face and its size as in the options.
- * Displacements stay, exactly but for rounding where a face becomes finer. Fails with RLV_ERROR_MEMORY, and changes
+/* Edits. Gives the detail a vector displacement, zero at first, that comes after the one along the normal. Its frame is
+ * that of the pose the detail has now. options may be NULL. Fails if it has one already. */
+RLV_API RlvResult rlv_detail_add_vectors(RlvDetail detail, const RlvVectorOptions *options);
+
+/* Edits. Lets imprints leave traces from now on: contact, 0 to 1, how far colliders have pushed in all, and when last.
+ * Their tiles have the size of the displacement's and may occupy budget bytes; 0 for 1 GiB. Fails if it has traces. */
+RLV_API RlvResult rlv_detail_add_traces(RlvDetail detail, uint64_t budget);
+
+/* Edits. Lets edits of displacement and colours from now on fade back to what was there without any; each texel counts
+ * from its last edit. What was edited before stays. options may be NULL. Fails if edits fade already, a time is out of
+ * range, or the detail has several layers of a kind. */
+RLV_API RlvResult rlv_detail_set_decay(RlvDetail detail, const RlvDecayOptions *options);
+
+/* Edits. Comes to a time in seconds, 0 at first: edits that fade do so, and imprints leave it in their traces from now
+ * on. Call it once a frame, before the frame's edits. Fails if the time is not finite, or before that of the last call
+ * while edits fade. Time stamps that their budget refuses are logged; what was edited there stays. */
+RLV_API RlvResult rlv_detail_advance(RlvDetail detail, double time);
+
+/* A channel as it was committed last. */
+RLV_API RlvResult rlv_detail_channel_info(RlvDetail detail, uint32_t channel, RlvChannelInfo *out);
+
+/* Edits. Gives faces another number of coefficients along their edges, of displacement and traces; pairs of a face and its
+ * size as in the options. Displacements stay, exactly but for rounding where a face becomes finer. Fails with RLV_ERROR_MEMORY, and changes
  * nothing, if the budget does not allow it. */
 RLV_API RlvResult rlv_detail_set_face_sizes(RlvDetail detail, const uint32_t *face_sizes, size_t count, size_t stride);
 
@@ -115,15 +182,19 @@ RLV_API RlvResult rlv_detail_commit(RlvDetail detail, RlvDetailChanges *out);
  * capacity numbers to tiles and their number to count. tiles may be NULL to ask for the number. */
 RLV_API RlvResult rlv_detail_changed_tiles(RlvDetail detail, uint32_t *tiles, size_t capacity, size_t *count);
 
-RLV_API RlvResult rlv_detail_tile_info(RlvDetail detail, uint32_t tile, RlvDetailTileInfo *out);
+/* A tile of a channel as it was committed last. Its bounds are those of the surface with all its displacements. */
+RLV_API RlvResult rlv_detail_tile_info(RlvDetail detail, uint32_t channel, uint32_t tile, RlvDetailTileInfo *out);
 
-/* Copies the block of a tile, for undo, caches and files: (size + 2)^2 half floats, little-endian, row by row, with a
- * ring of one coefficient of the neighbours. Writes its bytes and their number, 0 if the tile is not allocated. bytes
- * may be NULL to ask for the number. */
-RLV_API RlvResult rlv_detail_read_block(RlvDetail detail, uint32_t tile, void *bytes, size_t capacity, size_t *size);
+/* Copies the block of a tile as it was committed last, for caches and files: see RlvChannel. Writes its bytes and their
+ * number, 0 if the tile is not allocated. bytes may be NULL to ask for the number. Fails if the detail does not have the
+ * channel. */
+RLV_API RlvResult rlv_detail_read_block(RlvDetail detail, uint32_t channel, uint32_t tile, void *bytes, size_t capacity,
+                                        size_t *size);
 
 /* Edits. Puts a block back that rlv_detail_read_block gave; size 0 frees the tile. The neighbours' rings are brought up
- * to date at the commit. Fails with RLV_ERROR_MEMORY if the budget does not allow it. */
-RLV_API RlvResult rlv_detail_write_block(RlvDetail detail, uint32_t tile, const void *bytes, size_t size);
+ * to date at the commit. Fails with RLV_ERROR_MEMORY if the budget does not allow it, and with RLV_ERROR_UNSUPPORTED for
+ * colours of several layers. */
+RLV_API RlvResult rlv_detail_write_block(RlvDetail detail, uint32_t channel, uint32_t tile, const void *bytes,
+                                         size_t size);
 
 #endif

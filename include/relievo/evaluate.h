@@ -4,9 +4,8 @@
 
 #include "relievo/detail.h"
 
-/* Places and what is wanted there. Every output is an array of count times three floats
- * (one for displacements), or NULL if it is not wanted.
- * Strides are in bytes, 0 for packed. Outputs must not overlap one another or the inputs. */
+/* Places and what is wanted there. Every output is an array of count times three floats (one for displacements, four for
+ * colours), or NULL if it is not wanted. Strides are in bytes, 0 for packed. Outputs must not overlap one another or the inputs. */
 typedef struct RlvEvaluateArrays {
     uint32_t struct_size;
     uint32_t reserved; /* 0 */
@@ -35,17 +34,23 @@ typedef struct RlvEvaluateArrays {
     size_t displacement_stride;
     float *colors; /* linear Rec.709 and alpha, 4 floats a place; details with colours only */
     size_t color_stride;
+    float *vectors; /* what the vector displacement adds, object units in object space; 0 without any */
+    size_t vector_stride;
+    float *traces; /* contact, 0 to 1, depth, object units, and age, seconds before the detail's time or -1 where nothing
+                      ever touched; details with traces only */
+    size_t trace_stride;
 } RlvEvaluateArrays;
 
 #define RLV_EVALUATE_ARRAYS_INIT                                                                                  \
     {sizeof(RlvEvaluateArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, \
-     NULL, 0, NULL, 0}
+     NULL, 0, NULL, 0, NULL, 0, NULL, 0}
 
-/* Evaluates the limit surface, without any detail on it; displacements are 0. A place in a hole gives zeros. Fails without writing if a tile
- * does not exist or u or v is outside 0 to 1. */
+/* Evaluates the limit surface, without any detail on it; displacements are 0. A place in a hole gives zeros. Fails without
+ * writing if a tile does not exist or u or v is outside 0 to 1. */
 RLV_API RlvResult rlv_evaluate_surface(RlvSurface surface, const RlvEvaluateArrays *arrays);
 
-/* Evaluates the displaced surface as it was committed last: positions, normals and displacements. A point on an edge or
+/* Evaluates the displaced surface as it was committed last: positions, normals, displacements, vectors, colours and
+ * traces. A point on an edge or
  * vertex that tiles share is the same to the last bit whichever tile is asked. Fails with RLV_ERROR_UNSUPPORTED if one
  * of du to dvv is wanted. */
 RLV_API RlvResult rlv_evaluate_detail(RlvDetail detail, const RlvEvaluateArrays *arrays);

@@ -230,6 +230,8 @@ struct Place {
 struct Samples {
     std::vector<Float3> positions, normals, du, dv;
     std::vector<float> displacements;
+    /// What the vector displacement adds; contact, depth and age of a detail with traces.
+    std::vector<Float3> vectors, traces;
 
     /// Makes room for positions and normals at places, of which there is at least one, and points arrays at them.
     void prepare(const std::vector<Place> &places, RlvEvaluateArrays &arrays) {
@@ -330,6 +332,24 @@ public:
         return info;
     }
 
+    RlvChannelInfo channel_info(RlvChannel channel) const {
+        RlvChannelInfo info = RLV_CHANNEL_INFO_INIT;
+        check(rlv_detail_channel_info(get(), channel, &info));
+        return info;
+    }
+
+    /// Gives it a vector displacement.
+    void add_vectors(const RlvVectorOptions &options = RLV_VECTOR_OPTIONS_INIT) const {
+        check(rlv_detail_add_vectors(get(), &options));
+    }
+
+    /// Lets imprints leave traces; 0 for the default budget.
+    void add_traces(std::uint64_t budget = 0) const { check(rlv_detail_add_traces(get(), budget)); }
+    /// Lets edits fade.
+    void set_decay(const RlvDecayOptions &options) const { check(rlv_detail_set_decay(get(), &options)); }
+    /// Comes to a time in seconds.
+    void advance(double time) const { check(rlv_detail_advance(get(), time)); }
+
     void set_budget(std::uint64_t budget) const { check(rlv_detail_set_budget(get(), budget)); }
     void set_transform(const Matrix &matrix) const { check(rlv_detail_set_transform(get(), matrix.data())); }
 
@@ -351,26 +371,27 @@ public:
         return tiles;
     }
 
-    RlvDetailTileInfo tile_info(std::uint32_t tile) const {
+    RlvDetailTileInfo tile_info(std::uint32_t tile, RlvChannel channel = RLV_CHANNEL_DISPLACEMENT) const {
         RlvDetailTileInfo info = RLV_DETAIL_TILE_INFO_INIT;
-        check(rlv_detail_tile_info(get(), tile, &info));
+        check(rlv_detail_tile_info(get(), channel, tile, &info));
         return info;
     }
 
     /// The block of a tile, empty if it is not allocated.
-    std::vector<unsigned char> read_block(std::uint32_t tile) const {
-        std::vector<unsigned char> bytes(tile_info(tile).block_size);
+    std::vector<unsigned char> read_block(std::uint32_t tile, RlvChannel channel = RLV_CHANNEL_DISPLACEMENT) const {
+        std::vector<unsigned char> bytes(tile_info(tile, channel).block_size);
         std::size_t size = 0;
-        check(rlv_detail_read_block(get(), tile, bytes.data(), bytes.size(), &size));
+        check(rlv_detail_read_block(get(), channel, tile, bytes.data(), bytes.size(), &size));
         bytes.resize(size);
         return bytes;
     }
 
-    void write_block(std::uint32_t tile, const std::vector<unsigned char> &bytes) const {
-        check(rlv_detail_write_block(get(), tile, bytes.data(), bytes.size()));
+    void write_block(std::uint32_t tile, const std::vector<unsigned char> &bytes,
+                     RlvChannel channel = RLV_CHANNEL_DISPLACEMENT) const {
+        check(rlv_detail_write_block(get(), channel, tile, bytes.data(), bytes.size()));
     }
 
-    /// Positions, normals and displacements of the displaced surface.
+    /// Positions, normals and displacements of the displaced surface, and its vectors and traces if it has any.
     Samples evaluate(const std::vector<Place> &places) const {
         Samples made;
         RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
@@ -378,6 +399,14 @@ public:
             made.prepare(places, arrays);
             made.displacements.resize(places.size());
             arrays.displacements = made.displacements.data();
+            if (channel_info(RLV_CHANNEL_VECTORS).is_there != 0) {
+                made.vectors.resize(places.size());
+                arrays.vectors = made.vectors.front().data();
+            }
+            if (channel_info(RLV_CHANNEL_TRACES).is_there != 0) {
+                made.traces.resize(places.size());
+                arrays.traces = made.traces.front().data();
+            }
             check(rlv_evaluate_detail(get(), &arrays));
         }
         return made;

@@ -25,7 +25,8 @@ typedef struct RlvTessellateOptions {
 RLV_API RlvResult rlv_tessellate_surface(RlvSurface surface, const RlvTessellateOptions *options, RlvMesh *out);
 
 /* The same for the displaced surface as it was committed last, in object space. If it has colours the mesh has them as
- * the point attribute "color", 3 floats, and cells are as fine as their texels. */
+ * the point attribute "color", 3 floats; if it has traces, as "contact", "depth" and "age", one float each, as
+ * RlvEvaluateArrays has them. Cells are as fine as the texels of all that the detail has. */
 RLV_API RlvResult rlv_tessellate_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvMesh *out);
 
 /* Triangles of a detail that follow its commits: after rlv_detail_commit, rlv_tessellation_update renews the points of
@@ -69,8 +70,8 @@ RLV_API RlvResult rlv_tessellation_release(RlvTessellation tessellation);
 RLV_API RlvResult rlv_tessellation_info(RlvTessellation tessellation, RlvTessellationInfo *out);
 
 /* Brings the points to the detail's last commit, however many there were since the last update. Costs what changed,
- * unless triangles are rebuilt or the cage was posed, which concerns all points; colours are looked up for all points. Needs the tessellation for itself and
- * returns RLV_ERROR_BUSY while another call is at work on it; edits of the detail do not matter. After a failure the
+ * unless triangles are rebuilt or the cage was posed, which concerns all points; colours and traces are looked up for all
+ * points. Needs the tessellation for itself and returns RLV_ERROR_BUSY while another call is at work on it; edits of the detail do not matter. After a failure the
  * tessellation is what it was. out may be NULL. */
 RLV_API RlvResult rlv_tessellation_update(RlvTessellation tessellation, RlvTessellationChanges *out);
 
@@ -88,6 +89,11 @@ RLV_API RlvResult rlv_tessellation_get_points(RlvTessellation tessellation, size
 
 /* Copies the colours of count points from first on, linear Rec.709, three floats each. Fails if the detail has none. */
 RLV_API RlvResult rlv_tessellation_get_colors(RlvTessellation tessellation, size_t first, size_t count, float *colors,
+                                              size_t stride);
+
+/* Copies the traces of count points from first on: contact, depth and age, three floats each, as RlvEvaluateArrays has
+ * them. Fails if the detail has none. */
+RLV_API RlvResult rlv_tessellation_get_traces(RlvTessellation tessellation, size_t first, size_t count, float *traces,
                                               size_t stride);
 
 /* A copy of all triangles with their attributes as a mesh, as rlv_tessellate_detail makes it: for the start, and for

@@ -19,6 +19,183 @@ static float height(RlvDetail detail, uint32_t tile) {
     return out[2];
 }
 
+/* What is at a place of a tile. */
+typedef struct Sample {
+    float position[3], normal[3], vector[3], trace[3], displacement;
+} Sample;
+
+static Sample sample(RlvDetail detail, uint32_t tile, float u, float v) {
+    const float uv[2] = {u, v};
+    Sample out = {{0}, {0}, {0}, {0}, 7.0f};
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    RlvChannelInfo info = RLV_CHANNEL_INFO_INIT;
+    arrays.count = 1;
+    arrays.tiles = &tile;
+    arrays.uvs = uv;
+    arrays.positions = out.position;
+    arrays.normals = out.normal;
+    arrays.vectors = out.vector;
+    arrays.displacements = &out.displacement;
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_TRACES, &info));
+    arrays.traces = info.is_there ? out.trace : NULL;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    return out;
+}
+
+/* Vectors that are the same everywhere move the plane, and come and go by blocks. */
+static void vectors(RlvSurface surface) {
+    RlvDetail detail = RLV_NULL;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvVectorOptions how = RLV_VECTOR_OPTIONS_INIT;
+    RlvChannelInfo info = RLV_CHANNEL_INFO_INIT;
+    RlvDetailTileInfo tile = RLV_DETAIL_TILE_INFO_INIT;
+    RlvDetailChanges changes = RLV_DETAIL_CHANGES_INIT;
+    unsigned char block[600], back[600];
+    size_t size = 0;
+    options.tile_size = 8;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_VECTORS, &info));
+    CHECK(info.is_there == 0 && info.bytes == 0 && info.texel_size == 0);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_tile_info(detail, RLV_CHANNEL_VECTORS, 0, &tile), "vector");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_channel_info(detail, 4, &info), "channel 4");
+    how.tile_size = 9;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_vectors(detail, &how), "9");
+    how.tile_size = 8;
+    CHECK_OK(rlv_detail_add_vectors(detail, &how));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_vectors(detail, &how), "already");
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK(sample(detail, 12, 0.3f, 0.6f).vector[0] == 0.0f);
+    /* 0.25 along the tangent by u and -0.5 along the normal. */
+    for (size_t texel = 0; texel < 100; ++texel) {
+        const unsigned char value[6] = {0x00, 0x34, 0, 0, 0x00, 0xb8};
+        memcpy(block + 6 * texel, value, 6);
+    }
+    for (uint32_t index = 0; index < 25; ++index) {
+        CHECK_OK(rlv_detail_write_block(detail, RLV_CHANNEL_VECTORS, index, block, sizeof(block)));
+    }
+    CHECK_OK(rlv_detail_commit(detail, &changes));
+    CHECK(changes.tile_count == 25 && changes.low[2] < -0.49f);
+    const Sample moved = sample(detail, 12, 0.3f, 0.6f);
+    CHECK_NEAR(moved.position[0], 2.55, 1e-5);
+    CHECK_NEAR(moved.position[1], 2.6, 1e-5);
+    CHECK_NEAR(moved.position[2], -0.5, 1e-5);
+    CHECK_NEAR(moved.vector[0], 0.25, 1e-5);
+    CHECK_NEAR(moved.vector[2], -0.5, 1e-5);
+    CHECK_NEAR(moved.normal[2], 1.0, 1e-5);
+    CHECK(moved.displacement == 0.0f);
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_VECTORS, &info));
+    CHECK(info.is_there == 1 && info.allocated_count == 25 && info.bytes == 25 * 600 && info.full_bytes == 25 * 600);
+    CHECK(info.texel_size == 6 && info.budget > 1 << 20);
+    CHECK_OK(rlv_detail_read_block(detail, RLV_CHANNEL_VECTORS, 3, back, sizeof(back), &size));
+    /* All but the ring, which is made anew. */
+    for (size_t row = 1; row < 9; ++row) {
+        CHECK(size == 600 && memcmp(block + 6 * (10 * row + 1), back + 6 * (10 * row + 1), 48) == 0);
+    }
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, RLV_CHANNEL_VECTORS, 3, block, 200), "200 bytes");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, 77, 3, block, 600), "channel 77");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, RLV_CHANNEL_COLOR, 3, block, 600), "colours");
+    CHECK_OK(rlv_detail_release(detail));
+}
+
+/* Imprints leave traces, whose age grows with time. */
+static void traces(RlvSurface surface, RlvCollider collider) {
+    RlvDetail detail = RLV_NULL;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvTessellateOptions cells = RLV_TESSELLATE_OPTIONS_INIT;
+    RlvTessellation triangles = RLV_NULL;
+    RlvMesh mesh = RLV_NULL;
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    float trace[3];
+    uint32_t index = 0;
+    options.tile_size = 16;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    arrays.traces = trace;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_detail(detail, &arrays), "traces");
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_evaluate_surface(surface, &arrays), "traces");
+    CHECK_OK(rlv_detail_add_traces(detail, 0));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_traces(detail, 0), "already");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_advance(detail, NAN), "time");
+    CHECK_OK(rlv_detail_advance(detail, 2.0));
+    CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    const Sample pushed = sample(detail, 12, 0.5f, 0.5f), bare = sample(detail, 0, 0.5f, 0.5f);
+    CHECK_NEAR(pushed.trace[0], 1.0, 1e-6);
+    CHECK_NEAR(pushed.trace[1], -pushed.displacement, 0.02);
+    CHECK(pushed.trace[1] > 0.15f && pushed.trace[2] == 0.0f);
+    CHECK(bare.trace[0] == 0.0f && bare.trace[1] == 0.0f && bare.trace[2] == -1.0f);
+    cells.coarse = cells.fine = 16;
+    CHECK_OK(rlv_tessellation_create(detail, &cells, &triangles));
+    CHECK_OK(rlv_detail_advance(detail, 5.5));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK(sample(detail, 12, 0.5f, 0.5f).trace[2] == 3.5f);
+    /* Going back in time is no fault without decay. */
+    CHECK_OK(rlv_detail_advance(detail, 5.0));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_tessellation_update(triangles, NULL));
+    RlvTessellationInfo info = RLV_TESSELLATION_INFO_INIT;
+    CHECK_OK(rlv_tessellation_info(triangles, &info));
+    float *all = malloc(info.point_count * 12), *ages = malloc(info.point_count * 4);
+    CHECK(all != NULL && ages != NULL);
+    CHECK_OK(rlv_tessellation_get_traces(triangles, 0, info.point_count, all, 0));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_tessellation_get_traces(triangles, 1, info.point_count, all, 0), "more than");
+    CHECK_OK(rlv_tessellation_mesh(triangles, &mesh));
+    CHECK_OK(rlv_mesh_find_attribute(mesh, "age", &index));
+    CHECK_OK(rlv_mesh_get_attribute(mesh, index, ages, info.point_count, NULL, 0));
+    size_t old = 0;
+    for (size_t point = 0; point < info.point_count; ++point) {
+        CHECK(ages[point] == all[3 * point + 2] && (ages[point] == -1.0f) == (all[3 * point] == 0.0f));
+        old += ages[point] == 3.0f;
+    }
+    CHECK(old > 20);
+    /* Finer faces keep traces with the displacement. */
+    const uint32_t finer[2] = {12, 32};
+    CHECK_OK(rlv_detail_set_face_sizes(detail, finer, 1, 0));
+    CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_NEAR(sample(detail, 12, 0.5f, 0.5f).trace[0], 1.0, 1e-3);
+    free(all);
+    free(ages);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_tessellation_release(triangles));
+    CHECK_OK(rlv_detail_release(detail));
+}
+
+/* Edits fade linearly and give their tiles back. */
+static void decay(RlvSurface surface, RlvCollider collider) {
+    RlvDetail detail = RLV_NULL;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvDecayOptions times = RLV_DECAY_OPTIONS_INIT;
+    RlvDetailInfo info = RLV_DETAIL_INFO_INIT;
+    options.tile_size = 16;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    times.duration = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_set_decay(detail, &times), "fade");
+    times.duration = 2.0f;
+    times.delay = -1.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_set_decay(detail, &times), "fade");
+    times.delay = 1.0f;
+    CHECK_OK(rlv_detail_set_decay(detail, &times));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_set_decay(detail, &times), "already");
+    CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    const float fresh = height(detail, 12);
+    CHECK(fresh < -0.15f);
+    CHECK_OK(rlv_detail_advance(detail, 1.0));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK(height(detail, 12) == fresh);
+    CHECK_OK(rlv_detail_info(detail, &info));
+    CHECK(info.time == 1.0 && info.stamp_bytes > 0 && info.allocated_count > 0);
+    CHECK_OK(rlv_detail_advance(detail, 2.0));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_advance(detail, 1.5), "before");
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_NEAR(height(detail, 12), 0.5 * fresh, 1e-3);
+    CHECK_OK(rlv_detail_advance(detail, 3.5));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_detail_info(detail, &info));
+    CHECK(height(detail, 12) == 0.0f && info.allocated_count == 0 && info.stamp_bytes == 0);
+    CHECK_OK(rlv_detail_release(detail));
+}
+
 int main(void) {
     char last[200] = "";
     RlvContext context = RLV_NULL;
@@ -41,9 +218,9 @@ int main(void) {
     CHECK(info.tile_count == 25 && info.allocated_count == 0 && info.bytes == 0 && info.budget == 1 << 20);
     CHECK(info.full_bytes == 24 * 18 * 18 * 2 + 10 * 10 * 2);
     RlvDetailTileInfo tile = RLV_DETAIL_TILE_INFO_INIT;
-    CHECK_OK(rlv_detail_tile_info(detail, 24, &tile));
+    CHECK_OK(rlv_detail_tile_info(detail, RLV_CHANNEL_DISPLACEMENT, 24, &tile));
     CHECK(tile.size == 8 && tile.is_allocated == 0 && tile.version == 0 && tile.block_size == 200);
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_tile_info(detail, 25, &tile), "25");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_tile_info(detail, RLV_CHANNEL_DISPLACEMENT, 25, &tile), "25");
 
     /* A dent in the middle of tile 12; nothing is seen before the commit. */
     const double place[12] = CHECK_MOVED(2.5, 2.5, 0.1);
@@ -68,43 +245,43 @@ int main(void) {
         CHECK(index == 0 || changed[index - 1] < changed[index]);
     }
     CHECK(found);
-    CHECK_OK(rlv_detail_tile_info(detail, 12, &tile));
+    CHECK_OK(rlv_detail_tile_info(detail, RLV_CHANNEL_DISPLACEMENT, 12, &tile));
     CHECK(tile.is_allocated == 1 && tile.low[2] <= -0.15f && tile.version > 0);
 
     /* Undo by blocks. */
     unsigned char blocks[25][648];
     size_t length[25];
     for (uint32_t index = 0; index < 25; ++index) {
-        CHECK_OK(rlv_detail_read_block(detail, index, blocks[index], sizeof(blocks[index]), &length[index]));
+        CHECK_OK(rlv_detail_read_block(detail, RLV_CHANNEL_DISPLACEMENT, index, blocks[index], sizeof(blocks[index]), &length[index]));
         CHECK(length[index] == 0 || length[index] == 648);
     }
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_read_block(detail, 12, blocks[0], 647, &count), "room for");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_read_block(detail, RLV_CHANNEL_DISPLACEMENT, 12, blocks[0], 647, &count), "room for");
     const double deeper[12] = CHECK_MOVED(2.5, 2.5, -0.2);
     CHECK_OK(rlv_collider_set_transform(collider, deeper));
     CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, NULL));
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK(height(detail, 12) < -0.4f);
     for (uint32_t index = 0; index < 25; ++index) {
-        CHECK_OK(rlv_detail_write_block(detail, index, blocks[index], length[index]));
+        CHECK_OK(rlv_detail_write_block(detail, RLV_CHANNEL_DISPLACEMENT, index, blocks[index], length[index]));
     }
     CHECK(height(detail, 12) < -0.4f);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     for (uint32_t index = 0; index < 25; ++index) {
         unsigned char block[648];
-        CHECK_OK(rlv_detail_read_block(detail, index, block, sizeof(block), &count));
+        CHECK_OK(rlv_detail_read_block(detail, RLV_CHANNEL_DISPLACEMENT, index, block, sizeof(block), &count));
         CHECK(count == length[index] && memcmp(block, blocks[index], count) == 0);
     }
     CHECK_NEAR(height(detail, 12), -0.2, 0.02);
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, 12, blocks[12], 647), "647 bytes");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, RLV_CHANNEL_DISPLACEMENT, 12, blocks[12], 647), "647 bytes");
     memset(blocks[12], 0xff, 648);
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, 12, blocks[12], 648), "not finite");
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, 12, NULL, 648), "NULL");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, RLV_CHANNEL_DISPLACEMENT, 12, blocks[12], 648), "not finite");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_write_block(detail, RLV_CHANNEL_DISPLACEMENT, 12, NULL, 648), "NULL");
 
     /* Finer tiles keep the dent. */
     const uint32_t finer[2] = {12, 32};
     CHECK_OK(rlv_detail_set_face_sizes(detail, finer, 1, 0));
     CHECK_OK(rlv_detail_commit(detail, NULL));
-    CHECK_OK(rlv_detail_tile_info(detail, 12, &tile));
+    CHECK_OK(rlv_detail_tile_info(detail, RLV_CHANNEL_DISPLACEMENT, 12, &tile));
     CHECK(tile.size == 32 && tile.block_size == 34 * 34 * 2);
     CHECK_NEAR(height(detail, 12), -0.2, 0.02);
     const uint32_t wrong[4] = {12, 33, 25, 8};
@@ -145,6 +322,10 @@ int main(void) {
     CHECK(report.refused_tiles == 0 && report.bytes > 0);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK_NEAR(height(detail, 12), -0.2, 0.02);
+
+    vectors(surface);
+    traces(surface, collider);
+    decay(surface, collider);
 
     /* Refusals. */
     options.tile_size = 20;

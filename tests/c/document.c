@@ -16,7 +16,7 @@ static void keep(RlvDetail detail, State *state) {
     memset(state, 0, sizeof *state);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     for (uint32_t tile = 0; tile < 9; ++tile) {
-        CHECK_OK(rlv_detail_read_block(detail, tile, state->heights[tile], BLOCK, &state->sizes[tile]));
+        CHECK_OK(rlv_detail_read_block(detail, RLV_CHANNEL_DISPLACEMENT, tile, state->heights[tile], BLOCK, &state->sizes[tile]));
         tiles[tile] = tile;
         uvs[2 * tile] = uvs[2 * tile + 1] = 0.4f;
     }

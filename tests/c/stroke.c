@@ -28,8 +28,8 @@ static float displacement(RlvDetail detail, uint32_t tile) {
 static int same(RlvDetail one, RlvDetail other, uint32_t tile) {
     static unsigned char blocks[2][70000];
     size_t sizes[2] = {0, 0};
-    CHECK_OK(rlv_detail_read_block(one, tile, blocks[0], sizeof blocks[0], &sizes[0]));
-    CHECK_OK(rlv_detail_read_block(other, tile, blocks[1], sizeof blocks[1], &sizes[1]));
+    CHECK_OK(rlv_detail_read_block(one, RLV_CHANNEL_DISPLACEMENT, tile, blocks[0], sizeof blocks[0], &sizes[0]));
+    CHECK_OK(rlv_detail_read_block(other, RLV_CHANNEL_DISPLACEMENT, tile, blocks[1], sizeof blocks[1], &sizes[1]));
     return sizes[0] == sizes[1] && memcmp(blocks[0], blocks[1], sizes[0]) == 0;
 }
 

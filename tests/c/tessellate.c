@@ -128,7 +128,7 @@ static void follow(RlvContext context) {
     CHECK(changes.range_count == 0);
 
     /* Tiles that lose their displacement change too. */
-    CHECK_OK(rlv_detail_write_block(detail, 14, NULL, 0));
+    CHECK_OK(rlv_detail_write_block(detail, RLV_CHANNEL_DISPLACEMENT, 14, NULL, 0));
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK_OK(rlv_tessellation_update(tessellation, &changes));
     CHECK(changes.rebuilt == 0 && refit(tessellation, &buffers) > 0);

@@ -118,6 +118,17 @@ int main() {
     detail.write_block(0, block);
     detail.commit();
     CHECK(detail.evaluate({{0, {0.5f, 0.5f}}}).displacements == dent.displacements);
+    // Traces and vectors are evaluated where there are any.
+    const auto traced = relievo::Detail::create(surface, coarse);
+    traced.add_traces();
+    traced.add_vectors();
+    traced.advance(1.5);
+    relievo::imprint(traced, collider, settings);
+    traced.commit();
+    const auto track = traced.evaluate({{0, {0.5f, 0.5f}}});
+    CHECK(track.traces[0][0] > 0.99f && track.traces[0][2] == 0.0f && track.vectors[0][2] == 0.0f);
+    CHECK(dent.traces.empty() && traced.channel_info(RLV_CHANNEL_TRACES).allocated_count > 0);
+    CHECK(traced.read_block(0, RLV_CHANNEL_VECTORS).empty() && !traced.read_block(0, RLV_CHANNEL_TRACES).empty());
     // A stroke at once, and the same drawn.
     RlvBrushOptions draw = RLV_BRUSH_OPTIONS_INIT;
     draw.action = RLV_BRUSH_SCULPT;

@@ -2,6 +2,7 @@
 
 use relievo_core::{Error, Result};
 use relievo_surface::{Order, Place, Samples, Surface};
+use relievo_tiles::Displaced;
 use relievo_tiles::displaced::Points;
 
 use crate::array::{Input, Output, Plain};
@@ -37,6 +38,10 @@ descriptor! {
         displacement_stride: usize,
         colors: *mut f32,
         color_stride: usize,
+        vectors: *mut f32,
+        vector_stride: usize,
+        traces: *mut f32,
+        trace_stride: usize,
     }
 }
 
@@ -54,6 +59,8 @@ pub struct Arrays {
     pub derivatives: [Option<Output<[f32; 3]>>; 5],
     pub displacements: Option<Output<f32>>,
     pub colors: Option<Output<[f32; 4]>>,
+    pub vectors: Option<Output<[f32; 3]>>,
+    pub traces: Option<Output<[f32; 3]>>,
 }
 
 impl Arrays {
@@ -92,6 +99,8 @@ impl Arrays {
             }?,
             // SAFETY: as above.
             colors: unsafe { Output::optional("colors", given.colors.cast(), count, given.color_stride) }?,
+            vectors: output("vectors", given.vectors, given.vector_stride)?,
+            traces: output("traces", given.traces, given.trace_stride)?,
         };
         for (index, (tile, [u, v])) in made.tiles.iter().zip(made.uvs.iter()).enumerate() {
             check_tile(surface, tile).map_err(|error| error.at(format!("place {index}")))?;
@@ -142,10 +151,10 @@ entry! {
         let surface = object.snapshot().surface;
         // SAFETY: the caller's arrays are as the header demands.
         let arrays = unsafe { Arrays::new(arrays, &surface) }?;
-        if arrays.colors.is_some() {
-            return Err(Error::unsupported("bare surfaces have no colours")
-                .at("colors")
-                .advise("leave them NULL, or evaluate a detail that was given paint"));
+        if arrays.colors.is_some() || arrays.traces.is_some() {
+            return Err(Error::unsupported("bare surfaces have no colours and no traces")
+                .at(if arrays.colors.is_some() { "colors" } else { "traces" })
+                .advise("leave them NULL, or evaluate a detail that was given some"));
         }
         let order = arrays.order();
         let mut samples = Samples::default();
@@ -163,6 +172,7 @@ entry! {
                 write(*out, first, count, |index| vector(from, index));
             }
             write(arrays.displacements, first, count, |_| 0.0);
+            write(arrays.vectors, first, count, |_| [0.0; 3]);
         }
         Ok(())
     }
@@ -182,8 +192,14 @@ entry! {
                 .at("colors")
                 .advise("give it some with rlv_detail_add_paint, and commit"));
         }
+        if arrays.traces.is_some() && view.traces.is_none() {
+            return Err(Error::invalid("the detail has no traces")
+                .at("traces")
+                .advise("let imprints leave some with rlv_detail_add_traces, and commit"));
+        }
         let (context, displaced, field) = (&object.context.context, view.displaced()?, view.snapshot.field());
-        let mut points = Points::default();
+        let plain = Displaced::new(&view.surface, field)?;
+        let (mut points, mut without) = (Points::default(), Points::default());
         for (first, places) in arrays.chunks() {
             displaced.evaluate(context, &places, &mut points)?;
             write(arrays.positions, first, places.len(), |index| points.p[index]);
@@ -191,6 +207,22 @@ entry! {
             write(arrays.displacements, first, places.len(), |index| {
                 field.point(context.level(), field.canonical(places[index])).d
             });
+            if arrays.vectors.is_some() {
+                // What the vectors add, where the whole is evaluated.
+                let places: Vec<Place> = places.iter().map(|place| displaced.canonical(*place)).collect();
+                plain.evaluate_in_place(context, &places, &mut without)?;
+                write(arrays.vectors, first, places.len(), |index| {
+                    let [from, to] = [without.p[index], points.p[index]];
+                    [0, 1, 2].map(|axis| to[axis] - from[axis])
+                });
+            }
+            if let Some(traces) = view.traces.as_ref().map(|traces| traces.field()) {
+                write(arrays.traces, first, places.len(), |index| {
+                    let mark = traces.mark(traces.canonical(places[index]));
+                    let age = mark.time.map_or(-1.0, |time| (view.time - f64::from(time)).max(0.0) as f32);
+                    [mark.contact, mark.depth, age]
+                });
+            }
             if let Some(paint) = &view.paint {
                 let paint = paint.field();
                 write(arrays.colors, first, places.len(), |index| {

@@ -5,7 +5,8 @@ use std::sync::OnceLock;
 
 use relievo_core::{Error, Progress, Result};
 use relievo_detail::{Deformable, DisplacedObject, ImprintSettings, LayeredObject, Moment, Motion, Pose, Report};
-use relievo_tiles::Field;
+use relievo_tiles::trace::Trace;
+use relievo_tiles::{Channel, Field, Texel};
 
 use crate::array::{present, put};
 use crate::collider::RlvCollider;
@@ -96,20 +97,35 @@ unsafe fn write_report(to: *mut RlvImprintReport, report: &Report) -> Result<()>
     unsafe { write_descriptor(to, made) }
 }
 
-/// Puts the displacement back to what it was `before` a call that failed half-way.
-fn restore(object: &mut DisplacedObject, before: &Field) -> Result<()> {
-    let displacement = object.displacement_mut();
-    let now = displacement.field().clone();
+/// What an imprint may change of an object.
+struct Before(Field, Option<Field<Trace>>);
+
+impl Before {
+    fn of(object: &DisplacedObject) -> Self {
+        Self(object.displacement().field().clone(), object.traces().map(|traces| traces.field().clone()))
+    }
+
+    /// Puts the object back to what it was before a call that failed half-way.
+    fn restore(&self, object: &mut DisplacedObject) -> Result<()> {
+        restore(object.displacement_mut(), &self.0)?;
+        match (object.traces_mut(), &self.1) {
+            (Some(traces), Some(before)) => restore(traces, before),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn restore<T: Texel>(channel: &mut Channel<T>, before: &Field<T>) -> Result<()> {
+    let now = channel.field().clone();
     let tiles = 0..before.tile_count() as u32;
     let changed: Vec<u32> = tiles.filter(|tile| now.version(*tile) != before.version(*tile)).collect();
     // What was allocated is freed first, so that the budget allows the rest.
     for tile in changed.iter().filter(|tile| !before.is_allocated(**tile)) {
-        displacement.write(*tile, None)?;
+        channel.write(*tile, None)?;
     }
     for tile in changed {
         if let Some(block) = before.block(tile) {
-            let bytes: Vec<u8> = block.iter().flat_map(|coefficient| coefficient.to_le_bytes()).collect();
-            displacement.write(tile, Some(&bytes))?;
+            channel.write(tile, Some(bytemuck::cast_slice(block)))?;
         }
     }
     Ok(())
@@ -177,7 +193,7 @@ entry! {
         let mut editor = detail.edit()?;
         let Editor { object, imprinter, .. } = &mut *editor;
         let motion = Motion::new(&collider, Pose::rigid(from), Pose::rigid(to))?;
-        let (before, place) = (object.displacement().field().clone(), *collider.transform());
+        let (before, place) = (Before::of(object), *collider.transform());
         let mut progress = HostProgress { callback: progress, user };
         let context = &detail.context.context;
         let done = imprinter.sweep_watched(context, object, &mut collider, &motion, &settings, moment, &mut progress);
@@ -187,7 +203,7 @@ entry! {
                 done
             }
             Err(error) => {
-                restore(object, &before)?;
+                before.restore(object)?;
                 collider.set_transform(place)?;
                 return Err(error);
             }
@@ -226,7 +242,7 @@ entry! {
         let (mut first_editor, mut second_editor) = (first.edit()?, second.edit()?);
         let Editor { object: first_object, imprinter, .. } = &mut *first_editor;
         let second_object = &mut second_editor.object;
-        let before = [first_object.displacement().field().clone(), second_object.displacement().field().clone()];
+        let before = [Before::of(first_object), Before::of(second_object)];
         let done = imprinter.collide(
             &first.context.context,
             &mut Deformable { object: first_object, cage: &cages[0], settings: one },
@@ -236,8 +252,8 @@ entry! {
         let [one, other] = match done {
             Ok(done) => done,
             Err(error) => {
-                restore(first_object, &before[0])?;
-                restore(second_object, &before[1])?;
+                before[0].restore(first_object)?;
+                before[1].restore(second_object)?;
                 return Err(error);
             }
         };

@@ -112,10 +112,18 @@ fn tessellate_view(context: &Context, view: &View, cells: Cells) -> Result<Tesse
     check_memory(context, &rates)?;
     let displaced = view.displaced()?;
     let mut made = context.stats().time("tessellate", || displaced.tessellate(context, &view.cage, &rates))?;
+    coat(view, &mut made);
+    Ok(made)
+}
+
+/// Gives the points the colours and traces of what was committed.
+fn coat(view: &View, made: &mut Tessellation) {
     if let Some(paint) = &view.paint {
         made.paint(paint.field());
     }
-    Ok(made)
+    if let Some(traces) = &view.traces {
+        made.trace(traces.field(), view.time);
+    }
 }
 
 /// As [`tessellate`] for a surface without displacement.
@@ -165,9 +173,7 @@ impl Kept {
         let (tessellator, made) = context.stats().time("tessellate", || {
             let tessellator = Tessellator::new(view.surface.topology(), &view.cage, rates.clone())?;
             let mut made = tessellator.tessellate(context, &view.displaced()?, &view.cage)?;
-            if let Some(paint) = &view.paint {
-                made.paint(paint.field());
-            }
+            coat(&view, &mut made);
             Ok((tessellator, made))
         })?;
         let ranges = vec![[0, made.mesh.points.len() as u32]];
@@ -189,8 +195,8 @@ impl Kept {
             self.tessellator.update(context, &view.displaced()?, &changed, &mut self.made)
         })?;
         self.ranges = ranges.into_iter().map(|range| [range.start, range.end - range.start]).collect();
-        if let Some(paint) = view.paint.as_ref().filter(|_| !changed.is_empty()) {
-            self.made.paint(paint.field());
+        if !changed.is_empty() || view.time != self.view.time {
+            coat(&view, &mut self.made);
         }
         self.view = view;
         Ok(false)
@@ -376,6 +382,36 @@ entry! {
         })?;
         if let Some(out) = out {
             out.fill(values[first..end].iter().copied());
+        }
+        Ok(())
+    }
+
+    fn rlv_tessellation_get_traces(
+        tessellation: RlvTessellation,
+        first: usize,
+        count: usize,
+        traces: *mut f32,
+        stride: usize,
+    ) {
+        let object = registry::get(tessellation)?;
+        let kept = try_read(&object.kept, "tessellation")?;
+        // SAFETY: the caller promises room for `count` traces.
+        let out = unsafe { Output::<[f32; 3]>::optional("traces", traces.cast(), count, stride) }?;
+        if kept.view.traces.is_none() {
+            return Err(Error::invalid("the detail has no traces").advise("let imprints leave some with rlv_detail_add_traces"));
+        }
+        let points = kept.made.mesh.points.len();
+        let end = first.checked_add(count).filter(|end| *end <= points);
+        let end = end.ok_or_else(|| {
+            Error::invalid(format!("{count} points from {first} on are more than there are: {points}"))
+        })?;
+        let lists = ["contact", "depth", "age"].map(|name| match kept.made.mesh.attribute(name).map(|it| &it.values) {
+            Some(Values::F32(values)) => values.get(first..end).unwrap_or_default(),
+            _ => &[],
+        });
+        if let Some(out) = out {
+            let [contacts, depths, ages] = lists;
+            out.fill(contacts.iter().zip(depths).zip(ages).map(|((contact, depth), age)| [*contact, *depth, *age]));
         }
         Ok(())
     }

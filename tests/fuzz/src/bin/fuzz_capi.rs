@@ -237,13 +237,39 @@ fn use_detail(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mut tiles = [0; 8];
     let mut found = 0;
     let tile = bytes.int_in_range(0..=12)?;
+    let channel = if bytes.ratio(1, 4)? { bytes.int_in_range(0..=4)? } else { RLV_CHANNEL_DISPLACEMENT };
+    let mut about_channel: RlvChannelInfo = sized(bytes)?;
+    let mut vectors: RlvVectorOptions = sized(bytes)?;
+    vectors.tile_size = *bytes.choose(&[8, 16, 5])?;
+    let mut paint: RlvPaintOptions = sized(bytes)?;
+    (paint.tile_size, paint.color) = (*bytes.choose(&[8, 16, 5])?, [0.5, 0.25, number(bytes)?, 1.0]);
+    let mut decay: RlvDecayOptions = sized(bytes)?;
+    (decay.delay, decay.duration) = (number(bytes)?, number(bytes)?.abs());
+    decay.budget = bytes.int_in_range(0..=40_000)?;
+    let time = if bytes.ratio(1, 32)? { bytes.arbitrary()? } else { f64::from(number(bytes)?) };
     let mut block = vec![0_u8; 2 * 34 * 34];
     let points = numbers(bytes, 48)?;
     // SAFETY: every array has the room that is told.
     unsafe {
         called(rlv_detail_info(detail, &mut info));
-        called(rlv_detail_tile_info(detail, tile, &mut about));
-        match bytes.int_in_range(0..=7_u8)? {
+        called(rlv_detail_tile_info(detail, channel, tile, &mut about));
+        called(rlv_detail_channel_info(detail, channel, &mut about_channel));
+        match bytes.int_in_range(0..=12_u8)? {
+            4 => {
+                called(rlv_detail_add_vectors(detail, &vectors));
+            }
+            5 => {
+                called(rlv_detail_add_traces(detail, bytes.int_in_range(0..=40_000)?));
+            }
+            6 => {
+                called(rlv_detail_set_decay(detail, &decay));
+            }
+            7 => {
+                called(rlv_detail_advance(detail, time));
+            }
+            8 => {
+                called(rlv_detail_add_paint(detail, &paint));
+            }
             0 => {
                 called(rlv_detail_set_budget(detail, bytes.int_in_range(0..=100_000)?));
             }
@@ -254,13 +280,13 @@ fn use_detail(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
                 called(rlv_detail_set_points(detail, points.as_ptr(), bytes.int_in_range(0..=16)?, 0));
             }
             3 => {
-                let size = *bytes.choose(&[0, 2 * 10 * 10, 2 * 18 * 18, 2 * 34 * 34, 7])?;
+                let size = *bytes.choose(&[0, 200, 400, 600, 800, 2 * 18 * 18, 2 * 34 * 34, 7])?;
                 bytes.fill_buffer(&mut block[..64])?;
-                called(rlv_detail_write_block(detail, tile, block.as_ptr().cast(), size));
+                called(rlv_detail_write_block(detail, channel, tile, block.as_ptr().cast(), size));
             }
             _ => {}
         }
-        called(rlv_detail_read_block(detail, tile, block.as_mut_ptr().cast(), block.len(), &mut found));
+        called(rlv_detail_read_block(detail, channel, tile, block.as_mut_ptr().cast(), block.len(), &mut found));
         called(rlv_detail_commit(detail, if bytes.arbitrary()? { &mut changes } else { null_mut() }));
         called(rlv_detail_changed_tiles(detail, tiles.as_mut_ptr(), tiles.len(), &mut found));
     }
@@ -427,12 +453,21 @@ unsafe extern "C" fn wait(user: *mut c_void, _: f32, _: *const c_char) -> u32 {
 fn evaluate(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let tiles: Vec<u32> = (0..4).map(|_| bytes.int_in_range(0..=9)).collect::<Result<_>>()?;
     let uvs: Vec<f32> = (0..8).map(|_| Ok(number(bytes)?.abs() / 8.0)).collect::<Result<_>>()?;
-    let mut outputs = [[0.0_f32; 12]; 3];
+    let mut outputs = [[0.0_f32; 16]; 6];
     let mut arrays: RlvEvaluateArrays = sized(bytes)?;
     arrays.count = 4;
     arrays.tiles = tiles.as_ptr();
     arrays.uvs = uvs.as_ptr();
-    let [positions, normals, displacements] = &mut outputs;
+    let [positions, normals, displacements, vectors, traces, colors] = &mut outputs;
+    if bytes.arbitrary()? {
+        arrays.vectors = vectors.as_mut_ptr();
+    }
+    if bytes.ratio(1, 4)? {
+        arrays.traces = traces.as_mut_ptr();
+    }
+    if bytes.ratio(1, 4)? {
+        arrays.colors = colors.as_mut_ptr();
+    }
     arrays.positions = positions.as_mut_ptr();
     arrays.normals = normals.as_mut_ptr();
     arrays.displacements = displacements.as_mut_ptr();
@@ -503,6 +538,8 @@ fn follow(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         let count = bytes.int_in_range(0..=16)?;
         let (positions, normals) = (positions.as_mut_ptr(), normals.as_mut_ptr());
         called(rlv_tessellation_get_points(tessellation, first, count, positions, 0, normals, 0));
+        called(rlv_tessellation_get_traces(tessellation, first, count, positions, 0));
+        called(rlv_tessellation_get_colors(tessellation, first, count, normals, 0));
         rlv_tessellation_mesh(tessellation, &mut out)
     };
     made(result, out.id, &mut handles.meshes);
