@@ -151,5 +151,11 @@ fn look_up(report: &mut Report, object: &DisplacedObject) {
         let time = seconds(|| filtered().sum::<Vec4>());
         1e-6 * f64::from(PLACES) / time
     });
-    report.add("filtered look-up of colour, one thread", &rates, None, "M/s", Goal::AtLeast(20.0));
+    report.add("filtered look-up of colour, one thread, one by one", &rates, None, "M/s", Goal::None);
+    let mut colors = vec![Vec4::ZERO; places.len()];
+    let rates = sample(RUNS, || {
+        let time = seconds(|| field.filtered_many(&places, &squares, &mut colors));
+        1e-6 * f64::from(PLACES) / time
+    });
+    report.add("filtered look-up of colour, one thread, many at a time", &rates, None, "M/s", Goal::AtLeast(20.0));
 }

@@ -2,8 +2,8 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 5: the
 //! ring of one texel lets a look-up stay in its tile, and what is looked up on an edge is the same from both of its
-//! tiles: by the rules of [`crate::ring`] where their density is equal, else by those of [`crate::filter`]. Colours are linear Rec.709 with alpha and are
-//! interpolated in linear light, whatever the texels encode.
+//! tiles: by the rules of [`crate::ring`] where their density is equal, else by those of [`crate::filter`]. Colours are
+//! linear Rec.709 with alpha and are interpolated in linear light, whatever the texels encode.
 
 use std::sync::Arc;
 

@@ -324,9 +324,21 @@ impl Texel for Rgba8 {
     }
 }
 
+/// Every byte in 255ths.
+static PARTS: [f32; 256] = {
+    let mut parts = [0.0; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        parts[byte] = byte as f32 / 255.0;
+        byte += 1;
+    }
+    parts
+};
+
 #[inline(always)]
 fn decoded(linear: &[f32; 256], Rgba8([r, g, b, a]): Rgba8) -> Vec4 {
-    Vec4::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)], f32::from(a) / 255.0)
+    // A table for alpha too: the conversion from an integer waits for what was in its register.
+    Vec4::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)], PARTS[usize::from(a)])
 }
 
 impl ColorTexel for Rgba8 {

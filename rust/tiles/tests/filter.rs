@@ -56,9 +56,10 @@ fn square(width: f32) -> [[f32; 2]; 2] {
     [[width, 0.0], [0.0, width]]
 }
 
-/// Compares both sides of every edge, and the tile just beside it, at several widths.
+/// Compares both sides of every edge, and the tile just beside it, at several widths; and look-ups of many with single ones.
 fn check<T: ColorTexel>(field: &Field<T>) {
     let topology = field.topology();
+    many_are_as_one_by_one(field);
     for tile in 0..topology.tile_count() as u32 {
         for edge in 0..4 {
             for t in [0.0f32, 0.03, 0.2, 0.46, 0.5, 0.77, 0.99, 1.0] {
@@ -76,6 +77,35 @@ fn check<T: ColorTexel>(field: &Field<T>) {
                 }
             }
         }
+    }
+}
+
+/// Places inside and beyond tiles, with footprints of every shape and none.
+fn many_are_as_one_by_one<T: ColorTexel>(field: &Field<T>) {
+    let mut random = Random(7);
+    let count = 203;
+    let places: Vec<Place> = (0..count)
+        .map(|_| {
+            let tile = random.below(field.tile_count()) as u32;
+            Place::new(tile, 1.2 * random.unit() - 0.1, 1.2 * random.unit() - 0.1)
+        })
+        .filter(|place| !field.topology().is_hole(place.tile))
+        .collect();
+    let footprints: Vec<[[f32; 2]; 2]> = (0..places.len())
+        .map(|k| {
+            let width = 0.5f32.powi(random.below(9) as i32);
+            match k % 4 {
+                0 => [[width, 0.3 * width * random.unit()], [0.0, width]],
+                1 if k % 8 == 1 => [[f32::NAN, 0.0], [0.0, 0.0]],
+                _ => square(width * random.unit()),
+            }
+        })
+        .collect();
+    let mut colors = vec![Vec4::splat(f32::NAN); places.len()];
+    field.filtered_many(&places, &footprints, &mut colors);
+    for ((place, footprint), color) in places.iter().zip(&footprints).zip(colors) {
+        let bits = |color: Vec4| color.to_array().map(f32::to_bits);
+        assert_eq!(bits(color), bits(field.filtered(*place, *footprint)), "{place:?} {footprint:?}");
     }
 }
 
