@@ -107,6 +107,7 @@ impl Canvas for TriangleObject {
     }
 
     fn begin(&mut self, context: &Context) -> Result<Start> {
+        self.settle(context)?;
         self.reach();
         self.renew(context)?;
         Ok(Start::Triangles(self.displacement().field().clone()))
@@ -125,5 +126,13 @@ impl Canvas for TriangleObject {
             Start::Triangles(field) => Some(field),
         };
         self.make_dab(context, dab, start)
+    }
+
+    fn show(&mut self, context: &Context) -> Result<Vec<u32>> {
+        self.settle_colors(context)
+    }
+
+    fn end(&mut self, context: &Context) -> Result<Vec<u32>> {
+        self.settle(context)
     }
 }

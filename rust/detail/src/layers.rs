@@ -9,6 +9,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use bytemuck::Zeroable;
+use glam::Vec4;
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_document::{Blend, Head, Settings};
@@ -143,6 +144,10 @@ pub trait Absorb: Layered {
     /// without ring, where `below` is what is seen below it. Nothing for kinds that are not edited so.
     fn absorb(tile: &Absorbed<'_, Self>, texels: &mut relievo_tiles::Texels<'_, Self>);
 
+    /// The layer's texel, which was `old`, after that of the composite went `from[0]` to `from[1]`, where `below` is seen
+    /// below the layer.
+    fn take_in(old: Self, from: [Self::Sum; 2], below: impl Fn() -> Self::Sum, settings: &Settings) -> Self;
+
     /// Whether edits are made on the composite.
     const THROUGH_COMPOSITE: bool;
 }
@@ -161,11 +166,28 @@ pub struct Absorbed<'a, T: Layered> {
 impl Absorb for Rgba8 {
     fn absorb(_: &Absorbed<'_, Self>, _: &mut relievo_tiles::Texels<'_, Self>) {}
 
+    fn take_in(old: Self, _: [Vec4; 2], _: impl Fn() -> Vec4, _: &Settings) -> Self {
+        old
+    }
+
     const THROUGH_COMPOSITE: bool = false;
 }
 
 impl Absorb for f16 {
     const THROUGH_COMPOSITE: bool = true;
+
+    fn take_in(old: Self, from: [f32; 2], below: impl Fn() -> f32, settings: &Settings) -> Self {
+        let (old, change, opacity) = (old.to_f32(), from[1] - from[0], settings.opacity);
+        // Where the layer cannot be seen it has no part.
+        let part = |below: f32| (f16::blend(below, old, settings) + change - below) / opacity;
+        let new = match settings.blend {
+            Blend::Subtract => old - change / opacity,
+            Blend::Max => below() + part(below()).max(0.0),
+            Blend::Min => below() + part(below()).min(0.0),
+            _ => old + change / opacity,
+        };
+        f16::from_f32(new.clamp(-65504.0, 65504.0))
+    }
 
     fn absorb(edited: &Absorbed<'_, Self>, texels: &mut relievo_tiles::Texels<'_, Self>) {
         let (tile, size) = (edited.tile, texels.size());
@@ -173,8 +195,7 @@ impl Absorb for f16 {
         let values = |field: &Field| resampled(field, tile, from).unwrap_or_else(|| vec![0.0; (from + 2) * (from + 2)]);
         let [before, mut change] = edited.composite.map(values);
         change.iter_mut().zip(before).for_each(|(now, then)| *now -= then);
-        let Settings { opacity, blend, .. } = edited.settings;
-        let mut below = match blend {
+        let mut below = match edited.settings.blend {
             Blend::Max | Blend::Min => blended(edited.below, edited.background, tile, from),
             _ => Vec::new(),
         };
@@ -188,20 +209,12 @@ impl Absorb for f16 {
         for j in 0..size {
             let start = (j + 1) * (size + 2) + 1;
             for (i, texel) in texels.row_mut(j).iter_mut().enumerate() {
-                let (at, old) = (start + i, texel.to_f32());
+                let at = start + i;
                 let change = change[at];
                 if change == 0.0 {
                     continue;
                 }
-                let wanted = |below: f32| f16::blend(below, old, &edited.settings) + change - below;
-                let new = match blend {
-                    Blend::Subtract => old - change / opacity,
-                    // Where the layer cannot be seen it has no part.
-                    Blend::Max => below[at] + (wanted(below[at]) / opacity).max(0.0),
-                    Blend::Min => below[at] + (wanted(below[at]) / opacity).min(0.0),
-                    _ => old + change / opacity,
-                };
-                *texel = f16::from_f32(new.clamp(-65504.0, 65504.0));
+                *texel = Self::take_in(*texel, [0.0, change], || below[at], &edited.settings);
             }
         }
     }

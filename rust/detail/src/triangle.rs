@@ -4,6 +4,7 @@
 
 mod dab;
 pub(crate) mod imprint;
+mod layers;
 mod level;
 mod nearest;
 mod object;

@@ -1,15 +1,16 @@
-//! The file of a document, `.relievo`, version 2, little-endian:
+//! The file of a document, `.relievo`, version 3, little-endian:
 //!
 //! - header, 44 bytes: `RLVDOC\r\n`, version (u32), CRC-32 of the packed index (u32), bytes of the index packed and
 //!   unpacked (u64 each), bytes of all blocks (u64), CRC-32 of the header up to here (u32);
 //! - index (zstd): writer, instruction level, the mesh (number of faces, corners and holes, hash of its sharpness,
-//!   fingerprint, sizes of faces, corners as differences, holes as differences, number of points and their coordinates),
-//!   then layer by layer name, kind, default texel, number, opacity, blend mode, visibility, sizes of the tiles of every
+//!   fingerprint, sizes of faces, corners as differences, holes as differences, number of points and their coordinates,
+//!   what blocks belong to: u8, 1 for triangles, edges and points, see [`crate::lattice`]), then layer by layer name, kind, default texel, number, opacity, blend mode, visibility, sizes of the tiles of every
 //!   face as powers of two, and of every block tile, bytes and CRC-32;
 //! - blocks (zstd each), in the order of the index, without gaps;
 //! - the journal: any number of [records](crate::record), which are folded into what is before them on opening.
 //!
-//! Version 1 has no points, no numbers and settings of layers, and no journal. The same document always makes the same
+//! Version 2 does not say what blocks belong to: always tiles. It is written where they do, so that earlier builds read
+//! it. Version 1 has no points, no numbers and settings of layers, and no journal. The same document always makes the same
 //! bytes. Readers believe nothing: lengths are compared with the file and the memory limit before anything is allocated.
 
 use std::fmt;
@@ -17,7 +18,7 @@ use std::io::{Cursor, Read, Seek, Write};
 use std::path::Path;
 
 use relievo_core::budget::Budget;
-use relievo_core::{Context, Error, Result, file};
+use relievo_core::{Context, Error, ErrorKind, Result, file};
 
 use crate::code::{Decoder, Encoder};
 use crate::head::Head;
@@ -27,8 +28,8 @@ use crate::replay::{self, Log};
 use crate::{Document, MAX_LAYERS, Topology};
 
 const MAGIC: [u8; 8] = *b"RLVDOC\r\n";
-/// The version that is written, and the newest that is read.
-pub const VERSION: u32 = 2;
+/// The newest version that is read.
+pub const VERSION: u32 = 3;
 const HEADER: usize = 44;
 /// The level of zstd for the index.
 const COMPRESSION: i32 = 3;
@@ -36,6 +37,11 @@ const COMPRESSION: i32 = 3;
 const ENTRY: u64 = 12;
 /// The extension of documents, without the dot.
 pub const EXTENSION: &str = "relievo";
+
+/// The version that a document over `topology` is written in.
+pub(crate) fn version(topology: &Topology) -> u32 {
+    if topology.is_of_triangles() { VERSION } else { 2 }
+}
 
 /// A part of a document that is damaged.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -89,7 +95,7 @@ impl Document {
         let blocks = self.layers.iter().flat_map(|layer| &layer.blocks).map(|block| block.packed.len() as u64).sum();
         let mut header = Encoder::default();
         header.0.extend_from_slice(&MAGIC);
-        header.u32(VERSION);
+        header.u32(version(&self.topology));
         header.u32(crc32fast::hash(&index));
         header.u64(index.len() as u64);
         header.u64(raw.len() as u64);
@@ -123,6 +129,9 @@ impl Document {
         }
         out.u32(self.points.len() as u32);
         self.points.as_flattened().iter().for_each(|number| out.u32(number.to_bits()));
+        if topology.is_of_triangles() {
+            out.0.push(1);
+        }
         out.u32(self.layers.len() as u32);
         for layer in &self.layers {
             layer.head.encode(&mut out);
@@ -225,8 +234,7 @@ fn verify(topology: &Topology, layer: &Layer, at: usize) -> Option<Damage> {
 }
 
 pub(crate) fn place(topology: &Topology, layer: &str, tile: u32) -> String {
-    let face = topology.face_of(tile).map_or(0, |(face, _)| face);
-    format!("layer `{layer}`: tile {tile} of face {face}")
+    format!("layer `{layer}`: {}", topology.block_name(tile))
 }
 
 pub(crate) fn damaged(what: &str) -> Error {
@@ -306,9 +314,16 @@ impl Header {
 fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document, Vec<u32>)> {
     let mut index = Decoder(raw);
     let (writer, level) = (index.text()?, index.text()?);
-    let topology = read_topology(&mut index, budget)?;
+    let mut topology = read_topology(&mut index, budget)?;
     let faces = topology.face_count();
     let points = if version > 1 { read_points(&mut index, budget)? } else { Vec::new() };
+    if version > 2 {
+        match index.u8()? {
+            0 => {}
+            1 => topology = topology.into_triangles(points.len(), budget).map_err(unfit)?,
+            _ => return Err(damaged("its blocks belong to what is not known")),
+        }
+    }
     let count = index.u32()? as usize;
     if count > MAX_LAYERS {
         return Err(damaged("it claims too many layers"));
@@ -338,6 +353,11 @@ fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document
         return Err(damaged("its index is longer than it says"));
     }
     Ok((document, lengths))
+}
+
+/// An error of what was read, as damage; memory is none.
+fn unfit(error: Error) -> Error {
+    if error.kind == ErrorKind::Memory { error } else { damaged(&error.what) }
 }
 
 fn read_points(index: &mut Decoder, budget: &mut Budget) -> Result<Vec<[f32; 3]>> {

@@ -186,12 +186,25 @@ impl Head {
         format!("layer `{}`", self.name)
     }
 
-    /// Bytes of the block of `tile`, 0 if there is no such tile.
+    /// Bytes of the block of `tile`, 0 if there is no such tile; on a triangle mesh the most that a block can have.
     pub fn block_bytes(&self, topology: &Topology, tile: u32) -> u64 {
+        if topology.is_of_triangles() {
+            return self.block_sizes(topology, tile).first().copied().unwrap_or(0);
+        }
         let Some((face, sub)) = topology.face_of(tile) else { return 0 };
         let size = self.face_sizes.get(face as usize).copied().unwrap_or(0);
         let side = u64::from(if sub { (size / 2).max(8) } else { size }) + 2;
         side * side * self.kind.texel() as u64
+    }
+
+    /// The numbers of bytes that a block may have, the most first.
+    pub fn block_sizes(&self, topology: &Topology, block: u32) -> Vec<u64> {
+        if !topology.is_of_triangles() {
+            return vec![self.block_bytes(topology, block)];
+        }
+        let segments = self.face_sizes.first().copied().unwrap_or(0);
+        let values = topology.lattice().values(block, segments);
+        values.into_iter().map(|values| values * self.kind.texel() as u64).collect()
     }
 }
 

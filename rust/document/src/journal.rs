@@ -56,9 +56,9 @@ impl Journal {
         let mut file = lock(path)?;
         let found = format::read(&mut file, limit).map_err(place)?;
         let (mut document, log) = found.sound().map_err(place)?;
-        if document.version < format::VERSION {
+        if document.version < format::version(document.topology()) {
             drop(file);
-            document.version = format::VERSION;
+            document.version = format::version(document.topology());
             let journal = Self::create(path, &document)?;
             return Ok((document, log, journal));
         }
@@ -243,7 +243,7 @@ pub fn repair(context: &Context, path: &Path) -> Result<Repaired> {
     let (found, damage) = format::examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;
     let note = found.log.note();
     if damage.is_empty() {
-        if found.document.version == format::VERSION {
+        if found.document.version == format::version(found.document.topology()) {
             file.set_len(found.log.end).map_err(|error| Error::io(path, &error))?;
         }
         return Ok(Repaired { damage, note, kept: None });

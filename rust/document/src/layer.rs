@@ -130,10 +130,11 @@ impl Layer {
         layer.check(topology)?;
         let packed = context.map(tiles.len(), |at| {
             let (tile, bytes) = (tiles[at], read(tiles[at])?);
-            let expected = layer.block_bytes(topology, at);
-            if bytes.len() as u64 != expected {
-                let what = format!("its block has {} bytes and not {expected}", bytes.len());
-                return Err(Error::invalid(what).at(format!("tile {tile}")));
+            let expected = layer.head.block_sizes(topology, tile);
+            if !expected.contains(&(bytes.len() as u64)) {
+                let expected: Vec<String> = expected.iter().map(u64::to_string).collect();
+                let what = format!("its block has {} bytes and not {}", bytes.len(), expected.join(" or "));
+                return Err(Error::invalid(what).at(topology.block_name(tile)));
             }
             Block::pack(tile, &bytes)
         });
@@ -183,7 +184,11 @@ impl Layer {
 
     /// Bytes of the block at `index` of [`Self::blocks`] when unpacked, 0 if there is none.
     pub fn block_bytes(&self, topology: &Topology, index: usize) -> u64 {
-        self.blocks.get(index).map_or(0, |block| self.head.block_bytes(topology, block.tile))
+        let Some(block) = self.blocks.get(index) else { return 0 };
+        let sizes = self.head.block_sizes(topology, block.tile);
+        // Where it can have several, the packed bytes say which.
+        let said = zstd::zstd_safe::get_frame_content_size(&block.packed).ok().flatten();
+        said.filter(|said| sizes.contains(said)).or(sizes.first().copied()).unwrap_or(0)
     }
 
     /// Bytes of all its blocks when unpacked.
@@ -194,7 +199,7 @@ impl Layer {
     /// The block at `index` of [`Self::blocks`]. Fails if there is none or its bytes are damaged.
     pub fn unpack(&self, topology: &Topology, index: usize) -> Result<Vec<u8>> {
         let block = self.blocks.get(index).ok_or_else(|| Error::invalid(format!("there is no block {index}")))?;
-        let place = || format!("{}: tile {}", self.head.place(), block.tile);
+        let place = || format!("{}: {}", self.head.place(), topology.block_name(block.tile));
         let damaged = |what: &str| {
             Error::invalid(format!("the document is damaged: {what}"))
                 .at(place())
@@ -215,14 +220,15 @@ impl Layer {
     pub(crate) fn check(&self, topology: &Topology) -> Result<()> {
         self.head.check(topology.face_count())?;
         let check = || {
+            topology.lattice().check(self.face_sizes())?;
             if let Some(pair) = self.blocks.windows(2).find(|pair| pair[0].tile >= pair[1].tile) {
                 return Err(Error::invalid(format!("tile {} comes after tile {}", pair[1].tile, pair[0].tile)));
             }
             match self.blocks.last() {
-                Some(block) if block.tile >= topology.tile_count() => Err(Error::invalid(format!(
+                Some(block) if block.tile >= topology.block_count() => Err(Error::invalid(format!(
                     "tile {} does not exist; the mesh has {}",
                     block.tile,
-                    topology.tile_count()
+                    topology.block_count()
                 ))),
                 _ => Ok(()),
             }

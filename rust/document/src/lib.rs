@@ -12,6 +12,7 @@ pub mod edit;
 pub mod format;
 pub mod head;
 pub mod journal;
+pub mod lattice;
 pub mod layer;
 pub mod record;
 pub mod replay;
@@ -22,6 +23,7 @@ pub use edit::{Change, Direction, Edit};
 pub use format::{Damage, examine};
 pub use head::{Blend, Head, Settings};
 pub use journal::{Journal, compact, repair};
+pub use lattice::Lattice;
 pub use layer::{Block, Kind, Layer};
 pub use replay::{Entry, Log};
 pub use topology::{Difference, Topology};
@@ -55,12 +57,22 @@ impl Document {
     ///
     /// Fails if the mesh has more tiles than a number of 32 bits counts, or `level` is longer than 255 bytes.
     pub fn new(mesh: &Mesh, level: &str) -> Result<Self> {
+        Self::over(Topology::of(mesh)?, mesh, level)
+    }
+
+    /// A document without layers for channels over the triangles of `mesh`. Fails as [`Self::new`] does, or if there are
+    /// 2³⁰ triangles or points.
+    pub fn of_triangles(mesh: &Mesh, level: &str) -> Result<Self> {
+        Self::over(Topology::of_triangles(mesh)?, mesh, level)
+    }
+
+    fn over(topology: Topology, mesh: &Mesh, level: &str) -> Result<Self> {
         let writer = format!("relievo {}", env!("CARGO_PKG_VERSION"));
         if level.len() > usize::from(u8::MAX) {
             return Err(Error::invalid("the name of the instruction level is longer than 255 bytes"));
         }
-        let (topology, points) = (Topology::of(mesh)?, mesh.points.clone());
-        let (level, version) = (level.to_string(), format::VERSION);
+        let (level, points) = (level.to_string(), mesh.points.clone());
+        let version = format::version(&topology);
         Ok(Self { writer, level, version, notes: Vec::new(), topology, points, layers: Vec::new() })
     }
 
@@ -132,9 +144,34 @@ impl Document {
         Ok(())
     }
 
+    /// Fails unless it belongs to the triangles of `mesh`, with what differs.
+    pub fn fit_triangles(&self, mesh: &Mesh) -> Result<()> {
+        if !self.topology.is_of_triangles() {
+            return Err(Error::invalid("the document was made on a Catmull-Clark surface and not on one of triangles")
+                .advise("give the object a surface over that mesh without `kind`"));
+        }
+        let triangles = mesh.triangles();
+        let points = mesh.points.len();
+        let mesh = Mesh::new(Vec::new(), vec![3; triangles.len()], triangles.into_flattened());
+        let mut differs = self.topology.difference(&mesh).map(|difference| difference.to_string());
+        if differs.is_none() && self.points.len() != points {
+            differs = Some(format!("it has {} points, this one {points}", self.points.len()));
+        }
+        differs.map_or(Ok(()), |difference| {
+            Err(Error::invalid(format!("the document was made on other triangles: {difference}"))
+                .advise("give it the mesh it was made on, split as it was, with its triangles in the same order"))
+        })
+    }
+
     /// Whether it belongs to `mesh`. Fails with what differs if faces do; returns what the user should know if only
     /// sharpness does, which shapes the surface and does not move tiles.
     pub fn fit(&self, mesh: &Mesh) -> Result<Option<String>> {
+        if self.topology.is_of_triangles() {
+            return Err(Error::invalid(
+                "the document was made on a surface of triangles and not on a Catmull-Clark one",
+            )
+            .advise("give the object a surface over that mesh with `kind = \"triangles\"`"));
+        }
         if let Some(difference) = self.topology.difference(mesh) {
             return Err(Error::invalid(format!("the document was made on another mesh: {difference}")).advise(
                 "give it the mesh it was made on, with its faces and corners in the same order, or take its layers to \

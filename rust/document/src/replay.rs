@@ -204,7 +204,7 @@ impl Replay<'_> {
             let next = edit.apply(delta, direction, state.bytes.as_deref(), blank);
             let fits = |bytes: &Option<Vec<u8>>| {
                 let length = bytes.as_ref().map_or(0, |bytes| bytes.len() as u64);
-                length == 0 || length == head.block_bytes(&base.topology, delta.block)
+                length == 0 || head.block_sizes(&base.topology, delta.block).contains(&length)
             };
             match next {
                 Ok(bytes) if fits(&bytes) => {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{Document, Settings};
+use crate::{Document, Lattice, Settings};
 
 impl fmt::Display for Document {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -12,10 +12,15 @@ impl fmt::Display for Document {
         if !topology.holes().is_empty() {
             write!(out, "{} holes, ", topology.holes().len())?;
         }
-        write!(out, "{} tiles, fingerprint {:016x}", topology.tile_count(), topology.fingerprint())?;
+        match topology.lattice() {
+            Lattice::Tiles => write!(out, "{} tiles, ", topology.tile_count())?,
+            Lattice::Triangles { edges, points, .. } => write!(out, "all triangles, {edges} edges, {points} points, ")?,
+        }
+        write!(out, "fingerprint {:016x}", topology.fingerprint())?;
         for layer in self.layers() {
             let packed: u64 = layer.blocks().iter().map(|block| block.packed_bytes() as u64).sum();
-            write!(out, "\nlayer `{}`: {}, tiles of ", layer.name(), layer.kind().name())?;
+            let unit = if topology.is_of_triangles() { "segments an edge: " } else { "tiles of " };
+            write!(out, "\nlayer `{}`: {}, {unit}", layer.name(), layer.kind().name())?;
             let (low, high) = (layer.face_sizes().iter().min(), layer.face_sizes().iter().max());
             match (low, high) {
                 (Some(low), Some(high)) if low != high => write!(out, "{low} to {high}")?,
@@ -27,7 +32,7 @@ impl fmt::Display for Document {
                 write!(out, "{}", if settings.visible { "" } else { ", hidden" })?;
             }
             let (bytes, blocks) = (layer.bytes(topology), layer.blocks().len());
-            write!(out, ", {blocks} of {} stored, {bytes} bytes in {packed}", topology.tile_count())?;
+            write!(out, ", {blocks} of {} stored, {bytes} bytes in {packed}", topology.block_count())?;
         }
         self.notes.iter().try_for_each(|note| write!(out, "\nnote: {note}"))
     }

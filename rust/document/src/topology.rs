@@ -5,8 +5,11 @@
 
 use std::fmt;
 
+use relievo_core::budget::Budget;
 use relievo_core::mesh::INFINITE_SHARPNESS;
 use relievo_core::{Error, Mesh, Result};
+
+use crate::lattice::{Element, Lattice};
 
 /// Faces and corners of a mesh, its holes, and a hash of its sharpness.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,6 +21,7 @@ pub struct Topology {
     sharpness: u64,
     /// The first tile of every face, and at the end the number of tiles.
     tiles: Vec<u32>,
+    lattice: Lattice,
 }
 
 /// What differs between the mesh of a document and another.
@@ -44,6 +48,25 @@ impl Topology {
         Self::new(mesh.face_sizes.clone(), mesh.corners.clone(), holes, sharpness(mesh))
     }
 
+    /// That of the triangles of `mesh`, whose blocks are those of a triangle mesh; polygons are fanned, holes left out.
+    ///
+    /// Fails if a corner is no point or there are 2³⁰ triangles or points.
+    pub fn of_triangles(mesh: &Mesh) -> Result<Self> {
+        mesh.check()?;
+        let triangles = mesh.triangles();
+        let topology = Self::new(vec![3; triangles.len()], triangles.into_flattened(), Vec::new(), 0)?;
+        topology.into_triangles(mesh.points.len(), &mut Budget::new(u64::MAX))
+    }
+
+    /// The same with blocks of a triangle mesh. Fails if there are other faces than triangles or a corner is no point.
+    pub(crate) fn into_triangles(mut self, points: usize, budget: &mut Budget) -> Result<Self> {
+        if !self.holes.is_empty() {
+            return Err(Error::invalid("triangles of its mesh are holes"));
+        }
+        self.lattice = Lattice::of_triangles(&self.face_sizes, &self.corners, points, budget)?;
+        Ok(self)
+    }
+
     pub(crate) fn new(face_sizes: Vec<u32>, corners: Vec<u32>, holes: Vec<u32>, sharpness: u64) -> Result<Self> {
         let count: u64 = face_sizes.iter().map(|size| u64::from(*size)).sum();
         if count != corners.len() as u64 {
@@ -66,7 +89,7 @@ impl Topology {
                 .ok_or_else(|| Error::unsupported("the mesh has more than 4294967295 tiles"))?;
             tiles.push(total);
         }
-        Ok(Self { face_sizes, corners, holes, sharpness, tiles })
+        Ok(Self { face_sizes, corners, holes, sharpness, tiles, lattice: Lattice::Tiles })
     }
 
     /// Number of faces.
@@ -87,6 +110,34 @@ impl Topology {
     /// Faces that are holes, ascending.
     pub fn holes(&self) -> &[u32] {
         &self.holes
+    }
+
+    /// What blocks belong to.
+    pub fn lattice(&self) -> Lattice {
+        self.lattice
+    }
+
+    /// Whether blocks are those of a triangle mesh.
+    pub fn is_of_triangles(&self) -> bool {
+        self.lattice != Lattice::Tiles
+    }
+
+    /// Number of blocks that a layer can have.
+    pub fn block_count(&self) -> u32 {
+        if self.is_of_triangles() { self.lattice.block_count() } else { self.tile_count() }
+    }
+
+    /// What people call a block.
+    pub fn block_name(&self, block: u32) -> String {
+        match self.lattice.element(block) {
+            Some(Element::Triangle(face)) => format!("triangle {face}"),
+            Some(Element::Edge(edge)) => format!("edge {edge}"),
+            Some(Element::Points(first)) => format!("points from {first} on"),
+            None => {
+                let face = self.face_of(block).map_or(0, |(face, _)| face);
+                format!("tile {block} of face {face}")
+            }
+        }
     }
 
     /// Number of tiles: one per quad, n per face of n corners.

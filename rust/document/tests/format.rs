@@ -150,7 +150,7 @@ fn newer_versions_and_other_files_are_told() {
     assert_eq!(error.kind, ErrorKind::Unsupported);
     assert_eq!(
         error.to_string(),
-        "the document has format version 3; this build reads versions up to 2: take a newer relievo"
+        "the document has format version 4; this build reads versions up to 3: take a newer relievo"
     );
     // Also if nothing else of it is as this version has it.
     assert_eq!(Document::parse(&bytes[..12], LIMIT).unwrap_err().kind, ErrorKind::Unsupported);

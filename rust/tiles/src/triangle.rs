@@ -3,8 +3,11 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6.
 
+mod allocation;
 pub mod block;
+pub mod change;
 pub mod channel;
+pub mod composite;
 pub mod displaced;
 pub mod field;
 pub mod normals;
@@ -12,11 +15,14 @@ pub mod pattern;
 pub mod piece;
 #[cfg(test)]
 mod shapes;
+mod stored;
 pub mod tessellate;
 pub mod vectors;
 
 pub use block::TriangleBlock;
-pub use channel::{TriangleChange, TriangleChannel, TriangleOptions, TriangleSets, TriangleSnapshot, TriangleValues};
+pub use change::{TriangleChange, TriangleSets, TriangleSnapshot, TriangleValues};
+pub use channel::{TriangleChannel, TriangleOptions};
+pub use composite::TriangleSheet;
 pub use displaced::{Foot, TriangleDisplaced};
 pub use field::{TriangleClass, TriangleField};
 pub use normals::TriangleNormals;

@@ -7,7 +7,7 @@
 //! otherwise only along its edges. Stages report their time under `dab.intersect`, `dab.evaluate` and `dab.manage`.
 
 use glam::Vec4;
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Result};
 use relievo_surface::TriangleTopology;
 use relievo_tiles::triangle::{Pattern, TriangleChange, TriangleChannel, TriangleField, TriangleSets, TriangleValues};
 use relievo_tiles::{Candidate, ColorTexel, Rgba8, Sets, Texel};
@@ -17,6 +17,7 @@ use super::object::TriangleObject;
 use super::site::{self, Element, ElementEdit, Run};
 use crate::dab::{Action, Dab, DabReport};
 use crate::knots::PerKnot;
+use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
 use crate::spot::{Painting, Sculpting};
 use crate::weights::BrushParameters;
@@ -27,7 +28,9 @@ impl TriangleObject {
     /// Fails, and changes nothing, if a number is out of range, or the object has no colours and is to be painted.
     pub fn dab(&mut self, context: &Context, dab: &Dab) -> Result<DabReport> {
         self.renew(context)?;
-        self.make_dab(context, dab, None)
+        let mut report = self.make_dab(context, dab, None)?;
+        report.refuse(self.settle(context)?);
+        Ok(report)
     }
 
     /// As [`Self::dab`], as one of the dabs of a stroke, which goes by the displacement `start` and the normals from when
@@ -41,11 +44,9 @@ impl TriangleObject {
         dab.check()?;
         match dab.action {
             Action::Paint { mode, color } => {
-                let Some(mut paint) = self.paint.take() else {
-                    return Err(Error::invalid("the object has no colours to paint on").advise("give it some first"));
-                };
+                let mut paint = self.take_paint()?;
                 let done = self.paint_channel(context, dab, start, &mut paint, mode, Vec4::from(color));
-                self.paint = Some(paint);
+                self.put_paint(paint);
                 done
             }
             Action::Sculpt { mode, height } => self.sculpt(context, dab, start, mode, height),
@@ -90,6 +91,7 @@ impl TriangleObject {
         mode: SculptMode,
         height: f32,
     ) -> Result<DabReport> {
+        self.layers.displacement.check_editable()?;
         let faces = self.intersect(context, dab, start);
         let brush = BrushParameters::new(&dab.brush, dab.strength, &self.transform);
         let field = self.displacement.field();

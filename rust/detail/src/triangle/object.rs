@@ -5,14 +5,16 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Error, Result};
-use relievo_surface::TriangleSurface;
+use relievo_document::{self as document, Document, Kind};
+use relievo_surface::{TriangleSurface, TriangleTopology};
 use relievo_tiles::triangle::{
     FaceRates, Offset, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals, TrianglePiece,
     TriangleSnapshot,
 };
-use relievo_tiles::{Rgba8, Texel, Vector};
+use relievo_tiles::{Rgba8, Texel, Trace, Vector};
 
 use crate::hierarchy::{Bounds, Hierarchy, Region};
+use crate::layered::{self, Channels, LayeredObject, Layers, Stored};
 use crate::obb::Obb;
 use crate::object::check_transform;
 
@@ -22,6 +24,8 @@ pub struct TriangleObject {
     pub(super) surface: TriangleSurface,
     pub(super) displacement: TriangleChannel,
     pub(super) paint: Option<TriangleChannel<Rgba8>>,
+    pub(super) layers: Layers<TriangleChannel, TriangleChannel<Rgba8>>,
+    pub(super) traces: Option<TriangleChannel<Trace>>,
     vectors: Option<TriangleChannel<Vector>>,
     /// The vectors in object space, and the longest, as they were renewed last.
     offsets: Option<(TriangleField<Offset>, f32)>,
@@ -53,14 +57,14 @@ impl TriangleObject {
             Hierarchy::build(context, surface.topology().face_count(), |face| bounds(&surface, face))
         })?;
         let normals = TriangleNormals::new(surface.topology(), displacement.field().pattern());
-        let paint = None;
-        let (vectors, offsets) = (None, None);
         Ok(Self {
-            vectors,
-            offsets,
+            layers: Layers::default(),
+            traces: None,
+            vectors: None,
+            offsets: None,
             surface,
             displacement,
-            paint,
+            paint: None,
             normals,
             transform,
             hierarchy,
@@ -111,13 +115,36 @@ impl TriangleObject {
 
     /// Makes the object one that can be painted. Fails if the colours are those of another mesh.
     pub fn set_paint(&mut self, paint: TriangleChannel<Rgba8>) -> Result<()> {
-        let [own, other] = [self.surface.topology(), paint.field().topology()];
-        if (own.face_count(), own.vertex_count()) != (other.face_count(), other.vertex_count()) {
-            return Err(Error::invalid("the colours are those of another mesh")
-                .advise("make the colours from the topology of this surface"));
-        }
+        self.check_mesh(paint.field().topology(), "colours")?;
+        self.layers.colors = Some(layered::colors(paint.field().blank()));
         self.paint = Some(paint);
         Ok(())
+    }
+
+    /// The traces that imprints leave, if they are to leave any.
+    pub fn traces(&self) -> Option<&TriangleChannel<Trace>> {
+        self.traces.as_ref()
+    }
+
+    /// The traces, to be written.
+    pub fn traces_mut(&mut self) -> Option<&mut TriangleChannel<Trace>> {
+        self.traces.as_mut()
+    }
+
+    /// Makes imprints leave traces. Fails if the traces are those of another mesh.
+    pub fn set_traces(&mut self, traces: TriangleChannel<Trace>) -> Result<()> {
+        self.check_mesh(traces.field().topology(), "traces")?;
+        self.traces = Some(traces);
+        Ok(())
+    }
+
+    fn check_mesh(&self, other: &TriangleTopology, what: &str) -> Result<()> {
+        let own = self.surface.topology();
+        if (own.face_count(), own.vertex_count()) == (other.face_count(), other.vertex_count()) {
+            return Ok(());
+        }
+        Err(Error::invalid(format!("the {what} are those of another mesh"))
+            .advise(format!("make the {what} from the topology of this surface")))
     }
 
     /// The vector displacement, which comes after the scalar one, if it has one.
@@ -133,11 +160,7 @@ impl TriangleObject {
 
     /// Gives the object a vector displacement. Fails if it is that of another mesh.
     pub fn set_vectors(&mut self, vectors: TriangleChannel<Vector>) -> Result<()> {
-        let [own, other] = [self.surface.topology(), vectors.field().topology()];
-        if (own.face_count(), own.vertex_count()) != (other.face_count(), other.vertex_count()) {
-            return Err(Error::invalid("the vector displacement is that of another mesh")
-                .advise("make it from the topology of this surface"));
-        }
+        self.check_mesh(vectors.field().topology(), "vectors")?;
         self.vectors = Some(vectors);
         self.stale = None;
         Ok(())
@@ -306,6 +329,79 @@ impl TriangleObject {
         }
         faces.sort_unstable();
         faces
+    }
+}
+
+impl LayeredObject for TriangleObject {
+    type Displacement = TriangleChannel;
+    type Paint = TriangleChannel<Rgba8>;
+    type Traces = TriangleChannel<Trace>;
+    type Vectors = TriangleChannel<Vector>;
+
+    fn face_count(&self) -> usize {
+        self.surface.topology().face_count()
+    }
+
+    fn is_fading(&self) -> bool {
+        false
+    }
+
+    fn channels(
+        &self,
+    ) -> Channels<&TriangleChannel, &Option<Self::Paint>, &Layers<TriangleChannel, TriangleChannel<Rgba8>>> {
+        Channels { layers: &self.layers, displacement: &self.displacement, paint: &self.paint }
+    }
+
+    fn channels_mut(
+        &mut self,
+        displaced: bool,
+    ) -> Channels<&mut TriangleChannel, &mut Option<Self::Paint>, &mut Layers<TriangleChannel, TriangleChannel<Rgba8>>>
+    {
+        if displaced {
+            self.displacement_mut();
+        }
+        Channels { layers: &mut self.layers, displacement: &mut self.displacement, paint: &mut self.paint }
+    }
+
+    fn others(&self) -> (Option<&Self::Traces>, Option<&Self::Vectors>) {
+        (self.traces.as_ref(), self.vectors.as_ref())
+    }
+
+    fn others_mut(&mut self) -> (Option<&mut Self::Traces>, Option<&mut Self::Vectors>) {
+        self.stale = None;
+        (self.traces.as_mut(), self.vectors.as_mut())
+    }
+
+    fn stored(
+        &self,
+        context: &Context,
+        document: &Document,
+        layer: &document::Layer,
+        budget: u64,
+    ) -> Result<Option<Stored<Self>>> {
+        let (topology, name) = (self.surface.topology().clone(), layer.name());
+        Ok(match layer.kind() {
+            Kind::Scalar => {
+                TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Displacement)
+            }
+            Kind::Rgba8 => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Paint),
+            Kind::Trace => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Traces),
+            Kind::Vector => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Vectors),
+            Kind::Rgba16 => None,
+        })
+    }
+
+    fn set_channel(&mut self, channel: Stored<Self>) -> Result<()> {
+        match channel {
+            Stored::Displacement(displacement) => {
+                self.check_mesh(displacement.field().topology(), "values")?;
+                *self.displacement_mut() = displacement;
+            }
+            Stored::Paint(paint) => self.set_paint(paint)?,
+            Stored::Traces(traces) => self.set_traces(traces)?,
+            Stored::Vectors(vectors) => self.set_vectors(vectors)?,
+        }
+        Ok(())
     }
 }
 

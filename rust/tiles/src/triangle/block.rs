@@ -5,7 +5,8 @@
 use relievo_core::{Error, Result};
 use relievo_surface::TriangleTopology;
 
-use super::channel::{TriangleChange, TriangleChannel};
+use super::change::TriangleChange;
+use super::channel::TriangleChannel;
 use super::field::{CHUNK, TriangleClass};
 use super::pattern::Pattern;
 use crate::heap::Class;
@@ -86,26 +87,14 @@ impl<T: Texel> TriangleChannel<T> {
     /// The numbers of the blocks that hold something, ascending: those of faces and edges that have one, and those of
     /// vertices of which one is not blank.
     pub fn blocks(&self) -> Vec<u32> {
-        let field = self.field();
-        let topology = field.topology();
-        let faces = field.allocated().map(TriangleBlock::Face);
-        let edges = field.allocated_edges().map(TriangleBlock::Edge);
-        let held = |values: &[T]| values.iter().any(|value| !value.is_blank(field.blank()));
-        let vertices = (0..).zip(field.vertices()).filter(|(_, values)| held(values));
-        let all = faces.chain(edges).chain(vertices.map(|(chunk, _)| TriangleBlock::Vertices(chunk)));
-        all.map(|block| block.number(topology)).collect()
+        self.field().blocks()
     }
 
-    /// The values of a block as bytes; `None` if a face or edge has none. Fails if there is no such block.
+    /// The values of a block as bytes; `None` if it holds nothing. Fails if there is no such block.
     pub fn read(&self, number: u32) -> Result<Option<Vec<u8>>> {
         let field = self.field();
         let block = TriangleBlock::of(field.topology(), number).ok_or_else(|| missing(number))?;
-        let values = match block {
-            TriangleBlock::Face(face) => field.face(face),
-            TriangleBlock::Edge(edge) => field.edge(edge),
-            TriangleBlock::Vertices(chunk) => field.vertices().nth(chunk as usize),
-        };
-        Ok(values.map(|values| bytemuck::cast_slice(values).to_vec()))
+        Ok(field.held(block).map(|values| bytemuck::cast_slice(values).to_vec()))
     }
 
     /// Puts back what [`Self::read`] gave: allocates or deallocates as needed; vertices without bytes become blank. When
@@ -161,7 +150,7 @@ impl<T: Texel> TriangleChannel<T> {
 
 impl<T: Texel> TriangleChannel<T> {
     fn write_vertices(&mut self, first: u32, values: &[T]) {
-        let (field, changed, _, revision) = self.parts();
+        let Self { field, changed, revision, .. } = self;
         *revision += 1;
         for (vertex, value) in (first..).zip(values) {
             if !field.vertex(vertex).same(*value) {
@@ -179,7 +168,7 @@ impl<T: Texel> TriangleChannel<T> {
         class: Option<TriangleClass>,
         values: Option<std::sync::Arc<[T]>>,
     ) -> Result<()> {
-        let (field, changed, heap, revision) = self.parts();
+        let Self { field, changed, heap, revision } = self;
         *revision += 1;
         let (pages, list) = match face {
             true => (&mut field.faces, &mut changed.faces),
@@ -226,8 +215,8 @@ fn missing(number: u32) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::triangle::channel::{TriangleOptions, TriangleSets, TriangleValues};
     use crate::triangle::shapes;
+    use crate::triangle::{TriangleOptions, TriangleSets, TriangleValues};
     use half::f16;
     use relievo_core::Context;
     use std::sync::Arc;

@@ -207,9 +207,9 @@ fn sums(displaced: &TriangleDisplaced<'_>, face: u32) -> (FaceRates, Vec<Around>
 mod tests {
     use super::*;
     use crate::texel::Vector;
-    use crate::triangle::channel::{TriangleChannel, TriangleOptions, TriangleSets, TriangleValues};
     use crate::triangle::piece::TrianglePiece;
     use crate::triangle::shapes;
+    use crate::triangle::{TriangleChannel, TriangleOptions, TriangleSets, TriangleValues};
     use half::f16;
     use relievo_core::Mesh;
     use std::collections::{BTreeMap, BTreeSet};

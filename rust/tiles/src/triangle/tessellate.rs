@@ -136,8 +136,8 @@ fn point_attribute(name: &str, values: Vec<f32>) -> Attribute {
 mod tests {
     use super::*;
     use crate::texel::Rgba8;
-    use crate::triangle::channel::{TriangleChannel, TriangleOptions, TriangleSets, TriangleValues};
     use crate::triangle::shapes;
+    use crate::triangle::{TriangleChannel, TriangleOptions, TriangleSets, TriangleValues};
     use glam::Vec4;
     use half::f16;
     use relievo_surface::{TriangleSurface, TriangleTopology};

@@ -1,0 +1,396 @@
+//! Which faces and edges of a triangle mesh have blocks: given and taken away, all with their edges.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and 6.
+//! A face and its edges get their blocks together or not at all; an edge gives its block back when no face with a block
+//! uses it. Units: bytes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use relievo_core::{Context, Error, Result};
+
+use super::change::TriangleSets;
+use super::channel::TriangleChannel;
+use super::field::{TriangleClass, TriangleField, barycentric};
+use super::pattern::{Pattern, Slot};
+use crate::heap::Class;
+use crate::pages::Entry;
+use crate::texel::Texel;
+
+/// A block that an edit makes: of a face or an edge.
+#[derive(Clone, Copy, Debug)]
+struct Wanted {
+    class: TriangleClass,
+    element: u32,
+}
+
+impl<T: Texel> TriangleChannel<T> {
+    /// Gives faces blocks of `pattern`, and takes others' away. Nothing reads otherwise where a block is made, but for
+    /// rounding. Faces that already are as wished are left out. Returns the faces the budget refused, ascending.
+    ///
+    /// Fails, and does nothing, if a face does not exist or the pattern is not the finest, half or a quarter of it.
+    pub fn apply(&mut self, context: &Context, pattern: Pattern, sets: &TriangleSets) -> Result<Vec<u32>> {
+        let finest = self.field.pattern().segments();
+        if ![1, 2, 4].iter().any(|part| pattern.segments() * part == finest) {
+            return Err(Error::invalid(format!("the mesh has no level of {} segments", pattern.segments()))
+                .advise(format!("use {finest}, {} or {}", finest / 2, finest / 4)));
+        }
+        let count = self.field.topology().face_count();
+        if let Some(face) = sets.allocate.iter().chain(&sets.deallocate).find(|face| **face as usize >= count) {
+            return Err(Error::invalid(format!("face {face} does not exist")).advise(format!("use 0 to {}", count - 1)));
+        }
+        self.revision += 1;
+        self.deallocate(&sets.deallocate);
+        Ok(self.allocate(context, pattern, &sets.allocate))
+    }
+
+    pub(super) fn deallocate(&mut self, faces: &[u32]) {
+        let topology = self.field.topology().clone();
+        let mut freed = Vec::new();
+        for face in faces {
+            let Some(entry) = self.field.faces.entry_mut(*face).take() else { continue };
+            freed.push(entry.id);
+            self.changed.faces.push(*face);
+            for edge in topology.edges_of(*face) {
+                if topology.faces_along(edge).any(|(face, _)| self.field.is_allocated(face)) {
+                    continue;
+                }
+                if let Some(entry) = self.field.edges.entry_mut(edge).take() {
+                    freed.push(entry.id);
+                    self.changed.edges.push(edge);
+                }
+            }
+        }
+        self.heap.free(&freed);
+    }
+
+    fn allocate(&mut self, context: &Context, pattern: Pattern, faces: &[u32]) -> Vec<u32> {
+        let coarser = |own: Option<Pattern>| own.is_none_or(|own| own < pattern);
+        let mut faces: Vec<u32> =
+            faces.iter().copied().filter(|face| coarser(self.field.face_pattern(*face))).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        let (mut refused, mut wanted) = (Vec::new(), Vec::new());
+        let mut edges = BTreeMap::new();
+        let mut bytes = self.heap.bytes();
+        let size = |class: TriangleClass| (class.values() * size_of::<T>()) as u64;
+        let class = |face: bool| TriangleClass { face, pattern };
+        for face in faces {
+            let own = self.field.topology().edges_of(face);
+            let new =
+                own.into_iter().filter(|edge| coarser(self.field.edge_pattern(*edge)) && !edges.contains_key(edge));
+            let new: Vec<u32> = new.collect();
+            let old = |edge: &u32| {
+                self.field.edge_pattern(*edge).map_or(0, |pattern| size(TriangleClass { face: false, pattern }))
+            };
+            let replaced =
+                self.field.face_pattern(face).map_or(0, |pattern| size(TriangleClass { face: true, pattern }));
+            let more = size(class(true)) + new.len() as u64 * size(class(false));
+            let less = replaced + new.iter().map(old).sum::<u64>();
+            // What is replaced is smaller.
+            let then = bytes.saturating_add(more - less);
+            if then > self.heap.budget() {
+                refused.push(face);
+                continue;
+            }
+            bytes = then;
+            edges.extend(new.into_iter().map(|edge| (edge, ())));
+            wanted.push(Wanted { class: class(true), element: face });
+        }
+        wanted.extend(edges.into_keys().map(|element| Wanted { class: class(false), element }));
+        let field = &self.field;
+        let blocks = context.map(wanted.len(), |index| values_of(field, &wanted[index]));
+        let mut freed = Vec::new();
+        for Wanted { class, element } in &wanted {
+            let pages = if class.face { &mut self.field.faces } else { &mut self.field.edges };
+            freed.extend(pages.entry_mut(*element).take().map(|entry| entry.id));
+        }
+        self.heap.free(&freed);
+        let classes: Vec<TriangleClass> = wanted.iter().map(|wanted| wanted.class).collect();
+        for ((wanted, texels), id) in wanted.iter().zip(blocks).zip(self.heap.allocate(&classes)) {
+            let Some(id) = id else { continue };
+            let (pages, list) = match wanted.class.face {
+                true => (&mut self.field.faces, &mut self.changed.faces),
+                false => (&mut self.field.edges, &mut self.changed.edges),
+            };
+            *pages.entry_mut(wanted.element) = Some(Entry { texels, id, version: self.revision });
+            list.push(wanted.element);
+        }
+        refused
+    }
+
+    /// Gives edges blocks as fine as those of their faces, and takes those away that no face uses: after blocks were put
+    /// back of which some are lost. Fails if the budget does not allow it.
+    pub(super) fn mend(&mut self, context: &Context) -> Result<()> {
+        let topology = self.field.topology().clone();
+        let unused = |edge: &u32| !topology.faces_along(*edge).any(|(face, _)| self.field.is_allocated(face));
+        let unused: Vec<u32> = self.field.allocated_edges().filter(unused).collect();
+        for edge in unused {
+            if let Some(entry) = self.field.edges.entry_mut(edge).take() {
+                self.heap.free(&[entry.id]);
+                self.changed.edges.push(edge);
+            }
+        }
+        let mut wanted: BTreeMap<u32, Pattern> = BTreeMap::new();
+        for face in self.field.allocated() {
+            let Some(pattern) = self.field.face_pattern(face) else { continue };
+            for edge in topology.edges_of(face) {
+                if self.field.edge_pattern(edge).is_none_or(|own| own < pattern) {
+                    let finest = wanted.entry(edge).or_insert(pattern);
+                    *finest = pattern.max(*finest);
+                }
+            }
+        }
+        match self.set_edges(context, &wanted.into_iter().collect::<Vec<_>>()) {
+            true => Ok(()),
+            false => Err(Error::memory("the blocks need more than their budget")
+                .advise("raise the budget of the object's detail")),
+        }
+    }
+
+    /// Gives edges blocks of other patterns than they have. Returns whether the budget allowed all.
+    pub(super) fn set_edges(&mut self, context: &Context, edges: &[(u32, Pattern)]) -> bool {
+        let class = |pattern: Pattern| TriangleClass { face: false, pattern };
+        let field = &self.field;
+        let blocks = context.map(edges.len(), |index| {
+            let (element, pattern) = edges[index];
+            values_of(field, &Wanted { class: class(pattern), element })
+        });
+        let mut all = true;
+        for ((edge, pattern), texels) in edges.iter().zip(blocks) {
+            let old = self.field.edges.entry(*edge).map(|entry| entry.id);
+            let before = old.map_or(0, |old| self.heap.bytes_of(old.class));
+            if self.heap.bytes() - before + self.heap.bytes_of(class(*pattern)) > self.heap.budget() {
+                all = false;
+                continue;
+            }
+            self.heap.free(old.as_slice());
+            let id = self.heap.allocate(&[class(*pattern)]).first().copied().flatten();
+            let version = self.revision;
+            *self.field.edges.entry_mut(*edge) = id.map(|id| Entry { texels, id, version });
+            self.changed.edges.push(*edge);
+        }
+        all
+    }
+
+    /// Gives back the blocks of those of `faces` that hold nothing but what is read without them: those whose corners and
+    /// inside are blank, and whose edges are blank or have another face with a block. Returns the faces, ascending.
+    ///
+    /// Fails, and changes nothing, if a face does not exist.
+    pub fn reclaim(&mut self, context: &Context, faces: &[u32]) -> Result<Vec<u32>> {
+        let topology = self.field.topology().clone();
+        let blank = self.field.blank();
+        let empty = |block: Option<&[T]>| block.is_none_or(|block| block.iter().all(|value| value.is_blank(blank)));
+        let mut faces: Vec<u32> =
+            faces.iter().copied().filter(|face| (*face as usize) < topology.face_count()).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        let mut gone: Vec<u32> = Vec::new();
+        for face in faces {
+            let field = &self.field;
+            let corners = topology.face(face);
+            if !field.is_allocated(face)
+                || !empty(field.face(face))
+                || !corners.iter().all(|vertex| field.vertex(*vertex).is_blank(blank))
+            {
+                continue;
+            }
+            let stays = |other: u32| field.is_allocated(other) && gone.binary_search(&other).is_err();
+            let free = |edge: &u32| {
+                let mut along = topology.faces_along(*edge);
+                empty(field.edge(*edge)) || along.any(|(other, _)| other != face && stays(other))
+            };
+            if topology.edges_of(face).iter().all(free) {
+                gone.push(face);
+            }
+        }
+        let pattern = self.field.pattern();
+        self.apply(context, pattern, &TriangleSets { deallocate: gone.clone(), ..Default::default() })?;
+        Ok(gone)
+    }
+}
+
+/// What the block of an element reads as before it has it.
+fn values_of<T: Texel>(field: &TriangleField<T>, wanted: &Wanted) -> Arc<[T]> {
+    let Wanted { class: TriangleClass { face, pattern }, element } = *wanted;
+    if !face {
+        let segments = pattern.segments();
+        let value = |step: u32| T::nearest(field.on_edge(element, step as f32 / segments as f32));
+        return (1..segments).map(value).collect();
+    }
+    if field.is_blank(element) {
+        return vec![field.blank(); pattern.face_values()].into();
+    }
+    let value = |index: u32| {
+        let node = pattern.at_slot(Slot::Inside(index));
+        T::nearest(field.value(element, barycentric(pattern, node)))
+    };
+    (0..pattern.face_values() as u32).map(value).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::texel::Rgba8;
+    use crate::triangle::TriangleOptions;
+    use crate::triangle::shapes::{self, channel, fill, random, sets};
+    use proptest::prelude::*;
+    use relievo_surface::TriangleTopology;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_face_and_its_edges_take_the_bytes_of_the_formula() {
+        let context = Context::serial();
+        let mut channel = channel(16, 1 << 20);
+        let vertices = 2 * channel.field().topology().vertex_count() as u64;
+        assert_eq!(channel.bytes(), vertices);
+        let pattern = channel.field().pattern();
+        assert!(channel.apply(&context, pattern, &sets(&[0])).unwrap().is_empty());
+        assert_eq!(channel.bytes(), vertices + 2 * (169 + 3 * 15));
+        // The neighbour across the diagonal shares an edge.
+        assert!(channel.apply(&context, pattern, &sets(&[0, 1])).unwrap().is_empty());
+        assert_eq!(channel.bytes(), vertices + 2 * (2 * 169 + 5 * 15));
+        let gone = TriangleSets { deallocate: vec![0], ..Default::default() };
+        channel.apply(&context, pattern, &gone).unwrap();
+        assert_eq!(channel.bytes(), vertices + 2 * (169 + 3 * 15));
+        assert_eq!(channel.reclaim(&context, &[0, 1, 2, 999]).unwrap(), [1]);
+        assert_eq!(channel.bytes(), vertices);
+        let full = channel.full_bytes();
+        let all: Vec<u32> = (0..channel.field().topology().face_count() as u32).collect();
+        channel.apply(&context, pattern, &sets(&all)).unwrap();
+        assert_eq!(channel.bytes(), full);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused_whole() {
+        let context = Context::serial();
+        let small = channel(16, 1 << 20);
+        let vertices = small.bytes();
+        let one = 2 * (169 + 3 * 15);
+        let mut channel = channel(16, vertices + one + 2 * 169);
+        let pattern = channel.field().pattern();
+        assert_eq!(channel.apply(&context, pattern, &sets(&[0, 1, 2])).unwrap(), [1, 2]);
+        assert_eq!(channel.bytes(), vertices + one);
+        channel.set_budget(vertices + one + 2 * (169 + 2 * 15));
+        assert_eq!(channel.apply(&context, pattern, &sets(&[0, 1, 2])).unwrap(), [2]);
+        let topology = channel.field().topology().clone();
+        let starved = TriangleOptions { segments: 16, budget: vertices - 1 };
+        assert!(TriangleChannel::displacement(topology.clone(), &starved).is_err());
+        for segments in [0, 4, 12, 128] {
+            let options = TriangleOptions { segments, budget: 1 << 30 };
+            assert!(TriangleChannel::displacement(topology.clone(), &options).is_err());
+        }
+        assert!(channel.apply(&context, Pattern::new(32).unwrap(), &sets(&[0])).is_err());
+        assert!(channel.apply(&context, pattern, &sets(&[u32::MAX])).is_err());
+    }
+
+    #[test]
+    fn nothing_reads_otherwise_where_a_block_is_made() {
+        let context = Context::serial();
+        let mut channel = channel(32, 1 << 20);
+        let [fine, middle, coarse] = [32, 16, 8].map(|segments| Pattern::new(segments).unwrap());
+        channel.apply(&context, coarse, &sets(&[4])).unwrap();
+        channel.apply(&context, fine, &sets(&[5])).unwrap();
+        fill(&mut channel, random(3));
+        let places: Vec<[f32; 3]> =
+            (0..=30).flat_map(|i| (0..=30 - i).map(move |j| [i, j, 30 - i - j].map(|k| k as f32 / 30.0))).collect();
+        let faces = channel.field().topology().face_count() as u32;
+        let read = |channel: &TriangleChannel| -> Vec<f64> {
+            (0..faces)
+                .flat_map(|face| places.iter().map(move |at| (face, at)))
+                .map(|(face, at)| channel.field().value(face, *at))
+                .collect()
+        };
+        let before = read(&channel);
+        // At the vertices of the finer pattern it is what it was; the surface between them is another.
+        let old = channel.field().clone();
+        for pattern in [middle, fine] {
+            let before = channel.field().clone();
+            channel.apply(&context, pattern, &sets(&[4, 7, 9])).unwrap();
+            for face in 0..faces {
+                let Some(pattern) = channel.field().face_pattern(face) else { continue };
+                for index in 0..pattern.face_values() as u32 {
+                    let node = pattern.at_slot(Slot::Inside(index));
+                    let [now, then] = [channel.field(), &before].map(|field| field.at(face, pattern, node));
+                    assert!((now - then).abs() < 4e-3, "face {face} {now} {then}");
+                }
+            }
+        }
+        let furthest = read(&channel).iter().zip(&before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(furthest < 4.0, "{furthest}");
+        // Those that were there are the same to the bit.
+        for index in 0..coarse.face_values() as u32 {
+            let node = coarse.at_slot(Slot::Inside(index));
+            let refined = middle.refined(coarse.refined(node));
+            let (Slot::Inside(now), Some(block)) = (fine.slot(refined), channel.field().face(4)) else { panic!() };
+            assert_eq!(block[now as usize], old.face(4).unwrap()[index as usize]);
+        }
+    }
+
+    #[test]
+    fn colours_of_one_colour_stay_that_colour() {
+        let context = Context::serial();
+        let topology = Arc::new(TriangleTopology::of_mesh(&shapes::sail(2)).unwrap());
+        let grey = Rgba8([120, 130, 140, 255]);
+        let mut channel =
+            TriangleChannel::blank(topology, grey, &TriangleOptions { segments: 16, budget: 1 << 20 }).unwrap();
+        channel.apply(&context, Pattern::new(8).unwrap(), &sets(&[2])).unwrap();
+        channel.apply(&context, Pattern::new(16).unwrap(), &sets(&[2, 3])).unwrap();
+        assert!(channel.field().face(2).unwrap().iter().all(|value| *value == grey));
+        for face in 0..4 {
+            assert_eq!(Rgba8::nearest(channel.field().value(face, [0.2, 0.35, 0.45])), grey);
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        /// Against a model: the pattern of every face, and of every edge the finest it was ever given with.
+        #[test]
+        fn blocks_are_those_of_a_model(seed: u64, budget in 0u64..60_000) {
+            let context = Context::serial();
+            let mut channel = channel(32, 1 << 30);
+            let vertices = channel.bytes();
+            channel.set_budget(vertices + budget);
+            let topology = channel.field().topology().clone();
+            let faces = topology.face_count() as u32;
+            let mut random = random(seed);
+            let mut model: BTreeMap<u32, Pattern> = BTreeMap::new();
+            let mut edges: BTreeMap<u32, Pattern> = BTreeMap::new();
+            for _ in 0..400 {
+                let list: BTreeSet<u32> = (0..random(6)).map(|_| random(faces)).collect();
+                if random(3) > 0 {
+                    let pattern = Pattern::new([8, 16, 32][random(3) as usize]).unwrap();
+                    let refused = channel.apply(&context, pattern, &sets(&list.iter().copied().collect::<Vec<_>>())).unwrap();
+                    prop_assert!(refused.iter().all(|face| list.contains(face)));
+                    for face in list.iter().filter(|face| refused.binary_search(face).is_err()) {
+                        let own = model.entry(*face).or_insert(pattern);
+                        *own = pattern.max(*own);
+                        for edge in topology.edges_of(*face) {
+                            let own = edges.entry(edge).or_insert(pattern);
+                            *own = pattern.max(*own);
+                        }
+                    }
+                } else {
+                    let gone = TriangleSets { deallocate: list.iter().copied().collect(), ..Default::default() };
+                    channel.apply(&context, channel.field().pattern(), &gone).unwrap();
+                    model.retain(|face, _| !list.contains(face));
+                    let used: BTreeSet<u32> = model.keys().flat_map(|face| topology.edges_of(*face)).collect();
+                    edges.retain(|edge, _| used.contains(edge));
+                }
+                let field = channel.field();
+                prop_assert!(field.allocated().eq(model.keys().copied()));
+                prop_assert!(field.allocated_edges().eq(edges.keys().copied()));
+                prop_assert!(model.iter().all(|(face, pattern)| field.face_pattern(*face) == Some(*pattern)));
+                prop_assert!(edges.iter().all(|(edge, pattern)| field.edge_pattern(*edge) == Some(*pattern)));
+                let values = model.values().map(|pattern| pattern.face_values()).sum::<usize>()
+                    + edges.values().map(|pattern| pattern.edge_values()).sum::<usize>();
+                prop_assert_eq!(channel.bytes(), vertices + 2 * values as u64);
+                prop_assert!(channel.bytes() <= channel.budget());
+            }
+            let all: Vec<u32> = (0..faces).collect();
+            channel.reclaim(&context, &all).unwrap();
+            prop_assert_eq!(channel.bytes(), vertices);
+        }
+    }
+}

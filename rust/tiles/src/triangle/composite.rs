@@ -1,0 +1,184 @@
+//! Layers of a triangle mesh put on each other: the composite is a channel of its own, with a value at every vertex where
+//! one of the layers has one, as fine there as the finest of them.
+//!
+//! Values are blended as those of tiles are, see [`crate::composite`]. A layer is read where the composite has its values,
+//! as [`TriangleField::value`] says: patterns of fewer segments are subsets, so that a coarser layer is linear between its
+//! own. Units: object units, linear light.
+
+use relievo_core::{Context, Result};
+use relievo_document::Settings;
+
+use super::block::TriangleBlock;
+use super::change::{TriangleChange, TriangleSets, TriangleValues};
+use super::channel::{TriangleChannel, TriangleOptions};
+use super::field::TriangleField;
+use super::pattern::{Node, Pattern, Slot};
+use crate::composite::{Layered, Sheet};
+use crate::pages::{Entry, Pages};
+
+/// A layer of a composite.
+pub type TriangleSheet<'a, T> = Sheet<'a, TriangleField<T>>;
+
+/// What `sheets`, from the lowest, come to over `background` at a vertex of a pattern laid over `face`.
+pub fn blended<T: Layered>(
+    sheets: &[TriangleSheet<'_, T>],
+    background: T,
+    face: u32,
+    pattern: Pattern,
+    node: Node,
+) -> T::Sum {
+    over(sheets, background, |sheet| sheet.field.texel(face, pattern, node))
+}
+
+/// What `sheets` come to where they have what `read` says.
+fn over<T: Layered>(
+    sheets: &[TriangleSheet<'_, T>],
+    background: T,
+    read: impl Fn(&TriangleSheet<'_, T>) -> T,
+) -> T::Sum {
+    let seen = sheets.iter().enumerate().filter(|(_, sheet)| sheet.settings.visible);
+    seen.fold(background.sum(), |below, (index, sheet)| {
+        let value = read(sheet).sum();
+        // The lowest, where it is seen as a whole, is taken as it is.
+        if index == 0 && sheet.settings == Settings::of(T::KIND) {
+            value
+        } else {
+            T::blend(below, value, &sheet.settings)
+        }
+    })
+}
+
+impl<T: Layered> TriangleChannel<T> {
+    /// Makes `blocks` of a composite, and what is read from them, what `sheets`, from the lowest, come to over `background`.
+    /// Faces are allocated where a sheet that is seen has them, and given back where none has. Returns faces that the budget
+    /// refused.
+    ///
+    /// Fails if a sheet has more segments than the composite.
+    pub fn compose(
+        &mut self,
+        context: &Context,
+        sheets: &[TriangleSheet<'_, T>],
+        background: T,
+        blocks: &[u32],
+    ) -> Result<Vec<u32>> {
+        let topology = self.field.topology().clone();
+        let faces = TriangleBlock::change(&topology, blocks.iter().copied()).faces_shown(&topology);
+        let seen: Vec<&TriangleField<T>> =
+            sheets.iter().filter(|sheet| sheet.settings.visible).map(|sheet| sheet.field).collect();
+        let coarsest = self.field.pattern().coarser(2);
+        let of_face = |face: u32| seen.iter().filter_map(|field| field.face_pattern(face)).max();
+        let wanted = |face: u32| of_face(face).map(|pattern| pattern.max(coarsest));
+        let unfit = |face: &u32| wanted(*face) != self.field.face_pattern(*face);
+        let changing: Vec<u32> = faces.iter().copied().filter(unfit).collect();
+        self.revision += 1;
+        self.deallocate(&changing);
+        let mut refused = Vec::new();
+        for level in [2, 1, 0] {
+            let pattern = self.field.pattern().coarser(level);
+            let allocate = changing.iter().copied().filter(|face| wanted(*face) == Some(pattern)).collect();
+            refused.extend(self.apply(context, pattern, &TriangleSets { allocate, ..Default::default() })?);
+        }
+        refused.sort_unstable();
+        let mut edges: Vec<u32> = faces.iter().flat_map(|face| topology.edges_of(*face)).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        // An edge may be finer than its faces, because a finer one was there.
+        let other = edges.iter().filter_map(|edge| {
+            let own = self.field.edge_pattern(*edge)?;
+            let along = topology.faces_along(*edge).filter_map(|(face, _)| self.field.face_pattern(face)).max();
+            let finest = seen.iter().filter_map(|field| field.edge_pattern(*edge)).max().max(along)?;
+            (own != finest.max(coarsest)).then_some((*edge, finest.max(coarsest)))
+        });
+        let other: Vec<(u32, Pattern)> = other.collect();
+        self.set_edges(context, &other);
+
+        let field = &self.field;
+        let value = |face: u32, pattern: Pattern, slot: Slot| {
+            T::of_sum(blended(sheets, background, face, pattern, pattern.at_slot(slot)))
+        };
+        let filled: Vec<u32> = faces.iter().copied().filter(|face| field.is_allocated(*face)).collect();
+        let of_faces = context.map(filled.len(), |index| {
+            let face = filled[index];
+            let pattern = field.face_pattern(face)?;
+            let inside = 0..pattern.face_values() as u32;
+            Some((face, inside.map(|index| value(face, pattern, Slot::Inside(index))).collect::<Vec<T>>()))
+        });
+        let of_edges = context.map(edges.len(), |index| {
+            let edge = edges[index];
+            let pattern = field.edge_pattern(edge)?;
+            let (face, side) = topology.faces_along(edge).next()?;
+            let (segments, reversed) = (pattern.segments(), topology.side(face, side).reversed);
+            let step = |step: u32| if reversed { segments - step } else { step };
+            let values = (1..segments).map(|at| value(face, pattern, Slot::Side(side, step(at))));
+            Some((edge, values.collect::<Vec<T>>()))
+        });
+        let mut vertices: Vec<u32> = faces.iter().flat_map(|face| topology.face(*face)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        // A vertex that moved without all its faces would drag those along as a whole.
+        let whole =
+            |vertex: &u32| topology.faces_around(*vertex).all(|(face, _)| refused.binary_search(&face).is_err());
+        let vertices = vertices.into_iter().filter(whole);
+        let vertices =
+            vertices.map(|vertex| (vertex, T::of_sum(over(sheets, background, |sheet| sheet.field.vertex(vertex)))));
+        let values = TriangleValues {
+            vertices: vertices.collect(),
+            faces: of_faces.into_iter().flatten().collect(),
+            edges: of_edges.into_iter().flatten().collect(),
+        };
+        self.write(values)?;
+        Ok(refused)
+    }
+
+    /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them. Readers
+    /// that follow this channel follow it on. Returns faces that the budget refused too.
+    pub fn recomposed(
+        &self,
+        context: &Context,
+        sheets: &[TriangleSheet<'_, T>],
+        background: T,
+    ) -> Result<(Self, Vec<u32>)> {
+        let finest = sheets.iter().map(|sheet| sheet.field.pattern().segments()).max();
+        let segments = finest.unwrap_or(self.field.pattern().segments());
+        let blank = T::of_sum(over(sheets, background, |sheet| sheet.field.blank()));
+        let options = TriangleOptions { segments, budget: self.budget() };
+        let mut fresh = Self::blank(self.field.topology().clone(), blank, &options)?;
+        let seen = sheets.iter().filter(|sheet| sheet.settings.visible);
+        let mut blocks: Vec<u32> = seen.flat_map(|sheet| sheet.field.blocks()).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        let refused = fresh.compose(context, sheets, background, &blocks)?;
+        fresh.follow(self);
+        Ok((fresh, refused))
+    }
+
+    /// Takes the place of `before`: what differs counts as changed.
+    pub fn follow(&mut self, before: &Self) {
+        self.revision = self.revision.max(before.revision) + 1;
+        let topology = self.field.topology().clone();
+        let all = !self.field.blank().same(before.field.blank());
+        let mut blocks = [self.field.blocks(), before.field.blocks(), before.changed.blocks(&topology)].concat();
+        if all {
+            blocks = (0..TriangleBlock::count(&topology)).collect();
+        }
+        let TriangleChange { faces, edges, vertices } = TriangleBlock::change(&topology, blocks);
+        stamp(&mut self.field.faces, &faces, self.revision);
+        stamp(&mut self.field.edges, &edges, self.revision);
+        self.changed.faces.extend(faces);
+        self.changed.edges.extend(edges);
+        self.changed.vertices.extend(vertices);
+    }
+}
+
+fn stamp<T: Clone, C: Clone>(pages: &mut Pages<Entry<T, C>>, elements: &[u32], revision: u64)
+where
+    Entry<T, C>: Clone,
+{
+    for element in elements {
+        if pages.entry(*element).is_some()
+            && let Some(entry) = pages.entry_mut(*element)
+        {
+            entry.version = revision;
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! Channels over triangles in histories and documents: blocks by number, see [`super::block`], with the segments an edge
+//! that the mesh has at its finest as the size of every face.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use relievo_core::{Context, Error, Result};
+use relievo_document::{Document, Kind, Lattice};
+use relievo_surface::TriangleTopology;
+
+use super::block::TriangleBlock;
+use super::channel::{TriangleChannel, TriangleOptions};
+use super::field::{CHUNK, TriangleField};
+use super::pattern::Pattern;
+use crate::blocks::Blocks;
+use crate::heap::Class;
+use crate::pages::{Entry, Pages};
+use crate::stored::StoredTexel;
+use crate::texel::Texel;
+
+/// Blocks that are unpacked at a time.
+const BATCH: usize = 256;
+
+/// The elements whose blocks differ, to the bit, ascending.
+fn differing<'a, T: Texel, C: Class>(
+    a: &'a Pages<Entry<T, C>>,
+    b: &'a Pages<Entry<T, C>>,
+) -> impl Iterator<Item = u32> + 'a {
+    a.unshared(b).filter(|element| match (a.entry(*element), b.entry(*element)) {
+        (Some(a), Some(b)) => {
+            !Arc::ptr_eq(&a.texels, &b.texels)
+                && bytemuck::cast_slice::<T, u8>(&a.texels) != bytemuck::cast_slice::<T, u8>(&b.texels)
+        }
+        (a, b) => a.is_some() || b.is_some(),
+    })
+}
+
+impl<T: StoredTexel> Blocks for TriangleField<T> {
+    fn kind(&self) -> Kind {
+        T::KIND
+    }
+
+    fn blank(&self) -> &[u8] {
+        bytemuck::bytes_of(self.blank_ref())
+    }
+
+    fn face_sizes(&self) -> Vec<u32> {
+        vec![self.pattern().segments(); self.topology().face_count()]
+    }
+
+    fn bytes(&self, block: u32) -> Option<&[u8]> {
+        self.held(TriangleBlock::of(self.topology(), block)?).map(bytemuck::cast_slice)
+    }
+
+    fn numbers(&self) -> Vec<u32> {
+        self.blocks()
+    }
+
+    fn changed(&self, other: &dyn Blocks) -> Vec<u32> {
+        let any: &dyn Any = other;
+        let Some(other) = any.downcast_ref::<Self>() else {
+            let mut both = [self.numbers(), other.numbers()].concat();
+            both.sort_unstable();
+            both.dedup();
+            return both;
+        };
+        let same = |a: &[T], b: &[T]| {
+            std::ptr::eq(a, b) || bytemuck::cast_slice::<T, u8>(a) == bytemuck::cast_slice::<T, u8>(b)
+        };
+        let faces = differing(&self.faces, &other.faces).map(TriangleBlock::Face);
+        let edges = differing(&self.edges, &other.edges).map(TriangleBlock::Edge);
+        let chunks = (0..).zip(self.vertices().zip(other.vertices()));
+        let vertices =
+            chunks.filter(|(_, (a, b))| !same(a, b)).map(|(chunk, _): (u32, _)| TriangleBlock::Vertices(chunk));
+        faces.chain(edges).chain(vertices).map(|block| block.number(self.topology())).collect()
+    }
+
+    fn is_shaped_as(&self, other: &dyn Blocks) -> bool {
+        let any: &dyn Any = other;
+        any.downcast_ref::<Self>()
+            .is_some_and(|other| self.pattern() == other.pattern() && self.blank().same(other.blank()))
+    }
+}
+
+impl<T: StoredTexel> TriangleField<T> {
+    /// Adds its blocks to `document` as the layer called `name`. Fails, and adds nothing, if the document is for another
+    /// mesh or has a layer of that name.
+    pub fn store(&self, context: &Context, document: &mut Document, name: &str) -> Result<()> {
+        check(self.topology(), document)?;
+        let read = |block: u32| Ok(self.bytes(block).unwrap_or_default().to_vec());
+        let head = (name, T::KIND, Blocks::blank(self));
+        document.pack(context, head, self.face_sizes(), &self.numbers(), read)
+    }
+}
+
+impl<T: StoredTexel> TriangleChannel<T> {
+    /// The channel that was stored in `document` as the layer called `name`, which may occupy `budget` bytes; `None` if
+    /// there is no such layer. Where a damaged document lost edges of faces, they read as what they are between.
+    ///
+    /// Fails if the document is for another mesh, the layer is of another kind or damaged, or `budget` is too small.
+    pub fn stored(
+        context: &Context,
+        topology: Arc<TriangleTopology>,
+        document: &Document,
+        name: &str,
+        budget: u64,
+    ) -> Result<Option<Self>> {
+        let Some(layer) = document.layer(name) else { return Ok(None) };
+        let place = |error: Error| error.at(format!("layer `{name}`"));
+        if layer.kind() != T::KIND {
+            let what = format!("it holds {} and not {}", layer.kind().name(), T::KIND.name());
+            return Err(place(Error::invalid(what)));
+        }
+        check(&topology, document).map_err(place)?;
+        let blank: T = bytemuck::pod_read_unaligned(layer.blank());
+        if !T::all_finite(&[blank])
+            || matches!(T::KIND, Kind::Scalar | Kind::Vector) && layer.blank().iter().any(|byte| *byte != 0)
+        {
+            return Err(place(Error::invalid("what has no block cannot read as its default")));
+        }
+        let segments = layer.face_sizes().first().copied().unwrap_or(0);
+        let mut channel = Self::blank(topology, blank, &TriangleOptions { segments, budget }).map_err(place)?;
+        for first in (0..layer.blocks().len()).step_by(BATCH) {
+            let count = BATCH.min(layer.blocks().len() - first);
+            let unpacked = context.map(count, |at| layer.unpack(document.topology(), first + at));
+            for (block, bytes) in layer.blocks()[first..].iter().zip(unpacked) {
+                channel.write_block(block.tile(), Some(&bytes?)).map_err(place)?;
+            }
+        }
+        channel.mend(context).map_err(place)?;
+        Ok(Some(channel))
+    }
+
+    /// The blocks of `before` that this channel can have too are put into it.
+    pub fn keep(&mut self, before: &TriangleField<T>) -> Result<()> {
+        let pattern = self.field().pattern();
+        let fits = |own: Option<Pattern>| own.is_none_or(|own| own <= pattern && own >= pattern.coarser(2));
+        let topology = before.topology();
+        for number in before.blocks() {
+            let own = match TriangleBlock::of(topology, number) {
+                Some(TriangleBlock::Face(face)) => before.face_pattern(face),
+                Some(TriangleBlock::Edge(edge)) => before.edge_pattern(edge),
+                _ => None,
+            };
+            if fits(own) {
+                self.write_block(number, before.bytes(number))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Fails unless `document` is one of these triangles.
+fn check(topology: &TriangleTopology, document: &Document) -> Result<()> {
+    let own = [topology.face_count(), topology.edge_count(), topology.vertex_count()].map(|count| count as u32);
+    match document.topology().lattice() {
+        Lattice::Triangles { faces, edges, points } if own == [faces, edges, points] => Ok(()),
+        Lattice::Triangles { .. } => Err(Error::invalid("the document was made on other triangles")),
+        Lattice::Tiles => {
+            Err(Error::invalid("the document was made on a Catmull-Clark surface and not on one of triangles"))
+        }
+    }
+}
+
+impl<T: Texel> TriangleField<T> {
+    /// The values of a block that holds something: of vertices, those of which one is not blank.
+    pub(super) fn held(&self, block: TriangleBlock) -> Option<&[T]> {
+        match block {
+            TriangleBlock::Face(face) => self.face(face),
+            TriangleBlock::Edge(edge) => self.edge(edge),
+            TriangleBlock::Vertices(chunk) => {
+                self.chunk(chunk).filter(|values| values.iter().any(|value| !value.same(self.blank())))
+            }
+        }
+    }
+
+    /// The numbers of the blocks that hold something, ascending.
+    pub fn blocks(&self) -> Vec<u32> {
+        let faces = self.allocated().map(TriangleBlock::Face);
+        let edges = self.allocated_edges().map(TriangleBlock::Edge);
+        let chunks = self.topology().vertex_count().div_ceil(CHUNK) as u32;
+        let vertices = (0..chunks).map(TriangleBlock::Vertices).filter(|block| self.held(*block).is_some());
+        faces.chain(edges).chain(vertices).map(|block| block.number(self.topology())).collect()
+    }
+}
