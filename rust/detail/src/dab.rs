@@ -17,7 +17,7 @@ use crate::knots::PerKnot;
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
 use crate::object::DisplacedObject;
-use crate::spot::{Painting, Sculpting};
+use crate::spot::{Painting, Sculpting, everywhere};
 use crate::weights::BrushParameters;
 
 /// What a brush does.
@@ -195,7 +195,7 @@ impl Dab {
         let painting = Painting {
             level,
             mode,
-            color: color.to_array(),
+            color: everywhere(color.to_array()),
             blank,
             stamp: self.brush.stamp(),
             smudge: self.brush.smudge(),

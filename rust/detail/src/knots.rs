@@ -28,11 +28,13 @@ pub struct KnotBlock {
     pub p: [PerKnot; 3],
     /// Unit normals.
     pub n: [PerKnot; 3],
+    /// Derivatives by v while the normals are made.
+    dv: [PerKnot; 3],
 }
 
 impl KnotBlock {
     /// A block of zeros.
-    pub const ZERO: Self = Self { p: [[0.0; BLOCK_KNOTS]; 3], n: [[0.0; BLOCK_KNOTS]; 3] };
+    pub const ZERO: Self = Self { p: [[0.0; BLOCK_KNOTS]; 3], n: [[0.0; BLOCK_KNOTS]; 3], dv: [[0.0; BLOCK_KNOTS]; 3] };
 
     /// Evaluates block `index` of `tile`, whose tiles have `size` texels a side.
     pub fn evaluate(&mut self, level: Level, surface: &Surface, tile: u32, size: u32, index: u32) {
@@ -41,16 +43,15 @@ impl KnotBlock {
         let (column, row) = (index % blocks * edge, index / blocks * edge);
         let grid = Grid { size, placement: Placement::Centred, columns: column..column + edge, rows: row..row + edge };
         let count = grid.len();
-        let mut dv = [[0.0; BLOCK_KNOTS]; 3];
         let mut slices = SampleSlices::default();
         // The first derivative by u is written where the normal goes.
-        for (slices, values) in slices.values.iter_mut().zip([&mut self.p, &mut self.n, &mut dv]) {
+        for (slices, values) in slices.values.iter_mut().zip([&mut self.p, &mut self.n, &mut self.dv]) {
             for (slice, values) in slices.iter_mut().zip(values) {
                 *slice = &mut values[..count];
             }
         }
         surface.grid_into(level, tile, &grid, Order::First, Destination::Cache, &mut slices);
-        normals(level, &mut self.n, &dv);
+        normals(level, &mut self.n, &self.dv);
     }
 }
 

@@ -13,7 +13,7 @@ use crate::knots::PerKnot;
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
 use crate::object::DisplacedObject;
-use crate::spot::{Painting, Sculpting};
+use crate::spot::{Painting, Sculpting, everywhere};
 use crate::weights::BrushParameters;
 
 impl Dab {
@@ -57,7 +57,7 @@ impl Dab {
         let simd = context.level();
         let heights = |window: &Window, out: &mut PerKnot| edit::surface_heights(simd, displacement, window, out);
         let (stamp, smudge) = (self.brush.stamp(), self.brush.smudge());
-        let painting = Painting { level: simd, mode, color, blank, stamp, smudge };
+        let painting = Painting { level: simd, mode, color: everywhere(color), blank, stamp, smudge };
         let edits = edit::evaluate(context, &object.surface, &coarse, &culled, &brush, heights, |site, texels| {
             painting.edit(site, texels);
         });

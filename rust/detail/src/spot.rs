@@ -40,7 +40,8 @@ pub(crate) trait Spot<T: Texel> {
 pub(crate) struct Painting<'a> {
     pub level: Level,
     pub mode: PaintMode,
-    pub color: [f32; 4],
+    /// The colour of the brush, at every place of a block alike: see [`everywhere`].
+    pub color: Colors,
     /// The colour of what is not painted.
     pub blank: [f32; 4],
     pub stamp: Option<&'a Stamp>,
@@ -53,34 +54,44 @@ impl Painting<'_> {
     pub fn edit<T: ColorPlanes>(&self, spot: &mut impl Spot<T>, texels: &mut [T]) {
         let mut colors: Colors = [[0.0; BLOCK_KNOTS]; 4];
         T::read(self.level, texels, &mut colors);
-        let mut mean: Colors = [[0.0; BLOCK_KNOTS]; 4];
-        let with_mean = self.mode.needs_mean()
-            && spot.means(
+        // Filling an array that is not needed would cost as much as the whole mode.
+        let mut mean = self.mode.needs_mean().then_some([[0.0; BLOCK_KNOTS]; 4]);
+        if let Some(means) = &mut mean
+            && !spot.means(
                 |texel| texel.color().to_array(),
-                |k, color| (0..4).for_each(|channel| mean[channel][k] = color[channel]),
-            );
-        let mut wanted = self.color.map(|channel| [channel; BLOCK_KNOTS]);
-        let mut inside = [0.0; BLOCK_KNOTS];
+                |k, color| (0..4).for_each(|channel| means[channel][k] = color[channel]),
+            )
+        {
+            mean = None;
+        }
+        let mut wanted = Cow::Borrowed(&self.color);
+        let mut inside = None;
         if self.mode == PaintMode::Smear {
-            inside[..texels.len()].copy_from_slice(&spot.weights().share[..texels.len()]);
+            let within = inside.insert([0.0; BLOCK_KNOTS]);
+            within[..texels.len()].copy_from_slice(&spot.weights().share[..texels.len()]);
             match self.smudge {
-                Some(smudge) => smudge.leave(spot.weights_mut(), &mut wanted),
+                Some(smudge) => smudge.leave(spot.weights_mut(), wanted.to_mut()),
                 None => spot.weights_mut().share.fill(0.0),
             }
         }
         if let Some(stamp) = self.stamp {
             let mut colors = [[1.0; BLOCK_KNOTS]; 4];
             let smears = self.mode == PaintMode::Smear;
-            stamp.paint(&spot.footprints(), spot.weights_mut(), if smears { &mut colors } else { &mut wanted });
+            stamp.paint(&spot.footprints(), spot.weights_mut(), if smears { &mut colors } else { wanted.to_mut() });
         }
         let share = &spot.weights().share;
-        let input = PaintInput { share, brush: &wanted, blank: self.blank, mean: with_mean.then_some(&mean) };
+        let input = PaintInput { share, brush: &wanted, blank: self.blank, mean: mean.as_ref() };
         self.mode.apply(self.level, &input, &mut colors);
-        if let (PaintMode::Smear, Some(smudge)) = (self.mode, self.smudge) {
-            smudge.pick(&inside, &spot.weights().across, &colors);
+        if let (Some(inside), Some(smudge)) = (&inside, self.smudge) {
+            smudge.pick(inside, &spot.weights().across, &colors);
         }
         T::write(self.level, &colors, texels);
     }
+}
+
+/// A colour at every place of a block.
+pub(crate) fn everywhere(color: [f32; 4]) -> Colors {
+    color.map(|channel| [channel; BLOCK_KNOTS])
 }
 
 /// How displacements are changed.

@@ -275,10 +275,17 @@ fn encoded(bytes: &Bytes, linear: f32) -> u8 {
     }
 }
 
-/// The linear value of every sRGB byte in 65,535ths, so that four of them make a place in [`MEANS`].
-static WHOLE: LazyLock<[u16; 256]> = LazyLock::new(|| LINEAR.map(|value| (65535.0 * value).round() as u16));
+/// Bits of a sum of four numbers from 0 to 65,535.
+const FIELD: u32 = 18;
 
-/// The byte of every sum of four numbers of [`WHOLE`], in steps of 16.
+/// Of red, green and blue, the linear value of every sRGB byte in 65,535ths, each in a field of its own: so four texels
+/// are added as a whole, and four of one channel make a place in [`MEANS`].
+static FIELDS: LazyLock<[[u64; 256]; 3]> = LazyLock::new(|| {
+    let whole = LINEAR.map(|value| (65535.0 * value).round() as u64);
+    std::array::from_fn(|channel| whole.map(|value| value << (FIELD * channel as u32)))
+});
+
+/// The byte of every sum of four numbers of [`FIELDS`], in steps of 16.
 static MEANS: LazyLock<[u8; 1 << 14]> =
     LazyLock::new(|| std::array::from_fn(|place| encoded(&BYTES, (16.0 * place as f32 + 8.0) / (4.0 * 65535.0))));
 
@@ -289,16 +296,17 @@ impl Texel for Rgba8 {
     const MIPS: bool = true;
 
     fn shrink(above: &[Self], below: &[Self], out: &mut [Self]) {
-        let (whole, means) = (&*WHOLE, &*MEANS);
+        let (fields, means) = (&*FIELDS, &*MEANS);
+        // Alpha has the ten bits that are left.
+        let numbers = |Self([r, g, b, a]): Self| {
+            let color = fields[0][usize::from(r)] + fields[1][usize::from(g)] + fields[2][usize::from(b)];
+            color + (u64::from(a) << (3 * FIELD))
+        };
         for ((out, a), b) in out.iter_mut().zip(above.chunks_exact(2)).zip(below.chunks_exact(2)) {
-            let [a, b, c, d] = [a[0].0, a[1].0, b[0].0, b[1].0];
-            let color = |k: usize| {
-                let sum = [a, b, c, d].map(|texel| u32::from(whole[usize::from(texel[k])])).iter().sum::<u32>();
-                // Four times 65,535 is below 2¹⁸.
-                means[(sum >> 4) as usize & 0x3fff]
-            };
-            let alpha = u16::from(a[3]) + u16::from(b[3]) + u16::from(c[3]) + u16::from(d[3]);
-            *out = Self([color(0), color(1), color(2), ((alpha + 2) >> 2) as u8]);
+            let sum = numbers(a[0]) + numbers(a[1]) + numbers(b[0]) + numbers(b[1]);
+            let color = |channel: u32| means[(sum >> (FIELD * channel + 4)) as usize & 0x3fff];
+            let alpha = ((sum >> (3 * FIELD)) + 2) >> 2;
+            *out = Self([color(0), color(1), color(2), alpha as u8]);
         }
     }
 

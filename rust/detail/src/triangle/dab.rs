@@ -19,7 +19,7 @@ use crate::dab::{Action, Dab, DabReport};
 use crate::knots::PerKnot;
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
-use crate::spot::{Painting, Sculpting};
+use crate::spot::{Painting, Sculpting, everywhere};
 use crate::weights::BrushParameters;
 
 impl TriangleObject {
@@ -70,7 +70,8 @@ impl TriangleObject {
         let blank = field.blank().color().to_array();
         let stamp = dab.brush.stamp();
         let smudge = dab.brush.smudge();
-        let painting = Painting { level: context.level(), mode, color: color.to_array(), blank, stamp, smudge };
+        let painting =
+            Painting { level: context.level(), mode, color: everywhere(color.to_array()), blank, stamp, smudge };
         let pattern = field.pattern().coarser(self.level());
         let heights = |run: &Run, out: &mut PerKnot| run.heights(displacement, out);
         let edits = context.stats().time("dab.evaluate", || {
