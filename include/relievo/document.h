@@ -37,6 +37,31 @@ typedef struct RlvDocumentChanges {
 
 #define RLV_DOCUMENT_CHANGES_INIT {sizeof(RlvDocumentChanges), 0, 0, 0, 0}
 
+/* How a document goes to another mesh. */
+typedef struct RlvTransferOptions {
+    uint32_t struct_size;
+    uint32_t reserved;
+    RlvMesh from; /* the mesh it was made on, where it does not hold its points or the mesh has creases; NULL handle for
+                     the one in it */
+    double reach; /* how far a place of the old surface may be from one of the new, object units; 0 for 2 % of the new
+                     surface's extent */
+} RlvTransferOptions;
+
+#define RLV_TRANSFER_OPTIONS_INIT {sizeof(RlvTransferOptions), 0, {0}, 0.0}
+
+/* What a transfer did. Areas are in square object units. */
+typedef struct RlvTransferReport {
+    uint32_t struct_size;
+    uint32_t layer_count;
+    double area;           /* of the new surface */
+    double uncovered_area; /* of it that is further from the old one than the reach: nothing is there */
+    double edited_area;    /* of the old tiles that hold something, over all layers */
+    double lost_area;      /* of these that have no place on the new surface */
+    double reach;          /* as it was taken */
+} RlvTransferReport;
+
+#define RLV_TRANSFER_REPORT_INIT {sizeof(RlvTransferReport), 0, 0.0, 0.0, 0.0, 0.0, 0.0}
+
 /* Follows a detail from now on. path is the file (UTF-8), which is written at once and replaces what is there; NULL for
  * no file. memory is the bytes that edits may occupy before the oldest go to the file, or a temporary one; 0 for
  * 256 MiB. */
@@ -80,5 +105,16 @@ RLV_API RlvResult rlv_document_sync(RlvDocument document);
 /* Folds the history of a file that no document has open into its layers, but for the last keep edits. What is seen stays
  * the same. The file is replaced as a whole or not at all. */
 RLV_API RlvResult rlv_document_compact(RlvContext context, const char *path, size_t keep);
+
+/* The mesh that a document was made on, as far as the file has it: points, faces and holes, but no creases and no
+ * attributes. The file may be hostile. Fails with RLV_ERROR_NOT_FOUND if it has no points. */
+RLV_API RlvResult rlv_document_mesh(RlvContext context, const char *path, RlvMesh *out);
+
+/* Takes the layers of the document at path to another mesh and writes them as the document at to_path: every texel takes
+ * what the nearest place of the old surface that faces the same way has. Both are seen without their displacement.
+ * options, progress and report may be NULL; what should be known goes to the context's log. */
+RLV_API RlvResult rlv_document_transfer(RlvContext context, const char *path, RlvMesh to, const char *to_path,
+                                        const RlvTransferOptions *options, RlvProgress progress, void *user,
+                                        RlvTransferReport *report);
 
 #endif

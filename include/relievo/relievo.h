@@ -3,6 +3,7 @@
 #ifndef RELIEVO_RELIEVO_H
 #define RELIEVO_RELIEVO_H
 
+#include "relievo/bake.h"
 #include "relievo/brush.h"
 #include "relievo/caster.h"
 #include "relievo/collider.h"
@@ -15,6 +16,7 @@
 #include "relievo/layer.h"
 #include "relievo/mesh.h"
 #include "relievo/parameter.h"
+#include "relievo/ptex.h"
 #include "relievo/stroke.h"
 #include "relievo/surface.h"
 #include "relievo/tessellate.h"

@@ -532,32 +532,109 @@ inline RlvImprintReport imprint(const Detail &detail, const Collider &collider,
 /// Answers true to go on; gets a fraction from 0 to 1 and the name of the stage. It may throw, which cancels.
 using Progress = std::function<bool(float, const char *)>;
 
+/// Carries callbacks into a call. Exceptions must not pass through the library: one is kept until the call has returned.
+class Watch {
+public:
+    explicit Watch(const Progress &progress) : progress_(progress) {}
+
+    /// Runs what may throw; the answer is that of a callback.
+    template <class Work> std::uint32_t run(Work &&work) noexcept {
+        try {
+            return std::forward<Work>(work)() ? RLV_PROGRESS_CONTINUE : RLV_PROGRESS_CANCEL;
+        } catch (...) {
+            thrown_ = std::current_exception();
+            return RLV_PROGRESS_CANCEL;
+        }
+    }
+
+    RlvProgress callback() const noexcept {
+        return progress_ ? [](void *user, float fraction, const char *stage) -> std::uint32_t {
+            Watch &watch = *static_cast<Watch *>(user);
+            return watch.run([&] { return watch.progress_(fraction, stage); });
+        } : RlvProgress(nullptr);
+    }
+
+    /// Throws what was kept, or the last error unless result is RLV_OK.
+    void check(RlvResult result) const {
+        if (thrown_) {
+            std::rethrow_exception(thrown_);
+        }
+        relievo::check(result);
+    }
+
+private:
+    const Progress &progress_;
+    std::exception_ptr thrown_;
+};
+
 /// Moves a collider from one place to another and presses it in on the way; commit the detail to see it.
 inline RlvImprintReport sweep(const Detail &detail, const Collider &collider, const Matrix &from, const Matrix &to,
                               const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
                               const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT,
                               const Progress &progress = nullptr) {
-    // Exceptions must not pass through the library: one is kept until the call has returned.
-    struct Watch {
-        const Progress &progress;
-        std::exception_ptr thrown;
-    } watch{progress, nullptr};
-    const RlvProgress callback = [](void *user, float fraction, const char *stage) -> std::uint32_t {
-        Watch &watch = *static_cast<Watch *>(user);
-        try {
-            return watch.progress(fraction, stage) ? RLV_PROGRESS_CONTINUE : RLV_PROGRESS_CANCEL;
-        } catch (...) {
-            watch.thrown = std::current_exception();
-            return RLV_PROGRESS_CANCEL;
-        }
-    };
+    Watch watch(progress);
     RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
-    const RlvResult result = rlv_imprint_sweep(detail.get(), collider.get(), from.data(), to.data(), &settings, &moment,
-                                               progress ? callback : nullptr, &watch, &report);
-    if (watch.thrown) {
-        std::rethrow_exception(watch.thrown);
-    }
-    check(result);
+    watch.check(rlv_imprint_sweep(detail.get(), collider.get(), from.data(), to.data(), &settings, &moment,
+                                  watch.callback(), &watch, &report));
+    return report;
+}
+
+/// Bakes to files; see relievo/bake.h.
+inline RlvBakeReport bake(const Detail &detail, const RlvBakeOptions &options, const std::string &path,
+                          const Progress &progress = nullptr) {
+    Watch watch(progress);
+    RlvBakeReport report = RLV_BAKE_REPORT_INIT;
+    watch.check(rlv_bake_write(detail.get(), &options, path.c_str(), watch.callback(), &watch, &report));
+    return report;
+}
+
+/// Bakes to memory: calls receive for every picture, which may throw, which cancels.
+inline RlvBakeReport bake(const Detail &detail, const RlvBakeOptions &options,
+                          const std::function<void(const RlvBakePicture &)> &receive,
+                          const Progress &progress = nullptr) {
+    struct Baking : Watch {
+        Baking(const Progress &progress, const std::function<void(const RlvBakePicture &)> &receive)
+            : Watch(progress), receive(receive) {}
+        const std::function<void(const RlvBakePicture &)> &receive;
+    } baking(progress, receive);
+    const RlvBakeReceiver each = [](void *user, const RlvBakePicture *picture) -> std::uint32_t {
+        Baking &baking = *static_cast<Baking *>(static_cast<Watch *>(user));
+        return baking.run([&] {
+            baking.receive(*picture);
+            return true;
+        });
+    };
+    RlvBakeReport report = RLV_BAKE_REPORT_INIT;
+    baking.check(rlv_bake_run(detail.get(), &options, each, baking.callback(), static_cast<Watch *>(&baking), &report));
+    return report;
+}
+
+/// Writes a channel as Ptex; see relievo/ptex.h.
+inline void write_ptex(const Detail &detail, RlvChannel channel, const std::string &path,
+                       const Progress &progress = nullptr) {
+    Watch watch(progress);
+    watch.check(rlv_ptex_write(detail.get(), channel, path.c_str(), watch.callback(), &watch));
+}
+
+/// Gives a detail what a Ptex file has; commit it to see it.
+inline RlvPtexReport read_ptex(const Detail &detail, const std::string &path,
+                               const RlvPtexOptions &options = RLV_PTEX_OPTIONS_INIT,
+                               const Progress &progress = nullptr) {
+    Watch watch(progress);
+    RlvPtexReport report = RLV_PTEX_REPORT_INIT;
+    watch.check(rlv_ptex_read(detail.get(), path.c_str(), &options, watch.callback(), &watch, &report));
+    return report;
+}
+
+/// Takes a document to another mesh; see relievo/document.h.
+inline RlvTransferReport transfer(const Context &context, const std::string &path, const Mesh &to,
+                                  const std::string &to_path,
+                                  const RlvTransferOptions &options = RLV_TRANSFER_OPTIONS_INIT,
+                                  const Progress &progress = nullptr) {
+    Watch watch(progress);
+    RlvTransferReport report = RLV_TRANSFER_REPORT_INIT;
+    watch.check(rlv_document_transfer(context.get(), path.c_str(), to.get(), to_path.c_str(), &options, watch.callback(),
+                                      &watch, &report));
     return report;
 }
 
@@ -657,6 +734,13 @@ public:
         RlvDocumentChanges changes = RLV_DOCUMENT_CHANGES_INIT;
         check(rlv_document_redo(get(), &changes));
         return changes;
+    }
+
+    /// The mesh that a file was made on, without creases and attributes.
+    static Mesh mesh(const Context &context, const std::string &path) {
+        RlvMesh made{0};
+        check(rlv_document_mesh(context.get(), path.c_str(), &made));
+        return Mesh(made);
     }
 
     void save(const std::string &path) const { check(rlv_document_save(get(), path.c_str())); }

@@ -15,9 +15,12 @@ typedef struct RlvTessellateOptions {
                         otherwise. A power of two from 1 to 512, 0 for 256. */
     uint32_t places; /* 1 to get the tile of every triangle as the face attribute "tile" (1 integer), and its u and v as
                         the corner attribute "tile_uv" (2 floats), else 0 */
+    uint32_t smooth_uvs; /* 1 to subdivide the corner attribute "uv" as the surface, which is what bakes go by; 0 to blend
+                            it */
+    uint32_t reserved;   /* 0 */
 } RlvTessellateOptions;
 
-#define RLV_TESSELLATE_OPTIONS_INIT {sizeof(RlvTessellateOptions), 0, 0, 0}
+#define RLV_TESSELLATE_OPTIONS_INIT {sizeof(RlvTessellateOptions), 0, 0, 0, 0, 0}
 
 /* Makes a triangle mesh of the limit surface. It has unit normals as the point attribute "normal", and the attributes
  * of the cage: those of points and corners are blended, those of faces copied. Holes are left out. options may be NULL.

@@ -1,5 +1,5 @@
 /* Documents: undo and redo to the bit, and a file that brings everything back. */
-#include "check.h"
+#include "sheet.h"
 
 enum { EDITS = 12, BLOCK = 4 * 34 * 34 };
 
@@ -141,6 +141,71 @@ int main(void) {
     CHECK(info.undo_count == 2 && same(&now, &states[EDITS]));
     CHECK_OK(rlv_document_release(again));
     CHECK_OK(rlv_detail_release(copy));
+
+    /* On a mesh twice as fine the same is seen, and the mesh is in the file. */
+    {
+        char moved[sizeof path];
+        RlvTransferOptions how = RLV_TRANSFER_OPTIONS_INIT;
+        RlvTransferReport report = RLV_TRANSFER_REPORT_INIT;
+        RlvMeshInfo about = RLV_MESH_INFO_INIT;
+        RlvMesh finer = check_plane(context, 6, 6), stored = RLV_NULL;
+        RlvSurface fine = RLV_NULL;
+        RlvDetail there = RLV_NULL;
+        float half[49 * 3], height[2];
+        const uint32_t tiles[2] = {4, 14};
+        const float uvs[4] = {0.25f, 0.25f, 0.5f, 0.5f};
+        int left = 0;
+        CHECK_OK(rlv_mesh_get_points(finer, half, 49, 0));
+        for (k = 0; k < 49 * 3; ++k) {
+            half[k] *= 0.5f;
+        }
+        CHECK_OK(rlv_mesh_set_points(finer, half, 49, 0));
+        snprintf(moved, sizeof moved, "moved-%p.relievo", (void *)&context);
+        CHECK_FAILS(RLV_ERROR_CANCELLED,
+                    rlv_document_transfer(context, path, finer, moved, NULL, check_patience, &left, NULL), "cancel");
+        CHECK(!check_removed(moved));
+        CHECK_OK(rlv_document_transfer(context, path, finer, moved, NULL, NULL, NULL, &report));
+        CHECK(report.layer_count == 2 && report.lost_area == 0.0 && report.uncovered_area == 0.0);
+        CHECK_NEAR(report.area, 9.0, 1e-4);
+        CHECK_OK(rlv_surface_create(context, finer, NULL, &fine));
+        there = plate(fine, 0);
+        CHECK_OK(rlv_document_open(there, moved, 0, &again));
+        CHECK_OK(rlv_detail_commit(there, NULL));
+        RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+        arrays.count = 1;
+        arrays.tiles = tiles;
+        arrays.uvs = uvs;
+        arrays.displacements = height;
+        CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+        arrays.tiles = tiles + 1;
+        arrays.uvs = uvs + 2;
+        arrays.displacements = height + 1;
+        CHECK_OK(rlv_evaluate_detail(there, &arrays));
+        CHECK(height[0] != 0.0f);
+        CHECK_NEAR(height[0], height[1], 0.01);
+        CHECK_OK(rlv_document_release(again));
+        CHECK_OK(rlv_document_mesh(context, moved, &stored));
+        CHECK_OK(rlv_mesh_info(stored, &about));
+        CHECK(about.face_count == 36 && about.point_count == 49 && about.high[0] == 3.0f);
+        /* Back, from the mesh that is named; other meshes and paths are refused. */
+        how.from = stored;
+        how.reach = 0.01;
+        CHECK_OK(rlv_document_transfer(context, moved, plane, moved, &how, NULL, NULL, &report));
+        CHECK(report.reach == 0.01);
+        how.reach = NAN;
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, path, finer, moved, &how, NULL, NULL, NULL), "faces");
+        how.from.id = 0;
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, path, finer, moved, &how, NULL, NULL, NULL), "reach");
+        how.from.id = context.id;
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, path, finer, moved, &how, NULL, NULL, NULL), "context");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, path, finer, NULL, NULL, NULL, NULL, NULL), "to_path");
+        CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_document_mesh(context, "no/such.relievo", &stored), "no/such");
+        CHECK(check_removed(moved));
+        CHECK_OK(rlv_detail_release(there));
+        CHECK_OK(rlv_surface_release(fine));
+        CHECK_OK(rlv_mesh_release(stored));
+        CHECK_OK(rlv_mesh_release(finer));
+    }
 
     /* Another cage is refused with what differs. */
     copy = plate(other, 0);

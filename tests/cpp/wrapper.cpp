@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <stdexcept>
 
 #define CHECK(condition)                                                              \
     do {                                                                              \
@@ -167,6 +168,42 @@ int main() {
     CHECK(document.undo().is_done == 0 && layers.list().size() == 1);
     drawn.commit();
     CHECK(drawn.read_block(0) == before);
+
+    // Bakes, Ptex and transfers; what a callback throws comes out.
+    RlvAttributeArrays coordinates = RLV_ATTRIBUTE_ARRAYS_INIT;
+    const float uvs[] = {0, 0, .5f, 0, .5f, 1, 0, 1, .5f, 0, 1, 0, 1, 1, .5f, 1};
+    coordinates.domain = RLV_DOMAIN_CORNER;
+    coordinates.width = 2;
+    coordinates.name = "uv";
+    coordinates.values = uvs;
+    coordinates.value_count = 8;
+    moved.add_attribute(coordinates);
+    const auto mapped = relievo::Detail::create(relievo::Surface::create(context, moved), coarse);
+    relievo::imprint(mapped, collider, settings);
+    mapped.commit();
+    RlvBakeOptions map = RLV_BAKE_OPTIONS_INIT;
+    map.width = map.height = 32;
+    float lowest = 0;
+    CHECK(relievo::bake(mapped, map, [&](const RlvBakePicture &picture) { lowest = picture.pixels[16 * 32 + 8]; })
+              .covered_pixels == 32 * 32);
+    CHECK(lowest < -0.19f);
+    try {
+        relievo::bake(mapped, map, [](const RlvBakePicture &) { throw std::logic_error("too much"); });
+        CHECK(false);
+    } catch (const std::logic_error &) {
+    }
+    char name[64];
+    std::snprintf(name, sizeof name, "wrapper-%p.exr", static_cast<const void *>(&map));
+    relievo::bake(mapped, map, name, [](float, const char *) { return true; });
+    CHECK(std::remove(name) == 0);
+    std::snprintf(name, sizeof name, "wrapper-%p.ptx", static_cast<const void *>(&map));
+    relievo::write_ptex(mapped, RLV_CHANNEL_DISPLACEMENT, name);
+    const auto other = relievo::Detail::create(relievo::Surface::create(context, moved), coarse);
+    CHECK(relievo::read_ptex(other, name).face_count == 2 && std::remove(name) == 0);
+    std::snprintf(name, sizeof name, "wrapper-%p.relievo", static_cast<const void *>(&map));
+    relievo::Document::create(other, name);
+    CHECK(relievo::transfer(context, name, moved, name).layer_count == 1);
+    CHECK(relievo::Document::mesh(context, name).info().face_count == 2 && std::remove(name) == 0);
 
     const auto hit = relievo::Caster::create(detail).cast({{{0.5f, 0.5f, 3.0f}, {0, 0, -1}}});
     CHECK(hit[0].tile == 0 && std::abs(hit[0].position[2] - dent.displacements[0]) < 1e-3f);

@@ -23,7 +23,7 @@ mod solve;
 pub mod texture;
 pub mod transfer;
 
-pub use map::{BakeOptions, BakeReport, Map, bake};
+pub use map::{BakeOptions, BakeReport, Map, bake, bake_watched};
 pub use opened::Opened;
 pub use quantity::{Axes, Colors, Handedness, Quantity, Space};
-pub use texture::{MapFormat, Scaling, write_map};
+pub use texture::{MapFormat, Scaling, numbered, write_map};

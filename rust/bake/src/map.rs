@@ -5,7 +5,8 @@
 //! and averages the samples of a pixel. Bands do not know of each other, so results do not depend on threads. Where
 //! several tiles lie on one pixel, the lowest has it.
 
-use relievo_core::{Context, Error, Result};
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Error, Progress, Result};
 use relievo_surface::{Place, Surface};
 
 use crate::gutter::Gutter;
@@ -97,6 +98,11 @@ impl std::fmt::Display for BakeReport {
 /// Rows of a band, columns of a window.
 const ROWS: u32 = 64;
 const COLUMNS: u32 = 256;
+/// Bands between two words on the progress.
+const BANDS: usize = 8;
+
+/// The numbers of a band, what is covered of it, and the pixels on which tiles overlap.
+type Band<'a> = ((&'a mut [f32], &'a mut [bool]), Result<u64>);
 
 /// Bakes `quantity` on the texture coordinates `limit` of its surface, and calls `each` for every picture, by number.
 ///
@@ -107,6 +113,19 @@ pub fn bake(
     limit: &Surface,
     quantity: &Quantity<'_>,
     options: &BakeOptions,
+    each: impl FnMut(Map) -> Result<()>,
+) -> Result<BakeReport> {
+    bake_watched(context, limit, quantity, options, &mut Silent, each)
+}
+
+/// As [`bake`], telling `progress` of every few bands of a picture. Fails too where it asks to stop; pictures that `each`
+/// was called for are done.
+pub fn bake_watched(
+    context: &Context,
+    limit: &Surface,
+    quantity: &Quantity<'_>,
+    options: &BakeOptions,
+    progress: &mut dyn Progress,
     mut each: impl FnMut(Map) -> Result<()>,
 ) -> Result<BakeReport> {
     check(context, quantity, options)?;
@@ -125,7 +144,8 @@ pub fn bake(
             .advise(format!("scale them to at most {MOST_PICTURES}")));
     }
     let mut report = BakeReport { flat: layout.flat, outside: found.len() - pictures.len(), ..BakeReport::default() };
-    for [k, l] in pictures {
+    let part = 1.0 / pictures.len().max(1) as f32;
+    for (number, [k, l]) in pictures.into_iter().enumerate() {
         let mut map = Map {
             udim: (1001 + k + 10 * l) as u32,
             width: options.size[0],
@@ -134,7 +154,8 @@ pub fn bake(
             data: Vec::new(),
             covered: Vec::new(),
         };
-        report.overlapping += map.fill(context, &layout, [k, l], quantity, options)?;
+        let span = [number as f32 * part, (number + 1) as f32 * part];
+        report.overlapping += map.fill(context, &layout, [k, l], quantity, options, (progress, span))?;
         let covered = map.covered.iter().filter(|covered| **covered).count();
         if covered == 0 {
             continue;
@@ -189,6 +210,7 @@ impl Map {
         tile: [i32; 2],
         quantity: &Quantity<'_>,
         options: &BakeOptions,
+        (progress, [from, to]): (&mut dyn Progress, [f32; 2]),
     ) -> Result<u64> {
         let (width, height, channels) = (self.width as usize, self.height as usize, self.channels);
         self.data = quantity.background().repeat(width * height);
@@ -198,9 +220,9 @@ impl Map {
         let bins = bins(layout, &mapping, windows, self.height.div_ceil(ROWS) as usize, options.samples);
         let data = self.data.chunks_mut(ROWS as usize * width * channels);
         let covered = self.covered.chunks_mut(ROWS as usize * width);
-        let mut bands: Vec<_> = data.zip(covered).map(|band| (band, Ok(0))).collect();
+        let mut bands: Vec<Band<'_>> = data.zip(covered).map(|band| (band, Ok(0))).collect();
         let (full_width, full_height) = (self.width, self.height);
-        context.for_each_mut(&mut bands, |index, ((data, covered), result)| {
+        let work = |index: usize, ((data, covered), result): &mut Band<'_>| {
             let first = index as u32 * ROWS;
             let rows = first..(first + ROWS).min(full_height);
             let mut overlapping = Ok(0);
@@ -226,7 +248,13 @@ impl Map {
                 overlapping = overlapping.and_then(|sum: u64| made.map(|more| sum + more));
             }
             *result = overlapping;
-        });
+        };
+        let count = bands.len();
+        for (index, some) in bands.chunks_mut(BANDS).enumerate() {
+            let first = index * BANDS;
+            progress.step(from + (to - from) * first as f32 / count as f32, "bake")?;
+            context.for_each_mut(some, |index, band| work(first + index, band));
+        }
         bands.into_iter().map(|(_, result)| result).sum()
     }
 

@@ -18,8 +18,8 @@ mod adjacency;
 mod export;
 mod import;
 
-pub use export::{PtexTexel, to_ptex};
-pub use import::{Imported, PtexImport, PtexKind, PtexReport, from_ptex};
+pub use export::{PtexTexel, to_ptex, to_ptex_watched};
+pub use import::{Imported, PtexImport, PtexKind, PtexReport, from_ptex, from_ptex_watched};
 
 /// Meta data: what the texels are.
 const KIND: &str = "RelievoKind";

@@ -8,8 +8,9 @@
 use glam::{Vec3, Vec4};
 use relievo_core::{Context, Error, Result};
 use relievo_surface::{Order, Place, Samples, Surface};
+use relievo_tiles::texel::Vector;
 use relievo_tiles::trace::Trace;
-use relievo_tiles::{ColorTexel, Displaced, Field, Points};
+use relievo_tiles::{ColorTexel, Displaced, Field, Points, Texel};
 
 /// The space of a vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,6 +87,20 @@ impl Quantity<'_> {
             Quantity::Contact(_) | Quantity::Depth(_) | Quantity::Time(_) => 1,
             Quantity::Vector(..) | Quantity::Normal(..) => 3,
             Quantity::Color(_) => 4,
+        }
+    }
+
+    /// As far as the numbers may go from 0: where lengths or times are to fit into a picture.
+    pub fn largest(&self) -> f32 {
+        match self {
+            Quantity::Displacement(field) => largest(field),
+            Quantity::Vector(displaced, ..) => {
+                // A vector is no longer than the root of three times its largest part squared.
+                largest(displaced.field()) + 1.8 * displaced.vectors().map_or(0.0, largest_part)
+            }
+            Quantity::Depth(traces) => texels(traces).map(|trace| trace.depth.to_f32()).fold(0.0, f32::max),
+            Quantity::Time(traces) => texels(traces).map(|trace| trace.moment).fold(0.0, f32::max),
+            Quantity::Normal(..) | Quantity::Color(_) | Quantity::Mask(_) | Quantity::Contact(_) => 1.0,
         }
     }
 
@@ -177,6 +192,20 @@ impl Quantity<'_> {
         }
         Ok(())
     }
+}
+
+/// The largest number that coefficients allow.
+pub fn largest(field: &Field) -> f32 {
+    field.allocated().flat_map(|tile| field.range(tile)).fold(0.0, |most, value| most.max(value.abs()))
+}
+
+/// The largest part of a vector that coefficients allow.
+pub fn largest_part(vectors: &Field<Vector>) -> f32 {
+    texels(vectors).flat_map(|vector| vector.0).fold(0.0, |most, value| most.max(value.to_f32().abs()))
+}
+
+fn texels<'a, T: Texel>(field: &'a Field<T>) -> impl Iterator<Item = &'a T> {
+    field.allocated().filter_map(|tile| field.block(tile)).flatten()
 }
 
 fn at(values: &[Vec<f32>; 3], k: usize) -> Vec3 {

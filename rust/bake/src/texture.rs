@@ -15,7 +15,8 @@
 //! renderers count. Normals are stored as ½ + ½ n. Colours are linear Rec.709 in EXR and multiplied by alpha, as is the
 //! custom there; in PNG they are sRGB-encoded and not multiplied.
 
-use std::path::Path;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
 use relievo_render::{Content, Depth, Texture, write_texture};
@@ -89,6 +90,17 @@ impl Scaling {
         }
         Ok(())
     }
+}
+
+/// `path` with a number in place of `mark`, or in front of the extension.
+pub fn numbered(path: &Path, mark: &str, number: impl Display) -> PathBuf {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let numbered = match (name.contains(mark), name.rsplit_once('.')) {
+        (true, _) => name.replace(mark, &number.to_string()),
+        (false, Some((stem, extension))) => format!("{stem}.{number}.{extension}"),
+        (false, None) => format!("{name}.{number}"),
+    };
+    path.with_file_name(numbered)
 }
 
 /// Writes a map of `quantity`. Lengths and times go by `scaling`.
@@ -206,6 +218,14 @@ mod tests {
     use relievo_tiles::{ChannelOptions, Displacement};
 
     use super::*;
+
+    #[test]
+    fn numbers_stand_where_the_name_says_or_before_the_extension() {
+        let path = |text: &str| PathBuf::from(text);
+        assert_eq!(numbered(&path("a/b.c.exr"), "<UDIM>", 1012), path("a/b.c.1012.exr"));
+        assert_eq!(numbered(&path("a/b_<UDIM>.png"), "<UDIM>", 1001), path("a/b_1001.png"));
+        assert_eq!(numbered(&path("map"), "<UDIM>", 1001), path("map.1001"));
+    }
 
     #[test]
     fn files_say_how_their_numbers_are_to_be_read() {

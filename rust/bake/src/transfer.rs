@@ -10,8 +10,9 @@ use std::fmt;
 
 use glam::{Mat3, Vec3};
 use half::f16;
+use relievo_core::progress::Silent;
 use relievo_core::simd::Level;
-use relievo_core::{Context, Error, Mesh, Result};
+use relievo_core::{Context, Error, Mesh, Progress, Result};
 use relievo_document::{Document, Head, Kind};
 use relievo_surface::{Grid, Order, Place, Placement, Samples, Surface, SurfaceOptions};
 use relievo_tiles::texel::Vector;
@@ -67,6 +68,8 @@ struct Old<'a> {
 const MEASURED: u32 = 8;
 /// How far a place may be, as a share of the extent of the new surface, unless something else is said.
 const REACH: f64 = 0.02;
+/// The share of progress that finding the uncovered area is.
+const COVERAGE: f32 = 0.2;
 
 /// Takes the layers of `document` to `mesh`. The old mesh is `from`, or the one whose points the document has; `reach` is
 /// how far a place of the old surface may be from one of the new, 2 % of the new surface's extent if nothing is said.
@@ -79,6 +82,18 @@ pub fn transfer(
     from: Option<&Mesh>,
     mesh: &Mesh,
     reach: Option<f64>,
+) -> Result<(Document, Transferred)> {
+    transfer_watched(context, document, from, mesh, reach, &mut Silent)
+}
+
+/// As [`transfer`], telling `progress` of every layer and every few tiles. Fails too where it asks to stop.
+pub fn transfer_watched(
+    context: &Context,
+    document: &Document,
+    from: Option<&Mesh>,
+    mesh: &Mesh,
+    reach: Option<f64>,
+    progress: &mut dyn Progress,
 ) -> Result<(Document, Transferred)> {
     let topology = document.topology();
     let stored;
@@ -120,31 +135,50 @@ pub fn transfer(
         context.map(surface.tile_count(), |tile| tile_area(context, surface, tile as u32))
     };
     let (old_areas, new_areas) = (areas(old.surface), areas(&new));
-    report.area = [new_areas.iter().sum(), uncovered(context, &old, &new, reach as f32)?];
+    report.area = [new_areas.iter().sum(), uncovered(context, &old, &new, reach as f32, progress)?];
     let mut made = Document::new(mesh, &document.level)?;
-    for layer in document.layers() {
+    let part = (1.0 - COVERAGE) / document.layers().len().max(1) as f32;
+    for (number, layer) in document.layers().iter().enumerate() {
+        let span = [number, number + 1].map(|at| COVERAGE + at as f32 * part);
         let head = layer.head();
         let old_sizes = head.face_sizes.clone();
         let tiles = layer.blocks().iter().map(|block| block.tile());
         let size = fitting(&old, &old_areas, &new_areas, &old_sizes, tiles);
-        let carry = Carry { context, document, old: &old, old_areas: &old_areas, new: &new, reach: reach as f32, head };
+        let carry =
+            Carry { context, document, old: &old, old_areas: &old_areas, new: &new, reach: reach as f32, head, span };
         let options = ChannelOptions { size, budget: context.memory_limit(), ..ChannelOptions::default() };
         let topology = || new.topology().clone();
         let made = &mut made;
         let lost = match head.kind {
-            Kind::Scalar => carry.over(made, Displacement::new(topology(), &options)?, f16::sample, solved)?,
-            Kind::Vector => carry.over(made, VectorDisplacement::on(&new, &options)?, Vector::sample, solved)?,
+            Kind::Scalar => {
+                carry.over(made, Displacement::new(topology(), &options)?, f16::sample, solved, progress)?
+            }
+            Kind::Vector => {
+                carry.over(made, VectorDisplacement::on(&new, &options)?, Vector::sample, solved, progress)?
+            }
             Kind::Rgba8 => {
                 let blank = bytemuck::pod_read_unaligned::<Rgba8>(&head.blank).color();
-                carry.over(made, Paint::<Rgba8>::of_color(topology(), blank, &options)?, Rgba8::sample, painted)?
+                carry.over(
+                    made,
+                    Paint::<Rgba8>::of_color(topology(), blank, &options)?,
+                    Rgba8::sample,
+                    painted,
+                    progress,
+                )?
             }
             Kind::Rgba16 => {
                 let blank = bytemuck::pod_read_unaligned::<Rgba16>(&head.blank).color();
-                carry.over(made, Paint::<Rgba16>::of_color(topology(), blank, &options)?, Rgba16::sample, painted)?
+                carry.over(
+                    made,
+                    Paint::<Rgba16>::of_color(topology(), blank, &options)?,
+                    Rgba16::sample,
+                    painted,
+                    progress,
+                )?
             }
             Kind::Trace => {
                 let shape = Displacement::new(topology(), &options)?;
-                carry.over(made, Traces::of(shape.field(), options.budget)?, Trace::sample, traced)?
+                carry.over(made, Traces::of(shape.field(), options.budget)?, Trace::sample, traced, progress)?
             }
         };
         report.layers.push((head.name.clone(), lost));
@@ -260,6 +294,9 @@ fn filled<T: Texel>(
     restored::settle(context, channel, &list)
 }
 
+/// The numbers of a new tile, and the old tiles that they come from.
+type Arrived = (Vec<Numbers>, BTreeSet<u32>);
+
 /// A layer on its way.
 struct Carry<'a> {
     context: &'a Context,
@@ -269,6 +306,8 @@ struct Carry<'a> {
     new: &'a Surface,
     reach: f32,
     head: &'a Head,
+    /// The fractions of progress it goes between.
+    span: [f32; 2],
 }
 
 impl Carry<'_> {
@@ -280,6 +319,7 @@ impl Carry<'_> {
         mut channel: Channel<T>,
         sample: fn(Level, &Field<T>, &Site) -> Numbers,
         fill: fn(&Context, &mut Channel<T>, Tiles) -> Result<()>,
+        progress: &mut dyn Progress,
     ) -> Result<[f64; 2]> {
         let Self { context, document, old, new, head, .. } = *self;
         let topology = old.surface.topology().clone();
@@ -291,7 +331,8 @@ impl Carry<'_> {
         let field = channel.field();
         let live: Vec<u32> = (0..new.tile_count() as u32).filter(|tile| !new.topology().is_hole(*tile)).collect();
         let serial = Context::serial();
-        let tiles = context.map(live.len(), |index| -> Result<Option<(Vec<Numbers>, BTreeSet<u32>)>> {
+        let stage = ("transfer", self.span);
+        let tiles = context.map_watched(live.len(), progress, stage, |index| -> Result<Option<Arrived>> {
             let (samples, points) = points(level, new, live[index], field.size(live[index]));
             let found = old.nearby.find(&serial, &points)?;
             let near =
@@ -315,7 +356,7 @@ impl Carry<'_> {
                 _ => blank,
             });
             Ok(Some((numbers.collect(), reached)))
-        });
+        })?;
         let (mut kept, mut reached) = (Tiles::new(), BTreeSet::new());
         for (tile, made) in live.into_iter().zip(tiles) {
             let Some((numbers, places)) = made? else { continue };
@@ -378,16 +419,17 @@ fn tile_area(context: &Context, surface: &Surface, tile: u32) -> f64 {
 }
 
 /// The area of `new` that is further from the old surface than `reach`.
-fn uncovered(context: &Context, old: &Old, new: &Surface, reach: f32) -> Result<f64> {
+fn uncovered(context: &Context, old: &Old, new: &Surface, reach: f32, progress: &mut dyn Progress) -> Result<f64> {
     let serial = Context::serial();
-    let areas = context.map(new.tile_count(), |tile| -> Result<f64> {
-        if new.topology().is_hole(tile as u32) {
-            return Ok(0.0);
-        }
-        let (samples, points) = points(context.level(), new, tile as u32, MEASURED);
-        let found = old.nearby.find(&serial, &points)?;
-        let bare = |found: &Option<Found>| found.is_none_or(|found| found.distance > reach);
-        Ok(parts(&samples).iter().zip(&found).filter(|(_, found)| bare(found)).map(|(area, _)| area).sum())
-    });
+    let areas =
+        context.map_watched(new.tile_count(), progress, ("coverage", [0.0, COVERAGE]), |tile| -> Result<f64> {
+            if new.topology().is_hole(tile as u32) {
+                return Ok(0.0);
+            }
+            let (samples, points) = points(context.level(), new, tile as u32, MEASURED);
+            let found = old.nearby.find(&serial, &points)?;
+            let bare = |found: &Option<Found>| found.is_none_or(|found| found.distance > reach);
+            Ok(parts(&samples).iter().zip(&found).filter(|(_, found)| bare(found)).map(|(area, _)| area).sum())
+        })?;
     areas.into_iter().sum()
 }

@@ -13,7 +13,7 @@ mod support;
 
 use support::{cages, options, same_tiles, scribble, surface};
 
-const OPTIONS: PtexImport = PtexImport { kind: None, budget: 1 << 30 };
+const OPTIONS: PtexImport = PtexImport { kind: None, budget: 1 << 30, eight_bits: false };
 
 fn reader(writer: &Writer) -> Reader<Vec<u8>> {
     Reader::new(writer.bytes().unwrap(), u64::MAX).unwrap()

@@ -6,11 +6,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, TryLockError};
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_detail::{DisplacedObject, Imprinter, LayeredObject};
-use relievo_surface::Surface;
+use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::trace::Trace;
 use relievo_tiles::{
-    Change, Channel, ChannelOptions, DecayOptions, Displaced, Displacement, DisplacementOptions, Field, Paint, Rgba8,
-    Snapshot, Texel, Traces, Vector, VectorDisplacement,
+    Blocks, Change, Channel, ChannelOptions, DecayOptions, Displaced, Displacement, DisplacementOptions, Field, Paint,
+    Rgba8, Snapshot, Texel, Traces, Vector, VectorDisplacement,
 };
 
 use crate::array::{Input, Output, present, put};
@@ -127,6 +127,8 @@ pub struct View {
     pub surface: Surface,
     /// The cage the surface was made from, with its attributes.
     pub cage: Arc<Mesh>,
+    /// How the surface was made.
+    pub options: SurfaceOptions,
     pub snapshot: Arc<Snapshot>,
     /// Colours, if the detail has any.
     pub paint: Option<Arc<Snapshot<Rgba8>>>,
@@ -149,7 +151,7 @@ pub struct View {
 const CHANNELS: usize = 4;
 
 /// What is asked for is not there.
-fn missing(channel: u32) -> Error {
+pub fn missing(channel: u32) -> Error {
     let remedy = match channel {
         RLV_CHANNEL_COLOR => "give it some with rlv_detail_add_paint, and commit",
         RLV_CHANNEL_VECTORS => "give it some with rlv_detail_add_vectors, and commit",
@@ -282,7 +284,7 @@ fn commit_channel<T: Texel>(
 }
 
 /// Makes everything up to now a view.
-fn commit(object: &mut DisplacedObject, cage: Arc<Mesh>, pose: u64) -> Arc<View> {
+fn commit(object: &mut DisplacedObject, cage: Arc<Mesh>, options: SurfaceOptions, pose: u64) -> Arc<View> {
     let snapshot = object.commit();
     let mut changed = snapshot.changed().to_vec();
     let heights = [object.displacement().full_bytes(), object.displacement().budget()];
@@ -294,6 +296,7 @@ fn commit(object: &mut DisplacedObject, cage: Arc<Mesh>, pose: u64) -> Arc<View>
     Arc::new(View {
         surface: object.surface().clone(),
         cage,
+        options,
         snapshot,
         paint,
         vectors,
@@ -348,7 +351,7 @@ entry! {
         let pose = surface.snapshot();
         let displacement = Displacement::new(pose.surface.topology().clone(), &options)?;
         let mut object = DisplacedObject::new(&context.context, pose.surface, &pose.points, displacement, matrix)?;
-        let view = RwLock::new(commit(&mut object, surface.cage.clone(), 0));
+        let view = RwLock::new(commit(&mut object, surface.cage.clone(), surface.options, 0));
         let editor = Editor { object, imprinter: Imprinter::new(), written: Default::default(), pose: 0, moved: false };
         let handle = registry::insert(DetailObject { context, editor: Mutex::new(editor), view })?;
         // SAFETY: checked above.
@@ -576,7 +579,8 @@ entry! {
         bring_rings(context, displaced.traces_mut(), &contacts)?;
         // A stroke that is being drawn is seen as far as it got.
         displaced.settle_colors(&object.context.context)?;
-        let view = commit(displaced, object.view().cage.clone(), *pose);
+        let before = object.view();
+        let view = commit(displaced, before.cage.clone(), before.options, *pose);
         let moved = std::mem::take(moved);
         *object.view.write().unwrap_or_else(PoisonError::into_inner) = view.clone();
         drop(editor);
@@ -676,6 +680,15 @@ entry! {
         .ok_or_else(|| missing(channel))??;
         editor.written[channel as usize].push(Change::all(tile));
         Ok(())
+    }
+}
+
+/// Gives traces the sizes of the displacement, after that was replaced.
+pub fn fit_traces(context: &Context, object: &mut DisplacedObject) -> Result<()> {
+    let sizes: Vec<(u32, u32)> = (0..).zip(object.displacement().field().face_sizes()).collect();
+    match object.traces_mut() {
+        Some(traces) => traces.resize(context, &sizes).map(drop).map_err(|error| error.at("traces")),
+        None => Ok(()),
     }
 }
 

@@ -1,19 +1,21 @@
 //! Documents that are worked on; see `include/relievo/document.h`.
 
-use std::ffi::c_char;
+use std::ffi::{c_char, c_void};
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
-use relievo_core::Result;
+use relievo_bake::transfer::transfer_watched;
+use relievo_core::{Error, ErrorKind, Mesh, Result};
 use relievo_detail::history::Changed;
 use relievo_detail::{DisplacedObject, History, LayeredObject};
 use relievo_document::Document;
 
 use crate::array::{present, put, text};
-use crate::context::{RLV_LOG_WARNING, RlvContext};
-use crate::descriptor::{check_descriptor, write_descriptor};
-use crate::detail::{DetailObject, RlvDetail};
-use crate::registry::{self, broken, busy, handle};
+use crate::context::{HostProgress, RLV_LOG_WARNING, RlvContext, RlvProgress};
+use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
+use crate::detail::{DetailObject, RlvDetail, fit_traces};
+use crate::mesh::{self, RlvMesh};
+use crate::registry::{self, broken, busy, handle, try_read};
 
 handle!(RlvDocument, 10, DocumentObject);
 
@@ -34,6 +36,27 @@ descriptor! {
         layer_count: usize,
         block_count: usize,
         bytes: u64,
+    }
+}
+
+descriptor! {
+    pub struct RlvTransferOptions {
+        struct_size: u32,
+        reserved: u32,
+        from: RlvMesh,
+        reach: f64,
+    }
+}
+
+descriptor! {
+    pub struct RlvTransferReport {
+        struct_size: u32,
+        layer_count: u32,
+        area: f64,
+        uncovered_area: f64,
+        edited_area: f64,
+        lost_area: f64,
+        reach: f64,
     }
 }
 
@@ -132,6 +155,7 @@ entry! {
         notes.extend(document.fit(&detail.view().cage).map_err(|error| error.at(path))?);
         let budget = editor.object.displacement().budget();
         let unknown = editor.object.take_up(context, &document, budget)?;
+        fit_traces(context, &mut editor.object)?;
         notes.extend(unknown.into_iter().map(|name| format!("layer `{name}` of the document is left out")));
         // The log may call back.
         drop(editor);
@@ -222,6 +246,79 @@ entry! {
         }
         Ok(())
     }
+
+    fn rlv_document_mesh(context: RlvContext, path: *const c_char, out: *mut RlvMesh) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        // SAFETY: the caller gives a NUL-terminated text.
+        let path = unsafe { text("path", path) }?;
+        let document = Document::open(Path::new(path), context.context.memory_limit())?;
+        let mesh = mesh_of(&document).ok_or_else(|| {
+            Error::new(ErrorKind::NotFound, "the document does not have the points of its mesh").at(path)
+        })?;
+        let handle = mesh::register(context, mesh)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_document_transfer(
+        context: RlvContext,
+        path: *const c_char,
+        to: RlvMesh,
+        to_path: *const c_char,
+        options: *const RlvTransferOptions,
+        progress: RlvProgress,
+        user: *mut c_void,
+        report: *mut RlvTransferReport,
+    ) {
+        let (context, mesh) = (registry::get(context)?, registry::get(to)?);
+        let none = RlvTransferOptions { struct_size: 0, reserved: 0, from: RlvMesh { id: 0 }, reach: 0.0 };
+        // SAFETY: the caller gives NUL-terminated texts, and NULL or descriptors that start with their size.
+        let (path, to_path, given) = unsafe {
+            if !report.is_null() {
+                check_descriptor(report)?;
+            }
+            (text("path", path)?, text("to_path", to_path)?, read_optional(options, none)?)
+        };
+        let from = if given.from.id == 0 { None } else { Some(registry::get(given.from)?) };
+        let executor = &context.context;
+        let document = Document::open(Path::new(path), executor.memory_limit())?;
+        let mesh = try_read(&mesh.mesh, "mesh")?.clone();
+        let from = from.map(|from| try_read(&from.mesh, "mesh").map(|from| from.clone())).transpose()?;
+        let reach = (given.reach != 0.0).then_some(given.reach);
+        let progress = &mut HostProgress { callback: progress, user };
+        let (made, done) = transfer_watched(executor, &document, from.as_ref(), &mesh, reach, progress)
+            .map_err(|error| error.at(path))?;
+        made.write(Path::new(to_path))?;
+        for note in document.notes.iter().chain(&done.notes) {
+            context.log(RLV_LOG_WARNING, &format!("{path}: {note}"));
+        }
+        if report.is_null() {
+            return Ok(());
+        }
+        let sum = |part: usize| done.layers.iter().map(|(_, areas)| areas[part]).sum();
+        let report_made = RlvTransferReport {
+            struct_size: 0,
+            layer_count: done.layers.len() as u32,
+            area: done.area[0],
+            uncovered_area: done.area[1],
+            edited_area: sum(0),
+            lost_area: sum(1),
+            reach: done.reach,
+        };
+        // SAFETY: as above.
+        unsafe { write_descriptor(report, report_made) }
+    }
+}
+
+/// The mesh that a document holds, if it holds points.
+fn mesh_of(document: &Document) -> Option<Mesh> {
+    let topology = document.topology();
+    let points = Some(document.points()).filter(|points| !points.is_empty())?;
+    let mut mesh = Mesh::new(points.to_vec(), topology.face_sizes().to_vec(), topology.corners().to_vec());
+    mesh.holes = topology.holes().to_vec();
+    Some(mesh)
 }
 
 /// A history that is not ended is given up: what its edit did stays, unrecorded, as if the program had been killed.

@@ -14,6 +14,7 @@ pub mod border;
 pub mod array;
 #[macro_use]
 pub mod descriptor;
+pub mod bake;
 pub mod brush;
 pub mod caster;
 pub mod collider;
@@ -26,6 +27,7 @@ pub mod imprint;
 pub mod layer;
 pub mod mesh;
 pub mod parameter;
+pub mod ptex;
 pub mod registry;
 pub mod stroke;
 pub mod surface;
@@ -56,6 +58,13 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         layer::RlvLayerInfo::layout(),
         document::RlvDocumentInfo::layout(),
         document::RlvDocumentChanges::layout(),
+        document::RlvTransferOptions::layout(),
+        document::RlvTransferReport::layout(),
+        bake::RlvBakeOptions::layout(),
+        bake::RlvBakePicture::layout(),
+        bake::RlvBakeReport::layout(),
+        ptex::RlvPtexOptions::layout(),
+        ptex::RlvPtexReport::layout(),
         detail::RlvDetailInfo::layout(),
         detail::RlvDetailChanges::layout(),
         detail::RlvDetailTileInfo::layout(),
@@ -88,10 +97,12 @@ pub fn constants() -> Vec<(&'static str, i64)> {
         mesh::CONSTANTS,
         surface::CONSTANTS,
         detail::CONSTANTS,
+        bake::CONSTANTS,
         brush::CONSTANTS,
         caster::CONSTANTS,
         layer::CONSTANTS,
         parameter::CONSTANTS,
+        ptex::CONSTANTS,
     ]
     .concat()
 }

@@ -68,6 +68,8 @@ pub struct SurfaceObject {
     pub context: Arc<ContextObject>,
     /// The cage it was made from, with its attributes.
     pub cage: Arc<Mesh>,
+    /// How it was made.
+    pub options: SurfaceOptions,
     pose: RwLock<Pose>,
     /// Held by the call that makes the next pose.
     posing: Mutex<()>,
@@ -128,7 +130,7 @@ entry! {
         let points = cage.points.as_slice().into();
         let pinned = surface.topology().pinned_side_count();
         let log = context.clone();
-        let handle = registry::insert(SurfaceObject { context, cage, pose: RwLock::new(Pose { surface, points }), posing: Mutex::new(()) })?;
+        let handle = registry::insert(SurfaceObject { context, cage, options, pose: RwLock::new(Pose { surface, points }), posing: Mutex::new(()) })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         if pinned > 0 {

@@ -3,7 +3,7 @@
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
-use relievo_surface::{Surface, TileTopology};
+use relievo_surface::{Surface, SurfaceOptions, TileTopology};
 use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Tessellation, Tessellator};
 
 use crate::array::{Output, present, put};
@@ -21,6 +21,8 @@ descriptor! {
         coarse: u32,
         fine: u32,
         places: u32,
+        smooth_uvs: u32,
+        reserved: u32,
     }
 }
 
@@ -52,6 +54,8 @@ pub struct Cells {
     coarse: u32,
     /// Beside tiles with displacement at most.
     fine: u32,
+    /// Whether texture coordinates are subdivided as the surface is.
+    smooth_uvs: bool,
 }
 
 const MAX_CELLS: u32 = 512;
@@ -62,7 +66,8 @@ impl Cells {
     /// # Safety
     /// `options` is NULL or a descriptor that starts with its size.
     pub unsafe fn new(options: *const RlvTessellateOptions) -> Result<(Self, bool)> {
-        let default = RlvTessellateOptions { struct_size: 0, coarse: 0, fine: 0, places: 0 };
+        let default =
+            RlvTessellateOptions { struct_size: 0, coarse: 0, fine: 0, places: 0, smooth_uvs: 0, reserved: 0 };
         // SAFETY: promised by the caller.
         let given = unsafe { read_optional(options, default) }?;
         for (name, value) in [("coarse", given.coarse), ("fine", given.fine)] {
@@ -74,7 +79,8 @@ impl Cells {
         }
         let or = |value, default| if value == 0 { default } else { value };
         let coarse = or(given.coarse, 8);
-        Ok((Self { coarse, fine: or(given.fine, 256).max(coarse) }, given.places != 0))
+        let smooth_uvs = given.smooth_uvs != 0;
+        Ok((Self { coarse, fine: or(given.fine, 256).max(coarse), smooth_uvs }, given.places != 0))
     }
 
     /// Cells a side of every tile: one per texel where there are any.
@@ -85,6 +91,23 @@ impl Cells {
         };
         (0..topology.tile_count() as u32).map(rate).collect()
     }
+}
+
+/// The name of the texture coordinates of meshes.
+const UV: &str = "uv";
+
+/// Subdivides the texture coordinates, if they are wanted so and there are any.
+fn smooth(
+    context: &Context,
+    cage: &Mesh,
+    options: &SurfaceOptions,
+    cells: Cells,
+    made: &mut Tessellation,
+) -> Result<()> {
+    if !cells.smooth_uvs || cage.attribute(UV).is_none_or(|uv| uv.domain != Domain::Corner) {
+        return Ok(());
+    }
+    made.smooth_attribute(context, UV, &Surface::face_varying(context, cage, UV, options)?)
 }
 
 /// Fails unless the triangles of these rates fit the memory limit.
@@ -112,6 +135,7 @@ fn tessellate_view(context: &Context, view: &View, cells: Cells) -> Result<Tesse
     check_memory(context, &rates)?;
     let displaced = view.displaced()?;
     let mut made = context.stats().time("tessellate", || displaced.tessellate(context, &view.cage, &rates))?;
+    smooth(context, &view.cage, &view.options, cells, &mut made)?;
     coat(view, &mut made);
     Ok(made)
 }
@@ -168,11 +192,12 @@ struct Kept {
 
 impl Kept {
     /// All triangles anew.
-    fn new(context: &Context, view: Arc<View>, rates: Vec<u32>) -> Result<Self> {
+    fn new(context: &Context, view: Arc<View>, rates: Vec<u32>, cells: Cells) -> Result<Self> {
         check_memory(context, &rates)?;
         let (tessellator, made) = context.stats().time("tessellate", || {
             let tessellator = Tessellator::new(view.surface.topology(), &view.cage, rates.clone())?;
             let mut made = tessellator.tessellate(context, &view.displaced()?, &view.cage)?;
+            smooth(context, &view.cage, &view.options, cells, &mut made)?;
             coat(&view, &mut made);
             Ok((tessellator, made))
         })?;
@@ -184,7 +209,7 @@ impl Kept {
     fn update(&mut self, context: &Context, view: Arc<View>, cells: Cells) -> Result<bool> {
         let rates = cells.rates(view.surface.topology(), |tile| view.density(tile));
         if rates != self.rates {
-            *self = Self::new(context, view, rates)?;
+            *self = Self::new(context, view, rates, cells)?;
             return Ok(true);
         }
         let posed = view.pose != self.view.pose;
@@ -223,7 +248,9 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let (cells, places) = unsafe { Cells::new(options) }?;
         let pose = object.snapshot();
-        let made = tessellate_bare(&object.context.context, &pose.surface, &object.cage, cells)?;
+        let context = &object.context.context;
+        let mut made = tessellate_bare(context, &pose.surface, &object.cage, cells)?;
+        smooth(context, &object.cage, &object.options, cells, &mut made)?;
         let handle = mesh::register(object.context.clone(), with_places(made, places))?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
@@ -254,7 +281,7 @@ entry! {
         let (cells, places) = unsafe { Cells::new(options) }?;
         let view = detail.view();
         let rates = cells.rates(view.surface.topology(), |tile| view.density(tile));
-        let kept = RwLock::new(Kept::new(&detail.context.context, view, rates)?);
+        let kept = RwLock::new(Kept::new(&detail.context.context, view, rates, cells)?);
         let handle = registry::insert(TessellationObject { detail, cells, places, kept })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };

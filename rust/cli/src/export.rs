@@ -1,19 +1,19 @@
 //! `relievo doc export`
 
-use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
 use relievo_bake::atlas::{Atlas, PictureTexel, table_of, write_atlas, write_tiles};
 use relievo_bake::opened::{ColorLayer, Opened};
 use relievo_bake::ptex::to_ptex;
-use relievo_bake::{Axes, BakeOptions, Handedness, MapFormat, Quantity, Scaling, Space, bake, write_map};
+use relievo_bake::quantity::largest_part;
+use relievo_bake::{Axes, BakeOptions, Handedness, MapFormat, Quantity, Scaling, Space, bake, numbered, write_map};
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::{Document, Kind};
 use relievo_meshio::write;
 use relievo_surface::{Surface, SurfaceOptions};
-use relievo_tiles::{Displaced, Displacement, Field, Vector, VectorDisplacement, uniform_rates};
+use relievo_tiles::{Displaced, Displacement, Field, VectorDisplacement, uniform_rates};
 
 use crate::Outcome;
 
@@ -167,17 +167,6 @@ fn missing(what: &str) -> Error {
     Error::invalid(format!("the document has no {what}")).advise("see `relievo info` for its layers")
 }
 
-/// The largest number that coefficients allow.
-fn largest(field: &Field) -> f32 {
-    field.allocated().flat_map(|tile| field.range(tile)).fold(0.0, |most, value| most.max(value.abs()))
-}
-
-/// The largest part of a vector that coefficients allow.
-fn farthest(vectors: &Field<Vector>) -> f32 {
-    let blocks = vectors.allocated().filter_map(|tile| vectors.block(tile));
-    blocks.flatten().flat_map(|vector| vector.0).fold(0.0, |most, value| most.max(value.to_f32().abs()))
-}
-
 /// The channel of a layer.
 enum Taken {
     Displacement(Displacement),
@@ -226,13 +215,13 @@ fn pictures(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result
     match take(arguments, context, work.opened)? {
         Taken::Displacement(made) => {
             let quantity = Quantity::Displacement(made.field());
-            let scaling = scaling(arguments, &quantity, largest(made.field()))?;
+            let scaling = scaling(arguments, &quantity, quantity.largest())?;
             write_pictures(arguments, context, made.field(), &scaling)
         }
         Taken::Vectors(made) => {
             // As displacement along the normal.
             let undisplaced = work.opened.undisplaced()?;
-            let scaling = scaling(arguments, &Quantity::Displacement(undisplaced.field()), farthest(made.field()))?;
+            let scaling = scaling(arguments, &Quantity::Displacement(undisplaced.field()), largest_part(made.field()))?;
             write_pictures(arguments, context, made.field(), &scaling)
         }
         Taken::Colors(ColorLayer::Rgba8(paint)) => write_pictures(arguments, context, paint.field(), &Scaling::PLAIN),
@@ -280,7 +269,7 @@ fn maps(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<Str
         HandednessName::Opengl => Handedness::OpenGl,
         HandednessName::Directx => Handedness::DirectX,
     };
-    let write = |quantity: &Quantity<'_>, largest: f32| write_maps(arguments, context, &limit, quantity, largest);
+    let write = |quantity: &Quantity<'_>| write_maps(arguments, context, &limit, quantity);
     let traces = || opened.traces(context, name)?.ok_or_else(|| missing("traces of contact"));
     let Some(what) = arguments.bake else { return Err(missing("bake")) };
     match what {
@@ -305,28 +294,23 @@ fn maps(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<Str
                 What::Vector => Quantity::Vector(displaced, space, axes),
                 _ => Quantity::Normal(displaced, space, handedness),
             };
-            // A vector is no longer than the roots of three times its part squared.
-            let far = vectors.as_ref().map_or(0.0, |vectors| 1.8 * farthest(vectors.field()));
-            write(&quantity, largest(field) + if let What::Vector = what { far } else { 0.0 })
+            write(&quantity)
         }
         What::Colour => {
             let colors = opened.colors(context, name)?.ok_or_else(|| missing("colours"))?;
-            write(&Quantity::Color(colors.colors()), 1.0)
+            write(&Quantity::Color(colors.colors()))
         }
         What::Mask if kind != Some(Kind::Trace) => match opened.colors(context, name)? {
-            Some(colors) => write(&Quantity::Mask(colors.colors()), 1.0),
-            None => write(&Quantity::Contact(traces()?.field()), 1.0),
+            Some(colors) => write(&Quantity::Mask(colors.colors())),
+            None => write(&Quantity::Contact(traces()?.field())),
         },
-        What::Mask => write(&Quantity::Contact(traces()?.field()), 1.0),
+        What::Mask => write(&Quantity::Contact(traces()?.field())),
         What::Depth | What::Time => {
             let traces = traces()?;
-            let texels = || traces.field().allocated().filter_map(|tile| traces.field().block(tile)).flatten();
             if let What::Depth = what {
-                let most = texels().map(|trace| trace.depth.to_f32()).fold(0.0, f32::max);
-                return write(&Quantity::Depth(traces.field()), most);
+                return write(&Quantity::Depth(traces.field()));
             }
-            let most = texels().map(|trace| trace.moment).fold(0.0, f32::max);
-            write(&Quantity::Time(traces.field()), most)
+            write(&Quantity::Time(traces.field()))
         }
     }
 }
@@ -341,14 +325,8 @@ fn scaling(arguments: &Arguments, quantity: &Quantity<'_>, largest: f32) -> Resu
     scaling.check().map(|()| scaling)
 }
 
-fn write_maps(
-    arguments: &Arguments,
-    context: &Context,
-    limit: &Surface,
-    quantity: &Quantity<'_>,
-    largest: f32,
-) -> Result<String> {
-    let scaling = scaling(arguments, quantity, largest)?;
+fn write_maps(arguments: &Arguments, context: &Context, limit: &Surface, quantity: &Quantity<'_>) -> Result<String> {
+    let scaling = scaling(arguments, quantity, quantity.largest())?;
     let options = BakeOptions {
         size: arguments.size,
         udim: arguments.udim,
@@ -370,17 +348,6 @@ fn write_maps(
         _ => String::new(),
     };
     Ok(format!("{files}{report}{scale}\n"))
-}
-
-/// `path` with a number in place of `mark`, or in front of the extension.
-fn numbered(path: &Path, mark: &str, number: impl Display) -> PathBuf {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let numbered = match (name.contains(mark), name.rsplit_once('.')) {
-        (true, _) => name.replace(mark, &number.to_string()),
-        (false, Some((stem, extension))) => format!("{stem}.{number}.{extension}"),
-        (false, None) => format!("{name}.{number}"),
-    };
-    path.with_file_name(numbered)
 }
 
 fn mesh(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
@@ -413,12 +380,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_and_numbered_names() {
+    fn sizes_are_one_number_or_two() {
         assert_eq!(size("512"), Ok([512, 512]));
         assert_eq!(size("64x32"), Ok([64, 32]));
         assert!(size("64x").is_err() && size("-1").is_err());
-        let path = |text: &str| PathBuf::from(text);
-        assert_eq!(numbered(&path("a/b.c.exr"), "<UDIM>", 1012), path("a/b.c.1012.exr"));
-        assert_eq!(numbered(&path("a/b_<UDIM>.png"), "<UDIM>", 1001), path("a/b_1001.png"));
     }
 }

@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
                 KindName::Vector => PtexKind::Vector,
                 KindName::Colour => PtexKind::Color,
             });
-            let options = PtexImport { kind, budget };
+            let options = PtexImport { kind, budget, eight_bits: false };
             let (imported, report) = from_ptex(&context, &surface, &reader, &options).map_err(named)?;
             (imported, format!("{}: {report}\n", arguments.file.display()))
         }

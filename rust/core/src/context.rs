@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::simd::Level;
 use crate::stats::Stats;
-use crate::{Error, Result};
+use crate::{Error, Progress, Result};
 
 /// How a context is made.
 #[derive(Clone, Debug, Default)]
@@ -120,6 +120,25 @@ impl Context {
             Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(&work).collect()),
             _ => (0..count).map(work).collect(),
         }
+    }
+
+    /// As [`Self::map`], in pieces between which `progress` hears of `stage`, from the first to the second fraction of
+    /// `span`. Fails where it asks to stop.
+    pub fn map_watched<R: Send>(
+        &self,
+        count: usize,
+        progress: &mut dyn Progress,
+        (stage, span): (&str, [f32; 2]),
+        work: impl Fn(usize) -> R + Sync,
+    ) -> Result<Vec<R>> {
+        let piece = count.div_ceil(64).max(4 * self.threads());
+        let mut results = Vec::with_capacity(count);
+        while results.len() < count {
+            let first = results.len();
+            progress.step(span[0] + (span[1] - span[0]) * first as f32 / count as f32, stage)?;
+            results.extend(self.map(piece.min(count - first), |index| work(first + index)));
+        }
+        Ok(results)
     }
 
     /// Runs `a` and `b`, at the same time if there are threads for it.

@@ -4,7 +4,8 @@
 use std::io::Write;
 use std::path::Path;
 
-use relievo_core::{Budget, Context, Error, Result, file};
+use relievo_core::progress::Silent;
+use relievo_core::{Budget, Context, Error, Progress, Result, file};
 
 use crate::block::{BlockHeader, constant, deflate, encode};
 use crate::face::{CONSTANT, Face, Record};
@@ -64,11 +65,21 @@ impl Writer {
     /// Gives every face what `face` makes of its number, on the threads of the context: a face and its texels, as for
     /// [`Writer::set`]. Fails with the error of the first face that has one, and leaves all faces as they were.
     pub fn set_all(&mut self, context: &Context, face: impl Fn(u32) -> Result<(Face, Vec<u8>)> + Sync) -> Result<()> {
-        let entries = context.map(self.entries.len(), |index| {
+        self.set_all_watched(context, &mut Silent, face)
+    }
+
+    /// As [`Writer::set_all`], telling `progress`. Fails too where it asks to stop.
+    pub fn set_all_watched(
+        &mut self,
+        context: &Context,
+        progress: &mut dyn Progress,
+        face: impl Fn(u32) -> Result<(Face, Vec<u8>)> + Sync,
+    ) -> Result<()> {
+        let entries = context.map_watched(self.entries.len(), progress, ("ptex.write", [0.0, 1.0]), |index| {
             let index = index as u32;
             let entry = face(index).and_then(|(face, texels)| self.encode(index, &face, &texels));
             entry.map_err(|error| error.at(format!("face {index}")))
-        });
+        })?;
         let entries = entries.into_iter().collect::<Result<Vec<_>>>()?;
         (0u32..).zip(entries).for_each(|(index, entry)| self.put(index, entry));
         Ok(())

@@ -1,7 +1,8 @@
 //! From a channel to a Ptex file.
 
 use half::f16;
-use relievo_core::{Context, Error, Mesh, Result};
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Error, Mesh, Progress, Result};
 use relievo_ptex::{Borders, DataType, EdgeFilter, Format, MeshType, MetaValue, Resolution, Writer};
 use relievo_tiles::texel::Vector;
 use relievo_tiles::{Field, Rgba8, Rgba16, Texel};
@@ -82,6 +83,16 @@ fn inside<T: Texel>(block: &[T], size: usize) -> Vec<u8> {
 ///
 /// Fails if the mesh has other faces than the channel, or the format cannot hold it.
 pub fn to_ptex<T: PtexTexel>(context: &Context, mesh: &Mesh, field: &Field<T>) -> Result<Writer> {
+    to_ptex_watched(context, mesh, field, &mut Silent)
+}
+
+/// As [`to_ptex`], telling `progress`. Fails too where it asks to stop.
+pub fn to_ptex_watched<T: PtexTexel>(
+    context: &Context,
+    mesh: &Mesh,
+    field: &Field<T>,
+    progress: &mut dyn Progress,
+) -> Result<Writer> {
     let topology = field.topology();
     if mesh.face_count() != topology.face_count() {
         let (faces, expected) = (mesh.face_count(), topology.face_count());
@@ -91,7 +102,7 @@ pub fn to_ptex<T: PtexTexel>(context: &Context, mesh: &Mesh, field: &Field<T>) -
     let borders = Borders { edge_filter: T::EDGES, ..Borders::default() };
     let mut writer = Writer::new(format, borders, field.tile_count() as u32)?;
     let blank = bytemuck::bytes_of(&field.blank()).to_vec();
-    writer.set_all(context, |tile| {
+    writer.set_all_watched(context, progress, |tile| {
         let size = field.size(tile) as usize;
         let face = adjacency::face(topology, tile, power(size));
         Ok(match field.block(tile) {

@@ -5,7 +5,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use glam::Vec4;
-use relievo_core::{Context, Error, Result};
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Error, Progress, Result};
 use relievo_ptex::{DataType, MetaValue, Reader, Resolution};
 use relievo_surface::{Surface, TileTopology};
 use relievo_tiles::heap::{MAX_SIZE, MIN_SIZE};
@@ -35,6 +36,8 @@ pub struct PtexImport {
     pub kind: Option<PtexKind>,
     /// Bytes that the channel may occupy.
     pub budget: u64,
+    /// Whether colours become bytes whatever their numbers are in the file.
+    pub eight_bits: bool,
 }
 
 /// The channel of a file.
@@ -97,6 +100,17 @@ pub fn from_ptex<B: AsRef<[u8]> + Sync>(
     reader: &Reader<B>,
     options: &PtexImport,
 ) -> Result<(Imported, PtexReport)> {
+    from_ptex_watched(context, surface, reader, options, &mut Silent)
+}
+
+/// As [`from_ptex`], telling `progress` of every few faces. Fails too where it asks to stop.
+pub fn from_ptex_watched<B: AsRef<[u8]> + Sync>(
+    context: &Context,
+    surface: &Surface,
+    reader: &Reader<B>,
+    options: &PtexImport,
+    progress: &mut dyn Progress,
+) -> Result<(Imported, PtexReport)> {
     let topology = surface.topology();
     adjacency::check(topology, reader)?;
     let format = reader.format();
@@ -110,7 +124,7 @@ pub fn from_ptex<B: AsRef<[u8]> + Sync>(
             report.ignored = usize::from(format.channels) - 1;
             let source = Source { topology, reader, context };
             let made = Displacement::new(topology.clone(), &restored::options(source.face_sizes()?, options.budget))?;
-            Imported::Displacement(displacement(&source, made, &mut report)?)
+            Imported::Displacement(displacement(&source, made, &mut report, progress)?)
         }
         (PtexKind::Vector, _) => {
             if format.channels < 3 {
@@ -120,14 +134,16 @@ pub fn from_ptex<B: AsRef<[u8]> + Sync>(
             report.ignored = usize::from(format.channels) - 3;
             let source = Source { topology, reader, context };
             let made = VectorDisplacement::on(surface, &restored::options(source.face_sizes()?, options.budget))?;
-            Imported::Vector(displacement(&source, made, &mut report)?)
+            Imported::Vector(displacement(&source, made, &mut report, progress)?)
         }
         (PtexKind::Color, data_type) => {
             report.ignored = usize::from(format.channels).saturating_sub(4);
             let source = Source { topology, reader, context };
             match data_type {
-                DataType::U8 => Imported::Rgba8(paint(&source, options.budget, &mut report)?),
-                _ => Imported::Rgba16(paint(&source, options.budget, &mut report)?),
+                _ if data_type == DataType::U8 || options.eight_bits => {
+                    Imported::Rgba8(paint(&source, options.budget, &mut report, progress)?)
+                }
+                _ => Imported::Rgba16(paint(&source, options.budget, &mut report, progress)?),
             }
         }
     };
@@ -278,6 +294,7 @@ fn paint<T: ColorTexel, B: AsRef<[u8]> + Sync>(
     source: &Source<'_, B>,
     budget: u64,
     report: &mut PtexReport,
+    progress: &mut dyn Progress,
 ) -> Result<Paint<T>> {
     let Source { context, topology, reader } = source;
     let (blank, tiles) = match source.blank() {
@@ -294,7 +311,9 @@ fn paint<T: ColorTexel, B: AsRef<[u8]> + Sync>(
     source.count(|tile| paint.field().size(tile), report)?;
     restored::allocate(&mut paint, &tiles)?;
     let field = paint.field().clone();
-    for tiles in tiles.chunks(BATCH) {
+    let batches = tiles.len().div_ceil(BATCH);
+    for (batch, tiles) in tiles.chunks(BATCH).enumerate() {
+        progress.step(batch as f32 / batches as f32, "ptex.read")?;
         let read =
             context.map(tiles.len(), |index| source.colors::<T>(tiles[index], field.size(tiles[index]) as usize));
         let read = read.into_iter().collect::<Result<Vec<_>>>()?;
@@ -312,6 +331,7 @@ fn displacement<T: SplineTexel, B: AsRef<[u8]> + Sync>(
     source: &Source<'_, B>,
     mut channel: Channel<T>,
     report: &mut PtexReport,
+    progress: &mut dyn Progress,
 ) -> Result<Channel<T>> {
     let Source { context, topology, reader } = source;
     let format = reader.format();
@@ -323,7 +343,7 @@ fn displacement<T: SplineTexel, B: AsRef<[u8]> + Sync>(
     let tiles: Vec<u32> = (0..report.faces as u32).filter(|tile| !topology.is_hole(*tile) && !zero(tile)).collect();
     restored::allocate(&mut channel, &tiles)?;
     let field = channel.field();
-    let read = context.map(tiles.len(), |index| {
+    let read = context.map_watched(tiles.len(), progress, ("ptex.read", [0.0, 0.5]), |index| {
         let tile = tiles[index];
         let values = source.values(tile, field.size(tile) as usize)?;
         let texels = values.chunks_exact(usize::from(format.channels));
@@ -334,7 +354,8 @@ fn displacement<T: SplineTexel, B: AsRef<[u8]> + Sync>(
                 .advise(format!("use numbers up to {LARGEST}, or other units"))),
             None => Ok(taken),
         }
-    });
+    })?;
+    progress.step(0.5, "ptex.solve")?;
     let read = read.into_iter().collect::<Result<Vec<_>>>()?;
     // Half of what the numbers of the file are apart.
     let step = match format.data_type {

@@ -8,6 +8,7 @@ use std::ptr::{null, null_mut};
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
+use relievo_abi::bake::*;
 use relievo_abi::brush::*;
 use relievo_abi::caster::*;
 use relievo_abi::collider::*;
@@ -172,10 +173,13 @@ fn read_mesh(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mut attribute: RlvAttributeArrays = sized(bytes)?;
     attribute.domain = bytes.int_in_range(0..=3)?;
     attribute.type_ = bytes.int_in_range(0..=2)?;
-    attribute.width = bytes.int_in_range(0..=5)?;
+    attribute.width = if bytes.arbitrary()? { 2 } else { bytes.int_in_range(0..=5)? };
     attribute.name = name.as_ptr().cast();
     attribute.values = values.as_ptr().cast();
-    attribute.value_count = bytes.int_in_range(0..=12)?;
+    attribute.value_count = bytes.int_in_range(0..=9)?;
+    if bytes.arbitrary()? {
+        attribute.value_count = *bytes.choose(&[4, 8, 12, 16, 24])?;
+    }
     let mut about: RlvAttributeInfo = sized(bytes)?;
     let mut found = 0;
     // SAFETY: every array has the room that is told.
@@ -515,6 +519,36 @@ fn cast(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     Ok(())
 }
 
+/// Bakes to memory; files are the business of other targets.
+fn bake(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mut options: RlvBakeOptions = sized(bytes)?;
+    (options.quantity, options.is_udim) = (bytes.int_in_range(0..=8)?, bytes.int_in_range(0..=1)?);
+    (options.width, options.height) = (bytes.int_in_range(0..=24)?, bytes.int_in_range(0..=24)?);
+    (options.gutter, options.samples) = (bytes.int_in_range(0..=3)?, bytes.int_in_range(0..=2)?);
+    (options.space, options.axes, options.handedness) =
+        (bytes.int_in_range(0..=2)?, bytes.int_in_range(0..=2)?, bytes.int_in_range(0..=2)?);
+    let mut report: RlvBakeReport = sized(bytes)?;
+    let mut patience = bytes.int_in_range(0..=8_u32)?;
+    let detail = RlvDetail { id: handles.pick(bytes, 3)? };
+    let user = (&raw mut patience).cast();
+    // SAFETY: descriptors are sized, and the user pointer is what both callbacks take it for.
+    called(unsafe { rlv_bake_run(detail, &options, Some(receive), Some(wait), user, &mut report) });
+    Ok(())
+}
+
+/// Reads a picture to its last number.
+unsafe extern "C" fn receive(user: *mut c_void, picture: *const RlvBakePicture) -> u32 {
+    // SAFETY: the library gives a picture with its arrays, and the user pointer of the call.
+    unsafe {
+        let RlvBakePicture { width, height, channels, pixels, covered, .. } = *picture;
+        let count = (width * height) as usize;
+        let pixels = std::slice::from_raw_parts(pixels, count * channels as usize);
+        assert!(pixels.iter().all(|value| value.is_finite()));
+        assert!(std::slice::from_raw_parts(covered, count).iter().all(|covered| *covered <= 1));
+        wait(user, 1.0, null())
+    }
+}
+
 /// Triangles that follow a detail.
 fn follow(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     if bytes.arbitrary()? {
@@ -582,7 +616,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=18_u8)? {
+        match bytes.int_in_range(0..=19_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -593,6 +627,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             14 => cast(bytes, handles)?,
             15 => follow(bytes, handles)?,
             16..=17 => draw(bytes, handles)?,
+            18 => bake(bytes, handles)?,
             _ => {
                 let noun = bytes.int_in_range(0..=8)?;
                 let id = handles.pick(bytes, noun)?;

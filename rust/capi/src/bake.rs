@@ -1,0 +1,271 @@
+//! Bakes; see `include/relievo/bake.h`.
+
+use std::ffi::{c_char, c_void};
+use std::path::Path;
+
+use relievo_bake::{
+    Axes, BakeOptions, BakeReport, Handedness, Map, MapFormat, Quantity, Scaling, Space, bake_watched, numbered,
+    write_map,
+};
+use relievo_core::{Error, ErrorKind, Result};
+use relievo_surface::Surface;
+
+use crate::array::text;
+use crate::context::{HostProgress, RLV_PROGRESS_CONTINUE, RlvProgress};
+use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
+use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_TRACES, RlvDetail, View, missing};
+use crate::registry;
+
+constants! {
+    u32:
+    RLV_BAKE_DISPLACEMENT = 0,
+    RLV_BAKE_VECTOR = 1,
+    RLV_BAKE_NORMAL = 2,
+    RLV_BAKE_COLOR = 3,
+    RLV_BAKE_MASK = 4,
+    RLV_BAKE_CONTACT = 5,
+    RLV_BAKE_DEPTH = 6,
+    RLV_BAKE_TIME = 7,
+    RLV_BAKE_TANGENT = 0,
+    RLV_BAKE_OBJECT = 1,
+    RLV_BAKE_TNB = 0,
+    RLV_BAKE_TBN = 1,
+    RLV_BAKE_OPENGL = 0,
+    RLV_BAKE_DIRECTX = 1,
+}
+
+descriptor! {
+    pub struct RlvBakeOptions {
+        struct_size: u32,
+        quantity: u32,
+        width: u32,
+        height: u32,
+        is_udim: u32,
+        gutter: u32,
+        samples: u32,
+        space: u32,
+        axes: u32,
+        handedness: u32,
+        scale: f32,
+        mid_level: f32,
+        uv: *const c_char,
+    }
+}
+
+descriptor! {
+    pub struct RlvBakePicture {
+        struct_size: u32,
+        udim: u32,
+        width: u32,
+        height: u32,
+        channels: u32,
+        reserved: u32,
+        pixels: *const f32,
+        covered: *const u8,
+    }
+}
+
+descriptor! {
+    pub struct RlvBakeReport {
+        struct_size: u32,
+        picture_count: u32,
+        covered_pixels: u64,
+        gutter_pixels: u64,
+        overlapping_pixels: u64,
+        flat_tiles: usize,
+        outside_count: usize,
+        scale: f32,
+        mid_level: f32,
+    }
+}
+
+/// `RlvBakeReceiver`: a function that gets its user pointer and a picture.
+pub type RlvBakeReceiver = Option<unsafe extern "C" fn(*mut c_void, *const RlvBakePicture) -> u32>;
+
+/// The one of `list` with a number.
+fn numbered_value<T: Copy>(name: &str, list: &[T], number: u32) -> Result<T> {
+    list.get(number as usize).copied().ok_or_else(|| {
+        Error::invalid(format!("there is no {name} {number}")).at(name).advise(format!("use 0 to {}", list.len() - 1))
+    })
+}
+
+/// What is asked for.
+struct Request<'a> {
+    given: RlvBakeOptions,
+    options: BakeOptions,
+    uv: &'a str,
+    space: Space,
+    axes: Axes,
+    handedness: Handedness,
+}
+
+impl Request<'_> {
+    /// # Safety
+    /// `options` is NULL or a descriptor that starts with its size, whose text is NULL or NUL-terminated.
+    unsafe fn read(options: *const RlvBakeOptions) -> Result<Self> {
+        let default = RlvBakeOptions {
+            struct_size: 0,
+            quantity: RLV_BAKE_DISPLACEMENT,
+            width: 2048,
+            height: 2048,
+            is_udim: 0,
+            gutter: 16,
+            samples: 1,
+            space: RLV_BAKE_TANGENT,
+            axes: RLV_BAKE_TNB,
+            handedness: RLV_BAKE_OPENGL,
+            scale: 0.0,
+            mid_level: 0.0,
+            uv: std::ptr::null(),
+        };
+        // SAFETY: promised by the caller.
+        let given = unsafe { read_optional(options, default) }?;
+        Ok(Self {
+            given,
+            options: BakeOptions {
+                size: [given.width, given.height],
+                udim: given.is_udim != 0,
+                gutter: given.gutter,
+                samples: given.samples,
+            },
+            // SAFETY: promised by the caller.
+            uv: if given.uv.is_null() { "uv" } else { unsafe { text("uv", given.uv) }? },
+            space: numbered_value("space", &[Space::Tangent, Space::Object], given.space)?,
+            axes: numbered_value("axes", &[Axes::Tnb, Axes::Tbn], given.axes)?,
+            handedness: numbered_value("handedness", &[Handedness::OpenGl, Handedness::DirectX], given.handedness)?,
+        })
+    }
+
+    fn quantity<'a>(&self, view: &'a View) -> Result<Quantity<'a>> {
+        let colors = || view.paint.as_ref().map(|paint| paint.field()).ok_or_else(|| missing(RLV_CHANNEL_COLOR));
+        let traces = || view.traces.as_ref().map(|traces| traces.field()).ok_or_else(|| missing(RLV_CHANNEL_TRACES));
+        Ok(match self.given.quantity {
+            RLV_BAKE_DISPLACEMENT => Quantity::Displacement(view.snapshot.field()),
+            RLV_BAKE_VECTOR => Quantity::Vector(view.displaced()?, self.space, self.axes),
+            RLV_BAKE_NORMAL => Quantity::Normal(view.displaced()?, self.space, self.handedness),
+            RLV_BAKE_COLOR => Quantity::Color(colors()?),
+            RLV_BAKE_MASK => Quantity::Mask(colors()?),
+            RLV_BAKE_CONTACT => Quantity::Contact(traces()?),
+            RLV_BAKE_DEPTH => Quantity::Depth(traces()?),
+            RLV_BAKE_TIME => Quantity::Time(traces()?),
+            other => {
+                return Err(Error::invalid(format!("there is no quantity {other}"))
+                    .at("quantity")
+                    .advise("use an RLV_BAKE_ value"));
+            }
+        })
+    }
+}
+
+/// # Safety
+/// `report` is NULL or a descriptor that starts with its size.
+unsafe fn check_report(report: *mut RlvBakeReport) -> Result<()> {
+    // SAFETY: promised by the caller.
+    if report.is_null() { Ok(()) } else { unsafe { check_descriptor(report) } }
+}
+
+/// Bakes what `request` asks for and gives `each` the quantity and every picture.
+///
+/// # Safety
+/// As for [`check_report`].
+unsafe fn run(
+    detail: RlvDetail,
+    request: &Request<'_>,
+    scaling: impl FnOnce(&Quantity<'_>) -> Result<Scaling>,
+    mut progress: HostProgress,
+    to: *mut RlvBakeReport,
+    mut each: impl FnMut(Map, &Quantity<'_>, &Scaling) -> Result<()>,
+) -> Result<()> {
+    // SAFETY: promised by the caller.
+    unsafe { check_report(to) }?;
+    let detail = registry::get(detail)?;
+    let (context, view) = (&detail.context.context, detail.view());
+    let quantity = request.quantity(&view)?;
+    let scaling = scaling(&quantity)?;
+    let limit = Surface::face_varying(context, &view.cage, request.uv, &view.options)?;
+    let done: BakeReport = bake_watched(context, &limit, &quantity, &request.options, &mut progress, |map| {
+        each(map, &quantity, &scaling)
+    })?;
+    if to.is_null() {
+        return Ok(());
+    }
+    let report = RlvBakeReport {
+        struct_size: 0,
+        picture_count: done.pictures.len() as u32,
+        covered_pixels: done.covered,
+        gutter_pixels: done.gutter,
+        overlapping_pixels: done.overlapping,
+        flat_tiles: done.flat,
+        outside_count: done.outside,
+        scale: scaling.scale,
+        mid_level: scaling.mid_level,
+    };
+    // SAFETY: promised by the caller.
+    unsafe { write_descriptor(to, report) }
+}
+
+entry! {
+    fn rlv_bake_run(
+        detail: RlvDetail,
+        options: *const RlvBakeOptions,
+        receive: RlvBakeReceiver,
+        progress: RlvProgress,
+        user: *mut c_void,
+        report: *mut RlvBakeReport,
+    ) {
+        let receive = receive.ok_or_else(|| {
+            Error::invalid("there is nobody to receive pictures").at("receive").advise("pass a function")
+        })?;
+        // SAFETY: the caller gives NULL or descriptors that start with their size.
+        unsafe {
+            let request = Request::read(options)?;
+            let progress = HostProgress { callback: progress, user };
+            run(detail, &request, |_| Ok(Scaling::PLAIN), progress, report, |map, _, _| {
+                let picture = RlvBakePicture {
+                    struct_size: size_of::<RlvBakePicture>() as u32,
+                    udim: map.udim,
+                    width: map.width,
+                    height: map.height,
+                    channels: map.channels as u32,
+                    reserved: 0,
+                    pixels: map.data.as_ptr(),
+                    // A bool is a byte, 0 or 1.
+                    covered: map.covered.as_ptr().cast(),
+                };
+                match receive(user, &picture) {
+                    RLV_PROGRESS_CONTINUE => Ok(()),
+                    _ => Err(Error::new(ErrorKind::Cancelled, "the caller cancelled the operation").at("receive")),
+                }
+            })
+        }
+    }
+
+    fn rlv_bake_write(
+        detail: RlvDetail,
+        options: *const RlvBakeOptions,
+        path: *const c_char,
+        progress: RlvProgress,
+        user: *mut c_void,
+        report: *mut RlvBakeReport,
+    ) {
+        // SAFETY: the caller gives a NUL-terminated text, and NULL or descriptors that start with their size.
+        unsafe {
+            let (request, path) = (Request::read(options)?, Path::new(text("path", path)?));
+            let format = MapFormat::of(path)?;
+            let RlvBakeOptions { scale, mid_level, .. } = request.given;
+            let scaling = |quantity: &Quantity<'_>| {
+                let scaling = match scale {
+                    0.0 => Scaling::fitting(format, quantity, quantity.largest()),
+                    _ => Scaling { scale, mid_level },
+                };
+                scaling.check().map(|()| scaling)
+            };
+            let context = registry::get(detail)?.context.clone();
+            let progress = HostProgress { callback: progress, user };
+            run(detail, &request, scaling, progress, report, |map, quantity, scaling| {
+                let udim = request.options.udim.then(|| numbered(path, "<UDIM>", map.udim));
+                write_map(&context.context, udim.as_deref().unwrap_or(path), &map, quantity, scaling)
+            })
+        }
+    }
+}
