@@ -86,10 +86,11 @@ typedef struct RlvBrushSettings {
     uint32_t symmetry_y;     /* the same at y mirrored */
     uint32_t symmetry_z;     /* the same at z mirrored */
     float reach;             /* how far a point may be from the surface, in radii */
+    uint32_t level;          /* what it edits: 0 all texels, 1 half of them along an edge, 2 a quarter; detail stays */
 } RlvBrushSettings;
 
 #define RLV_BRUSH_SETTINGS_INIT \
-    {sizeof(RlvBrushSettings), 0.1f, 1.0f, 0.25f, 1.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0, 0.0f, 0.0f, 0, 0, 0, 2.0f}
+    {sizeof(RlvBrushSettings), 0.1f, 1.0f, 0.25f, 1.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0, 0.0f, 0.0f, 0, 0, 0, 2.0f, 0}
 
 /* An image in the box: what it paints with where the brush's colour is multiplied by it, or heights. */
 typedef struct RlvStampOptions {

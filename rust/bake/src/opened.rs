@@ -111,7 +111,9 @@ impl<'a> Opened<'a> {
             .map(|(channel, layer)| Sheet { field: channel.field(), settings: layer.settings() })
             .collect();
         let lowest = channels.first().ok_or_else(|| Error::internal("there are no layers to put together"))?;
-        let (made, refused) = lowest.recomposed(context, &sheets, lowest.field().blank())?;
+        let behind = layers.first().map_or(&[][..], |layer| &layer.head().behind);
+        let background = if behind.is_empty() { lowest.field().blank() } else { bytemuck::pod_read_unaligned(behind) };
+        let (made, refused) = lowest.recomposed(context, &sheets, background)?;
         match refused.len() {
             0 => Ok(made),
             count => Err(Error::memory(format!("{count} tiles of the layers together do not fit the memory limit"))

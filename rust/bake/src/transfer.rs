@@ -137,6 +137,7 @@ pub fn transfer_watched(
     let (old_areas, new_areas) = (areas(old.surface), areas(&new));
     report.area = [new_areas.iter().sum(), uncovered(context, &old, &new, reach as f32, progress)?];
     let mut made = Document::new(mesh, &document.level)?;
+    made.time = document.time;
     let part = (1.0 - COVERAGE) / document.layers().len().max(1) as f32;
     for (number, layer) in document.layers().iter().enumerate() {
         let span = [number, number + 1].map(|at| COVERAGE + at as f32 * part);
@@ -179,6 +180,10 @@ pub fn transfer_watched(
             Kind::Trace => {
                 let shape = Displacement::new(topology(), &options)?;
                 carry.over(made, Traces::of(shape.field(), options.budget)?, Trace::sample, traced, progress)?
+            }
+            Kind::Stamps => {
+                report.notes.push("edits fade no more: when they were made belongs to the old mesh".into());
+                continue;
             }
         };
         report.layers.push((head.name.clone(), lost));
@@ -367,7 +372,12 @@ impl Carry<'_> {
         }
         fill(context, &mut channel, kept)?;
         let field = channel.field();
-        let own = Head { blank: Blocks::blank(field).to_vec(), face_sizes: field.face_sizes(), ..head.clone() };
+        let own = Head {
+            blank: Blocks::blank(field).to_vec(),
+            face_sizes: field.face_sizes(),
+            given_sizes: Vec::new(),
+            ..head.clone()
+        };
         let read = |tile| Ok(field.bytes(tile).unwrap_or_default().to_vec());
         made.pack_layer(context, own, &field.numbers(), read)?;
         let area = |tile: &u32| self.old_areas.get(*tile as usize).copied().unwrap_or(0.0);

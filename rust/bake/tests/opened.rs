@@ -31,8 +31,8 @@ fn layers_are_taken_alone_or_as_they_are_seen_together() {
             // Half of it is taken away.
             let settings = Settings { opacity: 0.5, blend: Blend::Subtract, visible: true };
             let face_sizes = vec![16; mesh.face_count()];
-            let (id, name) = (document.free_id(), name.to_string());
-            let head = Head { id, name, kind: Kind::Scalar, blank: vec![0; 2], settings, face_sizes };
+            let head = Head::new(document.free_id(), name, Kind::Scalar, &[0; 2], face_sizes);
+            let head = Head { settings, ..head };
             let tiles: Vec<u32> = made.field().allocated().collect();
             document.pack_layer(&context, head, &tiles, |tile| Ok(made.read(tile)?.unwrap())).unwrap();
         }

@@ -36,8 +36,9 @@ pub trait Canvas: Debug + Send + Sync {
     /// The place of its surface nearest to a point of the world, no further than `within`, as it was at `start`.
     fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>>;
 
-    /// Makes a dab as one of a stroke that began with `start`.
-    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start) -> Result<DabReport>;
+    /// Makes a dab at `level`, see [`StrokeSettings::level`](crate::StrokeSettings::level), as one of a stroke that began
+    /// with `start`.
+    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport>;
 
     /// Makes what dabs painted visible where colours have layers; what later dabs find stays the same. Returns tiles that
     /// a budget refused.
@@ -80,12 +81,12 @@ impl Canvas for DisplacedObject {
         self.nearest_of(context, &displaced, point, within)
     }
 
-    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start) -> Result<DabReport> {
+    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport> {
         let start = match start {
             Start::Tiles(field, _) => Some(field),
             Start::Triangles(_) => None,
         };
-        dab.make(context, self, start)
+        dab.make_at(context, self, start, level)
     }
 
     fn show(&mut self, context: &Context) -> Result<Vec<u32>> {
@@ -120,12 +121,17 @@ impl Canvas for TriangleObject {
         }
     }
 
-    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start) -> Result<DabReport> {
+    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport> {
         let start = match start {
             Start::Tiles(..) => None,
             Start::Triangles(field) => Some(field),
         };
-        self.make_dab(context, dab, start)
+        // What the stroke does not say, the object does.
+        let own = self.level();
+        self.set_level(if level > 0 { level } else { own })?;
+        let done = self.make_dab(context, dab, start);
+        self.set_level(own)?;
+        done
     }
 
     fn show(&mut self, context: &Context) -> Result<Vec<u32>> {

@@ -228,15 +228,7 @@ impl Dab {
         object.widen(edit::range(context, &edits));
         let displacement: &mut Displacement = &mut object.displacement;
         let report = edit::write(context, displacement, &culled, edits, mode == SculptMode::Erase)?;
-        // Rings and borders of neighbours changed too, and so did what was given back.
-        let mut tiles = edit::around(object.displacement.field(), &report.changed);
-        tiles.extend(culled.iter().map(|tile| tile.tile));
-        if report.freed > 0 {
-            tiles = edit::around(object.displacement.field(), &tiles);
-        }
-        tiles.sort_unstable();
-        tiles.dedup();
-        object.refit(context, start, &tiles);
+        object.refit_after(context, start, &culled, &report, false);
         Ok(report)
     }
 

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use relievo_core::budget::Budget;
 use relievo_core::{Context, Error, Result};
 use relievo_document::record::Location;
-use relievo_document::{Change, Direction, Document, Edit, Entry, Head, Journal, Settings};
+use relievo_document::{Change, Direction, Document, Edit, Entry, Head, Journal, Settings, Stamps};
 use relievo_tiles::Blocks;
 
 /// A layer at one moment.
@@ -25,23 +25,36 @@ pub struct LayerState {
     pub settings: Settings,
     /// Its blocks.
     pub blocks: Arc<dyn Blocks>,
+    /// The texel that is seen behind all layers of its kind, if it is the lowest and documents hold that; else none.
+    pub behind: Vec<u8>,
+    /// What its times belong to, if it is one of stamps.
+    pub stamps: Option<Stamps>,
+    /// Whether its blocks change with time, without edits.
+    pub fades: bool,
 }
 
 impl LayerState {
+    /// A layer that is seen as a whole, in the mode of its kind, and does not fade.
+    pub fn new(id: u32, name: &str, blocks: Arc<dyn Blocks>) -> Self {
+        let settings = Settings::of(blocks.kind());
+        Self { id, name: name.into(), settings, blocks, behind: Vec::new(), stamps: None, fades: false }
+    }
+
     /// What documents say of it.
     pub fn head(&self) -> Head {
+        let blocks = &self.blocks;
         Head {
-            id: self.id,
-            name: self.name.to_string(),
-            kind: self.blocks.kind(),
-            blank: self.blocks.blank().to_vec(),
             settings: self.settings,
-            face_sizes: self.blocks.face_sizes(),
+            given_sizes: blocks.given_sizes(),
+            behind: self.behind.clone(),
+            stamps: self.stamps,
+            ..Head::new(self.id, &self.name, blocks.kind(), blocks.blank(), blocks.face_sizes())
         }
     }
 
     fn is_headed_as(&self, other: &Self) -> bool {
         (self.id, &self.name, self.settings) == (other.id, &other.name, other.settings)
+            && (&self.behind, self.stamps) == (&other.behind, other.stamps)
             && self.blocks.is_shaped_as(&*other.blocks)
     }
 }
@@ -121,12 +134,24 @@ pub struct History {
     /// Where edits go that memory has no room for, if there is no journal.
     spill: Option<Journal>,
     open: Option<Open>,
+    /// The layers that the journal has, while it is not known whether the object has the same.
+    known: Option<Vec<Head>>,
 }
 
 impl History {
     /// A history without edits, which may occupy `memory` bytes.
     pub fn new(memory: u64) -> Self {
-        Self { done: Vec::new(), undone: Vec::new(), memory, used: 0, first: 0, journal: None, spill: None, open: None }
+        Self {
+            done: Vec::new(),
+            undone: Vec::new(),
+            memory,
+            used: 0,
+            first: 0,
+            journal: None,
+            spill: None,
+            open: None,
+            known: None,
+        }
     }
 
     /// Opens the document at `path`, which may occupy `limit` bytes with what is made of it, to go on working on it: its
@@ -145,6 +170,7 @@ impl History {
         history.undone = log.undone.iter().map(step).collect();
         history.first = history.done.len();
         history.journal = Some(journal);
+        history.known = Some(heads(&document));
         Ok((document, history))
     }
 
@@ -169,6 +195,7 @@ impl History {
             (step.input.place, step.edit.place, step.sequence) = (Some(input), Some(edit), sequence);
         }
         self.journal = Some(journal);
+        self.known = Some(heads(document));
         self.spill = None;
         Ok(())
     }
@@ -210,8 +237,35 @@ impl History {
             return Err(Error::invalid("an edit is under way").advise("end it before the next"));
         }
         let before = object.states(context)?;
+        self.tell_layers(context, &before)?;
         let place = self.journal.as_mut().map(|journal| journal.input(input)).transpose()?;
         self.open = Some(Open { before, input: input.to_string(), place });
+        Ok(())
+    }
+
+    /// Tells the journal the layers of the object, if they are not those that it has: documents may be opened on objects
+    /// that have more than they hold, or see them otherwise.
+    fn tell_layers(&mut self, context: &Context, states: &LayerStates) -> Result<()> {
+        let (Some(known), Some(journal)) = (&self.known, &mut self.journal) else { return Ok(()) };
+        let mut there: Vec<Head> = states.iter().map(LayerState::head).collect();
+        // What the object cannot have stays in the document.
+        there.extend(known.iter().filter(|head| find(states, head.id).is_none()).cloned());
+        if *known != there {
+            // Blocks of layers that the journal does not have are none of the document's yet.
+            let strange = |state: &&LayerState| known.iter().all(|head| head.id != state.id);
+            let blocks: Vec<(&LayerState, u32)> = states
+                .iter()
+                .filter(strange)
+                .flat_map(|state| state.blocks.numbers().into_iter().map(move |block| (state, block)))
+                .collect();
+            let payload = Edit::encode(context, Some([known, &there]), blocks.len(), |index| {
+                let (state, block) = blocks[index];
+                let after = state.blocks.bytes(block);
+                Change { layer: state.id, block, before: None, after, blank: state.blocks.blank(), fades: state.fades }
+            })?;
+            journal.layers(&payload)?;
+        }
+        self.known = None;
         Ok(())
     }
 
@@ -269,7 +323,8 @@ impl History {
             let both = [find(&open.before, layer), find(&after, layer)];
             let [before, after] = both.map(|state| state.and_then(|state| state.blocks.bytes(block)));
             let blank = both.into_iter().flatten().next().map_or(&[][..], |state| state.blocks.blank());
-            Change { layer, block, before, after, blank }
+            let fades = both.into_iter().flatten().any(|state| state.fades);
+            Change { layer, block, before, after, blank, fades }
         })?;
         let written = self.journal.as_mut().map(|journal| journal.edit(&payload)).transpose()?;
         let changed =
@@ -330,7 +385,8 @@ impl History {
                 .at(input.clone())
                 .advise("begin and end an edit around every change")
         };
-        let heads = edit.layers_after(direction);
+        let now: Vec<Head> = edit.layers().map_or_else(Vec::new, |_| states.iter().map(LayerState::head).collect());
+        let heads = edit.layers_after(direction, &now);
         let deltas = edit.deltas();
         let put = context.map(deltas.len(), |index| {
             let delta = &deltas[index];
@@ -349,7 +405,10 @@ impl History {
             (Some(journal), Direction::Forward) => journal.redo(sequence)?,
             (None, _) => {}
         }
-        object.restore(context, heads, put)?;
+        object.restore(context, heads.as_deref(), put)?;
+        if self.journal.is_some() && heads.is_some() {
+            self.known.clone_from(&heads);
+        }
         Ok(Changed { input, blocks: grouped(&blocks), layers: heads.is_some(), bytes })
     }
 
@@ -408,6 +467,10 @@ impl Step {
     fn bytes(&self) -> u64 {
         [&self.input, &self.edit].map(|kept| kept.bytes.as_ref().map_or(0, |bytes| bytes.len() as u64)).iter().sum()
     }
+}
+
+fn heads(document: &Document) -> Vec<Head> {
+    document.layers().iter().map(|layer| layer.head().clone()).collect()
 }
 
 fn find(states: &LayerStates, id: u32) -> Option<&LayerState> {

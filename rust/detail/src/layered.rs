@@ -28,6 +28,8 @@ pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint> {
     pub(crate) colors: Option<Stack<C>>,
     /// The numbers of its traces and of its vectors.
     others: [u32; 2],
+    /// What [`LayeredObject::read_sizes`] gave when sizes were committed.
+    sizes: Vec<(u32, Vec<u8>)>,
 }
 
 impl<H: LayerChannel<Texel = f16>, C: LayerChannel> Default for Layers<H, C> {
@@ -36,6 +38,7 @@ impl<H: LayerChannel<Texel = f16>, C: LayerChannel> Default for Layers<H, C> {
             displacement: Stack::new(DISPLACEMENT, "displacement", f16::ZERO),
             colors: None,
             others: [TRACES, VECTORS],
+            sizes: Vec::new(),
         }
     }
 }
@@ -369,9 +372,7 @@ pub trait LayeredObject: Sized {
         if let (Some(stack), Some(paint)) = (&own.layers.colors, own.paint) {
             states.extend(stack.states(paint));
         }
-        let mut add = |id: u32, name: &str, blocks: Arc<dyn Blocks>| {
-            states.push(LayerState { id, name: name.into(), settings: Settings::of(blocks.kind()), blocks });
-        };
+        let mut add = |id: u32, name: &str, blocks: Arc<dyn Blocks>| states.push(LayerState::new(id, name, blocks));
         let ([traces, vectors], others) = (own.layers.others, self.others());
         if let Some(channel) = others.0 {
             add(traces, "traces", Arc::new(channel.field().clone()));
@@ -449,6 +450,54 @@ pub trait LayeredObject: Sized {
         }
     }
 
+    /// The sizes of the faces of the layer `id` as caches keep them, the power of two of each, if edits at other levels
+    /// changed any; `None` if not, or there is no such layer.
+    fn read_sizes(&self, id: u32) -> Option<Vec<u8>> {
+        let own = self.channels();
+        let mut states = own.layers.displacement.states(own.displacement).into_iter();
+        let mut colors = own.layers.colors.iter().zip(own.paint).flat_map(|(stack, paint)| stack.states(paint));
+        let state = states.find(|state| state.id == id).or_else(|| colors.find(|state| state.id == id))?;
+        let sizes = || state.blocks.face_sizes().into_iter().map(|size| size.ilog2() as u8).collect();
+        (!state.blocks.given_sizes().is_empty()).then(sizes)
+    }
+
+    /// Puts back what [`Self::read_sizes`] gave, before the blocks of the layer; [`Self::settle`] is to follow. Fails, and
+    /// changes nothing, if there is no such layer or the sizes are not those of its faces.
+    fn write_sizes(&mut self, id: u32, sizes: Option<&[u8]>) -> Result<()> {
+        if let Some(bits) = sizes.into_iter().flatten().find(|bits| **bits > 8) {
+            return Err(Error::invalid(format!("a face cannot have 2^{bits} texels along an edge")));
+        }
+        let sizes = sizes.map(|sizes| sizes.iter().map(|bits| 1 << bits).collect::<Vec<u32>>());
+        let own = self.channels_mut(false);
+        if let (Some(stack), Some(paint)) = (&mut own.layers.colors, own.paint)
+            && let Some(channel) = stack.channel_mut(id, paint)
+        {
+            return reshape(channel, sizes);
+        }
+        self.edit_heights(|stack, composite| {
+            let none = || Error::invalid(format!("there is no layer with the number {id}"));
+            reshape(stack.channel_mut(id, composite).ok_or_else(none)?, sizes).map(|()| Vec::new())
+        })
+        .map(drop)
+    }
+
+    /// The layers for which [`Self::read_sizes`] gives other sizes than when this was called last.
+    fn commit_sizes(&mut self) -> Vec<u32> {
+        let ids: Vec<u32> = self.layers().into_iter().map(|layer| layer.id).collect();
+        let now: Vec<(u32, Vec<u8>)> = ids.into_iter().filter_map(|id| Some((id, self.read_sizes(id)?))).collect();
+        let sizes = &mut self.channels_mut(false).layers.sizes;
+        let before = std::mem::replace(sizes, now);
+        let now = &*sizes;
+        let both = before
+            .iter()
+            .filter(|layer| !now.contains(layer))
+            .chain(now.iter().filter(|layer| !before.contains(layer)));
+        let mut changed: Vec<u32> = both.map(|(id, _)| *id).collect();
+        changed.sort_unstable();
+        changed.dedup();
+        changed
+    }
+
     /// Takes over the layers of `document`, each of which may occupy `budget` bytes. Kinds of which it has none stay as
     /// they are. Returns the names of layers that an object cannot have.
     ///
@@ -515,9 +564,10 @@ impl<O: LayeredObject> Recorded for O {
             self.edit_colors(|stack, composite| put_layers(context, stack, composite, heads, &blocks))?;
         }
         let ids = self.channels().layers.others;
+        let head = |id: u32| heads.into_iter().flatten().find(|head| head.id == id);
         let (traces, vectors) = self.others_mut();
-        traces.map_or(Ok(()), |traces| put(traces, ids[0], &blocks))?;
-        vectors.map_or(Ok(()), |vectors| put(vectors, ids[1], &blocks))
+        traces.map_or(Ok(()), |traces| put_whole(traces, ids[0], head(ids[0]), &blocks))?;
+        vectors.map_or(Ok(()), |vectors| put_whole(vectors, ids[1], head(ids[1]), &blocks))
     }
 }
 
@@ -539,6 +589,22 @@ fn put_layers<C: LayerChannel>(
         }
     }
     if heads.is_some() { stack.refresh(context, composite) } else { stack.settle(context, composite) }
+}
+
+/// Gives the faces of a layer `sizes`, or those they were given.
+fn reshape(channel: &mut impl BlockChannel, sizes: Option<Vec<u32>>) -> Result<()> {
+    let field = channel.field();
+    let given = field.given_sizes();
+    let given = if given.is_empty() { field.face_sizes() } else { given };
+    channel.reshape(sizes.as_ref().unwrap_or(&given), &given)
+}
+
+/// Gives a channel that is a layer of its own the sizes of `head`, unless they stay, and its blocks.
+fn put_whole(channel: &mut impl BlockChannel, layer: u32, head: Option<&Head>, blocks: &[BlockState]) -> Result<()> {
+    if let Some(head) = head {
+        channel.reshape(&head.face_sizes, &head.given_sizes)?;
+    }
+    put(channel, layer, blocks)
 }
 
 /// Puts back the blocks of `layer`, whatever the budget says: those that go first, so that others have room.
@@ -599,7 +665,7 @@ impl LayeredObject for DisplacedObject {
             Kind::Vector => {
                 VectorDisplacement::stored_on(context, self.surface(), document, name, budget)?.map(Stored::Vectors)
             }
-            Kind::Rgba16 => None,
+            Kind::Rgba16 | Kind::Stamps => None,
         })
     }
 

@@ -41,6 +41,12 @@ pub trait BlockChannel: Debug + Send + Sync {
 
     /// Makes edits visible to readers. Returns the blocks that changed, ascending.
     fn commit(&mut self) -> Vec<u32>;
+
+    /// Gives every face the size that `sizes` has for it, of which it was given `given`, or the same if that is empty:
+    /// blocks that had another go. Nothing for channels whose blocks have their size by themselves.
+    fn reshape(&mut self, _sizes: &[u32], _given: &[u32]) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// A channel that layers are kept in.
@@ -72,9 +78,6 @@ pub trait LayerChannel: BlockChannel + Clone {
 
     /// Takes the place of `before`: what differs counts as changed.
     fn follow(&mut self, before: &Self);
-
-    /// The blocks of `before` that still fit this one are put into it.
-    fn keep(&mut self, before: &Self::Field) -> Result<()>;
 
     /// Whether edits are made on the composite.
     const THROUGH_COMPOSITE: bool;
@@ -191,7 +194,8 @@ impl Absorb for f16 {
 
     fn absorb(edited: &Absorbed<'_, Self>, texels: &mut relievo_tiles::Texels<'_, Self>) {
         let (tile, size) = (edited.tile, texels.size());
-        let mut from = edited.composite[0].size(tile) as usize;
+        // As fine as the finest of what was, what is and the layer.
+        let mut from = edited.composite.iter().map(|field| field.size(tile) as usize).fold(size, usize::max);
         let values = |field: &Field| resampled(field, tile, from).unwrap_or_else(|| vec![0.0; (from + 2) * (from + 2)]);
         let [before, mut change] = edited.composite.map(values);
         change.iter_mut().zip(before).for_each(|(now, then)| *now -= then);
@@ -246,6 +250,10 @@ impl<T: StoredTexel> BlockChannel for Channel<T> {
     fn commit(&mut self) -> Vec<u32> {
         Channel::commit(self).changed().to_vec()
     }
+
+    fn reshape(&mut self, sizes: &[u32], given: &[u32]) -> Result<()> {
+        Channel::reshape(self, sizes, given)
+    }
 }
 
 impl<T: Absorb> LayerChannel for Channel<T> {
@@ -275,13 +283,6 @@ impl<T: Absorb> LayerChannel for Channel<T> {
         Channel::follow(self, before);
     }
 
-    /// What keeps its size is kept.
-    fn keep(&mut self, before: &Field<T>) -> Result<()> {
-        let fits = |tile: &u32| before.class(*tile) == Channel::field(self).class(*tile);
-        let tiles: Vec<u32> = before.allocated().filter(fits).collect();
-        tiles.into_iter().try_for_each(|tile| Channel::write(self, tile, before.bytes(tile)))
-    }
-
     fn absorb(
         &mut self,
         context: &Context,
@@ -290,6 +291,9 @@ impl<T: Absorb> LayerChannel for Channel<T> {
         settings: Settings,
         tiles: &[u32],
     ) -> Result<Vec<u32>> {
+        let [before, after] = composite;
+        let resized: Vec<u32> = tiles.iter().copied().filter(|tile| before.size(*tile) != after.size(*tile)).collect();
+        let resized = self.follow_sizes(context, after, &resized)?;
         let applied = self.apply(&Sets { allocate: tiles.to_vec(), ..Sets::default() })?;
         let allocated = |tile: &u32| Channel::field(self).is_allocated(*tile);
         let kept: Vec<u32> = tiles.iter().copied().filter(allocated).collect();
@@ -297,6 +301,7 @@ impl<T: Absorb> LayerChannel for Channel<T> {
             T::absorb(&Absorbed { tile, composite, below, background, settings }, texels);
         })?;
         changes.extend(applied.changes);
+        changes.extend(resized);
         let mut refused = applied.refused;
         refused.extend(self.settle(context, &changes)?);
         self.reclaim(context, &kept)?;
@@ -344,13 +349,21 @@ impl<C: LayerChannel> Stack<C> {
 
     /// What the layers are, as documents have it.
     pub fn states(&self, composite: &C) -> Vec<LayerState> {
-        let state = |layer: &Layer<C>| LayerState {
-            id: layer.id,
-            name: layer.name.clone(),
-            settings: layer.settings,
-            blocks: Arc::new(Self::field(layer, composite).clone()),
+        let state = |(index, layer): (usize, &Layer<C>)| {
+            let blocks = Arc::new(Self::field(layer, composite).clone());
+            // Nothing is behind displacement.
+            let is_lowest = index == 0 && C::Texel::KIND.is_color();
+            let behind = if is_lowest { bytemuck::bytes_of(&self.background).to_vec() } else { Vec::new() };
+            LayerState { settings: layer.settings, behind, ..LayerState::new(layer.id, &layer.name, blocks) }
         };
-        self.layers.iter().map(state).collect()
+        self.layers.iter().enumerate().map(state).collect()
+    }
+
+    /// Takes over what is behind the layers, if `head`, the lowest of them, knows it.
+    fn see_behind(&mut self, head: &Head) {
+        if head.behind.len() == size_of::<C::Texel>() {
+            self.background = bytemuck::pod_read_unaligned(&head.behind);
+        }
     }
 
     /// The texels of a layer, for writing; `None` if there is no such layer. The layers are to be settled or refreshed
@@ -462,11 +475,21 @@ impl<C: LayerChannel> Stack<C> {
         let Some(seen) = self.seen.take() else { return Ok(Vec::new()) };
         let mut tiles = composite.field().changed(&seen.composite);
         let (mut refused, mut failed) = (Vec::new(), Ok(()));
+        // An edit at another level may have changed sizes; then those of all are compared anew.
+        let mut resized = !composite.field().is_sized_as(&seen.composite);
         if C::THROUGH_COMPOSITE && !tiles.is_empty() {
             failed = self.check_editable();
             if failed.is_ok() {
                 refused = self.absorb(context, composite, &seen, &tiles)?;
             }
+        }
+        let layers = self.layers.iter().map(|layer| Self::field(layer, composite));
+        resized |= !layers.zip(&seen.layers).all(|(layer, before)| layer.is_sized_as(before));
+        if resized {
+            refused.extend(self.refresh(context, composite)?);
+            refused.sort_unstable();
+            refused.dedup();
+            return failed.map(|()| refused);
         }
         for (layer, before) in self.layers.iter().zip(&seen.layers) {
             tiles.extend(Self::field(layer, composite).changed(before));
@@ -489,8 +512,8 @@ impl<C: LayerChannel> Stack<C> {
         channel.absorb(context, fields, (&below, self.background), settings, tiles)
     }
 
-    /// Gives it the layers `heads`, from the lowest: those that were there keep their texels, others are blank, as far as
-    /// their sizes are what they were. [`Self::refresh`] is to follow.
+    /// Gives it the layers `heads`, from the lowest: those that were there keep their texels as far as their sizes are what
+    /// they were, others are blank. [`Self::refresh`] is to follow.
     ///
     /// Fails, and changes nothing, if there are none or one cannot be.
     pub fn arrange(&mut self, composite: &mut C, heads: &[&Head]) -> Result<()> {
@@ -499,28 +522,33 @@ impl<C: LayerChannel> Stack<C> {
         }
         let mut fresh = Vec::with_capacity(heads.len());
         for head in heads {
-            head.settings.check(C::Texel::KIND).map_err(|error| error.at(format!("layer `{}`", head.name)))?;
-            let there = self.index(head.id).map(|index| Self::field(&self.layers[index], composite));
-            let shaped =
-                there.is_some_and(|field| field.face_sizes() == head.face_sizes && Blocks::blank(field) == head.blank);
-            if shaped {
-                fresh.push(None);
-                continue;
-            }
+            let place = |error: Error| error.at(format!("layer `{}`", head.name));
+            head.settings.check(C::Texel::KIND).map_err(place)?;
             if head.kind != C::Texel::KIND || head.blank.len() != size_of::<C::Texel>() {
-                return Err(Error::invalid("it is of another kind").at(format!("layer `{}`", head.name)));
+                return Err(place(Error::invalid("it is of another kind")));
             }
-            let blank = bytemuck::pod_read_unaligned(&head.blank);
-            let mut channel = C::sized(composite.field(), &head.face_sizes, blank, composite.budget())?;
-            there.map_or(Ok(()), |before| channel.keep(before))?;
-            fresh.push(Some(channel));
+            let there = self.index(head.id).map(|index| &self.layers[index]);
+            let there = there.filter(|layer| Blocks::blank(Self::field(layer, composite)) == head.blank);
+            let channel = match there {
+                // Cheap: blocks are shared.
+                Some(layer) => layer.channel.as_ref().unwrap_or(composite).clone(),
+                None => {
+                    let blank = bytemuck::pod_read_unaligned(&head.blank);
+                    C::sized(composite.field(), &head.face_sizes, blank, composite.budget())?
+                }
+            };
+            fresh.push(channel);
         }
-        let mut old = std::mem::take(&mut self.layers);
-        for (head, channel) in heads.iter().zip(fresh) {
-            let kept = old.iter().position(|layer| layer.id == head.id).map(|index| old.swap_remove(index));
-            let channel = channel.or_else(|| kept?.channel).unwrap_or_else(|| composite.clone());
+        for (head, channel) in heads.iter().zip(&mut fresh) {
+            channel.reshape(&head.face_sizes, &head.given_sizes)?;
+        }
+        let layer = |(head, channel): (&&Head, C)| {
             let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
-            self.layers.push(Layer { id, name, settings, channel: Some(channel) });
+            Layer { id, name, settings, channel: Some(channel) }
+        };
+        self.layers = heads.iter().zip(fresh).map(layer).collect();
+        if let Some(lowest) = heads.first() {
+            self.see_behind(lowest);
         }
         if self.index(self.active).is_none() {
             self.active = self.layers.last().map_or(0, |layer| layer.id);
@@ -614,11 +642,13 @@ impl<C: LayerChannel> Stack<C> {
     /// Fails if there are none.
     pub fn take_up(&mut self, context: &Context, composite: &mut C, layers: Vec<(&Head, C)>) -> Result<Vec<u32>> {
         let Some((lowest, _)) = layers.first() else { return Err(Error::invalid("there are no layers to take up")) };
+        let lowest = (*lowest).clone();
         self.active = lowest.id;
         let layer = |(head, channel): (&Head, C)| {
             let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
             Layer { id, name, settings, channel: Some(channel) }
         };
+        self.see_behind(&lowest);
         self.layers = layers.into_iter().map(layer).collect();
         self.refresh(context, composite)
     }

@@ -5,8 +5,9 @@
 //! object units for displacement.
 
 use relievo_core::{Context, Result};
-use relievo_tiles::{Channel, ColorPlanes, Displaced};
+use relievo_tiles::{Channel, ColorPlanes, Displaced, Field};
 
+use crate::cull::CulledTile;
 use crate::dab::{Action, Dab, DabReport};
 use crate::edit::{self, Window};
 use crate::knots::PerKnot;
@@ -16,27 +17,67 @@ use crate::object::DisplacedObject;
 use crate::spot::{Painting, Sculpting, everywhere};
 use crate::weights::BrushParameters;
 
+impl DisplacedObject {
+    /// Refits boxes after a dab that looked at `culled`; after one at a coarser level, whose `finer` coefficients may reach
+    /// further than what it made of them, notes how far they do.
+    pub(crate) fn refit_after(
+        &mut self,
+        context: &Context,
+        start: Option<&Field>,
+        culled: &[CulledTile],
+        report: &DabReport,
+        finer: bool,
+    ) {
+        // Rings and borders of neighbours changed too, and so did what was given back.
+        let field = self.displacement.field();
+        let mut tiles = edit::around(field, &report.changed);
+        tiles.extend(culled.iter().map(|tile| tile.tile));
+        if report.freed > 0 {
+            tiles = edit::around(field, &tiles);
+        }
+        tiles.sort_unstable();
+        tiles.dedup();
+        if finer {
+            let ranges = context.map(tiles.len(), |index| field.range(tiles[index]));
+            let range = ranges.into_iter().fold([0.0f32; 2], |all, [low, high]| [all[0].min(low), all[1].max(high)]);
+            self.widen(range);
+        }
+        self.refit(context, start, &tiles);
+    }
+}
+
 impl Dab {
     /// As [`Self::apply`], at `level`: 0 for the texels that faces were given, 1 for half of them along an edge, 2 for a
     /// quarter. Faces without a tile get tiles of that size. An eraser takes away what the level sees, and leaves detail.
     ///
     /// Fails, and changes nothing, as [`Self::apply`] does, or if there is no such level.
     pub fn apply_at(&self, context: &Context, object: &mut DisplacedObject, level: u32) -> Result<DabReport> {
-        if level == 0 {
-            return self.apply(context, object);
-        }
-        self.check()?;
-        let mut report = match self.action {
-            Action::Paint { mode, color } => {
-                let mut paint = object.take_paint()?;
-                let done = self.paint_at(context, object, &mut paint, level, mode, color);
-                object.put_paint(paint);
-                done?
-            }
-            Action::Sculpt { mode, height } => self.sculpt_at(context, object, level, mode, height)?,
-        };
+        let mut report = self.make_at(context, object, None, level)?;
         report.refuse(object.settle(context)?);
         Ok(report)
+    }
+
+    /// As [`Self::make`], at a level.
+    pub(crate) fn make_at(
+        &self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        start: Option<&Field>,
+        level: u32,
+    ) -> Result<DabReport> {
+        if level == 0 {
+            return self.make(context, object, start);
+        }
+        self.check()?;
+        match self.action {
+            Action::Paint { mode, color } => {
+                let mut paint = object.take_paint()?;
+                let done = self.paint_at(context, object, &mut paint, (start, level), mode, color);
+                object.put_paint(paint);
+                done
+            }
+            Action::Sculpt { mode, height } => self.sculpt_at(context, object, (start, level), mode, height),
+        }
     }
 
     fn paint_at<T: ColorPlanes>(
@@ -44,16 +85,16 @@ impl Dab {
         context: &Context,
         object: &mut DisplacedObject,
         paint: &mut Channel<T>,
-        level: u32,
+        (start, level): (Option<&Field>, u32),
         mode: PaintMode,
         color: [f32; 4],
     ) -> Result<DabReport> {
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
-        let culled = self.intersect(context, object, None, |_, tile| paint.field().size_at(tile, level));
+        let culled = self.intersect(context, object, start, |_, tile| paint.field().size_at(tile, level));
         let tiles: Vec<u32> = culled.iter().map(|culled| culled.tile).collect();
         let coarse = paint.field().at_level(context, level, &tiles)?;
         let blank = coarse.blank().color().to_array();
-        let displacement = object.displacement.field();
+        let displacement = start.unwrap_or(object.displacement.field());
         let simd = context.level();
         let heights = |window: &Window, out: &mut PerKnot| edit::surface_heights(simd, displacement, window, out);
         let (stamp, smudge) = (self.brush.stamp(), self.brush.smudge());
@@ -68,24 +109,28 @@ impl Dab {
         &self,
         context: &Context,
         object: &mut DisplacedObject,
-        level: u32,
+        (start, level): (Option<&Field>, u32),
         mode: SculptMode,
         height: f32,
     ) -> Result<DabReport> {
         object.layers.displacement.check_editable()?;
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
         let size = |object: &DisplacedObject, tile: u32| object.displacement.field().size_at(tile, level);
-        let culled = self.intersect(context, object, None, size);
+        let culled = self.intersect(context, object, start, size);
         let tiles: Vec<u32> = culled.iter().map(|culled| culled.tile).collect();
         let coarse = object.displacement.field().at_level(context, level, &tiles)?;
-        let heights = |window: &Window, out: &mut PerKnot| edit::coefficients(&coarse, window, out);
-        let sculpting = Sculpting { level: context.level(), mode, height, stamp: self.brush.stamp(), since: false };
-        let displaced = Displaced::new(&object.surface, &coarse)?;
+        let before = start.map(|start| start.at_level(context, level, &tiles)).transpose()?;
+        let heights =
+            |window: &Window, out: &mut PerKnot| edit::coefficients(before.as_ref().unwrap_or(&coarse), window, out);
+        let (stamp, since) = (self.brush.stamp(), start.is_some());
+        let sculpting = Sculpting { level: context.level(), mode, height, stamp, since };
+        let displaced = Displaced::new(&object.surface, before.as_ref().unwrap_or(&coarse))?;
         let edits = edit::evaluate(context, &object.surface, &coarse, &culled, &brush, heights, |site, texels| {
             sculpting.edit(site, |site, cosines| site.facing(context, &displaced, cosines), texels);
         });
-        // Finer coefficients may reach further than those of the level.
-        let displacement = object.displacement_mut();
-        edit::write_at(context, displacement, Some(&coarse), &culled, edits, mode == SculptMode::Erase)
+        let erase = mode == SculptMode::Erase;
+        let report = edit::write_at(context, &mut object.displacement, Some(&coarse), &culled, edits, erase)?;
+        object.refit_after(context, start, &culled, &report, true);
+        Ok(report)
     }
 }

@@ -131,7 +131,7 @@ impl OpenStroke {
                 dab.brush = dab.brush.with_smudge(smudge.clone());
             }
             for (index, object) in objects.iter_mut().enumerate() {
-                let report = object.dab(context, &dab, &self.starts[index])?;
+                let report = object.dab(context, &dab, &self.starts[index], self.stroke.settings.level)?;
                 done[index].dabs += u64::from(index == on || report.changed_texels > 0);
                 done[index].report.merge(report);
             }

@@ -61,6 +61,8 @@ relievo_core::parameters! {
         symmetry_z: Switch = Switch::OFF, 0..=1, "";
         /// How far a point may be from the surface, in radii. Dabs of points further away are left out.
         reach: f32 = 2.0, 0.0..=1000.0, "";
+        /// What it edits: 0 all texels, 1 half of them along an edge, 2 a quarter. What finer levels have more stays.
+        level: u32 = 0, 0..=2, "";
     }
 }
 

@@ -3,10 +3,10 @@
 use glam::{DAffine3, DVec3, Vec4};
 use relievo_core::{Context, Mesh};
 use relievo_detail::{
-    Action, Brush, Dab, DisplacedObject, Falloff, History, PaintMode, Recorded, SculptMode, Stroke, StrokePoint,
-    StrokeSettings,
+    Action, Brush, Dab, DisplacedObject, Falloff, History, LayeredObject, PaintMode, Recorded, SculptMode, Stroke,
+    StrokePoint, StrokeSettings,
 };
-use relievo_document::Document;
+use relievo_document::{Document, Kind, Settings};
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_testing::Random;
 use relievo_tiles::{ChannelOptions, Displacement, Paint};
@@ -211,4 +211,100 @@ fn a_stroke_is_the_same_after_save_kill_and_reopening() {
     }
     assert!(bytes(&context, &mesh, &object) == bytes(&context, &mesh, &at_once));
     assert_eq!(object.states(&context).unwrap().len(), 2);
+}
+
+/// All of an object with its layers as a document.
+fn whole(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> Document {
+    object.states(context).unwrap();
+    let mut document = Document::new(mesh, context.level().name()).unwrap();
+    object.store(context, &mut document).unwrap();
+    document
+}
+
+/// What an object is after the edits of a session: sizes that faces were given, blocks, and what is composed of them.
+fn state(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> (Vec<u8>, Vec<u8>) {
+    let whole = whole(context, mesh, object).to_bytes().unwrap();
+    (whole, bytes(context, mesh, object))
+}
+
+#[test]
+fn edits_at_all_levels_are_undone_made_again_and_replayed_to_the_bit() {
+    for layered in [false, true] {
+        let (context, n) = (Context::serial(), 5);
+        let mesh = plane(n);
+        let mut object = object(&context, &mesh, 32, LIMIT);
+        if layered {
+            let heights = Settings { opacity: 0.5, ..Settings::of(Kind::Scalar) };
+            object.add_layer(&context, Kind::Scalar, "heights", heights, 16).unwrap();
+            object.add_layer(&context, Kind::Rgba8, "colours", Settings::of(Kind::Rgba8), 64).unwrap();
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("levels.relievo");
+        let mut history = History::new(40_000);
+        let mut random = Random(11);
+        history.save(&path, &whole(&context, &mesh, &mut object)).unwrap();
+        let mut states = vec![state(&context, &mesh, &mut object)];
+        let mut sizes = std::collections::BTreeSet::new();
+        let mut at = 0;
+        for number in 0..240 {
+            if number % 9 == 7 {
+                for _ in 0..random.below(4).min(at) {
+                    history.undo(&context, &mut object).unwrap().unwrap();
+                    at -= 1;
+                    assert!(state(&context, &mesh, &mut object) == states[at], "undo {number} {layered}");
+                }
+                while random.below(3) > 0 && history.redo(&context, &mut object).unwrap().is_some() {
+                    at += 1;
+                    assert!(state(&context, &mesh, &mut object) == states[at], "redo {number} {layered}");
+                }
+            }
+            history.begin(&context, &mut object, &format!("dab {number}")).unwrap();
+            let report = dab(&mut random, n).apply_at(&context, &mut object, random.below(3) as u32).unwrap();
+            assert!(report.refused.is_empty());
+            if history.end(&context, &mut object).unwrap().is_some() {
+                at += 1;
+                states.truncate(at);
+                states.push(state(&context, &mesh, &mut object));
+            }
+            sizes.extend(object.states(&context).unwrap().iter().flat_map(|layer| layer.blocks.face_sizes()));
+        }
+        assert!(sizes.len() > 2 && at > 100, "{sizes:?} {at}");
+        drop(history);
+        // As it is opened again, the edits that it makes next are the same too.
+        let (document, mut history) = History::open(&path, LIMIT, LIMIT).unwrap();
+        let mut opened = self::object(&context, &mesh, 32, LIMIT);
+        assert!(opened.take_up(&context, &document, LIMIT).unwrap().is_empty());
+        if layered {
+            for name in ["heights", "colours"] {
+                opened.set_active_layer(&context, opened.layer(name).unwrap()).unwrap();
+            }
+        }
+        assert!(state(&context, &mesh, &mut opened) == states[at], "{layered}");
+        for level in [0, 2, 1] {
+            let dab = dab(&mut random, n);
+            for object in [&mut object, &mut opened] {
+                dab.apply_at(&context, object, level).unwrap();
+            }
+            assert!(state(&context, &mesh, &mut object) == state(&context, &mesh, &mut opened), "{layered} {level}");
+        }
+        let mut opened = self::object(&context, &mesh, 32, LIMIT);
+        opened.take_up(&context, &document, LIMIT).unwrap();
+        while history.undo(&context, &mut opened).unwrap().is_some() {
+            at -= 1;
+            assert!(state(&context, &mesh, &mut opened) == states[at], "undo to {at} {layered}");
+        }
+        assert_eq!(at, 0);
+        while history.redo(&context, &mut opened).unwrap().is_some() {
+            at += 1;
+            assert!(state(&context, &mesh, &mut opened) == states[at], "redo to {at} {layered}");
+        }
+        assert_eq!(at + 1, states.len());
+        assert!(opened.displacement().full_bytes() == object_bytes(&opened), "counts follow sizes");
+    }
+}
+
+/// Bytes of the displacement if all tiles were allocated, by the formula.
+fn object_bytes(object: &DisplacedObject) -> u64 {
+    let field = object.displacement().field();
+    (0..field.tile_count() as u32).map(|tile| field.block_bytes(tile)).sum()
 }

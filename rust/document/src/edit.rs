@@ -6,9 +6,13 @@
 //! Checksums of both states tell whether a difference fits. An edit that changes the layers themselves carries them as
 //! they were and as they are: to merge two layers is one edit.
 //!
-//! Little-endian: flags (u8, 1 if the layers change), then, if so, bytes of the packed and the unpacked heads (u32
-//! each) and the heads (zstd); number of blocks (u32); of every block layer, block, bytes before and after (0 if it is
-//! not there), CRC-32 before and after, bytes of the packed difference (u32 each); the differences (zstd each).
+//! Blocks of layers that fade change with time, and not by edits alone. Of them both states are kept as a whole, so that
+//! they can be put back whatever has become of them since.
+//!
+//! Little-endian: flags (u8, 0; 1 or 3 if the layers change and their heads have the form of version 2 or 3), then, if
+//! so, bytes of the packed and the unpacked heads (u32 each) and the heads (zstd); number of blocks (u32); of every block
+//! layer, block, bytes before and after (0 if it is not there), CRC-32 before and after, bytes of the packed difference,
+//! with the highest bit set if it is both states instead, one after the other (u32 each); the differences (zstd each).
 
 use std::ops::Range;
 
@@ -25,6 +29,10 @@ const COMPRESSION: i32 = 1;
 pub const MAX_BLOCK: u32 = 1 << 22;
 /// Bytes of a block in the list.
 const ENTRY: u64 = 28;
+/// The flags of an edit that has heads of layers, by the version of their form.
+const HEADS: [(u8, u32); 2] = [(1, 2), (3, 3)];
+/// Beside the length of a block's bytes: they are both of its states.
+const WHOLE: u32 = 1 << 31;
 
 /// Which way an edit goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +56,8 @@ pub struct Change<'a> {
     pub after: Option<&'a [u8]>,
     /// The texel that blocks read as that are not there.
     pub blank: &'a [u8],
+    /// Whether the block may change otherwise than by edits, because its layer fades.
+    pub fades: bool,
 }
 
 /// What an edit did to one block.
@@ -60,6 +70,8 @@ pub struct Delta {
     /// Bytes before and after, 0 where it is not there.
     lengths: [u32; 2],
     crcs: [u32; 2],
+    /// Whether both states are kept, and not their difference.
+    whole: bool,
     packed: Range<usize>,
 }
 
@@ -92,7 +104,7 @@ impl Edit {
         change: impl Fn(usize) -> Change<'a> + Sync,
     ) -> Result<Vec<u8>> {
         let mut out = Encoder::default();
-        out.0.push(u8::from(layers.is_some()));
+        out.0.push(if layers.is_some() { HEADS[1].0 } else { 0 });
         if let Some(layers) = layers {
             let mut heads = Encoder::default();
             for list in layers {
@@ -106,26 +118,31 @@ impl Edit {
         }
         out.u32(u32::try_from(count).map_err(|_| Error::unsupported("an edit changed 4294967296 blocks or more"))?);
         let packed = context.map(count, |index| {
-            let Change { layer, block, before, after, blank } = change(index);
+            let Change { layer, block, before, after, blank, fades } = change(index);
             let states = [before, after];
             let length = states.iter().flatten().map(|state| state.len()).max().unwrap_or(0);
             if length > MAX_BLOCK as usize {
                 let what = format!("block {block} has {length} bytes, more than an edit can keep");
                 return Err(Error::unsupported(what));
             }
-            let mut difference = state_bytes(before, blank, length);
-            xor(&mut difference, &state_bytes(after, blank, length));
+            let difference = if fades {
+                states.into_iter().flatten().collect::<Vec<_>>().concat()
+            } else {
+                let mut difference = state_bytes(before, blank, length);
+                xor(&mut difference, &state_bytes(after, blank, length));
+                difference
+            };
             let crcs = states.map(|state| state.map_or(0, crc32fast::hash));
             let lengths = states.map(|state| state.map_or(0, |state| state.len() as u32));
-            Ok(([layer, block, lengths[0], lengths[1], crcs[0], crcs[1]], pack(&difference)?))
+            Ok(([layer, block, lengths[0], lengths[1], crcs[0], crcs[1]], pack(&difference)?, fades))
         });
         let packed = packed.into_iter().collect::<Result<Vec<_>>>()?;
-        out.0.reserve(packed.iter().map(|(_, packed)| packed.len() + ENTRY as usize).sum());
-        for (entry, packed) in &packed {
+        out.0.reserve(packed.iter().map(|(_, packed, _)| packed.len() + ENTRY as usize).sum());
+        for (entry, packed, whole) in &packed {
             entry.iter().for_each(|number| out.u32(*number));
-            out.u32(packed.len() as u32);
+            out.u32(packed.len() as u32 | if *whole { WHOLE } else { 0 });
         }
-        packed.iter().for_each(|(_, packed)| out.0.extend_from_slice(packed));
+        packed.iter().for_each(|(_, packed, _)| out.0.extend_from_slice(packed));
         Ok(out.0)
     }
 
@@ -135,8 +152,10 @@ impl Edit {
         let mut from = Decoder(&payload);
         let layers = match from.u8()? {
             0 => None,
-            1 => Some(decode_layers(&mut from, faces, budget)?),
-            _ => return Err(format::damaged("an edit of the journal is of an unknown form")),
+            flags => match HEADS.into_iter().find(|(known, _)| *known == flags) {
+                Some((_, version)) => Some(decode_layers(&mut from, version, faces, budget)?),
+                None => return Err(format::damaged("an edit of the journal is of an unknown form")),
+            },
         };
         let count = from.u32()?;
         from.expect(u64::from(count) * ENTRY)?;
@@ -147,11 +166,12 @@ impl Edit {
             let mut number = || from.u32();
             let (layer, block) = (number()?, number()?);
             let (lengths, crcs) = ([number()?, number()?], [number()?, number()?]);
-            let length = number()? as usize;
+            let length = number()?;
+            let (length, whole) = ((length & !WHOLE) as usize, length & WHOLE != 0);
             if lengths == [0; 2] || lengths.iter().any(|length| *length > MAX_BLOCK) {
                 return Err(format::damaged("a block of the journal has an impossible size"));
             }
-            deltas.push(Delta { layer, block, lengths, crcs, packed: at..at.saturating_add(length) });
+            deltas.push(Delta { layer, block, lengths, crcs, whole, packed: at..at.saturating_add(length) });
             at = at.saturating_add(length);
         }
         if from.0.len() != at {
@@ -167,9 +187,14 @@ impl Edit {
         self.layers.as_ref()
     }
 
-    /// The layers after going in `direction`, if it changes them.
-    pub fn layers_after(&self, direction: Direction) -> Option<&[Head]> {
-        self.layers.as_ref().map(|layers| layers[1 - direction as usize].as_slice())
+    /// The layers after going in `direction` from `now`, if it changes them. Those that it does not know of stay: they
+    /// came without an edit, when a document was opened on an object that has more than it.
+    pub fn layers_after(&self, direction: Direction, now: &[Head]) -> Option<Vec<Head>> {
+        let layers = self.layers.as_ref()?;
+        let knows = |head: &Head| layers.iter().flatten().any(|known| known.id == head.id);
+        let mut after = layers[1 - direction as usize].clone();
+        after.extend(now.iter().filter(|head| !knows(head)).cloned());
+        Some(after)
     }
 
     /// The texel that blocks of `layer` read as that are not there, if it changed the layers: what it was before, where
@@ -187,7 +212,7 @@ impl Edit {
     /// The bytes of the block of `delta`, one of [`Self::deltas`], after going in `direction` from `state`; `None`
     /// where it is not there. `blank` is the texel of the layer.
     ///
-    /// Fails if `state` is not what the edit met, or the difference is damaged.
+    /// Fails if `state` is not what the edit met, unless its layer fades, or the difference is damaged.
     pub fn apply(
         &self,
         delta: &Delta,
@@ -197,6 +222,9 @@ impl Edit {
     ) -> Result<Option<Vec<u8>>> {
         let (from, to) = (direction as usize, 1 - direction as usize);
         let crc = |state: Option<&[u8]>| state.map_or(0, crc32fast::hash);
+        if delta.whole {
+            return self.state_of(delta, to);
+        }
         if state.map_or(0, <[u8]>::len) != delta.lengths[from] as usize || crc(state) != delta.crcs[from] {
             return Err(format::damaged("a block is not as the edit met it"));
         }
@@ -204,21 +232,44 @@ impl Edit {
             return Ok(None);
         }
         let length = delta.lengths[0].max(delta.lengths[1]) as usize;
-        let packed = self.bytes.get(delta.packed.clone()).unwrap_or(&[]);
-        let mut bytes = match zstd::bulk::decompress(packed, length) {
-            Ok(bytes) if bytes.len() == length => bytes,
-            _ => return Err(format::damaged("a difference of the journal does not unpack to its size")),
-        };
+        let mut bytes = self.unpack(delta, length)?;
         xor(&mut bytes, &state_bytes(state, blank, length));
         bytes.truncate(delta.lengths[to] as usize);
         if crc32fast::hash(&bytes) != delta.crcs[to] {
-            return Err(format::damaged("a block of the journal has a wrong checksum"));
+            return Err(wrong_block());
         }
         Ok(Some(bytes))
     }
+
+    fn unpack(&self, delta: &Delta, length: usize) -> Result<Vec<u8>> {
+        let packed = self.bytes.get(delta.packed.clone()).unwrap_or(&[]);
+        match zstd::bulk::decompress(packed, length) {
+            Ok(bytes) if bytes.len() == length => Ok(bytes),
+            _ => Err(format::damaged("a difference of the journal does not unpack to its size")),
+        }
+    }
+
+    /// The first or second state of `delta`, which has both.
+    fn state_of(&self, delta: &Delta, which: usize) -> Result<Option<Vec<u8>>> {
+        let lengths = delta.lengths.map(|length| length as usize);
+        if lengths[which] == 0 {
+            return Ok(None);
+        }
+        let both = self.unpack(delta, lengths[0] + lengths[1])?;
+        let (before, after) = both.split_at(lengths[0]);
+        let bytes = [before, after][which];
+        if crc32fast::hash(bytes) != delta.crcs[which] {
+            return Err(wrong_block());
+        }
+        Ok(Some(bytes.to_vec()))
+    }
 }
 
-fn decode_layers(from: &mut Decoder, faces: usize, budget: &mut Budget) -> Result<[Vec<Head>; 2]> {
+fn wrong_block() -> Error {
+    format::damaged("a block of the journal has a wrong checksum")
+}
+
+fn decode_layers(from: &mut Decoder, version: u32, faces: usize, budget: &mut Budget) -> Result<[Vec<Head>; 2]> {
     let (packed, length) = (from.u32()? as usize, from.u32()? as usize);
     let packed = from.bytes(packed)?;
     let mut raw = budget.filled(length, 0u8)?;
@@ -233,7 +284,7 @@ fn decode_layers(from: &mut Decoder, faces: usize, budget: &mut Budget) -> Resul
             return Err(format::damaged("it claims too many layers"));
         }
         for _ in 0..count {
-            let head = Head::decode(&mut heads, format::VERSION, 0, faces, budget)?;
+            let head = Head::decode(&mut heads, version, 0, faces, budget)?;
             let sound = head.check(faces).and_then(|()| head::check_distinct(&head, list.iter()));
             sound.map_err(|error| format::damaged(&error.what).at(error.place))?;
             list.push(head);
@@ -283,6 +334,7 @@ mod tests {
                 before: states[index].0.as_deref(),
                 after: states[index].1.as_deref(),
                 blank: &blank,
+                fades: false,
             };
             let payload = Edit::encode(&Context::serial(), None, states.len(), change).unwrap();
             let edit = Edit::decode(payload, 1, &mut Budget::new(1 << 20)).unwrap();
@@ -298,33 +350,47 @@ mod tests {
         }
     }
 
+    fn change<'a>(before: Option<&'a [u8]>, after: Option<&'a [u8]>, fades: bool) -> Change<'a> {
+        Change { layer: 0, block: 0, before, after, blank: &[0, 0], fades }
+    }
+
+    #[test]
+    fn blocks_that_fade_are_put_back_whatever_became_of_them() {
+        let (before, after) = (vec![1u8; 40], vec![2u8; 60]);
+        for (before, after) in [(Some(&before), Some(&after)), (None, Some(&after)), (Some(&before), None)] {
+            let states = [before, after].map(|state| state.map(Vec::as_slice));
+            let payload = Edit::encode(&Context::serial(), None, 1, |_| change(states[0], states[1], true)).unwrap();
+            let edit = Edit::decode(payload, 1, &mut Budget::new(1 << 20)).unwrap();
+            for state in [None, Some(&[7u8; 9][..])] {
+                let go = |direction| edit.apply(&edit.deltas()[0], direction, state, &[0, 0]).unwrap();
+                assert_eq!((go(Direction::Back).as_ref(), go(Direction::Forward).as_ref()), (before, after));
+            }
+        }
+    }
+
     #[test]
     fn an_edit_costs_what_it_changed() {
         let before = vec![9; 130 * 130 * 2];
         let mut after = before.clone();
         after[500..600].fill(3);
-        let change = |_| Change { layer: 0, block: 0, before: Some(&before), after: Some(&after), blank: &[0, 0] };
+        let change = |_| change(Some(&before), Some(&after), false);
         assert!(Edit::encode(&Context::serial(), None, 1, change).unwrap().len() < 100);
     }
 
     #[test]
     fn payloads_that_are_cut_or_changed_are_refused_or_do_not_apply() {
-        let head = |name: &str, id| Head {
-            id,
-            name: name.into(),
-            kind: crate::Kind::Scalar,
-            blank: vec![0; 2],
-            settings: crate::Settings::of(crate::Kind::Scalar),
-            face_sizes: vec![8],
-        };
+        let head = |name: &str, id| Head::new(id, name, crate::Kind::Scalar, &[0; 2], vec![8]);
         let (one, two) = ([head("a", 0)], [head("a", 0), head("b", 1)]);
         let (before, after) = (vec![1u8; 40], vec![2u8; 40]);
-        let change = |_| Change { layer: 0, block: 0, before: Some(&before), after: Some(&after), blank: &[0, 0] };
+        let change = |_| change(Some(&before), Some(&after), false);
         let payload = Edit::encode(&Context::serial(), Some([&one, &two]), 1, change).unwrap();
         let read = |payload: &[u8]| Edit::decode(payload.to_vec(), 1, &mut Budget::new(1 << 20));
         let whole = read(&payload).unwrap();
-        assert_eq!(whole.layers_after(Direction::Forward).unwrap(), two);
-        assert_eq!(whole.layers_after(Direction::Back).unwrap(), one);
+        assert_eq!(whole.layers_after(Direction::Forward, &one).unwrap(), two);
+        assert_eq!(whole.layers_after(Direction::Back, &two).unwrap(), one);
+        let more = [head("a", 0), head("c", 9)];
+        let all = whole.layers_after(Direction::Forward, &more).unwrap();
+        assert_eq!(all, [head("a", 0), head("b", 1), head("c", 9)], "what the edit does not know stays");
         for cut in 0..payload.len() {
             assert!(read(&payload[..cut]).is_err(), "{cut}");
         }

@@ -2,15 +2,24 @@
 //!
 //! - header, 44 bytes: `RLVDOC\r\n`, version (u32), CRC-32 of the packed index (u32), bytes of the index packed and
 //!   unpacked (u64 each), bytes of all blocks (u64), CRC-32 of the header up to here (u32);
-//! - index (zstd): writer, instruction level, the mesh (number of faces, corners and holes, hash of its sharpness,
-//!   fingerprint, sizes of faces, corners as differences, holes as differences, number of points and their coordinates,
-//!   what blocks belong to: u8, 1 for triangles, edges and points, see [`crate::lattice`]), then layer by layer name, kind, default texel, number, opacity, blend mode, visibility, sizes of the tiles of every
-//!   face as powers of two, and of every block tile, bytes and CRC-32;
+//! - index (zstd): writer, instruction level, time (f64, seconds), the mesh (number of faces, corners and holes, hash of
+//!   its sharpness, fingerprint, sizes of faces, corners as differences, holes as differences, number of points and their
+//!   coordinates, what blocks belong to: u8, 0 for tiles, 1 for triangles, edges and points, see [`crate::lattice`]), then
+//!   layer by layer name, kind, default texel, number, opacity, blend mode, visibility, sizes of the tiles of every face as
+//!   powers of two, a byte that says what of the following is there (1: the sizes that faces were given before edits at
+//!   other levels, as powers of two; 2: the texel that is seen behind all layers of the kind), and of every block tile,
+//!   bytes and CRC-32;
 //! - blocks (zstd each), in the order of the index, without gaps;
 //! - the journal: any number of [records](crate::record), which are folded into what is before them on opening.
 //!
-//! Version 2 does not say what blocks belong to: always tiles. It is written where they do, so that earlier builds read
-//! it. Version 1 has no points, no numbers and settings of layers, and no journal. The same document always makes the same
+//! A layer that fades has a layer of kind 5 beside it, [`Kind::Stamps`](crate::Kind::Stamps), whose head says after its
+//! kind the number of the layer that fades, the kind of its texels, and for how many seconds an edit stays and then fades
+//! (f32 each). Its blocks have all texels as they were when they were edited last and then all times (f32), rings
+//! included, which mean nothing; so the fade goes on as if it had not been interrupted, whatever is left of it in the
+//! blocks of the layer itself.
+//!
+//! Version 2 has no times, no stamps, nothing in heads after the sizes, and does not say what blocks belong to: always
+//! tiles. Version 1 has no points, no numbers and settings of layers, and no journal. The same document always makes the same
 //! bytes. Readers believe nothing: lengths are compared with the file and the memory limit before anything is allocated.
 
 use std::fmt;
@@ -28,7 +37,7 @@ use crate::replay::{self, Log};
 use crate::{Document, MAX_LAYERS, Topology};
 
 const MAGIC: [u8; 8] = *b"RLVDOC\r\n";
-/// The newest version that is read.
+/// The version that is written, and the newest that is read.
 pub const VERSION: u32 = 3;
 const HEADER: usize = 44;
 /// The level of zstd for the index.
@@ -37,11 +46,6 @@ const COMPRESSION: i32 = 3;
 const ENTRY: u64 = 12;
 /// The extension of documents, without the dot.
 pub const EXTENSION: &str = "relievo";
-
-/// The version that a document over `topology` is written in.
-pub(crate) fn version(topology: &Topology) -> u32 {
-    if topology.is_of_triangles() { VERSION } else { 2 }
-}
 
 /// A part of a document that is damaged.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -95,7 +99,7 @@ impl Document {
         let blocks = self.layers.iter().flat_map(|layer| &layer.blocks).map(|block| block.packed.len() as u64).sum();
         let mut header = Encoder::default();
         header.0.extend_from_slice(&MAGIC);
-        header.u32(version(&self.topology));
+        header.u32(VERSION);
         header.u32(crc32fast::hash(&index));
         header.u64(index.len() as u64);
         header.u64(raw.len() as u64);
@@ -108,6 +112,7 @@ impl Document {
         let mut out = Encoder::default();
         out.text(&self.writer);
         out.text(&self.level);
+        out.u64(self.time.to_bits());
         let topology = &self.topology;
         out.u32(topology.face_count() as u32);
         out.u32(topology.corners().len() as u32);
@@ -129,9 +134,7 @@ impl Document {
         }
         out.u32(self.points.len() as u32);
         self.points.as_flattened().iter().for_each(|number| out.u32(number.to_bits()));
-        if topology.is_of_triangles() {
-            out.0.push(1);
-        }
+        out.0.push(u8::from(topology.is_of_triangles()));
         out.u32(self.layers.len() as u32);
         for layer in &self.layers {
             layer.head.encode(&mut out);
@@ -227,7 +230,7 @@ fn verify(topology: &Topology, layer: &Layer, at: usize) -> Option<Damage> {
         Ok(bytes) => bytes,
         Err(error) => return told(error.what),
     };
-    if !layer.kind().all_finite(&bytes) {
+    if !layer.head.all_finite(&bytes) {
         return told("it holds numbers that are not finite".into());
     }
     None
@@ -314,6 +317,10 @@ impl Header {
 fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document, Vec<u32>)> {
     let mut index = Decoder(raw);
     let (writer, level) = (index.text()?, index.text()?);
+    let time = if version > 2 { f64::from_bits(index.u64()?) } else { 0.0 };
+    if !time.is_finite() || time.abs() > f64::from(f32::MAX) {
+        return Err(damaged("its time is none"));
+    }
     let mut topology = read_topology(&mut index, budget)?;
     let faces = topology.face_count();
     let points = if version > 1 { read_points(&mut index, budget)? } else { Vec::new() };
@@ -328,7 +335,8 @@ fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document
     if count > MAX_LAYERS {
         return Err(damaged("it claims too many layers"));
     }
-    let mut document = Document { writer, level, version, notes: Vec::new(), topology, points, layers: Vec::new() };
+    let mut document =
+        Document { writer, level, version, time, notes: Vec::new(), topology, points, layers: Vec::new() };
     let mut lengths = Vec::new();
     for _ in 0..count {
         let id = document.free_id();

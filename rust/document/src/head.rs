@@ -93,8 +93,37 @@ impl Settings {
     }
 }
 
+/// What the times of a layer of [`Kind::Stamps`] belong to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stamps {
+    /// The number of the layer that fades.
+    pub layer: u32,
+    /// What its texels are.
+    pub texel: Kind,
+    /// How long an edit stays as it is, seconds.
+    pub delay: f32,
+    /// How long it then takes to fade, seconds.
+    pub duration: f32,
+}
+
+impl Stamps {
+    fn check(&self) -> Result<()> {
+        let Self { delay, duration, .. } = *self;
+        if self.texel == Kind::Stamps {
+            return Err(Error::invalid("times of edits do not fade"));
+        }
+        if !(delay >= 0.0 && duration > 0.0 && (delay + duration).is_finite()) {
+            return Err(Error::invalid(format!("edits cannot fade for {duration} s after {delay} s")));
+        }
+        Ok(())
+    }
+}
+
 /// The largest number of a layer, far enough from where numbers end to count on.
 pub const MAX_ID: u32 = 1 << 30;
+
+/// What the names of layers of stamps begin with; the number of the layer that fades follows.
+pub const STAMPS_OF: &str = "stamps of layer ";
 
 /// A layer apart from its blocks.
 #[derive(Clone, Debug, PartialEq)]
@@ -111,27 +140,97 @@ pub struct Head {
     pub settings: Settings,
     /// Of every face, texels along an edge of it. Sub-tiles have half of it, but at least 8.
     pub face_sizes: Vec<u32>,
+    /// Of every face the size it was given, where edits at other levels changed the size of some; else none.
+    pub given_sizes: Vec<u32>,
+    /// The texel that is seen behind all layers of the kind, if this is the lowest of them and it is known; else none.
+    pub behind: Vec<u8>,
+    /// What its times belong to, if it is of [`Kind::Stamps`].
+    pub stamps: Option<Stamps>,
 }
 
+/// Bits that say what follows in a head.
+const GIVEN: u8 = 1;
+const BEHIND: u8 = 2;
+
 impl Head {
+    /// A layer that is seen as a whole, in the mode of its kind.
+    pub fn new(id: u32, name: &str, kind: Kind, blank: &[u8], face_sizes: Vec<u32>) -> Self {
+        Self {
+            id,
+            name: name.to_string(),
+            kind,
+            blank: blank.to_vec(),
+            settings: Settings::of(kind),
+            face_sizes,
+            given_sizes: Vec::new(),
+            behind: Vec::new(),
+            stamps: None,
+        }
+    }
+
+    /// The times of the edits of the layer `of`, which fades as `stamps` says.
+    pub fn of_stamps(id: u32, of: &Self, stamps: Stamps) -> Self {
+        // What is not there was never edited.
+        let blank = [&vec![0; of.kind.texel()][..], &f32::MAX.to_le_bytes()].concat();
+        let name = format!("{STAMPS_OF}{}", of.id);
+        let given_sizes = of.given_sizes.clone();
+        let stamps = Some(Stamps { layer: of.id, texel: of.kind, ..stamps });
+        Self { given_sizes, stamps, ..Self::new(id, &name, Kind::Stamps, &blank, of.face_sizes.clone()) }
+    }
+
+    /// Bytes of a texel; of stamps, of the texel as it was left and its time.
+    pub fn texel(&self) -> usize {
+        self.kind.texel() + self.stamps.map_or(0, |stamps| stamps.texel.texel())
+    }
+
+    /// Whether all numbers of a block are finite.
+    pub(crate) fn all_finite(&self, block: &[u8]) -> bool {
+        let Some(stamps) = self.stamps else { return self.kind.all_finite(block) };
+        let (texels, times) = block.split_at(block.len() / self.texel() * stamps.texel.texel());
+        stamps.texel.all_finite(texels) && self.kind.all_finite(times)
+    }
+
+    /// Writes the form of version 3.
     pub(crate) fn encode(&self, out: &mut Encoder) {
         out.text(&self.name);
         out.0.push(self.kind as u8);
+        if let Some(stamps) = &self.stamps {
+            out.u32(stamps.layer);
+            out.0.push(stamps.texel as u8);
+            out.u32(stamps.delay.to_bits());
+            out.u32(stamps.duration.to_bits());
+        }
         out.0.extend_from_slice(&self.blank);
         out.u32(self.id);
         out.u32(self.settings.opacity.to_bits());
         out.0.push(self.settings.blend as u8);
         out.0.push(u8::from(self.settings.visible));
-        out.0.extend(self.face_sizes.iter().map(|size| size.ilog2() as u8));
+        let bits = |sizes: &[u32], out: &mut Encoder| out.0.extend(sizes.iter().map(|size| size.ilog2() as u8));
+        bits(&self.face_sizes, out);
+        out.0.push(
+            if self.given_sizes.is_empty() { 0 } else { GIVEN } | if self.behind.is_empty() { 0 } else { BEHIND },
+        );
+        bits(&self.given_sizes, out);
+        out.0.extend_from_slice(&self.behind);
     }
 
     /// What [`Self::encode`] wrote for a mesh of `faces` faces. Documents of version 1 have neither numbers nor
-    /// settings; the layer then gets the number `id`.
+    /// settings; the layer then gets the number `id`. Those of version 2 have nothing after the sizes.
     pub(crate) fn decode(from: &mut Decoder, version: u32, id: u32, faces: usize, budget: &mut Budget) -> Result<Self> {
         let name = from.text()?;
         let fault = |what: &str| Error::invalid(format!("the document is damaged: layer `{name}` {what}"));
-        let kind = Kind::of(from.u8()?).ok_or_else(|| fault("is of an unknown kind"))?;
-        let blank = from.bytes(kind.texel())?.to_vec();
+        let kind = |number: u8| Kind::of(number).ok_or_else(|| fault("is of an unknown kind"));
+        let own = kind(from.u8()?)?;
+        let stamps = if own == Kind::Stamps {
+            let (layer, texel) = (from.u32()?, kind(from.u8()?)?);
+            let (delay, duration) = (f32::from_bits(from.u32()?), f32::from_bits(from.u32()?));
+            Some(Stamps { layer, texel, delay, duration })
+        } else {
+            None
+        };
+        let kind = own;
+        let texel = kind.texel() + stamps.map_or(0, |stamps| stamps.texel.texel());
+        let blank = from.bytes(texel)?.to_vec();
         let (mut id, mut settings) = (id, Settings::of(kind));
         if version > 1 {
             id = from.u32()?;
@@ -139,16 +238,33 @@ impl Head {
             let blend = Blend::NAMES.get(usize::from(from.u8()?)).ok_or_else(|| fault("has an unknown blend mode"))?.0;
             settings = Settings { opacity, blend, visible: from.u8()? != 0 };
         }
-        let mut face_sizes = Vec::new();
-        let bits = from.bytes(faces)?;
-        budget.reserve(&mut face_sizes, faces)?;
-        for bits in bits {
-            if !SIZE_BITS.contains(&u32::from(*bits)) {
-                return Err(fault("has tiles of an impossible size"));
+        let mut sizes = |from: &mut Decoder| -> Result<Vec<u32>> {
+            let mut sizes = Vec::new();
+            let bits = from.bytes(faces)?;
+            budget.reserve(&mut sizes, faces)?;
+            for bits in bits {
+                if !SIZE_BITS.contains(&u32::from(*bits)) {
+                    return Err(fault("has tiles of an impossible size"));
+                }
+                sizes.push(1 << bits);
             }
-            face_sizes.push(1 << bits);
+            Ok(sizes)
+        };
+        let face_sizes = sizes(from)?;
+        let (mut given_sizes, mut behind) = (Vec::new(), Vec::new());
+        if version > 2 {
+            let more = from.u8()?;
+            if more & !(GIVEN | BEHIND) != 0 {
+                return Err(fault("has what this build does not know"));
+            }
+            if more & GIVEN != 0 {
+                given_sizes = sizes(from)?;
+            }
+            if more & BEHIND != 0 {
+                behind = from.bytes(texel)?.to_vec();
+            }
         }
-        Ok(Self { id, name, kind, blank, settings, face_sizes })
+        Ok(Self { id, name, kind, blank, settings, face_sizes, given_sizes, behind, stamps })
     }
 
     /// What holds for the layer alone.
@@ -157,24 +273,31 @@ impl Head {
             if self.name.is_empty() || self.name.len() > usize::from(u8::MAX) || self.name.contains(char::is_control) {
                 return Err(Error::invalid("the name of a layer is 1 to 255 bytes of text"));
             }
-            if self.blank.len() != self.kind.texel() {
-                return Err(Error::invalid(format!("its default has {} bytes", self.blank.len()))
-                    .advise(format!("give one texel of {}", self.kind.texel())));
+            if self.stamps.is_some() != (self.kind == Kind::Stamps) {
+                return Err(Error::invalid("times of edits belong to a layer, and nothing else does"));
+            }
+            self.stamps.map_or(Ok(()), |stamps| stamps.check())?;
+            let texel = self.texel();
+            for (what, bytes) in [("default", self.blank.len()), ("background", self.behind.len())] {
+                if bytes != texel && (bytes > 0 || what == "default") {
+                    return Err(Error::invalid(format!("its {what} has {bytes} bytes"))
+                        .advise(format!("give one texel of {texel}")));
+                }
             }
             if self.id > MAX_ID {
                 return Err(Error::invalid(format!("its number is above {MAX_ID}")));
             }
             self.settings.check(self.kind)?;
-            if let Some(size) = self.face_sizes.iter().find(|size| !is_size(**size)) {
+            if let Some(size) = self.face_sizes.iter().chain(&self.given_sizes).find(|size| !is_size(**size)) {
                 return Err(Error::invalid(format!("a tile cannot have {size} texels a side"))
                     .advise("use 8, 16, 32, 64, 128 or 256"));
             }
-            if self.face_sizes.len() != faces {
-                return Err(Error::invalid(format!(
-                    "it has sizes for {} faces and the mesh has {}",
-                    self.face_sizes.len(),
-                    faces
-                )));
+            let given = if self.given_sizes.is_empty() { faces } else { self.given_sizes.len() };
+            for count in [self.face_sizes.len(), given] {
+                if count != faces {
+                    let what = format!("it has sizes for {count} faces and the mesh has {faces}");
+                    return Err(Error::invalid(what));
+                }
             }
             Ok(())
         };
@@ -194,7 +317,7 @@ impl Head {
         let Some((face, sub)) = topology.face_of(tile) else { return 0 };
         let size = self.face_sizes.get(face as usize).copied().unwrap_or(0);
         let side = u64::from(if sub { (size / 2).max(8) } else { size }) + 2;
-        side * side * self.kind.texel() as u64
+        side * side * self.texel() as u64
     }
 
     /// The numbers of bytes that a block may have, the most first.
@@ -204,7 +327,7 @@ impl Head {
         }
         let segments = self.face_sizes.first().copied().unwrap_or(0);
         let values = topology.lattice().values(block, segments);
-        values.into_iter().map(|values| values * self.kind.texel() as u64).collect()
+        values.into_iter().map(|values| values * self.texel() as u64).collect()
     }
 }
 

@@ -12,7 +12,7 @@ use relievo_core::{Context, Error, ErrorKind, Result, file};
 use crate::Document;
 use crate::format::{self, Damage};
 use crate::record::{self, Location, RecordKind};
-use crate::replay::{self, Log};
+use crate::replay::{self, Entry, Log};
 
 /// A file that records are appended to.
 #[derive(Debug)]
@@ -55,12 +55,14 @@ impl Journal {
         let place = |error: Error| error.at(path.display().to_string());
         let mut file = lock(path)?;
         let found = format::read(&mut file, limit).map_err(place)?;
-        let (mut document, log) = found.sound().map_err(place)?;
-        if document.version < format::version(document.topology()) {
+        let (document, log) = found.sound().map_err(place)?;
+        if document.version < format::VERSION {
+            let edits = log.done.iter().map(|entry| (entry, true));
+            write_with_edits(path, &document, &mut file, edits.chain(log.undone.iter().map(|entry| (entry, false))))?;
             drop(file);
-            document.version = format::version(document.topology());
-            let journal = Self::create(path, &document)?;
-            return Ok((document, log, journal));
+            let (mut renewed, mut edits, journal) = Self::open(path, limit)?;
+            (renewed.notes, edits.under_way) = (document.notes, log.under_way);
+            return Ok((renewed, edits, journal));
         }
         // An input without its edit is left behind too.
         let failed = |error: std::io::Error| Error::io(path, &error);
@@ -104,6 +106,12 @@ impl Journal {
     /// Appends what an edit changed that the base has already, if it is `done`, or that was undone before.
     pub fn carry(&mut self, payload: &[u8], done: bool) -> Result<(Location, u64)> {
         self.append(if done { RecordKind::Past } else { RecordKind::Future }, payload)
+    }
+
+    /// Appends the layers of what the document was opened on, see [`Edit::encode`](crate::Edit::encode), where they are not
+    /// those of the document.
+    pub fn layers(&mut self, payload: &[u8]) -> Result<()> {
+        self.append(RecordKind::Layers, payload).map(drop)
     }
 
     /// Takes back the input at `location` if nothing follows it: the edit was not made.
@@ -203,23 +211,31 @@ pub fn compact(path: &Path, limit: u64, keep: usize) -> Result<Compacted> {
     let edits = log.done.len().saturating_sub(keep);
     let undone = if keep > 0 { log.undone.as_slice() } else { &[] };
     let kept = log.done[edits..].iter().map(|entry| (entry, true)).chain(undone.iter().map(|entry| (entry, false)));
-    // Records after the base, until the next program appends to them.
+    write_with_edits(path, &document, &mut file, kept)?;
+    let undone = log.undone.len() - undone.len();
+    Ok(Compacted { edits, undone, bytes: [before, size()?], note: log.note() })
+}
+
+/// Writes `document` to `path` and after it those edits of the journal in `file` that can be undone (true) or made again.
+fn write_with_edits<'a>(
+    path: &Path,
+    document: &Document,
+    file: &mut File,
+    edits: impl Iterator<Item = (&'a Entry, bool)>,
+) -> Result<()> {
     let mut next = 0;
     document.write_with(path, |out| {
-        for (entry, done) in kept {
+        for (entry, done) in edits {
             let kind = if done { RecordKind::Past } else { RecordKind::Future };
-            for (kind, location) in
-                entry.input.map(|input| (RecordKind::Input, input)).into_iter().chain([(kind, entry.edit)])
-            {
-                let payload = record::read_payload(&mut file, location).map_err(std::io::Error::other)?;
+            let input = entry.input.map(|input| (RecordKind::Input, input));
+            for (kind, location) in input.into_iter().chain([(kind, entry.edit)]) {
+                let payload = record::read_payload(file, location).map_err(std::io::Error::other)?;
                 out.write_all(&record::frame(kind, next, &payload).0)?;
                 next += 1;
             }
         }
         Ok(())
-    })?;
-    let undone = log.undone.len() - undone.len();
-    Ok(Compacted { edits, undone, bytes: [before, size()?], note: log.note() })
+    })
 }
 
 /// What [`repair`] did.
@@ -243,7 +259,7 @@ pub fn repair(context: &Context, path: &Path) -> Result<Repaired> {
     let (found, damage) = format::examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;
     let note = found.log.note();
     if damage.is_empty() {
-        if found.document.version == format::version(found.document.topology()) {
+        if found.document.version == format::VERSION {
             file.set_len(found.log.end).map_err(|error| Error::io(path, &error))?;
         }
         return Ok(Repaired { damage, note, kept: None });

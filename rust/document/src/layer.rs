@@ -20,22 +20,25 @@ pub enum Kind {
     Vector = 3,
     /// Traces of contact: contact and depth in half floats, and the moment of contact in a float.
     Trace = 4,
+    /// When the texels of another layer, which fades, were edited last: of every block all texels as they were left then,
+    /// and after them as many floats, seconds. The largest float is the time of what does not fade.
+    Stamps = 5,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Kind; 5] = [Kind::Scalar, Kind::Rgba8, Kind::Rgba16, Kind::Vector, Kind::Trace];
+    pub const ALL: [Kind; 6] = [Kind::Scalar, Kind::Rgba8, Kind::Rgba16, Kind::Vector, Kind::Trace, Kind::Stamps];
 
     /// The kind that has `number` in files.
     pub(crate) fn of(number: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| *kind as u8 == number)
     }
 
-    /// Bytes of a texel.
+    /// Bytes of a texel; of stamps, of the time alone.
     pub fn texel(self) -> usize {
         match self {
             Kind::Scalar => 2,
-            Kind::Rgba8 => 4,
+            Kind::Rgba8 | Kind::Stamps => 4,
             Kind::Vector => 6,
             Kind::Rgba16 | Kind::Trace => 8,
         }
@@ -54,20 +57,22 @@ impl Kind {
             Kind::Rgba16 => "colour, RGBA16F",
             Kind::Vector => "vector displacement, f16",
             Kind::Trace => "traces of contact",
+            Kind::Stamps => "times of edits that fade",
         }
     }
 
     /// Whether all numbers of a block are finite. Numbers that are cut off do not count.
     pub(crate) fn all_finite(self, block: &[u8]) -> bool {
         let half = |half: &[u8]| u16::from_le_bytes([half[0], half[1]]) & 0x7c00 != 0x7c00;
+        // The exponent of a float is in its upper half.
+        let float = |float: &[u8]| u16::from_le_bytes([float[2], float[3]]) & 0x7f80 != 0x7f80;
         match self {
             Kind::Rgba8 => true,
             Kind::Scalar | Kind::Rgba16 | Kind::Vector => block.chunks_exact(2).all(half),
-            // The exponent of the float is in its upper half.
-            Kind::Trace => block.chunks_exact(8).all(|texel| {
-                let upper = u16::from_le_bytes([texel[6], texel[7]]);
-                half(&texel[..2]) && half(&texel[2..4]) && upper & 0x7f80 != 0x7f80
-            }),
+            Kind::Trace => {
+                block.chunks_exact(8).all(|texel| half(&texel[..2]) && half(&texel[2..4]) && float(&texel[4..]))
+            }
+            Kind::Stamps => block.chunks_exact(4).all(float),
         }
     }
 }
@@ -109,7 +114,7 @@ pub struct Layer {
 
 /// Level of zstd: documents are written seldom and read often.
 const COMPRESSION: i32 = 3;
-/// No packed block is larger: 258² texels of 8 bytes, and what incompressible data adds.
+/// No packed block is larger: 258² texels of 8 bytes and times of 4, and what incompressible data adds.
 pub(crate) const MAX_PACKED: u32 = 1 << 20;
 /// Sizes of faces, as powers of two.
 pub(crate) const SIZE_BITS: std::ops::RangeInclusive<u32> = 3..=8;

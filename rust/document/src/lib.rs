@@ -21,7 +21,7 @@ pub mod topology;
 
 pub use edit::{Change, Direction, Edit};
 pub use format::{Damage, examine};
-pub use head::{Blend, Head, Settings};
+pub use head::{Blend, Head, Settings, Stamps};
 pub use journal::{Journal, compact, repair};
 pub use lattice::Lattice;
 pub use layer::{Block, Kind, Layer};
@@ -39,6 +39,8 @@ pub struct Document {
     pub level: String,
     /// The format version of its file; that of this build where it has none.
     pub version: u32,
+    /// When it was written, in the seconds by which edits of its layers fade; its journal may have later ones.
+    pub time: f64,
     /// What the user should know of how it was found; not in the file.
     pub notes: Vec<String>,
     topology: Topology,
@@ -71,9 +73,8 @@ impl Document {
         if level.len() > usize::from(u8::MAX) {
             return Err(Error::invalid("the name of the instruction level is longer than 255 bytes"));
         }
-        let (level, points) = (level.to_string(), mesh.points.clone());
-        let version = format::version(&topology);
-        Ok(Self { writer, level, version, notes: Vec::new(), topology, points, layers: Vec::new() })
+        let (level, points, version) = (level.to_string(), mesh.points.clone(), format::VERSION);
+        Ok(Self { writer, level, version, time: 0.0, notes: Vec::new(), topology, points, layers: Vec::new() })
     }
 
     /// The mesh it belongs to.
@@ -110,9 +111,7 @@ impl Document {
         tiles: &[u32],
         read: impl Fn(u32) -> Result<Vec<u8>> + Sync,
     ) -> Result<()> {
-        let (id, settings) = (self.free_id(), Settings::of(kind));
-        let head = Head { id, name: name.to_string(), kind, blank: blank.to_vec(), settings, face_sizes };
-        self.pack_layer(context, head, tiles, read)
+        self.pack_layer(context, Head::new(self.free_id(), name, kind, blank, face_sizes), tiles, read)
     }
 
     /// As [`Self::pack`], with a number and settings of its own. Fails too if the number is taken.

@@ -34,11 +34,20 @@ pub enum RecordKind {
     Past,
     /// What an edit changed that was undone before the base was written: it can be made again.
     Future,
+    /// The layers of what the document was opened on, which no edit made: an [`Edit`](crate::Edit) that cannot be undone.
+    Layers,
 }
 
 impl RecordKind {
-    const ALL: [RecordKind; 6] =
-        [RecordKind::Input, RecordKind::Edit, RecordKind::Undo, RecordKind::Redo, RecordKind::Past, RecordKind::Future];
+    const ALL: [RecordKind; 7] = [
+        RecordKind::Input,
+        RecordKind::Edit,
+        RecordKind::Undo,
+        RecordKind::Redo,
+        RecordKind::Past,
+        RecordKind::Future,
+        RecordKind::Layers,
+    ];
 
     fn number(self) -> u32 {
         self as u32 + 1

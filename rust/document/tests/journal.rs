@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use relievo_core::{Context, ErrorKind, Mesh};
+use relievo_document::format::VERSION;
 use relievo_document::{Blend, Change, Document, Edit, Head, Journal, Kind, Settings, compact, examine, repair};
 
 const LIMIT: u64 = 64 << 20;
@@ -19,8 +20,7 @@ fn mesh() -> Mesh {
 }
 
 fn head(id: u32, name: &str) -> Head {
-    let kind = Kind::Scalar;
-    Head { id, name: name.into(), kind, blank: vec![0; 2], settings: Settings::of(kind), face_sizes: vec![8; 6] }
+    Head::new(id, name, Kind::Scalar, &[0; 2], vec![8; 6])
 }
 
 /// What every tile of the layers holds; the plain model that documents are held against.
@@ -61,6 +61,7 @@ impl Model {
             before: self.blocks.get(&keys[index]).map(Vec::as_slice),
             after: after.blocks.get(&keys[index]).map(Vec::as_slice),
             blank: &[0, 0],
+            fades: false,
         })
         .unwrap()
     }
@@ -305,31 +306,71 @@ fn killed_processes_lose_no_confirmed_edit() {
 
 #[test]
 fn the_journal_of_every_earlier_release_opens() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-2.relievo"));
+    let golden = |version: u32| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden");
+        folder.join(format!("document-{version}.relievo"))
+    };
     let folder = tempfile::tempdir().unwrap();
     let Session { path: new, states } = session(folder.path(), 16);
     // How it was made; a release that changes the format adds a file and keeps this one.
     if std::env::var_os("RELIEVO_WRITE_GOLDEN").is_some() {
-        std::fs::copy(&new, path).unwrap();
+        std::fs::copy(&new, golden(VERSION)).unwrap();
     }
-    let golden = Document::open(path, LIMIT).unwrap();
-    assert_eq!(golden.points(), mesh().points);
     let expected = &states.last().unwrap().1;
-    assert_eq!(golden.layers().len(), expected.layers().len());
-    for (golden, layer) in golden.layers().iter().zip(expected.layers()) {
-        assert_eq!((golden.head(), golden.blocks().len()), (layer.head(), layer.blocks().len()));
-        for at in 0..layer.blocks().len() {
-            let topology = expected.topology();
-            assert_eq!(golden.unpack(topology, at).unwrap(), layer.unpack(topology, at).unwrap());
+    for version in 2..=VERSION {
+        let found = Document::open(&golden(version), LIMIT).unwrap();
+        assert_eq!((found.version, found.points()), (version, &mesh().points[..]));
+        assert_eq!(found.layers().len(), expected.layers().len());
+        for (found, layer) in found.layers().iter().zip(expected.layers()) {
+            assert_eq!((found.head(), found.blocks().len()), (layer.head(), layer.blocks().len()));
+            for at in 0..layer.blocks().len() {
+                let topology = expected.topology();
+                assert_eq!(found.unpack(topology, at).unwrap(), layer.unpack(topology, at).unwrap());
+            }
         }
     }
-    let old = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-1.relievo"));
-    // Documents of version 1 become new ones when they are worked on.
-    let copy = folder.path().join("old.relievo");
-    std::fs::copy(old, &copy).unwrap();
-    let (before, _, mut journal) = Journal::open(&copy, LIMIT).unwrap();
-    journal.input("nothing yet").unwrap();
-    drop(journal);
-    let after = Document::open(&copy, LIMIT).unwrap();
-    assert!(same(&before, &after) && after.points().is_empty() && after.notes.len() == 1);
+    // Old documents become new ones when they are worked on, and keep their history.
+    for version in 1..VERSION {
+        let copy = folder.path().join("old.relievo");
+        std::fs::copy(golden(version), &copy).unwrap();
+        let (before, log, mut journal) = Journal::open(&copy, LIMIT).unwrap();
+        assert_eq!(before.version, VERSION);
+        match log.done.last() {
+            Some(last) => {
+                assert!(journal.read_input(last.input.unwrap()).unwrap().starts_with("edit "));
+                journal.undo(last.sequence).unwrap();
+                journal.redo(last.sequence).unwrap();
+            }
+            None => assert_eq!(version, 1),
+        }
+        journal.input("nothing yet").unwrap();
+        drop(journal);
+        let after = Document::open(&copy, LIMIT).unwrap();
+        assert!(same(&before, &after) && after.points().is_empty() == (version == 1) && after.notes.len() == 1);
+    }
+}
+
+#[test]
+fn layers_that_no_edit_made_stay_when_edits_are_undone() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.relievo");
+    let before = Model::new();
+    let mut journal = Journal::create(&path, &before.document()).unwrap();
+    // An edit of layers, then layers of what the document is opened on, then an edit of one of those.
+    let mut edited = before.clone();
+    edited.heads.push(head(6, "added"));
+    let (_, first) = journal.edit(&before.edit(&edited)).unwrap();
+    let mut opened = edited.clone();
+    opened.heads.push(head(9, "of the object"));
+    journal.layers(&edited.edit(&opened)).unwrap();
+    let mut last = opened.clone();
+    last.blocks.insert((9, 3), vec![7; SIZE]);
+    let (_, second) = journal.edit(&opened.edit(&last)).unwrap();
+    assert!(same(&Document::open(&path, LIMIT).unwrap(), &last.document()));
+    journal.undo(second).unwrap();
+    assert!(same(&Document::open(&path, LIMIT).unwrap(), &opened.document()));
+    journal.undo(first).unwrap();
+    let mut expected = before.clone();
+    expected.heads.push(head(9, "of the object"));
+    assert!(same(&Document::open(&path, LIMIT).unwrap(), &expected.document()));
 }

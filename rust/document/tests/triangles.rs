@@ -47,8 +47,6 @@ fn blocks_of_every_size_are_read_as_they_were_written() {
     assert_eq!(layer.bytes(read.topology()), BLOCKS.iter().map(|(_, count)| 8 * *count as u64).sum());
     assert_eq!(read.topology().block_count(), 12);
     read.fit_triangles(&mesh()).unwrap();
-    // Tiles are written as before.
-    assert_eq!(Document::new(&mesh(), "baseline").unwrap().version, 2);
 }
 
 #[test]
@@ -93,7 +91,7 @@ proptest! {
 
 #[test]
 fn the_file_of_every_earlier_release_opens() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-3.relievo"));
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/triangles-3.relievo"));
     // How it was made; a release that changes the format adds a file and keeps this one.
     if std::env::var_os("RELIEVO_WRITE_GOLDEN").is_some() {
         document().write(path).unwrap();

@@ -570,8 +570,9 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
         let brought = allocated(world).into_iter().filter(|key| !there.contains(key));
         blocks.extend(brought.map(|(object, layer, tile)| Block { object, layer, tile, bytes: Vec::new() }));
     }
-    // Tiles that are given back make room in the budget for others.
-    blocks.sort_by_key(|block| (!block.bytes.is_empty(), block.object, block.layer, block.tile));
+    // Tiles that are given back make room in the budget for others, and sizes come before what has them.
+    let sizes_first = |block: &Block| (!block.bytes.is_empty(), block.object, block.layer != Layer::Sizes);
+    blocks.sort_by_key(|block| (sizes_first(block), block.layer, block.tile));
     let mut changes = Changes { written: vec![Vec::new(); world.items().len()], ..Changes::default() };
     for block in blocks {
         let object = block.object as usize;

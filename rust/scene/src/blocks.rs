@@ -13,6 +13,7 @@ pub fn read(surface: &DisplacedObject, layer: Layer, tile: u32) -> Result<Option
         Layer::Traces => surface.traces().map(|traces| traces.read(tile)).transpose()?.flatten(),
         Layer::DisplacementStamps => surface.fading().and_then(|fading| fading.displacement.read(tile)),
         Layer::PaintStamps => surface.fading().and_then(|fading| fading.paint.read(tile)),
+        Layer::Sizes => surface.read_sizes(tile),
     })
 }
 
@@ -22,6 +23,7 @@ pub fn write(surface: &mut DisplacedObject, layer: Layer, tile: u32, bytes: Opti
     match layer {
         Layer::Displacement => surface.write_displacement(tile, bytes),
         Layer::Paint => surface.write_paint(tile, bytes),
+        Layer::Sizes => surface.write_sizes(tile, bytes),
         Layer::Traces => surface.traces_mut().ok_or_else(|| missing("traces"))?.write(tile, bytes),
         Layer::DisplacementStamps => {
             let field = surface.displacement().field().clone();
@@ -38,6 +40,8 @@ pub fn write(surface: &mut DisplacedObject, layer: Layer, tile: u32, bytes: Opti
 pub fn allocated(surface: &DisplacedObject) -> Vec<(Layer, u32)> {
     let mut list = Vec::new();
     let mut add = |layer: Layer, tiles: &mut dyn Iterator<Item = u32>| list.extend(tiles.map(|tile| (layer, tile)));
+    let sized = surface.layers().into_iter().map(|layer| layer.id).filter(|id| surface.read_sizes(*id).is_some());
+    add(Layer::Sizes, &mut sized.into_iter());
     add(Layer::Displacement, &mut surface.displaced_tiles().into_iter());
     add(Layer::Paint, &mut surface.painted_tiles().into_iter());
     add(Layer::Traces, &mut surface.traces().into_iter().flat_map(|traces| traces.field().allocated()));
@@ -52,6 +56,7 @@ pub fn allocated(surface: &DisplacedObject) -> Vec<(Layer, u32)> {
 pub fn commit(surface: &mut DisplacedObject) -> Vec<(Layer, u32)> {
     let mut list = Vec::new();
     let mut add = |layer: Layer, tiles: &[u32]| list.extend(tiles.iter().map(|tile| (layer, *tile)));
+    add(Layer::Sizes, &surface.commit_sizes());
     // Taking it for writing also makes the object measure its reach anew, so that a frame does not depend on whether
     // the frames before were computed or opened.
     add(Layer::Displacement, &surface.commit_displacement());

@@ -5,9 +5,10 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use relievo_document::Kind;
+use relievo_surface::TileTopology;
 
 use crate::field::Field;
-use crate::heap::MAX_SIZE;
+use crate::heap::{MAX_SIZE, SizeClass};
 use crate::stored::StoredTexel;
 
 /// Blocks by number at one moment. Cheap to keep, since what is not written afterwards is shared.
@@ -21,6 +22,16 @@ pub trait Blocks: Any + Debug + Send + Sync {
     /// Of every face, texels along an edge of it.
     fn face_sizes(&self) -> Vec<u32>;
 
+    /// Of every face, the size it was given, if an edit of another level changed that of any; else nothing.
+    fn given_sizes(&self) -> Vec<u32> {
+        Vec::new()
+    }
+
+    /// Whether all faces have the sizes that they have in `other`.
+    fn is_sized_as(&self, other: &dyn Blocks) -> bool {
+        self.face_sizes() == other.face_sizes()
+    }
+
     /// The block with a number, if it is there.
     fn bytes(&self, block: u32) -> Option<&[u8]>;
 
@@ -31,7 +42,7 @@ pub trait Blocks: Any + Debug + Send + Sync {
     /// the two are not of one kind.
     fn changed(&self, other: &dyn Blocks) -> Vec<u32>;
 
-    /// Whether faces have the sizes that they have in `other`, and what is not there reads the same.
+    /// Whether faces have and were given the sizes that they have in `other`, and what is not there reads the same.
     fn is_shaped_as(&self, other: &dyn Blocks) -> bool;
 }
 
@@ -45,13 +56,11 @@ impl<T: StoredTexel> Blocks for Field<T> {
     }
 
     fn face_sizes(&self) -> Vec<u32> {
-        let topology = self.topology();
-        let size = |face| {
-            let tile = topology.tiles_of(face).start;
-            // Sub-tiles have half the size of their face.
-            if topology.is_sub(tile) { (2 * self.size(tile)).min(MAX_SIZE) } else { self.size(tile) }
-        };
-        (0..topology.face_count() as u32).map(size).collect()
+        face_sizes(self.topology(), self.classes())
+    }
+
+    fn given_sizes(&self) -> Vec<u32> {
+        if self.given() == self.classes() { Vec::new() } else { face_sizes(self.topology(), self.given()) }
     }
 
     fn bytes(&self, block: u32) -> Option<&[u8]> {
@@ -75,11 +84,30 @@ impl<T: StoredTexel> Blocks for Field<T> {
         }
     }
 
+    fn is_sized_as(&self, other: &dyn Blocks) -> bool {
+        let any: &dyn Any = other;
+        let sized = |other: &Self| Arc::ptr_eq(self.classes(), other.classes()) || self.classes() == other.classes();
+        any.downcast_ref::<Self>().is_some_and(sized)
+    }
+
     fn is_shaped_as(&self, other: &dyn Blocks) -> bool {
         let any: &dyn Any = other;
         any.downcast_ref::<Self>().is_some_and(|other| {
-            let same = Arc::ptr_eq(self.classes(), other.classes()) || self.classes() == other.classes();
-            same && self.blank().same(other.blank())
+            let same = |a: &Arc<[SizeClass]>, b: &Arc<[SizeClass]>| Arc::ptr_eq(a, b) || a == b;
+            same(self.classes(), other.classes())
+                && same(self.given(), other.given())
+                && self.blank().same(other.blank())
         })
     }
+}
+
+/// Of every face, texels along an edge of it, where tiles have the sizes `classes`.
+fn face_sizes(topology: &TileTopology, classes: &[SizeClass]) -> Vec<u32> {
+    let size = |face| {
+        let tile = topology.tiles_of(face).start;
+        let size = classes[tile as usize].size();
+        // Sub-tiles have half the size of their face.
+        if topology.is_sub(tile) { (2 * size).min(MAX_SIZE) } else { size }
+    };
+    (0..topology.face_count() as u32).map(size).collect()
 }

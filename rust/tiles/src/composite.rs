@@ -7,8 +7,6 @@
 //! look-up gives at the centres of the finer texels. The lowest layer, where it is seen as a whole in the mode of its
 //! kind, is taken as it is.
 
-use std::collections::BTreeMap;
-
 use glam::Vec4;
 use half::f16;
 use relievo_core::{Context, Result};
@@ -230,17 +228,18 @@ impl<T: Layered> Channel<T> {
         sheets: &[Sheet<'_, Field<T>>],
         background: T,
     ) -> Result<(Self, Vec<u32>)> {
-        let mut finest = BTreeMap::new();
-        for sheet in sheets {
-            for (face, size) in (0..).zip(sheet.field.face_sizes()) {
-                let finer = finest.entry(face).or_insert(size);
-                *finer = size.max(*finer);
+        let mut finest: [Vec<u32>; 2] = [0; 2].map(|least| vec![least; self.field.topology().face_count()]);
+        for Sheet { field, .. } in sheets {
+            let (sizes, given) = (field.face_sizes(), field.given_sizes());
+            let given = if given.is_empty() { sizes.clone() } else { given };
+            for (finest, sizes) in finest.iter_mut().zip([sizes, given]) {
+                finest.iter_mut().zip(sizes).for_each(|(finest, size)| *finest = size.max(*finest));
             }
         }
+        let [sizes, given] = finest;
         let blank = T::of_sum(blended_blank(sheets, background));
-        let options =
-            ChannelOptions { face_sizes: finest.into_iter().collect(), budget: self.budget(), ..Default::default() };
-        let mut fresh = Self::blank(self.field.topology().clone(), blank, &options)?;
+        let mut fresh = Self::sized(&self.field, &sizes, blank, self.budget())?;
+        fresh.reshape(&sizes, &given)?;
         fresh.revision = self.revision;
         let mut tiles: Vec<u32> =
             sheets.iter().filter(|sheet| sheet.settings.visible).flat_map(|sheet| sheet.field.allocated()).collect();

@@ -125,6 +125,11 @@ impl<T: Texel> Field<T> {
         Arc::make_mut(&mut self.given)[tile as usize] = class;
     }
 
+    /// The sizes that faces were given, where edits of other levels changed some.
+    pub(crate) fn given(&self) -> &Arc<[SizeClass]> {
+        &self.given
+    }
+
     /// A field of the same tiles with these blocks and nothing else.
     pub(crate) fn like<U: Texel>(&self, classes: Vec<SizeClass>, blank: U, blocks: Vec<(u32, Arc<[U]>)>) -> Field<U> {
         let mut field = Field::new(self.topology.clone(), classes, blank);

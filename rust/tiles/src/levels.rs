@@ -138,6 +138,55 @@ impl<T: Texel> Channel<T> {
         self.settle(context, &changes)
     }
 
+    /// Gives every face the size that `sizes` has for it, of which it was given `given`, or the same if that is empty, as
+    /// when an edit is undone. Tiles that change their size are blank and not allocated afterwards; their blocks are to be
+    /// put back, and then [`Self::update_rings`] or all of their neighbours' blocks.
+    ///
+    /// Fails, and changes nothing, if a size does not exist or there is not one for every face.
+    pub fn reshape(&mut self, sizes: &[u32], given: &[u32]) -> Result<()> {
+        let topology = self.field.topology().clone();
+        let given = if given.is_empty() { sizes } else { given };
+        if sizes.len() != topology.face_count() || given.len() != topology.face_count() {
+            return Err(Error::invalid("there is not a size for every face"));
+        }
+        let classes = |sizes: &[u32]| -> Result<Vec<SizeClass>> {
+            (0..topology.tile_count() as u32)
+                .map(|tile| class_of(&topology, tile, SizeClass::of(sizes[topology.face(tile) as usize])?))
+                .collect()
+        };
+        let (sizes, given) = (classes(sizes)?, classes(given)?);
+        let other = |tile: &u32| sizes[*tile as usize] != self.field.class(*tile);
+        let tiles: Vec<u32> = (0..topology.tile_count() as u32).filter(other).collect();
+        let allocated = tiles.iter().copied().filter(|tile| self.field.is_allocated(*tile)).collect();
+        self.apply(&Sets { deallocate: allocated, ..Sets::default() })?;
+        // While tiles have the sizes that their mips have.
+        self.update_mips(&Context::serial());
+        for tile in &tiles {
+            let (own, class) = (self.field.class(*tile), sizes[*tile as usize]);
+            if !topology.is_hole(*tile) {
+                self.full_bytes = self.full_bytes - self.heap.bytes_of(own) + self.heap.bytes_of(class);
+            }
+            self.field.set_class(*tile, class);
+        }
+        if !tiles.is_empty() {
+            self.field.compare();
+        }
+        (0..).zip(given).for_each(|(tile, class)| {
+            if self.field.class_at(tile, 0) != class {
+                self.field.give_class(tile, class);
+            }
+        });
+        Ok(())
+    }
+
+    /// Gives the faces of `tiles`, ascending, the sizes they have in `other`, which an edit changed, as an edit at another
+    /// level does: where there is no tile yet, or it is coarser. Returns what changed, for [`Self::settle`].
+    ///
+    /// Fails, and changes nothing, if the budget does not allow it.
+    pub fn follow_sizes(&mut self, context: &Context, other: &Field<T>, tiles: &[u32]) -> Result<Vec<Change>> {
+        self.fit(context, other, tiles)
+    }
+
     /// Gives tiles other sizes. Returns those whose blocks changed.
     fn convert(&mut self, context: &Context, mut sizes: BTreeMap<u32, SizeClass>) -> Result<Vec<Change>> {
         let topology = self.field.topology().clone();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_document::{Document, Kind};
+use relievo_document::{Document, Head, Kind};
 use relievo_surface::TileTopology;
 
 use crate::blocks::Blocks;
@@ -50,7 +50,8 @@ impl<T: StoredTexel> Field<T> {
         let tiles: Vec<u32> = self.allocated().collect();
         let read = |tile: u32| Ok(bytemuck::cast_slice(self.block(tile).unwrap_or(&[])).to_vec());
         let blank = self.blank();
-        document.pack(context, (name, T::KIND, bytemuck::bytes_of(&blank)), self.face_sizes(), &tiles, read)
+        let head = Head::new(document.free_id(), name, T::KIND, bytemuck::bytes_of(&blank), self.face_sizes());
+        document.pack_layer(context, Head { given_sizes: self.given_sizes(), ..head }, &tiles, read)
     }
 }
 
@@ -84,6 +85,7 @@ impl<T: StoredTexel> Channel<T> {
         }
         let face_sizes = (0..).zip(layer.face_sizes().iter().copied()).collect();
         let mut channel = Self::blank(topology, blank, &ChannelOptions { face_sizes, budget, ..Default::default() })?;
+        channel.reshape(layer.face_sizes(), &layer.head().given_sizes)?;
         // With mips, which documents leave out.
         let bytes: u64 = layer.blocks().iter().map(|block| channel.field.tile_bytes(block.tile())).sum();
         if bytes > budget {

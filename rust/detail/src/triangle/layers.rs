@@ -42,6 +42,21 @@ impl<T: StoredTexel> BlockChannel for TriangleChannel<T> {
         let topology = TriangleChannel::field(self).topology().clone();
         TriangleChannel::commit(self).changed().blocks(&topology)
     }
+
+    /// Blocks say their level by their length; what changes is the number of segments of the finest.
+    fn reshape(&mut self, sizes: &[u32], _: &[u32]) -> Result<()> {
+        let field = TriangleChannel::field(self);
+        let segments = sizes.first().copied().unwrap_or(field.pattern().segments());
+        if segments == field.pattern().segments() {
+            return Ok(());
+        }
+        let options = TriangleOptions { segments, budget: u64::MAX };
+        let mut fresh = Self::blank(field.topology().clone(), field.blank(), &options)?;
+        fresh.keep(field)?;
+        TriangleChannel::set_budget(&mut fresh, TriangleChannel::budget(self));
+        *self = fresh;
+        Ok(())
+    }
 }
 
 impl<T: Absorb> LayerChannel for TriangleChannel<T> {
@@ -75,10 +90,6 @@ impl<T: Absorb> LayerChannel for TriangleChannel<T> {
 
     fn follow(&mut self, before: &Self) {
         TriangleChannel::follow(self, before);
-    }
-
-    fn keep(&mut self, before: &TriangleField<T>) -> Result<()> {
-        TriangleChannel::keep(self, before)
     }
 
     fn absorb(

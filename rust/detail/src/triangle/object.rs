@@ -387,7 +387,7 @@ impl LayeredObject for TriangleObject {
             Kind::Rgba8 => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Paint),
             Kind::Trace => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Traces),
             Kind::Vector => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Vectors),
-            Kind::Rgba16 => None,
+            Kind::Rgba16 | Kind::Stamps => None,
         })
     }
 

@@ -48,6 +48,11 @@ impl<T: StoredTexel> Blocks for TriangleField<T> {
         vec![self.pattern().segments(); self.topology().face_count()]
     }
 
+    fn is_sized_as(&self, other: &dyn Blocks) -> bool {
+        let any: &dyn Any = other;
+        any.downcast_ref::<Self>().is_some_and(|other| other.pattern() == self.pattern())
+    }
+
     fn bytes(&self, block: u32) -> Option<&[u8]> {
         self.held(TriangleBlock::of(self.topology(), block)?).map(bytemuck::cast_slice)
     }
