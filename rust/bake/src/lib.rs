@@ -12,6 +12,7 @@ mod gutter;
 mod layout;
 pub mod map;
 mod nearby;
+mod nearby_faces;
 pub mod opened;
 pub mod prefilter;
 pub mod ptex;

@@ -5,6 +5,8 @@
 //! coefficients whose values at the centres of texels are the old ones; vectors are turned from the old frame into the
 //! new. Areas are in square object units.
 
+mod triangles;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -96,6 +98,9 @@ pub fn transfer_watched(
     progress: &mut dyn Progress,
 ) -> Result<(Document, Transferred)> {
     let topology = document.topology();
+    if topology.is_of_triangles() {
+        return triangles::transfer(context, document, from, mesh, reach);
+    }
     let stored;
     let mut report = Transferred::default();
     let before = match from {
@@ -125,10 +130,7 @@ pub fn transfer_watched(
     let options = SurfaceOptions::default();
     let old = Surface::new(context, before, &options).map_err(|error| error.at("the old mesh"))?;
     let new = Surface::new(context, mesh, &options).map_err(|error| error.at("the new mesh"))?;
-    let reach = reach.unwrap_or(REACH * f64::from(new.extent()));
-    if !(reach > 0.0 && reach.is_finite()) {
-        return Err(Error::invalid(format!("{reach} is no reach")).advise("give a distance above 0"));
-    }
+    let reach = checked_reach(reach.unwrap_or(REACH * f64::from(new.extent())))?;
     report.reach = reach;
     let old = Old { surface: &old, nearby: Nearby::new(context, &old) };
     let areas = |surface: &Surface| -> Vec<f64> {
@@ -189,6 +191,13 @@ pub fn transfer_watched(
         report.layers.push((head.name.clone(), lost));
     }
     Ok((made, report))
+}
+
+fn checked_reach(reach: f64) -> Result<f64> {
+    if reach > 0.0 && reach.is_finite() {
+        return Ok(reach);
+    }
+    Err(Error::invalid(format!("{reach} is no reach")).advise("give a distance above 0"))
 }
 
 /// Texels along an edge of the new faces, so that they are about as large as those of the old tiles that hold something.

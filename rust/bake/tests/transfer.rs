@@ -1,12 +1,16 @@
 //! Documents on other meshes: what was where stays there, what has no place is told.
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use half::f16;
 use relievo_bake::transfer::transfer;
 use relievo_core::{Context, Mesh};
 use relievo_document::Document;
-use relievo_surface::{Grid, Order, Place, Placement, Samples, Surface, SurfaceOptions};
-use relievo_tiles::{Channel, ChannelOptions, ColorTexel, Displaced, Displacement, Paint, Rgba8, Sets, Texel};
+use relievo_surface::{Grid, Order, Place, Placement, Samples, Surface, SurfaceOptions, TriangleSurface};
+use relievo_tiles::texel::Vector;
+use relievo_tiles::triangle::{Slot, TriangleChannel, TriangleOptions, TriangleSets, TriangleValues, edge_foot, foot};
+use relievo_tiles::{
+    Channel, ChannelOptions, ColorTexel, Displaced, Displacement, Paint, Rgba8, Sets, StoredTexel, Texel,
+};
 
 /// A rectangle from (0, 0) to `size`, of `n` × `n` faces.
 fn sheet(n: u32, size: [f32; 2]) -> Mesh {
@@ -145,4 +149,162 @@ fn what_has_no_place_is_told() {
     assert!(error.contains("--from"), "{error}");
     assert!(transfer(&context, &document, Some(&sheet(5, [2.0; 2])), &old, None).is_err(), "another old mesh");
     assert!(transfer(&context, &document, None, &old, Some(f64::NAN)).is_err());
+}
+
+/// The sheet in triangles, with diagonals that lean to both sides.
+fn triangles(n: u32, size: [f32; 2]) -> Mesh {
+    let quads = sheet(n, size);
+    let halves = |(face, corners): (usize, &[u32])| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|corner| corners[(corner + face % 2) % 4]);
+        [a, b, c, a, c, d]
+    };
+    let corners: Vec<u32> = quads.corners.chunks(4).enumerate().flat_map(halves).collect();
+    Mesh::new(quads.points, vec![3; corners.len() / 3], corners)
+}
+
+/// A channel on all faces whose values follow from where they are.
+fn everywhere<T: Texel>(
+    context: &Context,
+    surface: &TriangleSurface,
+    mut channel: TriangleChannel<T>,
+    texel: impl Fn(Vec3) -> T,
+) -> TriangleChannel<T> {
+    let (topology, pattern) = (surface.topology(), channel.field().pattern());
+    let allocate = (0..topology.face_count() as u32).collect();
+    assert!(channel.apply(context, pattern, &TriangleSets { allocate, ..Default::default() }).unwrap().is_empty());
+    let place = |face: u32, index: u32| foot(surface, face, pattern, pattern.at_slot(Slot::Inside(index))).point;
+    let inside = |face: u32| (0..pattern.face_values() as u32).map(|index| texel(place(face, index))).collect();
+    let along = |edge: u32| {
+        (1..pattern.segments()).map(|step| texel(edge_foot(surface, edge, step, pattern.segments()).point)).collect()
+    };
+    let values = TriangleValues {
+        faces: (0..topology.face_count() as u32).map(|face| (face, inside(face))).collect(),
+        edges: (0..topology.edge_count() as u32).map(|edge| (edge, along(edge))).collect(),
+        vertices: (0..).zip(surface.points()).map(|(vertex, point)| (vertex, texel(Vec3::from(*point)))).collect(),
+    };
+    channel.write(values).unwrap();
+    channel
+}
+
+fn bump(p: Vec3) -> f32 {
+    let square = ((p.x - 0.8).powi(2) + (p.y - 1.1).powi(2)) / 0.36;
+    (1.0 - square).max(0.0).powi(2)
+}
+
+const LEAN: Vec3 = Vec3::new(0.3, -0.2, 0.1);
+
+fn triangle_document(context: &Context, mesh: &Mesh) -> Document {
+    let surface = TriangleSurface::new(context, mesh).unwrap();
+    let options = TriangleOptions { segments: 16, budget: 1 << 26 };
+    let topology = || surface.topology().clone();
+    let shape = TriangleChannel::displacement(topology(), &options).unwrap();
+    let shape = everywhere(context, &surface, shape, |p| f16::from_f32(0.2 * bump(p)));
+    let paint = TriangleChannel::<Rgba8>::of_color(topology(), GREY, &options).unwrap();
+    let red = Vec4::new(0.9, 0.1, 0.05, 1.0);
+    let paint = everywhere(context, &surface, paint, |p| Rgba8::of_color(GREY + (red - GREY) * bump(p)));
+    let mut document = Document::of_triangles(mesh, "baseline").unwrap();
+    shape.field().store(context, &mut document, "displacement").unwrap();
+    paint.field().store(context, &mut document, "colour").unwrap();
+    document
+}
+
+fn channel_of<T: StoredTexel>(context: &Context, mesh: &Mesh, document: &Document, name: &str) -> TriangleChannel<T> {
+    let surface = TriangleSurface::new(context, mesh).unwrap();
+    TriangleChannel::stored(context, surface.topology().clone(), document, name, 1 << 26).unwrap().unwrap()
+}
+
+#[test]
+fn layers_of_triangles_go_to_other_triangles() {
+    let context = Context::serial();
+    let old = triangles(4, [2.0; 2]);
+    let document = triangle_document(&context, &old);
+    for n in [4, 7, 12] {
+        let mesh = triangles(n, [2.0; 2]);
+        let (made, report) = transfer(&context, &document, None, &mesh, None).unwrap();
+        assert!((report.area[0] - 4.0).abs() < 1e-3 && report.area[1] == 0.0, "{report}");
+        assert!(report.layers.iter().all(|(_, [all, lost])| *all > 0.5 && *lost == 0.0), "{report}");
+        let surface = TriangleSurface::new(&context, &mesh).unwrap();
+        let shape = channel_of::<f16>(&context, &mesh, &made, "displacement");
+        let paint = channel_of::<Rgba8>(&context, &mesh, &made, "colour");
+        let spacing = 2.0 / n as f32 / shape.field().pattern().segments() as f32;
+        assert!(spacing > 0.6 * 2.0 / 64.0 && spacing < 1.6 * 2.0 / 64.0, "{n}: {spacing}");
+        assert!(shape.allocated_count() < surface.topology().face_count(), "where nothing is there is no block");
+        let mut highest = 0.0f64;
+        for face in 0..surface.topology().face_count() as u32 {
+            for at in [[0.2, 0.3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.4, 0.6], [0.05, 0.9, 0.05]] {
+                let [a, b, c] = surface.corner_points(face).map(Vec3::from);
+                let expected = bump(a * at[0] + b * at[1] + c * at[2]);
+                let height = shape.field().value(face, at);
+                let red = paint.field().value(face, at).x;
+                highest = highest.max(height);
+                assert!((height - f64::from(0.2 * expected)).abs() < 2e-3, "{n}: {height} {expected}");
+                assert!((red - f64::from(0.2 + 0.7 * expected)).abs() < 1.5e-2, "{n}: {red} {expected}");
+            }
+        }
+        assert!(highest > 0.12, "{n}: {highest}");
+        // Onto the triangles that it was made on nothing changes.
+        if n == 4 {
+            let before = channel_of::<f16>(&context, &old, &document, "displacement");
+            for face in shape.field().allocated() {
+                assert_eq!(shape.field().face(face), before.field().face(face), "face {face}");
+            }
+        }
+    }
+}
+
+#[test]
+fn vectors_of_triangles_keep_their_direction_and_what_has_no_place_is_told() {
+    let context = Context::serial();
+    let old = triangles(4, [2.0; 2]);
+    let surface = TriangleSurface::new(&context, &old).unwrap();
+    let options = TriangleOptions { segments: 16, budget: 1 << 26 };
+    // Kept in the frames of their owners, so the frames give what is to be written.
+    let mut vectors = TriangleChannel::<Vector>::vectors(surface.topology().clone(), &options).unwrap();
+    let pattern = vectors.field().pattern();
+    let allocate = (0..surface.topology().face_count() as u32).collect();
+    vectors.apply(&context, pattern, &TriangleSets { allocate, ..Default::default() }).unwrap();
+    let face = |face: u32| {
+        let value = |index: u32| {
+            let foot = foot(&surface, face, pattern, pattern.at_slot(Slot::Inside(index)));
+            let frame = relievo_tiles::triangle::vectors::face_frame(&surface, face, foot.normal);
+            Vector::nearest((frame.transpose() * (LEAN * bump(foot.point))).as_dvec3())
+        };
+        (face, (0..pattern.face_values() as u32).map(value).collect())
+    };
+    let faces = (0..surface.topology().face_count() as u32).map(face).collect();
+    vectors.write(TriangleValues { faces, ..Default::default() }).unwrap();
+    let mut document = Document::of_triangles(&old, "baseline").unwrap();
+    vectors.field().store(&context, &mut document, "vectors").unwrap();
+    let mesh = triangles(9, [2.0, 2.0]);
+    let (made, _) = transfer(&context, &document, None, &mesh, None).unwrap();
+    let new = TriangleSurface::new(&context, &mesh).unwrap();
+    let there = channel_of::<Vector>(&context, &mesh, &made, "vectors").field().in_object_space(&context, &new);
+    let before = vectors.field().in_object_space(&context, &surface);
+    let mut compared = 0;
+    for face in there.allocated().collect::<Vec<u32>>() {
+        let [a, b, c] = new.corner_points(face).map(Vec3::from);
+        let middle = (a + b + c) / 3.0;
+        // The old face that the middle is in, by its barycentric coordinates.
+        let found = (0..surface.topology().face_count() as u32).find_map(|old| {
+            let [a, b, c] = surface.corner_points(old).map(Vec3::from);
+            let whole = (b - a).cross(c - a).z;
+            let at =
+                [(b - middle).cross(c - middle).z, (c - middle).cross(a - middle).z, (a - middle).cross(b - middle).z];
+            at.iter().all(|part| *part > 0.05 * whole).then(|| before.value(old, at.map(|part| part / whole)))
+        });
+        let Some(expected) = found else { continue };
+        compared += 1;
+        let is = there.value(face, [1.0 / 3.0; 3]);
+        assert!((is - expected).length() < 2e-3, "{is} {expected}");
+    }
+    assert!(compared > 20, "{compared}");
+    // Twice as wide: the right half is bare; a quarter of it: most of what was edited is lost.
+    let (_, report) = transfer(&context, &document, None, &triangles(8, [4.0, 2.0]), Some(0.01)).unwrap();
+    assert!((report.area[0] - 8.0).abs() < 1e-3 && (report.area[1] - 4.0).abs() < 0.3, "{report}");
+    let (_, report) = transfer(&context, &document, None, &triangles(4, [2.0, 1.0]), Some(0.01)).unwrap();
+    let (_, [all, lost]) = &report.layers[0];
+    assert!(report.area[1] == 0.0 && *lost > 0.4 * all && lost < all, "{report}");
+    // Another old mesh, and one that is no number.
+    assert!(transfer(&context, &document, Some(&triangles(5, [2.0; 2])), &old, None).is_err());
+    assert!(transfer(&context, &document, None, &old, Some(-1.0)).is_err());
 }

@@ -4,11 +4,13 @@
 //! displaces and paints: flat triangles whose normals are interpolated from their vertices.
 
 mod carried;
+mod closest;
 mod split;
 mod surface;
 mod topology;
 
 pub use carried::Pieces;
+pub use closest::closest;
 pub use split::{SplitReport, split};
 pub use surface::TriangleSurface;
 pub use topology::{TriangleSide, TriangleTopology};

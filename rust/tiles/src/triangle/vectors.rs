@@ -60,54 +60,115 @@ fn frame(normal: Vec3, along: Vec3) -> Mat3 {
     Mat3::from_cols(across.cross(normal), across, normal)
 }
 
+fn way(surface: &TriangleSurface, [a, b]: [u32; 2]) -> Vec3 {
+    let points = surface.points();
+    Vec3::from(points[b as usize]) - Vec3::from(points[a as usize])
+}
+
+/// The frame of a value in `face` where the unit normal is `normal`: its columns are T, N × T and N. Panics if there is no
+/// such face.
+pub fn face_frame(surface: &TriangleSurface, face: u32, normal: Vec3) -> Mat3 {
+    let [a, b, _] = surface.topology().face(face);
+    frame(normal, way(surface, [a, b]))
+}
+
+/// The frame of a value on `edge`, as of [`face_frame`]. Panics if there is no such edge.
+pub fn edge_frame(surface: &TriangleSurface, edge: u32, normal: Vec3) -> Mat3 {
+    frame(normal, way(surface, surface.topology().edge(edge)))
+}
+
+/// The frame of the value at `vertex`, as of [`face_frame`]; that of no direction if it has no face. Panics if there is no
+/// such vertex.
+pub fn vertex_frame(surface: &TriangleSurface, vertex: u32) -> Mat3 {
+    let topology = surface.topology();
+    let Some((face, corner)) = topology.faces_around(vertex).next() else { return Mat3::ZERO };
+    let next = topology.face(face)[(corner as usize + 1) % 3];
+    frame(Vec3::from(surface.normals()[vertex as usize]), way(surface, [vertex, next]))
+}
+
 impl TriangleField<Vector> {
     /// The vectors in object space, where the mesh is `surface`.
     pub fn in_object_space(&self, context: &Context, surface: &TriangleSurface) -> TriangleField<Offset> {
-        let topology = self.topology();
-        let mut out = TriangleField::new(topology.clone(), self.pattern(), Offset::default());
-        let points = surface.points();
-        let way = |[a, b]: [u32; 2]| Vec3::from(points[b as usize]) - Vec3::from(points[a as usize]);
-        let turned = |frame: Mat3, vector: Vector| Offset((frame * vector.value().as_vec3()).to_array());
+        let mut out = TriangleField::new(self.topology().clone(), self.pattern(), Offset::default());
         for (vertex, value) in (0..).zip(self.vertices().flatten()) {
-            if value.is_blank(Vector::ZERO) {
-                continue;
-            }
-            let Some((face, corner)) = topology.faces_around(vertex).next() else { continue };
-            let next = topology.face(face)[(corner as usize + 1) % 3];
-            let normal = Vec3::from(surface.normals()[vertex as usize]);
-            out.set_vertex(vertex, turned(frame(normal, way([vertex, next])), *value));
-        }
-        let edges: Vec<u32> = self.allocated_edges().collect();
-        let blocks = context.map(edges.len(), |index| {
-            let edge = edges[index];
-            let block = self.edge(edge).unwrap_or(&[]);
-            let (along, segments) = (way(topology.edge(edge)), block.len() as u32 + 1);
-            let values = (1..)
-                .zip(block)
-                .map(|(step, value)| turned(frame(edge_foot(surface, edge, step, segments).normal, along), *value));
-            values.collect::<Arc<[Offset]>>()
-        });
-        for (edge, texels) in edges.into_iter().zip(blocks) {
-            if let Some(Entry { id, version, .. }) = self.edges.entry(edge) {
-                *out.edges.entry_mut(edge) = Some(Entry { texels, id: *id, version: *version });
+            if !value.is_blank(Vector::ZERO) {
+                out.set_vertex(vertex, turned(vertex_frame(surface, vertex), *value));
             }
         }
-        let faces: Vec<u32> = self.allocated().collect();
-        let blocks = context.map(faces.len(), |index| {
-            let face = faces[index];
-            let [a, b, _] = topology.face(face);
-            let (along, pattern) = (way([a, b]), self.face_pattern(face).unwrap_or(self.pattern()));
-            let values = (0..).zip(self.face(face).unwrap_or(&[])).map(|(index, value)| {
-                let foot = foot(surface, face, pattern, pattern.at_slot(Slot::Inside(index)));
-                turned(frame(foot.normal, along), *value)
-            });
-            values.collect::<Arc<[Offset]>>()
-        });
-        for (face, texels) in faces.into_iter().zip(blocks) {
-            if let Some(Entry { id, version, .. }) = self.faces.entry(face) {
-                *out.faces.entry_mut(face) = Some(Entry { texels, id: *id, version: *version });
-            }
-        }
+        self.turn_blocks(context, surface, self.allocated().collect(), self.allocated_edges().collect(), &mut out);
         out
     }
+
+    /// Brings what [`Self::in_object_space`] gave of this field up to date where only `faces`, their edges and their
+    /// corners changed. Panics if a face does not exist.
+    pub fn renew_in_object_space(
+        &self,
+        context: &Context,
+        surface: &TriangleSurface,
+        faces: &[u32],
+        out: &mut TriangleField<Offset>,
+    ) {
+        let topology = self.topology();
+        let sorted = |mut list: Vec<u32>| {
+            list.sort_unstable();
+            list.dedup();
+            list
+        };
+        for vertex in sorted(faces.iter().flat_map(|face| topology.face(*face)).collect()) {
+            let value = self.vertex(vertex);
+            let blank = value.is_blank(Vector::ZERO);
+            out.set_vertex(
+                vertex,
+                if blank { Offset::default() } else { turned(vertex_frame(surface, vertex), value) },
+            );
+        }
+        let edges = sorted(faces.iter().flat_map(|face| topology.edges_of(*face)).collect());
+        self.turn_blocks(context, surface, sorted(faces.to_vec()), edges, out);
+    }
+
+    fn turn_blocks(
+        &self,
+        context: &Context,
+        surface: &TriangleSurface,
+        faces: Vec<u32>,
+        edges: Vec<u32>,
+        out: &mut TriangleField<Offset>,
+    ) {
+        let blocks = context.map(edges.len(), |index| {
+            let edge = edges[index];
+            let block = self.edge(edge)?;
+            let segments = block.len() as u32 + 1;
+            let foot = |step: u32| edge_foot(surface, edge, step, segments);
+            let values =
+                (1..).zip(block).map(|(step, value)| turned(edge_frame(surface, edge, foot(step).normal), *value));
+            Some(values.collect::<Arc<[Offset]>>())
+        });
+        for (edge, texels) in edges.into_iter().zip(blocks) {
+            let entry = self.edges.entry(edge).zip(texels);
+            let entry = entry.map(|(Entry { id, version, .. }, texels)| Entry { texels, id: *id, version: *version });
+            if entry.is_some() || out.edges.entry(edge).is_some() {
+                *out.edges.entry_mut(edge) = entry;
+            }
+        }
+        let blocks = context.map(faces.len(), |index| {
+            let face = faces[index];
+            let (block, pattern) = (self.face(face)?, self.face_pattern(face).unwrap_or(self.pattern()));
+            let values = (0..).zip(block).map(|(index, value)| {
+                let foot = foot(surface, face, pattern, pattern.at_slot(Slot::Inside(index)));
+                turned(face_frame(surface, face, foot.normal), *value)
+            });
+            Some(values.collect::<Arc<[Offset]>>())
+        });
+        for (face, texels) in faces.into_iter().zip(blocks) {
+            let entry = self.faces.entry(face).zip(texels);
+            let entry = entry.map(|(Entry { id, version, .. }, texels)| Entry { texels, id: *id, version: *version });
+            if entry.is_some() || out.faces.entry(face).is_some() {
+                *out.faces.entry_mut(face) = entry;
+            }
+        }
+    }
+}
+
+fn turned(frame: Mat3, vector: Vector) -> Offset {
+    Offset((frame * vector.value().as_vec3()).to_array())
 }
