@@ -72,6 +72,8 @@ const MEASURED: u32 = 8;
 const REACH: f64 = 0.02;
 /// The share of progress that finding the uncovered area is.
 const COVERAGE: f32 = 0.2;
+/// What is said of a document whose edits fade.
+const FADE_NO_MORE: &str = "edits fade no more: when they were made belongs to the old mesh";
 
 /// Takes the layers of `document` to `mesh`. The old mesh is `from`, or the one whose points the document has; `reach` is
 /// how far a place of the old surface may be from one of the new, 2 % of the new surface's extent if nothing is said.
@@ -99,7 +101,7 @@ pub fn transfer_watched(
 ) -> Result<(Document, Transferred)> {
     let topology = document.topology();
     if topology.is_of_triangles() {
-        return triangles::transfer(context, document, from, mesh, reach);
+        return triangles::transfer(context, document, from, mesh, reach, progress);
     }
     let stored;
     let mut report = Transferred::default();
@@ -184,7 +186,7 @@ pub fn transfer_watched(
                 carry.over(made, Traces::of(shape.field(), options.budget)?, Trace::sample, traced, progress)?
             }
             Kind::Stamps => {
-                report.notes.push("edits fade no more: when they were made belongs to the old mesh".into());
+                report.notes.push(FADE_NO_MORE.into());
                 continue;
             }
         };

@@ -157,8 +157,10 @@ impl Document {
             differs = Some(format!("it has {} points, this one {points}", self.points.len()));
         }
         differs.map_or(Ok(()), |difference| {
-            Err(Error::invalid(format!("the document was made on other triangles: {difference}"))
-                .advise("give it the mesh it was made on, split as it was, with its triangles in the same order"))
+            Err(Error::invalid(format!("the document was made on other triangles: {difference}")).advise(
+                "give it the mesh it was made on, split as it was, with its triangles in the same order, or take its \
+                     layers to this one with `relievo doc transfer`",
+            ))
         })
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use glam::{DVec3, Vec3};
 use half::f16;
-use relievo_core::{Context, Error, Mesh, Result};
+use relievo_core::{Context, Error, Mesh, Progress, Result};
 use relievo_document::{Document, Head, Kind};
 use relievo_surface::TriangleSurface;
 use relievo_tiles::texel::Vector;
@@ -15,7 +15,7 @@ use relievo_tiles::triangle::{
 };
 use relievo_tiles::{Blocks, Rgba8, Rgba16, StoredTexel, Texel, Trace};
 
-use super::{REACH, Transferred};
+use super::{COVERAGE, FADE_NO_MORE, REACH, Transferred};
 use crate::nearby_faces::{FoundFace, NearbyFaces};
 
 /// Faces, edges or vertices that are worked on at a time.
@@ -35,6 +35,7 @@ pub(super) fn transfer(
     from: Option<&Mesh>,
     mesh: &Mesh,
     reach: Option<f64>,
+    progress: &mut dyn Progress,
 ) -> Result<(Document, Transferred)> {
     let stored;
     let before = match from {
@@ -57,18 +58,26 @@ pub(super) fn transfer(
     let nearby = [&old, &new].map(|surface| NearbyFaces::new(surface, every(surface)));
     let mut report = Transferred { reach, ..Transferred::default() };
     let faces = every(&new);
+    progress.step(0.0, "transfer")?;
     report.area = [area(&new, &faces), area(&new, &beyond(context, &new, &faces, &nearby[0], reach))];
     let mut made = Document::of_triangles(mesh, &document.level)?;
-    for layer in document.layers() {
+    made.time = document.time;
+    let part = (1.0 - COVERAGE) / document.layers().len().max(1) as f32;
+    for (number, layer) in document.layers().iter().enumerate() {
+        let span = [number, number + 1].map(|at| COVERAGE + at as f32 * part);
         let head = layer.head();
-        let carry = Carry { context, document, old: &old, new: &new, nearby: &nearby, reach, head };
+        let carry = Carry { context, document, old: &old, new: &new, nearby: &nearby, reach, head, span };
         let made = &mut made;
         let lost = match head.kind {
-            Kind::Scalar => carry.plain::<f16>(made)?,
-            Kind::Rgba8 => carry.plain::<Rgba8>(made)?,
-            Kind::Rgba16 => carry.plain::<Rgba16>(made)?,
-            Kind::Trace => carry.plain::<Trace>(made)?,
-            Kind::Vector => carry.vectors(made)?,
+            Kind::Scalar => carry.plain::<f16>(made, progress)?,
+            Kind::Rgba8 => carry.plain::<Rgba8>(made, progress)?,
+            Kind::Rgba16 => carry.plain::<Rgba16>(made, progress)?,
+            Kind::Trace => carry.plain::<Trace>(made, progress)?,
+            Kind::Vector => carry.vectors(made, progress)?,
+            Kind::Stamps => {
+                report.notes.push(FADE_NO_MORE.into());
+                continue;
+            }
         };
         report.layers.push((head.name.clone(), lost));
     }
@@ -108,6 +117,8 @@ struct Carry<'a> {
     nearby: &'a [NearbyFaces<'a>; 2],
     reach: f64,
     head: &'a Head,
+    /// The fractions of progress it goes between.
+    span: [f32; 2],
 }
 
 impl Carry<'_> {
@@ -120,14 +131,14 @@ impl Carry<'_> {
 
     /// A layer whose values are the same wherever they are kept. Returns the area of the old faces that hold something,
     /// and of those of which nothing arrived.
-    fn plain<T: StoredTexel>(&self, made: &mut Document) -> Result<[f64; 2]> {
+    fn plain<T: StoredTexel>(&self, made: &mut Document, progress: &mut dyn Progress) -> Result<[f64; 2]> {
         let from = self.stored::<T>()?;
         let field = from.field();
-        self.over(made, field, |found| field.value(found.face, found.at), |_, _, value| T::nearest(value))
+        self.over(made, field, |found| field.value(found.face, found.at), |_, _, value| T::nearest(value), progress)
     }
 
     /// A layer of vectors, which are turned into the frames of what they come to belong to.
-    fn vectors(&self, made: &mut Document) -> Result<[f64; 2]> {
+    fn vectors(&self, made: &mut Document, progress: &mut dyn Progress) -> Result<[f64; 2]> {
         let from = self.stored::<Vector>()?;
         let offsets = from.field().in_object_space(self.context, self.old);
         let own = |owner: Owner, foot: &Foot, value: DVec3| {
@@ -138,7 +149,7 @@ impl Carry<'_> {
             };
             Vector::nearest((frame.transpose() * value.as_vec3()).as_dvec3())
         };
-        self.over(made, from.field(), |found| offsets.value(found.face, found.at), own)
+        self.over(made, from.field(), |found| offsets.value(found.face, found.at), own, progress)
     }
 
     fn over<T: StoredTexel>(
@@ -147,6 +158,7 @@ impl Carry<'_> {
         from: &TriangleField<T>,
         sample: impl Fn(&FoundFace) -> T::Value + Sync,
         own: impl Fn(Owner, &Foot, T::Value) -> T + Sync,
+        progress: &mut dyn Progress,
     ) -> Result<[f64; 2]> {
         let Self { context, old, new, nearby, reach, head, .. } = *self;
         let (topology, blank) = (new.topology(), from.blank());
@@ -181,11 +193,12 @@ impl Carry<'_> {
             let of = |step: u32| value(Owner::Edge(edge), edge_foot(new, edge, step, segments));
             (edge, (1..segments).map(of).collect::<Vec<T>>())
         });
-        let faces = self.each(faces.iter().copied(), |face| {
+        let faces = context.map_watched(faces.len(), progress, ("transfer", self.span), |index| {
+            let face = faces[index];
             let place = |index: u32| foot(new, face, pattern, pattern.at_slot(Slot::Inside(index)));
             let of = |index: u32| value(Owner::Face(face), place(index));
             (face, (0..pattern.face_values() as u32).map(of).collect::<Vec<T>>())
-        });
+        })?;
         let bare = |values: &[T]| values.iter().all(|value| value.is_blank(blank));
         let at_vertices: BTreeSet<u32> =
             vertices.iter().filter(|(_, value)| !value.is_blank(blank)).map(|(vertex, _)| *vertex).collect();
