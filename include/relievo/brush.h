@@ -36,7 +36,10 @@ typedef enum RlvSculptMode {
     RLV_SCULPT_CLAY = 4,    /* up to the plane that is the height over the middle of the box, and not beyond */
     RLV_SCULPT_SCRAPE = 5,  /* as flatten, but nothing rises */
     RLV_SCULPT_LAYER = 6,   /* as draw, but dabs of a stroke do not add up */
-    RLV_SCULPT_INFLATE = 7  /* outwards by the height across the displaced surface itself */
+    RLV_SCULPT_INFLATE = 7, /* outwards by the height across the displaced surface itself */
+    /* The last two change vector displacement, which the detail must have; smooth and erase change it too if it has some. */
+    RLV_SCULPT_PINCH = 8, /* toward the line through the middle along the third axis; away from it if the height is negative */
+    RLV_SCULPT_VECTOR = 9 /* by the stamp's vectors times the height along the axes of the box; without one along the third */
 } RlvSculptMode;
 
 /* The share of the edit from the middle of the box to its border. */

@@ -4,22 +4,41 @@ use std::fmt::Debug;
 
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Result};
-use relievo_tiles::triangle::TriangleField;
-use relievo_tiles::{Displaced, Field, Vector};
+use relievo_tiles::triangle::{Offset, TriangleField};
+use relievo_tiles::{Field, Vector};
 
 use crate::dab::{Dab, DabReport};
+use crate::ground::Ground;
 use crate::layered::LayeredObject;
 use crate::nearest::SurfacePoint;
 use crate::object::DisplacedObject;
-use crate::triangle::TriangleObject;
+use crate::triangle::{TriangleGround, TriangleObject};
 
 /// The displacement of an object when a stroke began.
 #[derive(Clone, Debug)]
 pub enum Start {
     /// That of a Catmull-Clark surface, and the vector displacement that comes after it.
     Tiles(Field, Option<Field<Vector>>),
-    /// That of a triangle mesh.
-    Triangles(TriangleField),
+    /// That of a triangle mesh, and the vectors that come after it, in object space.
+    Triangles(TriangleField, Option<TriangleField<Offset>>),
+}
+
+impl Start {
+    /// That of a Catmull-Clark surface, if it is one's.
+    pub(crate) fn ground(&self) -> Option<Ground<'_>> {
+        match self {
+            Start::Tiles(heights, vectors) => Some(Ground { heights, vectors: vectors.as_ref() }),
+            Start::Triangles(..) => None,
+        }
+    }
+
+    /// That of a triangle mesh, if it is one's.
+    fn triangles(&self) -> Option<TriangleGround<'_>> {
+        match self {
+            Start::Tiles(..) => None,
+            Start::Triangles(heights, vectors) => Some(TriangleGround { heights, vectors: vectors.as_ref() }),
+        }
+    }
 }
 
 /// An object that can be painted and sculpted.
@@ -29,6 +48,9 @@ pub trait Canvas: Debug + Send + Sync {
 
     /// Whether it has colours to paint on.
     fn is_paintable(&self) -> bool;
+
+    /// Whether it has vector displacement to change.
+    fn is_bendable(&self) -> bool;
 
     /// Makes it ready for a stroke, so that nothing has to be measured anew for each dab, and returns what dabs go by.
     fn begin(&mut self, context: &Context) -> Result<Start>;
@@ -61,6 +83,10 @@ impl Canvas for DisplacedObject {
         self.paint().is_some()
     }
 
+    fn is_bendable(&self) -> bool {
+        self.vectors().is_some()
+    }
+
     fn begin(&mut self, context: &Context) -> Result<Start> {
         self.settle(context)?;
         self.follow(context, None);
@@ -70,23 +96,12 @@ impl Canvas for DisplacedObject {
     }
 
     fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
-        let Start::Tiles(displacement, vectors) = start else {
-            return DisplacedObject::nearest(self, context, point, within);
-        };
-        let displaced = Displaced::new(self.surface(), displacement)?;
-        let displaced = match vectors {
-            Some(vectors) => displaced.with_vectors(vectors)?,
-            None => displaced,
-        };
-        self.nearest_of(context, &displaced, point, within)
+        let Some(ground) = start.ground() else { return DisplacedObject::nearest(self, context, point, within) };
+        self.nearest_of(context, &ground.displaced(self.surface())?, point, within)
     }
 
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport> {
-        let start = match start {
-            Start::Tiles(field, _) => Some(field),
-            Start::Triangles(_) => None,
-        };
-        dab.make_at(context, self, start, level)
+        dab.make_at(context, self, start.ground(), level)
     }
 
     fn show(&mut self, context: &Context) -> Result<Vec<u32>> {
@@ -107,29 +122,30 @@ impl Canvas for TriangleObject {
         self.paint().is_some()
     }
 
+    fn is_bendable(&self) -> bool {
+        self.vectors().is_some()
+    }
+
     fn begin(&mut self, context: &Context) -> Result<Start> {
         self.settle(context)?;
         self.reach();
         self.renew(context)?;
-        Ok(Start::Triangles(self.displacement().field().clone()))
+        let TriangleGround { heights, vectors } = self.ground();
+        Ok(Start::Triangles(heights.clone(), vectors.cloned()))
     }
 
     fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
-        match start {
-            Start::Tiles(..) => TriangleObject::nearest(self, context, point, within),
-            Start::Triangles(field) => self.nearest_of(context, field, point, within),
+        match start.triangles() {
+            None => TriangleObject::nearest(self, context, point, within),
+            Some(ground) => self.nearest_of(context, ground, point, within),
         }
     }
 
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport> {
-        let start = match start {
-            Start::Tiles(..) => None,
-            Start::Triangles(field) => Some(field),
-        };
         // What the stroke does not say, the object does.
         let own = self.level();
         self.set_level(if level > 0 { level } else { own })?;
-        let done = self.make_dab(context, dab, start);
+        let done = self.make_dab(context, dab, start.triangles());
         self.set_level(own)?;
         done
     }

@@ -12,9 +12,10 @@ use half::f16;
 use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, dispatch_simd};
 use relievo_surface::{PatchForm, PatchView};
-use relievo_tiles::Field;
 
+use crate::fit::Reach;
 use crate::grid::Grid;
+use crate::ground::Ground;
 use crate::hierarchy::Region;
 use crate::knots::block_edge;
 use crate::obb::Obb;
@@ -122,12 +123,12 @@ const PARTS: f64 = 64.0;
 /// The tiles that may have points in `obb`, and which of their blocks of texels, where a tile has the size that `size`
 /// says (Schäfer et al. 2015, Local Painting and Deformation of Meshes on the GPU, Section 3). With `start`, tiles that
 /// had points in the box with that displacement are found as well.
-pub fn cull_box(
+pub(crate) fn cull_box(
     context: &Context,
     object: &mut DisplacedObject,
     obb: &Obb,
     size: impl Fn(&DisplacedObject, u32) -> u32 + Sync,
-    start: Option<&Field>,
+    start: Option<Ground<'_>>,
 ) -> Vec<CulledTile> {
     let scale = DMat3::from_diagonal(0.5 * PARTS / obb.half) * obb.axes.transpose();
     let map = DAffine3 { matrix3: scale, translation: 0.5 * PARTS - scale * obb.center } * object.transform;
@@ -136,11 +137,11 @@ pub fn cull_box(
     let fit = object.follow(context, start);
     let mut tiles = Vec::new();
     fit.hierarchy().query(context, &Region::new(map, DVec3::ZERO, DVec3::splat(PARTS)), &mut tiles);
-    let tiles: Vec<(u32, [f32; 2])> = tiles.into_iter().map(|tile| (tile, fit.range(tile))).collect();
+    let tiles: Vec<(u32, Reach)> = tiles.into_iter().map(|tile| (tile, fit.reach(tile))).collect();
     let object = &*object;
     let culled = context.map(tiles.len(), |index| {
-        let (tile, range) = tiles[index];
-        CulledTile { tile, blocks: blocks(context.level(), object, &frame, tile, size(object, tile), range) }
+        let (tile, reach) = tiles[index];
+        CulledTile { tile, blocks: blocks(context.level(), object, &frame, tile, size(object, tile), reach) }
     });
     culled.into_iter().filter(|tile| !tile.blocks.is_empty()).collect()
 }
@@ -148,7 +149,7 @@ pub fn cull_box(
 fn cull_frame(context: &Context, object: &mut DisplacedObject, frame: &VoxelFrame, map: &DAffine3) -> Vec<CulledTile> {
     let [least, most] = object.reach();
     let object = &*object;
-    let reach = f64::from(most.max(-least));
+    let reach = f64::from(most.max(-least) + object.longest());
     let rows = map.matrix3.transpose();
     let margin = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length()) * reach;
     let dims = DVec3::from(frame.dims.map(f64::from));
@@ -159,7 +160,9 @@ fn cull_frame(context: &Context, object: &mut DisplacedObject, frame: &VoxelFram
         let tile = tiles[index];
         let field = object.displacement.field();
         let range = field.block(tile).map_or([0.0; 2], range);
-        CulledTile { tile, blocks: blocks(context.level(), object, frame, tile, field.size(tile), range) }
+        let length = object.vectors().map_or(0.0, |vectors| vectors.field().length(tile));
+        let reach = Reach { range, length };
+        CulledTile { tile, blocks: blocks(context.level(), object, frame, tile, field.size(tile), reach) }
     });
     culled.into_iter().filter(|tile| !tile.blocks.is_empty()).collect()
 }
@@ -198,19 +201,19 @@ fn blocks(
     frame: &VoxelFrame,
     tile: u32,
     size: u32,
-    range: [f32; 2],
+    reach: Reach,
 ) -> Vec<Block> {
     let count = size / block_edge(size);
     let mut blocks: Vec<Block> = (0..count * count).map(|index| Block { index, ..Block::EMPTY }).collect();
     for patch in object.surface.patches(tile) {
-        mark(level, &patch, frame, range, count, &mut blocks);
+        mark(level, &patch, frame, reach, count, &mut blocks);
     }
     blocks.retain(|block| block.low[0] <= block.high[0]);
     blocks
 }
 
 /// Widens the blocks of `count` × `count` in which the patch may have points in the grid.
-fn mark(level: Level, patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2], count: u32, blocks: &mut [Block]) {
+fn mark(level: Level, patch: &PatchView<'_>, frame: &VoxelFrame, reach: Reach, count: u32, blocks: &mut [Block]) {
     let (low, size) = (patch.patch.low, patch.patch.size);
     let touched = |axis: usize| {
         let from = (low[axis] * count as f32) as u32;
@@ -227,7 +230,7 @@ fn mark(level: Level, patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2]
         }
         points_count += 1;
     }
-    let spread = displacement(patch, frame, range);
+    let spread = displacement(patch, frame, reach);
     let bounds = |values: &[f32], axis: usize| {
         let (low, high) = values
             .iter()
@@ -310,16 +313,19 @@ fn piece_bounds_body<A: Arithmetic>(strip: &[f32; 16], weights: &[[[f32; MOST]; 
     (low, high)
 }
 
-/// How far displacements in `range` reach along each voxel axis, from the patch's cone of normals.
-fn displacement(patch: &PatchView<'_>, frame: &VoxelFrame, range: [f32; 2]) -> [(f32, f32); 3] {
-    if range == [0.0; 2] {
+/// How far displacements reach along each voxel axis, from the patch's cone of normals and the longest vector.
+fn displacement(patch: &PatchView<'_>, frame: &VoxelFrame, reach: Reach) -> [(f32, f32); 3] {
+    let Reach { range, length } = reach;
+    if reach == Reach::default() {
         return [(0.0, 0.0); 3];
     }
     let cone = patch.normals();
     frame.rows.map(|row| {
         let (least, most) = cone.span(row);
         let ends = [range[0] * least, range[0] * most, range[1] * least, range[1] * most];
-        (ends.into_iter().fold(f32::INFINITY, f32::min), ends.into_iter().fold(f32::NEG_INFINITY, f32::max))
+        let around = length * (row[0] * row[0] + row[1] * row[1] + row[2] * row[2]).sqrt();
+        let least = ends.into_iter().fold(f32::INFINITY, f32::min);
+        (least - around, ends.into_iter().fold(f32::NEG_INFINITY, f32::max) + around)
     })
 }
 

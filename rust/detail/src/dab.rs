@@ -8,11 +8,13 @@
 
 use glam::Vec4;
 use relievo_core::{Context, Error, Result};
-use relievo_tiles::{Channel, ColorPlanes, Displaced, Displacement, Field};
+use relievo_tiles::{Channel, ColorPlanes, Displacement};
 
 use crate::brush::Brush;
 use crate::cull::{self, CulledTile};
 use crate::edit::{self, Window};
+use crate::frame::Vectors;
+use crate::ground::Ground;
 use crate::knots::PerKnot;
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
@@ -67,7 +69,7 @@ pub struct DabReport {
     pub freed: u64,
     /// Tiles that the budget refused, ascending.
     pub refused: Vec<u32>,
-    /// Bytes of the allocated tiles of the channel afterwards.
+    /// Bytes of the allocated tiles of the channel afterwards; of both where a mode changes displacement and vectors.
     pub bytes: u64,
 }
 
@@ -131,12 +133,12 @@ impl Dab {
         &self,
         context: &Context,
         object: &mut DisplacedObject,
-        start: Option<&Field>,
+        start: Option<Ground<'_>>,
     ) -> Result<DabReport> {
         self.check()?;
         match self.action {
             Action::Paint { mode, color } => self.paint(context, object, start, mode, Vec4::from(color)),
-            Action::Sculpt { mode, height } => self.sculpt(context, object, start, mode, height),
+            Action::Sculpt { mode, height } => self.sculpt(context, object, (start, 0), mode, height),
         }
     }
 
@@ -144,7 +146,7 @@ impl Dab {
         &self,
         context: &Context,
         object: &mut DisplacedObject,
-        start: Option<&Field>,
+        start: Option<Ground<'_>>,
         mode: PaintMode,
         color: Vec4,
     ) -> Result<DabReport> {
@@ -180,7 +182,7 @@ impl Dab {
         &self,
         context: &Context,
         object: &mut DisplacedObject,
-        start: Option<&Field>,
+        start: Option<Ground<'_>>,
         paint: &mut Channel<T>,
         mode: PaintMode,
         color: Vec4,
@@ -190,8 +192,11 @@ impl Dab {
         let field = paint.field();
         let blank = field.blank().color().to_array();
         let level = context.level();
-        let displacement = start.unwrap_or(object.displacement.field());
-        let heights = |window: &Window, out: &mut PerKnot| edit::surface_heights(level, displacement, window, out);
+        let ground = start.unwrap_or(object.ground());
+        let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
+            ground.heights(level, window, heights);
+            ground.vectors(level, window, vectors)
+        };
         let painting = Painting {
             level,
             mode,
@@ -200,17 +205,50 @@ impl Dab {
             stamp: self.brush.stamp(),
             smudge: self.brush.smudge(),
         };
-        let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, heights, |site, texels| {
+        let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, places, |site, texels| {
             painting.edit(site, texels);
         });
         edit::write(context, paint, &culled, edits, mode == PaintMode::Erase)
     }
 
-    fn sculpt(
+    /// Changes displacement, vectors or both at a level.
+    pub(crate) fn sculpt(
         &self,
         context: &Context,
         object: &mut DisplacedObject,
-        start: Option<&Field>,
+        (start, level): (Option<Ground<'_>>, u32),
+        mode: SculptMode,
+        height: f32,
+    ) -> Result<DabReport> {
+        let raise = |object: &mut DisplacedObject, start: Option<Ground<'_>>| match level {
+            0 => self.raise(context, object, start, mode, height),
+            _ => self.raise_at(context, object, (start, level), mode, height),
+        };
+        if mode.needs_vectors() {
+            return self.bend(context, object, (start, level), mode, height);
+        }
+        if !(mode.changes_vectors() && object.vectors.is_some()) {
+            return raise(object, start);
+        }
+        // Both see the surface as it was before.
+        let kept = match start {
+            Some(_) => None,
+            None => Some((object.displacement.field().clone(), object.vectors.as_ref().map(|v| v.field().clone()))),
+        };
+        let kept = kept.as_ref().map(|(heights, vectors)| Ground { heights, vectors: vectors.as_ref() });
+        let mut report = raise(object, start.or(kept))?;
+        let bytes = report.bytes;
+        report.merge(self.bend(context, object, (start.or(kept), level), mode, height)?);
+        report.bytes += bytes;
+        Ok(report)
+    }
+
+    /// Changes the displacement along the normals.
+    fn raise(
+        &self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        start: Option<Ground<'_>>,
         mode: SculptMode,
         height: f32,
     ) -> Result<DabReport> {
@@ -219,10 +257,14 @@ impl Dab {
         let culled = self.intersect(context, object, start, |object, tile| object.displacement.field().size(tile));
         let field = object.displacement.field();
         let level = context.level();
-        let heights = |window: &Window, out: &mut PerKnot| edit::coefficients(start.unwrap_or(field), window, out);
+        let ground = start.unwrap_or(object.ground());
+        let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
+            ground.height_coefficients(window, heights);
+            ground.vectors(level, window, vectors)
+        };
         let sculpting = Sculpting { level, mode, height, stamp: self.brush.stamp(), since: start.is_some() };
-        let displaced = Displaced::new(&object.surface, start.unwrap_or(field))?;
-        let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, heights, |site, texels| {
+        let displaced = ground.displaced(&object.surface)?;
+        let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, places, |site, texels| {
             sculpting.edit(site, |site, cosines| site.facing(context, &displaced, cosines), texels);
         });
         object.widen(edit::range(context, &edits));
@@ -237,7 +279,7 @@ impl Dab {
         &self,
         context: &Context,
         object: &mut DisplacedObject,
-        start: Option<&Field>,
+        start: Option<Ground<'_>>,
         size: impl Fn(&DisplacedObject, u32) -> u32 + Sync,
     ) -> Vec<CulledTile> {
         let mut stage = context.stats().begin("dab.intersect");
@@ -247,4 +289,9 @@ impl Dab {
         stage.count("blocks", culled.iter().map(|tile| tile.blocks.len() as u64).sum());
         culled
     }
+}
+
+/// That vectors are to be changed which are not there.
+pub(crate) fn no_vectors() -> Error {
+    Error::invalid("the object has no vector displacement to change").advise("give it some first")
 }

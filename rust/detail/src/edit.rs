@@ -7,17 +7,17 @@
 use std::sync::Arc;
 
 use half::f16;
-use half::slice::HalfFloatSliceExt;
 use relievo_core::simd::Level;
 use relievo_core::{Context, Result};
-use relievo_surface::{Grid, Order, Placement, Surface};
-use relievo_tiles::spline::{self, Jets};
+use relievo_surface::{Grid, Placement, Surface};
 use relievo_tiles::{Candidate, Channel, Displaced, Field, Points, Sets, Texel};
 
 use crate::cull::CulledTile;
 use crate::dab::DabReport;
+use crate::frame::{Frames, STILL, Vectors};
 use crate::knots::{BLOCK_KNOTS, KnotBlock, PerKnot, block_edge};
 use crate::spot::Spot;
+use crate::vector::Framed;
 use crate::weights::{BrushParameters, Weights};
 
 /// A block of texels of a tile.
@@ -46,8 +46,20 @@ impl Window {
         (self.edge * self.edge) as usize
     }
 
+    /// Texels along the block.
+    pub fn edge(&self) -> usize {
+        self.edge as usize
+    }
+
+    /// Where its columns and rows of texels are in the tile, 0 to 1.
+    pub fn parameters(&self) -> (Vec<f32>, Vec<f32>) {
+        let places =
+            |first: u32| (first..first + self.edge).map(|i| (i as f32 + 0.5) / self.size as f32).collect::<Vec<f32>>();
+        (places(self.column), places(self.row))
+    }
+
     /// Where each of its rows begins in the tile's block, moved by some columns and rows.
-    fn rows(&self, columns: i32, rows: i32) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
+    pub fn rows(&self, columns: i32, rows: i32) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
         let (stride, edge) = (self.stride(), self.edge as usize);
         let first = (self.row as i32 + 1 + rows) as usize * stride + (self.column as i32 + 1 + columns) as usize;
         (0..edge).map(move |row| first + row * stride..first + row * stride + edge)
@@ -59,8 +71,10 @@ pub(crate) struct Site<'a, T> {
     window: Window,
     weights: Weights,
     places: KnotBlock,
-    /// The displacement that the weights were evaluated with.
+    /// The displacement that the weights were evaluated with, and the vectors in the frames.
     heights: PerKnot,
+    vectors: Vectors,
+    frames: Frames,
     /// The tile's texels, if it has some.
     source: Option<&'a [T]>,
 }
@@ -135,35 +149,29 @@ pub(crate) struct TileEdit<T> {
     count: u64,
 }
 
-/// The displacement at the texels of a window of another channel.
-pub(crate) fn surface_heights(level: Level, field: &Field, window: &Window, out: &mut PerKnot) {
-    let Some(block) = field.block(window.tile) else { return out.fill(0.0) };
-    let places = |first: u32| -> Vec<f32> {
-        (first..first + window.edge).map(|i| (i as f32 + 0.5) / window.size as f32).collect()
-    };
-    let mut jets = Jets::default();
-    let size = field.size(window.tile);
-    spline::grid(level, block, size, &places(window.column), &places(window.row), Order::Position, &mut jets);
-    jets.d.iter().zip(out).for_each(|(d, out)| *out = *d);
-}
+impl<T> Framed for Site<'_, T> {
+    fn vectors(&self) -> &Vectors {
+        &self.vectors
+    }
 
-/// The coefficients of a window of the displacement itself.
-pub(crate) fn coefficients(field: &Field, window: &Window, out: &mut PerKnot) {
-    let Some(block) = field.block(window.tile) else { return out.fill(0.0) };
-    for (row, out) in window.rows(0, 0).zip(out.chunks_exact_mut(window.edge as usize)) {
-        block[row].convert_to_f32_slice(out);
+    fn to_object(&self, level: Level, vectors: &mut Vectors) {
+        self.frames.to_object(level, &self.places.n, vectors);
+    }
+
+    fn from_object(&self, level: Level, vectors: &mut Vectors) {
+        self.frames.from_object(level, &self.places.n, vectors);
     }
 }
 
-/// The second pass: the brush at every texel of the blocks. `heights` sets the displacement of a window's texels,
-/// `change` makes new texels of old ones. Only tiles that change are returned.
+/// The second pass: the brush at every texel of the blocks. `ground` sets the displacement of a window's texels and, if
+/// it returns true, the vectors there; `change` makes new texels of old ones. Only tiles that change are returned.
 pub(crate) fn evaluate<T: Texel>(
     context: &Context,
     surface: &Surface,
     field: &Field<T>,
     culled: &[CulledTile],
     brush: &BrushParameters,
-    heights: impl Fn(&Window, &mut PerKnot) + Sync,
+    ground: impl Fn(&Window, &mut PerKnot, &mut Vectors) -> bool + Sync,
     change: impl Fn(&mut Site<'_, T>, &mut [T]) + Sync,
 ) -> Vec<TileEdit<T>> {
     let mut stage = context.stats().begin("dab.evaluate");
@@ -177,13 +185,22 @@ pub(crate) fn evaluate<T: Texel>(
             weights: Weights::default(),
             places: KnotBlock::ZERO,
             heights: [0.0; BLOCK_KNOTS],
+            vectors: STILL,
+            frames: Frames::ZERO,
             source,
         };
         for block in blocks {
             let window = Window::new(*tile, field.size(*tile), block.index);
             site.window = window;
-            site.places.evaluate(level, surface, *tile, window.size, block.index);
-            heights(&window, &mut site.heights);
+            let bent = ground(&window, &mut site.heights, &mut site.vectors);
+            if bent || T::FRAMED {
+                site.places.evaluate_framed(level, surface, (*tile, window.size, block.index), &mut site.frames);
+            } else {
+                site.places.evaluate(level, surface, *tile, window.size, block.index);
+            }
+            if bent {
+                site.places.shift(level, &site.frames, &site.vectors);
+            }
             site.weights.evaluate(level, brush, &site.places, &site.heights);
             if !site.weights.share[..window.count()].iter().any(|share| *share > 0.0) {
                 continue;
@@ -313,4 +330,17 @@ pub(crate) fn around<T: Texel>(field: &Field<T>, tiles: &[u32]) -> Vec<u32> {
     found.sort_unstable();
     found.dedup();
     found
+}
+
+/// The tiles whose boxes are others after an edit: rings and borders of neighbours changed too, and so did what was given
+/// back.
+pub(crate) fn stale<T: Texel>(field: &Field<T>, culled: &[CulledTile], report: &DabReport) -> Vec<u32> {
+    let mut tiles = around(field, &report.changed);
+    tiles.extend(culled.iter().map(|tile| tile.tile));
+    if report.freed > 0 {
+        tiles = around(field, &tiles);
+    }
+    tiles.sort_unstable();
+    tiles.dedup();
+    tiles
 }

@@ -9,17 +9,49 @@ use std::collections::BTreeMap;
 
 use relievo_core::Context;
 use relievo_surface::Surface;
-use relievo_tiles::Field;
 
+use crate::ground::Ground;
 use crate::hierarchy::{Bounds, Hierarchy};
 use crate::object::{tile_bounds, tile_cone};
 
 /// What is known of a displaced tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Known {
-    /// The edit that last changed it, 0 where the range covers more than it has now.
-    version: u64,
-    range: [f32; 2],
+    /// The edits that last changed its displacement and its vectors, 0 where the reach covers more than it has now.
+    versions: [u64; 2],
+    reach: Reach,
+}
+
+/// How far a tile is displaced.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Reach {
+    /// Along the normals: the least and the largest, 0 between them.
+    pub range: [f32; 2],
+    /// The longest vector.
+    pub length: f32,
+}
+
+impl Reach {
+    fn of(ground: &Ground<'_>, tile: u32) -> Self {
+        let [least, most] = ground.heights.range(tile);
+        let length = ground.vectors.map_or(0.0, |vectors| vectors.length(tile));
+        Self { range: [least.min(0.0), most.max(0.0)], length }
+    }
+
+    fn with(self, other: Self) -> Self {
+        let range = [self.range[0].min(other.range[0]), self.range[1].max(other.range[1])];
+        Self { range, length: self.length.max(other.length) }
+    }
+}
+
+/// The tiles that are displaced.
+fn allocated<'a>(ground: Ground<'a>) -> impl Iterator<Item = u32> + 'a {
+    ground.heights.allocated().chain(ground.vectors.into_iter().flat_map(|vectors| vectors.allocated()))
+}
+
+fn versions(ground: &Ground<'_>, tile: u32) -> [u64; 2] {
+    [ground.heights.version(tile), ground.vectors.map_or(0, |vectors| vectors.version(tile))]
+        .map(|version| version.max(1))
 }
 
 /// Boxes of displaced tiles.
@@ -28,8 +60,8 @@ pub(crate) struct Fit {
     hierarchy: Hierarchy,
     /// Tiles whose box is not that of the undisplaced surface.
     known: BTreeMap<u32, Known>,
-    /// The number of the last edit that it has seen.
-    revision: u64,
+    /// The numbers of the last edits of displacement and of vectors that it has seen.
+    revision: [u64; 2],
     /// Whether boxes of tiles cover more than they have now.
     loose: bool,
 }
@@ -37,7 +69,7 @@ pub(crate) struct Fit {
 impl Fit {
     /// The boxes of a surface without displacement, which `hierarchy` has, before any edit was seen.
     pub fn new(hierarchy: &Hierarchy) -> Self {
-        Self { hierarchy: hierarchy.clone(), known: BTreeMap::new(), revision: u64::MAX, loose: false }
+        Self { hierarchy: hierarchy.clone(), known: BTreeMap::new(), revision: [u64::MAX; 2], loose: false }
     }
 
     /// The boxes.
@@ -45,20 +77,20 @@ impl Fit {
         &self.hierarchy
     }
 
-    /// Whether it has seen the edit of this number and all before.
-    pub fn has_seen(&self, revision: u64) -> bool {
+    /// Whether it has seen the edits of these numbers and all before.
+    pub fn has_seen(&self, revision: [u64; 2]) -> bool {
         self.revision == revision
     }
 
     /// Knows no more what it has seen: anything may have been done.
     pub fn forget(&mut self) {
-        self.revision = u64::MAX;
-        self.known.values_mut().for_each(|known| known.version = 0);
+        self.revision = [u64::MAX; 2];
+        self.known.values_mut().for_each(|known| known.versions = [0; 2]);
     }
 
-    /// The range of displacement that the box of a tile covers.
-    pub fn range(&self, tile: u32) -> [f32; 2] {
-        self.known.get(&tile).map_or([0.0; 2], |known| known.range)
+    /// The displacement that the box of a tile covers.
+    pub fn reach(&self, tile: u32) -> Reach {
+        self.known.get(&tile).map_or(Reach::default(), |known| known.reach)
     }
 
     /// Refits what edits up to `revision` changed. With `start`, boxes cover that displacement too.
@@ -66,23 +98,23 @@ impl Fit {
         &mut self,
         context: &Context,
         surface: &Surface,
-        field: &Field,
-        start: Option<&Field>,
-        revision: u64,
+        now: Ground<'_>,
+        start: Option<Ground<'_>>,
+        revision: [u64; 2],
     ) {
         if self.has_seen(revision) && (start.is_some() || !self.loose) {
             return;
         }
-        let mut tiles: Vec<u32> = field.allocated().chain(self.known.keys().copied()).collect();
-        tiles.extend(start.into_iter().flat_map(|start| start.allocated()));
+        let mut tiles: Vec<u32> = allocated(now).chain(self.known.keys().copied()).collect();
+        tiles.extend(start.into_iter().flat_map(allocated));
         tiles.sort_unstable();
         tiles.dedup();
         let changed = |tile: &u32| {
-            start.is_some() || self.known.get(tile).map_or(0, |known| known.version) != field.version(*tile).max(1)
+            start.is_some() || self.known.get(tile).map_or([0; 2], |known| known.versions) != versions(&now, *tile)
         };
         tiles.retain(changed);
         self.loose = false;
-        self.refit(context, surface, field, start, &tiles, revision);
+        self.refit(context, surface, now, start, &tiles, revision);
     }
 
     /// Refits `tiles`, which are all that changed up to `revision`. With `start`, boxes cover that displacement too.
@@ -90,27 +122,27 @@ impl Fit {
         &mut self,
         context: &Context,
         surface: &Surface,
-        field: &Field,
-        start: Option<&Field>,
+        now: Ground<'_>,
+        start: Option<Ground<'_>>,
         tiles: &[u32],
-        revision: u64,
+        revision: [u64; 2],
     ) {
         let fitted = context.map(tiles.len(), |index| {
             let tile = tiles[index];
-            let ranges = start.map_or([0.0; 2], |start| start.range(tile));
-            let now = field.range(tile);
-            let range = [now[0].min(ranges[0]), now[1].max(ranges[1])];
-            (tile, range, extended(surface, tile, range), range == [now[0].min(0.0), now[1].max(0.0)])
+            let own = Reach::of(&now, tile);
+            let reach = own.with(start.map_or(Reach::default(), |start| Reach::of(&start, tile)));
+            (tile, reach, extended(surface, tile, reach), reach == own)
         });
         let boxes: Vec<(u32, Bounds)> = fitted.iter().map(|(tile, _, bounds, _)| (*tile, *bounds)).collect();
         self.hierarchy.update(&boxes);
-        for (tile, range, _, exact) in fitted {
-            if range == [0.0; 2] && !field.is_allocated(tile) {
+        for (tile, reach, _, exact) in fitted {
+            let is_allocated = now.heights.is_allocated(tile) || now.vectors.is_some_and(|v| v.is_allocated(tile));
+            if reach == Reach::default() && !is_allocated {
                 self.known.remove(&tile);
             } else {
                 self.loose |= !exact;
-                let version = if exact { field.version(tile).max(1) } else { 0 };
-                self.known.insert(tile, Known { version, range });
+                let versions = if exact { versions(&now, tile) } else { [0; 2] };
+                self.known.insert(tile, Known { versions, reach });
             }
         }
         self.revision = revision;
@@ -120,20 +152,21 @@ impl Fit {
     pub fn pose(&mut self, surface: &Surface, hierarchy: &Hierarchy) {
         self.hierarchy = hierarchy.clone();
         let boxes: Vec<(u32, Bounds)> =
-            self.known.iter().map(|(tile, known)| (*tile, extended(surface, *tile, known.range))).collect();
+            self.known.iter().map(|(tile, known)| (*tile, extended(surface, *tile, known.reach))).collect();
         self.hierarchy.update(&boxes);
     }
 }
 
-/// The box of a tile that is displaced by a range along its normals.
-fn extended(surface: &Surface, tile: u32, [least, most]: [f32; 2]) -> Bounds {
+/// The box of a tile that is displaced.
+fn extended(surface: &Surface, tile: u32, reach: Reach) -> Bounds {
     let mut bounds = tile_bounds(surface, tile);
-    if bounds.is_empty() || [least, most] == [0.0; 2] {
+    let Reach { range: [least, most], length } = reach;
+    if bounds.is_empty() || reach == Reach::default() {
         return bounds;
     }
     let cone = tile_cone(surface, tile);
     // Edges may be evaluated in a neighbour, whose patches and coefficients are rounded apart from these.
-    let slack = 1e-3 * least.abs().max(most.abs()) + 1e-6 * surface.extent();
+    let slack = 1e-3 * (least.abs().max(most.abs()) + length) + 1e-6 * surface.extent() + length;
     for axis in 0..3 {
         let (against, along) = cone.span([0, 1, 2].map(|other: usize| f32::from(u8::from(other == axis))));
         let ends = [least * against, least * along, most * against, most * along];

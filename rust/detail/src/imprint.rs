@@ -10,6 +10,7 @@ use relievo_tiles::{Candidate, Change, Field, Sets};
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
 use crate::grid::Grid;
+use crate::ground::Ground;
 use crate::knots::block_edge;
 use crate::motion::Motion;
 use crate::object::DisplacedObject;
@@ -331,7 +332,8 @@ pub fn cast(
     let frame = VoxelFrame::new(voxels.grid(), object.transform());
     let limits =
         Limits { share: settings.share, max_displacement: settings.max_displacement, depth: settings.depth_limit };
-    raycast::cast(context, object.surface(), object.displacement().field(), start, tiles, &frame, voxels, &limits)
+    let Ground { heights, vectors } = object.ground();
+    raycast::cast(context, object.surface(), heights, vectors, start, tiles, &frame, voxels, &limits)
 }
 
 /// Writes the dents into the tiles: allocates those that need it, notes traces if the object has them, smooths if

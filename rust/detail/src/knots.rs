@@ -6,6 +6,8 @@ use relievo_core::dispatch_simd;
 use relievo_core::simd::{Arithmetic, Level};
 use relievo_surface::{Destination, Grid, Order, Placement, SampleSlices, Surface};
 
+use crate::frame::{Frames, Vectors};
+
 /// Texels along a block at most.
 pub const BLOCK: usize = 16;
 
@@ -38,6 +40,40 @@ impl KnotBlock {
 
     /// Evaluates block `index` of `tile`, whose tiles have `size` texels a side.
     pub fn evaluate(&mut self, level: Level, surface: &Surface, tile: u32, size: u32, index: u32) {
+        self.derivatives(level, surface, tile, size, index);
+        normals(level, &mut self.n, &self.dv);
+    }
+
+    /// As [`Self::evaluate`], and the frames there.
+    pub(crate) fn evaluate_framed(
+        &mut self,
+        level: Level,
+        surface: &Surface,
+        (tile, size, index): (u32, u32, u32),
+        frames: &mut Frames,
+    ) {
+        self.derivatives(level, surface, tile, size, index);
+        frames.t = self.n;
+        normals(level, &mut self.n, &self.dv);
+        tangents(level, &mut frames.t, &self.n);
+    }
+
+    /// Moves the points by vectors in the frames.
+    pub(crate) fn shift(&mut self, level: Level, frames: &Frames, vectors: &Vectors) {
+        let mut way = *vectors;
+        frames.to_object(level, &self.n, &mut way);
+        self.shift_by(&way);
+    }
+
+    /// Moves the points by vectors in object space.
+    pub(crate) fn shift_by(&mut self, way: &Vectors) {
+        for (p, way) in self.p.iter_mut().zip(way) {
+            p.iter_mut().zip(way).for_each(|(p, way)| *p += way);
+        }
+    }
+
+    /// Points, and where the normals go the derivatives by u.
+    fn derivatives(&mut self, level: Level, surface: &Surface, tile: u32, size: u32, index: u32) {
         let edge = block_edge(size);
         let blocks = size / edge;
         let (column, row) = (index % blocks * edge, index / blocks * edge);
@@ -51,7 +87,24 @@ impl KnotBlock {
             }
         }
         surface.grid_into(level, tile, &grid, Order::First, Destination::Cache, &mut slices);
-        normals(level, &mut self.n, &self.dv);
+    }
+}
+
+dispatch_simd! {
+    /// Makes derivatives by u unit vectors; zero where there is no normal.
+    fn tangents = tangents_body(du: &mut Vectors, n: &Vectors)
+}
+
+#[inline(always)]
+fn tangents_body<A: Arithmetic>(du: &mut Vectors, n: &Vectors) {
+    for i in 0..BLOCK_KNOTS {
+        let a = [du[0][i], du[1][i], du[2][i]];
+        let square = A::fma(a[0], a[0], A::fma(a[1], a[1], a[2] * a[2]));
+        let has_normal = n[0][i] != 0.0 || n[1][i] != 0.0 || n[2][i] != 0.0;
+        let scale = if has_normal { 1.0 / square.sqrt() } else { 0.0 };
+        for axis in 0..3 {
+            du[axis][i] = a[axis] * scale;
+        }
     }
 }
 

@@ -5,11 +5,13 @@
 //! object units for displacement.
 
 use relievo_core::{Context, Result};
-use relievo_tiles::{Channel, ColorPlanes, Displaced, Field};
+use relievo_tiles::{Channel, ColorPlanes};
 
 use crate::cull::CulledTile;
 use crate::dab::{Action, Dab, DabReport};
 use crate::edit::{self, Window};
+use crate::frame::Vectors;
+use crate::ground::Ground;
 use crate::knots::PerKnot;
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
@@ -23,20 +25,13 @@ impl DisplacedObject {
     pub(crate) fn refit_after(
         &mut self,
         context: &Context,
-        start: Option<&Field>,
+        start: Option<Ground<'_>>,
         culled: &[CulledTile],
         report: &DabReport,
         finer: bool,
     ) {
-        // Rings and borders of neighbours changed too, and so did what was given back.
         let field = self.displacement.field();
-        let mut tiles = edit::around(field, &report.changed);
-        tiles.extend(culled.iter().map(|tile| tile.tile));
-        if report.freed > 0 {
-            tiles = edit::around(field, &tiles);
-        }
-        tiles.sort_unstable();
-        tiles.dedup();
+        let tiles = edit::stale(field, culled, report);
         if finer {
             let ranges = context.map(tiles.len(), |index| field.range(tiles[index]));
             let range = ranges.into_iter().fold([0.0f32; 2], |all, [low, high]| [all[0].min(low), all[1].max(high)]);
@@ -62,7 +57,7 @@ impl Dab {
         &self,
         context: &Context,
         object: &mut DisplacedObject,
-        start: Option<&Field>,
+        start: Option<Ground<'_>>,
         level: u32,
     ) -> Result<DabReport> {
         if level == 0 {
@@ -76,7 +71,7 @@ impl Dab {
                 object.put_paint(paint);
                 done
             }
-            Action::Sculpt { mode, height } => self.sculpt_at(context, object, (start, level), mode, height),
+            Action::Sculpt { mode, height } => self.sculpt(context, object, (start, level), mode, height),
         }
     }
 
@@ -85,7 +80,7 @@ impl Dab {
         context: &Context,
         object: &mut DisplacedObject,
         paint: &mut Channel<T>,
-        (start, level): (Option<&Field>, u32),
+        (start, level): (Option<Ground<'_>>, u32),
         mode: PaintMode,
         color: [f32; 4],
     ) -> Result<DabReport> {
@@ -94,22 +89,26 @@ impl Dab {
         let tiles: Vec<u32> = culled.iter().map(|culled| culled.tile).collect();
         let coarse = paint.field().at_level(context, level, &tiles)?;
         let blank = coarse.blank().color().to_array();
-        let displacement = start.unwrap_or(object.displacement.field());
+        let ground = start.unwrap_or(object.ground());
         let simd = context.level();
-        let heights = |window: &Window, out: &mut PerKnot| edit::surface_heights(simd, displacement, window, out);
+        let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
+            ground.heights(simd, window, heights);
+            ground.vectors(simd, window, vectors)
+        };
         let (stamp, smudge) = (self.brush.stamp(), self.brush.smudge());
         let painting = Painting { level: simd, mode, color: everywhere(color), blank, stamp, smudge };
-        let edits = edit::evaluate(context, &object.surface, &coarse, &culled, &brush, heights, |site, texels| {
+        let edits = edit::evaluate(context, &object.surface, &coarse, &culled, &brush, places, |site, texels| {
             painting.edit(site, texels);
         });
         edit::write_at(context, paint, Some(&coarse), &culled, edits, mode == PaintMode::Erase)
     }
 
-    fn sculpt_at(
+    /// Changes the displacement along the normals, at a level.
+    pub(crate) fn raise_at(
         &self,
         context: &Context,
         object: &mut DisplacedObject,
-        (start, level): (Option<&Field>, u32),
+        (start, level): (Option<Ground<'_>>, u32),
         mode: SculptMode,
         height: f32,
     ) -> Result<DabReport> {
@@ -119,13 +118,18 @@ impl Dab {
         let culled = self.intersect(context, object, start, size);
         let tiles: Vec<u32> = culled.iter().map(|culled| culled.tile).collect();
         let coarse = object.displacement.field().at_level(context, level, &tiles)?;
-        let before = start.map(|start| start.at_level(context, level, &tiles)).transpose()?;
-        let heights =
-            |window: &Window, out: &mut PerKnot| edit::coefficients(before.as_ref().unwrap_or(&coarse), window, out);
+        let before = start.map(|start| start.heights.at_level(context, level, &tiles)).transpose()?;
+        let simd = context.level();
+        let vectors = start.unwrap_or(object.ground()).vectors;
+        let ground = Ground { heights: before.as_ref().unwrap_or(&coarse), vectors };
+        let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
+            ground.height_coefficients(window, heights);
+            ground.vectors(simd, window, vectors)
+        };
         let (stamp, since) = (self.brush.stamp(), start.is_some());
-        let sculpting = Sculpting { level: context.level(), mode, height, stamp, since };
-        let displaced = Displaced::new(&object.surface, before.as_ref().unwrap_or(&coarse))?;
-        let edits = edit::evaluate(context, &object.surface, &coarse, &culled, &brush, heights, |site, texels| {
+        let sculpting = Sculpting { level: simd, mode, height, stamp, since };
+        let displaced = ground.displaced(&object.surface)?;
+        let edits = edit::evaluate(context, &object.surface, &coarse, &culled, &brush, places, |site, texels| {
             sculpting.edit(site, |site, cosines| site.facing(context, &displaced, cosines), texels);
         });
         let erase = mode == SculptMode::Erase;

@@ -3,6 +3,7 @@
 //! Collisions. Painting and sculpting with brushes, after Schäfer et al. 2015, Local Painting and Deformation of Meshes
 //! on the GPU.
 
+mod bend;
 pub mod brush;
 pub mod canvas;
 pub mod collider;
@@ -15,7 +16,9 @@ mod edit;
 pub mod fading;
 pub mod falloff;
 mod fit;
+mod frame;
 pub mod grid;
+mod ground;
 pub mod hierarchy;
 pub mod history;
 pub mod imprint;
@@ -46,6 +49,7 @@ pub mod stroke;
 pub mod tool;
 mod traces;
 pub mod triangle;
+mod vector;
 pub mod voxel;
 pub mod weights;
 

@@ -100,13 +100,13 @@ pub enum SculptMode {
     /// Along the surface's normal by the height, against it if that is negative: d + s · height.
     #[default]
     Draw,
-    /// Toward the mean of the four neighbours: d + s (mean − d).
+    /// Toward the mean of the four neighbours: d + s (mean − d), and of vectors likewise.
     Smooth,
     /// Toward the plane through the middle of the brush's box, across its third axis: d − s · above, where *above* is
     /// how far the place is over the plane along the surface's normal. Where that does not point out of the plane
     /// nothing changes.
     Flatten,
-    /// Toward the surface without displacement: d − s · d.
+    /// Toward the surface without displacement: d − s · d, and of vectors likewise.
     Erase,
     /// Builds up to the plane that is the height over the middle of the box and not beyond it: as flatten toward that
     /// plane, but only what is under it rises. With a negative height only what is over it sinks.
@@ -119,11 +119,18 @@ pub enum SculptMode {
     /// Outwards by the height across the displaced surface itself: d + s · height / cos, where *cos* is between the
     /// normals of the surface and of the displaced one, and at least ¼. Bumps grow to all sides and not just upwards.
     Inflate,
+    /// Toward the line through the middle of the brush's box along its third axis: v − s · across, where *across* is
+    /// from the line to where the place now is. With a negative height away from it, which magnifies; how large the
+    /// height is does not matter. Changes vector displacement.
+    Pinch,
+    /// By the vector of the brush's image times the height, in object units along the axes of the box; without an image
+    /// along the third axis: v + s · vector. Changes vector displacement.
+    Vector,
 }
 
 impl SculptMode {
     /// All modes and their names in scene files.
-    pub const NAMES: [(SculptMode, &'static str); 8] = [
+    pub const NAMES: [(SculptMode, &'static str); 10] = [
         (SculptMode::Draw, "draw"),
         (SculptMode::Smooth, "smooth"),
         (SculptMode::Flatten, "flatten"),
@@ -132,7 +139,19 @@ impl SculptMode {
         (SculptMode::Scrape, "scrape"),
         (SculptMode::Layer, "layer"),
         (SculptMode::Inflate, "inflate"),
+        (SculptMode::Pinch, "pinch"),
+        (SculptMode::Vector, "vector"),
     ];
+
+    /// Whether the object must have vector displacement.
+    pub fn needs_vectors(self) -> bool {
+        matches!(self, SculptMode::Pinch | SculptMode::Vector)
+    }
+
+    /// Whether it changes the vector displacement that an object may have.
+    pub fn changes_vectors(self) -> bool {
+        self.needs_vectors() || matches!(self, SculptMode::Smooth | SculptMode::Erase)
+    }
 
     /// Whether it reads [`SculptInput::mean`].
     pub fn needs_mean(self) -> bool {
@@ -146,13 +165,34 @@ impl SculptMode {
 
     /// Whether it reads [`SculptInput::height`].
     pub fn has_height(self) -> bool {
-        matches!(self, SculptMode::Draw | SculptMode::Clay | SculptMode::Layer | SculptMode::Inflate)
+        matches!(
+            self,
+            SculptMode::Draw | SculptMode::Clay | SculptMode::Layer | SculptMode::Inflate | SculptMode::Vector
+        )
     }
 
     /// Makes the new displacements of old ones, −65504 to 65504. Where the share is 0 they stay to the bit.
     pub fn apply(self, level: Level, input: &SculptInput<'_>, displacements: &mut PerKnot) {
         sculpt(level, self, input, displacements);
     }
+
+    /// Makes the new vectors of old ones, in any frames, each number −65504 to 65504. Where the share is 0 they stay to
+    /// the bit, as they do if the mode does not change vectors.
+    pub fn apply_vectors(self, level: Level, input: &VectorInput<'_>, vectors: &mut [PerKnot; 3]) {
+        bend(level, self, input, vectors);
+    }
+}
+
+/// What a mode of sculpting vectors goes by.
+#[derive(Clone, Copy, Debug)]
+pub struct VectorInput<'a> {
+    /// Shares of the edit.
+    pub share: &'a PerKnot,
+    /// What is added where the share is 1: of [`SculptMode::Vector`] the brush's vectors, of [`SculptMode::Pinch`] the
+    /// way to the line.
+    pub change: &'a [PerKnot; 3],
+    /// The mean of the neighbours of each place; `None` if all are like the place itself, or the mode does not need it.
+    pub mean: Option<&'a [PerKnot; 3]>,
 }
 
 /// What a mode of sculpting goes by.
@@ -214,6 +254,31 @@ fn sculpt_body<A: Arithmetic>(mode: SculptMode, input: &SculptInput<'_>, displac
         }),
         SculptMode::Inflate => {
             change(share, now, |k, now, share| held(A::fma(height[k] / facing[k].max(LEAST_FACING), share, now)))
+        }
+        SculptMode::Pinch | SculptMode::Vector => {}
+    }
+}
+
+dispatch_simd! {
+    fn bend = bend_body(mode: SculptMode, input: &VectorInput<'_>, vectors: &mut [PerKnot; 3])
+}
+
+#[inline(always)]
+fn bend_body<A: Arithmetic>(mode: SculptMode, input: &VectorInput<'_>, vectors: &mut [PerKnot; 3]) {
+    let VectorInput { share, change: added, mean } = *input;
+    for (axis, now) in vectors.iter_mut().enumerate() {
+        match mode {
+            SculptMode::Pinch | SculptMode::Vector => {
+                let added = &added[axis];
+                change(share, now, |k, now, share| A::fma(added[k], share, now).clamp(-MOST, MOST));
+            }
+            SculptMode::Smooth => {
+                if let Some(mean) = mean {
+                    change(share, now, |k, now, share| A::fma(mean[axis][k] - now, share, now));
+                }
+            }
+            SculptMode::Erase => change(share, now, |_, now, share| A::fma(-now, share, now)),
+            _ => {}
         }
     }
 }

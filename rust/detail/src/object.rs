@@ -11,6 +11,7 @@ use relievo_tiles::{Displaced, Displacement, Field, Paint, Snapshot, Traces, Vec
 
 use crate::fading::Fading;
 use crate::fit::Fit;
+use crate::ground::Ground;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::layered::{self, Layers};
 use crate::obb::Obb;
@@ -20,7 +21,7 @@ use crate::obb::Obb;
 pub struct DisplacedObject {
     pub(crate) surface: Surface,
     pub(crate) displacement: Displacement,
-    vectors: Option<VectorDisplacement>,
+    pub(crate) vectors: Option<VectorDisplacement>,
     /// The length of the longest vector, once it was asked for.
     longest: OnceLock<f32>,
     pub(crate) paint: Option<Paint>,
@@ -125,11 +126,7 @@ impl DisplacedObject {
 
     /// The surface with all its displacements. Fails never, unless this object is damaged.
     pub fn displaced(&self) -> Result<Displaced<'_>> {
-        let displaced = Displaced::new(&self.surface, self.displacement.field())?;
-        match &self.vectors {
-            Some(vectors) => displaced.with_vectors(vectors.field()),
-            None => Ok(displaced),
-        }
+        self.ground().displaced(&self.surface)
     }
 
     /// The vector displacement that comes after the scalar one, if it has one.
@@ -139,17 +136,41 @@ impl DisplacedObject {
 
     /// The vector displacement, to be written.
     pub fn vectors_mut(&mut self) -> Option<&mut VectorDisplacement> {
-        self.longest = OnceLock::new();
+        self.bent();
         self.vectors.as_mut()
     }
 
-    /// Gives the object a vector displacement. Imprints and the weights of brushes go by the surface without it.
-    /// Fails if it is that of another surface.
+    /// Gives the object a vector displacement. Fails if it is that of another surface.
     pub fn set_vectors(&mut self, vectors: VectorDisplacement) -> Result<()> {
         Displaced::new(&self.surface, self.displacement.field())?.with_vectors(vectors.field())?;
-        self.longest = OnceLock::new();
+        self.bent();
         self.vectors = Some(vectors);
         Ok(())
+    }
+
+    /// Notes that vectors may be others.
+    fn bent(&mut self) {
+        self.longest = OnceLock::new();
+        if let Some(fit) = &mut self.fit {
+            fit.forget();
+        }
+    }
+
+    /// The length of the longest vector.
+    pub(crate) fn longest(&self) -> f32 {
+        let Some(vectors) = &self.vectors else { return 0.0 };
+        let field = vectors.field();
+        *self.longest.get_or_init(|| field.allocated().map(|tile| field.length(tile)).fold(0.0, f32::max))
+    }
+
+    /// The displacements as they are.
+    pub(crate) fn ground(&self) -> Ground<'_> {
+        Ground { heights: self.displacement.field(), vectors: self.vectors.as_ref().map(|vectors| vectors.field()) }
+    }
+
+    /// The numbers of the last edits of displacement and of vectors.
+    fn revision(&self) -> [u64; 2] {
+        [self.displacement.revision(), self.vectors.as_ref().map_or(0, |vectors| vectors.revision())]
     }
 
     /// The colours painted on it, if it can be painted.
@@ -187,7 +208,7 @@ impl DisplacedObject {
 
     /// Traces and vectors, to be written.
     pub(crate) fn traces_and_vectors_mut(&mut self) -> (Option<&mut Traces>, Option<&mut VectorDisplacement>) {
-        self.longest = OnceLock::new();
+        self.bent();
         (self.traces.as_mut(), self.vectors.as_mut())
     }
 
@@ -230,17 +251,18 @@ impl DisplacedObject {
         Ok(())
     }
 
-    /// The box of the undisplaced surface in the world, enlarged by `margin` object units.
+    /// The box of the surface without its scalar displacement in the world, enlarged by `margin` object units.
     pub fn obb(&self, margin: f64) -> Obb {
-        self.obb.enlarged(margin).transformed(&self.transform)
+        self.obb.enlarged(margin + f64::from(self.longest())).transformed(&self.transform)
     }
 
     /// The part of `obb`, along its axes, that holds all tiles in it, displaced by `from` to `to` object units along
-    /// their normals; `None` if there are none.
+    /// their normals and by their vectors; `None` if there are none.
     pub fn occupied(&mut self, context: &Context, obb: &Obb, from: f64, to: f64) -> Option<Obb> {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
-        let margin = DVec3::from(rows.map(|row| row.length())) * from.abs().max(to.abs());
+        let stretch = DVec3::from(rows.map(|row| row.length()));
+        let margin = stretch * (from.abs().max(to.abs()) + f64::from(self.longest()));
         let mut tiles = Vec::new();
         self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut tiles);
         let spread = map.matrix3.abs();
@@ -249,7 +271,8 @@ impl DisplacedObject {
             let (least, most) = self.surface.tile_bounds(tile);
             let (least, most) = (DVec3::from(least.map(f64::from)), DVec3::from(most.map(f64::from)));
             let center = map.transform_point3(0.5 * (least + most));
-            let half = spread * (0.5 * (most - least));
+            let length = self.vectors.as_ref().map_or(0.0, |vectors| vectors.field().length(tile));
+            let half = spread * (0.5 * (most - least)) + stretch * f64::from(length);
             let surface = &self.surface;
             let cone = self.cones.entry(tile).or_insert_with(|| tile_cone(surface, tile));
             let (mut down, mut up) = (center - half, center + half);
@@ -277,20 +300,16 @@ impl DisplacedObject {
     /// Tiles whose surface, displaced as far as coefficients reach, may be in `obb`.
     pub fn tiles_near(&self, context: &Context, obb: &Obb) -> Vec<u32> {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
-        let fit = self.fit.as_ref().filter(|fit| fit.has_seen(self.displacement.revision()));
-        let (hierarchy, [least, most]) = match fit {
-            Some(fit) => (fit.hierarchy(), [0.0; 2]),
+        let fit = self.fit.as_ref().filter(|fit| fit.has_seen(self.revision()));
+        let (hierarchy, reach) = match fit {
+            Some(fit) => (fit.hierarchy(), 0.0),
             None => {
-                let reach = self.reach.unwrap_or_else(|| coefficient_range(self.displacement.field()));
-                (&self.hierarchy, reach)
+                let [least, most] = self.reach.unwrap_or_else(|| coefficient_range(self.displacement.field()));
+                (&self.hierarchy, most.max(-least) + self.longest())
             }
         };
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
-        let longest = self.vectors.as_ref().map_or(0.0, |vectors| {
-            let field = vectors.field();
-            *self.longest.get_or_init(|| field.allocated().map(|tile| field.length(tile)).fold(0.0, f32::max))
-        });
-        let margin = DVec3::from(rows.map(|row| row.length())) * f64::from(most.max(-least) + longest);
+        let margin = DVec3::from(rows.map(|row| row.length())) * f64::from(reach);
         let mut tiles = Vec::new();
         hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut tiles);
         tiles
@@ -320,18 +339,19 @@ impl DisplacedObject {
     }
 
     /// Brings the boxes that brushes look at up to date with all edits. With `start`, they cover that displacement too.
-    pub(crate) fn follow(&mut self, context: &Context, start: Option<&Field>) -> &Fit {
-        let fit = self.fit.get_or_insert_with(|| Fit::new(&self.hierarchy));
-        fit.follow(context, &self.surface, self.displacement.field(), start, self.displacement.revision());
-        fit
+    pub(crate) fn follow(&mut self, context: &Context, start: Option<Ground<'_>>) -> &Fit {
+        let mut fit = self.fit.take().unwrap_or_else(|| Fit::new(&self.hierarchy));
+        fit.follow(context, &self.surface, self.ground(), start, self.revision());
+        self.fit.insert(fit)
     }
 
     /// As [`Self::follow`] after an edit that changed only `tiles`.
-    pub(crate) fn refit(&mut self, context: &Context, start: Option<&Field>, tiles: &[u32]) {
-        if let Some(fit) = &mut self.fit {
+    pub(crate) fn refit(&mut self, context: &Context, start: Option<Ground<'_>>, tiles: &[u32]) {
+        self.longest = OnceLock::new();
+        if let Some(mut fit) = self.fit.take() {
             let _stage = context.stats().begin("dab.refit");
-            let revision = self.displacement.revision();
-            fit.refit(context, &self.surface, self.displacement.field(), start, tiles, revision);
+            fit.refit(context, &self.surface, self.ground(), start, tiles, self.revision());
+            self.fit = Some(fit);
         }
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use relievo_core::{Context, Error, Result};
 
 use crate::canvas::{Canvas, Start};
-use crate::dab::Action;
+use crate::dab::{Action, no_vectors};
 use crate::mode::PaintMode;
 use crate::path::{Station, StrokePoint};
 use crate::smudge::{Carried, Smudge};
@@ -27,7 +27,8 @@ pub struct OpenStroke {
 impl OpenStroke {
     /// Begins `stroke`, whose points are the first ones and may be none, on `objects`. No dab is made yet.
     ///
-    /// Fails if the stroke could not be made with any points, or an object has no colours and is to be painted.
+    /// Fails if the stroke could not be made with any points, or an object has no colours and is to be painted, or no
+    /// vectors and they are to be changed.
     pub fn begin<C: Canvas + ?Sized>(context: &Context, stroke: Stroke, objects: &mut [&mut C]) -> Result<Self> {
         stroke.check_brush()?;
         if !stroke.points.is_empty() {
@@ -39,6 +40,11 @@ impl OpenStroke {
             return Err(Error::invalid("the object has no colours to paint on")
                 .at(format!("object {index} of the stroke"))
                 .advise("give it some first"));
+        }
+        if matches!(stroke.action, Action::Sculpt { mode, .. } if mode.needs_vectors())
+            && let Some(index) = objects.iter().position(|object| !object.is_bendable())
+        {
+            return Err(no_vectors().at(format!("object {index} of the stroke")));
         }
         let starts = objects.iter_mut().map(|object| object.begin(context)).collect::<Result<_>>()?;
         Ok(Self { stroke, starts, made: 0, carried: Vec::new() })

@@ -10,9 +10,12 @@ use relievo_core::lanes::Lanes;
 use relievo_core::simd::Level;
 use relievo_core::{Context, dispatch_simd};
 use relievo_surface::Surface;
-use relievo_tiles::Field;
+use relievo_tiles::{Field, Vector};
 
 use crate::cull::{CulledTile, VoxelFrame};
+use crate::edit::Window;
+use crate::frame::{Frames, STILL};
+use crate::ground::Ground;
 use crate::knots::{BLOCK_KNOTS, KnotBlock, block_edge};
 use crate::rays::Rays;
 use crate::voxel::{Columns, Voxels};
@@ -58,12 +61,14 @@ pub struct TileDents {
 
 /// Casts the rays of all coefficients in `tiles`. What is returned is in their order.
 ///
-/// `start` are the displacements from which the depth limit counts, those of `field` where it is `None`.
+/// `start` are the displacements from which the depth limit counts, those of `field` where it is `None`. With `vectors`
+/// rays start where these bring the coefficients' points.
 #[allow(clippy::too_many_arguments)]
 pub fn cast(
     context: &Context,
     surface: &Surface,
     field: &Field,
+    vectors: Option<&Field<Vector>>,
     start: Option<&Field>,
     tiles: &[CulledTile],
     frame: &VoxelFrame,
@@ -74,7 +79,9 @@ pub fn cast(
         return Vec::new();
     }
     let level = context.level();
-    context.map(tiles.len(), |index| cast_tile(level, surface, field, start, &tiles[index], frame, voxels, limits))
+    context.map(tiles.len(), |index| {
+        cast_tile(level, surface, field, vectors, start, &tiles[index], frame, voxels, limits)
+    })
 }
 
 #[allow(clippy::too_many_arguments)]
@@ -82,6 +89,7 @@ fn cast_tile(
     level: Level,
     surface: &Surface,
     field: &Field,
+    vectors: Option<&Field<Vector>>,
     start: Option<&Field>,
     culled: &CulledTile,
     frame: &VoxelFrame,
@@ -100,6 +108,9 @@ fn cast_tile(
     let mut values = [[f16::ZERO; BLOCK_KNOTS]; 2];
     let mut knots = KnotBlock::ZERO;
     let mut scratch = Scratch::default();
+    let ground = Ground { heights: field, vectors };
+    let bent = vectors.is_some_and(|vectors| vectors.is_allocated(tile));
+    let (mut frames, mut way) = (Frames::ZERO, STILL);
     for block in culled.blocks.iter().filter(|block| voxels.may_meet(block.low, block.high)) {
         let (column, row) = (block.index % (size / edge) * edge, block.index / (size / edge) * edge);
         for (source, values) in sources.iter().zip(&mut values) {
@@ -109,7 +120,13 @@ fn cast_tile(
                 values.copy_from_slice(&source[first..first + edge as usize]);
             }
         }
-        knots.evaluate(level, surface, tile, size, block.index);
+        if bent {
+            knots.evaluate_framed(level, surface, (tile, size, block.index), &mut frames);
+            ground.vectors(level, &Window::new(tile, size, block.index), &mut way);
+            knots.shift(level, &frames, &way);
+        } else {
+            knots.evaluate(level, surface, tile, size, block.index);
+        }
         let changed = cast_block(
             level,
             frame,

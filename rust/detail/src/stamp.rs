@@ -163,8 +163,15 @@ impl Reduction {
         Self { width, height, pixels }
     }
 
-    /// Bilinear at a place whose unit is a pixel; `address` says which pixel a whole number means, if one.
-    fn sample(&self, x: f32, y: f32, address: impl Fn(i32, usize) -> Option<usize>) -> [f32; 4] {
+    /// Bilinear at a place whose unit is a pixel; `address` says which pixel a whole number means, if one, and whether it
+    /// is mirrored. In a mirrored pixel of `vectors` the first number counts the other way across, the second down.
+    fn sample(
+        &self,
+        x: f32,
+        y: f32,
+        address: impl Fn(i32, usize) -> Option<(usize, bool)>,
+        vectors: Option<f32>,
+    ) -> [f32; 4] {
         let (x, y) = (x - 0.5, y - 0.5);
         let (i, j) = (x.floor(), y.floor());
         let (s, t) = (x - i, y - j);
@@ -172,7 +179,15 @@ impl Reduction {
         for (dj, down) in [(0, 1.0 - t), (1, t)] {
             for (di, across) in [(0, 1.0 - s), (1, s)] {
                 let place = address(i as i32 + di, self.width).zip(address(j as i32 + dj, self.height));
-                let Some(pixel) = place.and_then(|(i, j)| self.pixels.get(j * self.width + i)) else { continue };
+                let Some(((i, mirrored), (j, upturned))) = place else { continue };
+                let Some(mut pixel) = self.pixels.get(j * self.width + i).copied() else { continue };
+                if let Some(mid) = vectors {
+                    for (channel, turned) in [mirrored, upturned].into_iter().enumerate() {
+                        if turned {
+                            pixel[channel] = 2.0 * mid * pixel[3] - pixel[channel];
+                        }
+                    }
+                }
                 (0..4).for_each(|channel| sum[channel] += down * across * pixel[channel]);
             }
         }
@@ -215,7 +230,12 @@ impl Stamp {
 
     /// The filtered pixel at a place of the brush, whose neighbours are `footprint` away there: red, green, blue, not
     /// multiplied by alpha, and alpha.
-    pub fn sample(&self, [x, y]: [f32; 2], footprint: f32) -> [f32; 4] {
+    pub fn sample(&self, place: [f32; 2], footprint: f32) -> [f32; 4] {
+        self.look(place, footprint, None)
+    }
+
+    /// As [`Self::sample`]; of vectors `mid` is the number that means none.
+    fn look(&self, [x, y]: [f32; 2], footprint: f32, mid: Option<f32>) -> [f32; 4] {
         let StampSettings { angle, repeat, mirror, alternate, .. } = self.settings;
         let y = if self.turned_over { -y } else { y };
         let (sine, cosine) = angle.sin_cos();
@@ -227,7 +247,7 @@ impl Stamp {
             let n = size as i32;
             let (turn, at) = (k.div_euclid(n), k.rem_euclid(n));
             let mirrored = alternate.is_on() && turn % 2 != 0;
-            (!once || turn == 0).then_some((if mirrored { n - 1 - at } else { at }) as usize)
+            (!once || turn == 0).then_some(((if mirrored { n - 1 - at } else { at }) as usize, mirrored))
         };
         let [width, height] = self.image.size();
         let spread = 0.5 * footprint * repeat * width.max(height) as f32;
@@ -236,7 +256,7 @@ impl Stamp {
         let (low, between) = (reduction as usize, reduction.fract());
         let look = |level: usize| {
             let level = &self.image.levels[level.min(last)];
-            level.sample(s * level.width as f32, t * level.height as f32, address)
+            level.sample(s * level.width as f32, t * level.height as f32, address, mid)
         };
         let mut pixel = look(low);
         if between > 0.0 {
@@ -270,6 +290,24 @@ impl Stamp {
                 height[k] *= value;
             }
         });
+    }
+
+    /// Makes vectors along the axes of the box of the image's: red along its right, green along its top, blue out of it,
+    /// times `vectors`' third number. Multiplies the shares by its alpha.
+    pub(crate) fn bend(&self, footprint: &PerKnot, weights: &mut Weights, vectors: &mut [PerKnot; 3]) {
+        let StampSettings { angle, mirror, mid, scale, .. } = self.settings;
+        let (sine, cosine) = angle.sin_cos();
+        let Weights { share, across: [x, y], .. } = weights;
+        for (k, share) in share.iter_mut().enumerate().filter(|(_, share)| **share > 0.0) {
+            let [r, g, b, alpha] = self.look([x[k], y[k]], footprint[k], Some(mid));
+            let [right, top, out] = [r, g, b].map(|value| scale * (value - mid) * vectors[2][k]);
+            let right = if mirror.is_on() { -right } else { right };
+            let up = sine * right + cosine * top;
+            vectors[0][k] = cosine * right - sine * top;
+            vectors[1][k] = if self.turned_over { -up } else { up };
+            vectors[2][k] = out;
+            *share *= alpha;
+        }
     }
 
     fn each(&self, footprint: &PerKnot, weights: &mut Weights, mut set: impl FnMut(usize, [f32; 4], &mut f32)) {

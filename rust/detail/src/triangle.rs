@@ -2,6 +2,7 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6.
 
+mod bend;
 mod dab;
 pub(crate) mod imprint;
 mod layers;
@@ -10,4 +11,5 @@ mod nearest;
 mod object;
 mod site;
 
+pub(crate) use object::TriangleGround;
 pub use object::TriangleObject;

@@ -74,7 +74,7 @@ const EVEN_TURN: f64 = 1.0;
 impl Changes {
     /// What changed of every object, as pictures want it.
     pub fn for_pictures(&self) -> Vec<Change> {
-        let shown = |layer: Layer| matches!(layer, Layer::Displacement | Layer::Paint | Layer::Traces);
+        let shown = |layer: Layer| matches!(layer, Layer::Displacement | Layer::Paint | Layer::Traces | Layer::Vectors);
         let list = self.written.iter().enumerate();
         list.map(|(object, written)| {
             let written = written.iter().filter(|(layer, _)| shown(*layer));

@@ -14,6 +14,7 @@ pub fn read(surface: &DisplacedObject, layer: Layer, tile: u32) -> Result<Option
         Layer::DisplacementStamps => surface.fading().and_then(|fading| fading.displacement.read(tile)),
         Layer::PaintStamps => surface.fading().and_then(|fading| fading.paint.read(tile)),
         Layer::Sizes => surface.read_sizes(tile),
+        Layer::Vectors => surface.vectors().map(|vectors| vectors.read(tile)).transpose()?.flatten(),
     })
 }
 
@@ -33,6 +34,7 @@ pub fn write(surface: &mut DisplacedObject, layer: Layer, tile: u32, bytes: Opti
             let field = surface.paint().ok_or_else(|| missing("colours"))?.field().clone();
             surface.fading_mut().ok_or_else(|| missing("stamps"))?.paint.write(&field, tile, bytes)
         }
+        Layer::Vectors => surface.vectors_mut().ok_or_else(|| missing("vectors"))?.write(tile, bytes),
     }
 }
 
@@ -45,6 +47,7 @@ pub fn allocated(surface: &DisplacedObject) -> Vec<(Layer, u32)> {
     add(Layer::Displacement, &mut surface.displaced_tiles().into_iter());
     add(Layer::Paint, &mut surface.painted_tiles().into_iter());
     add(Layer::Traces, &mut surface.traces().into_iter().flat_map(|traces| traces.field().allocated()));
+    add(Layer::Vectors, &mut surface.vectors().into_iter().flat_map(|vectors| vectors.field().allocated()));
     if let Some(fading) = surface.fading() {
         add(Layer::DisplacementStamps, &mut fading.displacement.stamped());
         add(Layer::PaintStamps, &mut fading.paint.stamped());
@@ -63,6 +66,9 @@ pub fn commit(surface: &mut DisplacedObject) -> Vec<(Layer, u32)> {
     add(Layer::Paint, &surface.commit_paint());
     if let Some(traces) = surface.traces_mut() {
         add(Layer::Traces, traces.commit().changed());
+    }
+    if let Some(vectors) = surface.vectors_mut() {
+        add(Layer::Vectors, vectors.commit().changed());
     }
     if let Some(fading) = surface.fading_mut() {
         add(Layer::DisplacementStamps, &fading.displacement.take_changed());

@@ -87,14 +87,25 @@ pub enum Layer {
     DisplacementStamps = 3,
     /// When which colours were edited last.
     PaintStamps = 4,
+    /// The vector displacement of an object.
+    Vectors = 5,
     /// The sizes of the faces of a layer, where edits at other levels changed them; the layer's number is the tile's.
     Sizes = 16,
 }
 
 impl Layer {
+    const ALL: [Self; 7] = [
+        Layer::Displacement,
+        Layer::Paint,
+        Layer::Traces,
+        Layer::DisplacementStamps,
+        Layer::PaintStamps,
+        Layer::Vectors,
+        Layer::Sizes,
+    ];
+
     fn of(number: u32) -> Result<Self> {
-        use Layer::{Displacement, DisplacementStamps, Paint, PaintStamps, Sizes, Traces};
-        [Displacement, Paint, Traces, DisplacementStamps, PaintStamps, Sizes]
+        Self::ALL
             .into_iter()
             .find(|layer| *layer as u32 == number)
             .ok_or_else(|| damaged("a tile belongs to an unknown layer"))

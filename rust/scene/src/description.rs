@@ -553,6 +553,14 @@ impl Scene {
             || self.objects.get(object).is_some_and(|object| object.layers.iter().any(|layer| layer.kind.is_color()))
     }
 
+    /// Whether any stroke changes vector displacement of the object.
+    pub fn is_bent(&self, object: usize) -> bool {
+        let bends = |stroke: &relievo_detail::Stroke| matches!(stroke.action, relievo_detail::Action::Sculpt { mode, .. } if mode.needs_vectors());
+        let strokes = self.strokes.iter().map(|entry| (&entry.objects, &entry.stroke));
+        let mut brushes = strokes.chain(self.riders.iter().map(|entry| (&entry.objects, &entry.brush)));
+        brushes.any(|(objects, stroke)| objects.contains(&object) && bends(stroke))
+    }
+
     /// Where in the file a mesh's source is written.
     pub fn source_span(&self, mesh: usize) -> Span {
         match &self.meshes[mesh].source {

@@ -124,7 +124,7 @@ fn placed(mesh: &Mesh, transform: &DAffine3) -> Mesh {
 }
 
 /// Writes the allocated tiles of every surface, one EXR file per object with a layer per tile: the coefficients of the
-/// displacement in half floats, row 0 at v = 0, and as `face_corner` the face of the cage and, of a face without four
+/// displacement in half floats, row 0 at v = 0, those of vectors in layers of their own, and as `face_corner` the face of the cage and, of a face without four
 /// corners, the corner that the tile belongs to. Returns the files.
 pub fn write_tiles(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
     let _stage = context.stats().begin("export.tiles");
@@ -133,26 +133,45 @@ pub fn write_tiles(context: &Context, world: &World, folder: &Folder, frame: u32
         let Item::Surface(surface) = item else { continue };
         let field = surface.displacement().field();
         let name = &world.scene.objects[index].name.text;
-        let layers: Vec<Layer> = field
-            .allocated()
-            .filter_map(|tile| {
-                let (block, size) = (field.block(tile)?, field.size(tile) as usize);
-                let rows = block.chunks_exact(size + 2).skip(1).take(size);
-                let samples = rows.flat_map(|row| row[1..=size].iter().copied()).collect();
-                let topology = field.topology();
-                Some(Layer {
-                    name: Some(format!("tile.{tile}")),
-                    width: size as u32,
-                    height: size as u32,
-                    channels: vec![Channel { name: "displacement".into(), samples: Samples::F16(samples) }],
-                    // One attribute: the encoder writes several in an order that differs from run to run.
-                    attributes: vec![(
-                        "face_corner".into(),
-                        Value::I32x2([topology.face(tile) as i32, topology.sub_corner(tile) as i32]),
-                    )],
-                })
+        let topology = field.topology();
+        // One attribute: the encoder writes several in an order that differs from run to run.
+        let face_corner = |tile: u32| {
+            let place = [topology.face(tile) as i32, topology.sub_corner(tile) as i32];
+            vec![("face_corner".into(), Value::I32x2(place))]
+        };
+        let scalars = field.allocated().filter_map(|tile| {
+            let (block, size) = (field.block(tile)?, field.size(tile) as usize);
+            let rows = block.chunks_exact(size + 2).skip(1).take(size);
+            let samples = rows.flat_map(|row| row[1..=size].iter().copied()).collect();
+            Some(Layer {
+                name: Some(format!("tile.{tile}")),
+                width: size as u32,
+                height: size as u32,
+                channels: vec![Channel { name: "displacement".into(), samples: Samples::F16(samples) }],
+                attributes: face_corner(tile),
             })
-            .collect();
+        });
+        let mut layers: Vec<Layer> = scalars.collect();
+        let vectors = surface.vectors().map(|vectors| vectors.field());
+        layers.extend(
+            vectors.into_iter().flat_map(|field| field.allocated().map(move |tile| (field, tile))).filter_map(
+                |(field, tile)| {
+                    let (block, size) = (field.block(tile)?, field.size(tile) as usize);
+                    let rows = || block.chunks_exact(size + 2).skip(1).take(size).flat_map(|row| &row[1..=size]);
+                    let channels = ["along", "across", "up"].into_iter().enumerate().map(|(axis, name)| Channel {
+                        name: name.into(),
+                        samples: Samples::F16(rows().map(|vector| vector.0[axis]).collect()),
+                    });
+                    Some(Layer {
+                        name: Some(format!("vectors.{tile}")),
+                        width: size as u32,
+                        height: size as u32,
+                        channels: channels.collect(),
+                        attributes: face_corner(tile),
+                    })
+                },
+            ),
+        );
         if layers.is_empty() {
             continue;
         }

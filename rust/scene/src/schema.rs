@@ -91,11 +91,12 @@ pub const LOCKS: &[&str] = &["x", "y", "z", "rx", "ry", "rz"];
 /// How a stroke paints.
 pub const PAINT_MODES: [&str; 6] = ["mix", "add", "multiply", "erase", "blur", "smear"];
 /// How a stroke sculpts.
-pub const SCULPT_MODES: [&str; 8] = ["draw", "smooth", "flatten", "erase", "clay", "scrape", "layer", "inflate"];
+pub const SCULPT_MODES: [&str; 10] =
+    ["draw", "smooth", "flatten", "erase", "clay", "scrape", "layer", "inflate", "pinch", "vector"];
 /// Functions of a brush.
 pub const FALLOFFS: [&str; 5] = ["constant", "linear", "smooth", "sphere", "gaussian"];
 /// Images of stamps that need no file.
-pub const PATTERNS: [&str; 5] = ["checker", "stripes", "rings", "star", "sole"];
+pub const PATTERNS: [&str; 7] = ["checker", "stripes", "rings", "star", "sole", "mushroom", "horn"];
 /// Which number of a pixel is a height.
 pub const CHANNELS: [&str; 4] = ["red", "green", "blue", "alpha"];
 /// What a layer holds.
@@ -212,7 +213,7 @@ pub static DETAIL: Section = Section {
             Kind::Whole(1 << 16, 1 << 40),
             "268435456",
             "bytes",
-            "Most memory the displacement of an object may occupy, and as much again its paint",
+            "Most memory the displacement of an object may occupy, and as much again its paint and its vectors",
         ),
     ],
     parameters: &[],
@@ -435,7 +436,8 @@ pub static STROKE: Section = Section {
             "",
             "",
             "Changes displacement: raised by `height`, smoothed, flattened to the tangent plane, back to none, built up to a \
-             plane `height` over it, scraped down to it, a layer of `height` over what was, or inflated",
+             plane `height` over it, scraped down to it, a layer of `height` over what was, inflated, pinched toward the \
+             middle (away from it with a negative `height`), or moved by the vectors of `stamp` times `height`",
         ),
         key("colour", Kind::Colour, "[0.6, 0.03, 0.02]", "", "Colour to paint with, linear Rec.709 or \"#rrggbb\""),
         key(
@@ -443,7 +445,7 @@ pub static STROKE: Section = Section {
             Kind::Number(-60000.0, 60000.0),
             "0.1",
             "object units",
-            "What one dab of `draw` raises the surface by; negative digs. Dabs that overlap add up",
+            "What one dab of `draw` raises the surface by; negative digs. Dabs that overlap add up. The unit of `vector`",
         ),
         key("falloff", Kind::Choice(&FALLOFFS), "\"smooth\"", "", "How the edit fades from the middle to the rim"),
         key(
@@ -451,7 +453,8 @@ pub static STROKE: Section = Section {
             Kind::Name("stamps"),
             "",
             "",
-            "Image of the brush, which the colour or the height is multiplied by",
+            "Image of the brush, which the colour or the height is multiplied by; for `vector` red is along the brush's \
+             right, green along its top, blue out of the surface",
         ),
         key("size_curve", Kind::Pairs, "[]", "", "Points [pressure, size] of what `size_pressure` takes pressure as"),
         key("strength_curve", Kind::Pairs, "[]", "", "Points [pressure, strength], for `strength_pressure`"),
@@ -506,7 +509,8 @@ pub static RIDER: Section = Section {
             "",
             "",
             "Changes displacement: raised by `height`, smoothed, flattened to the tangent plane, back to none, built up to a \
-             plane `height` over it, scraped down to it, a layer of `height` over what was, or inflated",
+             plane `height` over it, scraped down to it, a layer of `height` over what was, inflated, pinched toward the \
+             middle (away from it with a negative `height`), or moved by the vectors of `stamp` times `height`",
         ),
         key("colour", Kind::Colour, "[0.6, 0.03, 0.02]", "", "Colour to paint with, linear Rec.709 or \"#rrggbb\""),
         key(
@@ -514,7 +518,7 @@ pub static RIDER: Section = Section {
             Kind::Number(-60000.0, 60000.0),
             "0.1",
             "object units",
-            "What one dab of `draw` raises the surface by; negative digs. Dabs that overlap add up",
+            "What one dab of `draw` raises the surface by; negative digs. Dabs that overlap add up. The unit of `vector`",
         ),
         key("falloff", Kind::Choice(&FALLOFFS), "\"smooth\"", "", "How the edit fades from the middle to the rim"),
         key(
@@ -522,7 +526,8 @@ pub static RIDER: Section = Section {
             Kind::Name("stamps"),
             "",
             "",
-            "Image of the brush, which the colour or the height is multiplied by",
+            "Image of the brush, which the colour or the height is multiplied by; for `vector` red is along the brush's \
+             right, green along its top, blue out of the surface",
         ),
         key("size_curve", Kind::Pairs, "[]", "", "Points [pressure, size] of what `size_pressure` takes pressure as"),
         key("strength_curve", Kind::Pairs, "[]", "", "Points [pressure, strength], for `strength_pressure`"),
@@ -537,7 +542,13 @@ pub static STAMP: Section = Section {
     help: "An image of brushes: a PNG or EXR file, or a pattern. Its colours multiply the brush's; alpha is its share",
     keys: &[
         key("image", Kind::Path, "", "", "PNG or EXR file; heights are its numbers as they are, colours are linear"),
-        key("pattern", Kind::Choice(&PATTERNS), "", "", "Pattern instead of a file, white where its alpha is 1"),
+        key(
+            "pattern",
+            Kind::Choice(&PATTERNS),
+            "",
+            "",
+            "Pattern instead of a file, white where its alpha is 1; `mushroom` and `horn` are vectors, in their true shape where `height` is the radius",
+        ),
         key("channel", Kind::Choice(&CHANNELS), "\"red\"", "", "Which number of a pixel is the height"),
     ],
     parameters: relievo_detail::StampSettings::PARAMETERS,

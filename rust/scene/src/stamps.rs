@@ -109,8 +109,11 @@ const SIZE: u32 = 256;
 /// Samples along a pixel of a pattern.
 const SAMPLES: u32 = 4;
 
-/// A pattern: white, with alpha where it is.
+/// A pattern: white, with alpha where it is, or vectors.
 fn make_pattern(pattern: &str) -> Result<Arc<StampImage>> {
+    if let Some(shape) = shape_of(pattern) {
+        return make_vectors(shape);
+    }
     let mut data = Vec::with_capacity((4 * SIZE * SIZE) as usize);
     for k in 0..SIZE * SIZE {
         let mut covered = 0;
@@ -148,6 +151,98 @@ fn is_in(pattern: &str, x: f32, y: f32) -> bool {
     }
 }
 
+/// Where a shape of vectors puts the places of the unit disc around the middle: from the radius and the direction.
+type Shape = fn(f32, [f32; 2]) -> [f32; 3];
+
+fn shape_of(pattern: &str) -> Option<Shape> {
+    match pattern {
+        "mushroom" => Some(mushroom),
+        "horn" => Some(horn),
+        _ => None,
+    }
+}
+
+/// An image of the way from each place to where the shape puts it, in radii: as [`StampSettings`] take numbers unless they
+/// are told otherwise, a half is none and one is one radius.
+fn make_vectors(shape: Shape) -> Result<Arc<StampImage>> {
+    let mut data = Vec::with_capacity((3 * SIZE * SIZE) as usize);
+    let at = |pixel: u32| (pixel as f32 + 0.5) / SIZE as f32 * 2.0 - 1.0;
+    for k in 0..SIZE * SIZE {
+        let (x, y) = (at(k % SIZE), -at(k / SIZE));
+        let r = x.hypot(y);
+        let to = if r < 1.0 { shape(r, [x / r, y / r]) } else { [x, y, 0.0] };
+        data.extend([to[0] - x, to[1] - y, to[2]].map(|way| 0.5 + 0.5 * way));
+    }
+    StampImage::new(SIZE, SIZE, 3, &data)
+}
+
+/// A stalk with a cap over it: round, by its outline from the rim to the top.
+fn mushroom(r: f32, [x, y]: [f32; 2]) -> [f32; 3] {
+    const OUTLINE: [[f32; 2]; 12] = [
+        [1.0, 0.0],
+        [0.75, 0.0],
+        [0.42, 0.03],
+        [0.27, 0.16],
+        [0.23, 0.42],
+        [0.23, 0.68],
+        [0.3, 0.78],
+        [0.58, 0.72],
+        [0.74, 0.76],
+        [0.68, 0.97],
+        [0.4, 1.16],
+        [0.0, 1.22],
+    ];
+    let [wide, high] = outline(&OUTLINE, r);
+    [wide * x, wide * y, high]
+}
+
+/// A horn that bends over to the right: round across a spine that is an arc of a circle.
+fn horn(r: f32, [x, y]: [f32; 2]) -> [f32; 3] {
+    /// Radius, and how far along the spine.
+    const OUTLINE: [[f32; 2]; 9] = [
+        [1.0, 0.0],
+        [0.7, 0.0],
+        [0.42, 0.1],
+        [0.33, 0.35],
+        [0.29, 0.75],
+        [0.23, 1.15],
+        [0.16, 1.5],
+        [0.08, 1.78],
+        [0.0, 1.85],
+    ];
+    /// How much it bends, radians a radius.
+    const BEND: f32 = 1.3;
+    let [wide, along] = outline(&OUTLINE, r);
+    let (sine, cosine) = (BEND * along).sin_cos();
+    [(1.0 - cosine) / BEND + wide * x * cosine, wide * y, sine / BEND - wide * x * sine]
+}
+
+/// A point of an outline at a radius from 1, its first point, to 0, its last, which is on the axis. Radii are even along
+/// the outline's length; between its points it is a cubic (Catmull and Rom 1974).
+fn outline(points: &[[f32; 2]], r: f32) -> [f32; 2] {
+    let length = |pair: &[[f32; 2]]| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+    let total: f32 = points.windows(2).map(length).sum();
+    let mut left = (1.0 - r) * total;
+    for (at, pair) in points.windows(2).enumerate() {
+        let own = length(pair);
+        if left > own && at + 2 < points.len() {
+            left -= own;
+            continue;
+        }
+        let [b, c] = [pair[0], pair[1]];
+        // Before the rim it goes straight on, behind the axis it is its mirror image.
+        let a = at.checked_sub(1).map_or([2.0 * b[0] - c[0], b[1]], |before| points[before]);
+        let d = points.get(at + 2).copied().unwrap_or([-b[0], b[1]]);
+        let t = (left / own).clamp(0.0, 1.0);
+        return [0, 1].map(|axis| {
+            let (a, b, c, d) = (a[axis], b[axis], c[axis], d[axis]);
+            let (quadratic, cubic) = (2.0 * a - 5.0 * b + 4.0 * c - d, 3.0 * b - a - 3.0 * c + d);
+            b + 0.5 * t * (c - a + t * (quadratic + t * cubic))
+        });
+    }
+    [0.0; 2]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -155,7 +250,7 @@ mod tests {
 
     #[test]
     fn every_pattern_covers_a_part_of_its_box() {
-        for pattern in PATTERNS {
+        for pattern in PATTERNS.into_iter().filter(|pattern| shape_of(pattern).is_none()) {
             let stamp =
                 Stamp::new(make_pattern(pattern).unwrap(), StampSettings::default(), StampChannel::Red).unwrap();
             let mean = stamp.sample([0.0, 0.0], 2.0)[3];
@@ -163,5 +258,30 @@ mod tests {
         }
         let at = |x: f32, y: f32| is_in("star", x, y);
         assert!(at(0.0, 0.0) && at(0.0, 0.9) && !at(0.0, -0.6) && at(0.85, 0.28) && !at(0.5, 0.6));
+    }
+
+    #[test]
+    fn shapes_go_on_from_the_surface_and_hang_over() {
+        for pattern in ["mushroom", "horn"] {
+            let shape = shape_of(pattern).unwrap();
+            let along = |k: usize| shape(1.0 - (k as f32 + 0.5) / 400.0, [1.0, 0.0]);
+            let first = along(0);
+            assert!((first[0] - 1.0).abs() < 0.02 && first[2].abs() < 0.01, "{pattern} {first:?}");
+            let mut hangs = false;
+            for k in 1..400 {
+                let (a, b) = (along(k - 1), along(k));
+                let step = (0..3).map(|axis| (b[axis] - a[axis]).powi(2)).sum::<f32>().sqrt();
+                // Even along the outline, so that no part of it gets few texels.
+                assert!(step < 0.02, "{pattern} {k} {step}");
+                hangs |= b[0] > a[0] + 1e-4 && b[2] > 0.5;
+            }
+            assert!(hangs, "{pattern}");
+            let top = [0.0, 1.0, 2.0].map(|turn: f32| shape(1e-4, [turn.cos(), turn.sin()]));
+            assert!(top.iter().all(|p| (0..3).all(|axis| (p[axis] - top[0][axis]).abs() < 1e-2)));
+        }
+        let image = make_pattern("mushroom").unwrap();
+        let stamp = Stamp::new(image, StampSettings::default(), StampChannel::Blue).unwrap();
+        let [r, g, b, alpha] = stamp.sample([0.0, 0.0], 0.0);
+        assert!((r - 0.5).abs() < 0.02 && (g - 0.5).abs() < 0.02 && (b - 1.11).abs() < 0.02 && alpha == 1.0);
     }
 }

@@ -300,9 +300,12 @@ impl Stepper {
                 let channels =
                     [Some((displacement.bytes(), displacement.full_bytes(), displacement.allocated_count()))]
                         .into_iter()
-                        .chain([object
-                            .paint()
-                            .map(|paint| (paint.bytes(), paint.full_bytes(), paint.allocated_count()))]);
+                        .chain([
+                            object.paint().map(|paint| (paint.bytes(), paint.full_bytes(), paint.allocated_count())),
+                            object
+                                .vectors()
+                                .map(|vectors| (vectors.bytes(), vectors.full_bytes(), vectors.allocated_count())),
+                        ]);
                 for (bytes, full, count) in channels.flatten() {
                     self.summary.tile_bytes[0] += bytes;
                     self.summary.tile_bytes[1] += full;
@@ -321,6 +324,12 @@ impl Stepper {
                     self.summary.tile_bytes[1] += paint.full_bytes();
                     self.summary.tiles[0] += paint.allocated_count() as u64;
                     self.summary.tiles[1] += paint.field().tile_count() as u64;
+                }
+                if let Some(vectors) = surface.vectors() {
+                    self.summary.tile_bytes[0] += vectors.bytes();
+                    self.summary.tile_bytes[1] += vectors.full_bytes();
+                    self.summary.tiles[0] += vectors.allocated_count() as u64;
+                    self.summary.tiles[1] += vectors.field().tile_count() as u64;
                 }
                 if let Some(fading) = surface.fading() {
                     self.summary.tile_bytes[0] += fading.displacement.bytes() + fading.paint.bytes();

@@ -43,6 +43,11 @@ pub(crate) fn read_stroke(
         reader.fault(Diagnostic::from_error(place, &error));
     }
     let layer = reader.text(table, "layer");
+    if let (Some(name), Action::Sculpt { mode, .. }) = (&layer, stroke.action)
+        && mode.needs_vectors()
+    {
+        reader.fault(Diagnostic::new(name.span.clone(), "vector displacement has no layers").advise("remove `layer`"));
+    }
     Some(StrokeEntry { objects, time, stroke, layer, stamp })
 }
 

@@ -23,13 +23,15 @@ pub struct TriangleItem {
 }
 
 impl TriangleItem {
-    /// The triangles of `mesh`, painted if there is a colour where nothing is painted.
+    /// The triangles of `mesh`, painted if there is a colour where nothing is painted, and with `vectors` if it is to have
+    /// vector displacement.
     pub fn new(
         context: &Context,
         mesh: &Mesh,
         entry: &TrianglesEntry,
         detail: &DetailEntry,
         paint: Option<Vec4>,
+        vectors: bool,
         transform: DAffine3,
     ) -> Result<Self> {
         let mut notes = Vec::new();
@@ -63,7 +65,10 @@ impl TriangleItem {
         let displacement = TriangleChannel::displacement(topology.clone(), &options)?;
         let mut object = TriangleObject::new(context, surface, displacement, transform)?;
         if let Some(color) = paint {
-            object.set_paint(TriangleChannel::of_color(topology, color, &options)?)?;
+            object.set_paint(TriangleChannel::of_color(topology.clone(), color, &options)?)?;
+        }
+        if vectors {
+            object.set_vectors(TriangleChannel::vectors(topology, &options)?)?;
         }
         Ok(Self { object, cage, notes })
     }
@@ -73,6 +78,7 @@ impl TriangleItem {
         match layer {
             Layer::Displacement => self.object.displacement().read(block),
             Layer::Paint => Ok(self.object.paint().map(|paint| paint.read(block)).transpose()?.flatten()),
+            Layer::Vectors => Ok(self.object.vectors().map(|vectors| vectors.read(block)).transpose()?.flatten()),
             _ => Ok(None),
         }
     }
@@ -83,6 +89,7 @@ impl TriangleItem {
         match layer {
             Layer::Displacement => self.object.displacement_mut().write_block(block, bytes),
             Layer::Paint => self.object.paint_mut().ok_or_else(missing)?.write_block(block, bytes),
+            Layer::Vectors => self.object.vectors_mut().ok_or_else(missing)?.write_block(block, bytes),
             _ => Err(missing()),
         }
     }
@@ -91,7 +98,9 @@ impl TriangleItem {
     pub fn allocated(&self) -> Vec<(Layer, u32)> {
         let displacement = self.object.displacement().blocks().into_iter().map(|block| (Layer::Displacement, block));
         let paint = self.object.paint().into_iter().flat_map(TriangleChannel::blocks);
-        displacement.chain(paint.map(|block| (Layer::Paint, block))).collect()
+        let vectors = self.object.vectors().into_iter().flat_map(TriangleChannel::blocks);
+        let vectors = vectors.map(|block| (Layer::Vectors, block));
+        displacement.chain(paint.map(|block| (Layer::Paint, block))).chain(vectors).collect()
     }
 
     /// Makes what was edited visible to readers. Returns the blocks that changed since this was done last.
@@ -99,11 +108,13 @@ impl TriangleItem {
         let topology = self.object.surface().topology().clone();
         // Measured anew, so that a frame does not depend on whether the frames before were computed or opened.
         let sculpted = self.object.displacement_mut().commit().changed().blocks(&topology);
+        let bent = self.object.vectors_mut().map(|vectors| vectors.commit().changed().blocks(&topology));
         self.object.renew(context)?;
         let painted = self.object.paint_mut().map(|paint| paint.commit().changed().blocks(&topology));
         let sculpted = sculpted.into_iter().map(|block| (Layer::Displacement, block));
         let painted = painted.into_iter().flatten().map(|block| (Layer::Paint, block));
-        Ok(sculpted.chain(painted).collect())
+        let bent = bent.into_iter().flatten().map(|block| (Layer::Vectors, block));
+        Ok(sculpted.chain(painted).chain(bent).collect())
     }
 }
 

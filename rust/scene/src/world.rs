@@ -7,7 +7,7 @@ use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::canvas::Canvas;
 use relievo_detail::{Action, Collider, DisplacedObject, Stamp, TriangleObject};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
-use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint, Traces};
+use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint, Traces, VectorDisplacement};
 
 use crate::assets::Assets;
 use crate::coat::Coat;
@@ -93,7 +93,8 @@ impl World {
                         check_triangles(object, triangles, assets.is_animated(entry.mesh)).map_err(&fault)?;
                         let color = Vec3::from(object.colour).min(Vec3::ONE).extend(1.0);
                         let paint = scene.is_painted(items.len()).then_some(color);
-                        let item = TriangleItem::new(context, mesh, triangles, &object.detail, paint, transform);
+                        let bent = scene.is_bent(items.len());
+                        let item = TriangleItem::new(context, mesh, triangles, &object.detail, paint, bent, transform);
                         items.push(Item::Triangles(Box::new(item.map_err(fault)?)));
                         documents.push(None);
                         continue;
@@ -116,6 +117,10 @@ impl World {
                                 start
                                     .take_up(context, &mut item, object.detail.budget)
                                     .map_err(|error| refuse(Diagnostic::from_error(name.span.clone(), &error)))?;
+                            }
+                            if scene.is_bent(items.len()) && item.vectors().is_none() {
+                                let vectors = VectorDisplacement::on(item.surface(), &detail);
+                                vectors.and_then(|vectors| item.set_vectors(vectors)).map_err(fault)?;
                             }
                             for layer in &object.layers {
                                 layer

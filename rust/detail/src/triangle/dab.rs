@@ -13,9 +13,10 @@ use relievo_tiles::triangle::{Pattern, TriangleChange, TriangleChannel, Triangle
 use relievo_tiles::{Candidate, ColorTexel, Rgba8, Sets, Texel};
 
 use super::level;
-use super::object::TriangleObject;
+use super::object::{TriangleGround, TriangleObject};
 use super::site::{self, Element, ElementEdit, Run};
 use crate::dab::{Action, Dab, DabReport};
+use crate::frame::Vectors;
 use crate::knots::PerKnot;
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
@@ -39,7 +40,7 @@ impl TriangleObject {
         &mut self,
         context: &Context,
         dab: &Dab,
-        start: Option<&TriangleField>,
+        start: Option<TriangleGround<'_>>,
     ) -> Result<DabReport> {
         dab.check()?;
         match dab.action {
@@ -57,7 +58,7 @@ impl TriangleObject {
         &mut self,
         context: &Context,
         dab: &Dab,
-        start: Option<&TriangleField>,
+        start: Option<TriangleGround<'_>>,
         paint: &mut TriangleChannel<Rgba8>,
         mode: PaintMode,
         color: Vec4,
@@ -66,16 +67,16 @@ impl TriangleObject {
         let brush = BrushParameters::new(&dab.brush, dab.strength, &self.transform);
         let field = paint.field();
         let elements = Element::of_faces(field.topology(), &faces);
-        let displacement = start.unwrap_or(self.displacement.field());
+        let ground = start.unwrap_or(self.ground());
         let blank = field.blank().color().to_array();
         let stamp = dab.brush.stamp();
         let smudge = dab.brush.smudge();
         let painting =
             Painting { level: context.level(), mode, color: everywhere(color.to_array()), blank, stamp, smudge };
         let pattern = field.pattern().coarser(self.level());
-        let heights = |run: &Run, out: &mut PerKnot| run.heights(displacement, out);
+        let places = places(ground);
         let edits = context.stats().time("dab.evaluate", || {
-            site::evaluate(context, &self.surface, field, pattern, &elements, &brush, heights, |site, values| {
+            site::evaluate(context, &self.surface, field, pattern, &elements, &brush, places, |site, values| {
                 painting.edit(site, values);
             })
         });
@@ -88,7 +89,37 @@ impl TriangleObject {
         &mut self,
         context: &Context,
         dab: &Dab,
-        start: Option<&TriangleField>,
+        start: Option<TriangleGround<'_>>,
+        mode: SculptMode,
+        height: f32,
+    ) -> Result<DabReport> {
+        if mode.needs_vectors() {
+            return self.bend(context, dab, start, mode, height);
+        }
+        if !(mode.changes_vectors() && self.vectors.is_some()) {
+            return self.raise(context, dab, start, mode, height);
+        }
+        // Both see the mesh as it was before.
+        let kept = match start {
+            Some(_) => None,
+            None => {
+                Some((self.displacement.field().clone(), self.offsets.as_ref().map(|(offsets, _)| offsets.clone())))
+            }
+        };
+        let kept = kept.as_ref().map(|(heights, vectors)| TriangleGround { heights, vectors: vectors.as_ref() });
+        let mut report = self.raise(context, dab, start.or(kept), mode, height)?;
+        let bytes = report.bytes;
+        report.merge(self.bend(context, dab, start.or(kept), mode, height)?);
+        report.bytes += bytes;
+        Ok(report)
+    }
+
+    /// Changes the displacement along the normals.
+    fn raise(
+        &mut self,
+        context: &Context,
+        dab: &Dab,
+        start: Option<TriangleGround<'_>>,
         mode: SculptMode,
         height: f32,
     ) -> Result<DabReport> {
@@ -100,11 +131,11 @@ impl TriangleObject {
         let stamp = dab.brush.stamp();
         let sculpting = Sculpting { level: context.level(), mode, height, stamp, since: start.is_some() };
         let pattern = field.pattern().coarser(self.level());
-        let displacement = start.unwrap_or(field);
-        let heights = |run: &Run, out: &mut PerKnot| run.heights(displacement, out);
+        let ground = start.unwrap_or(self.ground());
+        let places = places(ground);
         let (surface, normals) = (&self.surface, &self.normals);
         let edits = context.stats().time("dab.evaluate", || {
-            site::evaluate(context, surface, field, pattern, &elements, &brush, heights, |site, values| {
+            site::evaluate(context, surface, field, pattern, &elements, &brush, places, |site, values| {
                 sculpting.edit(site, |site, cosines| site.facing(surface, normals, cosines), values);
             })
         });
@@ -118,11 +149,22 @@ impl TriangleObject {
     }
 
     /// The first pass: faces that may be in the box.
-    fn intersect(&self, context: &Context, dab: &Dab, start: Option<&TriangleField>) -> Vec<u32> {
+    pub(super) fn intersect(&self, context: &Context, dab: &Dab, start: Option<TriangleGround<'_>>) -> Vec<u32> {
         let mut stage = context.stats().begin("dab.intersect");
         let faces = self.faces_near(context, dab.brush.obb(), start);
         stage.count("faces", faces.len() as u64);
         faces
+    }
+}
+
+/// Where the vertices of a run are with displacements.
+pub(super) fn places<'a>(ground: TriangleGround<'a>) -> impl Fn(&Run, &mut PerKnot, &mut Vectors) -> bool + Sync + 'a {
+    move |run, heights, vectors| {
+        run.heights(ground.heights, heights);
+        if let Some(field) = ground.vectors {
+            run.vectors(field, vectors);
+        }
+        ground.vectors.is_some()
     }
 }
 
@@ -202,7 +244,7 @@ pub(super) fn write<T: Texel>(
 }
 
 /// The faces that need a block for `edits`, ascending.
-fn faces_of<T: Texel>(field: &TriangleField<T>, pattern: Pattern, edits: &[ElementEdit<T>]) -> Vec<u32> {
+pub(super) fn faces_of<T: Texel>(field: &TriangleField<T>, pattern: Pattern, edits: &[ElementEdit<T>]) -> Vec<u32> {
     let topology: &TriangleTopology = field.topology();
     let mut faces: Vec<u32> = Vec::new();
     for edit in edits {

@@ -11,10 +11,11 @@ use relievo_core::{Context, Error, Result};
 use relievo_tiles::triangle::TriangleField;
 
 use super::dab::write;
-use super::object::TriangleObject;
+use super::object::{TriangleGround, TriangleObject, field_length};
 use super::site::{Element, ElementEdit, Run, values};
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
+use crate::frame::STILL;
 use crate::grid::Grid;
 use crate::hierarchy::Region;
 use crate::imprint::{ImprintSettings, Imprinter, Moment, Report};
@@ -61,6 +62,7 @@ impl Imprinter {
         moment: Moment,
     ) -> Result<Report> {
         check(settings)?;
+        object.renew_vectors(context);
         let limited = settings.depth_limit < ImprintSettings::default().depth_limit;
         let start = limited.then(|| object.displacement().field().clone());
         let count = motion.sub_steps().min(settings.sub_steps);
@@ -90,7 +92,8 @@ impl Imprinter {
             return Ok(report);
         };
         report.voxel_diagonal = grid.diagonal();
-        let faces = stats.time("imprint.cull", || object.faces_near(context, &grid.obb, start));
+        let before = start.map(|heights| TriangleGround { heights, vectors: None });
+        let faces = stats.time("imprint.cull", || object.faces_near(context, &grid.obb, before));
         if faces.is_empty() {
             return Ok(report);
         }
@@ -152,7 +155,8 @@ impl TriangleObject {
     fn occupied(&self, context: &Context, obb: &Obb, range: [f64; 2]) -> Option<(Obb, DVec3)> {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
-        let margin = DVec3::from(rows.map(|row| row.length())) * range[0].abs().max(range[1].abs());
+        let stretch = DVec3::from(rows.map(|row| row.length()));
+        let margin = stretch * (range[0].abs().max(range[1].abs()) + f64::from(self.vector_reach()));
         let mut faces = Vec::new();
         self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut faces);
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -163,6 +167,7 @@ impl TriangleObject {
             // The mean of unit normals is no shorter than this, and they are made as long as one again.
             let (a, b, c) = (normals[0].dot(normals[1]), normals[1].dot(normals[2]), normals[2].dot(normals[0]));
             let shortest = ((1.0 + 2.0 * a.min(b).min(c)) / 3.0).max(0.0).sqrt();
+            let length = self.offsets.as_ref().map_or(0.0, |(offsets, _)| f64::from(field_length(offsets, face)));
             let mut down = corners[0].min(corners[1]).min(corners[2]);
             let mut up = corners[0].max(corners[1]).max(corners[2]);
             for axis in 0..3 {
@@ -172,8 +177,9 @@ impl TriangleObject {
                 let least = -bound(-along.into_iter().fold(0.0, f64::min));
                 let most = bound(along.into_iter().fold(0.0, f64::max));
                 let ends = [range[0] * least, range[0] * most, range[1] * least, range[1] * most];
-                down[axis] += ends.into_iter().fold(0.0, f64::min);
-                up[axis] += ends.into_iter().fold(0.0, f64::max);
+                let aside = stretch[axis] * length;
+                down[axis] += ends.into_iter().fold(0.0, f64::min) - aside;
+                up[axis] += ends.into_iter().fold(0.0, f64::max) + aside;
             }
             // A face beside the box does not widen it.
             if down.cmple(obb.half).all() && up.cmpge(-obb.half).all() {
@@ -216,7 +222,7 @@ fn cast(
         let element = elements[index];
         let pattern = element.pattern(field).unwrap_or(field.pattern()).max(field.pattern());
         let mut new = values(field, element, pattern)?;
-        let (mut places, mut scratch) = (KnotBlock::ZERO, Scratch::default());
+        let (mut places, mut way, mut scratch) = (KnotBlock::ZERO, STILL, Scratch::default());
         let mut dents = TileDents::default();
         let mut before = [f16::ZERO; BLOCK_KNOTS];
         let mut count = 0;
@@ -224,6 +230,10 @@ fn cast(
         for first in (0..total).step_by(BLOCK_KNOTS) {
             let run = Run { element, pattern, start: first, count: BLOCK_KNOTS.min(total - first) };
             run.places(&object.surface, &mut places);
+            if let Some(vectors) = object.ground().vectors {
+                run.vectors(vectors, &mut way);
+                places.shift_by(&way);
+            }
             // Beyond the last, rays without a normal go nowhere.
             places.n.iter_mut().for_each(|n| n[run.count..].fill(0.0));
             if let Some(start) = start {

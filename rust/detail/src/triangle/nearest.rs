@@ -5,9 +5,8 @@ use glam::{DMat3, DVec3, Vec3};
 use relievo_core::{Context, Result};
 use relievo_surface::Place;
 use relievo_surface::triangle::closest;
-use relievo_tiles::triangle::TriangleField;
 
-use super::object::{TriangleObject, field_range};
+use super::object::{TriangleGround, TriangleObject};
 use crate::nearest::SurfacePoint;
 use crate::obb::Obb;
 
@@ -16,7 +15,7 @@ impl TriangleObject {
     /// the barycentric coordinates of its second and third corner. `None` too if a number is not finite. Normals are as
     /// they were renewed last.
     pub fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
-        self.nearest_of(context, self.displacement.field(), point, within)
+        self.nearest_of(context, self.ground(), point, within)
     }
 
     /// As [`Self::nearest`], of the surface with a displacement it had before, which reaches no further than the one it
@@ -24,7 +23,7 @@ impl TriangleObject {
     pub(crate) fn nearest_of(
         &self,
         context: &Context,
-        field: &TriangleField,
+        ground: TriangleGround<'_>,
         point: DVec3,
         within: f64,
     ) -> Result<Option<SurfacePoint>> {
@@ -33,23 +32,23 @@ impl TriangleObject {
         }
         // Most often it is much nearer, and then there are fewer faces to look at.
         for part in [64.0, 8.0] {
-            if let Some(found) = self.nearest_within(context, field, point, within / part)? {
+            if let Some(found) = self.nearest_within(context, ground, point, within / part)? {
                 return Ok(Some(found));
             }
         }
-        self.nearest_within(context, field, point, within)
+        self.nearest_within(context, ground, point, within)
     }
 
     fn nearest_within(
         &self,
         context: &Context,
-        field: &TriangleField,
+        ground: TriangleGround<'_>,
         point: DVec3,
         within: f64,
     ) -> Result<Option<SurfacePoint>> {
         let around = Obb { center: point, axes: DMat3::IDENTITY, half: DVec3::splat(within) };
-        let faces = self.faces_near(context, &around, Some(field));
-        let displaced = self.displaced_by(field)?;
+        let faces = self.faces_near(context, &around, Some(ground));
+        let displaced = self.displaced_by(ground)?;
         let scale = self.transform.matrix3;
         let stretch =
             (scale.x_axis.length_squared() + scale.y_axis.length_squared() + scale.z_axis.length_squared()).sqrt();
@@ -60,8 +59,7 @@ impl TriangleObject {
                 let corners = self.surface.corner_points(face).map(|p| self.world(Vec3::from(p)));
                 let center = (corners[0] + corners[1] + corners[2]) / 3.0;
                 let radius = corners.iter().map(|corner| corner.distance(center)).fold(0.0, f64::max);
-                let [least, most] = field_range(field, face);
-                let far = stretch * f64::from(most.max(-least) + self.vector_reach());
+                let far = stretch * f64::from(ground.reach(face));
                 (center.distance(point) - radius - far, face)
             })
             .collect();

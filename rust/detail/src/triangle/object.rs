@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 use relievo_document::{self as document, Document, Kind};
 use relievo_surface::{TriangleSurface, TriangleTopology};
@@ -11,12 +11,19 @@ use relievo_tiles::triangle::{
     FaceRates, Offset, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals, TrianglePiece,
     TriangleSnapshot,
 };
-use relievo_tiles::{Rgba8, Texel, Trace, Vector};
+use relievo_tiles::{Rgba8, Trace, Vector};
 
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::layered::{self, Channels, LayeredObject, Layers, Stored};
 use crate::obb::Obb;
 use crate::object::check_transform;
+
+/// Displacements that dabs go by: along the normals, and in object space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TriangleGround<'a> {
+    pub heights: &'a TriangleField,
+    pub vectors: Option<&'a TriangleField<Offset>>,
+}
 
 /// A displaced triangle mesh in the world.
 #[derive(Debug)]
@@ -26,15 +33,17 @@ pub struct TriangleObject {
     pub(super) paint: Option<TriangleChannel<Rgba8>>,
     pub(super) layers: Layers<TriangleChannel, TriangleChannel<Rgba8>>,
     pub(super) traces: Option<TriangleChannel<Trace>>,
-    vectors: Option<TriangleChannel<Vector>>,
-    /// The vectors in object space, and the longest, as they were renewed last.
-    offsets: Option<(TriangleField<Offset>, f32)>,
+    pub(super) vectors: Option<TriangleChannel<Vector>>,
+    /// The vectors in object space, as they were renewed or edited last, and no less than the longest.
+    pub(super) offsets: Option<(TriangleField<Offset>, f32)>,
     pub(super) normals: TriangleNormals,
     pub(super) transform: DAffine3,
     pub(super) hierarchy: Hierarchy,
     obb: Obb,
     /// The least and the largest displacement, 0 between them; `None` where it has to be measured.
     reach: Option<[f32; 2]>,
+    /// Whether the vectors in object space are to be made anew.
+    bent: bool,
     /// Faces whose normals are to be renewed; `None` for all.
     stale: Option<Vec<u32>>,
     level: u32,
@@ -70,6 +79,7 @@ impl TriangleObject {
             hierarchy,
             obb,
             reach: None,
+            bent: false,
             stale: None,
             level: 0,
         })
@@ -82,6 +92,7 @@ impl TriangleObject {
         let hierarchy = &mut self.hierarchy;
         context.stats().time("object.refit", || hierarchy.refit(context, |face| bounds(&surface, face)));
         self.surface = surface;
+        self.bent = true;
         self.stale = None;
         Ok(())
     }
@@ -154,6 +165,7 @@ impl TriangleObject {
 
     /// The vector displacement, to be written. What is shown follows when the object is committed.
     pub fn vectors_mut(&mut self) -> Option<&mut TriangleChannel<Vector>> {
+        self.bent = true;
         self.stale = None;
         self.vectors.as_mut()
     }
@@ -162,6 +174,7 @@ impl TriangleObject {
     pub fn set_vectors(&mut self, vectors: TriangleChannel<Vector>) -> Result<()> {
         self.check_mesh(vectors.field().topology(), "vectors")?;
         self.vectors = Some(vectors);
+        self.bent = true;
         self.stale = None;
         Ok(())
     }
@@ -199,20 +212,26 @@ impl TriangleObject {
         Ok(())
     }
 
-    /// The box of the undisplaced mesh in the world, enlarged by `margin` object units.
+    /// The box of the mesh without its scalar displacement in the world, enlarged by `margin` object units.
     pub fn obb(&self, margin: f64) -> Obb {
-        self.obb.enlarged(margin).transformed(&self.transform)
+        self.obb.enlarged(margin + f64::from(self.vector_reach())).transformed(&self.transform)
     }
 
     /// The displaced mesh.
     pub fn displaced(&self) -> Result<TriangleDisplaced<'_>> {
-        self.displaced_by(self.displacement.field())
+        self.displaced_by(self.ground())
     }
 
-    /// The mesh displaced by `field` and by the vectors there are.
-    pub(super) fn displaced_by<'a>(&'a self, field: &'a TriangleField) -> Result<TriangleDisplaced<'a>> {
-        let displaced = TriangleDisplaced::new(&self.surface, field)?;
-        self.offsets.as_ref().map_or(Ok(displaced), |(offsets, _)| displaced.with_vectors(offsets))
+    /// The mesh with other displacements.
+    pub(super) fn displaced_by<'a>(&'a self, ground: TriangleGround<'a>) -> Result<TriangleDisplaced<'a>> {
+        let displaced = TriangleDisplaced::new(&self.surface, ground.heights)?;
+        ground.vectors.map_or(Ok(displaced), |vectors| displaced.with_vectors(vectors))
+    }
+
+    /// The displacements as they are.
+    pub(crate) fn ground(&self) -> TriangleGround<'_> {
+        let vectors = self.offsets.as_ref().map(|(offsets, _)| offsets);
+        TriangleGround { heights: self.displacement.field(), vectors }
     }
 
     /// The length of the longest vector.
@@ -250,17 +269,20 @@ impl TriangleObject {
         Ok((piece, colors.unwrap_or_default()))
     }
 
+    /// Brings the vectors in object space up to date.
+    pub(super) fn renew_vectors(&mut self, context: &Context) {
+        if let (Some(vectors), true) = (&self.vectors, std::mem::take(&mut self.bent)) {
+            let offsets = vectors.field().in_object_space(context, &self.surface);
+            let faces = offsets.allocated().filter_map(|face| offsets.face(face));
+            let edges = offsets.allocated_edges().filter_map(|edge| offsets.edge(edge));
+            let reach = faces.chain(edges).chain(offsets.vertices()).map(longest).fold(0.0, f32::max);
+            self.offsets = Some((offsets, reach));
+        }
+    }
+
     /// Brings the normals up to date.
     pub fn renew(&mut self, context: &Context) -> Result<()> {
-        if let (Some(vectors), None) = (&self.vectors, &self.stale) {
-            let offsets = vectors.field().in_object_space(context, &self.surface);
-            let longest = |values: &[Vector]| values.iter().map(|v| v.value().length()).fold(0.0, f64::max);
-            let field = vectors.field();
-            let faces = field.allocated().filter_map(|face| field.face(face));
-            let edges = field.allocated_edges().filter_map(|edge| field.edge(edge));
-            let reach = faces.chain(edges).chain(field.vertices()).map(longest).fold(0.0, f64::max);
-            self.offsets = Some((offsets, reach as f32));
-        }
+        self.renew_vectors(context);
         let displaced = TriangleDisplaced::new(&self.surface, self.displacement.field())?;
         let displaced = match &self.offsets {
             Some((offsets, _)) => displaced.with_vectors(offsets)?,
@@ -301,25 +323,20 @@ impl TriangleObject {
     }
 
     /// Faces that may be in `obb`, displaced as they are or as they were with `start`, ascending.
-    pub(super) fn faces_near(&self, context: &Context, obb: &Obb, start: Option<&TriangleField>) -> Vec<u32> {
+    pub(super) fn faces_near(&self, context: &Context, obb: &Obb, start: Option<TriangleGround<'_>>) -> Vec<u32> {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let field = self.displacement.field();
         let [least, most] = self.reach.unwrap_or_else(|| range(field));
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
         let stretch = DVec3::from(rows.map(|row| row.length()));
-        let further = self.vector_reach();
-        let margin = stretch * f64::from(most.max(-least) + further);
+        let margin = stretch * f64::from(most.max(-least) + self.vector_reach());
         let mut faces = Vec::new();
         self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut faces);
         if margin != DVec3::ZERO {
             // Most faces are displaced by less than some face is.
             faces.retain(|face| {
-                let [mut least, mut most] = field_range(field, *face);
-                if let Some(start) = start {
-                    let then = field_range(start, *face);
-                    (least, most) = (least.min(then[0]), most.max(then[1]));
-                }
-                let far = stretch * f64::from(most.max(-least) + further) + obb.half * (1.0 + 1e-9);
+                let reach = self.ground().reach(*face).max(start.map_or(0.0, |start| start.reach(*face)));
+                let far = stretch * f64::from(reach) + obb.half * (1.0 + 1e-9);
                 let corners =
                     self.surface.corner_points(*face).map(|p| map.transform_point3(DVec3::from(p.map(f64::from))));
                 let low = corners[0].min(corners[1]).min(corners[2]);
@@ -368,6 +385,7 @@ impl LayeredObject for TriangleObject {
     }
 
     fn others_mut(&mut self) -> (Option<&mut Self::Traces>, Option<&mut Self::Vectors>) {
+        self.bent = true;
         self.stale = None;
         (self.traces.as_mut(), self.vectors.as_mut())
     }
@@ -403,6 +421,27 @@ impl LayeredObject for TriangleObject {
         }
         Ok(())
     }
+}
+
+impl TriangleGround<'_> {
+    /// How far a face is displaced at most.
+    pub fn reach(&self, face: u32) -> f32 {
+        let [least, most] = field_range(self.heights, face);
+        most.max(-least) + self.vectors.map_or(0.0, |vectors| field_length(vectors, face))
+    }
+}
+
+/// The length of the longest of some vectors.
+pub(super) fn longest(values: &[Offset]) -> f32 {
+    values.iter().map(|value| Vec3::from(value.0).length()).fold(0.0, f32::max)
+}
+
+/// The length of the longest vector in and around a face.
+pub(super) fn field_length(field: &TriangleField<Offset>, face: u32) -> f32 {
+    let topology = field.topology();
+    let corners = topology.face(face).map(|vertex| field.vertex(vertex));
+    let blocks = topology.edges_of(face).map(|edge| field.edge(edge)).into_iter().chain([field.face(face)]);
+    blocks.flatten().map(longest).fold(longest(&corners), f32::max)
 }
 
 /// The least and the largest value in and around a face, 0 between them.

@@ -11,10 +11,12 @@ use relievo_core::simd::Level;
 use relievo_surface::{TriangleSurface, TriangleTopology};
 use relievo_tiles::Texel;
 use relievo_tiles::triangle::displaced::foot;
-use relievo_tiles::triangle::{Node, Pattern, Slot, TriangleField, TriangleNormals};
+use relievo_tiles::triangle::{Node, Offset, Pattern, Slot, TriangleField, TriangleNormals};
 
+use crate::frame::{STILL, Vectors};
 use crate::knots::{BLOCK_KNOTS, KnotBlock, PerKnot};
 use crate::spot::Spot;
+use crate::vector::{Framed, VectorTexel};
 use crate::weights::{BrushParameters, Weights};
 
 /// What has values: the inside of a face or of an edge, or a vertex of the mesh.
@@ -105,6 +107,8 @@ pub(super) struct Site<'a, T> {
     weights: Weights,
     places: KnotBlock,
     heights: PerKnot,
+    /// The vectors that the weights were evaluated with, in object space.
+    vectors: Vectors,
     /// Object units between a vertex and its neighbours.
     spacing: f32,
     /// How much longer a length is across the brush than in object units.
@@ -164,6 +168,22 @@ impl Run {
             *out = field.at(face, pattern, node) as f32;
         }
     }
+
+    /// The vectors there, in object space.
+    pub fn vectors(&self, field: &TriangleField<Offset>, out: &mut Vectors) {
+        *out = STILL;
+        if let Element::Face(face) = self.element {
+            if let Some(block) = field.face(face).filter(|_| field.face_pattern(face) == Some(self.pattern)) {
+                return Offset::read(&block[self.start..][..self.count], out, 0);
+            }
+            if field.is_blank(face) {
+                return;
+            }
+        }
+        for (k, (face, pattern, node)) in self.knots(field.topology()).into_iter().enumerate() {
+            Offset::read(&[field.texel(face, pattern, node)], out, k);
+        }
+    }
 }
 
 impl<T: Texel> Spot<T> for Site<'_, T> {
@@ -218,6 +238,17 @@ impl<T: Texel> Spot<T> for Site<'_, T> {
     }
 }
 
+/// Vectors are in object space already.
+impl<T> Framed for Site<'_, T> {
+    fn vectors(&self) -> &Vectors {
+        &self.vectors
+    }
+
+    fn to_object(&self, _: Level, _: &mut Vectors) {}
+
+    fn from_object(&self, _: Level, _: &mut Vectors) {}
+}
+
 impl<T> Site<'_, T> {
     /// The cosines between the normals of the mesh and of the displaced one.
     pub fn facing(&self, surface: &TriangleSurface, normals: &TriangleNormals, out: &mut PerKnot) {
@@ -228,8 +259,8 @@ impl<T> Site<'_, T> {
     }
 }
 
-/// The second pass: the brush at every vertex of the elements. `heights` sets the displacement of vertices, `change` makes
-/// new values of old ones. All is in `pattern`, whatever elements have. Only those that change are returned.
+/// The second pass: the brush at every vertex of the elements. `ground` sets the displacement of vertices and, if it
+/// returns true, the vectors there; `change` makes new values of old ones. All is in `pattern`, whatever elements have. Only those that change are returned.
 pub(super) fn evaluate<T: Texel>(
     context: &Context,
     surface: &TriangleSurface,
@@ -237,14 +268,14 @@ pub(super) fn evaluate<T: Texel>(
     pattern: Pattern,
     elements: &[Element],
     brush: &BrushParameters,
-    heights: impl Fn(&Run, &mut PerKnot) + Sync,
+    ground: impl Fn(&Run, &mut PerKnot, &mut Vectors) -> bool + Sync,
     change: impl Fn(&mut Site<'_, T>, &mut [T]) + Sync,
 ) -> Vec<ElementEdit<T>> {
     let level = context.level();
     let topology = surface.topology();
     let edits = context.map(elements.len(), |index| {
         let element = elements[index];
-        edit_element(level, surface, field, (element, pattern), brush, &heights, &change, topology)
+        edit_element(level, surface, field, (element, pattern), brush, &ground, &change, topology)
     });
     edits.into_iter().flatten().collect()
 }
@@ -256,7 +287,7 @@ fn edit_element<T: Texel>(
     field: &TriangleField<T>,
     (element, pattern): (Element, Pattern),
     brush: &BrushParameters,
-    heights: &impl Fn(&Run, &mut PerKnot),
+    ground: &impl Fn(&Run, &mut PerKnot, &mut Vectors) -> bool,
     change: &impl Fn(&mut Site<'_, T>, &mut [T]),
     topology: &TriangleTopology,
 ) -> Option<ElementEdit<T>> {
@@ -270,6 +301,7 @@ fn edit_element<T: Texel>(
         weights: Weights::default(),
         places: KnotBlock::ZERO,
         heights: [0.0; BLOCK_KNOTS],
+        vectors: STILL,
         spacing,
         scale: row(0).max(row(1)),
         field,
@@ -279,7 +311,9 @@ fn edit_element<T: Texel>(
     for start in (0..total).step_by(BLOCK_KNOTS) {
         site.run = Run { element, pattern, start, count: BLOCK_KNOTS.min(total - start) };
         site.run.places(surface, &mut site.places);
-        heights(&site.run, &mut site.heights);
+        if ground(&site.run, &mut site.heights, &mut site.vectors) {
+            site.places.shift_by(&site.vectors);
+        }
         site.weights.evaluate(level, brush, &site.places, &site.heights);
         if !site.weights.share[..site.run.count].iter().any(|share| *share > 0.0) {
             continue;

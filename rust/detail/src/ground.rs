@@ -1,0 +1,70 @@
+//! The displacement that a dab goes by: where its places are, and so what share of the edit they get.
+//!
+//! That is the displacement when the stroke began, scalar and vectors, so that dabs which overlap add up. Units: object
+//! units; vectors have their components in the frames of the places.
+
+use half::slice::HalfFloatSliceExt;
+use relievo_core::simd::Level;
+use relievo_surface::{Order, Surface};
+use relievo_tiles::spline::{self, Jets};
+use relievo_tiles::{Displaced, Field, Vector};
+
+use crate::edit::Window;
+use crate::frame::{STILL, Vectors};
+use crate::knots::PerKnot;
+use crate::vector::VectorTexel;
+
+/// Displacements that dabs go by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ground<'a> {
+    pub heights: &'a Field,
+    pub vectors: Option<&'a Field<Vector>>,
+}
+
+impl<'a> Ground<'a> {
+    /// The surface with these displacements. Fails never, unless they are those of another surface.
+    pub fn displaced(&self, surface: &'a Surface) -> relievo_core::Result<Displaced<'a>> {
+        let displaced = Displaced::new(surface, self.heights)?;
+        self.vectors.map_or(Ok(displaced), |vectors| displaced.with_vectors(vectors))
+    }
+
+    /// The scalar displacement at the texels of a window of any channel.
+    pub fn heights(&self, level: Level, window: &Window, out: &mut PerKnot) {
+        let Some(block) = self.heights.block(window.tile) else { return out.fill(0.0) };
+        let (us, vs) = window.parameters();
+        let mut jets = Jets::default();
+        spline::grid(level, block, self.heights.size(window.tile), &us, &vs, Order::Position, &mut jets);
+        jets.d.iter().zip(out).for_each(|(d, out)| *out = *d);
+    }
+
+    /// The vectors at the texels of a window of any channel; false, with nothing written, if the tile has none.
+    pub fn vectors(&self, level: Level, window: &Window, out: &mut Vectors) -> bool {
+        let Some((field, block)) = self.vectors.and_then(|field| Some((field, field.block(window.tile)?))) else {
+            return false;
+        };
+        let (us, vs) = window.parameters();
+        let mut jets: [Jets; 3] = Default::default();
+        spline::vector_grid(level, block, field.size(window.tile), &us, &vs, Order::Position, &mut jets);
+        for (jets, out) in jets.iter().zip(out) {
+            jets.d.iter().zip(out).for_each(|(d, out)| *out = *d);
+        }
+        true
+    }
+
+    /// The coefficients of a window of the scalar displacement itself.
+    pub fn height_coefficients(&self, window: &Window, out: &mut PerKnot) {
+        let Some(block) = self.heights.block(window.tile) else { return out.fill(0.0) };
+        for (row, out) in window.rows(0, 0).zip(out.chunks_exact_mut(window.edge())) {
+            block[row].convert_to_f32_slice(out);
+        }
+    }
+
+    /// The coefficients of a window of the vectors themselves; zeros if the tile has none.
+    pub fn vector_coefficients(&self, window: &Window, out: &mut Vectors) {
+        *out = STILL;
+        let Some(block) = self.vectors.and_then(|field| field.block(window.tile)) else { return };
+        for (row, start) in window.rows(0, 0).zip((0..).step_by(window.edge())) {
+            Vector::read(&block[row], out, start);
+        }
+    }
+}
