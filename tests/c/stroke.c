@@ -115,6 +115,45 @@ int main(void) {
     CHECK_OK(rlv_detail_info(whole, &info));
     CHECK(info.allocated_count == 0 && info.bytes == 0);
 
+    /* A stamp of vectors and a pinch want vector displacement; the eraser takes that away too. */
+    {
+        const float pixel[3] = {0.25f, 0.0f, 0.5f};
+        RlvStampOptions stamp = RLV_STAMP_OPTIONS_INIT;
+        RlvStampSettings numbers = RLV_STAMP_SETTINGS_INIT;
+        RlvVectorOptions vectors = RLV_VECTOR_OPTIONS_INIT;
+        RlvChannelInfo channel = RLV_CHANNEL_INFO_INIT;
+        kind.mode = RLV_SCULPT_VECTOR;
+        kind.height = 1.0f;
+        settings.radius = 0.8f;
+        CHECK_OK(rlv_brush_set(brush, &kind, &settings));
+        stamp.width = stamp.height = 1;
+        stamp.channels = 3;
+        stamp.pixels = pixel;
+        numbers.mid = 0.0f;
+        numbers.scale = 1.0f;
+        CHECK_OK(rlv_brush_set_stamp(brush, &stamp, &numbers));
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_stroke_run(whole, brush, points, 1, 0, NULL), "vector displacement");
+        vectors.tile_size = 32;
+        CHECK_OK(rlv_detail_add_vectors(whole, &vectors));
+        CHECK_OK(rlv_stroke_run(whole, brush, points, 1, 0, &report));
+        CHECK(report.dabs == 1 && report.changed_tiles > 0 && report.bytes > 0);
+        CHECK_OK(rlv_brush_set_stamp(brush, NULL, NULL));
+        kind.mode = RLV_SCULPT_PINCH;
+        kind.falloff = RLV_FALLOFF_SMOOTH;
+        CHECK_OK(rlv_brush_set(brush, &kind, &settings));
+        points[0].position[2] = 0.5;
+        CHECK_OK(rlv_stroke_run(whole, brush, points, 1, 0, &report));
+        CHECK(report.dabs == 1 && report.changed_texels > 10);
+        CHECK_OK(rlv_detail_channel_info(whole, RLV_CHANNEL_VECTORS, &channel));
+        CHECK(channel.is_there == 1 && channel.allocated_count > 0);
+        kind.mode = RLV_SCULPT_ERASE;
+        kind.falloff = RLV_FALLOFF_CONSTANT;
+        settings.radius = 9.0f;
+        CHECK_OK(rlv_brush_set(brush, &kind, &settings));
+        CHECK_OK(rlv_stroke_run(whole, brush, points, 1, 0, &report));
+        CHECK(report.freed_tiles > 0 && report.bytes == 0);
+    }
+
     CHECK_OK(rlv_brush_release(brush));
     CHECK_OK(rlv_detail_release(whole));
     CHECK_OK(rlv_detail_release(drawn));

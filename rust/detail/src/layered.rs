@@ -454,6 +454,10 @@ pub trait LayeredObject: Sized {
     /// changed any; `None` if not, or there is no such layer.
     fn read_sizes(&self, id: u32) -> Option<Vec<u8>> {
         let own = self.channels();
+        if let Some(vectors) = self.others().1.filter(|_| id == own.layers.others[1]) {
+            let sizes = || vectors.field().face_sizes().into_iter().map(|size| size.ilog2() as u8).collect();
+            return (!vectors.field().given_sizes().is_empty()).then(sizes);
+        }
         let mut states = own.layers.displacement.states(own.displacement).into_iter();
         let mut colors = own.layers.colors.iter().zip(own.paint).flat_map(|(stack, paint)| stack.states(paint));
         let state = states.find(|state| state.id == id).or_else(|| colors.find(|state| state.id == id))?;
@@ -468,6 +472,11 @@ pub trait LayeredObject: Sized {
             return Err(Error::invalid(format!("a face cannot have 2^{bits} texels along an edge")));
         }
         let sizes = sizes.map(|sizes| sizes.iter().map(|bits| 1 << bits).collect::<Vec<u32>>());
+        if id == self.channels().layers.others[1]
+            && let Some(vectors) = self.others_mut().1
+        {
+            return reshape(vectors, sizes);
+        }
         let own = self.channels_mut(false);
         if let (Some(stack), Some(paint)) = (&mut own.layers.colors, own.paint)
             && let Some(channel) = stack.channel_mut(id, paint)
@@ -481,9 +490,16 @@ pub trait LayeredObject: Sized {
         .map(drop)
     }
 
+    /// The layers for which [`Self::read_sizes`] gives some, that of vectors too.
+    fn sized_layers(&self) -> Vec<u32> {
+        let ids = self.layers().into_iter().map(|layer| layer.id);
+        let vectors = self.channels().layers.others[1];
+        ids.chain([vectors]).filter(|id| self.read_sizes(*id).is_some()).collect()
+    }
+
     /// The layers for which [`Self::read_sizes`] gives other sizes than when this was called last.
     fn commit_sizes(&mut self) -> Vec<u32> {
-        let ids: Vec<u32> = self.layers().into_iter().map(|layer| layer.id).collect();
+        let ids = self.sized_layers();
         let now: Vec<(u32, Vec<u8>)> = ids.into_iter().filter_map(|id| Some((id, self.read_sizes(id)?))).collect();
         let sizes = &mut self.channels_mut(false).layers.sizes;
         let before = std::mem::replace(sizes, now);

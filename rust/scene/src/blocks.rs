@@ -42,8 +42,7 @@ pub fn write(surface: &mut DisplacedObject, layer: Layer, tile: u32, bytes: Opti
 pub fn allocated(surface: &DisplacedObject) -> Vec<(Layer, u32)> {
     let mut list = Vec::new();
     let mut add = |layer: Layer, tiles: &mut dyn Iterator<Item = u32>| list.extend(tiles.map(|tile| (layer, tile)));
-    let sized = surface.layers().into_iter().map(|layer| layer.id).filter(|id| surface.read_sizes(*id).is_some());
-    add(Layer::Sizes, &mut sized.into_iter());
+    add(Layer::Sizes, &mut surface.sized_layers().into_iter());
     add(Layer::Displacement, &mut surface.displaced_tiles().into_iter());
     add(Layer::Paint, &mut surface.painted_tiles().into_iter());
     add(Layer::Traces, &mut surface.traces().into_iter().flat_map(|traces| traces.field().allocated()));
