@@ -20,7 +20,7 @@ typedef struct RlvHit {
     float distance;    /* in multiples of the ray's direction */
     uint32_t face;     /* of the mesh, or of the detail's cage */
     uint32_t tile;     /* of the detail; RLV_NO_ELEMENT for a mesh */
-    float u;           /* place in the tile; for a mesh the barycentric weight of the triangle's second corner, */
+    float u;           /* place in the tile; for a mesh, as for a detail of a triangle mesh, the barycentric weight of the triangle's second corner, */
     float v;           /* and that of the third */
     float position[3]; /* object units */
     float normal[3];   /* unit length, of the displaced surface or of the triangle, to the front */

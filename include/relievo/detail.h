@@ -6,6 +6,11 @@
  * a budget of bytes; a tile the budget refuses stays as it was, the edit goes on without it and reports it, and nothing is
  * lost.
  *
+ * On a triangle mesh values are kept at the vertices of a tessellation pattern: faces and edges get blocks of them where
+ * something happened, and "tile" means a face with its edges. Sizes are segments along an edge: 8, 16, 32 or 64, 0 for 16.
+ * It takes strokes, imprints without rims and smoothing, layers and documents; what it lacks is said below, and answers
+ * RLV_ERROR_UNSUPPORTED.
+ *
  * Edits (imprints, blocks that are written, new poses) become visible at rlv_detail_commit: readers see what was
  * committed last, never half an edit, and do not wait. Functions marked "edits" need the detail for themselves among
  * edits and return RLV_ERROR_BUSY while another one is at work; all others may run at any time. */
@@ -23,7 +28,8 @@ typedef struct RlvDetailOptions {
     uint32_t tile_size; /* coefficients along an edge of the cage: 8, 16, 32, 64, 128 or 256; 0 for 128. Tiles of faces
                            of other than four corners have half of it, but at least 8. */
     uint64_t budget;            /* bytes that tiles may occupy; 0 for 1 GiB */
-    const uint32_t *face_sizes; /* pairs of a face and its size, for faces that differ from tile_size; may be NULL */
+    const uint32_t *face_sizes; /* pairs of a face and its size, for faces that differ from tile_size; may be NULL, and
+                                   is for triangle meshes */
     size_t face_size_count;     /* pairs */
     size_t face_size_stride;    /* bytes, 0 for packed */
 } RlvDetailOptions;
@@ -148,25 +154,27 @@ RLV_API RlvResult rlv_detail_add_paint(RlvDetail detail, const RlvPaintOptions *
 RLV_API RlvResult rlv_detail_add_vectors(RlvDetail detail, const RlvVectorOptions *options);
 
 /* Edits. Lets imprints leave traces from now on: contact, 0 to 1, how far colliders have pushed in all, and when last.
- * Their tiles have the size of the displacement's and may occupy budget bytes; 0 for 1 GiB. Fails if it has traces. */
+ * Their tiles have the size of the displacement's and may occupy budget bytes; 0 for 1 GiB. Fails if it has traces, and
+ * on triangle meshes. */
 RLV_API RlvResult rlv_detail_add_traces(RlvDetail detail, uint64_t budget);
 
 /* Edits. Lets edits of displacement and colours from now on fade back to what was there without any; each texel counts
  * from its last edit. What was edited before stays. options may be NULL. Fails if edits fade already, a time is out of
- * range, or the detail has several layers of a kind. */
+ * range, the detail has several layers of a kind, or it is of a triangle mesh. */
 RLV_API RlvResult rlv_detail_set_decay(RlvDetail detail, const RlvDecayOptions *options);
 
 /* Edits. Comes to a time in seconds, 0 at first: edits that fade do so, and imprints leave it in their traces from now
  * on. Call it once a frame, before the frame's edits. Fails if the time is not finite, or before that of the last call
- * while edits fade. Time stamps that their budget refuses are logged; what was edited there stays. */
+ * while edits fade, and on triangle meshes. Time stamps that their budget refuses are logged; what was edited there
+ * stays. */
 RLV_API RlvResult rlv_detail_advance(RlvDetail detail, double time);
 
 /* A channel as it was committed last. */
 RLV_API RlvResult rlv_detail_channel_info(RlvDetail detail, uint32_t channel, RlvChannelInfo *out);
 
 /* Edits. Gives faces another number of coefficients along their edges, of displacement and traces; pairs of a face and its
- * size as in the options. Displacements stay, exactly but for rounding where a face becomes finer. Fails with RLV_ERROR_MEMORY, and changes
- * nothing, if the budget does not allow it. */
+ * size as in the options. Displacements stay, exactly but for rounding where a face becomes finer. Fails with
+ * RLV_ERROR_MEMORY, and changes nothing, if the budget does not allow it, and on triangle meshes. */
 RLV_API RlvResult rlv_detail_set_face_sizes(RlvDetail detail, const uint32_t *face_sizes, size_t count, size_t stride);
 
 /* Edits. Moves the detail; matrix as for rlv_detail_create. */
@@ -187,13 +195,13 @@ RLV_API RlvResult rlv_detail_tile_info(RlvDetail detail, uint32_t channel, uint3
 
 /* Copies the block of a tile as it was committed last, for caches and files: see RlvChannel. Writes its bytes and their
  * number, 0 if the tile is not allocated. bytes may be NULL to ask for the number. Fails if the detail does not have the
- * channel. */
+ * channel, or is of a triangle mesh, whose faces share the blocks of their edges: its edits are kept in documents. */
 RLV_API RlvResult rlv_detail_read_block(RlvDetail detail, uint32_t channel, uint32_t tile, void *bytes, size_t capacity,
                                         size_t *size);
 
 /* Edits. Puts a block back that rlv_detail_read_block gave; size 0 frees the tile. The neighbours' rings are brought up
  * to date at the commit. Fails with RLV_ERROR_MEMORY if the budget does not allow it, and with RLV_ERROR_UNSUPPORTED for
- * colours of several layers. */
+ * colours of several layers and on triangle meshes. */
 RLV_API RlvResult rlv_detail_write_block(RlvDetail detail, uint32_t channel, uint32_t tile, const void *bytes,
                                          size_t size);
 

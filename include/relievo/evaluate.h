@@ -20,7 +20,7 @@ typedef struct RlvEvaluateArrays {
     size_t position_stride;
     float *normals; /* unit length; zero where the surface has no normal */
     size_t normal_stride;
-    float *du; /* derivatives by u and v, object units per tile */
+    float *du; /* derivatives by u and v, object units per tile; of a triangle its edges from the first corner */
     size_t du_stride;
     float *dv;
     size_t dv_stride;
@@ -46,7 +46,7 @@ typedef struct RlvEvaluateArrays {
      NULL, 0, NULL, 0, NULL, 0, NULL, 0}
 
 /* Evaluates the limit surface, without any detail on it; displacements are 0. A place in a hole gives zeros. Fails without
- * writing if a tile does not exist or u or v is outside 0 to 1. */
+ * writing if a tile does not exist or u or v is outside it. */
 RLV_API RlvResult rlv_evaluate_surface(RlvSurface surface, const RlvEvaluateArrays *arrays);
 
 /* Evaluates the displaced surface as it was committed last: positions, normals, displacements, vectors, colours and

@@ -35,7 +35,8 @@ typedef struct RlvLayerOptions {
     uint32_t blend;      /* RlvBlend */
     uint32_t is_visible; /* 0 or 1 */
     float opacity;       /* 0 to 1 */
-    uint32_t tile_size;  /* texels along an edge of the cage: 8 to 256, 0 for 128; of a new layer */
+    uint32_t tile_size;  /* texels along an edge of the cage: 8 to 256, 0 for 128; of a triangle mesh segments: 8 to 64, 0
+                            for 16; of a new layer */
 } RlvLayerOptions;
 
 #define RLV_LAYER_OPTIONS_INIT {sizeof(RlvLayerOptions), RLV_LAYER_DISPLACEMENT, RLV_BLEND_ADD, 1, 1.0f, 0}

@@ -150,6 +150,13 @@ public:
 
     void write(const std::string &path) const { check(rlv_mesh_write(get(), path.c_str())); }
 
+    /// Its triangles, split until no edge is longer.
+    Mesh split(double longest_edge) const {
+        Mesh made;
+        check(rlv_mesh_split(get(), longest_edge, made.out()));
+        return made;
+    }
+
     RlvMeshInfo info() const {
         RlvMeshInfo info = RLV_MESH_INFO_INIT;
         check(rlv_mesh_info(get(), &info));

@@ -1,10 +1,16 @@
-/* Relievo: Catmull-Clark limit surfaces.
+/* Relievo: surfaces, which are Catmull-Clark limit surfaces or triangle meshes.
  *
- * A surface is made from a control cage with its creases, sharp points, boundaries, holes and n-gons. Its places are
+ * A limit surface is made from a control cage with its creases, sharp points, boundaries, holes and n-gons. Its places are
  * (tile, u, v) with u and v from 0 to 1: one tile per quad face, n tiles per face of n other than four corners, in face
  * order. Corners of a tile are 0 = (0,0), 1 = (1,0), 2 = (1,1), 3 = (0,1). A quad's corners are its face's. Tile k of
  * another face has corner 0 at the face's corner k, 1 in the middle of the edge to the next corner, 2 in the middle of
- * the face, 3 in the middle of the edge to the previous corner. */
+ * the face, 3 in the middle of the edge to the previous corner.
+ *
+ * A triangle mesh is what it is: flat triangles with normals that are interpolated between those of the points. Polygons
+ * are fanned from their first corner, holes left out, anything but a mesh without faces is accepted. Its tiles are its
+ * triangles, in order; u and v are the barycentric coordinates of the second and third corner, which make at most 1
+ * together. Large triangles hold no fine detail: see rlv_mesh_split. What is said of cages and limit surfaces in the
+ * headers holds for triangle meshes, unless they say otherwise. */
 #ifndef RELIEVO_SURFACE_H
 #define RELIEVO_SURFACE_H
 
@@ -19,15 +25,20 @@ typedef enum RlvBoundary {
     RLV_BOUNDARY_EDGES = 1              /* boundary edges are sharp, corners are rounded */
 } RlvBoundary;
 
+typedef enum RlvSurfaceKind { RLV_SURFACE_CATMULL_CLARK = 0, RLV_SURFACE_TRIANGLES = 1 } RlvSurfaceKind;
+
 typedef struct RlvSurfaceOptions {
     uint32_t struct_size;
     uint32_t boundary;    /* RlvBoundary */
     uint32_t isolation;   /* levels to which extraordinary features are isolated, 1 to 10; 0 for 6. Raised to the
                              largest finite sharpness of the cage. More levels are more exact and more patches. */
     uint32_t patch_limit; /* cages from which more patches are expected are refused; 0 for 8 million */
+    uint32_t kind;        /* RlvSurfaceKind; triangle meshes have no use for the other options */
+    uint32_t reserved;    /* 0 */
 } RlvSurfaceOptions;
 
-#define RLV_SURFACE_OPTIONS_INIT {sizeof(RlvSurfaceOptions), RLV_BOUNDARY_EDGES_AND_CORNERS, 0, 0}
+#define RLV_SURFACE_OPTIONS_INIT \
+    {sizeof(RlvSurfaceOptions), RLV_BOUNDARY_EDGES_AND_CORNERS, 0, 0, RLV_SURFACE_CATMULL_CLARK, 0}
 
 typedef struct RlvSurfaceInfo {
     uint32_t struct_size;
@@ -35,12 +46,12 @@ typedef struct RlvSurfaceInfo {
     size_t point_count;    /* of the cage */
     size_t face_count;     /* of the cage */
     size_t tile_count;     /* those of holes included */
-    size_t patch_count;
-    uint64_t bytes; /* of the patches' control data */
-    float low[3];   /* bounds of the limit surface, conservative */
+    size_t patch_count;    /* as many as tiles, of a triangle mesh */
+    uint64_t bytes;        /* of the patches' control data, or of points and normals */
+    float low[3];          /* bounds of the limit surface, conservative */
     float high[3];
-    float extent; /* diagonal of the bounds */
-    uint32_t reserved;
+    float extent;  /* diagonal of the bounds */
+    uint32_t kind; /* RlvSurfaceKind */
 } RlvSurfaceInfo;
 
 #define RLV_SURFACE_INFO_INIT {sizeof(RlvSurfaceInfo), 0, 0, 0, 0, 0, 0, {0}, {0}, 0, 0}
@@ -48,7 +59,7 @@ typedef struct RlvSurfaceInfo {
 typedef struct RlvTileInfo {
     uint32_t struct_size;
     uint32_t face;    /* of the cage */
-    uint32_t corner;  /* the face's corner at corner 0 of the tile */
+    uint32_t corner;  /* the face's corner at corner 0 of the tile; 0 for a triangle mesh */
     uint32_t is_part; /* 1 if the tile is one of several of its face */
     uint32_t is_hole; /* 1 if the face is a hole: the tile has a number but no surface */
     float low[3];     /* bounds of the tile's limit surface, conservative */

@@ -13,8 +13,9 @@ use relievo_surface::Surface;
 use crate::array::text;
 use crate::context::{HostProgress, RLV_PROGRESS_CONTINUE, RlvProgress};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
-use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_TRACES, RlvDetail, View, missing};
+use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_TRACES, RlvDetail, missing};
 use crate::registry;
+use crate::view::TileView;
 
 constants! {
     u32:
@@ -136,7 +137,7 @@ impl Request<'_> {
         })
     }
 
-    fn quantity<'a>(&self, view: &'a View) -> Result<Quantity<'a>> {
+    fn quantity<'a>(&self, view: &'a TileView) -> Result<Quantity<'a>> {
         let colors = || view.paint.as_ref().map(|paint| paint.field()).ok_or_else(|| missing(RLV_CHANNEL_COLOR));
         let traces = || view.traces.as_ref().map(|traces| traces.field()).ok_or_else(|| missing(RLV_CHANNEL_TRACES));
         Ok(match self.given.quantity {
@@ -180,9 +181,10 @@ unsafe fn run(
     unsafe { check_report(to) }?;
     let detail = registry::get(detail)?;
     let (context, view) = (&detail.context.context, detail.view());
-    let quantity = request.quantity(&view)?;
+    let tiles = view.tiles("bakes")?;
+    let quantity = request.quantity(tiles)?;
     let scaling = scaling(&quantity)?;
-    let limit = Surface::face_varying(context, &view.cage, request.uv, &view.options)?;
+    let limit = Surface::face_varying(context, &view.cage, request.uv, &tiles.options)?;
     let done: BakeReport = bake_watched(context, &limit, &quantity, &request.options, &mut progress, |map| {
         each(map, &quantity, &scaling)
     })?;

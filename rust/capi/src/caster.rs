@@ -7,15 +7,16 @@ use relievo_core::{Error, Mesh, Result};
 use relievo_embree::{Device, Ray, Scene, Tracer};
 use relievo_surface::Place;
 use relievo_tiles::Tessellation;
-use relievo_tiles::displaced::Points;
 
 use crate::array::{Input, Output, Plain, present, put};
 use crate::context::{ContextObject, RlvContext};
 use crate::descriptor::read_descriptor;
-use crate::detail::{RlvDetail, View};
+use crate::detail::RlvDetail;
 use crate::mesh::RlvMesh;
 use crate::registry::{self, handle, try_read};
-use crate::tessellate::{Cells, RlvTessellateOptions, tessellate};
+use crate::shape::Shape;
+use crate::tessellate::{Cells, RlvTessellateOptions, tessellate_bare_view};
+use crate::view::{Looked, View, Wanted};
 
 handle!(RlvCaster, 6, CasterObject);
 
@@ -81,6 +82,7 @@ pub struct CasterObject {
 /// Where the triangles of a detail are on its surface, and the detail they are of.
 struct Places {
     view: Arc<View>,
+    shape: Shape,
     /// u and v of every corner in the triangle's tile, which is what `faces` says.
     parameters: Vec<[f32; 2]>,
 }
@@ -103,11 +105,9 @@ impl CasterObject {
 
     /// Builds the hierarchy over the triangles of a detail.
     fn of_detail(context: Arc<ContextObject>, view: Arc<View>, cells: Cells) -> Result<Self> {
-        // Attributes are of no use here.
-        let cage = Mesh { attributes: Vec::new(), ..(*view.cage).clone() };
-        let Tessellation { mesh, tiles, parameters } = tessellate(&context.context, &view.displaced()?, &cage, cells)?;
+        let Tessellation { mesh, tiles, parameters } = tessellate_bare_view(&context.context, &view, cells)?;
         let scene = build(&context, &mesh.points, &mesh.triangles())?;
-        Ok(Self { context, scene, faces: tiles, places: Some(Places { view, parameters }) })
+        Ok(Self { context, scene, faces: tiles, places: Some(Places { shape: view.shape(), view, parameters }) })
     }
 
     fn cast(&self, ray: &Ray, tracer: &Tracer<'_>) -> RlvHit {
@@ -130,7 +130,10 @@ impl CasterObject {
             value.clamp(0.0, 1.0)
         };
         (found.tile, found.u, found.v) = (found.face, blend(0), blend(1));
-        found.face = places.view.surface.topology().face(found.tile);
+        if let Shape::Triangles(_) = places.shape {
+            found.v = found.v.min(1.0 - found.u);
+        }
+        found.face = places.shape.face(found.tile);
         found
     }
 
@@ -140,9 +143,9 @@ impl CasterObject {
         let on: Vec<usize> = (0..hits.len()).filter(|index| hits[*index].tile != RLV_NO_ELEMENT).collect();
         let at: Vec<Place> =
             on.iter().map(|index| &hits[*index]).map(|hit| Place::new(hit.tile, hit.u, hit.v)).collect();
-        let mut points = Points::default();
-        places.view.displaced()?.evaluate(&self.context.context, &at, &mut points)?;
-        for (index, normal) in on.into_iter().zip(points.normal) {
+        let mut looked = Looked::default();
+        places.view.look(&self.context.context, &at, Wanted::default(), &mut looked)?;
+        for (index, normal) in on.into_iter().zip(looked.points.normal) {
             hits[index].normal = normal;
         }
         Ok(())

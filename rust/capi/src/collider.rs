@@ -15,7 +15,7 @@ use crate::mesh::RlvMesh;
 use crate::parameter::{RlvParameter, Table, settings, table};
 use crate::registry::{self, handle, try_read, try_write};
 use crate::surface::RlvSurface;
-use crate::tessellate::{Cells, RlvTessellateOptions, tessellate, tessellate_bare};
+use crate::tessellate::{Cells, RlvTessellateOptions, bare_mesh, tessellate_bare_view};
 
 handle!(RlvCollider, 5, ColliderObject);
 
@@ -57,8 +57,8 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size, and NULL or twelve doubles.
         let ((cells, _), matrix) = unsafe { (Cells::new(options)?, transform(matrix)?) };
         let context = surface.context.clone();
-        let made = tessellate_bare(&context.context, &surface.snapshot().surface, &surface.cage, cells)?;
-        let collider = Collider::of_mesh(&context.context, &made.mesh, matrix)?;
+        let mesh = bare_mesh(&context.context, &surface, cells)?;
+        let collider = Collider::of_mesh(&context.context, &mesh, matrix)?;
         let handle = registry::insert(ColliderObject { context, collider: RwLock::new(collider) })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
@@ -71,7 +71,7 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let (cells, _) = unsafe { Cells::new(options) }?;
         let (context, view) = (detail.context.clone(), detail.view());
-        let made = tessellate(&context.context, &view.displaced()?, &view.cage, cells)?;
+        let made = tessellate_bare_view(&context.context, &view, cells)?;
         let collider = Collider::of_mesh(&context.context, &made.mesh, view.transform)?;
         let handle = registry::insert(ColliderObject { context, collider: RwLock::new(collider) })?;
         // SAFETY: checked above.

@@ -4,20 +4,20 @@ use std::ffi::c_void;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, TryLockError};
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
-use relievo_core::{Context, Error, Mesh, Result};
-use relievo_detail::{DisplacedObject, Imprinter, LayeredObject};
-use relievo_surface::{Surface, SurfaceOptions};
-use relievo_tiles::trace::Trace;
+use relievo_core::{Context, Error, Result};
+use relievo_detail::{Canvas, DisplacedObject, Imprinter, LayeredObject, TriangleObject};
+use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
 use relievo_tiles::{
-    Blocks, Change, Channel, ChannelOptions, DecayOptions, Displaced, Displacement, DisplacementOptions, Field, Paint,
-    Rgba8, Snapshot, Texel, Traces, Vector, VectorDisplacement,
+    Blocks, Change, Channel, ChannelOptions, DecayOptions, Displacement, Paint, Texel, Traces, VectorDisplacement,
 };
 
 use crate::array::{Input, Output, present, put};
 use crate::context::{ContextObject, RLV_LOG_WARNING};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
 use crate::registry::{self, broken, busy, handle};
-use crate::surface::{RlvSurface, check_tile};
+use crate::shape::{Shape, only_cages};
+use crate::surface::{Pose, RlvSurface};
+use crate::view::{CHANNELS, ChannelState, Layers, View};
 
 handle!(RlvDetail, 4, DetailObject);
 
@@ -122,34 +122,6 @@ descriptor! {
     }
 }
 
-/// A detail as it was committed last. It never changes.
-pub struct View {
-    pub surface: Surface,
-    /// The cage the surface was made from, with its attributes.
-    pub cage: Arc<Mesh>,
-    /// How the surface was made.
-    pub options: SurfaceOptions,
-    pub snapshot: Arc<Snapshot>,
-    /// Colours, if the detail has any.
-    pub paint: Option<Arc<Snapshot<Rgba8>>>,
-    pub vectors: Option<Arc<Snapshot<Vector>>>,
-    pub traces: Option<Arc<Snapshot<Trace>>>,
-    /// When edits were made, in seconds.
-    pub time: f64,
-    /// Tiles that changed with the commit, ascending.
-    pub changed: Vec<u32>,
-    pub transform: DAffine3,
-    /// How often the cage was posed before.
-    pub pose: u64,
-    /// Bytes of every channel with all its tiles, and its budget.
-    limits: [[u64; 2]; CHANNELS],
-    /// Bytes of the time stamps of edits that fade.
-    stamp_bytes: u64,
-}
-
-/// How many channels a detail may have.
-const CHANNELS: usize = 4;
-
 /// What is asked for is not there.
 pub fn missing(channel: u32) -> Error {
     let remedy = match channel {
@@ -167,78 +139,36 @@ pub fn missing(channel: u32) -> Error {
     Error::invalid(what).at("channel").advise(remedy)
 }
 
-/// A tile of any channel.
-struct TileState {
-    is_allocated: bool,
-    size: u32,
-    version: u64,
-    block_bytes: u64,
-    block: Option<Vec<u8>>,
+/// What is edited: of a Catmull-Clark surface or of a triangle mesh.
+pub enum Object {
+    Tiles(Box<DisplacedObject>),
+    Triangles(Box<TriangleObject>),
 }
 
-impl TileState {
-    /// With its bytes if they are `wanted`.
-    fn of<T: Texel>(field: &Field<T>, tile: u32, wanted: bool) -> Self {
-        Self {
-            is_allocated: field.is_allocated(tile),
-            size: field.size(tile),
-            version: field.version(tile),
-            block_bytes: field.block_bytes(tile),
-            block: field.block(tile).filter(|_| wanted).map(|block| bytemuck::cast_slice(block).to_vec()),
+/// Does the same with either kind of object.
+macro_rules! each {
+    ($object:expr, $name:ident => $body:expr) => {
+        match $object {
+            $crate::detail::Object::Tiles($name) => $body,
+            $crate::detail::Object::Triangles($name) => $body,
         }
-    }
+    };
 }
+pub(crate) use each;
 
-impl View {
-    /// The surface with its displacement.
-    pub fn displaced(&self) -> Result<Displaced<'_>> {
-        let displaced = Displaced::new(&self.surface, self.snapshot.field())?;
-        match &self.vectors {
-            Some(vectors) => displaced.with_vectors(vectors.field()),
-            None => Ok(displaced),
+impl Object {
+    /// That of a Catmull-Clark surface. Fails, naming `what` it is wanted for, if it is a triangle mesh.
+    pub fn tiles(&mut self, what: &str) -> Result<&mut DisplacedObject> {
+        match self {
+            Self::Tiles(object) => Ok(object),
+            Self::Triangles(_) => Err(only_cages(what)),
         }
-    }
-
-    /// A number that grows with every edit.
-    pub fn revision(&self) -> u64 {
-        let paint = self.paint.as_ref().map_or(0, |paint| paint.revision());
-        let traces = self.traces.as_ref().map_or(0, |traces| traces.revision());
-        self.snapshot.revision() + paint + traces + self.vectors.as_ref().map_or(0, |vectors| vectors.revision())
-    }
-
-    /// The numbers of the edits that changed `tile` last, by channel.
-    pub fn versions(&self, tile: u32) -> [u64; CHANNELS] {
-        let paint = self.paint.as_ref().map_or(0, |paint| paint.field().version(tile));
-        let vectors = self.vectors.as_ref().map_or(0, |vectors| vectors.field().version(tile));
-        let traces = self.traces.as_ref().map_or(0, |traces| traces.field().version(tile));
-        [self.snapshot.field().version(tile), paint, vectors, traces]
-    }
-
-    /// A tile of a channel, with its bytes if they are `wanted`. Fails if there is no such channel.
-    fn tile(&self, channel: u32, tile: u32, wanted: bool) -> Result<TileState> {
-        check_tile(&self.surface, tile)?;
-        match channel {
-            RLV_CHANNEL_DISPLACEMENT => Some(TileState::of(self.snapshot.field(), tile, wanted)),
-            RLV_CHANNEL_COLOR => self.paint.as_ref().map(|it| TileState::of(it.field(), tile, wanted)),
-            RLV_CHANNEL_VECTORS => self.vectors.as_ref().map(|it| TileState::of(it.field(), tile, wanted)),
-            RLV_CHANNEL_TRACES => self.traces.as_ref().map(|it| TileState::of(it.field(), tile, wanted)),
-            _ => None,
-        }
-        .ok_or_else(|| missing(channel))
-    }
-
-    /// Texels along an edge of the cage at `tile`, the most of what is allocated there.
-    pub fn density(&self, tile: u32) -> u32 {
-        let paint = self.paint.as_ref().map_or(0, |paint| paint.field().density(tile));
-        let vectors = self.vectors.as_ref().map_or(0, |vectors| vectors.field().density(tile));
-        let traces = self.traces.as_ref().map_or(0, |traces| traces.field().density(tile));
-        self.snapshot.field().density(tile).max(paint).max(vectors).max(traces)
     }
 }
 
 /// What a call that edits has to itself.
 pub struct Editor {
-    pub object: DisplacedObject,
+    pub object: Object,
     pub imprinter: Imprinter,
     /// Tiles whose blocks were put back since the last commit, by channel.
     written: [Vec<Change>; CHANNELS],
@@ -272,42 +202,31 @@ impl DetailObject {
     }
 }
 
-/// What is committed of a channel, which adds its changed tiles and says how large it may be.
-fn commit_channel<T: Texel>(
-    channel: Option<&mut Channel<T>>,
-    changed: &mut Vec<u32>,
-) -> (Option<Arc<Snapshot<T>>>, [u64; 2]) {
-    let Some(channel) = channel else { return (None, [0; 2]) };
-    let snapshot = channel.commit();
-    changed.extend(snapshot.changed());
-    (Some(snapshot), [channel.full_bytes(), channel.budget()])
-}
+impl Editor {
+    /// See [`Object::tiles`].
+    pub fn tiles(&mut self, what: &str) -> Result<&mut DisplacedObject> {
+        self.object.tiles(what)
+    }
 
-/// Makes everything up to now a view.
-fn commit(object: &mut DisplacedObject, cage: Arc<Mesh>, options: SurfaceOptions, pose: u64) -> Arc<View> {
-    let snapshot = object.commit();
-    let mut changed = snapshot.changed().to_vec();
-    let heights = [object.displacement().full_bytes(), object.displacement().budget()];
-    let (paint, colors) = commit_channel(object.paint_mut(), &mut changed);
-    let (vectors, directions) = commit_channel(object.vectors_mut(), &mut changed);
-    let (traces, contacts) = commit_channel(object.traces_mut(), &mut changed);
-    changed.sort_unstable();
-    changed.dedup();
-    Arc::new(View {
-        surface: object.surface().clone(),
-        cage,
-        options,
-        snapshot,
-        paint,
-        vectors,
-        traces,
-        time: object.time(),
-        changed,
-        transform: *object.transform(),
-        pose,
-        limits: [heights, colors, directions, contacts],
-        stamp_bytes: object.fading().map_or(0, |fading| fading.displacement.bytes() + fading.paint.bytes()),
-    })
+    /// What strokes are made on.
+    pub fn canvas(&mut self) -> &mut dyn Canvas {
+        each!(&mut self.object, object => &mut **object)
+    }
+
+    /// Bytes that the displacement may occupy.
+    pub fn budget(&self) -> u64 {
+        each!(&self.object, object => object.displacement().budget())
+    }
+
+    /// Makes everything up to now a view that follows `before`.
+    fn commit(&mut self, context: &Context, before: &View) -> Result<Arc<View>> {
+        let cage = before.cage.clone();
+        match (&mut self.object, &before.layers) {
+            (Object::Tiles(object), Layers::Tiles(tiles)) => Ok(View::of_tiles(object, cage, tiles.options, self.pose)),
+            (Object::Triangles(object), _) => View::of_triangles(context, object, Some(before), cage, self.pose),
+            _ => Err(Error::internal("a detail is of another surface than what was committed")),
+        }
+    }
 }
 
 /// The affine transform of twelve doubles, the identity for NULL.
@@ -325,6 +244,31 @@ pub unsafe fn transform(matrix: *const f64) -> Result<DAffine3> {
     Ok(DAffine3::from_mat3_translation(linear, column(9)))
 }
 
+/// The bytes that a channel may occupy.
+fn or_default(budget: u64) -> u64 {
+    if budget == 0 { ChannelOptions::default().budget } else { budget }
+}
+
+fn channel_options(size: u32, budget: u64) -> ChannelOptions {
+    let default = ChannelOptions::default();
+    let size = if size == 0 { default.size } else { size };
+    ChannelOptions { size, budget: or_default(budget), ..default }
+}
+
+/// Segments along an edge of a triangle mesh.
+fn segments_of(size: u32) -> u32 {
+    if size == 0 { 16 } else { size }
+}
+
+fn triangle_options(size: u32, budget: u64) -> TriangleOptions {
+    TriangleOptions { segments: segments_of(size), budget: or_default(budget) }
+}
+
+/// Fails if a detail has `what` already.
+fn check_none(there: bool, what: &str) -> Result<()> {
+    if there { Err(Error::invalid(format!("it has {what} already")).at("detail")) } else { Ok(()) }
+}
+
 entry! {
     fn rlv_detail_create(surface: RlvSurface, options: *const RlvDetailOptions, matrix: *const f64, out: *mut RlvDetail) {
         present("out", out)?;
@@ -335,25 +279,36 @@ entry! {
         let given = unsafe { read_optional(options, default) }?;
         // SAFETY: the caller promises NULL or twelve doubles.
         let matrix = unsafe { transform(matrix) }?;
-        let mut options = DisplacementOptions::default();
-        if given.tile_size != 0 {
-            options.size = given.tile_size;
-        }
-        if given.budget != 0 {
-            options.budget = given.budget;
-        }
         // SAFETY: the caller promises `face_size_count` pairs.
         let sizes = unsafe {
             Input::new("face_sizes", given.face_sizes.cast::<[u32; 2]>(), given.face_size_count, given.face_size_stride)
         }?;
-        options.face_sizes = sizes.iter().map(|[face, size]| (face, size)).collect();
+        let budget = or_default(given.budget);
         let context = surface.context.clone();
-        let pose = surface.snapshot();
-        let displacement = Displacement::new(pose.surface.topology().clone(), &options)?;
-        let mut object = DisplacedObject::new(&context.context, pose.surface, &pose.points, displacement, matrix)?;
-        let view = RwLock::new(commit(&mut object, surface.cage.clone(), surface.options, 0));
+        let executor = &context.context;
+        let Pose { shape, points } = surface.snapshot();
+        let (object, view) = match shape {
+            Shape::Tiles(limit) => {
+                let mut options = channel_options(given.tile_size, given.budget);
+                options.face_sizes = sizes.iter().map(|[face, size]| (face, size)).collect();
+                let displacement = Displacement::new(limit.topology().clone(), &options)?;
+                let mut object = DisplacedObject::new(executor, limit, &points, displacement, matrix)?;
+                let view = View::of_tiles(&mut object, surface.cage.clone(), surface.options, 0);
+                (Object::Tiles(Box::new(object)), view)
+            }
+            Shape::Triangles(mesh) => {
+                if !sizes.is_empty() {
+                    return Err(only_cages("sizes of single faces").at("face_sizes"));
+                }
+                let options = TriangleOptions { segments: segments_of(given.tile_size), budget };
+                let displacement = TriangleChannel::displacement(mesh.topology().clone(), &options)?;
+                let mut object = TriangleObject::new(executor, (*mesh).clone(), displacement, matrix)?;
+                let view = View::of_triangles(executor, &mut object, None, surface.cage.clone(), 0)?;
+                (Object::Triangles(Box::new(object)), view)
+            }
+        };
         let editor = Editor { object, imprinter: Imprinter::new(), written: Default::default(), pose: 0, moved: false };
-        let handle = registry::insert(DetailObject { context, editor: Mutex::new(editor), view })?;
+        let handle = registry::insert(DetailObject { context, editor: Mutex::new(editor), view: RwLock::new(view) })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -369,17 +324,19 @@ entry! {
 
     fn rlv_detail_info(detail: RlvDetail, out: *mut RlvDetailInfo) {
         let view = registry::get(detail)?.view();
+        let heights = view.channel(RLV_CHANNEL_DISPLACEMENT)?.unwrap_or_default();
+        let colors = view.channel(RLV_CHANNEL_COLOR)?.unwrap_or_default();
         let info = RlvDetailInfo {
             struct_size: 0,
-            is_painted: u32::from(view.paint.is_some()),
-            tile_count: view.surface.tile_count(),
-            allocated_count: view.snapshot.field().allocated().count(),
+            is_painted: u32::from(view.has_paint()),
+            tile_count: view.shape().tile_count(),
+            allocated_count: heights.allocated,
             revision: view.revision(),
-            bytes: view.snapshot.bytes(),
+            bytes: heights.bytes,
             full_bytes: view.limits[0][0],
             budget: view.limits[0][1],
-            painted_count: view.paint.as_ref().map_or(0, |paint| paint.field().allocated().count()),
-            paint_bytes: view.paint.as_ref().map_or(0, |paint| paint.bytes()),
+            painted_count: colors.allocated,
+            paint_bytes: colors.bytes,
             paint_budget: view.limits[1][1],
             time: view.time,
             stamp_bytes: view.stamp_bytes,
@@ -390,7 +347,7 @@ entry! {
 
     fn rlv_detail_set_budget(detail: RlvDetail, budget: u64) {
         let object = registry::get(detail)?;
-        object.edit()?.object.displacement_mut().set_budget(budget);
+        each!(&mut object.edit()?.object, object => object.displacement_mut().set_budget(budget));
         Ok(())
     }
 
@@ -402,19 +359,19 @@ entry! {
         if given.color.iter().any(|value| !(0.0..=1.0).contains(value)) {
             return Err(Error::invalid("its numbers are not from 0 to 1").at("color"));
         }
-        let mut channel = ChannelOptions::default();
-        if given.tile_size != 0 {
-            channel.size = given.tile_size;
+        let color = Vec4::from(given.color);
+        match &mut object.edit()?.object {
+            Object::Tiles(object) => {
+                check_none(object.paint().is_some(), "colours")?;
+                let topology = object.surface().topology().clone();
+                object.set_paint(Paint::of_color(topology, color, &channel_options(given.tile_size, given.budget))?)
+            }
+            Object::Triangles(object) => {
+                check_none(object.paint().is_some(), "colours")?;
+                let topology = object.surface().topology().clone();
+                object.set_paint(TriangleChannel::of_color(topology, color, &triangle_options(given.tile_size, given.budget))?)
+            }
         }
-        if given.budget != 0 {
-            channel.budget = given.budget;
-        }
-        let mut editor = object.edit()?;
-        if editor.object.paint().is_some() {
-            return Err(Error::invalid("it has colours already").at("detail"));
-        }
-        let topology = editor.object.surface().topology().clone();
-        editor.object.set_paint(Paint::of_color(topology, Vec4::from(given.color), &channel)?)
     }
 
     fn rlv_detail_add_vectors(detail: RlvDetail, options: *const RlvVectorOptions) {
@@ -422,30 +379,28 @@ entry! {
         let default = RlvVectorOptions { struct_size: 0, tile_size: 0, budget: 0 };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, default) }?;
-        let mut channel = ChannelOptions::default();
-        if given.tile_size != 0 {
-            channel.size = given.tile_size;
+        match &mut object.edit()?.object {
+            Object::Tiles(object) => {
+                check_none(object.vectors().is_some(), "vector displacement")?;
+                let options = channel_options(given.tile_size, given.budget);
+                let vectors = VectorDisplacement::on(object.surface(), &options)?;
+                object.set_vectors(vectors)
+            }
+            Object::Triangles(object) => {
+                check_none(object.vectors().is_some(), "vector displacement")?;
+                let topology = object.surface().topology().clone();
+                object.set_vectors(TriangleChannel::vectors(topology, &triangle_options(given.tile_size, given.budget))?)
+            }
         }
-        if given.budget != 0 {
-            channel.budget = given.budget;
-        }
-        let mut editor = object.edit()?;
-        if editor.object.vectors().is_some() {
-            return Err(Error::invalid("it has vector displacement already").at("detail"));
-        }
-        let vectors = VectorDisplacement::on(editor.object.surface(), &channel)?;
-        editor.object.set_vectors(vectors)
     }
 
     fn rlv_detail_add_traces(detail: RlvDetail, budget: u64) {
         let object = registry::get(detail)?;
         let mut editor = object.edit()?;
-        if editor.object.traces().is_some() {
-            return Err(Error::invalid("it has traces already").at("detail"));
-        }
-        let budget = if budget == 0 { ChannelOptions::default().budget } else { budget };
-        let traces = Traces::of(editor.object.displacement().field(), budget)?;
-        editor.object.set_traces(traces)
+        let object = editor.tiles("traces")?;
+        check_none(object.traces().is_some(), "traces")?;
+        let traces = Traces::of(object.displacement().field(), or_default(budget))?;
+        object.set_traces(traces)
     }
 
     fn rlv_detail_set_decay(detail: RlvDetail, options: *const RlvDecayOptions) {
@@ -453,29 +408,30 @@ entry! {
         let default = RlvDecayOptions { struct_size: 0, delay: 0.0, duration: 10.0, reserved: 0, budget: 0 };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, default) }?;
-        let budget = if given.budget == 0 { ChannelOptions::default().budget } else { given.budget };
         let mut editor = object.edit()?;
-        if editor.object.fading().is_some() {
+        let object = editor.tiles("edits that fade")?;
+        if object.fading().is_some() {
             return Err(Error::invalid("its edits fade already").at("detail"));
         }
-        let layers = editor.object.layers();
+        let layers = object.layers();
         if [true, false].iter().any(|color| layers.iter().filter(|layer| layer.kind.is_color() == *color).count() > 1) {
             return Err(Error::unsupported("edits that fade are on one layer").advise("flatten the layers first"));
         }
-        editor.object.set_decay(DecayOptions { delay: given.delay, duration: given.duration }, budget)
+        object.set_decay(DecayOptions { delay: given.delay, duration: given.duration }, or_default(given.budget))
     }
 
     fn rlv_detail_advance(detail: RlvDetail, time: f64) {
         let object = registry::get(detail)?;
         let mut editor = object.edit()?;
-        let before = editor.object.time();
-        if editor.object.fading().is_some() && time < before {
+        let displaced = editor.tiles("time")?;
+        let before = displaced.time();
+        if displaced.fading().is_some() && time < before {
             return Err(Error::invalid(format!("edits that fade are at {before} s, and {time} s is before that"))
                 .at("time")
                 .advise("put back blocks of an earlier time in a new detail"));
         }
-        let refused = editor.object.stamp(&object.context.context).len();
-        editor.object.advance(&object.context.context, time)?;
+        let refused = displaced.stamp(&object.context.context).len();
+        displaced.advance(&object.context.context, time)?;
         // The log may call back.
         drop(editor);
         if refused > 0 {
@@ -488,19 +444,12 @@ entry! {
     fn rlv_detail_channel_info(detail: RlvDetail, channel: u32, out: *mut RlvChannelInfo) {
         let view = registry::get(detail)?.view();
         let [full_bytes, budget] = *view.limits.get(channel as usize).ok_or_else(|| missing(channel))?;
-        fn state<T: Texel>(snapshot: &Arc<Snapshot<T>>) -> (usize, u64, usize) {
-            (snapshot.field().allocated().count(), snapshot.bytes(), size_of::<T>())
-        }
-        let found = match channel {
-            RLV_CHANNEL_COLOR => view.paint.as_ref().map(state),
-            RLV_CHANNEL_VECTORS => view.vectors.as_ref().map(state),
-            RLV_CHANNEL_TRACES => view.traces.as_ref().map(state),
-            _ => Some(state(&view.snapshot)),
-        };
-        let (allocated_count, bytes, texel_size) = found.unwrap_or_default();
+        let found = view.channel(channel)?;
+        let is_there = u32::from(found.is_some());
+        let ChannelState { allocated: allocated_count, bytes, texel_size } = found.unwrap_or_default();
         let info = RlvChannelInfo {
             struct_size: 0,
-            is_there: u32::from(found.is_some()),
+            is_there,
             allocated_count,
             bytes,
             full_bytes,
@@ -520,16 +469,17 @@ entry! {
         let sizes: Vec<(u32, u32)> = sizes.into_iter().map(|[face, size]| (face, size)).collect();
         let mut editor = object.edit()?;
         let context = &object.context.context;
-        let displacement = editor.object.displacement_mut();
+        let displaced = editor.tiles("sizes of single faces")?;
+        let displacement = displaced.displacement_mut();
         let before = displacement.clone();
         let mut refused = displacement.resize(context, &sizes)?;
         let budget = displacement.budget();
         // Traces have the sizes of the displacement.
-        match editor.object.traces_mut().map(|traces| traces.resize(context, &sizes)) {
+        match displaced.traces_mut().map(|traces| traces.resize(context, &sizes)) {
             None => {}
             Some(Ok(more)) => refused.extend(more),
             Some(Err(error)) => {
-                *editor.object.displacement_mut() = before;
+                *displaced.displacement_mut() = before;
                 return Err(error.at("traces"));
             }
         }
@@ -544,7 +494,7 @@ entry! {
         // SAFETY: the caller promises NULL or twelve doubles.
         let matrix = unsafe { transform(matrix) }?;
         let mut editor = object.edit()?;
-        editor.object.set_transform(matrix)?;
+        each!(&mut editor.object, object => object.set_transform(matrix))?;
         editor.moved = true;
         Ok(())
     }
@@ -555,7 +505,7 @@ entry! {
         let points = unsafe { Input::new("points", points.cast::<[f32; 3]>(), count, stride) }?;
         let points = points.to_vec("points", object.context.context.memory_limit())?;
         let mut editor = object.edit()?;
-        editor.object.pose(&object.context.context, &points)?;
+        each!(&mut editor.object, it => it.pose(&object.context.context, &points))?;
         editor.pose += 1;
         editor.moved = true;
         Ok(())
@@ -568,31 +518,27 @@ entry! {
             unsafe { check_descriptor(out) }?;
         }
         let mut editor = object.edit()?;
-        let Editor { object: displaced, written, pose, moved, .. } = &mut *editor;
         let context = &object.context.context;
-        let [heights, colors, directions, contacts] = std::mem::take(written);
-        if !heights.is_empty() {
-            displaced.displacement_mut().update_rings(context, &heights)?;
+        let [heights, colors, directions, contacts] = std::mem::take(&mut editor.written);
+        if let Object::Tiles(displaced) = &mut editor.object {
+            if !heights.is_empty() {
+                displaced.displacement_mut().update_rings(context, &heights)?;
+            }
+            bring_rings(context, displaced.paint_mut(), &colors)?;
+            bring_rings(context, displaced.vectors_mut(), &directions)?;
+            bring_rings(context, displaced.traces_mut(), &contacts)?;
         }
-        bring_rings(context, displaced.paint_mut(), &colors)?;
-        bring_rings(context, displaced.vectors_mut(), &directions)?;
-        bring_rings(context, displaced.traces_mut(), &contacts)?;
         // A stroke that is being drawn is seen as far as it got.
-        displaced.settle_colors(&object.context.context)?;
-        let before = object.view();
-        let view = commit(displaced, before.cage.clone(), before.options, *pose);
-        let moved = std::mem::take(moved);
+        each!(&mut editor.object, object => object.settle_colors(context))?;
+        let view = editor.commit(context, &object.view())?;
+        let moved = std::mem::take(&mut editor.moved);
         *object.view.write().unwrap_or_else(PoisonError::into_inner) = view.clone();
         drop(editor);
         if out.is_null() {
             return Ok(());
         }
         let tiles = &view.changed;
-        let surface = view.displaced()?;
-        let bounds = tiles.iter().map(|tile| surface.tile_bounds(*tile)).reduce(|a, b| {
-            (std::array::from_fn(|axis| a.0[axis].min(b.0[axis])), std::array::from_fn(|axis| a.1[axis].max(b.1[axis])))
-        });
-        let (low, high) = bounds.unwrap_or_default();
+        let (low, high) = view.bounds(tiles)?.unwrap_or_default();
         let changes = RlvDetailChanges {
             struct_size: 0,
             moved: u32::from(moved),
@@ -621,7 +567,7 @@ entry! {
     fn rlv_detail_tile_info(detail: RlvDetail, channel: u32, tile: u32, out: *mut RlvDetailTileInfo) {
         let view = registry::get(detail)?.view();
         let state = view.tile(channel, tile, false)?;
-        let (low, high) = view.displaced()?.tile_bounds(tile);
+        let (low, high) = view.bounds(&[tile])?.unwrap_or_default();
         let info = RlvDetailTileInfo {
             struct_size: 0,
             is_allocated: u32::from(state.is_allocated),
@@ -663,13 +609,13 @@ entry! {
         let bytes = bytes.to_vec("bytes", object.context.context.memory_limit())?;
         let mut editor = object.edit()?;
         let block = if size == 0 { None } else { Some(bytes.as_slice()) };
-        let colors = editor.object.layers().iter().filter(|layer| layer.kind.is_color()).count();
+        let displaced = editor.tiles("blocks of single faces")?;
+        let colors = displaced.layers().iter().filter(|layer| layer.kind.is_color()).count();
         if channel == RLV_CHANNEL_COLOR && colors > 1 {
             return Err(Error::unsupported("blocks of colours cannot be put back where they have several layers")
                 .at("channel")
                 .advise("keep the edits in a document"));
         }
-        let displaced = &mut editor.object;
         match channel {
             RLV_CHANNEL_DISPLACEMENT => Some(displaced.displacement_mut().write(tile, block)),
             RLV_CHANNEL_COLOR => displaced.paint_mut().map(|it| it.write(tile, block)),

@@ -5,15 +5,15 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use relievo_bake::transfer::transfer_watched;
-use relievo_core::{Error, ErrorKind, Mesh, Result};
+use relievo_core::{Context, Error, ErrorKind, Mesh, Result};
 use relievo_detail::history::Changed;
-use relievo_detail::{DisplacedObject, History, LayeredObject};
+use relievo_detail::{History, LayeredObject, Recorded};
 use relievo_document::Document;
 
 use crate::array::{present, put, text};
 use crate::context::{HostProgress, RLV_LOG_WARNING, RlvContext, RlvProgress};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
-use crate::detail::{DetailObject, RlvDetail, fit_traces};
+use crate::detail::{DetailObject, Object, RlvDetail, each, fit_traces};
 use crate::mesh::{self, RlvMesh};
 use crate::registry::{self, broken, busy, handle, try_read};
 
@@ -80,10 +80,14 @@ impl DocumentObject {
 }
 
 /// The document that the object is now.
-fn document_of(detail: &DetailObject, object: &mut DisplacedObject) -> Result<Document> {
-    let context = &detail.context.context;
-    let mut document = Document::new(&detail.view().cage, context.level().name())?;
-    object.store(context, &mut document)?;
+fn document_of(detail: &DetailObject, object: &mut Object) -> Result<Document> {
+    let (context, cage) = (&detail.context.context, &detail.view().cage);
+    let level = context.level().name();
+    let mut document = match object {
+        Object::Tiles(_) => Document::new(cage, level)?,
+        Object::Triangles(_) => Document::of_triangles(cage, level)?,
+    };
+    each!(object, object => object.store(context, &mut document))?;
     Ok(document)
 }
 
@@ -98,20 +102,38 @@ unsafe fn check_changes(changes: *mut RlvDocumentChanges) -> Result<()> {
     if changes.is_null() { Ok(()) } else { unsafe { check_descriptor(changes) } }
 }
 
+/// What a history does.
+enum Task<'a> {
+    Begin(&'a str),
+    End,
+    Abandon,
+    Undo,
+    Redo,
+}
+
+impl Task<'_> {
+    fn run(self, history: &mut History, context: &Context, object: &mut impl Recorded) -> Result<Option<Changed>> {
+        match self {
+            Task::Begin(input) => history.begin(context, object, input).map(|()| None),
+            Task::End => history.end(context, object),
+            Task::Abandon => history.abandon(context, object).map(|()| None),
+            Task::Undo => history.undo(context, object),
+            Task::Redo => history.redo(context, object),
+        }
+    }
+}
+
 /// Lets the history of `document` work on its detail, and says what that changed.
 ///
 /// # Safety
 /// As for [`check_changes`].
-unsafe fn work(
-    document: RlvDocument,
-    to: *mut RlvDocumentChanges,
-    work: impl FnOnce(&mut History, &relievo_core::Context, &mut DisplacedObject) -> Result<Option<Changed>>,
-) -> Result<()> {
+unsafe fn work(document: RlvDocument, to: *mut RlvDocumentChanges, task: Task<'_>) -> Result<()> {
     let document = registry::get(document)?;
     // SAFETY: promised by the caller.
     unsafe { check_changes(to) }?;
     let (mut history, mut editor) = (document.history()?, document.detail.edit()?);
-    let changed = work(&mut history, &document.detail.context.context, &mut editor.object)?;
+    let context = &document.detail.context.context;
+    let changed = each!(&mut editor.object, object => task.run(&mut history, context, &mut **object))?;
     if to.is_null() {
         return Ok(());
     }
@@ -152,10 +174,17 @@ entry! {
         let mut editor = detail.edit()?;
         let (document, history) = History::open(Path::new(path), context.memory_limit(), or_default(memory))?;
         let mut notes = document.notes.clone();
-        notes.extend(document.fit(&detail.view().cage).map_err(|error| error.at(path))?);
-        let budget = editor.object.displacement().budget();
-        let unknown = editor.object.take_up(context, &document, budget)?;
-        fit_traces(context, &mut editor.object)?;
+        let cage = detail.view().cage.clone();
+        let fits = match editor.object {
+            Object::Tiles(_) => document.fit(&cage),
+            Object::Triangles(_) => document.fit_triangles(&cage).map(|()| None),
+        };
+        notes.extend(fits.map_err(|error| error.at(path))?);
+        let budget = editor.budget();
+        let unknown = each!(&mut editor.object, object => object.take_up(context, &document, budget))?;
+        if let Object::Tiles(object) = &mut editor.object {
+            fit_traces(context, object)?;
+        }
         notes.extend(unknown.into_iter().map(|name| format!("layer `{name}` of the document is left out")));
         // The log may call back.
         drop(editor);
@@ -192,35 +221,27 @@ entry! {
         // SAFETY: the caller gives NULL or a NUL-terminated text.
         let input = if input.is_null() { "" } else { unsafe { text("input", input) }? };
         // SAFETY: NULL.
-        unsafe {
-            work(document, std::ptr::null_mut(), |history, context, object| {
-                history.begin(context, object, input).map(|()| None)
-            })
-        }
+        unsafe { work(document, std::ptr::null_mut(), Task::Begin(input)) }
     }
 
     fn rlv_document_end(document: RlvDocument, changes: *mut RlvDocumentChanges) {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { work(document, changes, |history, context, object| history.end(context, object)) }
+        unsafe { work(document, changes, Task::End) }
     }
 
     fn rlv_document_abandon(document: RlvDocument) {
         // SAFETY: NULL.
-        unsafe {
-            work(document, std::ptr::null_mut(), |history, context, object| {
-                history.abandon(context, object).map(|()| None)
-            })
-        }
+        unsafe { work(document, std::ptr::null_mut(), Task::Abandon) }
     }
 
     fn rlv_document_undo(document: RlvDocument, changes: *mut RlvDocumentChanges) {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { work(document, changes, |history, context, object| history.undo(context, object)) }
+        unsafe { work(document, changes, Task::Undo) }
     }
 
     fn rlv_document_redo(document: RlvDocument, changes: *mut RlvDocumentChanges) {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { work(document, changes, |history, context, object| history.redo(context, object)) }
+        unsafe { work(document, changes, Task::Redo) }
     }
 
     fn rlv_document_save(document: RlvDocument, path: *const c_char) {

@@ -1,15 +1,17 @@
 //! Evaluation at arrays of places; see `include/relievo/evaluate.h`.
 
+use glam::Vec3;
 use relievo_core::{Error, Result};
-use relievo_surface::{Order, Place, Samples, Surface};
-use relievo_tiles::Displaced;
-use relievo_tiles::displaced::Points;
+use relievo_surface::{Order, Place, Samples, TriangleSurface};
+use relievo_tiles::triangle::foot_at;
 
 use crate::array::{Input, Output, Plain};
 use crate::descriptor::read_descriptor;
-use crate::detail::RlvDetail;
+use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_TRACES, RlvDetail, missing};
 use crate::registry;
-use crate::surface::{RlvSurface, check_tile};
+use crate::shape::{Shape, barycentric};
+use crate::surface::RlvSurface;
+use crate::view::{Looked, Wanted};
 
 descriptor! {
     pub struct RlvEvaluateArrays {
@@ -64,11 +66,11 @@ pub struct Arrays {
 }
 
 impl Arrays {
-    /// Checks the arrays and that every place is on `surface`.
+    /// Checks the arrays and that every place is on `shape`.
     ///
     /// # Safety
     /// `arrays` is NULL or a descriptor whose arrays are as `evaluate.h` demands.
-    pub unsafe fn new(arrays: *const RlvEvaluateArrays, surface: &Surface) -> Result<Self> {
+    pub unsafe fn new(arrays: *const RlvEvaluateArrays, shape: &Shape) -> Result<Self> {
         // SAFETY: a descriptor of nothing but numbers and NULL pointers.
         let default: RlvEvaluateArrays = unsafe { std::mem::zeroed() };
         // SAFETY: promised by the caller.
@@ -102,13 +104,8 @@ impl Arrays {
             vectors: output("vectors", given.vectors, given.vector_stride)?,
             traces: output("traces", given.traces, given.trace_stride)?,
         };
-        for (index, (tile, [u, v])) in made.tiles.iter().zip(made.uvs.iter()).enumerate() {
-            check_tile(surface, tile).map_err(|error| error.at(format!("place {index}")))?;
-            if !((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
-                return Err(Error::invalid(format!("({u}, {v}) is outside the tile"))
-                    .at(format!("place {index}"))
-                    .advise("use u and v from 0 to 1"));
-            }
+        for (index, (tile, uv)) in made.tiles.iter().zip(made.uvs.iter()).enumerate() {
+            shape.check_place(tile, uv).map_err(|error| error.at(format!("place {index}")))?;
         }
         Ok(made)
     }
@@ -148,14 +145,21 @@ fn write<T: Plain>(out: Option<Output<T>>, first: usize, count: usize, value: im
 entry! {
     fn rlv_evaluate_surface(surface: RlvSurface, arrays: *const RlvEvaluateArrays) {
         let object = registry::get(surface)?;
-        let surface = object.snapshot().surface;
+        let shape = object.snapshot().shape;
         // SAFETY: the caller's arrays are as the header demands.
-        let arrays = unsafe { Arrays::new(arrays, &surface) }?;
+        let arrays = unsafe { Arrays::new(arrays, &shape) }?;
         if arrays.colors.is_some() || arrays.traces.is_some() {
             return Err(Error::unsupported("bare surfaces have no colours and no traces")
                 .at(if arrays.colors.is_some() { "colors" } else { "traces" })
                 .advise("leave them NULL, or evaluate a detail that was given some"));
         }
+        let surface = match &shape {
+            Shape::Tiles(surface) => surface,
+            Shape::Triangles(surface) => {
+                evaluate_triangles(&arrays, surface);
+                return Ok(());
+            }
+        };
         let order = arrays.order();
         let mut samples = Samples::default();
         for (first, places) in arrays.chunks() {
@@ -181,55 +185,62 @@ entry! {
         let object = registry::get(detail)?;
         let view = object.view();
         // SAFETY: the caller's arrays are as the header demands.
-        let arrays = unsafe { Arrays::new(arrays, &view.surface) }?;
+        let arrays = unsafe { Arrays::new(arrays, &view.shape()) }?;
         if arrays.derivatives.iter().any(Option::is_some) {
             return Err(Error::unsupported("displaced surfaces have positions, normals and displacements only")
                 .at("derivatives")
                 .advise("leave du to dvv NULL, or evaluate the surface"));
         }
-        if arrays.colors.is_some() && view.paint.is_none() {
-            return Err(Error::invalid("the detail has no colours")
-                .at("colors")
-                .advise("give it some with rlv_detail_add_paint, and commit"));
+        if arrays.colors.is_some() && !view.has_paint() {
+            return Err(missing(RLV_CHANNEL_COLOR).at("colors"));
         }
-        if arrays.traces.is_some() && view.traces.is_none() {
-            return Err(Error::invalid("the detail has no traces")
-                .at("traces")
-                .advise("let imprints leave some with rlv_detail_add_traces, and commit"));
+        if arrays.traces.is_some() && !view.has_traces() {
+            return Err(missing(RLV_CHANNEL_TRACES).at("traces"));
         }
-        let (context, displaced, field) = (&object.context.context, view.displaced()?, view.snapshot.field());
-        let plain = Displaced::new(&view.surface, field)?;
-        let (mut points, mut without) = (Points::default(), Points::default());
+        let wanted = Wanted {
+            displacements: arrays.displacements.is_some(),
+            vectors: arrays.vectors.is_some(),
+            marks: arrays.traces.is_some(),
+            colors: arrays.colors.is_some(),
+        };
+        let mut found = Looked::default();
         for (first, places) in arrays.chunks() {
-            displaced.evaluate(context, &places, &mut points)?;
-            write(arrays.positions, first, places.len(), |index| points.p[index]);
-            write(arrays.normals, first, places.len(), |index| points.normal[index]);
-            write(arrays.displacements, first, places.len(), |index| {
-                field.point(context.level(), field.canonical(places[index])).d
+            view.look(&object.context.context, &places, wanted, &mut found)?;
+            let count = places.len();
+            write(arrays.positions, first, count, |index| found.points.p[index]);
+            write(arrays.normals, first, count, |index| found.points.normal[index]);
+            write(arrays.displacements, first, count, |index| found.displacements[index]);
+            write(arrays.vectors, first, count, |index| found.vectors[index]);
+            write(arrays.traces, first, count, |index| {
+                let mark = &found.marks[index];
+                [mark.contact, mark.depth, view.age(mark)]
             });
-            if arrays.vectors.is_some() {
-                // What the vectors add, where the whole is evaluated.
-                let places: Vec<Place> = places.iter().map(|place| displaced.canonical(*place)).collect();
-                plain.evaluate_in_place(context, &places, &mut without)?;
-                write(arrays.vectors, first, places.len(), |index| {
-                    let [from, to] = [without.p[index], points.p[index]];
-                    [0, 1, 2].map(|axis| to[axis] - from[axis])
-                });
-            }
-            if let Some(traces) = view.traces.as_ref().map(|traces| traces.field()) {
-                write(arrays.traces, first, places.len(), |index| {
-                    let mark = traces.mark(traces.canonical(places[index]));
-                    let age = mark.time.map_or(-1.0, |time| (view.time - f64::from(time)).max(0.0) as f32);
-                    [mark.contact, mark.depth, age]
-                });
-            }
-            if let Some(paint) = &view.paint {
-                let paint = paint.field();
-                write(arrays.colors, first, places.len(), |index| {
-                    paint.color(paint.canonical(places[index])).to_array()
-                });
-            }
+            write(arrays.colors, first, count, |index| found.colors[index].to_array());
         }
         Ok(())
+    }
+}
+
+/// Flat triangles, whose normals are interpolated, and whose derivatives are their edges.
+fn evaluate_triangles(arrays: &Arrays, surface: &TriangleSurface) {
+    for (first, places) in arrays.chunks() {
+        let count = places.len();
+        let foot = |index: usize| {
+            let Place { tile, u, v } = places[index];
+            foot_at(surface, tile, barycentric(u, v))
+        };
+        write(arrays.positions, first, count, |index| foot(index).point.to_array());
+        write(arrays.normals, first, count, |index| foot(index).normal.to_array());
+        for (corner, out) in (1..3).zip(arrays.derivatives) {
+            write(out, first, count, |index| {
+                let corners = surface.corner_points(places[index].tile).map(Vec3::from);
+                (corners[corner] - corners[0]).to_array()
+            });
+        }
+        for out in &arrays.derivatives[2..] {
+            write(*out, first, count, |_| [0.0; 3]);
+        }
+        write(arrays.displacements, first, count, |_| 0.0);
+        write(arrays.vectors, first, count, |_| [0.0; 3]);
     }
 }

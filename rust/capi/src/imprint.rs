@@ -4,15 +4,16 @@ use std::ffi::c_void;
 use std::sync::OnceLock;
 
 use relievo_core::{Error, Progress, Result};
-use relievo_detail::{Deformable, DisplacedObject, ImprintSettings, LayeredObject, Moment, Motion, Pose, Report};
+use relievo_detail::{Deformable, ImprintSettings, LayeredObject, Moment, Motion, Pose, Report};
 use relievo_tiles::trace::Trace;
-use relievo_tiles::{Channel, Field, Texel};
+use relievo_tiles::triangle::TriangleChannel;
+use relievo_tiles::{Displacement, Traces};
 
 use crate::array::{present, put};
 use crate::collider::RlvCollider;
 use crate::context::{HostProgress, RlvProgress};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
-use crate::detail::{Editor, RlvDetail, log_refusal, transform};
+use crate::detail::{Editor, Object, RlvDetail, each, log_refusal, transform};
 use crate::parameter::{RlvParameter, Table, settings, table};
 use crate::registry::{self, try_read, try_write};
 
@@ -98,37 +99,33 @@ unsafe fn write_report(to: *mut RlvImprintReport, report: &Report) -> Result<()>
 }
 
 /// What an imprint may change of an object.
-struct Before(Field, Option<Field<Trace>>);
+enum Before {
+    Tiles(Displacement, Option<Traces>),
+    Triangles(TriangleChannel, Option<TriangleChannel<Trace>>),
+}
 
 impl Before {
-    fn of(object: &DisplacedObject) -> Self {
-        Self(object.displacement().field().clone(), object.traces().map(|traces| traces.field().clone()))
+    fn of(object: &Object) -> Self {
+        match object {
+            Object::Tiles(object) => Self::Tiles(object.displacement().clone(), object.traces().cloned()),
+            Object::Triangles(object) => Self::Triangles(object.displacement().clone(), object.traces().cloned()),
+        }
     }
 
     /// Puts the object back to what it was before a call that failed half-way.
-    fn restore(&self, object: &mut DisplacedObject) -> Result<()> {
-        restore(object.displacement_mut(), &self.0)?;
-        match (object.traces_mut(), &self.1) {
-            (Some(traces), Some(before)) => restore(traces, before),
-            _ => Ok(()),
+    fn restore(self, object: &mut Object) {
+        match (self, object) {
+            (Self::Tiles(displacement, traces), Object::Tiles(object)) => {
+                *object.displacement_mut() = displacement;
+                object.traces_mut().into_iter().zip(traces).for_each(|(to, from)| *to = from);
+            }
+            (Self::Triangles(displacement, traces), Object::Triangles(object)) => {
+                *object.displacement_mut() = displacement;
+                object.traces_mut().into_iter().zip(traces).for_each(|(to, from)| *to = from);
+            }
+            _ => {}
         }
     }
-}
-
-fn restore<T: Texel>(channel: &mut Channel<T>, before: &Field<T>) -> Result<()> {
-    let now = channel.field().clone();
-    let tiles = 0..before.tile_count() as u32;
-    let changed: Vec<u32> = tiles.filter(|tile| now.version(*tile) != before.version(*tile)).collect();
-    // What was allocated is freed first, so that the budget allows the rest.
-    for tile in changed.iter().filter(|tile| !before.is_allocated(**tile)) {
-        channel.write(*tile, None)?;
-    }
-    for tile in changed {
-        if let Some(block) = before.block(tile) {
-            channel.write(tile, Some(bytemuck::cast_slice(block)))?;
-        }
-    }
-    Ok(())
 }
 
 entry! {
@@ -161,9 +158,15 @@ entry! {
         let collider = try_read(&collider.collider, "collider")?;
         let mut editor = detail.edit()?;
         let Editor { object, imprinter, .. } = &mut *editor;
-        let mut done = imprinter.imprint(&detail.context.context, object, &collider, &settings, moment)?;
-        done.refused.extend(object.settle(&detail.context.context)?);
-        let budget = object.displacement().budget();
+        let context = &detail.context.context;
+        let mut done = match object {
+            Object::Tiles(object) => imprinter.imprint(context, object, &collider, &settings, moment)?,
+            Object::Triangles(object) => {
+                imprinter.imprint_triangles(context, object, &collider, &settings, moment, None)?
+            }
+        };
+        done.refused.extend(each!(object, object => object.settle(context))?);
+        let budget = editor.budget();
         // The log may call back.
         drop((editor, collider));
         log_refusal(&detail.context, done.refused.len(), budget);
@@ -196,19 +199,26 @@ entry! {
         let (before, place) = (Before::of(object), *collider.transform());
         let mut progress = HostProgress { callback: progress, user };
         let context = &detail.context.context;
-        let done = imprinter.sweep_watched(context, object, &mut collider, &motion, &settings, moment, &mut progress);
-        let done = match done.and_then(|done| Ok((object.settle(context)?, done))) {
+        let done = match object {
+            Object::Tiles(object) => {
+                imprinter.sweep_watched(context, object, &mut collider, &motion, &settings, moment, &mut progress)
+            }
+            Object::Triangles(object) => progress.step(0.0, "imprint").and_then(|()| {
+                imprinter.sweep_triangles(context, object, &mut collider, &motion, &settings, moment)
+            }),
+        };
+        let done = match done.and_then(|done| Ok((each!(&mut *object, object => object.settle(context))?, done))) {
             Ok((refused, mut done)) => {
                 done.refused.extend(refused);
                 done
             }
             Err(error) => {
-                before.restore(object)?;
+                before.restore(object);
                 collider.set_transform(place)?;
                 return Err(error);
             }
         };
-        let budget = object.displacement().budget();
+        let budget = editor.budget();
         drop((editor, collider));
         progress.report(1.0, "imprint");
         log_refusal(&detail.context, done.refused.len(), budget);
@@ -240,9 +250,10 @@ entry! {
         }
         let cages = [first.view().cage.clone(), second.view().cage.clone()];
         let (mut first_editor, mut second_editor) = (first.edit()?, second.edit()?);
-        let Editor { object: first_object, imprinter, .. } = &mut *first_editor;
-        let second_object = &mut second_editor.object;
-        let before = [Before::of(first_object), Before::of(second_object)];
+        let before = [Before::of(&first_editor.object), Before::of(&second_editor.object)];
+        let Editor { object, imprinter, .. } = &mut *first_editor;
+        let first_object = object.tiles("imprints into each other")?;
+        let second_object = second_editor.tiles("imprints into each other")?;
         let done = imprinter.collide(
             &first.context.context,
             &mut Deformable { object: first_object, cage: &cages[0], settings: one },
@@ -252,8 +263,9 @@ entry! {
         let [one, other] = match done {
             Ok(done) => done,
             Err(error) => {
-                before[0].restore(first_object)?;
-                before[1].restore(second_object)?;
+                let [one, other] = before;
+                one.restore(&mut first_editor.object);
+                other.restore(&mut second_editor.object);
                 return Err(error);
             }
         };

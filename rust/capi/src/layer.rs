@@ -8,8 +8,9 @@ use relievo_document::{Blend, Kind, Settings};
 
 use crate::array::{fixed, present, put, text};
 use crate::descriptor::{read_descriptor, write_descriptor};
-use crate::detail::{RlvDetail, log_refusal};
+use crate::detail::{RlvDetail, each, log_refusal};
 use crate::registry;
+use crate::view::Layers;
 
 constants! {
     u32:
@@ -79,32 +80,36 @@ fn info_of(layer: &LayerInfo) -> RlvLayerInfo {
     }
 }
 
-/// Edits the layers of a detail and tells of what the budget refused.
-fn edit(
-    detail: RlvDetail,
-    edit: impl FnOnce(&relievo_core::Context, &mut relievo_detail::DisplacedObject) -> Result<Vec<u32>>,
-) -> Result<()> {
-    let detail = registry::get(detail)?;
-    let mut editor = detail.edit()?;
-    let refused = edit(&detail.context.context, &mut editor.object)?;
-    let budget = editor.object.displacement().budget();
-    // The log may call back.
-    drop(editor);
-    log_refusal(&detail.context, refused.len(), budget);
-    Ok(())
+/// Edits the layers of a detail, whatever its surface, and tells of what the budget refused.
+macro_rules! edit {
+    ($detail:expr, |$context:ident, $object:ident| $body:expr) => {{
+        let detail = registry::get($detail)?;
+        let mut editor = detail.edit()?;
+        let $context = &detail.context.context;
+        let refused: Result<Vec<u32>> = each!(&mut editor.object, $object => $body);
+        let (refused, budget) = (refused?, editor.budget());
+        // The log may call back.
+        drop(editor);
+        log_refusal(&detail.context, refused.len(), budget);
+        Ok(())
+    }};
+}
+
+fn layers_of(detail: RlvDetail) -> Result<Vec<LayerInfo>> {
+    Ok(each!(&registry::get(detail)?.edit()?.object, object => object.layers()))
 }
 
 entry! {
     fn rlv_layer_count(detail: RlvDetail, count: *mut usize) {
         present("count", count)?;
-        let layers = registry::get(detail)?.edit()?.object.layers().len();
+        let layers = layers_of(detail)?.len();
         // SAFETY: checked above.
         unsafe { put(count, layers) };
         Ok(())
     }
 
     fn rlv_layer_info(detail: RlvDetail, index: usize, out: *mut RlvLayerInfo) {
-        let layers = registry::get(detail)?.edit()?.object.layers();
+        let layers = layers_of(detail)?;
         let layer = layers.get(index).ok_or_else(|| {
             Error::invalid(format!("there is no layer {index}")).at("index").advise(format!("there are {}", layers.len()))
         })?;
@@ -125,13 +130,19 @@ entry! {
                     .advise("use RLV_LAYER_DISPLACEMENT or RLV_LAYER_COLOR"));
             }
         };
-        let size = if options.tile_size == 0 { 128 } else { options.tile_size };
+        let default = match registry::get(detail)?.view().layers {
+            Layers::Tiles(_) => 128,
+            Layers::Triangles(_) => 16,
+        };
+        let size = if options.tile_size == 0 { default } else { options.tile_size };
         let mut id = 0;
-        edit(detail, |context, object| {
-            let (made, refused) = object.add_layer(context, kind, name, settings, size)?;
-            id = made;
-            Ok(refused)
-        })?;
+        let done: Result<()> = edit!(detail, |context, object| {
+            object.add_layer(context, kind, name, settings, size).map(|(made, refused)| {
+                id = made;
+                refused
+            })
+        });
+        done?;
         // SAFETY: checked above.
         unsafe { put(out, id) };
         Ok(())
@@ -140,33 +151,33 @@ entry! {
     fn rlv_layer_set(detail: RlvDetail, id: u32, options: *const RlvLayerOptions) {
         // SAFETY: the caller gives a descriptor that starts with its size.
         let (_, settings) = unsafe { options_of(options) }?;
-        edit(detail, |context, object| object.set_layer(context, id, settings))
+        edit!(detail, |context, object| object.set_layer(context, id, settings))
     }
 
     fn rlv_layer_set_active(detail: RlvDetail, id: u32) {
-        edit(detail, |context, object| object.set_active_layer(context, id).map(|()| Vec::new()))
+        edit!(detail, |context, object| object.set_active_layer(context, id).map(|()| Vec::new()))
     }
 
     fn rlv_layer_rename(detail: RlvDetail, id: u32, name: *const c_char) {
         // SAFETY: the caller gives a NUL-terminated text.
         let name = unsafe { text("name", name) }?;
-        edit(detail, |_, object| object.rename_layer(id, name).map(|()| Vec::new()))
+        edit!(detail, |_context, object| object.rename_layer(id, name).map(|()| Vec::new()))
     }
 
     fn rlv_layer_place(detail: RlvDetail, id: u32, place: usize) {
-        edit(detail, |context, object| object.place_layer(context, id, place))
+        edit!(detail, |context, object| object.place_layer(context, id, place))
     }
 
     fn rlv_layer_remove(detail: RlvDetail, id: u32) {
-        edit(detail, |context, object| object.remove_layer(context, id))
+        edit!(detail, |context, object| object.remove_layer(context, id))
     }
 
     fn rlv_layer_merge(detail: RlvDetail, id: u32) {
-        edit(detail, |context, object| object.merge_layer(context, id))
+        edit!(detail, |context, object| object.merge_layer(context, id))
     }
 
     fn rlv_layer_flatten(detail: RlvDetail) {
-        edit(detail, |context, object| object.flatten_layers(context))
+        edit!(detail, |context, object| object.flatten_layers(context))
     }
 }
 

@@ -29,10 +29,12 @@ pub mod mesh;
 pub mod parameter;
 pub mod ptex;
 pub mod registry;
+pub mod shape;
 pub mod stroke;
 pub mod surface;
 pub mod tessellate;
 pub mod version;
+pub mod view;
 
 /// The C layout of every descriptor and the value of every constant, for the test that compares them with the headers.
 pub fn layouts() -> Vec<descriptor::Layout> {

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Attribute, Crease, Domain, Error, ErrorKind, Mesh, Result, Values};
+use relievo_surface::triangle::split;
 
 use crate::array::{Input, Output, fixed, present, put, reserve, text};
 use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
@@ -281,6 +282,16 @@ entry! {
         // SAFETY: the caller promises NULL or a NUL-terminated string.
         let path = unsafe { text("path", path) }?;
         relievo_meshio::write(Path::new(path), &*try_read(&object.mesh, "mesh")?)
+    }
+
+    fn rlv_mesh_split(mesh: RlvMesh, longest_edge: f64, out: *mut RlvMesh) {
+        present("out", out)?;
+        let object = registry::get(mesh)?;
+        let (made, _) = split(&*try_read(&object.mesh, "mesh")?, longest_edge)?;
+        let handle = register(object.context.clone(), made)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
     }
 
     fn rlv_mesh_retain(mesh: RlvMesh) {

@@ -4,7 +4,7 @@ use std::ffi::{c_char, c_void};
 use std::path::Path;
 
 use relievo_bake::ptex::{Imported, PtexImport, PtexKind, PtexTexel, from_ptex_watched, to_ptex_watched};
-use relievo_core::{Context, Error, Progress, Result};
+use relievo_core::{Context, Error, Mesh, Progress, Result};
 use relievo_detail::LayeredObject;
 use relievo_document::Document;
 use relievo_ptex::Reader;
@@ -14,7 +14,7 @@ use crate::array::text;
 use crate::context::{HostProgress, RlvProgress};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
 use crate::detail::{
-    RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_TRACES, RLV_CHANNEL_VECTORS, RlvDetail, View, fit_traces,
+    RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_TRACES, RLV_CHANNEL_VECTORS, RlvDetail, fit_traces,
     missing,
 };
 use crate::registry;
@@ -52,12 +52,12 @@ descriptor! {
 
 fn write<T: PtexTexel>(
     context: &Context,
-    view: &View,
+    cage: &Mesh,
     field: &Field<T>,
     path: &Path,
     progress: &mut dyn Progress,
 ) -> Result<()> {
-    to_ptex_watched(context, &view.cage, field, progress)?.write(path)
+    to_ptex_watched(context, cage, field, progress)?.write(path)
 }
 
 /// Adds the channel of a file to `document` as a layer.
@@ -87,11 +87,12 @@ entry! {
         // SAFETY: the caller gives a NUL-terminated text.
         let path = Path::new(unsafe { text("path", path) }?);
         let (context, view) = (&detail.context.context, detail.view());
+        let (cage, view) = (&view.cage, view.tiles("Ptex")?);
         let progress = &mut HostProgress { callback: progress, user };
         match channel {
-            RLV_CHANNEL_DISPLACEMENT => Some(write(context, &view, view.snapshot.field(), path, progress)),
-            RLV_CHANNEL_COLOR => view.paint.as_ref().map(|it| write(context, &view, it.field(), path, progress)),
-            RLV_CHANNEL_VECTORS => view.vectors.as_ref().map(|it| write(context, &view, it.field(), path, progress)),
+            RLV_CHANNEL_DISPLACEMENT => Some(write(context, cage, view.snapshot.field(), path, progress)),
+            RLV_CHANNEL_COLOR => view.paint.as_ref().map(|it| write(context, cage, it.field(), path, progress)),
+            RLV_CHANNEL_VECTORS => view.vectors.as_ref().map(|it| write(context, cage, it.field(), path, progress)),
             RLV_CHANNEL_TRACES => {
                 return Err(Error::unsupported("traces are not written as Ptex").at("channel").advise("bake them"));
             }
@@ -129,7 +130,7 @@ entry! {
         let budget = if given.budget == 0 { ChannelOptions::default().budget } else { given.budget };
         let context = &detail.context.context;
         let mut editor = detail.edit()?;
-        let object = &mut editor.object;
+        let object = editor.tiles("Ptex")?;
         let named = |error: Error| error.at(path.to_string());
         let reader = Reader::open(Path::new(path), context.memory_limit())?;
         let progress = &mut HostProgress { callback: progress, user };

@@ -4,12 +4,12 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use glam::DVec3;
 use relievo_core::{Error, Result};
-use relievo_detail::{DisplacedObject, OpenStroke, StrokePoint, StrokeReport};
+use relievo_detail::{Canvas, OpenStroke, StrokePoint, StrokeReport};
 
 use crate::array::{Input, Plain, present, put};
 use crate::brush::RlvBrush;
 use crate::descriptor::{check_descriptor, write_descriptor};
-use crate::detail::{DetailObject, Editor, RlvDetail, log_refusal};
+use crate::detail::{DetailObject, RlvDetail, log_refusal};
 use crate::registry::{self, broken, busy, handle, try_read};
 
 handle!(RlvStroke, 9, StrokeObject);
@@ -101,12 +101,11 @@ unsafe fn check_report(report: *mut RlvStrokeReport) -> Result<()> {
 unsafe fn edit(
     detail: &DetailObject,
     to: *mut RlvStrokeReport,
-    edit: impl FnOnce(&mut DisplacedObject) -> Result<Vec<StrokeReport>>,
+    edit: impl FnOnce(&mut dyn Canvas) -> Result<Vec<StrokeReport>>,
 ) -> Result<()> {
     let mut editor = detail.edit()?;
-    let Editor { object, .. } = &mut *editor;
-    let done = edit(object)?.pop().unwrap_or_default();
-    let budget = object.displacement().budget();
+    let done = edit(editor.canvas())?.pop().unwrap_or_default();
+    let budget = editor.budget();
     // The log may call back.
     drop(editor);
     log_refusal(&detail.context, done.report.refused.len(), budget);
@@ -156,7 +155,7 @@ entry! {
         present("out", out)?;
         let (detail, brush) = (registry::get(detail)?, registry::get(brush)?);
         let stroke = try_read(&brush.stroke, "brush")?.clone();
-        let open = OpenStroke::begin(&detail.context.context, stroke, &mut [&mut detail.edit()?.object])?;
+        let open = OpenStroke::begin(&detail.context.context, stroke, &mut [detail.edit()?.canvas()])?;
         let handle = registry::insert(StrokeObject { detail, open: Mutex::new(Some(open)) })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };

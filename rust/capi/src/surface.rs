@@ -2,14 +2,16 @@
 
 use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError};
 
-use relievo_core::{Error, Mesh, Result};
-use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
+use glam::Vec3;
+use relievo_core::{Error, Mesh};
+use relievo_surface::{BoundaryRule, Surface, SurfaceOptions, TriangleSurface};
 
 use crate::array::{Input, present, put};
 use crate::context::{ContextObject, RLV_LOG_INFO, RlvContext};
 use crate::descriptor::{read_optional, write_descriptor};
 use crate::mesh::RlvMesh;
 use crate::registry::{self, busy, handle, try_read};
+use crate::shape::Shape;
 
 handle!(RlvSurface, 3, SurfaceObject);
 
@@ -17,6 +19,8 @@ constants! {
     u32:
     RLV_BOUNDARY_EDGES_AND_CORNERS = 0,
     RLV_BOUNDARY_EDGES = 1,
+    RLV_SURFACE_CATMULL_CLARK = 0,
+    RLV_SURFACE_TRIANGLES = 1,
 }
 
 descriptor! {
@@ -25,6 +29,8 @@ descriptor! {
         boundary: u32,
         isolation: u32,
         patch_limit: u32,
+        kind: u32,
+        reserved: u32,
     }
 }
 
@@ -40,7 +46,7 @@ descriptor! {
         low: [f32; 3],
         high: [f32; 3],
         extent: f32,
-        reserved: u32,
+        kind: u32,
     }
 }
 
@@ -59,7 +65,7 @@ descriptor! {
 /// A surface and the points of the cage it was posed at.
 #[derive(Clone)]
 pub struct Pose {
-    pub surface: Surface,
+    pub shape: Shape,
     pub points: Arc<[[f32; 3]]>,
 }
 
@@ -83,23 +89,12 @@ impl SurfaceObject {
     }
 }
 
-fn no_tile(surface: &Surface, tile: u32) -> Error {
-    Error::invalid(format!("tile {tile} does not exist"))
-        .at("tile")
-        .advise(format!("the surface has {} tiles", surface.tile_count()))
-}
-
-/// Fails unless `tile` exists.
-pub fn check_tile(surface: &Surface, tile: u32) -> Result<()> {
-    if (tile as usize) < surface.tile_count() { Ok(()) } else { Err(no_tile(surface, tile)) }
-}
-
 entry! {
     fn rlv_surface_create(context: RlvContext, cage: RlvMesh, options: *const RlvSurfaceOptions, out: *mut RlvSurface) {
         present("out", out)?;
         let context = registry::get(context)?;
         let mesh_object = registry::get(cage)?;
-        let default = RlvSurfaceOptions { struct_size: 0, boundary: 0, isolation: 0, patch_limit: 0 };
+        let default = RlvSurfaceOptions { struct_size: 0, boundary: 0, isolation: 0, patch_limit: 0, kind: 0, reserved: 0 };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, default) }?;
         let boundary = match given.boundary {
@@ -124,17 +119,39 @@ entry! {
             options.patch_limit = given.patch_limit;
         }
         let mesh = try_read(&mesh_object.mesh, "mesh")?;
-        let surface = Surface::new(&context.context, &mesh, &options)?;
+        let mut note = None;
+        let shape = match given.kind {
+            RLV_SURFACE_CATMULL_CLARK => {
+                let surface = Surface::new(&context.context, &mesh, &options)?;
+                let pinned = surface.topology().pinned_side_count();
+                if pinned > 0 {
+                    note = Some(format!("the cage is not manifold: {pinned} sides of tiles meet at edges of more than two"));
+                }
+                Shape::Tiles(surface)
+            }
+            RLV_SURFACE_TRIANGLES => {
+                let surface = TriangleSurface::new(&context.context, &mesh)?;
+                let branching = surface.topology().branching_count();
+                if branching > 0 {
+                    note = Some(format!("the mesh is not manifold: {branching} edges have more than two faces"));
+                }
+                Shape::Triangles(Arc::new(surface))
+            }
+            other => {
+                return Err(Error::invalid(format!("{other} is no kind of surface"))
+                    .at("kind")
+                    .advise("use RLV_SURFACE_CATMULL_CLARK or RLV_SURFACE_TRIANGLES"));
+            }
+        };
         let cage = Arc::new(mesh.clone());
         drop(mesh);
-        let points = cage.points.as_slice().into();
-        let pinned = surface.topology().pinned_side_count();
+        let pose = RwLock::new(Pose { shape, points: cage.points.as_slice().into() });
         let log = context.clone();
-        let handle = registry::insert(SurfaceObject { context, cage, options, pose: RwLock::new(Pose { surface, points }), posing: Mutex::new(()) })?;
+        let handle = registry::insert(SurfaceObject { context, cage, options, pose, posing: Mutex::new(()) })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
-        if pinned > 0 {
-            log.log(RLV_LOG_INFO, &format!("the cage is not manifold: {pinned} sides of tiles meet at edges of more than two"));
+        if let Some(note) = note {
+            log.log(RLV_LOG_INFO, &note);
         }
         Ok(())
     }
@@ -148,20 +165,33 @@ entry! {
     }
 
     fn rlv_surface_info(surface: RlvSurface, out: *mut RlvSurfaceInfo) {
-        let surface = registry::get(surface)?.snapshot().surface;
-        let (low, high) = surface.bounds();
+        let object = registry::get(surface)?;
+        let shape = object.snapshot().shape;
+        let (low, high) = shape.bounds();
+        let (kind, non_manifold, patch_count, bytes) = match &shape {
+            Shape::Tiles(surface) => {
+                let pinned = surface.topology().pinned_side_count() > 0;
+                (RLV_SURFACE_CATMULL_CLARK, pinned, surface.patch_count(), surface.bytes())
+            }
+            Shape::Triangles(surface) => {
+                let bytes = size_of_val(surface.points()) + size_of_val(surface.normals());
+                let branching = surface.topology().branching_count() > 0;
+                (RLV_SURFACE_TRIANGLES, branching, shape.tile_count(), bytes as u64)
+            }
+        };
+        let diagonal = Vec3::from(high) - Vec3::from(low);
         let info = RlvSurfaceInfo {
             struct_size: 0,
-            non_manifold: u32::from(surface.topology().pinned_side_count() > 0),
-            point_count: surface.table().cage_point_count(),
-            face_count: surface.topology().face_count(),
-            tile_count: surface.tile_count(),
-            patch_count: surface.patch_count(),
-            bytes: surface.bytes(),
+            non_manifold: u32::from(non_manifold),
+            point_count: shape.point_count(),
+            face_count: object.cage.face_count(),
+            tile_count: shape.tile_count(),
+            patch_count,
+            bytes,
             low,
             high,
-            extent: surface.extent(),
-            reserved: 0,
+            extent: diagonal.length(),
+            kind,
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, info) }
@@ -178,23 +208,29 @@ entry! {
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
             Err(TryLockError::WouldBlock) => return Err(busy("surface")),
         };
-        let surface = object.snapshot().surface.posed(&object.context.context, &points)?;
-        let posed = Pose { surface, points: points.into() };
+        let shape = object.snapshot().shape.posed(&object.context.context, &points)?;
+        let posed = Pose { shape, points: points.into() };
         *object.pose.write().unwrap_or_else(PoisonError::into_inner) = posed;
         Ok(())
     }
 
     fn rlv_surface_tile_info(surface: RlvSurface, tile: u32, out: *mut RlvTileInfo) {
-        let surface = registry::get(surface)?.snapshot().surface;
-        check_tile(&surface, tile)?;
-        let topology = surface.topology();
-        let (low, high) = surface.tile_bounds(tile);
+        let shape = registry::get(surface)?.snapshot().shape;
+        shape.check_tile(tile)?;
+        let (low, high) = shape.tile_bounds(tile);
+        let (corner, is_part, is_hole) = match &shape {
+            Shape::Tiles(surface) => {
+                let topology = surface.topology();
+                (topology.sub_corner(tile), topology.is_sub(tile), topology.is_hole(tile))
+            }
+            Shape::Triangles(_) => (0, false, false),
+        };
         let info = RlvTileInfo {
             struct_size: 0,
-            face: topology.face(tile),
-            corner: topology.sub_corner(tile),
-            is_part: u32::from(topology.is_sub(tile)),
-            is_hole: u32::from(topology.is_hole(tile)),
+            face: shape.face(tile),
+            corner,
+            is_part: u32::from(is_part),
+            is_hole: u32::from(is_hole),
             low,
             high,
         };
@@ -205,14 +241,14 @@ entry! {
     fn rlv_surface_face_tiles(surface: RlvSurface, face: u32, first: *mut u32, count: *mut u32) {
         present("first", first)?;
         present("count", count)?;
-        let surface = registry::get(surface)?.snapshot().surface;
-        let topology = surface.topology();
-        if face as usize >= topology.face_count() {
+        let object = registry::get(surface)?;
+        let faces = object.cage.face_count();
+        if face as usize >= faces {
             return Err(Error::invalid(format!("face {face} does not exist"))
                 .at("face")
-                .advise(format!("the cage has {} faces", topology.face_count())));
+                .advise(format!("the mesh has {faces} faces")));
         }
-        let tiles = topology.tiles_of(face);
+        let tiles = object.snapshot().shape.tiles_of(face);
         // SAFETY: both were checked above.
         unsafe {
             put(first, tiles.start);

@@ -1,17 +1,23 @@
 //! Triangles of surfaces and details; see `include/relievo/tessellate.h`.
 
+use std::ops::Range;
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
 use relievo_surface::{Surface, SurfaceOptions, TileTopology};
+use relievo_tiles::triangle::{
+    FaceRates, Pattern, TriangleChannel, TriangleDisplaced, TriangleNormals, TriangleOptions, TriangleTessellation,
+};
 use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Tessellation, Tessellator};
 
 use crate::array::{Output, present, put};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
-use crate::detail::{DetailObject, RlvDetail, View};
+use crate::detail::{DetailObject, RlvDetail};
 use crate::mesh::{self, RlvMesh};
 use crate::registry::{self, handle, try_read, try_write};
-use crate::surface::RlvSurface;
+use crate::shape::Shape;
+use crate::surface::{Pose, RlvSurface, SurfaceObject};
+use crate::view::{Layers, TileView, TriangleView, View};
 
 handle!(RlvTessellation, 7, TessellationObject);
 
@@ -112,48 +118,105 @@ fn smooth(
 
 /// Fails unless the triangles of these rates fit the memory limit.
 fn check_memory(context: &Context, rates: &[u32]) -> Result<()> {
-    let quads: u64 = rates.iter().map(|rate| u64::from(*rate).pow(2)).sum();
-    // A point with its normal, and for both triangles corners, indices of attributes, parameters and the tile.
-    let bytes = quads.saturating_mul(24 + 2 * (12 + 12 + 24 + 4));
+    check_triangles(context, 2 * rates.iter().map(|rate| u64::from(*rate).pow(2)).sum::<u64>())
+}
+
+fn check_triangles(context: &Context, count: u64) -> Result<()> {
+    // Half a point with its normal, and corners, indices of attributes, parameters and the tile.
+    let bytes = count.saturating_mul(12 + (12 + 12 + 24 + 4));
     if bytes > context.memory_limit() {
-        return Err(Error::memory(format!("{} triangles do not fit the memory limit", 2 * quads))
+        return Err(Error::memory(format!("{count} triangles do not fit the memory limit"))
             .advise("use fewer cells or raise the memory limit of the context"));
     }
     Ok(())
 }
 
-/// The triangles of a displaced surface, if they fit the memory limit.
-pub fn tessellate(context: &Context, displaced: &Displaced<'_>, cage: &Mesh, cells: Cells) -> Result<Tessellation> {
-    let rates = cells.rates(displaced.field().topology(), |tile| displaced.field().density(tile));
-    check_memory(context, &rates)?;
-    context.stats().time("tessellate", || displaced.tessellate(context, cage, &rates))
+fn tessellate(context: &Context, displaced: &Displaced<'_>, cage: &Mesh, rates: &[u32]) -> Result<Tessellation> {
+    check_memory(context, rates)?;
+    context.stats().time("tessellate", || displaced.tessellate(context, cage, rates))
 }
 
-/// As [`tessellate`] for what was committed, with its colours.
+/// The triangles of a mesh that they are of, where something is on it, as fine as that.
+fn triangles_of(context: &Context, view: &TriangleView, cage: &Mesh) -> Result<(Vec<FaceRates>, TriangleTessellation)> {
+    let faces = view.surface.topology().face_count();
+    let rates = context.map(faces, |face| view.rates(face as u32));
+    let triangles: u64 = rates.iter().map(|rates| triangle_count(rates)).sum();
+    check_triangles(context, triangles)?;
+    let made = context.stats().time("tessellate", || {
+        TriangleTessellation::new(context, &view.displaced()?, &view.normals, cage, |face| rates[face as usize])
+    })?;
+    Ok((rates, made))
+}
+
+/// About how many triangles a face becomes, at most.
+fn triangle_count(rates: &FaceRates) -> u64 {
+    let inside = rates.inside.map_or(0, |pattern| u64::from(pattern.segments()));
+    3 * inside * inside / 2 + rates.sides.iter().map(|side| u64::from(*side)).sum::<u64>()
+}
+
+/// What was committed, without colours and traces, and without attributes of the cage.
+pub fn tessellate_bare_view(context: &Context, view: &View, cells: Cells) -> Result<Tessellation> {
+    let cage = Mesh { attributes: Vec::new(), ..(*view.cage).clone() };
+    match &view.layers {
+        Layers::Tiles(it) => {
+            let displaced = it.displaced()?;
+            let rates = cells.rates(it.surface.topology(), |tile| displaced.field().density(tile));
+            tessellate(context, &displaced, &cage, &rates)
+        }
+        Layers::Triangles(it) => Ok(plain(triangles_of(context, it, &cage)?.1)),
+    }
+}
+
+/// What was committed, with its colours and traces.
 fn tessellate_view(context: &Context, view: &View, cells: Cells) -> Result<Tessellation> {
-    let rates = cells.rates(view.surface.topology(), |tile| view.density(tile));
-    check_memory(context, &rates)?;
-    let displaced = view.displaced()?;
-    let mut made = context.stats().time("tessellate", || displaced.tessellate(context, &view.cage, &rates))?;
-    smooth(context, &view.cage, &view.options, cells, &mut made)?;
-    coat(view, &mut made);
-    Ok(made)
+    Ok(Follower::new(context, view, cells)?.into_tessellation())
+}
+
+fn plain(made: TriangleTessellation) -> Tessellation {
+    let TriangleTessellation { mesh, tiles, parameters, .. } = made;
+    Tessellation { mesh, tiles, parameters }
+}
+
+/// The mesh of a surface without displacement.
+fn tessellate_bare(context: &Context, surface: &SurfaceObject, cells: Cells) -> Result<Tessellation> {
+    let Pose { shape, points } = surface.snapshot();
+    match shape {
+        Shape::Tiles(limit) => {
+            let nothing = Displacement::new(limit.topology().clone(), &DisplacementOptions::default())?;
+            let rates = cells.rates(limit.topology(), |_| 0);
+            let mut made = tessellate(context, &Displaced::new(&limit, nothing.field())?, &surface.cage, &rates)?;
+            smooth(context, &surface.cage, &surface.options, cells, &mut made)?;
+            Ok(made)
+        }
+        Shape::Triangles(triangles) => {
+            let cage = Mesh { points: points.to_vec(), ..(*surface.cage).clone() };
+            let options = TriangleOptions { segments: Pattern::SIZES[0], budget: u64::MAX };
+            let nothing = TriangleChannel::displacement(triangles.topology().clone(), &options)?;
+            let displaced = TriangleDisplaced::new(&triangles, nothing.field())?;
+            let normals = TriangleNormals::new(triangles.topology(), nothing.field().pattern());
+            check_triangles(context, triangles.topology().face_count() as u64)?;
+            TriangleTessellation::new(context, &displaced, &normals, &cage, |_| FaceRates::SINGLE).map(plain)
+        }
+    }
+}
+
+/// As [`tessellate_bare`], for colliders.
+pub fn bare_mesh(context: &Context, surface: &SurfaceObject, cells: Cells) -> Result<Mesh> {
+    tessellate_bare(context, surface, cells).map(|made| made.mesh)
 }
 
 /// Gives the points the colours and traces of what was committed.
-fn coat(view: &View, made: &mut Tessellation) {
-    if let Some(paint) = &view.paint {
+fn coat(view: &View, tiles: &TileView, made: &mut Tessellation) {
+    if let Some(paint) = &tiles.paint {
         made.paint(paint.field());
     }
-    if let Some(traces) = &view.traces {
+    if let Some(traces) = &tiles.traces {
         made.trace(traces.field(), view.time);
     }
 }
 
-/// As [`tessellate`] for a surface without displacement.
-pub fn tessellate_bare(context: &Context, surface: &Surface, cage: &Mesh, cells: Cells) -> Result<Tessellation> {
-    let nothing = Displacement::new(surface.topology().clone(), &DisplacementOptions::default())?;
-    tessellate(context, &Displaced::new(surface, nothing.field())?, cage, cells)
+fn coat_triangles(view: &TriangleView, made: &mut TriangleTessellation) -> Result<()> {
+    view.paint.as_ref().map_or(Ok(()), |paint| made.paint(paint.field()))
 }
 
 /// The mesh, with the tile of every face and the parameters of every corner as attributes if they are wanted.
@@ -183,58 +246,132 @@ pub struct TessellationObject {
 struct Kept {
     /// The commit the triangles are of.
     view: Arc<View>,
-    rates: Vec<u32>,
-    tessellator: Tessellator,
-    made: Tessellation,
+    follower: Follower,
     /// First and number of the points that the last update wrote.
     ranges: Vec<[u32; 2]>,
 }
 
+/// Triangles, and how finely what they are of was divided.
+enum Follower {
+    Tiles { rates: Vec<u32>, tessellator: Tessellator, made: Tessellation },
+    Triangles { rates: Vec<FaceRates>, made: TriangleTessellation },
+}
+
+impl Follower {
+    /// All triangles anew.
+    fn new(context: &Context, view: &View, cells: Cells) -> Result<Self> {
+        let cage = &view.cage;
+        match &view.layers {
+            Layers::Tiles(it) => {
+                let rates = cells.rates(it.surface.topology(), |tile| it.density(tile));
+                check_memory(context, &rates)?;
+                context.stats().time("tessellate", || {
+                    let tessellator = Tessellator::new(it.surface.topology(), cage, rates.clone())?;
+                    let mut made = tessellator.tessellate(context, &it.displaced()?, cage)?;
+                    smooth(context, cage, &it.options, cells, &mut made)?;
+                    coat(view, it, &mut made);
+                    Ok(Self::Tiles { rates, tessellator, made })
+                })
+            }
+            Layers::Triangles(it) => {
+                let (rates, mut made) = triangles_of(context, it, cage)?;
+                coat_triangles(it, &mut made)?;
+                Ok(Self::Triangles { rates, made })
+            }
+        }
+    }
+
+    fn mesh(&self) -> &Mesh {
+        match self {
+            Self::Tiles { made, .. } => &made.mesh,
+            Self::Triangles { made, .. } => &made.mesh,
+        }
+    }
+
+    fn into_tessellation(self) -> Tessellation {
+        match self {
+            Self::Tiles { made, .. } => made,
+            Self::Triangles { made, .. } => plain(made),
+        }
+    }
+
+    fn tessellation(&self) -> Tessellation {
+        match self {
+            Self::Tiles { made, .. } => made.clone(),
+            Self::Triangles { made, .. } => plain(made.clone()),
+        }
+    }
+
+    /// Brings points from `before` to `view`; `None` if there are to be other triangles. Returns the points that moved.
+    fn update(
+        &mut self,
+        context: &Context,
+        before: &View,
+        view: &View,
+        cells: Cells,
+    ) -> Result<Option<Vec<Range<u32>>>> {
+        let posed = view.pose != before.pose;
+        let aged = view.time != before.time;
+        match (self, &view.layers, &before.layers) {
+            (Self::Tiles { rates, tessellator, made }, Layers::Tiles(it), Layers::Tiles(before)) => {
+                if cells.rates(it.surface.topology(), |tile| it.density(tile)) != *rates {
+                    return Ok(None);
+                }
+                let tiles = 0..it.surface.tile_count() as u32;
+                let changed: Vec<u32> =
+                    tiles.filter(|tile| posed || before.versions(*tile) != it.versions(*tile)).collect();
+                let ranges = tessellator.update(context, &it.displaced()?, &changed, made)?;
+                if !changed.is_empty() || aged {
+                    coat(view, it, made);
+                }
+                Ok(Some(ranges))
+            }
+            (Self::Triangles { rates, made }, Layers::Triangles(it), Layers::Triangles(before)) => {
+                let faces = it.surface.topology().face_count();
+                if context.map(faces, |face| it.rates(face as u32)) != *rates {
+                    return Ok(None);
+                }
+                let changed = if posed { (0..faces as u32).collect() } else { it.shown(before) };
+                let ranges = made.update(context, &it.displaced()?, &it.normals, &changed)?;
+                if !changed.is_empty() || aged {
+                    coat_triangles(it, made)?;
+                }
+                Ok(Some(ranges))
+            }
+            _ => Err(Error::internal("a tessellation is of another surface than its detail")),
+        }
+    }
+}
+
 impl Kept {
     /// All triangles anew.
-    fn new(context: &Context, view: Arc<View>, rates: Vec<u32>, cells: Cells) -> Result<Self> {
-        check_memory(context, &rates)?;
-        let (tessellator, made) = context.stats().time("tessellate", || {
-            let tessellator = Tessellator::new(view.surface.topology(), &view.cage, rates.clone())?;
-            let mut made = tessellator.tessellate(context, &view.displaced()?, &view.cage)?;
-            smooth(context, &view.cage, &view.options, cells, &mut made)?;
-            coat(&view, &mut made);
-            Ok((tessellator, made))
-        })?;
-        let ranges = vec![[0, made.mesh.points.len() as u32]];
-        Ok(Self { view, rates, tessellator, made, ranges })
+    fn new(context: &Context, view: Arc<View>, cells: Cells) -> Result<Self> {
+        let follower = Follower::new(context, &view, cells)?;
+        let ranges = vec![[0, follower.mesh().points.len() as u32]];
+        Ok(Self { view, follower, ranges })
     }
 
     /// Brings the triangles to `view`; whether they are others than before.
     fn update(&mut self, context: &Context, view: Arc<View>, cells: Cells) -> Result<bool> {
-        let rates = cells.rates(view.surface.topology(), |tile| view.density(tile));
-        if rates != self.rates {
-            *self = Self::new(context, view, rates, cells)?;
+        let Self { follower, view: before, .. } = self;
+        let done = context.stats().time("tessellate.update", || follower.update(context, before, &view, cells))?;
+        let Some(ranges) = done else {
+            *self = Self::new(context, view, cells)?;
             return Ok(true);
-        }
-        let posed = view.pose != self.view.pose;
-        let tiles = 0..view.surface.tile_count() as u32;
-        let changed: Vec<u32> =
-            tiles.filter(|tile| posed || self.view.versions(*tile) != view.versions(*tile)).collect();
-        let ranges = context.stats().time("tessellate.update", || {
-            self.tessellator.update(context, &view.displaced()?, &changed, &mut self.made)
-        })?;
+        };
         self.ranges = ranges.into_iter().map(|range| [range.start, range.end - range.start]).collect();
-        if !changed.is_empty() || view.time != self.view.time {
-            coat(&view, &mut self.made);
-        }
         self.view = view;
         Ok(false)
     }
 
     /// The points that the last update wrote.
     fn written(&self) -> impl Iterator<Item = &[f32; 3]> {
-        let points = &self.made.mesh.points;
+        let points = &self.follower.mesh().points;
         self.ranges.iter().flat_map(|[first, count]| points.iter().skip(*first as usize).take(*count as usize))
     }
 
     fn normals(&self) -> Result<&[[f32; 3]]> {
-        match self.made.mesh.attribute("normal").map(|attribute| &attribute.values) {
+        match self.follower.mesh().attribute("normal").map(|attribute| &attribute.values) {
             Some(Values::F32(normals)) => Ok(normals.as_chunks().0),
             _ => Err(Error::internal("a tessellation has no normals")),
         }
@@ -247,10 +384,7 @@ entry! {
         let object = registry::get(surface)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let (cells, places) = unsafe { Cells::new(options) }?;
-        let pose = object.snapshot();
-        let context = &object.context.context;
-        let mut made = tessellate_bare(context, &pose.surface, &object.cage, cells)?;
-        smooth(context, &object.cage, &object.options, cells, &mut made)?;
+        let made = tessellate_bare(&object.context.context, &object, cells)?;
         let handle = mesh::register(object.context.clone(), with_places(made, places))?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
@@ -280,8 +414,7 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let (cells, places) = unsafe { Cells::new(options) }?;
         let view = detail.view();
-        let rates = cells.rates(view.surface.topology(), |tile| view.density(tile));
-        let kept = RwLock::new(Kept::new(&detail.context.context, view, rates, cells)?);
+        let kept = RwLock::new(Kept::new(&detail.context.context, view, cells)?);
         let handle = registry::insert(TessellationObject { detail, cells, places, kept })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
@@ -302,8 +435,8 @@ entry! {
         let info = RlvTessellationInfo {
             struct_size: 0,
             reserved: 0,
-            point_count: kept.tessellator.point_count(),
-            triangle_count: kept.tessellator.triangle_count(),
+            point_count: kept.follower.mesh().points.len(),
+            triangle_count: kept.follower.mesh().face_count(),
             revision: kept.view.revision(),
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
@@ -366,7 +499,7 @@ entry! {
     ) {
         let object = registry::get(tessellation)?;
         let kept = try_read(&object.kept, "tessellation")?;
-        let points = &kept.made.mesh.points;
+        let points = &kept.follower.mesh().points;
         let range = first..first.saturating_add(count);
         let (Some(from), Some(facing)) = (points.get(range.clone()), kept.normals()?.get(range)) else {
             return Err(Error::invalid(format!("there are {} points, not {count} from {first} on", points.len()))
@@ -399,8 +532,8 @@ entry! {
         let kept = try_read(&object.kept, "tessellation")?;
         // SAFETY: the caller promises room for `count` colours.
         let out = unsafe { Output::<[f32; 3]>::optional("colors", colors.cast(), count, stride) }?;
-        let values = match kept.made.mesh.attribute("color").map(|attribute| &attribute.values) {
-            Some(Values::F32(values)) if kept.view.paint.is_some() => values.as_chunks().0,
+        let values = match kept.follower.mesh().attribute("color").map(|attribute| &attribute.values) {
+            Some(Values::F32(values)) if kept.view.has_paint() => values.as_chunks().0,
             _ => return Err(Error::invalid("the detail has no colours").advise("give it some with rlv_detail_add_paint")),
         };
         let end = first.checked_add(count).filter(|end| *end <= values.len());
@@ -424,15 +557,15 @@ entry! {
         let kept = try_read(&object.kept, "tessellation")?;
         // SAFETY: the caller promises room for `count` traces.
         let out = unsafe { Output::<[f32; 3]>::optional("traces", traces.cast(), count, stride) }?;
-        if kept.view.traces.is_none() {
+        if !kept.view.has_traces() {
             return Err(Error::invalid("the detail has no traces").advise("let imprints leave some with rlv_detail_add_traces"));
         }
-        let points = kept.made.mesh.points.len();
+        let points = kept.follower.mesh().points.len();
         let end = first.checked_add(count).filter(|end| *end <= points);
         let end = end.ok_or_else(|| {
             Error::invalid(format!("{count} points from {first} on are more than there are: {points}"))
         })?;
-        let lists = ["contact", "depth", "age"].map(|name| match kept.made.mesh.attribute(name).map(|it| &it.values) {
+        let lists = ["contact", "depth", "age"].map(|name| match kept.follower.mesh().attribute(name).map(|it| &it.values) {
             Some(Values::F32(values)) => values.get(first..end).unwrap_or_default(),
             _ => &[],
         });
@@ -446,7 +579,7 @@ entry! {
     fn rlv_tessellation_mesh(tessellation: RlvTessellation, out: *mut RlvMesh) {
         present("out", out)?;
         let object = registry::get(tessellation)?;
-        let made = try_read(&object.kept, "tessellation")?.made.clone();
+        let made = try_read(&object.kept, "tessellation")?.follower.tessellation();
         let handle = mesh::register(object.detail.context.clone(), with_places(made, object.places))?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };

@@ -23,7 +23,7 @@ pub use block::TriangleBlock;
 pub use change::{TriangleChange, TriangleSets, TriangleSnapshot, TriangleValues};
 pub use channel::{TriangleChannel, TriangleOptions};
 pub use composite::TriangleSheet;
-pub use displaced::{Foot, TriangleDisplaced, edge_foot, foot};
+pub use displaced::{Foot, TriangleDisplaced, edge_foot, foot, foot_at};
 pub use field::{TriangleClass, TriangleField};
 pub use normals::TriangleNormals;
 pub use pattern::{Node, Pattern, Slot};

@@ -170,6 +170,17 @@ impl TriangleObject {
         self.vectors.as_mut()
     }
 
+    /// The vectors in object space and the length of the longest, as they were renewed last, see [`Self::renew`].
+    pub fn offsets(&self) -> Option<&(TriangleField<Offset>, f32)> {
+        self.offsets.as_ref()
+    }
+
+    /// Makes the vectors visible to readers, as [`Self::commit`] does the displacement, and brings normals up to date.
+    pub fn commit_vectors(&mut self, context: &Context) -> Result<Option<Arc<TriangleSnapshot<Vector>>>> {
+        self.renew(context)?;
+        Ok(self.vectors.as_mut().map(TriangleChannel::commit))
+    }
+
     /// Gives the object a vector displacement. Fails if it is that of another mesh.
     pub fn set_vectors(&mut self, vectors: TriangleChannel<Vector>) -> Result<()> {
         self.check_mesh(vectors.field().topology(), "vectors")?;

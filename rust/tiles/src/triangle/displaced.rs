@@ -66,6 +66,29 @@ pub fn edge_foot(surface: &TriangleSurface, edge: u32, step: u32, segments: u32)
     Foot { point: mean(surface.points()), normal: mean(surface.normals()).normalize_or_zero() }
 }
 
+/// The undisplaced surface at the place of `face` with barycentric coordinates `at`; what lies on an edge is computed from
+/// the edge alone.
+pub fn foot_at(surface: &TriangleSurface, face: u32, at: [f32; 3]) -> Foot {
+    let topology = surface.topology();
+    let corners = topology.face(face);
+    let [points, normals] = [surface.points(), surface.normals()];
+    let mean = |shares: &[(u32, f32)]| {
+        let sum =
+            |of: &[[f32; 3]]| shares.iter().map(|(vertex, share)| Vec3::from(of[*vertex as usize]) * *share).sum();
+        let (point, normal): (Vec3, Vec3) = (sum(points), sum(normals));
+        Foot { point, normal: normal.normalize_or_zero() }
+    };
+    match (0..3).find(|side| at[(side + 2) % 3] == 0.0) {
+        Some(side) => {
+            let TriangleSide { edge, reversed } = topology.side(face, side as u32);
+            let [low, high] = topology.edge(edge);
+            let along = if reversed { 1.0 - at[(side + 1) % 3] } else { at[(side + 1) % 3] };
+            mean(&[(low, 1.0 - along), (high, along)])
+        }
+        None => mean(&[(corners[0], at[0]), (corners[1], at[1]), (corners[2], at[2])]),
+    }
+}
+
 impl<'a> TriangleDisplaced<'a> {
     /// The surface with a displacement of its own. Fails if that is one of another mesh.
     pub fn new(surface: &'a TriangleSurface, field: &'a TriangleField) -> Result<Self> {

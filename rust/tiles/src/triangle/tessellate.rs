@@ -3,7 +3,9 @@
 //! Every face has the triangles of its [`FaceRates`]. Vertices of the mesh keep their numbers; those on edges follow, then
 //! those inside faces. Integers, and the weights that belong to joints, are those of the nearest corner.
 
-use relievo_core::{Attribute, Context, Domain, Mesh, Result, Values};
+use std::ops::Range;
+
+use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
 use relievo_surface::triangle::Pieces;
 
 use super::displaced::TriangleDisplaced;
@@ -18,6 +20,10 @@ use crate::texel::ColorTexel;
 pub struct TriangleTessellation {
     /// The mesh, with point normals and the attributes of the undisplaced one.
     pub mesh: Mesh,
+    /// The face of every triangle, ascending.
+    pub tiles: Vec<u32>,
+    /// Of every corner the barycentric coordinates of the second and third corner of its face.
+    pub parameters: Vec<[f32; 2]>,
     /// Per point a face, a pattern and a vertex of it that is there; `None` for a vertex without a face.
     places: Vec<Option<(u32, Pattern, Node)>>,
 }
@@ -35,8 +41,7 @@ impl TriangleTessellation {
         rates: impl Fn(u32) -> FaceRates + Sync,
     ) -> Result<Self> {
         let topology = displaced.field().topology();
-        let missing =
-            |what: &str| relievo_core::Error::invalid(what).advise("give the mesh that the surface was made from");
+        let missing = |what: &str| Error::invalid(what).advise("give the mesh that the surface was made from");
         if cage.points.len() != topology.vertex_count() || cage.triangles() != topology.faces() {
             return Err(missing("the mesh has other faces than the surface"));
         }
@@ -57,9 +62,8 @@ impl TriangleTessellation {
             .collect();
         let insides: Vec<u64> =
             rates.iter().map(|rates| take(rates.places().len() as u64 - u64::from(rates.border()))).collect();
-        let count = u32::try_from(next).map_err(|_| {
-            relievo_core::Error::memory("the mesh has 2^32 or more vertices").advise("use a lower rate")
-        })?;
+        let count = u32::try_from(next)
+            .map_err(|_| Error::memory("the mesh has 2^32 or more vertices").advise("use a lower rate"))?;
 
         let parts = context.map(faces, |face| {
             let (rates, face) = (&rates[face], face as u32);
@@ -81,7 +85,7 @@ impl TriangleTessellation {
         });
         let mut places = vec![None; count as usize];
         let mut pieces = Pieces { points: vec![None; count as usize], ..Pieces::default() };
-        let mut triangles = Vec::new();
+        let (mut triangles, mut tiles) = (Vec::new(), Vec::new());
         for (face, (vertices, parts)) in (0..).zip(parts) {
             let first = pieces.places.len() as u32;
             for (at, ((pattern, node), vertex)) in (0..).zip(rates[face as usize].places().into_iter().zip(&vertices)) {
@@ -94,6 +98,7 @@ impl TriangleTessellation {
             }
             for triangle in parts {
                 triangles.push(triangle.map(|at| vertices[at as usize]));
+                tiles.push(face);
                 pieces.corners.extend(triangle.map(|at| first + at));
             }
         }
@@ -108,7 +113,59 @@ impl TriangleTessellation {
         let mut mesh = Mesh::from_triangles(points, &triangles);
         mesh.attributes = pieces.carry(cage, topology, &["normal"]);
         mesh.attributes.push(point_attribute("normal", normals.into_flattened()));
-        Ok(Self { mesh, places })
+        let parameter = |corner: &u32| {
+            let (_, [_, u, v]) = pieces.places[*corner as usize];
+            [u, v]
+        };
+        let parameters = pieces.corners.iter().map(parameter).collect();
+        Ok(Self { mesh, tiles, parameters, places })
+    }
+
+    /// Moves points and normals to where they now are after `faces` came to look different, whose rates are the same as
+    /// before: those of these faces and of all around them. Returns the points, as ascending ranges that do not touch.
+    ///
+    /// Fails if the tessellation is that of another mesh, or its mesh was changed.
+    pub fn update(
+        &mut self,
+        context: &Context,
+        displaced: &TriangleDisplaced<'_>,
+        normals: &TriangleNormals,
+        faces: &[u32],
+    ) -> Result<Vec<Range<u32>>> {
+        let topology = displaced.field().topology();
+        let mut near = vec![false; topology.face_count()];
+        for face in faces {
+            if *face as usize >= near.len() {
+                return Err(Error::invalid(format!("face {face} does not exist")));
+            }
+            for (face, _) in topology.face(*face).iter().flat_map(|vertex| topology.faces_around(*vertex)) {
+                near[face as usize] = true;
+            }
+        }
+        let moved: Vec<(usize, (u32, Pattern, Node))> = (0..)
+            .zip(&self.places)
+            .filter_map(|(point, place)| place.map(|place| (point, place)))
+            .filter(|(_, (face, ..))| near.get(*face as usize).copied().unwrap_or(false))
+            .collect();
+        let Mesh { points, attributes, .. } = &mut self.mesh;
+        let attribute = attributes.iter_mut().find(|attribute| attribute.name == "normal");
+        let Some(Values::F32(facing)) = attribute.map(|attribute| &mut attribute.values) else {
+            return Err(Error::invalid("the tessellation has no normals any more"));
+        };
+        if points.len() != self.places.len() || facing.len() != 3 * points.len() {
+            return Err(Error::invalid("the mesh of the tessellation was changed"));
+        }
+        let found = context.map(moved.len(), |index| {
+            let (face, pattern, node) = moved[index].1;
+            let normal = normals.at(displaced.surface(), face, pattern, node);
+            (displaced.point(face, pattern, node), normal)
+        });
+        for ((point, _), (position, normal)) in moved.iter().zip(found) {
+            points[*point] = position.to_array();
+            facing[3 * point..3 * point + 3].copy_from_slice(&normal.to_array());
+        }
+        let run = |run: &[(usize, (u32, Pattern, Node))]| run[0].0 as u32..(run[0].0 + run.len()) as u32;
+        Ok(moved.chunk_by(|a, b| a.0 + 1 == b.0).map(run).collect())
     }
 
     /// Gives the mesh the colours of `paint` as the point attribute `color`, in place of one it may have: red, green and

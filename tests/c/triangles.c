@@ -1,0 +1,342 @@
+/* Details of triangle meshes: painted, sculpted and pressed into, evaluated, followed, undone and kept in documents. */
+#include "sheet.h"
+
+/* A closed mesh: every edge has two triangles. */
+static int is_closed(RlvMesh mesh) {
+    RlvCollider collider = RLV_NULL;
+    RlvColliderInfo info = RLV_COLLIDER_INFO_INIT;
+    RlvMeshInfo about = RLV_MESH_INFO_INIT;
+    CHECK_OK(rlv_mesh_info(mesh, &about));
+    RlvContext context = RLV_NULL;
+    CHECK_OK(rlv_context_create(NULL, &context));
+    CHECK_OK(rlv_collider_create_mesh(context, mesh, NULL, &collider));
+    CHECK_OK(rlv_collider_info(collider, &info));
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_context_release(context));
+    return (int)info.is_closed;
+}
+
+typedef struct Look {
+    float position[3], normal[3], vector[3], color[4], displacement;
+} Look;
+
+static Look look(RlvDetail detail, uint32_t tile, float u, float v, int painted) {
+    const float uv[2] = {u, v};
+    Look out = {{0}, {0}, {0}, {0}, 7.0f};
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    arrays.count = 1;
+    arrays.tiles = &tile;
+    arrays.uvs = uv;
+    arrays.positions = out.position;
+    arrays.normals = out.normal;
+    arrays.vectors = out.vector;
+    arrays.displacements = &out.displacement;
+    arrays.colors = painted ? out.color : NULL;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    return out;
+}
+
+static void stroke(RlvContext context, RlvDetail detail, uint32_t action, float height) {
+    RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    RlvStrokeReport report = RLV_STROKE_REPORT_INIT;
+    const RlvStrokePoint points[2] = {{{0.3, 0, 0.95}, 1.0, -1.0}, {{-0.3, 0.1, 0.95}, 1.0, -1.0}};
+    RlvBrush brush = RLV_NULL;
+    options.action = action;
+    options.color[1] = 0.25f;
+    options.height = height;
+    settings.radius = 0.3f;
+    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
+    CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, &report));
+    CHECK(report.dabs > 2 && report.missed_dabs == 0 && report.changed_tiles > 4 && report.bytes > 0);
+    CHECK_OK(rlv_brush_release(brush));
+}
+
+/* The radius of the ball's surface over a direction, by a ray. */
+static float radius(RlvDetail detail, float x, float y, float z, RlvHit *hit) {
+    RlvCaster caster = RLV_NULL;
+    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
+    const float origin[3] = {3 * x, 3 * y, 3 * z}, direction[3] = {-x, -y, -z};
+    CHECK_OK(rlv_caster_create_detail(detail, NULL, &caster));
+    rays.count = 1;
+    rays.origins = origin;
+    rays.directions = direction;
+    rays.hits = hit;
+    CHECK_OK(rlv_caster_cast(caster, &rays));
+    CHECK_OK(rlv_caster_release(caster));
+    return sqrtf(hit->position[0] * hit->position[0] + hit->position[1] * hit->position[1] +
+                 hit->position[2] * hit->position[2]);
+}
+
+static void same_points(RlvTessellation followed, RlvDetail detail) {
+    RlvTessellation fresh = RLV_NULL;
+    RlvTessellationInfo one = RLV_TESSELLATION_INFO_INIT, other = RLV_TESSELLATION_INFO_INIT;
+    CHECK_OK(rlv_tessellation_create(detail, NULL, &fresh));
+    CHECK_OK(rlv_tessellation_info(followed, &one));
+    CHECK_OK(rlv_tessellation_info(fresh, &other));
+    CHECK(one.point_count == other.point_count && one.triangle_count == other.triangle_count);
+    float *points = malloc(one.point_count * 48);
+    size_t half = one.point_count * 6;
+    CHECK(points != NULL);
+    CHECK_OK(rlv_tessellation_get_points(followed, 0, one.point_count, points, 24, points + 3, 24));
+    CHECK_OK(rlv_tessellation_get_points(fresh, 0, one.point_count, points + half, 24, points + half + 3, 24));
+    CHECK(memcmp(points, points + half, half * 4) == 0);
+    free(points);
+    CHECK_OK(rlv_tessellation_release(fresh));
+}
+
+int main(void) {
+    RlvContext context = RLV_NULL;
+    RlvSurface surface = RLV_NULL, untouched = {77}, cage = RLV_NULL;
+    RlvSurfaceOptions kind = RLV_SURFACE_OPTIONS_INIT;
+    RlvSurfaceInfo about = RLV_SURFACE_INFO_INIT;
+    RlvTileInfo tile = RLV_TILE_INFO_INIT;
+    RlvDetail detail = RLV_NULL, copy = RLV_NULL;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvDetailInfo info = RLV_DETAIL_INFO_INIT;
+    RlvDetailChanges changes = RLV_DETAIL_CHANGES_INIT;
+    RlvChannelInfo channel = RLV_CHANNEL_INFO_INIT;
+    RlvHit hit;
+    char path[64];
+    int patience = 0;
+    CHECK_OK(rlv_context_create(NULL, &context));
+    RlvMesh ball = check_ball(context, 1.0), small = check_ball(context, 0.4), split = RLV_NULL, plane = check_plane(context, 2, 2);
+    const size_t faces = 2 * (BALL_ROWS - 1) * BALL_COLUMNS;
+
+    /* The surface. */
+    kind.kind = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_surface_create(context, ball, &kind, &untouched), "kind of surface");
+    CHECK(untouched.id == 77);
+    kind.kind = RLV_SURFACE_TRIANGLES;
+    CHECK_OK(rlv_surface_create(context, ball, &kind, &surface));
+    CHECK_OK(rlv_surface_info(surface, &about));
+    CHECK(about.kind == RLV_SURFACE_TRIANGLES && about.tile_count == faces && about.face_count == faces);
+    CHECK(about.point_count == faces / 2 + 2 && about.non_manifold == 0);
+    CHECK_NEAR(about.extent, sqrt(12.0), 1e-3);
+    CHECK_OK(rlv_surface_tile_info(surface, 17, &tile));
+    CHECK(tile.face == 17 && tile.is_part == 0 && tile.low[2] < tile.high[2]);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_surface_tile_info(surface, (uint32_t)faces, &tile), "does not exist");
+    uint32_t first = 0, count = 0;
+    CHECK_OK(rlv_surface_face_tiles(surface, 17, &first, &count));
+    CHECK(first == 17 && count == 1);
+    const float places[4] = {0.25f, 0.5f, 0.75f, 0.5f};
+    const uint32_t tiles[2] = {3, 3};
+    float out[2][3], du[2][3];
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    arrays.count = 1;
+    arrays.tiles = tiles;
+    arrays.uvs = places;
+    arrays.positions = out[0];
+    arrays.normals = out[1];
+    arrays.du = du[0];
+    arrays.dv = du[1];
+    CHECK_OK(rlv_evaluate_surface(surface, &arrays));
+    CHECK_NEAR(out[1][0] * out[1][0] + out[1][1] * out[1][1] + out[1][2] * out[1][2], 1.0, 1e-5);
+    CHECK_NEAR(out[0][0] * out[1][0] + out[0][1] * out[1][1] + out[0][2] * out[1][2], 1.0, 1e-2);
+    CHECK(du[0][0] * out[1][0] + du[0][1] * out[1][1] + du[0][2] * out[1][2] < 0.1f);
+    arrays.count = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_surface(surface, &arrays), "make at most 1");
+
+    /* Polygons are fans. */
+    CHECK_OK(rlv_surface_create(context, plane, &kind, &cage));
+    CHECK_OK(rlv_surface_info(cage, &about));
+    CHECK(about.tile_count == 8 && about.face_count == 4);
+    CHECK_OK(rlv_surface_face_tiles(cage, 3, &first, &count));
+    CHECK(first == 6 && count == 2);
+    CHECK_OK(rlv_surface_tile_info(cage, 7, &tile));
+    CHECK(tile.face == 3);
+    CHECK_OK(rlv_surface_release(cage));
+    CHECK_OK(rlv_mesh_split(plane, 0.5, &split));
+    RlvMeshInfo pieces = RLV_MESH_INFO_INIT;
+    CHECK_OK(rlv_mesh_info(split, &pieces));
+    CHECK(pieces.face_count >= 64 && pieces.high[0] == 2.0f);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_mesh_split(plane, NAN, &split), "NaN");
+    CHECK_FAILS(RLV_ERROR_MEMORY, rlv_mesh_split(plane, 1e-9, &split), "longer");
+    CHECK_OK(rlv_mesh_release(split));
+
+    /* A detail on it. */
+    options.tile_size = 9;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_create(surface, &options, NULL, &copy), "9 segments");
+    options.tile_size = 16;
+    const uint32_t sizes[2] = {3, 8};
+    options.face_sizes = sizes;
+    options.face_size_count = 1;
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_detail_create(surface, &options, NULL, &copy), "face_sizes");
+    options.face_sizes = NULL;
+    options.face_size_count = 0;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    CHECK_OK(rlv_detail_add_paint(detail, NULL));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_paint(detail, NULL), "already");
+    CHECK_OK(rlv_detail_add_vectors(detail, NULL));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_vectors(detail, NULL), "already");
+    RlvTessellation followed = RLV_NULL;
+    RlvTessellationChanges renewed = RLV_TESSELLATION_CHANGES_INIT;
+    CHECK_OK(rlv_tessellation_create(detail, NULL, &followed));
+    stroke(context, detail, RLV_BRUSH_SCULPT, 0.1f);
+    stroke(context, detail, RLV_BRUSH_PAINT, 0.0f);
+    RlvDetailInfo nothing = RLV_DETAIL_INFO_INIT;
+    CHECK_OK(rlv_detail_info(detail, &nothing));
+    CHECK(nothing.allocated_count == 0 && nothing.tile_count == faces);
+    CHECK_OK(rlv_detail_commit(detail, &changes));
+    CHECK_OK(rlv_detail_info(detail, &info));
+    CHECK(info.is_painted == 1 && info.allocated_count > 4 && info.painted_count > 4 && info.bytes > nothing.bytes);
+    CHECK(info.bytes < info.full_bytes && info.revision > nothing.revision);
+    CHECK(changes.tile_count > info.allocated_count / 2 && changes.high[2] > 1.05f && changes.moved == 0);
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_VECTORS, &channel));
+    CHECK(channel.is_there == 1 && channel.allocated_count == 0);
+    CHECK(radius(detail, 0, 0, 1, &hit) > 1.05f && hit.face == hit.tile && hit.u + hit.v <= 1.0f);
+    const Look raised = look(detail, hit.tile, hit.u, hit.v, 1), bare = look(detail, (uint32_t)faces / 2, 0.2f, 0.3f, 1);
+    CHECK(raised.displacement > 0.05f && raised.color[1] < 0.9f && bare.displacement == 0.0f && bare.color[1] == 1.0f);
+    for (int axis = 0; axis < 3; ++axis) {
+        CHECK_NEAR(raised.position[axis], hit.position[axis], 5e-3);
+        CHECK(raised.vector[axis] == 0.0f);
+    }
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_evaluate_detail(detail, &arrays), "derivatives");
+
+    /* Triangles follow, are closed, and have the colours. */
+    CHECK_OK(rlv_tessellation_update(followed, &renewed));
+    CHECK(renewed.rebuilt == 1 && renewed.high[2] > 1.05f);
+    same_points(followed, detail);
+    stroke(context, detail, RLV_BRUSH_SCULPT, 0.05f);
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    stroke(context, detail, RLV_BRUSH_PAINT, 0.0f);
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_tessellation_update(followed, &renewed));
+    RlvTessellationInfo kept = RLV_TESSELLATION_INFO_INIT;
+    CHECK_OK(rlv_tessellation_info(followed, &kept));
+    CHECK(renewed.rebuilt == 0 && renewed.point_count > 100 && renewed.point_count < kept.point_count);
+    same_points(followed, detail);
+    CHECK_OK(rlv_tessellation_update(followed, &renewed));
+    CHECK(renewed.rebuilt == 0 && renewed.point_count == 0);
+    RlvTessellateOptions with = RLV_TESSELLATE_OPTIONS_INIT;
+    RlvMesh mesh = RLV_NULL;
+    uint32_t index = 0;
+    with.places = 1;
+    CHECK_OK(rlv_tessellate_detail(detail, &with, &mesh));
+    CHECK(is_closed(mesh));
+    CHECK_OK(rlv_mesh_find_attribute(mesh, "color", &index));
+    CHECK_OK(rlv_mesh_find_attribute(mesh, "tile_uv", &index));
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_tessellate_surface(surface, NULL, &mesh));
+    CHECK_OK(rlv_mesh_info(mesh, &pieces));
+    CHECK(pieces.triangle_count == faces && is_closed(mesh));
+    CHECK_OK(rlv_mesh_release(mesh));
+
+    /* Pressed in, at once and on the way; a cancelled way leaves nothing. */
+    RlvCollider collider = RLV_NULL;
+    RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
+    RlvImprintSettings settings = RLV_IMPRINT_SETTINGS_INIT;
+    const double place[12] = CHECK_MOVED(1.2, 0, 0), away[12] = CHECK_MOVED(0, 1.2, 0);
+    CHECK_OK(rlv_collider_create_mesh(context, small, place, &collider));
+    CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, &report));
+    CHECK(report.changed_coefficients > 100 && report.refused_tiles == 0 && report.triangles > 0);
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_NEAR(radius(detail, 1, 0, 0, &hit), 0.8, 0.03);
+    CHECK_FAILS(RLV_ERROR_CANCELLED,
+                rlv_imprint_sweep(detail, collider, place, away, NULL, NULL, check_patience, &patience, NULL), "cancel");
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_NEAR(radius(detail, 0, 1, 0, &hit), 1.0, 0.01);
+    CHECK_OK(rlv_imprint_sweep(detail, collider, place, away, NULL, NULL, NULL, NULL, &report));
+    CHECK(report.steps > 3);
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_NEAR(radius(detail, 0, 1, 0, &hit), 0.8, 0.03);
+    settings.rim = 0.5f;
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_imprint_run(detail, collider, &settings, NULL, NULL), "rims");
+
+    /* Undone to the bit, and back from a file into a bare detail. */
+    RlvDocument document = RLV_NULL, again = RLV_NULL;
+    RlvDocumentChanges edit = RLV_DOCUMENT_CHANGES_INIT;
+    CHECK_OK(rlv_document_create(detail, NULL, 0, &document));
+    const Look before = look(detail, hit.tile, hit.u, hit.v, 1);
+    CHECK_OK(rlv_document_begin(document, "a stroke"));
+    stroke(context, detail, RLV_BRUSH_SCULPT, 0.2f);
+    CHECK_OK(rlv_document_end(document, &edit));
+    CHECK(edit.is_done == 1 && edit.block_count > 4);
+    CHECK_OK(rlv_document_undo(document, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    const Look undone = look(detail, hit.tile, hit.u, hit.v, 1);
+    CHECK(memcmp(&before, &undone, sizeof before) == 0);
+    snprintf(path, sizeof path, "triangles-%p.relievo", (void *)&context);
+    CHECK_OK(rlv_document_save(document, path));
+    CHECK_OK(rlv_document_release(document));
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &copy));
+    CHECK_OK(rlv_document_open(copy, path, 0, &again));
+    CHECK_OK(rlv_detail_commit(copy, NULL));
+    const Look opened = look(copy, hit.tile, hit.u, hit.v, 1);
+    CHECK(memcmp(&before, &opened, sizeof before) == 0);
+    CHECK_OK(rlv_document_redo(again, &edit));
+    CHECK(edit.is_done == 1);
+    CHECK_OK(rlv_document_release(again));
+
+    /* Layers. */
+    RlvLayerOptions half = RLV_LAYER_OPTIONS_INIT;
+    size_t layers = 0;
+    uint32_t id = 0;
+    half.opacity = 0.5f;
+    CHECK_OK(rlv_layer_add(copy, "more", &half, &id));
+    CHECK_OK(rlv_layer_count(copy, &layers));
+    CHECK(layers == 3);
+    stroke(context, copy, RLV_BRUSH_SCULPT, 0.2f);
+    half.is_visible = 0;
+    CHECK_OK(rlv_layer_set(copy, id, &half));
+    CHECK_OK(rlv_layer_remove(copy, id));
+
+    /* Another mesh, and cages, are refused; so are files of theirs. */
+    RlvDetail other = RLV_NULL;
+    CHECK_OK(rlv_surface_create(context, ball, NULL, &cage));
+    CHECK_OK(rlv_detail_create(cage, NULL, NULL, &other));
+    CHECK(rlv_document_open(other, path, 0, &again) != RLV_OK);
+    CHECK_OK(rlv_detail_release(other));
+    CHECK_OK(rlv_surface_release(cage));
+    CHECK(check_removed(path));
+
+    /* Poses, transforms and budgets. */
+    float *points = malloc((faces / 2 + 2) * 12);
+    CHECK(points != NULL);
+    CHECK_OK(rlv_mesh_get_points(ball, points, faces / 2 + 2, 0));
+    for (size_t number = 0; number < faces / 2 + 2; ++number) {
+        points[3 * number + 2] += 5.0f;
+    }
+    CHECK_OK(rlv_detail_set_points(detail, points, faces / 2 + 2, 0));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_set_points(detail, points, 5, 0), "5 points");
+    CHECK_OK(rlv_detail_set_transform(detail, place));
+    CHECK_OK(rlv_detail_commit(detail, &changes));
+    CHECK(changes.moved == 1);
+    CHECK_OK(rlv_tessellation_update(followed, &renewed));
+    CHECK(renewed.low[2] > 3.5f);
+    same_points(followed, detail);
+    CHECK_OK(rlv_surface_set_points(surface, points, faces / 2 + 2, 0));
+    CHECK_OK(rlv_surface_info(surface, &about));
+    CHECK(about.low[2] > 3.9f);
+    CHECK_OK(rlv_detail_set_budget(detail, 1));
+    free(points);
+
+    /* What they lack is said. */
+    RlvBakeOptions bake = RLV_BAKE_OPTIONS_INIT;
+    RlvDetailTileInfo state = RLV_DETAIL_TILE_INFO_INIT;
+    unsigned char block[64] = {0};
+    size_t size = 0;
+    CHECK_OK(rlv_detail_tile_info(detail, RLV_CHANNEL_DISPLACEMENT, hit.tile, &state));
+    CHECK(state.is_allocated == 1 && state.size == 16 && state.low[2] < state.high[2]);
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_detail_read_block(detail, RLV_CHANNEL_DISPLACEMENT, 0, block, 64, &size), "document");
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_detail_write_block(detail, RLV_CHANNEL_DISPLACEMENT, 0, block, 64), "triangle");
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_detail_set_face_sizes(detail, sizes, 1, 0), "triangle");
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_bake_write(detail, &bake, "bake.exr", NULL, NULL, NULL), "triangle");
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_ptex_write(detail, RLV_CHANNEL_DISPLACEMENT, "a.ptx", NULL, NULL), "triangle");
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_imprint_collide(detail, copy, NULL, NULL, NULL, NULL, NULL), "triangle");
+
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_collider_create_detail(copy, NULL, &collider));
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_collider_create_surface(surface, NULL, NULL, &collider));
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_tessellation_release(followed));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_detail_release(copy));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(ball));
+    CHECK_OK(rlv_mesh_release(small));
+    CHECK_OK(rlv_mesh_release(plane));
+    CHECK_OK(rlv_context_release(context));
+    return 0;
+}
