@@ -14,9 +14,11 @@ use relievo_abi::caster::*;
 use relievo_abi::collider::*;
 use relievo_abi::context::*;
 use relievo_abi::detail::*;
+use relievo_abi::document::*;
 use relievo_abi::error::{RLV_ERROR_INTERNAL, RLV_OK, RlvResult};
 use relievo_abi::evaluate::*;
 use relievo_abi::imprint::*;
+use relievo_abi::layer::*;
 use relievo_abi::mesh::*;
 use relievo_abi::stroke::*;
 use relievo_abi::surface::*;
@@ -37,12 +39,24 @@ struct Handles {
     tessellations: Vec<u64>,
     brushes: Vec<u64>,
     strokes: Vec<u64>,
+    documents: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 9] {
-        let Self { contexts, meshes, surfaces, details, colliders, casters, tessellations, brushes, strokes } = self;
-        [contexts, meshes, surfaces, details, colliders, casters, tessellations, brushes, strokes]
+    fn lists(&self) -> [&[u64]; 10] {
+        let Self {
+            contexts,
+            meshes,
+            surfaces,
+            details,
+            colliders,
+            casters,
+            tessellations,
+            brushes,
+            strokes,
+            documents,
+        } = self;
+        [contexts, meshes, surfaces, details, colliders, casters, tessellations, brushes, strokes, documents]
     }
 
     /// A handle of `noun`, mostly one that was given out.
@@ -50,7 +64,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=8)?],
+            2 => self.lists()[bytes.int_in_range(0..=9)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -200,10 +214,17 @@ fn read_mesh(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
 fn use_surface(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mut options: RlvSurfaceOptions = sized(bytes)?;
     options.boundary = bytes.int_in_range(0..=2)?;
+    options.kind = bytes.int_in_range(0..=5)? / 2;
     options.isolation = bytes.int_in_range(0..=11)?;
     options.patch_limit = if bytes.arbitrary()? { 5000 } else { bytes.arbitrary()? };
     let (context, mesh) = (RlvContext { id: handles.pick(bytes, 0)? }, RlvMesh { id: handles.pick(bytes, 1)? });
     let mut out = RlvSurface { id: UNTOUCHED };
+    let (longest, mut pieces) = (f64::from(number(bytes)?), RlvMesh { id: UNTOUCHED });
+    if bytes.ratio(1, 4)? {
+        // SAFETY: the output is there.
+        let result = unsafe { rlv_mesh_split(mesh, longest, &mut pieces) };
+        made(result, pieces.id, &mut handles.meshes);
+    }
     // SAFETY: the descriptor is sized, the output is there.
     let result = unsafe { rlv_surface_create(context, mesh, &options, &mut out) };
     made(result, out.id, &mut handles.surfaces);
@@ -549,6 +570,50 @@ unsafe extern "C" fn receive(user: *mut c_void, picture: *const RlvBakePicture) 
     }
 }
 
+/// Layers and the history of a detail, without a file.
+fn remember(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let detail = RlvDetail { id: handles.pick(bytes, 3)? };
+    let mut options: RlvLayerOptions = sized(bytes)?;
+    (options.kind, options.blend) = (bytes.int_in_range(0..=2)?, bytes.int_in_range(0..=8)?);
+    (options.is_visible, options.opacity) = (bytes.int_in_range(0..=1)?, number(bytes)?.abs() / 16.0);
+    options.tile_size = *bytes.choose(&[0, 8, 16, 32, 9])?;
+    let name = [bytes.arbitrary::<u8>()?, 0];
+    let (mut id, mut count) = (bytes.int_in_range(0..=20)?, 0);
+    let mut about: RlvLayerInfo = sized(bytes)?;
+    let mut out = RlvDocument { id: UNTOUCHED };
+    let mut changes: RlvDocumentChanges = sized(bytes)?;
+    let mut info: RlvDocumentInfo = sized(bytes)?;
+    if bytes.arbitrary()? {
+        // SAFETY: the output is there.
+        let result = unsafe { rlv_document_create(detail, null(), bytes.int_in_range(0..=10_000)?, &mut out) };
+        made(result, out.id, &mut handles.documents);
+    }
+    let document = RlvDocument { id: handles.pick(bytes, 9)? };
+    // SAFETY: descriptors are sized, and texts end.
+    unsafe {
+        called(rlv_document_begin(document, null()));
+        match bytes.int_in_range(0..=7_u8)? {
+            0 | 1 => called(rlv_layer_add(detail, name.as_ptr().cast(), &options, &mut id)),
+            2 => called(rlv_layer_set(detail, id, &options)),
+            3 => called(rlv_layer_place(detail, id, bytes.int_in_range(0..=3)?)),
+            4 => called(rlv_layer_remove(detail, id)),
+            5 => called(rlv_layer_merge(detail, id)),
+            6 => called(rlv_layer_flatten(detail)),
+            _ => called(rlv_layer_set_active(detail, id)),
+        };
+        called(rlv_layer_count(detail, &mut count));
+        called(rlv_layer_info(detail, bytes.int_in_range(0..=4)?, &mut about));
+        match bytes.int_in_range(0..=3_u8)? {
+            0 => called(rlv_document_end(document, &mut changes)),
+            1 => called(rlv_document_abandon(document)),
+            2 => called(rlv_document_undo(document, &mut changes)),
+            _ => called(rlv_document_redo(document, null_mut())),
+        };
+        called(rlv_document_info(document, &mut info));
+    }
+    Ok(())
+}
+
 /// Triangles that follow a detail.
 fn follow(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     if bytes.arbitrary()? {
@@ -601,8 +666,10 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (6, false) => rlv_tessellation_release(RlvTessellation { id }),
             (7, true) => rlv_brush_retain(RlvBrush { id }),
             (7, false) => rlv_brush_release(RlvBrush { id }),
-            (_, true) => rlv_stroke_retain(RlvStroke { id }),
-            (_, false) => rlv_stroke_release(RlvStroke { id }),
+            (8, true) => rlv_stroke_retain(RlvStroke { id }),
+            (8, false) => rlv_stroke_release(RlvStroke { id }),
+            (_, true) => rlv_document_retain(RlvDocument { id }),
+            (_, false) => rlv_document_release(RlvDocument { id }),
         }
     }
 }
@@ -616,7 +683,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=19_u8)? {
+        match bytes.int_in_range(0..=20_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -628,8 +695,9 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             15 => follow(bytes, handles)?,
             16..=17 => draw(bytes, handles)?,
             18 => bake(bytes, handles)?,
+            19 => remember(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=8)?;
+                let noun = bytes.int_in_range(0..=9)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }
