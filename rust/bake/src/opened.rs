@@ -144,7 +144,7 @@ impl<'a> Opened<'a> {
     /// The vector displacement of the layer called `name`, if the document has vector displacement.
     pub fn vectors(&self, context: &Context, name: Option<&str>) -> Result<Option<VectorDisplacement>> {
         let Some(layer) = self.layer(&[Kind::Vector], name, VECTORS)? else { return Ok(None) };
-        VectorDisplacement::stored_on(context, &self.surface, self.document, layer.name(), context.memory_limit())
+        VectorDisplacement::stored_on(context, &self.surface, self.document, layer.name(), context.memory_limit(), None)
     }
 
     /// A displacement of zero everywhere.

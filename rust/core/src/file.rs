@@ -22,6 +22,11 @@ pub fn temporary() -> Result<File> {
     tempfile::tempfile().map_err(|error| failed(error).advise("check the folder for temporary files and its space"))
 }
 
+/// As [`temporary`], in `folder`.
+pub fn temporary_in(folder: &Path) -> Result<File> {
+    tempfile::tempfile_in(folder).map_err(|error| Error::io(folder, &error).advise("check the folder and its space"))
+}
+
 /// The bytes of the file at `path`, at most `limit` of them.
 pub fn load(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let failed = |error: std::io::Error| Error::io(path, &error);

@@ -31,7 +31,8 @@ use relievo_core::{Context, Error, ErrorKind, Result, file};
 
 use crate::code::{Decoder, Encoder};
 use crate::head::Head;
-use crate::layer::{Block, Layer, MAX_PACKED};
+use crate::layer::{Block, Layer, MAX_PACKED, Place};
+use crate::pages::Source;
 use crate::record::failed;
 use crate::replay::{self, Log};
 use crate::{Document, MAX_LAYERS, Topology};
@@ -152,7 +153,7 @@ impl Document {
     /// journal. Fails if any part of it is damaged; an edit that was under way when its program was killed is none of it,
     /// and noted.
     pub fn open(path: &Path, limit: u64) -> Result<Self> {
-        let open = || Ok(read(&mut file::open(path)?, limit)?.sound()?.0);
+        let open = || Ok(read(&mut file::open(path)?, limit)?.sound()?.0.with_source(path));
         let place = path.display().to_string();
         open().map_err(|error: Error| if error.place.starts_with(&place) { error } else { error.at(place) })
     }
@@ -160,6 +161,12 @@ impl Document {
     /// Reads a document from `bytes`, as [`Self::open`] does.
     pub fn parse(bytes: &[u8], limit: u64) -> Result<Self> {
         Ok(read(&mut Cursor::new(bytes), limit)?.sound()?.0)
+    }
+
+    /// Knows the file that it was read from, for [`Self::page`].
+    pub(crate) fn with_source(mut self, path: &Path) -> Self {
+        self.source.open(path);
+        self
     }
 
     /// It without the blocks that are damaged.
@@ -267,8 +274,10 @@ pub(crate) fn read(source: &mut (impl Read + Seek), limit: u64) -> Result<Found>
     if unpacked.ok() != Some(raw.len()) {
         return Err(damaged("its index does not unpack to its size"));
     }
+    let blocks_start = (HEADER + packed.len()) as u64;
     let (document, lengths) = read_index(&raw, header.version, &mut budget)?;
-    let (mut document, mut damage) = fill(document, &lengths, blocks, header.blocks_length, &mut budget)?;
+    let (mut document, mut damage) = fill(document, &lengths, (blocks_start, blocks), header.blocks_length, &mut budget)?;
+    document.source = Source::of(&bytes[..HEADER]);
     let mut log = Log::default();
     if header.version > 1 {
         log = replay::fold(&mut document, source, base, &mut budget, &mut damage)?;
@@ -336,7 +345,7 @@ fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document
         return Err(damaged("it claims too many layers"));
     }
     let mut document =
-        Document { writer, level, version, time, notes: Vec::new(), topology, points, layers: Vec::new() };
+        Document { writer, level, version, time, notes: Vec::new(), topology, points, layers: Vec::new(), source: Default::default() };
     let mut lengths = Vec::new();
     for _ in 0..count {
         let id = document.free_id();
@@ -351,7 +360,7 @@ fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document
             if length > MAX_PACKED || length == 0 {
                 return Err(damaged(&format!("tile {tile} of layer `{}` claims an impossible size", head.name)));
             }
-            blocks.push(Block { tile, crc, packed: Vec::new() });
+            blocks.push(Block { tile, crc, packed: Vec::new(), place: Place::default() });
             lengths.push(length);
         }
         let layer = Layer { head, blocks };
@@ -414,7 +423,7 @@ fn read_topology(index: &mut Decoder, budget: &mut Budget) -> Result<Topology> {
 fn fill(
     mut document: Document,
     lengths: &[u32],
-    bytes: &[u8],
+    (start, bytes): (u64, &[u8]),
     claimed: u64,
     budget: &mut Budget,
 ) -> Result<(Document, Vec<Damage>)> {
@@ -423,7 +432,7 @@ fn fill(
         return Err(damaged("its blocks are not as long as its header says"));
     }
     let mut damage = Vec::new();
-    let (mut rest, mut lengths) = (Some(bytes), lengths.iter());
+    let (mut rest, mut lengths, mut at) = (Some(bytes), lengths.iter(), start);
     let topology = &document.topology;
     for layer in &mut document.layers {
         let name = layer.head.name.as_str();
@@ -431,6 +440,8 @@ fn fill(
             let length = lengths.next().map_or(0, |length| *length as usize);
             let taken = rest.and_then(|rest| rest.split_at_checked(length));
             rest = taken.map(|(_, rest)| rest);
+            block.place = Place(Some(at));
+            at += length as u64;
             let what = match taken {
                 Some((packed, _)) if crc32fast::hash(packed) == block.crc => {
                     budget.reserve(&mut block.packed, length)?;

@@ -68,7 +68,7 @@ impl Journal {
         let failed = |error: std::io::Error| Error::io(path, &error);
         file.set_len(log.end).map_err(failed)?;
         let journal = Self { file, path: Some(path.to_path_buf()), end: log.end, next: log.next };
-        Ok((document, log, journal))
+        Ok((document.with_source(path), log, journal))
     }
 
     /// The document's file; `None` for a temporary one.

@@ -83,6 +83,17 @@ pub struct Block {
     pub(crate) tile: u32,
     pub(crate) crc: u32,
     pub(crate) packed: Vec<u8>,
+    pub(crate) place: Place,
+}
+
+/// Where a block is in the file that it was read from, if it is there; no two blocks differ by it.
+#[derive(Clone, Copy, Debug, Default, Eq)]
+pub(crate) struct Place(pub Option<u64>);
+
+impl PartialEq for Place {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl Block {
@@ -90,7 +101,7 @@ impl Block {
     pub(crate) fn pack(tile: u32, bytes: &[u8]) -> Result<Self> {
         let packed = zstd::bulk::compress(bytes, COMPRESSION)
             .map_err(|error| Error::internal(format!("a block cannot be compressed: {error}")))?;
-        Ok(Self { tile, crc: crc32fast::hash(&packed), packed })
+        Ok(Self { tile, crc: crc32fast::hash(&packed), packed, place: Place::default() })
     }
 
     /// The tile.
@@ -129,7 +140,7 @@ impl Layer {
         read: impl Fn(u32) -> Result<Vec<u8>> + Sync,
     ) -> Result<Self> {
         let place = head.place();
-        let bare = |tile: &u32| Block { tile: *tile, crc: 0, packed: Vec::new() };
+        let bare = |tile: &u32| Block { tile: *tile, crc: 0, packed: Vec::new(), place: Place::default() };
         let blocks = tiles.iter().map(bare).collect();
         let mut layer = Self { head, blocks };
         layer.check(topology)?;

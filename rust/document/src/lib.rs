@@ -3,6 +3,7 @@
 //! - What a document is: [`Document`], its [`layer`]s of compressed blocks, and the [`topology`] of the mesh they
 //!   belong to.
 //! - How it lies in a file, and what of a file is damaged: [`format`](mod@format).
+//! - How blocks leave memory: [`pages`].
 //! - How it is worked on: a [`journal`] of [`record`]s, each [`edit`] one of them, and their [`replay`].
 //!
 //! A document knows tiles by their numbers and blocks by their bytes; what they mean is for those who own them.
@@ -14,6 +15,7 @@ pub mod head;
 pub mod journal;
 pub mod lattice;
 pub mod layer;
+pub mod pages;
 pub mod record;
 pub mod replay;
 mod summary;
@@ -25,8 +27,11 @@ pub use head::{Blend, Head, Settings, Stamps};
 pub use journal::{Journal, compact, repair};
 pub use lattice::Lattice;
 pub use layer::{Block, Kind, Layer};
+pub use pages::{Page, PageFile, PageStore};
 pub use replay::{Entry, Log};
 pub use topology::{Difference, Topology};
+
+use std::sync::Arc;
 
 use relievo_core::{Context, Error, Mesh, Result};
 
@@ -47,6 +52,8 @@ pub struct Document {
     /// Of the mesh when the document was made; none in documents of version 1.
     points: Vec<[f32; 3]>,
     layers: Vec<Layer>,
+    /// The file it was read from.
+    source: pages::Source,
 }
 
 /// Layers a document may have.
@@ -74,7 +81,7 @@ impl Document {
             return Err(Error::invalid("the name of the instruction level is longer than 255 bytes"));
         }
         let (level, points, version) = (level.to_string(), mesh.points.clone(), format::VERSION);
-        Ok(Self { writer, level, version, time: 0.0, notes: Vec::new(), topology, points, layers: Vec::new() })
+        Ok(Self { writer, level, version, time: 0.0, notes: Vec::new(), topology, points, layers: Vec::new(), source: Default::default() })
     }
 
     /// The mesh it belongs to.
@@ -123,6 +130,15 @@ impl Document {
         read: impl Fn(u32) -> Result<Vec<u8>> + Sync,
     ) -> Result<()> {
         self.add(Layer::pack(context, &self.topology, head, tiles, read)?)
+    }
+
+    /// The block at `index` of layer number `layer` of [`Self::layers`], to be read from the file that it was read from;
+    /// `None` if it is not there as it is now.
+    pub fn page(&self, layer: usize, index: usize) -> Option<Arc<dyn Page>> {
+        let layer = self.layers.get(layer)?;
+        let block = layer.blocks.get(index)?;
+        let unpacked = usize::try_from(layer.block_bytes(&self.topology, index)).ok()?;
+        self.source.page(block.place.0?, block.packed.len() as u64, block.crc, unpacked)
     }
 
     /// A number that no layer has.

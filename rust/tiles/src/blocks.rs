@@ -4,6 +4,7 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use relievo_core::Result;
 use relievo_document::Kind;
 use relievo_surface::TileTopology;
 
@@ -35,6 +36,11 @@ pub trait Blocks: Any + Debug + Send + Sync {
     /// The block with a number, if it is there.
     fn bytes(&self, block: u32) -> Option<&[u8]>;
 
+    /// As [`Self::bytes`]. Fails if the block is on a page that cannot be read.
+    fn try_bytes(&self, block: u32) -> Result<Option<&[u8]>> {
+        Ok(self.bytes(block))
+    }
+
     /// The numbers of the blocks that are there, ascending.
     fn numbers(&self) -> Vec<u32>;
 
@@ -65,6 +71,10 @@ impl<T: StoredTexel> Blocks for Field<T> {
 
     fn bytes(&self, block: u32) -> Option<&[u8]> {
         self.block(block).map(bytemuck::cast_slice)
+    }
+
+    fn try_bytes(&self, block: u32) -> Result<Option<&[u8]>> {
+        Ok(self.try_block(block)?.map(bytemuck::cast_slice))
     }
 
     fn numbers(&self) -> Vec<u32> {

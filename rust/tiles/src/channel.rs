@@ -17,8 +17,10 @@ use relievo_surface::{Link, TileTopology};
 use crate::field::{Entry, Field, Line};
 use crate::heap::{CLASS_COUNT, Heap, MAX_SIZE, MIN_SIZE, SizeClass};
 use crate::mip::{self, Rect};
+use crate::paging::Paging;
 use crate::ring::{self, Change, View, Writes};
 use crate::sets::Sets;
+use crate::slot::Slot;
 use crate::texel::Texel;
 
 /// How a channel is made.
@@ -39,10 +41,11 @@ impl Default for ChannelOptions {
 }
 
 /// Texels that may be edited. See the [module](self).
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Channel<T> {
     pub(crate) field: Field<T>,
     pub(crate) heap: Heap,
+    pub(crate) paging: Paging,
     /// A blank block of each class, shared by tiles that were allocated and not yet written.
     blanks: [Option<[Arc<[T]>; 2]>; CLASS_COUNT],
     /// Tiles whose mips, or those of their neighbours, are not up to date: what of them changed.
@@ -52,6 +55,24 @@ pub struct Channel<T> {
     changed: Vec<u32>,
     listed: Vec<u64>,
     pub(crate) full_bytes: u64,
+}
+
+impl<T: Texel> Clone for Channel<T> {
+    fn clone(&self) -> Self {
+        let mut copy = Self {
+            field: self.field.clone(),
+            heap: self.heap.clone(),
+            paging: self.paging.clone(),
+            blanks: self.blanks.clone(),
+            pending: self.pending.clone(),
+            revision: self.revision,
+            changed: self.changed.clone(),
+            listed: self.listed.clone(),
+            full_bytes: self.full_bytes,
+        };
+        copy.fork();
+        copy
+    }
 }
 
 /// What [`Channel::apply`] did.
@@ -157,6 +178,7 @@ impl<T: Texel> Channel<T> {
         Ok(Self {
             field: Field::new(topology, classes, blank),
             heap,
+            paging: Paging::default(),
             blanks: Default::default(),
             pending: Vec::new(),
             revision: 0,
@@ -178,10 +200,11 @@ impl<T: Texel> Channel<T> {
 
     /// Number of allocated tiles.
     pub fn allocated_count(&self) -> usize {
-        self.heap.total()
+        self.heap.total() + self.paging.count
     }
 
-    /// Bytes of the allocated blocks, with the mips that colours have: see [`Field::tile_bytes`].
+    /// Bytes of the allocated blocks, with the mips that colours have: see [`Field::tile_bytes`]. Blocks on pages count
+    /// nothing.
     pub fn bytes(&self) -> u64 {
         self.heap.bytes()
     }
@@ -196,23 +219,27 @@ impl<T: Texel> Channel<T> {
         self.heap.budget()
     }
 
-    /// Changes the budget. Allocated blocks stay, even beyond it.
+    /// Changes the budget. Allocated blocks stay, even beyond it, unless they page: see [`Self::page_to`].
     pub fn set_budget(&mut self, budget: u64) {
         self.heap.set_budget(budget);
+        self.trim();
     }
 
     /// Allocates and deallocates the tiles of `sets`. New blocks are blank. Tiles that already are as wished are left
-    /// out; tiles beyond the budget are reported. Fails, and does nothing, if a tile does not exist or is a hole.
+    /// out; tiles beyond the budget are reported. With pages, the blocks edited longest ago make room, and those of the
+    /// sets come back. Fails, and does nothing, if a tile does not exist or is a hole, or a page cannot be read.
     pub fn apply(&mut self, sets: &Sets) -> Result<Applied> {
         for tile in sets.allocate.iter().chain(&sets.deallocate) {
             self.check(*tile)?;
         }
+        self.report_fault()?;
+        self.check_pages(sets.allocate.iter().chain(&sets.modify).copied())?;
         self.revision += 1;
         let mut applied = Applied::default();
         let mut freed = Vec::new();
         for tile in &sets.deallocate {
             if self.field.is_allocated(*tile) {
-                freed.extend(self.field.entry_mut(*tile).take().map(|entry| entry.id));
+                freed.extend(self.take_block(*tile));
                 applied.changes.push(Change::all(*tile));
                 self.mark(*tile);
                 self.touch(*tile, Vec::new());
@@ -223,6 +250,7 @@ impl<T: Texel> Channel<T> {
             sets.allocate.iter().copied().filter(|tile| !self.field.is_allocated(*tile)).collect();
         wanted.sort_unstable();
         wanted.dedup();
+        self.clear_the_way(sets, &wanted);
         let classes: Vec<SizeClass> = wanted.iter().map(|tile| self.field.class(*tile)).collect();
         for (tile, block) in wanted.into_iter().zip(self.heap.allocate(&classes)) {
             let Some(id) = block else {
@@ -234,7 +262,8 @@ impl<T: Texel> Channel<T> {
                 let mips = if T::MIPS { id.class.mip_texels() } else { 0 };
                 [id.class.texels(), mips].map(|count| vec![texel; count].into())
             });
-            let entry = Entry { texels: texels.clone(), mips: mips.clone(), id, version: self.revision };
+            let (texels, mips) = (Slot::Here(texels.clone()), Slot::Here(mips.clone()));
+            let entry = Entry { texels, mips, id, version: self.revision };
             *self.field.entry_mut(tile) = Some(entry);
             self.touch(tile, Vec::new());
             applied.changes.push(Change::all(tile));
@@ -267,6 +296,7 @@ impl<T: Texel> Channel<T> {
         if let Some(pair) = order.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(Error::invalid("it is listed twice").at(format!("tile {}", pair[0])));
         }
+        self.check_pages(order.iter().copied())?;
         let field = &self.field;
         let edited = context.map(order.len(), |index| {
             let tile = order[index];
@@ -306,6 +336,7 @@ impl<T: Texel> Channel<T> {
         if let Some(pair) = blocks.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
             return Err(Error::invalid("it is not after the one before").at(place(pair[1].0)));
         }
+        self.check_pages(blocks.iter().map(|(tile, _)| *tile))?;
         for (tile, texels) in &blocks {
             self.check(*tile)?;
             let Some(old) = self.field.block(*tile) else {
@@ -371,6 +402,8 @@ impl<T: Texel> Channel<T> {
         tiles.sort_unstable();
         tiles.dedup();
         self.update_mips(context);
+        self.trim();
+        self.report_fault()?;
         Ok(tiles)
     }
 
@@ -392,9 +425,11 @@ impl<T: Texel> Channel<T> {
         // Mips leave their entries while they are written, so that those nobody else holds are written in place.
         let mut work = Vec::with_capacity(pending.len());
         for (tile, rects) in pending.iter().filter(|(_, rects)| !rects.is_empty()) {
-            if let Some(entry) = self.field.entry_mut(*tile) {
-                let mips = std::mem::take(&mut entry.mips);
-                work.push((*tile, rects.as_slice(), entry.id.class, entry.texels.clone(), mips));
+            self.fetch(*tile);
+            if let Some(Entry { texels: Slot::Here(texels), mips: Slot::Here(mips), id, .. }) =
+                self.field.entry_mut(*tile)
+            {
+                work.push((*tile, rects.as_slice(), id.class, texels.clone(), std::mem::take(mips)));
             }
         }
         context.for_each_mut(&mut work, |_, (_, rects, class, texels, mips)| {
@@ -407,17 +442,18 @@ impl<T: Texel> Channel<T> {
         });
         for (tile, _, _, _, mips) in work {
             if let Some(entry) = self.field.entry_mut(tile) {
-                entry.mips = mips;
+                entry.mips = Slot::Here(mips);
             }
         }
         let changes: Vec<Change> = pending.iter().map(|(tile, _)| Change::all(*tile)).collect();
         let plan = ring::plan(&View::at(&self.field, 2 * MAX_SIZE), &changes);
         for (tile, list) in ring::mip_rings(context, &self.field, &plan) {
-            let Some(entry) = self.field.entry_mut(tile) else { continue };
-            if Arc::get_mut(&mut entry.mips).is_none() {
-                entry.mips = (&*entry.mips).into();
+            self.fetch(tile);
+            let Some(Entry { mips: Slot::Here(mips), .. }) = self.field.entry_mut(tile) else { continue };
+            if Arc::get_mut(mips).is_none() {
+                *mips = (&**mips).into();
             }
-            if let Some(mips) = Arc::get_mut(&mut entry.mips) {
+            if let Some(mips) = Arc::get_mut(mips) {
                 list.into_iter().for_each(|(at, value)| mips[at as usize] = value);
             }
         }
@@ -444,7 +480,8 @@ impl<T: Texel> Channel<T> {
             self.check(*tile)?;
         }
         let blank = self.field.blank();
-        let empty = |tile: &u32| self.field.block(*tile).is_some_and(|block| block.iter().all(|c| c.is_blank(blank)));
+        let block = |tile: &u32| self.field.try_block(*tile).ok().flatten();
+        let empty = |tile: &u32| block(tile).is_some_and(|block| block.iter().all(|c| c.is_blank(blank)));
         let mut gone: Vec<u32> = tiles.iter().copied().filter(empty).collect();
         gone.sort_unstable();
         gone.dedup();
@@ -469,6 +506,7 @@ impl<T: Texel> Channel<T> {
     /// Makes everything up to now visible as a snapshot.
     pub fn commit(&mut self) -> Arc<Snapshot<T>> {
         self.update_mips(&Context::serial());
+        self.trim();
         let mut changed = std::mem::take(&mut self.changed);
         changed.sort_unstable();
         for tile in &changed {
@@ -477,10 +515,11 @@ impl<T: Texel> Channel<T> {
         Arc::new(Snapshot { field: self.field.clone(), changed, revision: self.revision, bytes: self.heap.bytes() })
     }
 
-    /// The block of `tile` as bytes: `(size + 2)²` texels, of little-endian numbers; `None` if it is not allocated.
+    /// The block of `tile` as bytes: `(size + 2)²` texels, of little-endian numbers; `None` if it is not allocated. Fails
+    /// if there is no such tile, or it is on a page that cannot be read.
     pub fn read(&self, tile: u32) -> Result<Option<Vec<u8>>> {
         self.check(tile)?;
-        Ok(self.field.block(tile).map(|block| bytemuck::cast_slice(block).to_vec()))
+        Ok(self.field.try_block(tile)?.map(|block| bytemuck::cast_slice(block).to_vec()))
     }
 
     /// Puts back what [`Self::read`] gave, rings and all: allocates or deallocates as needed. When all tiles of an
@@ -506,7 +545,14 @@ impl<T: Texel> Channel<T> {
         if !T::all_finite(&texels) {
             return Err(Error::invalid("a number of the block is not finite").at(place()));
         }
-        if !self.apply(&Sets { allocate: vec![tile], ..Sets::default() })?.refused.is_empty() {
+        let fits = if self.is_paged(tile) {
+            self.revision += 1;
+            self.make_room(self.heap.bytes_of(class), &[])
+        } else {
+            self.apply(&Sets { allocate: vec![tile], ..Sets::default() })?.refused.is_empty()
+        };
+        if !fits {
+            self.report_fault()?;
             return Err(Error::memory("the tiles need more than their budget")
                 .at(place())
                 .advise(format!("allow more than {} bytes", self.budget())));
@@ -542,8 +588,18 @@ impl<T: Texel> Channel<T> {
 
     fn replace(&mut self, tile: u32, texels: Arc<[T]>) {
         let version = self.revision;
+        if let Some(entry) = self.field.entry(tile)
+            && entry.texels.is_paged()
+        {
+            let mips = entry.mips.shared();
+            let lost = mips.is_err().then(|| Arc::from(&*entry.mips));
+            self.place(tile, texels.clone(), mips.ok().or(lost.clone()).unwrap_or_default());
+            if lost.is_some() {
+                self.touch_all(tile);
+            }
+        }
         if let Some(entry) = self.field.entry_mut(tile) {
-            entry.texels = texels;
+            entry.texels = Slot::Here(texels);
             entry.version = version;
             self.mark(tile);
         }
@@ -562,9 +618,13 @@ impl<T: Texel> Channel<T> {
                     self.touch(*tile, rects);
                 }
             }
+            // What cannot be read back cannot be written to; it is told.
+            if !self.fetch(*tile) {
+                continue;
+            }
             let Some(entry) = self.field.entry_mut(*tile) else { continue };
             entry.version = version;
-            match Arc::get_mut(&mut entry.texels) {
+            match entry.texels.here_mut().and_then(Arc::get_mut) {
                 Some(block) => list.iter().for_each(|(at, value)| block[*at as usize] = *value),
                 None => shared.push(index),
             }

@@ -180,7 +180,9 @@ impl<T: Layered> Channel<T> {
     pub fn sized(field: &Field<T>, face_sizes: &[u32], blank: T, budget: u64) -> Result<Self> {
         let face_sizes = (0..).zip(face_sizes.iter().copied()).collect();
         let options = ChannelOptions { face_sizes, budget, ..ChannelOptions::default() };
-        Self::blank(field.topology().clone(), blank, &options)
+        let mut channel = Self::blank(field.topology().clone(), blank, &options)?;
+        channel.page_to(field.page_store().cloned())?;
+        Ok(channel)
     }
 
     /// Makes `tiles` of a composite what `sheets`, from the lowest, come to over `background`. Tiles are allocated where a
@@ -191,6 +193,29 @@ impl<T: Layered> Channel<T> {
         &mut self,
         context: &Context,
         sheets: &[Sheet<'_, Field<T>>],
+        background: T,
+        tiles: &[u32],
+    ) -> Result<Vec<u32>> {
+        if self.page_store().is_none() {
+            return self.compose_at_once(context, sheets, background, tiles);
+        }
+        // A part that leaves room for the neighbours it reaches.
+        let largest = tiles.iter().map(|tile| self.field.tile_bytes(*tile)).max().unwrap_or(1);
+        let part = usize::try_from(self.budget() / 4 / largest.max(1)).unwrap_or(usize::MAX).max(1);
+        let mut refused = Vec::new();
+        for tiles in tiles.chunks(part) {
+            refused.extend(self.compose_at_once(context, sheets, background, tiles)?);
+        }
+        refused.sort_unstable();
+        refused.dedup();
+        refused.retain(|tile| !self.field.is_allocated(*tile));
+        Ok(refused)
+    }
+
+    fn compose_at_once(
+        &mut self,
+        context: &Context,
+        sheets: &[Sheet<'_, T>],
         background: T,
         tiles: &[u32],
     ) -> Result<Vec<u32>> {
@@ -241,6 +266,7 @@ impl<T: Layered> Channel<T> {
         let mut fresh = Self::sized(&self.field, &sizes, blank, self.budget())?;
         fresh.reshape(&sizes, &given)?;
         fresh.revision = self.revision;
+        fresh.page_to(self.page_store().cloned())?;
         let mut tiles: Vec<u32> =
             sheets.iter().filter(|sheet| sheet.settings.visible).flat_map(|sheet| sheet.field.allocated()).collect();
         tiles.sort_unstable();

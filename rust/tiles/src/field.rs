@@ -5,21 +5,25 @@
 use std::sync::Arc;
 
 use half::f16;
+use relievo_core::Result;
 use relievo_core::simd::Level;
+use relievo_document::PageStore;
 use relievo_surface::{Link, Place, TileTopology};
 
 use crate::frame::Frames;
 use crate::heap::{BlockId, SizeClass};
 use crate::pages::Pages;
+use crate::slot::{Pager, Slot};
 use crate::spline::{self, Jet};
 use crate::texel::{Texel, Vector};
 
 /// The block of a tile and its mips.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry<T> {
-    pub texels: Arc<[T]>,
+    pub texels: Slot<T>,
     /// Level by level; none where texels have no mips.
-    pub mips: Arc<[T]>,
+    pub mips: Slot<T>,
+    /// Its class, and its number where it is in the heap and not on a page.
     pub id: BlockId,
     pub version: u64,
 }
@@ -37,6 +41,8 @@ pub struct Field<T = f16> {
     uneven: Arc<[u8]>,
     /// How frames are turned, for texels that have a direction.
     pub(crate) frames: Option<Arc<Frames>>,
+    /// What blocks page to, if they do.
+    pub(crate) pager: Option<Arc<Pager>>,
 }
 
 impl<T: Texel> Field<T> {
@@ -45,7 +51,7 @@ impl<T: Texel> Field<T> {
         let pages = Pages::new(topology.tile_count());
         let classes: Arc<[SizeClass]> = classes.into();
         let given = classes.clone();
-        let mut field = Self { topology, classes, given, pages, blank, uneven: Arc::default(), frames: None };
+        let mut field = Self { topology, classes, given, pages, blank, uneven: Arc::default(), frames: None, pager: None };
         field.compare();
         field
     }
@@ -141,7 +147,7 @@ impl<T: Texel> Field<T> {
     /// Puts a block that is in no heap.
     pub(crate) fn insert(&mut self, tile: u32, texels: Arc<[T]>) {
         let id = BlockId { class: self.class(tile), number: 0 };
-        *self.entry_mut(tile) = Some(Entry { texels, mips: Arc::default(), id, version: 0 });
+        *self.entry_mut(tile) = Some(Entry { texels: Slot::Here(texels), mips: Slot::Here(Arc::default()), id, version: 0 });
     }
 
     pub(crate) fn set_class(&mut self, tile: u32, class: SizeClass) {
@@ -193,6 +199,18 @@ impl<T: Texel> Field<T> {
         self.entry(tile).map(|entry| &*entry.texels)
     }
 
+    /// As [`Self::block`]. Fails if the texels are on a page that cannot be read, which [`Self::block`] shows as blank.
+    pub fn try_block(&self, tile: u32) -> Result<Option<&[T]>> {
+        let Some(entry) = self.entry(tile) else { return Ok(None) };
+        entry.texels.check()?;
+        Ok(Some(&entry.texels))
+    }
+
+    /// Where blocks page to, if they do.
+    pub(crate) fn page_store(&self) -> Option<&Arc<dyn PageStore>> {
+        self.pager.as_ref().map(|pager| &pager.store)
+    }
+
     /// The number of the edit that last changed the block of `tile`, 0 if it is not allocated.
     pub fn version(&self, tile: u32) -> u64 {
         self.entry(tile).map_or(0, |entry| entry.version)
@@ -213,9 +231,15 @@ impl<T: Texel> Field<T> {
 
     /// The tiles whose blocks are not as in `other`, to the bit, ascending.
     pub fn differing(&self, other: &Self) -> Vec<u32> {
+        // Of one channel, equal versions are equal texels: what is on pages need not be read.
+        let related = match (&self.pager, &other.pager) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        };
         let differs = |tile: &u32| match (self.entry(*tile), other.entry(*tile)) {
             (Some(a), Some(b)) => {
-                !Arc::ptr_eq(&a.texels, &b.texels)
+                !a.texels.is_same(&b.texels)
+                    && !(related && a.version == b.version)
                     && bytemuck::cast_slice::<T, u8>(&a.texels) != bytemuck::cast_slice::<T, u8>(&b.texels)
             }
             (a, b) => a.is_some() || b.is_some(),
@@ -251,16 +275,8 @@ impl Field {
     /// The least and the largest coefficient of `tile`, ring included: bounds of its displacement. Zeros if it is not
     /// allocated.
     pub fn range(&self, tile: u32) -> [f32; 2] {
-        // Half floats of one sign are ordered as their bits are.
-        let Some(block) = self.block(tile) else { return [0.0; 2] };
-        let ordered = |c: &f16| {
-            let bits = c.to_bits() as i16;
-            bits ^ ((bits >> 15) & 0x7fff)
-        };
-        let value = |ordered: i16| f16::from_bits((ordered ^ ((ordered >> 15) & 0x7fff)) as u16).to_f32();
-        let low = block.iter().map(ordered).fold(i16::MAX, i16::min);
-        let high = block.iter().map(ordered).fold(i16::MIN, i16::max);
-        [value(low), value(high)]
+        let Some(entry) = self.entry(tile) else { return [0.0; 2] };
+        entry.texels.bound().unwrap_or_else(|| f16::bound(&entry.texels))
     }
 }
 
@@ -276,11 +292,8 @@ impl Field<Vector> {
 
     /// A bound of the lengths of the vectors over `tile`, 0 if it is not allocated.
     pub fn length(&self, tile: u32) -> f32 {
-        let longest = |longest: [f32; 3], vector: &Vector| {
-            std::array::from_fn(|axis| longest[axis].max(vector.0[axis].to_f32().abs()))
-        };
-        let block = self.block(tile).unwrap_or(&[]);
-        block.iter().fold([0.0f32; 3], longest).iter().map(|value| value * value).sum::<f32>().sqrt()
+        let Some(entry) = self.entry(tile) else { return 0.0 };
+        entry.texels.bound().unwrap_or_else(|| Vector::bound(&entry.texels))[1]
     }
 }
 

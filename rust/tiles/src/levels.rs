@@ -18,6 +18,7 @@ use crate::field::{Entry, Field};
 use crate::heap::SizeClass;
 use crate::ring::{self, Change, View};
 use crate::sets::Sets;
+use crate::slot::Slot;
 use crate::spline::{coarsen_block, subdivide_block};
 use crate::texel::{Texel, Value};
 
@@ -196,9 +197,16 @@ impl<T: Texel> Channel<T> {
         }
         let allocated: Vec<(u32, SizeClass)> =
             sizes.iter().filter(|(tile, _)| self.field.is_allocated(**tile)).map(|(a, b)| (*a, *b)).collect();
+        self.check_pages(allocated.iter().map(|(tile, _)| *tile))?;
+        for (tile, _) in &allocated {
+            self.bring_back(*tile)?;
+        }
         let old: u64 = allocated.iter().map(|(tile, _)| self.field.tile_bytes(*tile)).sum();
         let new: u64 = allocated.iter().map(|(_, class)| self.heap.bytes_of(*class)).sum();
-        if new > old && self.bytes() - old + new > self.budget() {
+        let keep: Vec<u32> = allocated.iter().map(|(tile, _)| *tile).collect();
+        if new > old && !self.make_room(new - old, &keep) {
+            self.trim();
+            self.report_fault()?;
             return Err(Error::memory("the tiles need more than their budget")
                 .advise(format!("allow at least {} bytes", self.bytes() - old + new)));
         }
@@ -214,7 +222,7 @@ impl<T: Texel> Channel<T> {
             }
         });
         let freed: Vec<_> =
-            allocated.iter().filter_map(|(tile, _)| self.field.entry_mut(*tile).take().map(|entry| entry.id)).collect();
+            allocated.iter().filter_map(|(tile, _)| self.take_block(*tile)).collect();
         self.heap.free(&freed);
         for (tile, class) in &sizes {
             let own = self.field.class(*tile);
@@ -230,6 +238,7 @@ impl<T: Texel> Channel<T> {
         self.heap.set_budget(budget);
         for (((tile, class), texels), id) in allocated.iter().zip(blocks).zip(ids) {
             let mips: Arc<[T]> = vec![self.field.blank(); if T::MIPS { class.mip_texels() } else { 0 }].into();
+            let (texels, mips) = (Slot::Here(texels), Slot::Here(mips));
             *self.field.entry_mut(*tile) = id.map(|id| Entry { texels, mips, id, version: self.revision });
             self.mark(*tile);
             self.touch_all(*tile);
@@ -265,7 +274,8 @@ fn differences<T: Texel>(context: &Context, level: &Field<T>, blocks: &[(u32, Ar
     }
     let plan = ring::plan(&View::whole(&field), &changes);
     for (tile, list) in ring::rings(context, &field, &plan) {
-        if let Some(block) = field.entry_mut(tile).as_mut().and_then(|entry| Arc::get_mut(&mut entry.texels)) {
+        let texels = field.entry_mut(tile).as_mut().and_then(|entry| entry.texels.here_mut());
+        if let Some(block) = texels.and_then(Arc::get_mut) {
             list.into_iter().for_each(|(at, value)| block[at as usize] = value);
         }
     }

@@ -1,6 +1,6 @@
 //! Tiles of displacement and colour: where they live, how they meet, and the surface they displace and paint.
 //!
-//! - Where: [`heap`], [`sets`], [`field`], and [`channel`] with the protocol of an edit;
+//! - Where: [`heap`], [`sets`], [`field`], and [`channel`] with the protocol of an edit; [`paging`] where memory is short;
 //!   [`levels`] for edits at half or a quarter of the texels.
 //! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`], [`color`], looked up
 //!   by [`filter`], and [`trace`].
@@ -26,9 +26,11 @@ pub mod levels;
 mod mip;
 mod numbering;
 mod pages;
+pub mod paging;
 pub mod planes;
 pub mod ring;
 pub mod sets;
+mod slot;
 pub mod spline;
 pub mod stored;
 pub mod tessellate;

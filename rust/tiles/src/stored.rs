@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_document::{Document, Head, Kind};
+use relievo_document::{Block, Document, Head, Kind, PageStore};
 use relievo_surface::TileTopology;
 
 use crate::blocks::Blocks;
@@ -45,10 +45,10 @@ const BATCH: usize = 256;
 
 impl<T: StoredTexel> Field<T> {
     /// Adds its tiles to `document` as the layer called `name`. Fails, and adds nothing, if the document is for another
-    /// mesh or has a layer of that name.
+    /// mesh or has a layer of that name, or a tile is on a page that cannot be read.
     pub fn store(&self, context: &Context, document: &mut Document, name: &str) -> Result<()> {
         let tiles: Vec<u32> = self.allocated().collect();
-        let read = |tile: u32| Ok(bytemuck::cast_slice(self.block(tile).unwrap_or(&[])).to_vec());
+        let read = |tile: u32| Ok(bytemuck::cast_slice(self.try_block(tile)?.unwrap_or(&[])).to_vec());
         let blank = self.blank();
         let head = Head::new(document.free_id(), name, T::KIND, bytemuck::bytes_of(&blank), self.face_sizes());
         document.pack_layer(context, Head { given_sizes: self.given_sizes(), ..head }, &tiles, read)
@@ -67,7 +67,22 @@ impl<T: StoredTexel> Channel<T> {
         name: &str,
         budget: u64,
     ) -> Result<Option<Self>> {
-        let Some(layer) = document.layer(name) else { return Ok(None) };
+        Self::stored_with(context, topology, document, name, budget, None)
+    }
+
+    /// As [`Self::stored`], of a channel that pages to `pages`: what exceeds the budget stays in the file of the document,
+    /// as far as that has it.
+    pub fn stored_with(
+        context: &Context,
+        topology: Arc<TileTopology>,
+        document: &Document,
+        name: &str,
+        budget: u64,
+        pages: Option<&Arc<dyn PageStore>>,
+    ) -> Result<Option<Self>> {
+        let Some((number, layer)) = document.layers().iter().enumerate().find(|(_, layer)| layer.name() == name) else {
+            return Ok(None);
+        };
         let place = || format!("layer `{name}`");
         if layer.kind() != T::KIND {
             let what = format!("it holds {} and not {}", layer.kind().name(), T::KIND.name());
@@ -86,9 +101,10 @@ impl<T: StoredTexel> Channel<T> {
         let face_sizes = (0..).zip(layer.face_sizes().iter().copied()).collect();
         let mut channel = Self::blank(topology, blank, &ChannelOptions { face_sizes, budget, ..Default::default() })?;
         channel.reshape(layer.face_sizes(), &layer.head().given_sizes)?;
+        channel.page_to(pages.cloned())?;
         // With mips, which documents leave out.
         let bytes: u64 = layer.blocks().iter().map(|block| channel.field.tile_bytes(block.tile())).sum();
-        if bytes > budget {
+        if bytes > budget && pages.is_none() {
             return Err(Error::memory(format!("its tiles take {bytes} bytes and their budget is {budget}"))
                 .at(place())
                 .advise(format!("allow at least {bytes} bytes")));
@@ -96,8 +112,18 @@ impl<T: StoredTexel> Channel<T> {
         for first in (0..layer.blocks().len()).step_by(BATCH) {
             let count = BATCH.min(layer.blocks().len() - first);
             let unpacked = context.map(count, |at| layer.unpack(mesh, first + at));
-            for (block, bytes) in layer.blocks()[first..].iter().zip(unpacked) {
-                channel.write(block.tile(), Some(&bytes?)).map_err(|error| error.at(place()))?;
+            for (index, bytes) in (first..).zip(unpacked) {
+                let Some(tile) = layer.blocks().get(index).map(Block::tile) else { break };
+                channel.write(tile, Some(&bytes?)).map_err(|error| error.at(place()))?;
+                if let Some(page) = document.page(number, index) {
+                    channel.set_clean(tile, page);
+                }
+            }
+            if pages.is_some() {
+                // So that mips wait for few tiles at a time.
+                channel.update_mips(context);
+                channel.trim();
+                channel.report_fault().map_err(|error| error.at(place()))?;
             }
         }
         channel.update_mips(context);

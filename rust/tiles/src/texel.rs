@@ -92,6 +92,12 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
     /// Whether all numbers of `texels` are finite.
     fn all_finite(texels: &[Self]) -> bool;
 
+    /// How far `texels` displace: from the first to the second along the normal, or at most the second in any direction.
+    /// Zeros for what displaces nothing.
+    fn bound(_: &[Self]) -> [f32; 2] {
+        [0.0; 2]
+    }
+
     /// Whether two texels are the same, to the bit.
     fn same(self, other: Self) -> bool {
         bytemuck::bytes_of(&self) == bytemuck::bytes_of(&other)
@@ -130,6 +136,18 @@ impl Texel for f16 {
 
     fn all_finite(texels: &[Self]) -> bool {
         texels.chunks(256).all(finite_halves)
+    }
+
+    fn bound(texels: &[Self]) -> [f32; 2] {
+        // Half floats of one sign are ordered as their bits are.
+        let ordered = |c: &f16| {
+            let bits = c.to_bits() as i16;
+            bits ^ ((bits >> 15) & 0x7fff)
+        };
+        let value = |ordered: i16| f16::from_bits((ordered ^ ((ordered >> 15) & 0x7fff)) as u16).to_f32();
+        let low = texels.iter().map(ordered).fold(i16::MAX, i16::min);
+        let high = texels.iter().map(ordered).fold(i16::MIN, i16::max);
+        [value(low), value(high)]
     }
 
     #[inline]
@@ -199,6 +217,14 @@ impl Texel for Vector {
     #[inline]
     fn turn_value(value: DVec3, turn: Turn) -> DVec3 {
         turn.apply(value)
+    }
+
+    fn bound(texels: &[Self]) -> [f32; 2] {
+        let longest = |longest: [f32; 3], vector: &Self| {
+            std::array::from_fn(|axis| longest[axis].max(vector.0[axis].to_f32().abs()))
+        };
+        let longest = texels.iter().fold([0.0f32; 3], longest);
+        [0.0, longest.iter().map(|value| value * value).sum::<f32>().sqrt()]
     }
 
     fn all_finite(texels: &[Self]) -> bool {

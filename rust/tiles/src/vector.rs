@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use relievo_core::{Context, Result};
-use relievo_document::Document;
+use relievo_document::{Document, PageStore};
 use relievo_surface::Surface;
 
 use crate::channel::{Channel, ChannelOptions};
@@ -21,15 +21,16 @@ impl VectorDisplacement {
         Ok(Self::blank(surface.topology().clone(), Vector::ZERO, options)?.framed(surface))
     }
 
-    /// As [`Channel::stored`], for `surface` in the pose that the stored channel was made in.
+    /// As [`Channel::stored_with`], for `surface` in the pose that the stored channel was made in.
     pub fn stored_on(
         context: &Context,
         surface: &Surface,
         document: &Document,
         name: &str,
         budget: u64,
+        pages: Option<&Arc<dyn PageStore>>,
     ) -> Result<Option<Self>> {
-        let stored = Self::stored(context, surface.topology().clone(), document, name, budget)?;
+        let stored = Self::stored_with(context, surface.topology().clone(), document, name, budget, pages)?;
         Ok(stored.map(|channel| channel.framed(surface)))
     }
 
