@@ -276,7 +276,8 @@ pub(crate) fn read(source: &mut (impl Read + Seek), limit: u64) -> Result<Found>
     }
     let blocks_start = (HEADER + packed.len()) as u64;
     let (document, lengths) = read_index(&raw, header.version, &mut budget)?;
-    let (mut document, mut damage) = fill(document, &lengths, (blocks_start, blocks), header.blocks_length, &mut budget)?;
+    let (mut document, mut damage) =
+        fill(document, &lengths, (blocks_start, blocks), header.blocks_length, &mut budget)?;
     document.source = Source::of(&bytes[..HEADER]);
     let mut log = Log::default();
     if header.version > 1 {

@@ -215,7 +215,7 @@ impl<T: Layered> Channel<T> {
     fn compose_at_once(
         &mut self,
         context: &Context,
-        sheets: &[Sheet<'_, T>],
+        sheets: &[Sheet<'_, Field<T>>],
         background: T,
         tiles: &[u32],
     ) -> Result<Vec<u32>> {

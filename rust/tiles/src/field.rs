@@ -51,7 +51,8 @@ impl<T: Texel> Field<T> {
         let pages = Pages::new(topology.tile_count());
         let classes: Arc<[SizeClass]> = classes.into();
         let given = classes.clone();
-        let mut field = Self { topology, classes, given, pages, blank, uneven: Arc::default(), frames: None, pager: None };
+        let mut field =
+            Self { topology, classes, given, pages, blank, uneven: Arc::default(), frames: None, pager: None };
         field.compare();
         field
     }
@@ -147,7 +148,8 @@ impl<T: Texel> Field<T> {
     /// Puts a block that is in no heap.
     pub(crate) fn insert(&mut self, tile: u32, texels: Arc<[T]>) {
         let id = BlockId { class: self.class(tile), number: 0 };
-        *self.entry_mut(tile) = Some(Entry { texels: Slot::Here(texels), mips: Slot::Here(Arc::default()), id, version: 0 });
+        *self.entry_mut(tile) =
+            Some(Entry { texels: Slot::Here(texels), mips: Slot::Here(Arc::default()), id, version: 0 });
     }
 
     pub(crate) fn set_class(&mut self, tile: u32, class: SizeClass) {

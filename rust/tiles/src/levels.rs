@@ -221,8 +221,7 @@ impl<T: Texel> Channel<T> {
                 None => texels(&convert(values(field.block(tile).unwrap_or(&[])), from as usize, to as usize)),
             }
         });
-        let freed: Vec<_> =
-            allocated.iter().filter_map(|(tile, _)| self.take_block(*tile)).collect();
+        let freed: Vec<_> = allocated.iter().filter_map(|(tile, _)| self.take_block(*tile)).collect();
         self.heap.free(&freed);
         for (tile, class) in &sizes {
             let own = self.field.class(*tile);

@@ -65,7 +65,8 @@ impl<T: Texel> Channel<T> {
         self.bytes() + paged.map(|tile| self.back_bytes(tile)).sum::<u64>()
     }
 
-    pub(crate) fn is_paged(&self, tile: u32) -> bool {
+    /// Whether `tile` is allocated and on a page.
+    pub fn is_paged(&self, tile: u32) -> bool {
         self.field.entry(tile).is_some_and(|entry| entry.texels.is_paged())
     }
 
@@ -242,6 +243,15 @@ impl<T: Texel> Channel<T> {
         for tile in pager.take_back() {
             if self.back_bytes(tile) > 0 {
                 self.paging.back.insert(tile);
+            }
+            // What could not be read may be there another time.
+            if let Some(entry) = self.field.entry(tile)
+                && (entry.texels.has_failed() || entry.mips.has_failed())
+                && let Some(entry) = self.field.entry_mut(tile)
+            {
+                entry.texels.let_go(&pager);
+                entry.mips.let_go(&pager);
+                self.paging.back.remove(&tile);
             }
         }
         let mut back: u64 = self.paging.back.iter().map(|tile| self.back_bytes(*tile)).sum();

@@ -110,7 +110,9 @@ impl<T: Texel> Slot<T> {
         }
         let page = match clean {
             Some(page) => page,
-            None => pager.store.store(bytemuck::cast_slice(texels)).map_err(|error| error.at(format!("tile {tile}")))?,
+            None => {
+                pager.store.store(bytemuck::cast_slice(texels)).map_err(|error| error.at(format!("tile {tile}")))?
+            }
         };
         let (count, bound) = (texels.len(), T::bound(texels));
         let (pager, loaded) = (pager.clone(), OnceLock::new());
@@ -146,6 +148,11 @@ impl<T: Texel> Slot<T> {
             Self::Here(_) => Ok(()),
             Self::Paged(paged) => paged.texels().failed.clone().map_or(Ok(()), Err),
         }
+    }
+
+    /// Whether the texels were looked at and could not be read.
+    pub fn has_failed(&self) -> bool {
+        matches!(self, Self::Paged(paged) if paged.loaded.get().is_some_and(|loaded| loaded.failed.is_some()))
     }
 
     /// Bytes that readers brought back.

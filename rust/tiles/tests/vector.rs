@@ -351,7 +351,8 @@ fn a_document_gives_it_back_to_the_bit_and_it_goes_on_from_there() {
     let mut document = Document::new(&mesh, "baseline").unwrap();
     channel.field().store(&context, &mut document, "push").unwrap();
     let document = Document::parse(&document.to_bytes().unwrap(), u64::MAX).unwrap();
-    let mut again = VectorDisplacement::stored_on(&context, &surface, &document, "push", 1 << 30, None).unwrap().unwrap();
+    let mut again =
+        VectorDisplacement::stored_on(&context, &surface, &document, "push", 1 << 30, None).unwrap().unwrap();
     assert_eq!((blocks(&again), again.bytes()), (blocks(&channel), channel.bytes()));
     let everything: Vec<Change> = all(&surface).into_iter().map(Change::all).collect();
     assert_eq!(again.update_rings(&context, &everything).unwrap(), Vec::<u32>::new());
