@@ -299,7 +299,11 @@ impl History {
             bytes: find(&open.before, *layer).and_then(|layer| layer.blocks.bytes(*block)).map(<[u8]>::to_vec),
         };
         let heads: Option<Vec<Head>> = layers.then(|| open.before.iter().map(LayerState::head).collect());
-        object.restore(context, heads.as_deref(), blocks.iter().map(state).collect())?;
+        // What cannot be read stays what it is.
+        let readable = |(layer, block): &&(u32, u32)| {
+            find(&open.before, *layer).is_none_or(|layer| layer.blocks.try_bytes(*block).is_ok())
+        };
+        object.restore(context, heads.as_deref(), blocks.iter().filter(readable).map(state).collect())?;
         match (&mut self.journal, open.place) {
             (Some(journal), Some(place)) => journal.withdraw(place),
             _ => Ok(()),
@@ -314,6 +318,12 @@ impl History {
                 journal.withdraw(place)?;
             }
             return Ok(None);
+        }
+        // What cannot be read is not recorded as blank.
+        for (layer, block) in &blocks {
+            for state in [find(&open.before, *layer), find(&after, *layer)].into_iter().flatten() {
+                state.blocks.try_bytes(*block)?;
+            }
         }
         let heads = layers
             .then(|| [&open.before, &after].map(|states| states.iter().map(LayerState::head).collect::<Vec<_>>()));
@@ -388,6 +398,9 @@ impl History {
         let now: Vec<Head> = edit.layers().map_or_else(Vec::new, |_| states.iter().map(LayerState::head).collect());
         let heads = edit.layers_after(direction, &now);
         let deltas = edit.deltas();
+        for delta in deltas {
+            find(&states, delta.layer).map_or(Ok(None), |layer| layer.blocks.try_bytes(delta.block))?;
+        }
         let put = context.map(deltas.len(), |index| {
             let delta = &deltas[index];
             let there = find(&states, delta.layer);

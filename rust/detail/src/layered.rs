@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_document::{self as document, Document, Head, Kind, MAX_LAYERS, Settings};
+use relievo_document::{self as document, Document, Head, Kind, MAX_LAYERS, PageStore, Settings};
 use relievo_tiles::{Blocks, Channel, Displacement, Paint, Rgba8, Traces, VectorDisplacement};
 
 use crate::history::{BlockState, LayerState, LayerStates, Recorded};
@@ -388,7 +388,7 @@ pub trait LayeredObject: Sized {
     fn store(&self, context: &Context, document: &mut Document) -> Result<()> {
         for state in self.layer_states() {
             let tiles = state.blocks.numbers();
-            let read = |tile| Ok(state.blocks.bytes(tile).unwrap_or_default().to_vec());
+            let read = |tile| Ok(state.blocks.try_bytes(tile)?.unwrap_or_default().to_vec());
             document.pack_layer(context, state.head(), &tiles, read)?;
         }
         Ok(())
@@ -633,6 +633,43 @@ fn put(channel: &mut impl BlockChannel, layer: u32, blocks: &[BlockState]) -> Re
     done
 }
 
+impl DisplacedObject {
+    /// Makes tiles of all channels and layers leave memory for `pages` when their budgets are spent, those that were
+    /// edited longest ago first, see [`relievo_tiles::paging`]; without, all come back. [`LayeredObject::settle`] is to be
+    /// done before. The texels and stamps of edits that fade stay in memory.
+    ///
+    /// Fails if a tile cannot be read back.
+    pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
+        let to = pages.as_ref();
+        self.edit_heights(|stack, composite| stack.page_to(composite, to).map(|()| Vec::new()))?;
+        if self.paint.is_some() {
+            self.edit_colors(|stack, composite| stack.page_to(composite, to).map(|()| Vec::new()))?;
+        }
+        let (traces, vectors) = self.traces_and_vectors_mut();
+        traces.map_or(Ok(()), |traces| BlockChannel::page_to(traces, to))?;
+        vectors.map_or(Ok(()), |vectors| BlockChannel::page_to(vectors, to))?;
+        self.pages = pages;
+        Ok(())
+    }
+
+    /// Where tiles page to, if they do.
+    pub fn page_store(&self) -> Option<&Arc<dyn PageStore>> {
+        self.pages.as_ref()
+    }
+
+    /// Fails once with what could not be read back from a page, or written to one, since it was asked last: a tile that is
+    /// blank to readers, or one that stays in memory beyond its budget.
+    pub fn report_fault(&self) -> Result<()> {
+        let own = self.channels();
+        own.layers.displacement.report_fault(own.displacement)?;
+        if let (Some(stack), Some(paint)) = (&own.layers.colors, own.paint) {
+            stack.report_fault(paint)?;
+        }
+        self.traces().map_or(Ok(()), BlockChannel::report_fault)?;
+        self.vectors().map_or(Ok(()), BlockChannel::report_fault)
+    }
+}
+
 impl LayeredObject for DisplacedObject {
     type Displacement = Displacement;
     type Paint = Paint;
@@ -673,13 +710,16 @@ impl LayeredObject for DisplacedObject {
         layer: &document::Layer,
         budget: u64,
     ) -> Result<Option<Stored<Self>>> {
-        let (topology, name) = (self.surface().topology().clone(), layer.name());
+        let (topology, name, pages) = (self.surface().topology().clone(), layer.name(), self.page_store());
         Ok(match layer.kind() {
-            Kind::Scalar => Channel::stored(context, topology, document, name, budget)?.map(Stored::Displacement),
-            Kind::Rgba8 => Channel::stored(context, topology, document, name, budget)?.map(Stored::Paint),
-            Kind::Trace => Channel::stored(context, topology, document, name, budget)?.map(Stored::Traces),
+            Kind::Scalar => {
+                Channel::stored_with(context, topology, document, name, budget, pages)?.map(Stored::Displacement)
+            }
+            Kind::Rgba8 => Channel::stored_with(context, topology, document, name, budget, pages)?.map(Stored::Paint),
+            Kind::Trace => Channel::stored_with(context, topology, document, name, budget, pages)?.map(Stored::Traces),
             Kind::Vector => {
-                VectorDisplacement::stored_on(context, self.surface(), document, name, budget)?.map(Stored::Vectors)
+                let surface = self.surface();
+                VectorDisplacement::stored_on(context, surface, document, name, budget, pages)?.map(Stored::Vectors)
             }
             Kind::Rgba16 | Kind::Stamps => None,
         })

@@ -12,7 +12,7 @@ use bytemuck::Zeroable;
 use glam::Vec4;
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_document::{Blend, Head, Settings};
+use relievo_document::{Blend, Head, PageStore, Settings};
 use relievo_tiles::composite::{blended, resampled};
 use relievo_tiles::spline::coarsen_block;
 use relievo_tiles::{Blocks, Channel, Field, Layered, Rgba8, Sets, Sheet, StoredTexel};
@@ -45,6 +45,20 @@ pub trait BlockChannel: Debug + Send + Sync {
     /// Gives every face the size that `sizes` has for it, of which it was given `given`, or the same if that is empty:
     /// blocks that had another go. Nothing for channels whose blocks have their size by themselves.
     fn reshape(&mut self, _sizes: &[u32], _given: &[u32]) -> Result<()> {
+        Ok(())
+    }
+
+    /// Makes blocks leave memory for `pages` when the budget is spent; without, all come back. Fails if it cannot page, or
+    /// a block cannot be read back.
+    fn page_to(&mut self, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
+        match pages {
+            Some(_) => Err(Error::unsupported("channels of triangle meshes do not page")),
+            None => Ok(()),
+        }
+    }
+
+    /// Fails once with what could not be read back from a page, or written to one, since it was asked last.
+    fn report_fault(&self) -> Result<()> {
         Ok(())
     }
 }
@@ -253,6 +267,14 @@ impl<T: StoredTexel> BlockChannel for Channel<T> {
 
     fn reshape(&mut self, sizes: &[u32], given: &[u32]) -> Result<()> {
         Channel::reshape(self, sizes, given)
+    }
+
+    fn page_to(&mut self, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
+        Channel::page_to(self, pages.cloned())
+    }
+
+    fn report_fault(&self) -> Result<()> {
+        Channel::report_fault(self)
     }
 }
 
@@ -473,6 +495,21 @@ impl<C: LayerChannel> Stack<C> {
     /// Fails if the active layer cannot be seen; the composite is then as it was before it was changed.
     pub fn settle(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
         let Some(seen) = self.seen.take() else { return Ok(Vec::new()) };
+        let done = self.settle_since(context, composite, &seen);
+        if done.is_err() {
+            self.seen = Some(seen);
+        }
+        let (refused, failed) = done?;
+        self.report_fault(composite)?;
+        failed.map(|()| refused)
+    }
+
+    fn settle_since(
+        &mut self,
+        context: &Context,
+        composite: &mut C,
+        seen: &Seen<C::Field>,
+    ) -> Result<(Vec<u32>, Result<()>)> {
         let mut tiles = composite.field().changed(&seen.composite);
         let (mut refused, mut failed) = (Vec::new(), Ok(()));
         // An edit at another level may have changed sizes; then those of all are compared anew.
@@ -480,7 +517,7 @@ impl<C: LayerChannel> Stack<C> {
         if C::THROUGH_COMPOSITE && !tiles.is_empty() {
             failed = self.check_editable();
             if failed.is_ok() {
-                refused = self.absorb(context, composite, &seen, &tiles)?;
+                refused = self.absorb(context, composite, seen, &tiles)?;
             }
         }
         let layers = self.layers.iter().map(|layer| Self::field(layer, composite));
@@ -489,7 +526,7 @@ impl<C: LayerChannel> Stack<C> {
             refused.extend(self.refresh(context, composite)?);
             refused.sort_unstable();
             refused.dedup();
-            return failed.map(|()| refused);
+            return Ok((refused, failed));
         }
         for (layer, before) in self.layers.iter().zip(&seen.layers) {
             tiles.extend(Self::field(layer, composite).changed(before));
@@ -500,7 +537,24 @@ impl<C: LayerChannel> Stack<C> {
         refused.sort_unstable();
         refused.dedup();
         self.look(composite);
-        failed.map(|()| refused)
+        Ok((refused, failed))
+    }
+
+    /// Makes the blocks of all layers, and of the composite, leave memory for `pages`. Fails as
+    /// [`BlockChannel::page_to`] does.
+    pub fn page_to(&mut self, composite: &mut C, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
+        composite.page_to(pages)?;
+        self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut()).try_for_each(|layer| layer.page_to(pages))?;
+        if self.seen.is_some() {
+            self.look(composite);
+        }
+        Ok(())
+    }
+
+    /// Fails once with what could not be read back from a page, or written to one, since it was asked last.
+    pub fn report_fault(&self, composite: &C) -> Result<()> {
+        composite.report_fault()?;
+        self.layers.iter().filter_map(|layer| layer.channel.as_ref()).try_for_each(BlockChannel::report_fault)
     }
 
     fn absorb(&mut self, context: &Context, composite: &C, seen: &Seen<C::Field>, tiles: &[u32]) -> Result<Vec<u32>> {

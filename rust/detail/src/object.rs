@@ -6,8 +6,9 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Result};
+use relievo_document::PageStore;
 use relievo_surface::{Cone, Surface};
-use relievo_tiles::{Displaced, Displacement, Field, Paint, Snapshot, Traces, VectorDisplacement};
+use relievo_tiles::{Channel, Displaced, Displacement, Field, Paint, Snapshot, Texel, Traces, VectorDisplacement};
 
 use crate::fading::Fading;
 use crate::fit::Fit;
@@ -27,6 +28,8 @@ pub struct DisplacedObject {
     pub(crate) paint: Option<Paint>,
     pub(crate) traces: Option<Traces>,
     pub(crate) layers: Layers,
+    /// What tiles page to.
+    pub(crate) pages: Option<Arc<dyn PageStore>>,
     pub(crate) time: f64,
     pub(crate) fading: Option<Fading>,
     pub(crate) transform: DAffine3,
@@ -75,6 +78,7 @@ impl DisplacedObject {
             paint: None,
             traces: None,
             layers: Layers::default(),
+            pages: None,
             time: 0.0,
             fading: None,
             transform,
@@ -141,8 +145,9 @@ impl DisplacedObject {
     }
 
     /// Gives the object a vector displacement. Fails if it is that of another surface.
-    pub fn set_vectors(&mut self, vectors: VectorDisplacement) -> Result<()> {
+    pub fn set_vectors(&mut self, mut vectors: VectorDisplacement) -> Result<()> {
         Displaced::new(&self.surface, self.displacement.field())?.with_vectors(vectors.field())?;
+        self.page(&mut vectors)?;
         self.bent();
         self.vectors = Some(vectors);
         Ok(())
@@ -185,12 +190,13 @@ impl DisplacedObject {
     }
 
     /// Makes the object one that can be painted. Fails if the colours are those of another surface.
-    pub fn set_paint(&mut self, paint: Paint) -> Result<()> {
+    pub fn set_paint(&mut self, mut paint: Paint) -> Result<()> {
         let (tiles, painted) = (self.surface.tile_count(), paint.field().tile_count());
         if tiles != painted {
             return Err(Error::invalid(format!("the surface has {tiles} tiles and its colours {painted}"))
                 .advise("make the colours from the topology of this surface"));
         }
+        self.page(&mut paint)?;
         self.layers.colors = Some(layered::colors(paint.field().blank()));
         self.paint = Some(paint);
         Ok(())
@@ -213,14 +219,24 @@ impl DisplacedObject {
     }
 
     /// Makes imprints leave traces. Fails if the traces are those of another surface.
-    pub fn set_traces(&mut self, traces: Traces) -> Result<()> {
+    pub fn set_traces(&mut self, mut traces: Traces) -> Result<()> {
         let (tiles, traced) = (self.surface.tile_count(), traces.field().tile_count());
         if tiles != traced {
             return Err(Error::invalid(format!("the surface has {tiles} tiles and its traces {traced}"))
                 .advise("make the traces from the displacement of this object"));
         }
+        self.page(&mut traces)?;
         self.traces = Some(traces);
         Ok(())
+    }
+
+    /// A channel of an object that pages does as well.
+    fn page<T: Texel>(&self, channel: &mut Channel<T>) -> Result<()> {
+        match (&self.pages, channel.page_store()) {
+            (Some(own), Some(other)) if Arc::ptr_eq(own, other) => Ok(()),
+            (Some(own), _) => channel.page_to(Some(own.clone())),
+            (None, _) => Ok(()),
+        }
     }
 
     /// When edits are made now, in seconds.
@@ -382,11 +398,10 @@ pub(crate) fn tile_bounds(surface: &Surface, tile: u32) -> Bounds {
 
 /// The least and the largest coefficient of all blocks, and 0.
 fn coefficient_range(field: &Field) -> [f32; 2] {
-    let blocks = field.allocated().filter_map(|tile| field.block(tile));
-    blocks.fold([0.0, 0.0], |[least, most], block| {
-        let [low, high] = crate::cull::range(block);
-        [least.min(low), most.max(high)]
-    })
+    field
+        .allocated()
+        .map(|tile| field.range(tile))
+        .fold([0.0, 0.0], |[least, most], [low, high]| [least.min(low), most.max(high)])
 }
 
 /// A cone of the normals of all patches of a tile.
