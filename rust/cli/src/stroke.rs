@@ -44,9 +44,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
     for note in &notes {
         eprintln!("note: {note}");
     }
-    if !done.report.refused.is_empty() {
-        eprintln!("note: the budget refused {} tiles, which stayed as they were", done.report.refused.len());
-    }
     crate::print(&format!(
         "dabs: {} made, {} too far from the surface\ntiles: {} changed\nfiles: {}\n",
         done.dabs,

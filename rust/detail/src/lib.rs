@@ -37,6 +37,7 @@ pub mod pair;
 pub mod path;
 pub mod raycast;
 mod rays;
+pub mod refusal;
 pub mod rim;
 mod scanline;
 #[cfg(test)]

@@ -345,8 +345,17 @@ fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document
     if count > MAX_LAYERS {
         return Err(damaged("it claims too many layers"));
     }
-    let mut document =
-        Document { writer, level, version, time, notes: Vec::new(), topology, points, layers: Vec::new(), source: Default::default() };
+    let mut document = Document {
+        writer,
+        level,
+        version,
+        time,
+        notes: Vec::new(),
+        topology,
+        points,
+        layers: Vec::new(),
+        source: Default::default(),
+    };
     let mut lengths = Vec::new();
     for _ in 0..count {
         let id = document.free_id();

@@ -81,7 +81,17 @@ impl Document {
             return Err(Error::invalid("the name of the instruction level is longer than 255 bytes"));
         }
         let (level, points, version) = (level.to_string(), mesh.points.clone(), format::VERSION);
-        Ok(Self { writer, level, version, time: 0.0, notes: Vec::new(), topology, points, layers: Vec::new(), source: Default::default() })
+        Ok(Self {
+            writer,
+            level,
+            version,
+            time: 0.0,
+            notes: Vec::new(),
+            topology,
+            points,
+            layers: Vec::new(),
+            source: Default::default(),
+        })
     }
 
     /// The mesh it belongs to.

@@ -131,6 +131,8 @@ pub struct DetailEntry {
     pub segments: u32,
     /// Most bytes of tiles of displacement, and of paint.
     pub budget: u64,
+    /// Whether tiles leave memory for a file beyond that.
+    pub page: bool,
 }
 
 /// `[objects.NAME.traces]`: how pictures tint where colliders pushed.

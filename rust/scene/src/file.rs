@@ -390,6 +390,7 @@ fn read_detail(reader: &mut Reader, table: Table, general: Option<&DetailEntry>)
         paint_size: reader.whole(table, "paint_size") as u32,
         segments: reader.whole(table, "segments") as u32,
         budget: reader.whole(table, "budget"),
+        page: reader.flag(table, "page"),
     };
     if let Some(general) = general {
         if !table.has("tile_size") {
@@ -403,6 +404,9 @@ fn read_detail(reader: &mut Reader, table: Table, general: Option<&DetailEntry>)
         }
         if !table.has("budget") {
             own.budget = general.budget;
+        }
+        if !table.has("page") {
+            own.page = general.page;
         }
     }
     own

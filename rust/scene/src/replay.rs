@@ -8,7 +8,7 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
-use relievo_detail::StrokeReport;
+use relievo_detail::{StrokeReport, refusal};
 use relievo_document::format::EXTENSION;
 use relievo_meshio::Instance;
 
@@ -82,7 +82,18 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
     for path in &wanted.outputs {
         write(context, &world, path)?;
     }
-    Ok((done, world.notes()))
+    let (mut notes, refused) = (world.notes(), &done.report.refused);
+    if let Some(Item::Surface(surface)) = world.items().first()
+        && !refused.is_empty()
+    {
+        let faces = refusal::named(&refusal::faces(surface.surface().topology(), refused));
+        notes.push(format!(
+            "the budget refused {} tiles of {faces}, which stayed as they were; raise `budget` in [details], or let tiles \
+             leave memory with `page`",
+            refused.len()
+        ));
+    }
+    Ok((done, notes))
 }
 
 /// The extension of a path, in small letters.

@@ -215,6 +215,13 @@ pub static DETAIL: Section = Section {
             "bytes",
             "Most memory the displacement of an object may occupy, and as much again its paint and its vectors",
         ),
+        key(
+            "page",
+            Kind::Flag,
+            "false",
+            "",
+            "Whether tiles edited longest ago leave memory for a file when it is full",
+        ),
     ],
     parameters: &[],
 };

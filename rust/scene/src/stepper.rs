@@ -257,7 +257,8 @@ impl Stepper {
     fn finish(mut self) -> Summary {
         if self.refused > 0 {
             self.summary.notes.push(format!(
-                "the budget refused tiles {} times, where surfaces stay as they were; raise `budget` in [details]",
+                "the budget refused tiles {} times, where surfaces stay as they were; raise `budget` in [details], or let \
+                 tiles leave memory with `page`",
                 self.refused
             ));
         }

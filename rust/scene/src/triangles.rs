@@ -60,6 +60,9 @@ impl TriangleItem {
         if flat > 0 {
             notes.push(format!("{flat} points have no normal and stay where they are"));
         }
+        if detail.page {
+            notes.push("triangle meshes do not page: faces beyond the budget are refused".into());
+        }
         let options = TriangleOptions { segments: detail.segments, budget: detail.budget };
         let topology = surface.topology().clone();
         let displacement = TriangleChannel::displacement(topology.clone(), &options)?;

@@ -1,11 +1,13 @@
 //! The objects of a scene as the kernels want them: surfaces with displacement, colliders, and where everything is.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::canvas::Canvas;
 use relievo_detail::{Action, Collider, DisplacedObject, Stamp, TriangleObject};
+use relievo_document::PageFile;
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint, Traces, VectorDisplacement};
 
@@ -113,6 +115,9 @@ impl World {
                     let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
                     make_surface(context, mesh, &options, &detail, paint, transform).map_err(fault).and_then(
                         |mut item| {
+                            if object.detail.page {
+                                item.page_to(Some(Arc::new(PageFile::new(None)))).map_err(&fault)?;
+                            }
                             if let (Some(start), Some(name)) = (&mut document, &object.document) {
                                 start
                                     .take_up(context, &mut item, object.detail.budget)

@@ -213,6 +213,11 @@ impl<T: Texel> Field<T> {
         self.pager.as_ref().map(|pager| &pager.store)
     }
 
+    /// Whether `tile` is allocated and on a page, see [`crate::paging`].
+    pub fn is_paged(&self, tile: u32) -> bool {
+        self.entry(tile).is_some_and(|entry| entry.texels.is_paged())
+    }
+
     /// The number of the edit that last changed the block of `tile`, 0 if it is not allocated.
     pub fn version(&self, tile: u32) -> u64 {
         self.entry(tile).map_or(0, |entry| entry.version)

@@ -67,7 +67,7 @@ impl<T: Texel> Channel<T> {
 
     /// Whether `tile` is allocated and on a page.
     pub fn is_paged(&self, tile: u32) -> bool {
-        self.field.entry(tile).is_some_and(|entry| entry.texels.is_paged())
+        self.field.is_paged(tile)
     }
 
     fn back_bytes(&self, tile: u32) -> u64 {
