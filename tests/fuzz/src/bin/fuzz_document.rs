@@ -5,7 +5,7 @@
 use libfuzzer_sys::fuzz_target;
 use relievo_core::Mesh;
 use relievo_document::format::VERSION;
-use relievo_document::{Change, Document, Edit, Kind};
+use relievo_document::{Change, Document, Edit, Head, Kind, Stamps};
 use relievo_fuzz::MEMORY_LIMIT;
 
 fuzz_target!(|data: &[u8]| {
@@ -20,9 +20,9 @@ fn sound(bytes: &[u8]) {
     assert!(!document.to_string().is_empty());
     let topology = document.topology();
     for layer in document.layers() {
-        assert_eq!(layer.blank().len(), layer.kind().texel());
+        assert_eq!(layer.blank().len(), layer.head().texel());
         for (index, block) in layer.blocks().iter().enumerate() {
-            assert!(topology.face_of(block.tile()).is_some());
+            assert!(block.tile() < topology.block_count());
             if let Ok(unpacked) = layer.unpack(topology, index) {
                 assert_eq!(unpacked.len() as u64, layer.block_bytes(topology, index));
             }
@@ -43,26 +43,44 @@ fn sound(bytes: &[u8]) {
 fn file(data: &[u8]) -> Vec<u8> {
     let mut data = data.iter().copied();
     let mut byte = || data.next().unwrap_or_default();
-    let sizes: Vec<u32> = (0..byte() & 7).map(|_| u32::from(byte() & 7)).collect();
-    let corners = (0..sizes.iter().sum()).map(|_| u32::from(byte())).collect();
+    let triangles = byte() & 1 == 1;
+    let sizes: Vec<u32> = (0..byte() & 7).map(|_| if triangles { 3 } else { u32::from(byte() & 7) }).collect();
+    let corners = (0..sizes.iter().sum()).map(|_| u32::from(byte()) % if triangles { 8 } else { 256 }).collect();
     let mut mesh = Mesh::new(Vec::new(), sizes.clone(), corners);
-    mesh.holes = (0..sizes.len() as u32).filter(|_| byte() & 3 == 0).collect();
-    let mut document = Document::new(&mesh, "fuzz").expect("a small mesh");
+    let mut document = if triangles {
+        mesh.points = vec![[0.0; 3]; 8];
+        Document::of_triangles(&mesh, "fuzz")
+    } else {
+        mesh.holes = (0..sizes.len() as u32).filter(|_| byte() & 3 == 0).collect();
+        Document::new(&mesh, "fuzz")
+    }
+    .expect("a small mesh");
     let topology = document.topology().clone();
     let context = relievo_core::Context::serial();
     for number in 0..byte() & 3 {
         let kind = Kind::ALL[usize::from(byte()) % Kind::ALL.len()];
-        let blank: Vec<u8> = (0..kind.texel()).map(|_| byte()).collect();
-        let face_sizes: Vec<u32> = sizes.iter().map(|_| 8 << (byte() & 1)).collect();
-        let tiles: Vec<u32> = (0..topology.tile_count()).filter(|_| byte() & 1 == 0).collect();
-        let fill = byte();
-        let read = |tile: u32| {
-            let (face, sub) = topology.face_of(tile).expect("a tile of the mesh");
-            let size = if sub { 8 } else { face_sizes[face as usize] as usize };
-            Ok(vec![fill; (size + 2) * (size + 2) * kind.texel()])
+        let size = 8 << (byte() & 1);
+        let face_sizes = sizes.iter().map(|_| if triangles { size } else { 8 << (byte() & 1) }).collect();
+        let fades = document.layers().first().map(|layer| layer.head().clone());
+        let head = match (kind, fades) {
+            (Kind::Stamps, Some(fades)) => {
+                let [delay, duration] = [byte(), byte()].map(f32::from);
+                let stamps = Stamps { layer: fades.id, texel: fades.kind, delay, duration };
+                Head::of_stamps(document.free_id(), &fades, stamps)
+            }
+            (Kind::Stamps, None) => continue,
+            _ => {
+                let blank: Vec<u8> = (0..kind.texel()).map(|_| byte()).collect();
+                Head::new(document.free_id(), &format!("layer {number}"), kind, &blank, face_sizes)
+            }
         };
-        let head = (format!("layer {number}"), kind);
-        document.pack(&context, (&head.0, head.1, &blank), face_sizes.clone(), &tiles, read).expect("a layer");
+        let blocks: Vec<u32> = (0..topology.block_count()).filter(|_| byte() & 1 == 0).collect();
+        let fill = byte();
+        let (own, known) = (head.clone(), topology.clone());
+        let read = move |block: u32| Ok(vec![fill; own.block_bytes(&known, block) as usize]);
+        let stamps = head.stamps.is_some();
+        let packed = document.pack_layer(&context, head, &blocks, read);
+        assert!(packed.is_ok() || stamps, "a layer: {packed:?}");
     }
     let whole = document.to_bytes().expect("a document");
     let number = |at: usize| u64::from_le_bytes(whole[at..at + 8].try_into().expect("eight bytes")) as usize;
@@ -103,6 +121,7 @@ fn file(data: &[u8]) -> Vec<u8> {
                     before: (chosen & 1 == 0).then_some(states[0].as_slice()),
                     after: (chosen & 1 == 1 || chosen & 2 == 2).then_some(states[1].as_slice()),
                     blank,
+                    fades: chosen & 4 == 4,
                 };
                 Edit::encode(&context, None, usize::from(chosen & 3 != 0), change).expect("a small edit")
             }
