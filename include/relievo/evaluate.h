@@ -39,11 +39,16 @@ typedef struct RlvEvaluateArrays {
     float *traces; /* contact, 0 to 1, depth, object units, and age, seconds before the detail's time or -1 where nothing
                       ever touched; details with traces only */
     size_t trace_stride;
+    /* An input, or NULL: how far u and v go from every place to the next two samples, say du and dv by the columns and by
+     * the rows of a picture, 4 floats a place. Colours are then means over the parallelogram of the two, across edges.
+     * What is no finite number is taken for 0. Triangle meshes keep no reductions: their colours are interpolated. */
+    const float *footprints;
+    size_t footprint_stride;
 } RlvEvaluateArrays;
 
 #define RLV_EVALUATE_ARRAYS_INIT                                                                                  \
     {sizeof(RlvEvaluateArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, \
-     NULL, 0, NULL, 0, NULL, 0, NULL, 0}
+     NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0}
 
 /* Evaluates the limit surface, without any detail on it; displacements are 0. A place in a hole gives zeros. Fails without
  * writing if a tile does not exist or u or v is outside it. */

@@ -71,6 +71,45 @@ int main(void) {
     RlvSurface wrong = {context.id};
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_surface(wrong, &arrays), "of a context");
 
+    /* Colours over a footprint: a black disc of radius 0.4 in a white tile is grey from afar, and the same everywhere
+     * else; what is no number is no footprint. */
+    RlvDetail detail = RLV_NULL;
+    RlvPaintOptions paint = RLV_PAINT_OPTIONS_INIT;
+    RlvBrushOptions kind = RLV_BRUSH_OPTIONS_INIT;
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    RlvBrush brush = RLV_NULL;
+    RlvStrokePoint point;
+    memset(&point, 0, sizeof point);
+    CHECK_OK(rlv_detail_create(surface, NULL, NULL, &detail));
+    CHECK_OK(rlv_detail_add_paint(detail, &paint));
+    kind.falloff = RLV_FALLOFF_CONSTANT;
+    kind.color[0] = kind.color[1] = kind.color[2] = 0.0f;
+    settings.radius = 0.4f;
+    CHECK_OK(rlv_brush_create(context, &kind, &settings, &brush));
+    point.position[0] = point.position[1] = 2.5;
+    point.pressure = 1.0f;
+    CHECK_OK(rlv_stroke_run(detail, brush, &point, 1, 0, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    const uint32_t at_tiles[4] = {10, 10, 10, 0};
+    const float at[4][2] = {{0.5f, 0.5f}, {0.5f, 0.5f}, {0.5f, 0.5f}, {0.5f, 0.5f}};
+    const float footprints[4][4] = {{1, 0, 0, 1}, {NAN, 0, 0, INFINITY}, {0.01f, 0, 0, 0.01f}, {1, 0, 0, 1}};
+    float colors[4][4];
+    RlvEvaluateArrays looked = RLV_EVALUATE_ARRAYS_INIT;
+    looked.count = 4;
+    looked.tiles = at_tiles;
+    looked.uvs = at[0];
+    looked.colors = colors[0];
+    looked.footprints = footprints[0];
+    CHECK_OK(rlv_evaluate_detail(detail, &looked));
+    CHECK_NEAR(colors[0][0], 1.0 - 3.14159265 * 0.16, 0.02);
+    CHECK_NEAR(colors[1][0], 0, 1e-6);
+    CHECK_NEAR(colors[2][0], 0, 1e-6);
+    CHECK_NEAR(colors[3][0], 1, 1e-6);
+    looked.footprint_stride = 4;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_evaluate_detail(detail, &looked), "footprints");
+    CHECK_OK(rlv_brush_release(brush));
+    CHECK_OK(rlv_detail_release(detail));
+
     CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_context_release(context));
     return 0;

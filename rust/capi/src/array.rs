@@ -74,6 +74,18 @@ impl<T: Plain> Input<T> {
         Ok(Self { start: pointer.cast(), count, stride, element: std::marker::PhantomData })
     }
 
+    /// As [`Input::new`], where NULL means that there is no array.
+    ///
+    /// # Safety
+    /// As for [`Input::new`].
+    pub unsafe fn optional(name: &str, pointer: *const T, count: usize, stride: usize) -> Result<Option<Self>> {
+        if pointer.is_null() {
+            return Ok(None);
+        }
+        // SAFETY: promised by the caller.
+        unsafe { Self::new(name, pointer, count, stride) }.map(Some)
+    }
+
     /// How many elements there are.
     pub fn len(&self) -> usize {
         self.count

@@ -144,7 +144,7 @@ impl CasterObject {
         let at: Vec<Place> =
             on.iter().map(|index| &hits[*index]).map(|hit| Place::new(hit.tile, hit.u, hit.v)).collect();
         let mut looked = Looked::default();
-        places.view.look(&self.context.context, &at, Wanted::default(), &mut looked)?;
+        places.view.look(&self.context.context, &at, None, Wanted::default(), &mut looked)?;
         for (index, normal) in on.into_iter().zip(looked.points.normal) {
             hits[index].normal = normal;
         }

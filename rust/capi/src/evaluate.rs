@@ -44,6 +44,8 @@ descriptor! {
         vector_stride: usize,
         traces: *mut f32,
         trace_stride: usize,
+        footprints: *const f32,
+        footprint_stride: usize,
     }
 }
 
@@ -63,6 +65,7 @@ pub struct Arrays {
     pub colors: Option<Output<[f32; 4]>>,
     pub vectors: Option<Output<[f32; 3]>>,
     pub traces: Option<Output<[f32; 3]>>,
+    footprints: Option<Input<[f32; 4]>>,
 }
 
 impl Arrays {
@@ -103,6 +106,10 @@ impl Arrays {
             colors: unsafe { Output::optional("colors", given.colors.cast(), count, given.color_stride) }?,
             vectors: output("vectors", given.vectors, given.vector_stride)?,
             traces: output("traces", given.traces, given.trace_stride)?,
+            // SAFETY: as above.
+            footprints: unsafe {
+                Input::optional("footprints", given.footprints.cast(), count, given.footprint_stride)
+            }?,
         };
         for (index, (tile, uv)) in made.tiles.iter().zip(made.uvs.iter()).enumerate() {
             shape.check_place(tile, uv).map_err(|error| error.at(format!("place {index}")))?;
@@ -120,6 +127,12 @@ impl Arrays {
             };
             (first, range.map(place).collect())
         })
+    }
+
+    /// The footprints of `count` places from the index `first` on, if there are any.
+    fn footprints(&self, first: usize, count: usize) -> Option<Vec<[[f32; 2]; 2]>> {
+        let footprint = |[a, b, c, d]: [f32; 4]| [[a, b], [c, d]];
+        self.footprints.map(|all| (first..first + count).map(|index| footprint(all.get(index))).collect())
     }
 
     /// Up to which derivative the wanted outputs need the surface.
@@ -205,8 +218,9 @@ entry! {
         };
         let mut found = Looked::default();
         for (first, places) in arrays.chunks() {
-            view.look(&object.context.context, &places, wanted, &mut found)?;
             let count = places.len();
+            let footprints = arrays.footprints(first, count);
+            view.look(&object.context.context, &places, footprints.as_deref(), wanted, &mut found)?;
             write(arrays.positions, first, count, |index| found.points.p[index]);
             write(arrays.normals, first, count, |index| found.points.normal[index]);
             write(arrays.displacements, first, count, |index| found.displacements[index]);

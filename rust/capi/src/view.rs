@@ -157,7 +157,14 @@ impl TileView {
         ]
     }
 
-    fn look(&self, context: &Context, places: &[Place], wanted: Wanted, out: &mut Looked) -> Result<()> {
+    fn look(
+        &self,
+        context: &Context,
+        places: &[Place],
+        footprints: Option<&[[[f32; 2]; 2]]>,
+        wanted: Wanted,
+        out: &mut Looked,
+    ) -> Result<()> {
         let (displaced, field) = (self.displaced()?, self.snapshot.field());
         displaced.evaluate(context, places, &mut out.points)?;
         if wanted.displacements {
@@ -176,7 +183,16 @@ impl TileView {
             out.marks = places.iter().map(|place| traces.mark(traces.canonical(*place))).collect();
         }
         if let (true, Some(paint)) = (wanted.colors, self.paint.as_ref().map(|paint| paint.field())) {
-            out.colors = places.iter().map(|place| paint.color(paint.canonical(*place))).collect();
+            match footprints {
+                Some(footprints) => {
+                    out.colors.resize(places.len(), Vec4::ZERO);
+                    let pieces = places.chunks(CHUNK).zip(footprints.chunks(CHUNK)).zip(out.colors.chunks_mut(CHUNK));
+                    context.for_each_mut(&mut pieces.collect::<Vec<_>>(), |_, ((places, footprints), colors)| {
+                        paint.filtered_many(places, footprints, colors);
+                    });
+                }
+                None => out.colors = places.iter().map(|place| paint.color(paint.canonical(*place))).collect(),
+            }
         }
         Ok(())
     }
@@ -406,10 +422,17 @@ impl View {
         })
     }
 
-    /// What is at places, which exist.
-    pub fn look(&self, context: &Context, places: &[Place], wanted: Wanted, out: &mut Looked) -> Result<()> {
+    /// What is at places, which exist; colours of tiles as means over as many footprints, if there are any.
+    pub fn look(
+        &self,
+        context: &Context,
+        places: &[Place],
+        footprints: Option<&[[[f32; 2]; 2]]>,
+        wanted: Wanted,
+        out: &mut Looked,
+    ) -> Result<()> {
         match &self.layers {
-            Layers::Tiles(view) => view.look(context, places, wanted, out),
+            Layers::Tiles(view) => view.look(context, places, footprints, wanted, out),
             Layers::Triangles(view) => {
                 view.look(context, places, wanted, out);
                 Ok(())

@@ -493,6 +493,10 @@ fn evaluate(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     if bytes.ratio(1, 4)? {
         arrays.colors = colors.as_mut_ptr();
     }
+    let footprints: Vec<f32> = (0..16).map(|_| number(bytes)).collect::<Result<_>>()?;
+    if bytes.arbitrary()? {
+        arrays.footprints = footprints.as_ptr();
+    }
     arrays.positions = positions.as_mut_ptr();
     arrays.normals = normals.as_mut_ptr();
     arrays.displacements = displacements.as_mut_ptr();
