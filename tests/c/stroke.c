@@ -161,6 +161,7 @@ int main(void) {
         points[0].position[2] = 0.5;
         CHECK_OK(rlv_stroke_run(whole, brush, points, 1, 0, &report));
         CHECK(report.dabs == 1 && report.changed_texels > 10);
+        CHECK_OK(rlv_detail_commit(whole, NULL));
         CHECK_OK(rlv_detail_channel_info(whole, RLV_CHANNEL_VECTORS, &channel));
         CHECK(channel.is_there == 1 && channel.allocated_count > 0);
         kind.mode = RLV_SCULPT_ERASE;
