@@ -67,11 +67,11 @@ typedef struct RlvChannelInfo {
     uint32_t struct_size;
     uint32_t is_there;      /* 0 or 1: whether the detail has it; all else is 0 if not */
     size_t allocated_count; /* tiles that are allocated */
-    uint64_t bytes;         /* of these */
+    uint64_t bytes;         /* of these, as far as they are in memory */
     uint64_t full_bytes;    /* if every tile were allocated */
     uint64_t budget;        /* bytes that its tiles may occupy */
     uint32_t texel_size;    /* bytes of a texel */
-    uint32_t reserved;
+    uint32_t paged_count;   /* tiles that are allocated and not in memory, see rlv_detail_set_paging */
 } RlvChannelInfo;
 
 #define RLV_CHANNEL_INFO_INIT {sizeof(RlvChannelInfo), 0, 0, 0, 0, 0, 0, 0}
@@ -142,8 +142,17 @@ RLV_API RlvResult rlv_detail_release(RlvDetail detail);
 
 RLV_API RlvResult rlv_detail_info(RlvDetail detail, RlvDetailInfo *out);
 
-/* Edits. Sets the bytes that tiles may occupy. Tiles that are allocated stay, even beyond it. */
+/* Edits. Sets the bytes that tiles may occupy. Tiles that are allocated stay, even beyond it, unless they page. */
 RLV_API RlvResult rlv_detail_set_budget(RlvDetail detail, uint64_t budget);
+
+/* Edits. If page is not 0, tiles of all channels and layers that were edited longest ago leave memory when a budget is
+ * spent, and return when they are looked at or edited; only new tiles that do not fit a budget together with the others
+ * of the same edit are refused. Tiles that a document holds, opened with rlv_document_open, are read from its file
+ * again; others go to a file without a name in folder, or where temporary files are if folder is NULL or cannot be
+ * written to. What readers bring back is let go with the next edit or commit that exceeds the budget. A tile that cannot
+ * be read back is blank to readers, and an error that names it to the next edit or commit. If page is 0 all tiles
+ * return. */
+RLV_API RlvResult rlv_detail_set_paging(RlvDetail detail, uint32_t page, const char *folder);
 
 /* Edits. Gives the detail colours, eight bits a number, so that it can be painted. options may be NULL. Fails if it has
  * colours already. */
@@ -189,6 +198,11 @@ RLV_API RlvResult rlv_detail_commit(RlvDetail detail, RlvDetailChanges *out);
 /* The tiles that changed with the last commit, ascending, so that a host can refit what it made of them. Writes up to
  * capacity numbers to tiles and their number to count. tiles may be NULL to ask for the number. */
 RLV_API RlvResult rlv_detail_changed_tiles(RlvDetail detail, uint32_t *tiles, size_t capacity, size_t *count);
+
+/* The faces, ascending, that have tiles which a budget refused at the last stroke, imprint, change of layers or of sizes:
+ * they stayed as they were. Writes up to capacity numbers to faces and their number to count. faces may be NULL to ask
+ * for the number. */
+RLV_API RlvResult rlv_detail_refused_faces(RlvDetail detail, uint32_t *faces, size_t capacity, size_t *count);
 
 /* A tile of a channel as it was committed last. Its bounds are those of the surface with all its displacements. */
 RLV_API RlvResult rlv_detail_tile_info(RlvDetail detail, uint32_t channel, uint32_t tile, RlvDetailTileInfo *out);

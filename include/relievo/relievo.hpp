@@ -358,6 +358,11 @@ public:
     void advance(double time) const { check(rlv_detail_advance(get(), time)); }
 
     void set_budget(std::uint64_t budget) const { check(rlv_detail_set_budget(get(), budget)); }
+    /// Lets tiles leave memory for a file when a budget is spent; the file is in `folder`, or where temporary files are.
+    void set_paging(bool page, const char *folder = nullptr) const
+    {
+        check(rlv_detail_set_paging(get(), page ? 1 : 0, folder));
+    }
     void set_transform(const Matrix &matrix) const { check(rlv_detail_set_transform(get(), matrix.data())); }
 
     void set_points(const std::vector<Float3> &points) const {

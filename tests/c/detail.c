@@ -314,14 +314,34 @@ int main(void) {
     RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
     CHECK_OK(rlv_collider_set_transform(collider, place));
     CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, &report));
-    CHECK(report.refused_tiles >= 1 && report.bytes == 0 && strstr(last, "budget of 1 bytes") != NULL);
+    CHECK(report.refused_tiles >= 1 && report.bytes == 0 && strstr(last, "budget of 1 bytes: face") != NULL);
+    uint32_t faces[25];
+    size_t face_count = 0;
+    CHECK_OK(rlv_detail_refused_faces(detail, faces, 25, &face_count));
+    CHECK(face_count >= 1 && faces[0] < 25);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK(height(detail, 12) == 0.0f);
     CHECK_OK(rlv_detail_set_budget(detail, 1 << 20));
     CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, &report));
     CHECK(report.refused_tiles == 0 && report.bytes > 0);
+    CHECK_OK(rlv_detail_refused_faces(detail, NULL, 0, &face_count));
+    CHECK(face_count == 0);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK_NEAR(height(detail, 12), -0.2, 0.02);
+
+    /* Tiles leave memory, and are read all the same. */
+    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_detail_set_paging(detail, 1, "no/such/folder"), "folder");
+    CHECK_OK(rlv_detail_set_paging(detail, 1, NULL));
+    CHECK_OK(rlv_detail_set_budget(detail, 1));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    RlvChannelInfo paged = RLV_CHANNEL_INFO_INIT;
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_DISPLACEMENT, &paged));
+    CHECK(paged.paged_count == paged.allocated_count && paged.paged_count > 0 && paged.bytes == 0);
+    CHECK_NEAR(height(detail, 12), -0.2, 0.02);
+    CHECK_OK(rlv_detail_set_paging(detail, 0, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_DISPLACEMENT, &paged));
+    CHECK(paged.paged_count == 0 && paged.bytes > 1);
 
     vectors(surface);
     traces(surface, collider);

@@ -1,17 +1,19 @@
 //! Details: surfaces with displacement that can be edited; see `include/relievo/detail.h`.
 
-use std::ffi::c_void;
+use std::ffi::{c_char, c_void};
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, TryLockError};
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
-use relievo_core::{Context, Error, Result};
-use relievo_detail::{Canvas, DisplacedObject, Imprinter, LayeredObject, TriangleObject};
+use relievo_core::{Context, Error, ErrorKind, Result};
+use relievo_detail::{Canvas, DisplacedObject, Imprinter, LayeredObject, TriangleObject, refusal};
+use relievo_document::{PageFile, PageStore};
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
 use relievo_tiles::{
     Blocks, Change, Channel, ChannelOptions, DecayOptions, Displacement, Paint, Texel, Traces, VectorDisplacement,
 };
 
-use crate::array::{Input, Output, present, put};
+use crate::array::{Input, Output, present, put, text};
 use crate::context::{ContextObject, RLV_LOG_WARNING};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
 use crate::registry::{self, broken, busy, handle};
@@ -76,7 +78,7 @@ descriptor! {
         full_bytes: u64,
         budget: u64,
         texel_size: u32,
-        reserved: u32,
+        paged_count: u32,
     }
 }
 
@@ -183,6 +185,8 @@ pub struct DetailObject {
     pub context: Arc<ContextObject>,
     editor: Mutex<Editor>,
     view: RwLock<Arc<View>>,
+    /// Faces of which the last edit that tells was refused tiles.
+    refused: Mutex<Vec<u32>>,
 }
 
 impl DetailObject {
@@ -308,7 +312,12 @@ entry! {
             }
         };
         let editor = Editor { object, imprinter: Imprinter::new(), written: Default::default(), pose: 0, moved: false };
-        let handle = registry::insert(DetailObject { context, editor: Mutex::new(editor), view: RwLock::new(view) })?;
+        let handle = registry::insert(DetailObject {
+            context,
+            editor: Mutex::new(editor),
+            view: RwLock::new(view),
+            refused: Mutex::default(),
+        })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -349,6 +358,21 @@ entry! {
         let object = registry::get(detail)?;
         each!(&mut object.edit()?.object, object => object.displacement_mut().set_budget(budget));
         Ok(())
+    }
+
+    fn rlv_detail_set_paging(detail: RlvDetail, page: u32, folder: *const c_char) {
+        let object = registry::get(detail)?;
+        // SAFETY: the caller gives NULL or a NUL-terminated text.
+        let folder = if folder.is_null() { None } else { Some(unsafe { text("folder", folder) }?) };
+        let folder = folder.map(Path::new);
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            return Err(Error::new(ErrorKind::NotFound, "there is no such folder").at(folder.display().to_string()));
+        }
+        let mut editor = object.edit()?;
+        let displaced = editor.tiles("pages")?;
+        displaced.settle(&object.context.context)?;
+        let pages: Option<Arc<dyn PageStore>> = (page != 0).then(|| Arc::new(PageFile::new(folder)) as _);
+        displaced.page_to(pages)
     }
 
     fn rlv_detail_add_paint(detail: RlvDetail, options: *const RlvPaintOptions) {
@@ -446,7 +470,7 @@ entry! {
         let [full_bytes, budget] = *view.limits.get(channel as usize).ok_or_else(|| missing(channel))?;
         let found = view.channel(channel)?;
         let is_there = u32::from(found.is_some());
-        let ChannelState { allocated: allocated_count, bytes, texel_size } = found.unwrap_or_default();
+        let ChannelState { allocated: allocated_count, paged, bytes, texel_size } = found.unwrap_or_default();
         let info = RlvChannelInfo {
             struct_size: 0,
             is_there,
@@ -455,7 +479,7 @@ entry! {
             full_bytes,
             budget,
             texel_size: texel_size as u32,
-            reserved: 0,
+            paged_count: paged as u32,
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, info) }
@@ -485,7 +509,7 @@ entry! {
         }
         // The log may call back.
         drop(editor);
-        log_refusal(&object.context, refused.len(), budget);
+        log_refusal(&object, &refused, budget);
         Ok(())
     }
 
@@ -519,6 +543,9 @@ entry! {
         }
         let mut editor = object.edit()?;
         let context = &object.context.context;
+        if let Object::Tiles(displaced) = &editor.object {
+            displaced.report_fault()?;
+        }
         let [heights, colors, directions, contacts] = std::mem::take(&mut editor.written);
         if let Object::Tiles(displaced) = &mut editor.object {
             if !heights.is_empty() {
@@ -561,6 +588,19 @@ entry! {
         }
         // SAFETY: checked above.
         unsafe { put(count, changed.len()) };
+        Ok(())
+    }
+
+    fn rlv_detail_refused_faces(detail: RlvDetail, faces: *mut u32, capacity: usize, count: *mut usize) {
+        present("count", count)?;
+        let object = registry::get(detail)?;
+        let refused = object.refused.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        // SAFETY: the caller promises room for `capacity` faces, or NULL to ask for the number alone.
+        if let Some(out) = unsafe { Output::optional("faces", faces, capacity, 0) }? {
+            out.holds("faces", refused.len())?.fill(refused.iter().copied());
+        }
+        // SAFETY: checked above.
+        unsafe { put(count, refused.len()) };
         Ok(())
     }
 
@@ -647,8 +687,18 @@ fn bring_rings<T: Texel>(context: &Context, channel: Option<&mut Channel<T>>, ch
 }
 
 /// Tells the host that tiles could not be had.
-pub fn log_refusal(context: &ContextObject, refused: usize, budget: u64) {
-    if refused > 0 {
-        context.log(RLV_LOG_WARNING, &format!("{refused} tiles were refused by the budget of {budget} bytes"));
+pub fn log_refusal(detail: &DetailObject, refused: &[u32], budget: u64) {
+    let mut faces = match &detail.view().layers {
+        Layers::Tiles(it) => refusal::faces(it.surface.topology(), refused),
+        // What triangle meshes keep is counted by faces.
+        Layers::Triangles(_) => refused.to_vec(),
+    };
+    faces.sort_unstable();
+    faces.dedup();
+    let named = refusal::named(&faces);
+    *detail.refused.lock().unwrap_or_else(PoisonError::into_inner) = faces;
+    if !refused.is_empty() {
+        let text = format!("{} tiles were refused by the budget of {budget} bytes: {named}", refused.len());
+        detail.context.log(RLV_LOG_WARNING, &text);
     }
 }

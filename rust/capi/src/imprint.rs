@@ -169,7 +169,7 @@ entry! {
         let budget = editor.budget();
         // The log may call back.
         drop((editor, collider));
-        log_refusal(&detail.context, done.refused.len(), budget);
+        log_refusal(&detail, &done.refused, budget);
         // SAFETY: as above.
         unsafe { write_report(report, &done) }
     }
@@ -221,7 +221,7 @@ entry! {
         let budget = editor.budget();
         drop((editor, collider));
         progress.report(1.0, "imprint");
-        log_refusal(&detail.context, done.refused.len(), budget);
+        log_refusal(&detail, &done.refused, budget);
         // SAFETY: as above.
         unsafe { write_report(report, &done) }
     }
@@ -273,8 +273,8 @@ entry! {
         second_object.settle(&second.context.context)?;
         let budgets = [first_object.displacement().budget(), second_object.displacement().budget()];
         drop((first_editor, second_editor));
-        log_refusal(&first.context, one.refused.len(), budgets[0]);
-        log_refusal(&second.context, other.refused.len(), budgets[1]);
+        log_refusal(&first, &one.refused, budgets[0]);
+        log_refusal(&second, &other.refused, budgets[1]);
         // SAFETY: as above.
         unsafe {
             write_report(first_report, &one)?;

@@ -90,7 +90,7 @@ macro_rules! edit {
         let (refused, budget) = (refused?, editor.budget());
         // The log may call back.
         drop(editor);
-        log_refusal(&detail.context, refused.len(), budget);
+        log_refusal(&detail, &refused, budget);
         Ok(())
     }};
 }

@@ -108,7 +108,7 @@ unsafe fn edit(
     let budget = editor.budget();
     // The log may call back.
     drop(editor);
-    log_refusal(&detail.context, done.report.refused.len(), budget);
+    log_refusal(detail, &done.report.refused, budget);
     if to.is_null() {
         return Ok(());
     }

@@ -81,6 +81,7 @@ pub struct TileState {
 #[derive(Default)]
 pub struct ChannelState {
     pub allocated: usize,
+    pub paged: usize,
     pub bytes: u64,
     pub texel_size: usize,
 }
@@ -106,14 +107,15 @@ pub struct Wanted {
 
 impl TileState {
     /// With its bytes if they are `wanted`.
-    fn of<T: Texel>(field: &Field<T>, tile: u32, wanted: bool) -> Self {
-        Self {
+    fn of<T: Texel>(field: &Field<T>, tile: u32, wanted: bool) -> Result<Self> {
+        let block = if wanted { field.try_block(tile)? } else { None };
+        Ok(Self {
             is_allocated: field.is_allocated(tile),
             size: field.size(tile),
             version: field.version(tile),
             block_bytes: field.block_bytes(tile),
-            block: field.block(tile).filter(|_| wanted).map(|block| bytemuck::cast_slice(block).to_vec()),
-        }
+            block: block.map(|block| bytemuck::cast_slice(block).to_vec()),
+        })
     }
 
     /// Of a face, which is kept with its edges.
@@ -360,10 +362,14 @@ impl View {
         self.shape().check_tile(tile)?;
         let state = match &self.layers {
             Layers::Tiles(it) => match channel {
-                RLV_CHANNEL_DISPLACEMENT => Some(TileState::of(it.snapshot.field(), tile, wanted)),
-                RLV_CHANNEL_COLOR => it.paint.as_ref().map(|it| TileState::of(it.field(), tile, wanted)),
-                RLV_CHANNEL_VECTORS => it.vectors.as_ref().map(|it| TileState::of(it.field(), tile, wanted)),
-                RLV_CHANNEL_TRACES => it.traces.as_ref().map(|it| TileState::of(it.field(), tile, wanted)),
+                RLV_CHANNEL_DISPLACEMENT => Some(TileState::of(it.snapshot.field(), tile, wanted)?),
+                RLV_CHANNEL_COLOR => it.paint.as_ref().map(|it| TileState::of(it.field(), tile, wanted)).transpose()?,
+                RLV_CHANNEL_VECTORS => {
+                    it.vectors.as_ref().map(|it| TileState::of(it.field(), tile, wanted)).transpose()?
+                }
+                RLV_CHANNEL_TRACES => {
+                    it.traces.as_ref().map(|it| TileState::of(it.field(), tile, wanted)).transpose()?
+                }
                 _ => None,
             },
             Layers::Triangles(it) => match channel {
@@ -386,12 +392,14 @@ impl View {
     /// A channel; `None` if the detail does not have it. Fails if there is no such channel.
     pub fn channel(&self, channel: u32) -> Result<Option<ChannelState>> {
         fn tiles<T: Texel>(snapshot: &Arc<Snapshot<T>>) -> ChannelState {
-            let allocated = snapshot.field().allocated().count();
-            ChannelState { allocated, bytes: snapshot.bytes(), texel_size: size_of::<T>() }
+            let field = snapshot.field();
+            let allocated = field.allocated().count();
+            let paged = field.allocated().filter(|tile| field.is_paged(*tile)).count();
+            ChannelState { allocated, paged, bytes: snapshot.bytes(), texel_size: size_of::<T>() }
         }
         fn faces<T: Texel>(snapshot: &Arc<TriangleSnapshot<T>>) -> ChannelState {
             let allocated = snapshot.field().allocated().count();
-            ChannelState { allocated, bytes: snapshot.bytes(), texel_size: size_of::<T>() }
+            ChannelState { allocated, paged: 0, bytes: snapshot.bytes(), texel_size: size_of::<T>() }
         }
         if channel as usize >= CHANNELS {
             return Err(missing(channel));
