@@ -17,6 +17,9 @@ pub struct Arguments {
     /// File to write, once for each: a document (.relievo), or the displaced mesh (.obj, .ply, .glb).
     #[arg(short, long, value_name = "FILE", required = true)]
     out: Vec<PathBuf>,
+    /// Take the mesh's own triangles for the surface, as a document of triangles does by itself.
+    #[arg(long)]
+    triangles: bool,
     /// Document of the mesh to go on from.
     #[arg(long, value_name = "FILE")]
     document: Option<PathBuf>,
@@ -35,6 +38,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let context = Context::new(&ContextOptions { threads: arguments.threads, memory_limit: arguments.memory_limit })?;
     let wanted = Replay {
         mesh: arguments.mesh.clone(),
+        triangles: arguments.triangles,
         strokes: arguments.strokes.clone(),
         document: arguments.document.clone(),
         outputs: arguments.out.clone(),

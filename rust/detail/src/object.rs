@@ -248,9 +248,7 @@ impl DisplacedObject {
     ///
     /// Fails if the time is not finite.
     pub fn set_time(&mut self, time: f64) -> Result<()> {
-        if !time.is_finite() || time.abs() > f64::from(f32::MAX) {
-            return Err(Error::invalid(format!("{time} is no time")).advise("give finite seconds"));
-        }
+        check_time(time)?;
         self.time = time;
         Ok(())
     }
@@ -377,6 +375,14 @@ impl DisplacedObject {
             *reach = [reach[0].min(least), reach[1].max(most)];
         }
     }
+}
+
+/// Fails unless edits can be made then, in seconds.
+pub(crate) fn check_time(time: f64) -> Result<()> {
+    if time.is_finite() && time.abs() <= f64::from(f32::MAX) {
+        return Ok(());
+    }
+    Err(Error::invalid(format!("{time} is no time")).advise("give finite seconds"))
 }
 
 /// Fails unless all numbers are finite and the transform can be undone.

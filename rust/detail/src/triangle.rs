@@ -4,12 +4,15 @@
 
 mod bend;
 mod dab;
+pub mod fading;
 pub(crate) mod imprint;
 mod layers;
 mod level;
 mod nearest;
 mod object;
 mod site;
+mod traces;
 
+pub use fading::TriangleFading;
 pub(crate) use object::TriangleGround;
 pub use object::TriangleObject;

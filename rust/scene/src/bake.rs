@@ -108,6 +108,9 @@ impl Baker {
         let before = world.scene.time(frame.saturating_sub(1));
         let mut last = path.last().cloned().unwrap_or_default();
         world.surfaces_mut().try_for_each(|surface| surface.advance(context, now))?;
+        for object in 0..world.items().len() {
+            world.triangles_mut(object).map_or(Ok(()), |item| item.object.advance(context, now))?;
+        }
         {
             let _stage = context.stats().begin("imprint");
             for group in groups(world, now) {
@@ -133,6 +136,8 @@ impl Baker {
         let _stage = context.stats().begin("commit");
         for object in 0..world.items().len() {
             if let Some(item) = world.triangles_mut(object) {
+                changes.report.refused.extend(item.object.settle(context)?);
+                changes.unstamped += item.object.stamp(context)?.len() as u64;
                 changes.written.push(item.commit(context)?);
                 continue;
             }
@@ -599,6 +604,9 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
     }
     for object in 0..world.items().len() {
         if let Some(item) = world.triangles_mut(object) {
+            item.object.set_time(now)?;
+            item.object.settle(context)?;
+            item.object.take_as_stamped();
             item.commit(context)?;
         }
     }

@@ -44,12 +44,16 @@ impl<'a> Coat<'a> {
     pub fn color(&self, place: Place) -> [f32; 3] {
         let base = self.paint.map_or(self.base, |paint| paint.color(paint.canonical(place)).truncate());
         let Some((traces, tint)) = self.traces else { return base.to_array() };
-        let share = tint.share(&traces.mark(traces.canonical(place)), self.time);
-        base.lerp(tint.colour.into(), share).to_array()
+        tint.over(base, &traces.mark(traces.canonical(place)), self.time)
     }
 }
 
 impl TintEntry {
+    /// The colour of a place of colour `base` with a mark at `time`.
+    pub(crate) fn over(&self, base: Vec3, mark: &Mark, time: f32) -> [f32; 3] {
+        base.lerp(self.colour.into(), self.share(mark, time)).to_array()
+    }
+
     /// How much of the tint a mark gets at `time`.
     fn share(&self, mark: &Mark, time: f32) -> f32 {
         let Some(touched) = mark.time else { return 0.0 };

@@ -13,6 +13,7 @@ use crate::description::Up;
 use crate::output::Folder;
 use crate::picture::Studio;
 use crate::tessellation::Rates;
+use crate::triangles::TriangleItem;
 use crate::world::{Item, World};
 
 /// Writes the meshes of all visible objects in the formats the scene asks for: GLB as one file with y up, OBJ and PLY
@@ -27,14 +28,7 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
         list.push(match item {
             Item::Mesh(item) => (name, materials, item.mesh.clone(), item.transform),
             Item::Triangles(item) => {
-                let object = &item.object;
-                let (displaced, rates) = (object.displaced()?, |face: u32| object.rates(face));
-                let mut whole =
-                    TriangleTessellation::new(context, &displaced, object.normals(), world.cage(index), rates)?;
-                if let Some(paint) = object.paint() {
-                    whole.paint(paint.field())?;
-                }
-                (name, materials, whole.mesh, *object.transform())
+                (name, materials, triangle_mesh(context, world, index, item)?, *item.object.transform())
             }
             Item::Surface(surface) => {
                 (name, materials, displaced_mesh(context, world, index, surface)?, *surface.transform())
@@ -93,6 +87,20 @@ pub(crate) fn displaced_mesh(
         tessellation.trace(traces.field(), surface.time());
     }
     Ok(tessellation.mesh)
+}
+
+/// The displaced triangle mesh that an object shows, in its own space, with its colours and traces.
+pub(crate) fn triangle_mesh(context: &Context, world: &World, index: usize, item: &TriangleItem) -> Result<Mesh> {
+    let object = &item.object;
+    let (displaced, rates) = (object.displaced()?, |face: u32| object.rates(face));
+    let mut whole = TriangleTessellation::new(context, &displaced, object.normals(), world.cage(index), rates)?;
+    if let Some(paint) = object.paint() {
+        whole.paint(paint.field())?;
+    }
+    if let Some(traces) = object.traces() {
+        whole.trace(traces.field(), object.time());
+    }
+    Ok(whole.mesh)
 }
 
 /// The rotation that brings `up` to y, which glTF has up.

@@ -1,7 +1,7 @@
 //! `[[objects.NAME.layers]]` of a scene file: read, and made.
 
 use relievo_core::{Context, Result};
-use relievo_detail::{DisplacedObject, LayeredObject};
+use relievo_detail::LayeredObject;
 use relievo_document::{Blend, Kind, Settings};
 
 use crate::description::LayerEntry;
@@ -46,13 +46,13 @@ pub(crate) fn read_layers(reader: &mut Reader, object: Table) -> Vec<LayerEntry>
 
 impl LayerEntry {
     /// Adds the layer to `object`, or makes the one of that name, which a document brought, be seen as the scene says.
-    /// Edits go to the layers that they went to before.
-    pub(crate) fn make(&self, context: &Context, object: &mut DisplacedObject) -> Result<()> {
+    /// Edits go to the layers that they went to before. A new layer has `size` texels or segments along an edge.
+    pub(crate) fn make(&self, context: &Context, object: &mut impl LayeredObject, size: u32) -> Result<()> {
         if let Some(id) = object.layer(&self.name.text) {
             return object.set_layer(context, id, self.settings).map(drop);
         }
         let active = object.layers().into_iter().find(|layer| layer.active && layer.kind == self.kind);
-        object.add_layer(context, self.kind, &self.name.text, self.settings, self.size)?;
+        object.add_layer(context, self.kind, &self.name.text, self.settings, size)?;
         match active {
             Some(active) => object.set_active_layer(context, active.id),
             None => Ok(()),

@@ -139,6 +139,7 @@ impl Studio {
                         false => {
                             let mut parts = triangles::stale_parts(object, changed);
                             parts.extend(triangles::stale_parts(object, &recent));
+                            parts.extend(triangles::fading_parts(object, &world.scene.objects[index]));
                             parts.sort_unstable();
                             parts.dedup();
                             parts
@@ -151,7 +152,8 @@ impl Studio {
                         (true, false) => ALLOCATED,
                         (false, _) => UNTOUCHED,
                     };
-                    let parts = context.map(stale.len(), |at| triangles::part(object, stale[at], tag));
+                    let parts = context
+                        .map(stale.len(), |at| triangles::part(object, &world.scene.objects[index], stale[at], tag));
                     for (part, mesh) in stale.iter().zip(parts) {
                         let mesh = mesh?;
                         count += mesh.triangles.len() as u64;

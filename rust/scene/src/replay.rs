@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
 use relievo_detail::{StrokeReport, refusal};
+use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 use relievo_meshio::Instance;
 
@@ -19,8 +20,10 @@ use crate::{documents, export, file, strokes};
 /// What is replayed on what.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    /// The mesh file, the control cage of a Catmull-Clark surface.
+    /// The mesh file, the control cage of a Catmull-Clark surface or triangles.
     pub mesh: PathBuf,
+    /// Whether the surface is that of the mesh's own triangles. That of a document is what it was made on.
+    pub triangles: bool,
     /// The list of strokes.
     pub strokes: PathBuf,
     /// The document to start from.
@@ -62,12 +65,14 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
         Ok(toml::Value::from(name).to_string())
     };
     let mesh = whole(&wanted.mesh)?;
-    let document = match &wanted.document {
-        Some(path) => format!("document = {}\n", whole(path)?),
-        None => String::new(),
-    };
+    let (mut document, mut triangles) = (String::new(), wanted.triangles);
+    if let Some(path) = &wanted.document {
+        document = format!("document = {}\n", whole(path)?);
+        triangles |= Document::open(path, context.memory_limit())?.topology().is_of_triangles();
+    }
+    let kind = if triangles { "kind = \"triangles\"\n" } else { "" };
     let object = format!(
-        "\n[meshes.replayed]\nfile = {mesh}\n[surfaces.replayed]\nmesh = \"replayed\"\n\
+        "\n[meshes.replayed]\nfile = {mesh}\n[surfaces.replayed]\nmesh = \"replayed\"\n{kind}\
          [objects.replayed]\nsurface = \"replayed\"\n{document}"
     );
     let scene = file::parse(&wanted.strokes, &format!("{text}{object}"))?;
@@ -103,13 +108,16 @@ fn extension(path: &Path) -> Option<String> {
 
 /// Writes the one surface as a document or a mesh.
 fn write(context: &Context, world: &World, path: &Path) -> Result<()> {
-    let Some(Item::Surface(surface)) = world.items().first() else { return Ok(()) };
     let extension = extension(path).unwrap_or_default();
     if extension == EXTENSION {
-        return documents::document(context, world, 0, surface)?.write(path);
+        return documents::document(context, world, 0)?.map_or(Ok(()), |document| document.write(path));
     }
-    let mesh = export::displaced_mesh(context, world, 0, surface)?;
-    let (materials, transform) = (world.materials(0), *surface.transform());
+    let (mesh, transform) = match world.items().first() {
+        Some(Item::Surface(surface)) => (export::displaced_mesh(context, world, 0, surface)?, *surface.transform()),
+        Some(Item::Triangles(item)) => (export::triangle_mesh(context, world, 0, item)?, *item.object.transform()),
+        _ => return Ok(()),
+    };
+    let materials = world.materials(0);
     match extension.as_str() {
         "glb" => relievo_meshio::write_glb(path, &[Instance { name: "mesh", mesh: &mesh, transform, materials }]),
         "obj" => relievo_meshio::write_obj(path, &mesh, materials),

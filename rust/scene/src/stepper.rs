@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Progress};
 use relievo_detail::Volumes;
+use relievo_tiles::triangle::TriangleDecay;
 
 use crate::bake::{self, Baker, Changes};
 use crate::cache::{Cache, Frame, Identity, State};
@@ -298,15 +299,15 @@ impl Stepper {
                 let object = &item.object;
                 let faces = object.surface().topology().face_count() as u64;
                 let displacement = object.displacement();
-                let channels =
-                    [Some((displacement.bytes(), displacement.full_bytes(), displacement.allocated_count()))]
-                        .into_iter()
-                        .chain([
-                            object.paint().map(|paint| (paint.bytes(), paint.full_bytes(), paint.allocated_count())),
-                            object
-                                .vectors()
-                                .map(|vectors| (vectors.bytes(), vectors.full_bytes(), vectors.allocated_count())),
-                        ]);
+                let paint = object.paint().map(|it| (it.bytes(), it.full_bytes(), it.allocated_count()));
+                let traces = object.traces().map(|it| (it.bytes(), it.full_bytes(), it.allocated_count()));
+                let vectors = object.vectors().map(|it| (it.bytes(), it.full_bytes(), it.allocated_count()));
+                let own = (displacement.bytes(), displacement.full_bytes(), displacement.allocated_count());
+                if let Some(fading) = object.fading() {
+                    let paint = fading.paint.as_ref().map_or(0, TriangleDecay::bytes);
+                    self.summary.tile_bytes[0] += fading.displacement.bytes() + paint;
+                }
+                let channels = [Some(own), paint, traces, vectors].into_iter();
                 for (bytes, full, count) in channels.flatten() {
                     self.summary.tile_bytes[0] += bytes;
                     self.summary.tile_bytes[1] += full;

@@ -11,7 +11,7 @@ use crate::description::{Geometry, ObjectEntry, StrokeEntry};
 use crate::diagnostic::Diagnostic;
 use crate::file::Names;
 use crate::reader::{Name, Reader, Table};
-use crate::world::World;
+use crate::world::{Item, World};
 
 /// The one of `list` that `word` names.
 pub(crate) fn named<T: Copy + Default>(list: &[(T, &str)], word: Option<&str>) -> T {
@@ -178,6 +178,8 @@ pub(crate) fn make_due(
         for (object, layer) in active {
             if let Some(surface) = world.surface_mut(object) {
                 surface.set_active_layer(context, layer)?;
+            } else if let Some(item) = world.triangles_mut(object) {
+                item.object.set_active_layer(context, layer)?;
             }
         }
         let reports = reports.map_err(place)?;
@@ -206,8 +208,11 @@ fn choose_layer(
     let place = |error: Error| error.at(format!("layer `{}`", name.text));
     let (mut active, mut names) = (Vec::new(), Vec::new());
     for object in objects {
-        let Some(surface) = world.surface_mut(*object) else { continue };
-        let layers = surface.layers();
+        let layers = match world.items().get(*object) {
+            Some(Item::Surface(surface)) => surface.layers(),
+            Some(Item::Triangles(item)) => item.object.layers(),
+            _ => continue,
+        };
         names.extend(layers.iter().map(|layer| layer.name.clone()));
         let Some(found) = layers.iter().find(|layer| layer.name == name.text) else { continue };
         if found.kind.is_color() != matches!(stroke.action, Action::Paint { .. }) {
@@ -216,7 +221,11 @@ fn choose_layer(
         }
         let before = layers.iter().find(|layer| layer.active && layer.kind == found.kind);
         active.extend(before.map(|before| (*object, before.id)));
-        surface.set_active_layer(context, found.id)?;
+        if let Some(surface) = world.surface_mut(*object) {
+            surface.set_active_layer(context, found.id)?;
+        } else if let Some(item) = world.triangles_mut(*object) {
+            item.object.set_active_layer(context, found.id)?;
+        }
     }
     if active.is_empty() {
         let error = Error::invalid("the object has no such layer");

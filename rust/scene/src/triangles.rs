@@ -2,14 +2,15 @@
 
 use glam::{DAffine3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_detail::TriangleObject;
+use relievo_detail::{LayeredObject, TriangleObject};
 use relievo_render as render;
 use relievo_surface::TriangleSurface;
 use relievo_surface::triangle::split;
-use relievo_tiles::triangle::{TriangleBlock, TriangleChannel, TriangleOptions};
+use relievo_tiles::Mark;
+use relievo_tiles::triangle::{TriangleBlock, TriangleChannel, TriangleDecay, TriangleOptions};
 
 use crate::cache::Layer;
-use crate::description::{DetailEntry, TrianglesEntry};
+use crate::description::{DetailEntry, ObjectEntry, TrianglesEntry};
 
 /// A triangle mesh of a scene.
 #[derive(Debug)]
@@ -79,10 +80,17 @@ impl TriangleItem {
     /// The values of a block; `None` if it has none, or the mesh has no such layer.
     pub fn read(&self, layer: Layer, block: u32) -> Result<Option<Vec<u8>>> {
         match layer {
-            Layer::Displacement => self.object.displacement().read(block),
-            Layer::Paint => Ok(self.object.paint().map(|paint| paint.read(block)).transpose()?.flatten()),
+            Layer::Displacement => self.object.read_displacement(block),
+            Layer::Paint => self.object.read_paint(block),
+            Layer::Traces => Ok(self.object.traces().map(|traces| traces.read(block)).transpose()?.flatten()),
             Layer::Vectors => Ok(self.object.vectors().map(|vectors| vectors.read(block)).transpose()?.flatten()),
-            _ => Ok(None),
+            Layer::DisplacementStamps => {
+                self.object.fading().map_or(Ok(None), |fading| fading.displacement.read(block))
+            }
+            Layer::PaintStamps => {
+                let stamps = self.object.fading().and_then(|fading| fading.paint.as_ref());
+                stamps.map_or(Ok(None), |stamps| stamps.read(block))
+            }
         }
     }
 
@@ -90,34 +98,67 @@ impl TriangleItem {
     pub fn write(&mut self, layer: Layer, block: u32, bytes: Option<&[u8]>) -> Result<()> {
         let missing = || Error::invalid("an object has no such layer");
         match layer {
-            Layer::Displacement => self.object.displacement_mut().write_block(block, bytes),
-            Layer::Paint => self.object.paint_mut().ok_or_else(missing)?.write_block(block, bytes),
+            Layer::Displacement => self.object.write_displacement(block, bytes),
+            Layer::Paint => self.object.write_paint(block, bytes),
+            Layer::Traces => self.object.traces_mut().ok_or_else(missing)?.write_block(block, bytes),
             Layer::Vectors => self.object.vectors_mut().ok_or_else(missing)?.write_block(block, bytes),
-            _ => Err(missing()),
+            Layer::DisplacementStamps => self.object.fading_mut().ok_or_else(missing)?.displacement.write(block, bytes),
+            Layer::PaintStamps => {
+                let stamps = self.object.fading_mut().and_then(|fading| fading.paint.as_mut());
+                stamps.ok_or_else(missing)?.write(block, bytes)
+            }
         }
     }
 
     /// All blocks there are.
     pub fn allocated(&self) -> Vec<(Layer, u32)> {
-        let displacement = self.object.displacement().blocks().into_iter().map(|block| (Layer::Displacement, block));
-        let paint = self.object.paint().into_iter().flat_map(TriangleChannel::blocks);
+        let displacement = self.object.displaced_tiles().into_iter().map(|block| (Layer::Displacement, block));
+        let paint = self.object.painted_tiles().into_iter().map(|block| (Layer::Paint, block));
+        let traces = self.object.traces().into_iter().flat_map(TriangleChannel::blocks);
+        let mut all: Vec<(Layer, u32)> =
+            displacement.chain(paint).chain(traces.map(|block| (Layer::Traces, block))).collect();
         let vectors = self.object.vectors().into_iter().flat_map(TriangleChannel::blocks);
-        let vectors = vectors.map(|block| (Layer::Vectors, block));
-        displacement.chain(paint.map(|block| (Layer::Paint, block))).chain(vectors).collect()
+        all.extend(vectors.map(|block| (Layer::Vectors, block)));
+        if let Some(fading) = self.object.fading() {
+            all.extend(fading.displacement.blocks().into_iter().map(|block| (Layer::DisplacementStamps, block)));
+            let paint = fading.paint.iter().flat_map(TriangleDecay::blocks);
+            all.extend(paint.map(|block| (Layer::PaintStamps, block)));
+        }
+        all
     }
 
     /// Makes what was edited visible to readers. Returns the blocks that changed since this was done last.
     pub fn commit(&mut self, context: &Context) -> Result<Vec<(Layer, u32)>> {
-        let topology = self.object.surface().topology().clone();
         // Measured anew, so that a frame does not depend on whether the frames before were computed or opened.
-        let sculpted = self.object.displacement_mut().commit().changed().blocks(&topology);
+        let sculpted = self.object.commit_displacement();
+        let topology = self.object.surface().topology().clone();
         let bent = self.object.vectors_mut().map(|vectors| vectors.commit().changed().blocks(&topology));
         self.object.renew(context)?;
-        let painted = self.object.paint_mut().map(|paint| paint.commit().changed().blocks(&topology));
+        let painted = self.object.commit_paint();
+        let traced = self.object.traces_mut().map(|traces| traces.commit().changed().blocks(&topology));
         let sculpted = sculpted.into_iter().map(|block| (Layer::Displacement, block));
-        let painted = painted.into_iter().flatten().map(|block| (Layer::Paint, block));
-        let bent = bent.into_iter().flatten().map(|block| (Layer::Vectors, block));
-        Ok(sculpted.chain(painted).chain(bent).collect())
+        let painted = painted.into_iter().map(|block| (Layer::Paint, block));
+        let traced = traced.into_iter().flatten().map(|block| (Layer::Traces, block));
+        let mut all: Vec<(Layer, u32)> = sculpted.chain(painted).chain(traced).collect();
+        all.extend(bent.into_iter().flatten().map(|block| (Layer::Vectors, block)));
+        if let Some(fading) = self.object.fading_mut() {
+            all.extend(fading.displacement.take_changed().into_iter().map(|block| (Layer::DisplacementStamps, block)));
+            let paint = fading.paint.iter_mut().flat_map(TriangleDecay::take_changed);
+            all.extend(paint.map(|block| (Layer::PaintStamps, block)));
+        }
+        Ok(all)
+    }
+
+    /// Makes edits fade and imprints leave traces, if `entry` asks for it.
+    pub fn keep(&mut self, entry: &ObjectEntry) -> Result<()> {
+        if let Some(decay) = entry.decay {
+            self.object.set_decay(decay, entry.detail.budget)?;
+        }
+        if entry.traces.is_none() || self.object.traces().is_some() {
+            return Ok(());
+        }
+        let traces = TriangleChannel::of(self.object.displacement().field(), entry.detail.budget)?;
+        self.object.set_traces(traces)
     }
 }
 
@@ -136,8 +177,15 @@ pub fn stale_parts(object: &TriangleObject, blocks: &[u32]) -> Vec<u32> {
     parts
 }
 
-/// The triangles of a part for the ray caster. `tag` says the tag of a face.
-pub fn part(object: &TriangleObject, part: u32, tag: impl Fn(u32) -> u32) -> Result<render::Mesh> {
+/// The parts that look different although nothing was written to them, because their traces fade, ascending.
+pub fn fading_parts(object: &TriangleObject, entry: &ObjectEntry) -> Vec<u32> {
+    let fades = entry.traces.as_ref().is_some_and(|tint| tint.fade > 0.0);
+    let traces = object.traces().filter(|_| fades).map(TriangleChannel::blocks);
+    stale_parts(object, &traces.unwrap_or_default())
+}
+
+/// The triangles of a part of the object that `entry` describes for the ray caster. `tag` says the tag of a face.
+pub fn part(object: &TriangleObject, entry: &ObjectEntry, part: u32, tag: impl Fn(u32) -> u32) -> Result<render::Mesh> {
     let count = object.surface().topology().face_count();
     let first = part as usize * PART;
     let mut mesh = render::Mesh::default();
@@ -150,7 +198,16 @@ pub fn part(object: &TriangleObject, part: u32, tag: impl Fn(u32) -> u32) -> Res
         mesh.triangles.extend(piece.triangles.iter().map(|triangle| triangle.map(|at| base + at)));
         mesh.points.extend(piece.points);
         mesh.normals.extend(piece.normals);
-        mesh.colors.extend(colors.into_iter().map(|[r, g, b, _]| [r, g, b]));
+        let painted = colors.into_iter().map(|[r, g, b, _]| [r, g, b]);
+        match &entry.traces {
+            Some(tint) if object.traces().is_some() => {
+                let tinted = |(base, mark): ([f32; 3], Mark)| tint.over(base.into(), &mark, object.time() as f32);
+                // Without paint it has the object's own colour.
+                let base = painted.chain(std::iter::repeat(entry.colour));
+                mesh.colors.extend(base.zip(object.marks(face)).map(tinted));
+            }
+            _ => mesh.colors.extend(painted),
+        }
     }
     Ok(mesh)
 }

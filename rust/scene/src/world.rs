@@ -81,8 +81,7 @@ impl World {
             let transform = *transform;
             let mesh = assets.mesh(scene.cage_of(object));
             let document = object.document.as_ref().map(|name| {
-                let opened =
-                    context.stats().time("load.documents", || documents::open(context, &paths, &name.text, mesh));
+                let opened = context.stats().time("load.documents", || documents::open(context, &paths, &name.text));
                 opened.map_err(|error| refuse(Diagnostic::from_error(name.span.clone(), &error)))
             });
             let mut document = document.transpose()?;
@@ -97,8 +96,21 @@ impl World {
                         let paint = scene.is_painted(items.len()).then_some(color);
                         let bent = scene.is_bent(items.len());
                         let item = TriangleItem::new(context, mesh, triangles, &object.detail, paint, bent, transform);
-                        items.push(Item::Triangles(Box::new(item.map_err(fault)?)));
-                        documents.push(None);
+                        let mut item = item.map_err(&fault)?;
+                        if let (Some(start), Some(name)) = (&mut document, &object.document) {
+                            start
+                                .fit_triangles(item.cage.as_ref().unwrap_or(mesh))
+                                .and_then(|()| start.take_up(context, &mut item.object, object.detail.budget))
+                                .map_err(|error| refuse(Diagnostic::from_error(name.span.clone(), &error)))?;
+                        }
+                        for layer in &object.layers {
+                            layer
+                                .make(context, &mut item.object, object.detail.segments)
+                                .map_err(|error| refuse(Diagnostic::from_error(layer.name.span.clone(), &error)))?;
+                        }
+                        item.keep(object).map_err(fault)?;
+                        items.push(Item::Triangles(Box::new(item)));
+                        documents.push(document.map(|start| (start.checksum, start.notes)));
                         continue;
                     }
                     let options = surface_options(entry);
@@ -120,7 +132,8 @@ impl World {
                             }
                             if let (Some(start), Some(name)) = (&mut document, &object.document) {
                                 start
-                                    .take_up(context, &mut item, object.detail.budget)
+                                    .fit(mesh)
+                                    .and_then(|()| start.take_up(context, &mut item, object.detail.budget))
                                     .map_err(|error| refuse(Diagnostic::from_error(name.span.clone(), &error)))?;
                             }
                             if scene.is_bent(items.len()) && item.vectors().is_none() {
@@ -129,7 +142,7 @@ impl World {
                             }
                             for layer in &object.layers {
                                 layer
-                                    .make(context, &mut item)
+                                    .make(context, &mut item, layer.size)
                                     .map_err(|error| refuse(Diagnostic::from_error(layer.name.span.clone(), &error)))?;
                             }
                             if let Some(decay) = object.decay {
@@ -453,20 +466,14 @@ impl World {
     }
 }
 
-/// Fails if an object shows triangles and is asked for what only Catmull-Clark surfaces have.
+/// Fails if an object shows triangles whose points move and which are to be split.
 fn check_triangles(object: &ObjectEntry, entry: &TrianglesEntry, animated: bool) -> Result<()> {
-    let unfit = [
-        (object.document.is_some(), "starts from a document", "remove `document`"),
-        (object.decay.is_some(), "has edits that fade", "remove `decay`"),
-        (object.traces.is_some(), "keeps traces of contact", "remove `traces`"),
-        (animated && entry.longest_edge.is_some(), "is animated and to be split", "remove `longest_edge`"),
-    ];
-    match unfit.into_iter().find(|(unfit, ..)| *unfit) {
-        Some((_, what, remedy)) => {
-            Err(Error::unsupported(format!("object `{}` shows triangles and {what}", object.name.text)).advise(remedy))
-        }
-        None => Ok(()),
+    if !animated || entry.longest_edge.is_none() {
+        return Ok(());
     }
+    let name = &object.name.text;
+    Err(Error::unsupported(format!("object `{name}` shows triangles and is animated and to be split"))
+        .advise("remove `longest_edge`"))
 }
 
 /// Fails if surfaces of triangles are to take part in imprints in a way that they cannot.

@@ -171,6 +171,7 @@ fn a_list_of_strokes_in_two_goes_is_the_list_in_one() {
     let context = Context::serial();
     let go = |strokes: &str, document: Option<&str>, outputs: &[&str]| {
         let wanted = Replay {
+            triangles: false,
             mesh: cage(folder.path()),
             strokes: path(strokes),
             document: document.map(path),

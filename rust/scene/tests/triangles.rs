@@ -4,7 +4,9 @@ use std::path::Path;
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Values};
+use relievo_document::Document;
 use relievo_scene::file::read_file;
+use relievo_scene::replay::{Replay, replay};
 use relievo_scene::stepper::{RunOptions, Summary, run};
 
 const SCENE: &str = r##"version = 1
@@ -109,6 +111,142 @@ fn triangles_are_painted_sculpted_pressed_kept_and_exported() {
     assert_eq!(bytes(folder.path(), "whole", file), bytes(folder.path(), "parts", file));
 }
 
+/// The same with layers and traces, which writes a document.
+fn layered() -> String {
+    let object = "colour = [1, 1, 1]\ntraces = { depth = 0.02, colour = [0, 1, 0], fade = 1 }\n\
+                  [[objects.ground.layers]]\nname = \"ridge\"\nopacity = 0.5\n";
+    let scene = SCENE.replace("colour = [1, 1, 1]\n", object);
+    let scene = scene.replace("sculpt = \"draw\"\n", "sculpt = \"draw\"\nlayer = \"ridge\"\n");
+    scene.replace("mesh = \"last\"\n", "mesh = \"last\"\ndocuments = \"last\"\n")
+}
+
+fn points(folder: &Path, name: &str) -> relievo_core::Mesh {
+    relievo_meshio::read(&Context::serial(), &folder.join(name)).unwrap()
+}
+
+#[test]
+fn layers_and_traces_are_cached_and_a_document_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = layered();
+    run_in(folder.path(), "whole", &scene, None, 1);
+    let plain = run_in(folder.path(), "plain", SCENE, None, 1);
+    assert_eq!(plain.baked, 4);
+    let files = ["mesh-000003-ground.ply", "mesh-000003.glb", "beauty-000003.png", "document-000003-ground.relievo"];
+    run_in(folder.path(), "parts", &scene, Some((0, 2)), 3);
+    let rest = run_in(folder.path(), "parts", &scene, None, 2);
+    assert_eq!((rest.baked, rest.opened), (1, 3));
+    for file in files {
+        assert_eq!(bytes(folder.path(), "parts", file), bytes(folder.path(), "whole", file), "{file}");
+    }
+    let mesh = points(folder.path(), "whole/mesh-000003-ground.ply");
+    let numbers = |name: &str| match &mesh.attribute(name).unwrap().values {
+        Values::F32(values) => values.clone(),
+        _ => panic!(),
+    };
+    let (contact, depth, age) = (numbers("contact"), numbers("depth"), numbers("age"));
+    let mut touched = 0;
+    for (at, [x, y, z]) in mesh.points.iter().enumerate() {
+        if y.abs() < 0.08 && x.abs() < 0.3 {
+            // Nothing else moved it.
+            assert!(contact[at] == 1.0 && (depth[at] + z).abs() < 2e-3 && (0.0..=0.125).contains(&age[at]));
+            touched += 1;
+        } else if y.abs() > 0.2 {
+            assert!(contact[at] == 0.0 && age[at] == -1.0);
+        }
+    }
+    assert!(touched > 100);
+    // A ridge on a layer at half its opacity is as high as one that is on none.
+    let highest = |mesh: &relievo_core::Mesh| mesh.points.iter().map(|point| point[2]).fold(0.0, f32::max);
+    let [one, other] = [&mesh, &points(folder.path(), "plain/mesh-000003-ground.ply")].map(highest);
+    assert!((one - other).abs() < 1e-4 && one > 0.015, "{one} {other}");
+
+    // What goes on from the document has all of it, where nothing presses any more.
+    let from = scene.replace("colour = [1, 1, 1]\n", "colour = [1, 1, 1]\ndocument = \"ground.relievo\"\n");
+    let cut = |text: &str| {
+        let first = text.find("[[strokes]]").unwrap();
+        let text = format!("{}{}", &text[..first], &text[text.find("[camera]").unwrap()..]);
+        text.replace("[colliders.tool]\n", "")
+    };
+    let from = cut(&from).replace("frames = 4", "frames = 1");
+    let written = folder.path().join("whole/document-000003-ground.relievo");
+    std::fs::copy(&written, folder.path().join("ground.relievo")).unwrap();
+    run_in(folder.path(), "on", &from, None, 1);
+    let again = points(folder.path(), "on/mesh-000000-ground.ply");
+    assert_eq!(again.points, mesh.points);
+    let document = Document::open(&folder.path().join("on/document-000000-ground.relievo"), 1 << 30).unwrap();
+    assert_eq!(document.layers(), Document::open(&written, 1 << 30).unwrap().layers());
+    // But not as a Catmull-Clark surface, nor on other triangles.
+    for (old, new, expected) in [
+        ("kind = \"triangles\"\nlongest_edge = 0.3\n", "", "on a surface of triangles"),
+        ("longest_edge = 0.3", "longest_edge = 0.2", "on other triangles"),
+    ] {
+        let text = from.replace(old, new);
+        assert_ne!(text, from);
+        let scene = folder.path().join("misfit.toml");
+        std::fs::write(&scene, text).unwrap();
+        let options = RunOptions { out: folder.path().join("out"), frames: None, allowed: Vec::new(), rebake: false };
+        let done = run(&Context::serial(), read_file(&scene).unwrap(), &options, &mut Silent);
+        let message = format!("{}", done.unwrap_err());
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn edits_that_fade_are_gone_on_with_and_give_all_bytes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let fading = |duration: &str| {
+        let decay = format!("colour = [1, 1, 1]\ndecay = {{ delay = 0.04, duration = {duration} }}\n");
+        SCENE.replace("colour = [1, 1, 1]\n", &decay).replace("frames = 4", "frames = 8")
+    };
+    let scene = fading("0.2");
+    run_in(folder.path(), "whole", &scene, None, 1);
+    run_in(folder.path(), "parts", &scene, Some((0, 4)), 3);
+    let rest = run_in(folder.path(), "parts", &scene, None, 2);
+    assert_eq!((rest.baked, rest.opened), (3, 5));
+    for file in ["mesh-000007-ground.ply", "beauty-000007.png", "beauty-000006.png"] {
+        assert_eq!(bytes(folder.path(), "parts", file), bytes(folder.path(), "whole", file), "{file}");
+    }
+    // All that was painted and sculpted has faded, and what presses is out of the mesh.
+    let gone = fading("0.01")
+        .replace("time = 0.125, translation = [0.3, 0, 0.07] }", "time = 0.125, translation = [0.3, 0, 9] }");
+    let summary = run_in(folder.path(), "gone", &gone, None, 1);
+    let mesh = points(folder.path(), "gone/mesh-000007-ground.ply");
+    assert!(mesh.points.iter().all(|point| point[2] == 0.0));
+    assert_eq!(summary.tiles[0], 0);
+}
+
+#[test]
+fn a_list_of_strokes_is_replayed_on_triangles_and_on_a_document_of_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("mesh.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
+    let list = "version = 1\n[[strokes]]\nsculpt = \"draw\"\nheight = 0.01\nradius = 0.2\n\
+                points = [{ position = [0.3, 0.5, 0] }, { position = [0.7, 0.5, 0] }]\n";
+    std::fs::write(at("list.toml"), list).unwrap();
+    let replayed = |triangles: bool, document: Option<&str>, output: &str| {
+        let wanted = Replay {
+            mesh: at("mesh.obj"),
+            triangles,
+            strokes: at("list.toml"),
+            document: document.map(at),
+            outputs: vec![at(output)],
+            allowed: Vec::new(),
+        };
+        replay(&Context::serial(), &wanted).unwrap();
+    };
+    replayed(true, None, "once.relievo");
+    replayed(false, Some("once.relievo"), "twice.relievo");
+    replayed(false, Some("once.relievo"), "twice.ply");
+    let bytes = |name: &str| {
+        let document = Document::open(&at(name), 1 << 30).unwrap();
+        assert!(document.topology().is_of_triangles());
+        document.layers().iter().map(|layer| layer.bytes(document.topology())).sum::<u64>()
+    };
+    assert!(bytes("once.relievo") > 0 && bytes("twice.relievo") >= bytes("once.relievo"));
+    let highest = points(folder.path(), "twice.ply").points.iter().map(|point| point[2]).fold(0.0, f32::max);
+    assert!(highest > 0.015, "{highest}");
+}
+
 #[test]
 fn what_triangles_cannot_do_is_said() {
     let folder = tempfile::tempdir().unwrap();
@@ -125,6 +263,5 @@ fn what_triangles_cannot_do_is_said() {
     refused("longest_edge = 0.3", "isolation = 3", "`isolation` means nothing for triangles");
     refused("kind = \"triangles\"\n", "", "`longest_edge` means nothing for a Catmull-Clark surface");
     refused("voxels = 65536\n[colliders.tool]", "voxels = 65536\n[colliders.tool]\nrim = 0.5", "no rims");
-    refused("colour = [1, 1, 1]\n", "colour = [1, 1, 1]\ntraces = { depth = 0.1 }\n", "traces of contact");
     refused("segments = 16", "segments = 12", "power of two");
 }

@@ -39,7 +39,7 @@ impl DecayOptions {
     }
 
     /// How much is left at `time` of an edit made at `stamp`.
-    fn share(&self, stamp: f32, time: f64) -> f64 {
+    pub(crate) fn share(&self, stamp: f32, time: f64) -> f64 {
         let age = time - f64::from(stamp) - f64::from(self.delay);
         1.0 - (age / f64::from(self.duration)).clamp(0.0, 1.0)
     }

@@ -46,6 +46,14 @@ pub struct Mark {
     pub time: Option<f32>,
 }
 
+impl Mark {
+    /// What a mean of traces says.
+    pub(crate) fn of(mean: DVec4) -> Self {
+        let time = (mean.x > 0.0).then(|| (mean.z / mean.x) as f32);
+        Self { contact: mean.x as f32, depth: mean.y as f32, time }
+    }
+}
+
 impl Trace {
     /// The trace after a push by `depth` at `time`.
     pub fn pushed(self, depth: f32, time: f32) -> Self {
@@ -110,9 +118,7 @@ impl Field<Trace> {
         let at = |i: usize, j: usize| block[j * stride + i].value();
         let low = at(i, j).lerp(at(i + 1, j), f64::from(s));
         let high = at(i, j + 1).lerp(at(i + 1, j + 1), f64::from(s));
-        let mean = low.lerp(high, f64::from(t));
-        let time = (mean.x > 0.0).then(|| (mean.z / mean.x) as f32);
-        Mark { contact: mean.x as f32, depth: mean.y as f32, time }
+        Mark::of(low.lerp(high, f64::from(t)))
     }
 }
 

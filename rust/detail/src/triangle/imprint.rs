@@ -13,6 +13,7 @@ use relievo_tiles::triangle::TriangleField;
 use super::dab::write;
 use super::object::{TriangleGround, TriangleObject, field_length};
 use super::site::{Element, ElementEdit, Run, values};
+use super::traces;
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
 use crate::frame::STILL;
@@ -86,6 +87,9 @@ impl Imprinter {
         start: Option<&TriangleField>,
     ) -> Result<Report> {
         let stats = context.stats();
+        if let Some(traces) = &object.traces {
+            traces::check(object.displacement.field(), traces.field())?;
+        }
         let mut report = Report { bytes: object.displacement().bytes(), sub_steps: 1, ..Report::default() };
         let Some(grid) = stats.time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?
         else {
@@ -111,15 +115,23 @@ impl Imprinter {
         };
         let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
         object.widen(edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
-        let finest = object.displacement.field().pattern();
+        let before = object.displacement.field().clone();
+        let finest = before.pattern();
         let (done, shown) = write(context, &mut object.displacement, finest, &faces, edits, false)?;
         object.touch(&shown);
+        let mut refused = done.refused;
+        if let Some(traces) = &mut object.traces {
+            let fields = [&before, object.displacement.field()];
+            refused.extend(traces::record(context, fields, traces, &shown, object.time)?);
+            refused.sort_unstable();
+            refused.dedup();
+        }
         report.tested_tiles = done.tested_tiles;
         report.tested_coefficients = done.tested_texels;
         report.changed = done.changed;
         report.changed_coefficients = done.changed_texels;
         report.allocated = done.allocated;
-        report.refused = done.refused;
+        report.refused = refused;
         report.bytes = done.bytes;
         Ok(report)
     }

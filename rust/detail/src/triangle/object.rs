@@ -11,12 +11,13 @@ use relievo_tiles::triangle::{
     FaceRates, Offset, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals, TrianglePiece,
     TriangleSnapshot,
 };
-use relievo_tiles::{Rgba8, Trace, Vector};
+use relievo_tiles::{Mark, Rgba8, Trace, Vector};
 
+use super::fading::TriangleFading;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::layered::{self, Channels, LayeredObject, Layers, Stored};
 use crate::obb::Obb;
-use crate::object::check_transform;
+use crate::object::{check_time, check_transform};
 
 /// Displacements that dabs go by: along the normals, and in object space.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +34,7 @@ pub struct TriangleObject {
     pub(super) paint: Option<TriangleChannel<Rgba8>>,
     pub(super) layers: Layers<TriangleChannel, TriangleChannel<Rgba8>>,
     pub(super) traces: Option<TriangleChannel<Trace>>,
+    pub(super) fading: Option<TriangleFading>,
     pub(super) vectors: Option<TriangleChannel<Vector>>,
     /// The vectors in object space, as they were renewed or edited last, and no less than the longest.
     pub(super) offsets: Option<(TriangleField<Offset>, f32)>,
@@ -47,6 +49,7 @@ pub struct TriangleObject {
     /// Faces whose normals are to be renewed; `None` for all.
     stale: Option<Vec<u32>>,
     level: u32,
+    pub(super) time: f64,
 }
 
 impl TriangleObject {
@@ -69,6 +72,7 @@ impl TriangleObject {
         Ok(Self {
             layers: Layers::default(),
             traces: None,
+            fading: None,
             vectors: None,
             offsets: None,
             surface,
@@ -82,6 +86,7 @@ impl TriangleObject {
             bent: false,
             stale: None,
             level: 0,
+            time: 0.0,
         })
     }
 
@@ -129,6 +134,18 @@ impl TriangleObject {
         self.check_mesh(paint.field().topology(), "colours")?;
         self.layers.colors = Some(layered::colors(paint.field().blank()));
         self.paint = Some(paint);
+        Ok(())
+    }
+
+    /// When edits are made now, in seconds.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// When edits are made from now on, in seconds; 0 at first. Fails if the time is not finite.
+    pub fn set_time(&mut self, time: f64) -> Result<()> {
+        check_time(time)?;
+        self.time = time;
         Ok(())
     }
 
@@ -259,6 +276,7 @@ impl TriangleObject {
     pub fn is_allocated(&self, face: u32) -> bool {
         self.displacement.field().is_allocated(face)
             || self.paint.as_ref().is_some_and(|paint| paint.field().is_allocated(face))
+            || self.traces.as_ref().is_some_and(|traces| traces.field().is_allocated(face))
     }
 
     /// How finely a face has to be divided to show all that is on it.
@@ -266,6 +284,8 @@ impl TriangleObject {
         let rates = FaceRates::of(self.displacement.field(), face);
         let vectors = self.vectors.as_ref();
         let rates = vectors.map_or(rates, |vectors| rates.with(FaceRates::of(vectors.field(), face)));
+        let traces = self.traces.as_ref();
+        let rates = traces.map_or(rates, |traces| rates.with(FaceRates::of(traces.field(), face)));
         self.paint.as_ref().map_or(rates, |paint| rates.with(FaceRates::of(paint.field(), face)))
     }
 
@@ -289,6 +309,13 @@ impl TriangleObject {
             let reach = faces.chain(edges).chain(offsets.vertices()).map(longest).fold(0.0, f32::max);
             self.offsets = Some((offsets, reach));
         }
+    }
+
+    /// What traces say at the corners of the triangles of a face, see [`Self::piece`]; nothing if it keeps none.
+    pub fn marks(&self, face: u32) -> Vec<Mark> {
+        let Some(traces) = &self.traces else { return Vec::new() };
+        let places = self.rates(face).places().into_iter();
+        places.map(|(pattern, node)| traces.field().mark(face, pattern, node)).collect()
     }
 
     /// Brings the normals up to date.
@@ -371,7 +398,7 @@ impl LayeredObject for TriangleObject {
     }
 
     fn is_fading(&self) -> bool {
-        false
+        self.fading.is_some()
     }
 
     fn channels(

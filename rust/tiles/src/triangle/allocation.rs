@@ -99,7 +99,7 @@ impl<T: Texel> TriangleChannel<T> {
         }
         wanted.extend(edges.into_keys().map(|element| Wanted { class: class(false), element }));
         let field = &self.field;
-        let blocks = context.map(wanted.len(), |index| values_of(field, &wanted[index]));
+        let blocks = context.map(wanted.len(), |index| values_of(field, wanted[index].class, wanted[index].element));
         let mut freed = Vec::new();
         for Wanted { class, element } in &wanted {
             let pages = if class.face { &mut self.field.faces } else { &mut self.field.edges };
@@ -154,7 +154,7 @@ impl<T: Texel> TriangleChannel<T> {
         let field = &self.field;
         let blocks = context.map(edges.len(), |index| {
             let (element, pattern) = edges[index];
-            values_of(field, &Wanted { class: class(pattern), element })
+            values_of(field, class(pattern), element)
         });
         let mut all = true;
         for ((edge, pattern), texels) in edges.iter().zip(blocks) {
@@ -211,8 +211,8 @@ impl<T: Texel> TriangleChannel<T> {
 }
 
 /// What the block of an element reads as before it has it.
-fn values_of<T: Texel>(field: &TriangleField<T>, wanted: &Wanted) -> Arc<[T]> {
-    let Wanted { class: TriangleClass { face, pattern }, element } = *wanted;
+pub(super) fn values_of<T: Texel>(field: &TriangleField<T>, class: TriangleClass, element: u32) -> Arc<[T]> {
+    let TriangleClass { face, pattern } = class;
     if !face {
         let segments = pattern.segments();
         let value = |step: u32| T::nearest(field.on_edge(element, step as f32 / segments as f32));

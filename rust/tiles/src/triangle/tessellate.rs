@@ -112,7 +112,7 @@ impl TriangleTessellation {
         let (points, normals): (Vec<_>, Vec<[f32; 3]>) = found.into_iter().unzip();
         let mut mesh = Mesh::from_triangles(points, &triangles);
         mesh.attributes = pieces.carry(cage, topology, &["normal"]);
-        mesh.attributes.push(point_attribute("normal", normals.into_flattened()));
+        mesh.attributes.push(point_attribute("normal", 3, normals.into_flattened()));
         let parameter = |corner: &u32| {
             let (_, [_, u, v]) = pieces.places[*corner as usize];
             [u, v]
@@ -168,6 +168,11 @@ impl TriangleTessellation {
         Ok(moved.chunk_by(|a, b| a.0 + 1 == b.0).map(run).collect())
     }
 
+    /// Per point a face, a pattern and a vertex of it that is there; `None` for a vertex without a face.
+    pub(super) fn places(&self) -> &[Option<(u32, Pattern, Node)>] {
+        &self.places
+    }
+
     /// Gives the mesh the colours of `paint` as the point attribute `color`, in place of one it may have: red, green and
     /// blue, linear. Fails if they are those of another mesh.
     pub fn paint<T: ColorTexel>(&mut self, paint: &TriangleField<T>) -> Result<()> {
@@ -180,13 +185,14 @@ impl TriangleTessellation {
         };
         let values = self.places.iter().flat_map(|place| color(place).truncate().to_array()).collect();
         self.mesh.attributes.retain(|attribute| attribute.name != "color");
-        self.mesh.attributes.push(point_attribute("color", values));
+        self.mesh.attributes.push(point_attribute("color", 3, values));
         Ok(())
     }
 }
 
-fn point_attribute(name: &str, values: Vec<f32>) -> Attribute {
-    Attribute { name: name.into(), domain: Domain::Point, width: 3, values: Values::F32(values), indices: None }
+/// Numbers of every point.
+pub(super) fn point_attribute(name: &str, width: u32, values: Vec<f32>) -> Attribute {
+    Attribute { name: name.into(), domain: Domain::Point, width, values: Values::F32(values), indices: None }
 }
 
 #[cfg(test)]

@@ -1,0 +1,95 @@
+//! Triangle meshes whose edits fade, as [`crate::fading`] has it for tiles. See [`relievo_tiles::triangle::decay`].
+
+use relievo_core::{Context, Error, Result};
+use relievo_tiles::triangle::{TriangleDecay, TriangleField};
+use relievo_tiles::{DecayOptions, Rgba8};
+
+use super::object::TriangleObject;
+
+/// The stamps of a triangle mesh.
+#[derive(Debug)]
+pub struct TriangleFading {
+    /// Those of its displacement.
+    pub displacement: TriangleDecay<half::f16>,
+    /// Those of its colours, if it has colours.
+    pub paint: Option<TriangleDecay<Rgba8>>,
+    /// What has been stamped.
+    stamped: (TriangleField, Option<TriangleField<Rgba8>>),
+}
+
+impl TriangleObject {
+    /// Makes edits from now on fade; what was edited before stays, and so do colours that the object is given later. Stamps
+    /// of displacement and of colours may occupy `budget` bytes each, and the edited values as many.
+    ///
+    /// Fails if the times are none, the budget does not hold the vertices, or there are layers.
+    pub fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {
+        let colors = self.layers.colors.as_ref();
+        if !self.layers.displacement.is_plain() || colors.is_some_and(|stack| !stack.is_plain()) {
+            return Err(
+                Error::unsupported("edits that fade are on one layer").advise("leave out the layers or the decay")
+            );
+        }
+        let displacement = TriangleDecay::new(&self.displacement, options, budget)?;
+        let paint = self.paint.as_ref().map(|paint| TriangleDecay::new(paint, options, budget)).transpose()?;
+        self.fading = Some(TriangleFading { displacement, paint, stamped: self.fields() });
+        Ok(())
+    }
+
+    /// The stamps, if edits fade.
+    pub fn fading(&self) -> Option<&TriangleFading> {
+        self.fading.as_ref()
+    }
+
+    /// The stamps, to be written: put back what was read with the channels.
+    pub fn fading_mut(&mut self) -> Option<&mut TriangleFading> {
+        self.fading.as_mut()
+    }
+
+    /// Stamps what was edited since it was last done with the object's time. Returns the faces, ascending, whose stamps
+    /// their budget refused; what was edited there stays.
+    pub fn stamp(&mut self, context: &Context) -> Result<Vec<u32>> {
+        let now = self.fields();
+        let Some(fading) = &mut self.fading else { return Ok(Vec::new()) };
+        let (displacement, paint) = std::mem::replace(&mut fading.stamped, now);
+        let mut refused = fading.displacement.stamp(context, &displacement, &self.displacement, self.time)?;
+        if let (Some(before), Some(paint), Some(stamps)) = (paint, &self.paint, &mut fading.paint) {
+            refused.extend(stamps.stamp(context, &before, paint, self.time)?);
+            refused.sort_unstable();
+            refused.dedup();
+        }
+        Ok(refused)
+    }
+
+    /// Comes to `time` in seconds: what was edited fades as it should, and edits are made then from now on.
+    ///
+    /// Fails, as [`Self::set_time`] does, if the time is not finite.
+    pub fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
+        let _stage = self.fading.is_some().then(|| context.stats().begin("decay"));
+        self.stamp(context)?;
+        self.set_time(time)?;
+        if let Some(mut fading) = self.fading.take() {
+            let faded = fading.displacement.fade(context, &mut self.displacement, time);
+            let painted = match (&mut self.paint, &mut fading.paint) {
+                (Some(paint), Some(stamps)) => stamps.fade(context, paint, time).map(drop),
+                _ => Ok(()),
+            };
+            self.fading = Some(fading);
+            self.touch(&faded?.changed);
+            painted?;
+        }
+        self.take_as_stamped();
+        Ok(())
+    }
+
+    /// Notes that nothing of what there is now waits for a stamp, as after channels and stamps were put back.
+    pub fn take_as_stamped(&mut self) {
+        let now = self.fields();
+        if let Some(fading) = &mut self.fading {
+            fading.stamped = now;
+        }
+    }
+
+    fn fields(&self) -> (TriangleField, Option<TriangleField<Rgba8>>) {
+        (self.displacement.field().clone(), self.paint.as_ref().map(|paint| paint.field().clone()))
+    }
+}

@@ -1,0 +1,52 @@
+//! Traces of contact on triangle meshes: where colliders pushed, how far in all, and when last; at the vertices where the
+//! displacement is. See [`crate::trace`]. Units: object units, seconds.
+
+use relievo_core::Result;
+
+use super::channel::{TriangleChannel, TriangleOptions};
+use super::field::TriangleField;
+use super::pattern::{Node, Pattern};
+use super::tessellate::{TriangleTessellation, point_attribute};
+use crate::trace::{Mark, Trace};
+
+impl TriangleChannel<Trace> {
+    /// No traces, for a mesh with this displacement. They may occupy `budget` bytes. Fails as [`TriangleChannel::blank`]
+    /// does.
+    pub fn of(displacement: &TriangleField, budget: u64) -> Result<Self> {
+        let options = TriangleOptions { segments: displacement.pattern().segments(), budget };
+        Self::blank(displacement.topology().clone(), Trace::default(), &options)
+    }
+}
+
+impl TriangleField<Trace> {
+    /// The trace at a vertex of any pattern laid over `face`. Panics if there is no such face.
+    pub fn mark(&self, face: u32, pattern: Pattern, node: Node) -> Mark {
+        Mark::of(self.at(face, pattern, node))
+    }
+}
+
+impl TriangleTessellation {
+    /// Gives the mesh the point attributes `contact`, `depth` and `age` as [`Tessellation::trace`] does.
+    ///
+    /// [`Tessellation::trace`]: crate::Tessellation::trace
+    pub fn trace(&mut self, traces: &TriangleField<Trace>, now: f64) {
+        let faces = traces.topology().face_count();
+        let places = self.places().iter();
+        let marks: Vec<Mark> = places
+            .map(|place| match place {
+                Some((face, pattern, node)) if (*face as usize) < faces => traces.mark(*face, *pattern, *node),
+                _ => Mark::default(),
+            })
+            .collect();
+        let age = |mark: &Mark| mark.time.map_or(-1.0, |time| (now - f64::from(time)).max(0.0) as f32);
+        let lists = [
+            ("contact", marks.iter().map(|mark| mark.contact).collect()),
+            ("depth", marks.iter().map(|mark| mark.depth).collect()),
+            ("age", marks.iter().map(age).collect()),
+        ];
+        for (name, values) in lists {
+            self.mesh.attributes.retain(|attribute| attribute.name != name);
+            self.mesh.attributes.push(point_attribute(name, 1, values));
+        }
+    }
+}
