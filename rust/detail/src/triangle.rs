@@ -11,6 +11,7 @@ mod level;
 mod nearest;
 mod object;
 mod site;
+mod smoothing;
 mod traces;
 
 pub use fading::TriangleFading;

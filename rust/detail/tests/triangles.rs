@@ -500,3 +500,43 @@ fn a_stroke_on_a_scanned_mesh_costs_only_what_it_touches() {
     assert!(allocated < 10_000, "{allocated}");
     println!("{} faces of {}, {} bytes", allocated, mesh.face_count(), object.displacement().bytes());
 }
+
+#[test]
+fn smoothing_moves_what_is_near_a_dent_toward_the_mean_of_its_neighbours() {
+    let points = (0..8).map(|k: u32| [k & 1, k >> 1 & 1, k >> 2].map(|bit| bit as f32 - 0.5)).collect();
+    let cube =
+        Mesh::new(points, vec![4; 6], vec![0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5]);
+    let place = DAffine3::from_translation(DVec3::new(2.9, 3.2, 0.3));
+    let moment = Moment { frame: 0, step: 0, pair: 0 };
+    let pressed = |smoothing: f32, threads: usize| {
+        let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
+        let mut object = small(&context);
+        let collider = Collider::of_mesh(&context, &cube, place).unwrap();
+        let settings = ImprintSettings { voxels: 1 << 16, smoothing, smoothing_passes: 1, ..Default::default() };
+        Imprinter::new().imprint_triangles(&context, &mut object, &collider, &settings, moment, None).unwrap();
+        object
+    };
+    let (sharp, smooth) = (pressed(0.0, 1), pressed(0.5, 1));
+    assert!(blocks(smooth.displacement()) == blocks(pressed(0.5, 3).displacement()));
+    let height = |object: &TriangleObject, (face, pattern, node): (u32, Pattern, Node)| {
+        object.displacement().field().at(face, pattern, node) as f32
+    };
+    let near = |(face, pattern, node): (u32, Pattern, Node)| {
+        let ring = pattern.one_ring(node);
+        ring.nodes().iter().map(|node| (face, pattern, *node)).collect::<Vec<_>>()
+    };
+    let (mut moved, mut still) = (0, 0);
+    // Those whose second neighbours are in the face too.
+    for knot in knots(&sharp).filter(|(_, _, node)| node.ring > 2) {
+        let [old, new] = [&sharp, &smooth].map(|object| height(object, knot));
+        let rings: Vec<_> = near(knot).into_iter().flat_map(|knot| near(knot).into_iter().chain([knot])).collect();
+        let reached = rings.iter().any(|knot| height(&sharp, *knot) != 0.0);
+        let around: Vec<f32> = near(knot).iter().map(|knot| height(&sharp, *knot)).collect();
+        let mean = around.iter().sum::<f32>() / around.len() as f32;
+        let expected = if reached { old + 0.5 * (mean - old) } else { 0.0 };
+        assert!((new - expected).abs() < 2e-4, "{knot:?}: {new} {expected}");
+        moved += i32::from((new - old).abs() > 1e-2);
+        still += i32::from(!reached);
+    }
+    assert!(moved > 20 && still > 100, "{moved} {still}");
+}

@@ -91,6 +91,8 @@ impl TriangleItem {
                 let stamps = self.object.fading().and_then(|fading| fading.paint.as_ref());
                 stamps.map_or(Ok(None), |stamps| stamps.read(block))
             }
+            // Faces never have other sizes.
+            Layer::Sizes => Ok(None),
         }
     }
 
@@ -107,6 +109,7 @@ impl TriangleItem {
                 let stamps = self.object.fading_mut().and_then(|fading| fading.paint.as_mut());
                 stamps.ok_or_else(missing)?.write(block, bytes)
             }
+            Layer::Sizes => Err(missing()),
         }
     }
 

@@ -3,7 +3,7 @@
 //!
 //! The stages are those of [`crate::imprint`] (Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from
 //! Object Collisions, Sections 5 and 6); what is written and allocated is as for dabs (Schäfer et al. 2015, Local Painting
-//! and Deformation of Meshes on the GPU, Section 6). Rims, smoothing and traces are those of tiles only.
+//! and Deformation of Meshes on the GPU, Section 6). Rims are those of tiles only.
 
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
@@ -13,7 +13,7 @@ use relievo_tiles::triangle::TriangleField;
 use super::dab::write;
 use super::object::{TriangleGround, TriangleObject, field_length};
 use super::site::{Element, ElementEdit, Run, values};
-use super::traces;
+use super::{smoothing, traces};
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
 use crate::frame::STILL;
@@ -30,15 +30,15 @@ use crate::voxel::Voxels;
 /// Whether settings ask for something that triangle meshes do not have.
 pub(crate) fn check(settings: &ImprintSettings) -> Result<()> {
     settings.check()?;
-    if settings.rim > 0.0 || settings.smoothing > 0.0 {
-        return Err(Error::unsupported("imprints on triangle meshes have no rims and are not smoothed")
-            .advise("set `rim` and `smoothing` to 0, or use a Catmull-Clark surface"));
+    if settings.rim > 0.0 {
+        return Err(Error::unsupported("imprints on triangle meshes have no rims")
+            .advise("set `rim` to 0, or use a Catmull-Clark surface"));
     }
     Ok(())
 }
 
 impl Imprinter {
-    /// As [`Imprinter::imprint_since`] on a triangle mesh. Fails also if rims or smoothing are asked for.
+    /// As [`Imprinter::imprint_since`] on a triangle mesh. Fails also if a rim is asked for.
     pub fn imprint_triangles(
         &mut self,
         context: &Context,
@@ -52,7 +52,7 @@ impl Imprinter {
         context.within(|| self.step_triangles(context, object, collider, settings, moment, start))
     }
 
-    /// As [`Imprinter::sweep`] on a triangle mesh. Fails also if rims or smoothing are asked for.
+    /// As [`Imprinter::sweep`] on a triangle mesh. Fails also if a rim is asked for.
     pub fn sweep_triangles(
         &mut self,
         context: &Context,
@@ -125,6 +125,11 @@ impl Imprinter {
             refused.extend(traces::record(context, fields, traces, &shown, object.time)?);
             refused.sort_unstable();
             refused.dedup();
+        }
+        if settings.smoothing > 0.0 {
+            let _stage = stats.begin("imprint.smooth");
+            let shown = smoothing::smooth(context, &mut object.displacement, &before, &shown, settings)?;
+            object.touch(&shown);
         }
         report.tested_tiles = done.tested_tiles;
         report.tested_coefficients = done.tested_texels;

@@ -7,7 +7,7 @@
 
 use relievo_core::Context;
 use relievo_tiles::Texel;
-use relievo_tiles::triangle::{Node, Pattern, Slot, TriangleChange, TriangleField};
+use relievo_tiles::triangle::{Node, Pattern, TriangleChange, TriangleField};
 
 use super::site::{Element, ElementEdit, values};
 
@@ -27,16 +27,7 @@ impl<T: Texel> Differences<'_, T> {
 
     /// At a vertex of the coarser pattern on `face`.
     fn at(&self, face: u32, node: Node) -> T::Value {
-        let topology = self.field.topology();
-        let (element, index) = match self.pattern.slot(node) {
-            Slot::Corner(corner) => (Element::Vertex(topology.face(face)[corner as usize]), 0),
-            Slot::Inside(index) => (Element::Face(face), index as usize),
-            Slot::Side(side, step) => {
-                let side = topology.side(face, side);
-                let step = if side.reversed { self.pattern.segments() - step } else { step };
-                (Element::Edge(side.edge), step as usize - 1)
-            }
-        };
+        let (element, index) = Element::of_knot(self.field.topology(), (face, self.pattern, node));
         self.of(element).map_or_else(T::Value::default, |values| values[index])
     }
 

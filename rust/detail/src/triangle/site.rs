@@ -52,6 +52,19 @@ impl Element {
         }
     }
 
+    /// What keeps the value of a vertex of the tessellation, and which of its values that is.
+    pub fn of_knot(topology: &TriangleTopology, (face, pattern, node): Knot) -> (Self, usize) {
+        match pattern.slot(node) {
+            Slot::Corner(corner) => (Element::Vertex(topology.face(face)[corner as usize]), 0),
+            Slot::Inside(index) => (Element::Face(face), index as usize),
+            Slot::Side(side, step) => {
+                let side = topology.side(face, side);
+                let step = if side.reversed { pattern.segments() - step } else { step };
+                (Element::Edge(side.edge), step as usize - 1)
+            }
+        }
+    }
+
     /// How many values it has.
     pub fn count(self, pattern: Pattern) -> usize {
         match self {
@@ -86,6 +99,29 @@ impl Element {
             Element::Face(face) => field.face_pattern(face),
             Element::Edge(edge) => field.edge_pattern(edge),
             Element::Vertex(_) => None,
+        }
+    }
+}
+
+/// Calls `take` for the neighbours of a vertex of the tessellation in all faces that have it; those on an edge come once
+/// for each of its faces.
+pub(super) fn around(topology: &TriangleTopology, (face, pattern, node): Knot, mut take: impl FnMut(u32, Node)) {
+    match pattern.slot(node) {
+        Slot::Inside(_) => pattern.one_ring(node).nodes().iter().for_each(|node| take(face, *node)),
+        Slot::Side(side, step) => {
+            let edge = topology.side(face, side);
+            for (other, side) in topology.faces_along(edge.edge) {
+                let same = topology.side(other, side).reversed == edge.reversed;
+                let step = if same { step } else { pattern.segments() - step };
+                let ring = pattern.one_ring(pattern.node(0, side, step));
+                ring.nodes().iter().for_each(|node| take(other, *node));
+            }
+        }
+        Slot::Corner(corner) => {
+            for (other, corner) in topology.faces_around(topology.face(face)[corner as usize]) {
+                let ring = pattern.one_ring(pattern.node(0, corner, 0));
+                ring.nodes().iter().for_each(|node| take(other, *node));
+            }
         }
     }
 }
@@ -204,30 +240,13 @@ impl<T: Texel> Spot<T> for Site<'_, T> {
         let topology = self.field.topology();
         for (k, (face, pattern, node)) in self.run.knots(topology).iter().enumerate() {
             let (mut sum, mut count) = ([0.0; N], 0.0);
-            let mut take = |face: u32, node: Node| {
+            let take = |face: u32, node: Node| {
                 for (sum, value) in sum.iter_mut().zip(read(self.field.texel(face, *pattern, node))) {
                     *sum += value;
                 }
                 count += 1.0;
             };
-            match pattern.slot(*node) {
-                Slot::Inside(_) => pattern.one_ring(*node).nodes().iter().for_each(|node| take(*face, *node)),
-                Slot::Side(side, step) => {
-                    let edge = topology.side(*face, side);
-                    for (other, side) in topology.faces_along(edge.edge) {
-                        let same = topology.side(other, side).reversed == edge.reversed;
-                        let step = if same { step } else { pattern.segments() - step };
-                        let ring = pattern.one_ring(pattern.node(0, side, step));
-                        ring.nodes().iter().for_each(|node| take(other, *node));
-                    }
-                }
-                Slot::Corner(corner) => {
-                    for (other, corner) in topology.faces_around(topology.face(*face)[corner as usize]) {
-                        let ring = pattern.one_ring(pattern.node(0, corner, 0));
-                        ring.nodes().iter().for_each(|node| take(other, *node));
-                    }
-                }
-            }
+            around(topology, (*face, *pattern, *node), take);
             set(k, sum.map(|sum| sum / count));
         }
         true
