@@ -26,12 +26,10 @@ impl Dab {
         height: f32,
     ) -> Result<DabReport> {
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
-        let culled = self.intersect(context, object, start, |object, tile| {
-            match &object.vectors {
-                Some(vectors) if level > 0 => vectors.field().size_at(tile, level),
-                Some(vectors) => vectors.field().size(tile),
-                None => object.displacement.field().size(tile),
-            }
+        let culled = self.intersect(context, object, start, |object, tile| match &object.vectors {
+            Some(vectors) if level > 0 => vectors.field().size_at(tile, level),
+            Some(vectors) => vectors.field().size(tile),
+            None => object.displacement.field().size(tile),
         });
         let Some(vectors) = &object.vectors else { return Err(no_vectors()) };
         let tiles: Vec<u32> = culled.iter().map(|culled| culled.tile).collect();

@@ -146,6 +146,7 @@ points = [{ position = [0, 0, 0] }]
     relievo_meshio::write(&file("mesh.ply"), &mesh).unwrap();
     let context = Context::serial();
     let wanted = |document: Option<&str>, outputs: &[&str]| Replay {
+        triangles: false,
         mesh: file("mesh.ply"),
         strokes: file("list.toml"),
         document: document.map(&file),
