@@ -285,7 +285,13 @@ pub static LAYER: Section = Section {
              `subtract` or be the `max` or `min`; colours all but `subtract`, in linear light",
         ),
         key("visible", Kind::Flag, "true", "", "Whether it is seen at all"),
-        key("tile_size", Kind::Power(8, 256), "128", "", "Texels along the edge of a face"),
+        key(
+            "tile_size",
+            Kind::Power(8, 256),
+            "128",
+            "",
+            "Texels along the edge of a face; surfaces of triangles have `segments` of `details`",
+        ),
     ],
     parameters: &[],
 };
