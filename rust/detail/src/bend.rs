@@ -6,7 +6,7 @@
 use relievo_core::{Context, Result};
 
 use crate::dab::{Dab, DabReport, no_vectors};
-use crate::edit::{self, Window};
+use crate::edit::{self, Moved, Window};
 use crate::frame::Vectors;
 use crate::ground::Ground;
 use crate::knots::PerKnot;
@@ -46,7 +46,7 @@ impl Dab {
         let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
             ground.heights(simd, window, heights);
             ground.vector_coefficients(window, vectors);
-            true
+            Moved::Vectors
         };
         let bending = Bending::new(simd, mode, height, &self.brush, &object.transform);
         let surface = &object.surface;

@@ -194,8 +194,7 @@ impl Dab {
         let level = context.level();
         let ground = start.unwrap_or(object.ground());
         let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
-            ground.heights(level, window, heights);
-            ground.vectors(level, window, vectors)
+            ground.at_texels(level, window, heights, vectors)
         };
         let painting = Painting {
             level,
@@ -259,8 +258,7 @@ impl Dab {
         let level = context.level();
         let ground = start.unwrap_or(object.ground());
         let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
-            ground.height_coefficients(window, heights);
-            ground.vectors(level, window, vectors)
+            ground.at_coefficients(level, window, heights, vectors)
         };
         let sculpting = Sculpting { level, mode, height, stamp: self.brush.stamp(), since: start.is_some() };
         let displaced = ground.displaced(&object.surface)?;

@@ -58,12 +58,33 @@ impl Window {
         (places(self.column), places(self.row))
     }
 
+    /// Texels along the tile's sides.
+    pub fn size(&self) -> u32 {
+        self.size
+    }
+
+    /// The column and the row of its first texel.
+    pub fn first(&self) -> [u32; 2] {
+        [self.column, self.row]
+    }
+
     /// Where each of its rows begins in the tile's block, moved by some columns and rows.
     pub fn rows(&self, columns: i32, rows: i32) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
         let (stride, edge) = (self.stride(), self.edge as usize);
         let first = (self.row as i32 + 1 + rows) as usize * stride + (self.column as i32 + 1 + columns) as usize;
         (0..edge).map(move |row| first + row * stride..first + row * stride + edge)
     }
+}
+
+/// What moves the places of a window, or asks for as much to be known of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Moved {
+    /// Nothing: points are enough.
+    Still,
+    /// Heights along the normals.
+    Heights,
+    /// Vectors in the frames, before the heights.
+    Vectors,
 }
 
 /// A block of texels, and what the brush says of it.
@@ -163,15 +184,15 @@ impl<T> Framed for Site<'_, T> {
     }
 }
 
-/// The second pass: the brush at every texel of the blocks. `ground` sets the displacement of a window's texels and, if
-/// it returns true, the vectors there; `change` makes new texels of old ones. Only tiles that change are returned.
+/// The second pass: the brush at every texel of the blocks. `ground` sets what moves a window's texels; `change` makes new
+/// texels of old ones. Only tiles that change are returned.
 pub(crate) fn evaluate<T: Texel>(
     context: &Context,
     surface: &Surface,
     field: &Field<T>,
     culled: &[CulledTile],
     brush: &BrushParameters,
-    ground: impl Fn(&Window, &mut PerKnot, &mut Vectors) -> bool + Sync,
+    ground: impl Fn(&Window, &mut PerKnot, &mut Vectors) -> Moved + Sync,
     change: impl Fn(&mut Site<'_, T>, &mut [T]) + Sync,
 ) -> Vec<TileEdit<T>> {
     let mut stage = context.stats().begin("dab.evaluate");
@@ -189,25 +210,31 @@ pub(crate) fn evaluate<T: Texel>(
             frames: Frames::ZERO,
             source,
         };
+        let mut old = [field.blank(); BLOCK_KNOTS];
         for block in blocks {
             let window = Window::new(*tile, field.size(*tile), block.index);
             site.window = window;
-            let bent = ground(&window, &mut site.heights, &mut site.vectors);
-            if bent || T::FRAMED {
+            let moved = ground(&window, &mut site.heights, &mut site.vectors);
+            if moved == Moved::Vectors || T::FRAMED {
                 site.places.evaluate_framed(level, surface, (*tile, window.size, block.index), &mut site.frames);
-            } else {
+            } else if moved == Moved::Heights {
                 site.places.evaluate(level, surface, *tile, window.size, block.index);
+            } else {
+                site.places.evaluate_points(level, surface, (*tile, window.size, block.index));
             }
-            if bent {
+            if moved == Moved::Vectors {
                 site.places.shift(level, &site.frames, &site.vectors);
             }
-            site.weights.evaluate(level, brush, &site.places, &site.heights);
+            if moved == Moved::Still && !T::FRAMED {
+                site.weights.evaluate_points(level, brush, &site.places);
+            } else {
+                site.weights.evaluate(level, brush, &site.places, &site.heights);
+            }
             if !site.weights.share[..window.count()].iter().any(|share| *share > 0.0) {
                 continue;
             }
             let count = window.count();
             let edge = window.edge as usize;
-            let mut old = [field.blank(); BLOCK_KNOTS];
             if let Some(source) = source {
                 old.chunks_exact_mut(edge)
                     .zip(window.rows(0, 0))

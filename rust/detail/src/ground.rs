@@ -9,7 +9,7 @@ use relievo_surface::{Order, Surface};
 use relievo_tiles::spline::{self, Jets};
 use relievo_tiles::{Displaced, Field, Vector};
 
-use crate::edit::Window;
+use crate::edit::{Moved, Window};
 use crate::frame::{STILL, Vectors};
 use crate::knots::PerKnot;
 use crate::vector::VectorTexel;
@@ -28,13 +28,45 @@ impl<'a> Ground<'a> {
         self.vectors.map_or(Ok(displaced), |vectors| displaced.with_vectors(vectors))
     }
 
-    /// The scalar displacement at the texels of a window of any channel.
-    pub fn heights(&self, level: Level, window: &Window, out: &mut PerKnot) {
-        let Some(block) = self.heights.block(window.tile) else { return out.fill(0.0) };
+    /// What moves the texels of a window of any channel.
+    pub fn at_texels(&self, level: Level, window: &Window, heights: &mut PerKnot, vectors: &mut Vectors) -> Moved {
+        let raised = self.heights(level, window, heights);
+        match self.vectors(level, window, vectors) {
+            true => Moved::Vectors,
+            false if raised => Moved::Heights,
+            false => Moved::Still,
+        }
+    }
+
+    /// What moves the coefficients of a window of the scalar displacement: no less than heights, which are its
+    /// coefficients themselves.
+    pub fn at_coefficients(
+        &self,
+        level: Level,
+        window: &Window,
+        heights: &mut PerKnot,
+        vectors: &mut Vectors,
+    ) -> Moved {
+        self.height_coefficients(window, heights);
+        if self.vectors(level, window, vectors) { Moved::Vectors } else { Moved::Heights }
+    }
+
+    /// The scalar displacement at the texels of a window; false, with zeros written, if the tile has none.
+    pub fn heights(&self, level: Level, window: &Window, out: &mut PerKnot) -> bool {
+        let Some(block) = self.heights.block(window.tile) else {
+            out.fill(0.0);
+            return false;
+        };
+        let size = self.heights.size(window.tile);
+        if size == window.size() {
+            spline::coefficient_places(level, block, size, window.first(), window.edge(), out);
+            return true;
+        }
         let (us, vs) = window.parameters();
         let mut jets = Jets::default();
-        spline::grid(level, block, self.heights.size(window.tile), &us, &vs, Order::Position, &mut jets);
+        spline::grid(level, block, size, &us, &vs, Order::Position, &mut jets);
         jets.d.iter().zip(out).for_each(|(d, out)| *out = *d);
+        true
     }
 
     /// The vectors at the texels of a window of any channel; false, with nothing written, if the tile has none.

@@ -3,6 +3,7 @@
 //! and reports its time under `imprint.obb`, `imprint.cull`, `imprint.compact`, `imprint.voxelise`, `imprint.raycast`
 //! and `imprint.ring`, and where rims are asked for `imprint.rim`.
 
+use glam::{DAffine3, DVec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Progress, Result};
 use relievo_tiles::{Candidate, Change, Field, Sets};
@@ -13,6 +14,7 @@ use crate::grid::Grid;
 use crate::ground::Ground;
 use crate::knots::block_edge;
 use crate::motion::Motion;
+use crate::obb::Obb;
 use crate::object::DisplacedObject;
 use crate::overlap::{jittered, overlap};
 use crate::raycast::{self, Limits, TileDents};
@@ -199,15 +201,29 @@ impl Imprinter {
         progress: &mut dyn Progress,
     ) -> Result<Report> {
         settings.check()?;
-        let limited = settings.depth_limit < Self::NO_LIMIT;
-        let start = limited.then(|| object.displacement().field().clone());
+        self.sweep_over(context, object, collider, motion, settings, moment, progress)
+    }
+
+    /// As [`Imprinter::sweep_watched`], over any surface, with settings that were checked.
+    #[allow(clippy::too_many_arguments)]
+    pub(crate) fn sweep_over<P: Pressed>(
+        &mut self,
+        context: &Context,
+        object: &mut P,
+        collider: &mut Collider,
+        motion: &Motion,
+        settings: &ImprintSettings,
+        moment: Moment,
+        progress: &mut dyn Progress,
+    ) -> Result<Report> {
+        let start = (settings.depth_limit < Self::NO_LIMIT).then(|| object.start());
         let count = motion.sub_steps().min(settings.sub_steps);
         let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
         for step in 1..=count {
             progress.step((step - 1) as f32 / count as f32, "imprint")?;
             collider.set_pose(context, &motion.at(f64::from(step) / f64::from(count)))?;
             let moment = Moment { step: moment.step + step - 1, ..moment };
-            let step = || self.step(context, object, collider, settings, moment, start.as_ref());
+            let step = || object.press(context, self, collider, settings, moment, start.as_ref());
             report.merge(context.within(step)?);
         }
         Ok(report)
@@ -278,6 +294,82 @@ impl Imprinter {
     }
 }
 
+/// A displaced surface of any kind that colliders are pressed into.
+pub(crate) trait Pressed: Send {
+    /// What keeps its displacement.
+    type Heights: Sync;
+
+    /// Its displacement along the normals.
+    fn start(&self) -> Self::Heights;
+
+    /// From object space to the world.
+    fn transform(&self) -> &DAffine3;
+
+    /// How far it is displaced along its normals at most: inwards and outwards, object units.
+    fn reach(&mut self) -> [f32; 2];
+
+    /// The box around it with `margin` object units on all sides, in the world.
+    fn obb(&self, margin: f64) -> Obb;
+
+    /// The part of `obb`, along its axes, that holds all faces in it, displaced by `range` object units along their
+    /// normals; `None` if there are none.
+    fn occupied(&mut self, context: &Context, obb: &Obb, range: [f64; 2]) -> Option<Obb>;
+
+    /// How much the normals of what lies in `obb`, displaced by `range`, run along each of its axes, 0 to 1.
+    fn facing(&mut self, context: &Context, obb: &Obb, range: [f64; 2]) -> DVec3;
+
+    /// Presses `collider` into it, all stages in a row; the depth limit counts from `start`.
+    fn press(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+        start: Option<&Self::Heights>,
+    ) -> Result<Report>;
+}
+
+impl Pressed for DisplacedObject {
+    type Heights = Field;
+
+    fn start(&self) -> Field {
+        self.displacement().field().clone()
+    }
+
+    fn transform(&self) -> &DAffine3 {
+        DisplacedObject::transform(self)
+    }
+
+    fn reach(&mut self) -> [f32; 2] {
+        DisplacedObject::reach(self)
+    }
+
+    fn obb(&self, margin: f64) -> Obb {
+        DisplacedObject::obb(self, margin)
+    }
+
+    fn occupied(&mut self, context: &Context, obb: &Obb, [from, to]: [f64; 2]) -> Option<Obb> {
+        DisplacedObject::occupied(self, context, obb, from, to)
+    }
+
+    fn facing(&mut self, context: &Context, obb: &Obb, _: [f64; 2]) -> DVec3 {
+        DisplacedObject::facing(self, context, obb)
+    }
+
+    fn press(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+        start: Option<&Field>,
+    ) -> Result<Report> {
+        imprinter.step(context, self, collider, settings, moment, start)
+    }
+}
+
 /// The voxel grid of the pair's overlap, turned for this moment; `None` if the two do not meet.
 ///
 /// The surface's box is enlarged by the largest displacement a tile may reach: inwards by the settings, outwards by
@@ -290,22 +382,33 @@ pub fn overlap_grid(
     settings: &ImprintSettings,
     moment: Moment,
 ) -> Result<Option<Grid>> {
+    grid_over(context, object, collider, settings, moment)
+}
+
+/// As [`overlap_grid`], of any surface.
+pub(crate) fn grid_over(
+    context: &Context,
+    object: &mut impl Pressed,
+    collider: &Collider,
+    settings: &ImprintSettings,
+    moment: Moment,
+) -> Result<Option<Grid>> {
     let [least, most] = object.reach().map(f64::from);
     let least = least.min(f64::from(-settings.max_displacement));
-    let margin = most.max(-least);
+    let (range, margin) = ([least, most], most.max(-least));
     // What is solid behind an open sheet is outside the sheet's own box.
     let scale = object.transform().matrix3;
     let stretch = scale.x_axis.length().max(scale.y_axis.length()).max(scale.z_axis.length());
     let behind = if collider.is_closed() { 0.0 } else { margin * stretch };
     let Some(both) = overlap(&collider.obb().enlarged(behind), &object.obb(margin)) else { return Ok(None) };
     // What the collider leaves decides which tiles matter and the other way round; the first round gets most of it.
-    let Some(part) = object.occupied(context, &both, least, most) else { return Ok(None) };
+    let Some(part) = object.occupied(context, &both, range) else { return Ok(None) };
     let Some(part) = collider.occupied(context, &part)? else { return Ok(None) };
-    let Some(both) = object.occupied(context, &part, least, most) else { return Ok(None) };
+    let Some(both) = object.occupied(context, &part, range) else { return Ok(None) };
     let step = moment.frame.wrapping_shl(20).wrapping_add(u64::from(moment.step));
     let turned = jittered(&both, f64::from(settings.jitter), settings.seed, step, moment.pair);
     // Rays along the columns skip whole runs of bits.
-    let facing = object.facing(context, &turned);
+    let facing = object.facing(context, &turned, range);
     Ok(Some(collider.grid(context, &turned, u64::from(settings.voxels), facing)))
 }
 

@@ -40,8 +40,13 @@ impl KnotBlock {
 
     /// Evaluates block `index` of `tile`, whose tiles have `size` texels a side.
     pub fn evaluate(&mut self, level: Level, surface: &Surface, tile: u32, size: u32, index: u32) {
-        self.derivatives(level, surface, tile, size, index);
+        self.samples(level, surface, (tile, size, index), Order::First);
         normals(level, &mut self.n, &self.dv);
+    }
+
+    /// As [`Self::evaluate`], the points alone.
+    pub(crate) fn evaluate_points(&mut self, level: Level, surface: &Surface, block: (u32, u32, u32)) {
+        self.samples(level, surface, block, Order::Position);
     }
 
     /// As [`Self::evaluate`], and the frames there.
@@ -49,10 +54,10 @@ impl KnotBlock {
         &mut self,
         level: Level,
         surface: &Surface,
-        (tile, size, index): (u32, u32, u32),
+        block: (u32, u32, u32),
         frames: &mut Frames,
     ) {
-        self.derivatives(level, surface, tile, size, index);
+        self.samples(level, surface, block, Order::First);
         frames.t = self.n;
         normals(level, &mut self.n, &self.dv);
         tangents(level, &mut frames.t, &self.n);
@@ -72,8 +77,8 @@ impl KnotBlock {
         }
     }
 
-    /// Points, and where the normals go the derivatives by u.
-    fn derivatives(&mut self, level: Level, surface: &Surface, tile: u32, size: u32, index: u32) {
+    /// Points, and of first order, where the normals go, the derivatives by u.
+    fn samples(&mut self, level: Level, surface: &Surface, (tile, size, index): (u32, u32, u32), order: Order) {
         let edge = block_edge(size);
         let blocks = size / edge;
         let (column, row) = (index % blocks * edge, index / blocks * edge);
@@ -86,7 +91,7 @@ impl KnotBlock {
                 *slice = &mut values[..count];
             }
         }
-        surface.grid_into(level, tile, &grid, Order::First, Destination::Cache, &mut slices);
+        surface.grid_into(level, tile, &grid, order, Destination::Cache, &mut slices);
     }
 }
 

@@ -92,8 +92,7 @@ impl Dab {
         let ground = start.unwrap_or(object.ground());
         let simd = context.level();
         let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
-            ground.heights(simd, window, heights);
-            ground.vectors(simd, window, vectors)
+            ground.at_texels(simd, window, heights, vectors)
         };
         let (stamp, smudge) = (self.brush.stamp(), self.brush.smudge());
         let painting = Painting { level: simd, mode, color: everywhere(color), blank, stamp, smudge };
@@ -123,8 +122,7 @@ impl Dab {
         let vectors = start.unwrap_or(object.ground()).vectors;
         let ground = Ground { heights: before.as_ref().unwrap_or(&coarse), vectors };
         let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
-            ground.height_coefficients(window, heights);
-            ground.vectors(simd, window, vectors)
+            ground.at_coefficients(simd, window, heights, vectors)
         };
         let (stamp, since) = (self.brush.stamp(), start.is_some());
         let sculpting = Sculpting { level: simd, mode, height, stamp, since };

@@ -84,7 +84,13 @@ impl Weights {
     /// Evaluates the brush at the points of `places`, moved along their normals by `heights`.
     pub fn evaluate(&mut self, level: Level, brush: &BrushParameters, places: &KnotBlock, heights: &PerKnot) {
         self.unit = brush.unit();
-        weigh(level, brush, places, heights, self);
+        weigh(level, brush, places, Some(heights), self);
+    }
+
+    /// As [`Self::evaluate`], of places that are not moved. Normals are not looked at, and the rise is not known.
+    pub(crate) fn evaluate_points(&mut self, level: Level, brush: &BrushParameters, places: &KnotBlock) {
+        self.unit = brush.unit();
+        weigh(level, brush, places, None, self);
     }
 
     /// Whether a place has a share of the edit.
@@ -95,11 +101,18 @@ impl Weights {
 
 dispatch_simd! {
     /// The brush at the displaced points of a block.
-    fn weigh = weigh_body(brush: &BrushParameters, places: &KnotBlock, heights: &PerKnot, weights: &mut Weights)
+    fn weigh = weigh_body(
+        brush: &BrushParameters, places: &KnotBlock, heights: Option<&PerKnot>, weights: &mut Weights
+    )
 }
 
 #[inline(always)]
-fn weigh_body<A: Arithmetic>(brush: &BrushParameters, places: &KnotBlock, heights: &PerKnot, weights: &mut Weights) {
+fn weigh_body<A: Arithmetic>(
+    brush: &BrushParameters,
+    places: &KnotBlock,
+    heights: Option<&PerKnot>,
+    weights: &mut Weights,
+) {
     let BrushParameters { rows, origin, strength, .. } = *brush;
     let Weights { share, across: [first, second], level, rise, .. } = weights;
     let (mut squares, mut inside) = ([0.0; BLOCK_KNOTS], [true; BLOCK_KNOTS]);
@@ -107,13 +120,18 @@ fn weigh_body<A: Arithmetic>(brush: &BrushParameters, places: &KnotBlock, height
     for (row, out) in rows.iter().zip([first, second, level]) {
         for k in 0..BLOCK_KNOTS {
             let (x, y, z) = (places.p[0][k] - origin[0], places.p[1][k] - origin[1], places.p[2][k] - origin[2]);
-            let along = A::fma(row[0], places.n[0][k], A::fma(row[1], places.n[1][k], row[2] * places.n[2][k]));
-            let at = A::fma(row[0], x, A::fma(row[1], y, A::fma(row[2], z, row[3])));
-            let at = A::fma(heights[k], along, at);
-            inside[k] &= at.abs() <= 1.0;
-            squares[k] = A::fma(at, at, squares[k]);
-            // The third axis comes last.
-            (out[k], rise[k]) = (at, along);
+            out[k] = A::fma(row[0], x, A::fma(row[1], y, A::fma(row[2], z, row[3])));
+        }
+        if let Some(heights) = heights {
+            for k in 0..BLOCK_KNOTS {
+                // The third axis comes last.
+                rise[k] = A::fma(row[0], places.n[0][k], A::fma(row[1], places.n[1][k], row[2] * places.n[2][k]));
+                out[k] = A::fma(heights[k], rise[k], out[k]);
+            }
+        }
+        for k in 0..BLOCK_KNOTS {
+            inside[k] &= out[k].abs() <= 1.0;
+            squares[k] = A::fma(out[k], out[k], squares[k]);
         }
     }
     // The square of the distance from the middle, or −1 outside.
@@ -174,6 +192,10 @@ mod tests {
                     + DVec3::Z * f64::from(weights.level[k]);
                 assert!((found - place).length() < 1e-5, "{name} {k}: {found} {place}");
             }
+            weights.evaluate(level, &parameters, &places, &[0.0; BLOCK_KNOTS]);
+            let mut still = Weights::default();
+            still.evaluate_points(level, &parameters, &places);
+            assert!(still.share == weights.share && still.across == weights.across && still.level == weights.level);
         }
         assert!(weights.any());
     }

@@ -11,7 +11,7 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use relievo_core::dispatch_simd;
 use relievo_core::lanes::Lanes;
-use relievo_core::simd::Level;
+use relievo_core::simd::{Arithmetic, Level};
 
 use crate::texel::{BYTES, Bytes, ColorTexel, DARKEST, LINEAR, Rgba8, Rgba16};
 
@@ -36,25 +36,47 @@ pub trait ColorPlanes: ColorTexel {
 }
 
 impl ColorPlanes for Rgba16 {
-    fn read(_: Level, texels: &[Self], colors: &mut Planes) {
+    fn read(level: Level, texels: &[Self], colors: &mut Planes) {
         let mut numbers = [0.0; 4 * PLANE];
-        let numbers = &mut numbers[..4 * texels.len()];
-        bytemuck::cast_slice::<Self, f16>(texels).convert_to_f32_slice(numbers);
-        for (k, color) in numbers.chunks_exact(4).enumerate() {
-            (0..4).for_each(|channel| colors[channel][k] = color[channel]);
-        }
+        bytemuck::cast_slice::<Self, f16>(texels).convert_to_f32_slice(&mut numbers[..4 * texels.len()]);
+        part(level, &numbers, colors);
     }
 
-    fn write(_: Level, colors: &Planes, texels: &mut [Self]) {
+    fn write(level: Level, colors: &Planes, texels: &mut [Self]) {
         let mut numbers = [0.0; 4 * PLANE];
-        let numbers = &mut numbers[..4 * texels.len()];
-        for (k, color) in numbers.chunks_exact_mut(4).enumerate() {
-            for channel in 0..4 {
-                let value = colors[channel][k];
-                color[channel] = if value.is_nan() { 0.0 } else { value.clamp(-65504.0, 65504.0) };
-            }
+        join(level, colors, &mut numbers);
+        let halves = bytemuck::cast_slice_mut::<Self, f16>(texels);
+        let count = halves.len();
+        halves.convert_from_f32_slice(&numbers[..count]);
+    }
+}
+
+dispatch_simd! {
+    /// Four numbers a texel to four planes.
+    fn part = part_body(numbers: &[f32; 4 * PLANE], colors: &mut Planes)
+}
+
+#[inline(always)]
+fn part_body<A: Arithmetic>(numbers: &[f32; 4 * PLANE], colors: &mut Planes) {
+    for k in 0..PLANE {
+        for channel in 0..4 {
+            colors[channel][k] = numbers[4 * k + channel];
         }
-        bytemuck::cast_slice_mut::<Self, f16>(texels).convert_from_f32_slice(numbers);
+    }
+}
+
+dispatch_simd! {
+    /// Four planes to four numbers a texel that half floats can hold.
+    fn join = join_body(colors: &Planes, numbers: &mut [f32; 4 * PLANE])
+}
+
+#[inline(always)]
+fn join_body<A: Arithmetic>(colors: &Planes, numbers: &mut [f32; 4 * PLANE]) {
+    for k in 0..PLANE {
+        for channel in 0..4 {
+            let value = colors[channel][k];
+            numbers[4 * k + channel] = if value.is_nan() { 0.0 } else { value.clamp(-65504.0, 65504.0) };
+        }
     }
 }
 

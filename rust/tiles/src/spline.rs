@@ -273,6 +273,48 @@ dispatch_simd! {
     )
 }
 
+/// Coefficients along a square of [`coefficient_places`] at most.
+const SQUARE: usize = 16;
+
+#[inline(always)]
+fn coefficient_places_body<A: Arithmetic>(
+    block: &[f16],
+    size: u32,
+    [column, row]: [u32; 2],
+    edge: usize,
+    out: &mut [f32],
+) {
+    /// [`weights`] half way between two knots.
+    const WEIGHTS: [f32; 3] = [0.125, 0.75, 0.125];
+    let stride = size as usize + 2;
+    let mut rows = [[0.0; SQUARE + 2]; SQUARE + 2];
+    for (j, numbers) in rows[..edge + 2].iter_mut().enumerate() {
+        let start = (row as usize + j) * stride + column as usize;
+        block[start..start + edge + 2].convert_to_f32_slice(&mut numbers[..edge + 2]);
+    }
+    for (j, out) in out.chunks_exact_mut(edge).take(edge).enumerate() {
+        let mut columns = [0.0; SQUARE + 2];
+        for (i, column) in columns.iter_mut().enumerate() {
+            *column = combine::<A>(WEIGHTS, [rows[j][i], rows[j + 1][i], rows[j + 2][i]]);
+        }
+        // All that there may be: loops of one length are made wide.
+        let mut places = [0.0; SQUARE];
+        for (i, place) in places.iter_mut().enumerate() {
+            *place = combine::<A>(WEIGHTS, [columns[i], columns[i + 1], columns[i + 2]]);
+        }
+        out.copy_from_slice(&places[..edge]);
+    }
+}
+
+dispatch_simd! {
+    /// The spline of a `block` of `size`² texels at the places of its own coefficients: `edge` by `edge` of them from a
+    /// column and a row on, row by row. To the bit what [`grid`] gives there. Panics if `edge` is
+    /// above 16 or the block is too short.
+    pub fn coefficient_places = coefficient_places_body(
+        block: &[f16], size: u32, first: [u32; 2], edge: usize, out: &mut [f32]
+    )
+}
+
 /// The coefficients of the same curve over knots half as far apart, by the masks of Chaikin 1974. Both lists have one
 /// coefficient more at each end: `m + 2` become `2m + 2`.
 pub fn subdivide_curve<V: Value>(coarse: &[V]) -> Vec<V> {
@@ -398,6 +440,22 @@ mod tests {
         let mean = |i: usize| (0..3).map(|j| [0.125, 0.75, 0.125][j] * data[(j) * stride + i].to_f32()).sum::<f32>();
         assert!((jet.d - 0.5 * (mean(0) + mean(1))).abs() < 1e-6);
         assert!((jet.du - SIZE as f32 * (mean(1) - mean(0))).abs() < 1e-4);
+    }
+
+    #[test]
+    fn places_of_coefficients_are_a_grid() {
+        let data = random_block(7);
+        let centres: Vec<f32> = (0..SIZE).map(|i| (i as f32 + 0.5) / SIZE as f32).collect();
+        for (level, name) in Level::NAMES {
+            for (first, edge) in [([0, 0], SIZE.min(16) as usize), ([2, 3], 5), ([SIZE - 1, SIZE - 2], 1)] {
+                let part = |first: u32| &centres[first as usize..first as usize + edge];
+                let mut jets = Jets::default();
+                grid(level, &data, SIZE, part(first[0]), part(first[1]), Order::Position, &mut jets);
+                let mut found = vec![0.0; edge * edge];
+                coefficient_places(level, &data, SIZE, first, edge, &mut found);
+                assert_eq!(found, jets.d, "{name} {first:?}");
+            }
+        }
     }
 
     #[test]

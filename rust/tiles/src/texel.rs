@@ -406,6 +406,11 @@ impl Texel for Rgba16 {
     fn shrink(above: &[Self], below: &[Self], out: &mut [Self]) {
         /// Texels at a time.
         const RUN: usize = 32;
+        if let [out] = out {
+            let [a, b, c, d] = [above[0], above[1], below[0], below[1]].map(|texel| texel.0.map(f16::to_f32));
+            *out = Self(std::array::from_fn(|k| f16::from_f32(0.25 * ((a[k] + b[k]) + (c[k] + d[k])))));
+            return;
+        }
         let (mut a, mut b) = ([0f32; 4 * RUN], [0f32; 4 * RUN]);
         for ((out, above), below) in out.chunks_mut(RUN / 2).zip(above.chunks(RUN)).zip(below.chunks(RUN)) {
             let count = 4 * above.len();

@@ -7,6 +7,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
+use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Result};
 use relievo_tiles::triangle::TriangleField;
 
@@ -17,13 +18,11 @@ use super::{smoothing, traces};
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
 use crate::frame::STILL;
-use crate::grid::Grid;
 use crate::hierarchy::Region;
-use crate::imprint::{ImprintSettings, Imprinter, Moment, Report};
+use crate::imprint::{ImprintSettings, Imprinter, Moment, Pressed, Report, grid_over};
 use crate::knots::{BLOCK_KNOTS, KnotBlock};
 use crate::motion::Motion;
 use crate::obb::Obb;
-use crate::overlap::{jittered, overlap};
 use crate::raycast::{Limits, Scratch, TileDents, cast_block};
 use crate::voxel::Voxels;
 
@@ -64,17 +63,7 @@ impl Imprinter {
     ) -> Result<Report> {
         check(settings)?;
         object.renew_vectors(context);
-        let limited = settings.depth_limit < ImprintSettings::default().depth_limit;
-        let start = limited.then(|| object.displacement().field().clone());
-        let count = motion.sub_steps().min(settings.sub_steps);
-        let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
-        for step in 1..=count {
-            collider.set_pose(context, &motion.at(f64::from(step) / f64::from(count)))?;
-            let moment = Moment { step: moment.step + step - 1, ..moment };
-            let step = || self.step_triangles(context, object, collider, settings, moment, start.as_ref());
-            report.merge(context.within(step)?);
-        }
-        Ok(report)
+        self.sweep_over(context, object, collider, motion, settings, moment, &mut Silent)
     }
 
     fn step_triangles(
@@ -91,8 +80,7 @@ impl Imprinter {
             traces::check(object.displacement.field(), traces.field())?;
         }
         let mut report = Report { bytes: object.displacement().bytes(), sub_steps: 1, ..Report::default() };
-        let Some(grid) = stats.time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?
-        else {
+        let Some(grid) = stats.time("imprint.obb", || grid_over(context, object, collider, settings, moment))? else {
             return Ok(report);
         };
         report.voxel_diagonal = grid.diagonal();
@@ -142,34 +130,50 @@ impl Imprinter {
     }
 }
 
-/// The voxel grid of the pair's overlap, as [`crate::imprint::overlap_grid`] makes it.
-fn overlap_grid(
-    context: &Context,
-    object: &mut TriangleObject,
-    collider: &Collider,
-    settings: &ImprintSettings,
-    moment: Moment,
-) -> Result<Option<Grid>> {
-    let [least, most] = object.reach().map(f64::from);
-    let least = least.min(f64::from(-settings.max_displacement));
-    let margin = most.max(-least);
-    let scale = object.transform.matrix3;
-    let stretch = scale.x_axis.length().max(scale.y_axis.length()).max(scale.z_axis.length());
-    let behind = if collider.is_closed() { 0.0 } else { margin * stretch };
-    let Some(both) = overlap(&collider.obb().enlarged(behind), &object.obb(margin)) else { return Ok(None) };
-    let Some((part, _)) = object.occupied(context, &both, [least, most]) else { return Ok(None) };
-    let Some(part) = collider.occupied(context, &part)? else { return Ok(None) };
-    let Some((both, _)) = object.occupied(context, &part, [least, most]) else { return Ok(None) };
-    let step = moment.frame.wrapping_shl(20).wrapping_add(u64::from(moment.step));
-    let turned = jittered(&both, f64::from(settings.jitter), settings.seed, step, moment.pair);
-    let facing = object.occupied(context, &turned, [least, most]).map_or(DVec3::ZERO, |(_, facing)| facing);
-    Ok(Some(collider.grid(context, &turned, u64::from(settings.voxels), facing)))
+impl Pressed for TriangleObject {
+    type Heights = TriangleField;
+
+    fn start(&self) -> TriangleField {
+        self.displacement().field().clone()
+    }
+
+    fn transform(&self) -> &DAffine3 {
+        TriangleObject::transform(self)
+    }
+
+    fn reach(&mut self) -> [f32; 2] {
+        TriangleObject::reach(self)
+    }
+
+    fn obb(&self, margin: f64) -> Obb {
+        TriangleObject::obb(self, margin)
+    }
+
+    fn occupied(&mut self, context: &Context, obb: &Obb, range: [f64; 2]) -> Option<Obb> {
+        self.faces_in(context, obb, range).map(|(part, _)| part)
+    }
+
+    fn facing(&mut self, context: &Context, obb: &Obb, range: [f64; 2]) -> DVec3 {
+        self.faces_in(context, obb, range).map_or(DVec3::ZERO, |(_, facing)| facing)
+    }
+
+    fn press(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+        start: Option<&TriangleField>,
+    ) -> Result<Report> {
+        imprinter.step_triangles(context, self, collider, settings, moment, start)
+    }
 }
 
 impl TriangleObject {
     /// The part of `obb`, along its axes, that holds all faces in it, displaced by `range` object units along their
     /// normals, and how much these normals run along each of its axes, 0 to 1; `None` if there are none.
-    fn occupied(&self, context: &Context, obb: &Obb, range: [f64; 2]) -> Option<(Obb, DVec3)> {
+    fn faces_in(&self, context: &Context, obb: &Obb, range: [f64; 2]) -> Option<(Obb, DVec3)> {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
         let stretch = DVec3::from(rows.map(|row| row.length()));
