@@ -2,95 +2,15 @@
 //! there, after a flipped bit what can be kept is kept.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 
-use relievo_core::{Context, ErrorKind, Mesh};
+use relievo_core::{Context, ErrorKind};
 use relievo_document::format::VERSION;
-use relievo_document::{Blend, Change, Document, Edit, Head, Journal, Kind, Settings, compact, examine, repair};
+use relievo_document::{Document, Journal, compact, examine, repair};
+
+mod model;
+use model::{Model, SIZE, head, mesh};
 
 const LIMIT: u64 = 64 << 20;
-const SIZE: usize = 10 * 10 * 2;
-/// Tiles of the mesh.
-const TILES: u32 = 6;
-
-fn mesh() -> Mesh {
-    let points = (0..14).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
-    let corners = (0..6).flat_map(|i| [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1]).collect();
-    Mesh::new(points, vec![4; TILES as usize], corners)
-}
-
-fn head(id: u32, name: &str) -> Head {
-    Head::new(id, name, Kind::Scalar, &[0; 2], vec![8; 6])
-}
-
-/// What every tile of the layers holds; the plain model that documents are held against.
-#[derive(Clone, Debug, PartialEq)]
-struct Model {
-    heads: Vec<Head>,
-    blocks: std::collections::BTreeMap<(u32, u32), Vec<u8>>,
-}
-
-impl Model {
-    fn new() -> Self {
-        let blocks = [((4, 0), vec![5; SIZE]), ((4, 2), vec![6; SIZE])].into();
-        Self { heads: vec![head(4, "first")], blocks }
-    }
-
-    fn document(&self) -> Document {
-        let mut document = Document::new(&mesh(), "baseline").unwrap();
-        for head in &self.heads {
-            let tiles: Vec<u32> = self.blocks.keys().filter(|key| key.0 == head.id).map(|key| key.1).collect();
-            let read = |tile| Ok(self.blocks[&(head.id, tile)].clone());
-            document.pack_layer(&Context::serial(), head.clone(), &tiles, read).unwrap();
-        }
-        document
-    }
-
-    /// The payload of the edit from here to `after`.
-    fn edit(&self, after: &Model) -> Vec<u8> {
-        let mut keys: Vec<_> = self.blocks.keys().chain(after.blocks.keys()).copied().collect();
-        keys.sort_unstable();
-        keys.dedup();
-        keys.retain(|key| self.blocks.get(key) != after.blocks.get(key));
-        let layers = (self.heads != after.heads).then_some([self.heads.as_slice(), &after.heads]);
-        let of = |model: &'_ Model, key| model.blocks.get(key).map(Vec::len);
-        assert!(keys.iter().all(|key| of(self, key).or(of(after, key)) == Some(SIZE)));
-        Edit::encode(&Context::serial(), layers, keys.len(), |index| Change {
-            layer: keys[index].0,
-            block: keys[index].1,
-            before: self.blocks.get(&keys[index]).map(Vec::as_slice),
-            after: after.blocks.get(&keys[index]).map(Vec::as_slice),
-            blank: &[0, 0],
-            fades: false,
-        })
-        .unwrap()
-    }
-
-    /// Some change, for every number another.
-    fn changed(&self, number: u32) -> Self {
-        let mut next = self.clone();
-        let layer = next.heads[number as usize % next.heads.len()].id;
-        for tile in [number % TILES, (number * 7 + 3) % TILES] {
-            if number % 5 == 3 && next.blocks.remove(&(layer, tile)).is_some() {
-                continue;
-            }
-            let block = next.blocks.entry((layer, tile)).or_insert_with(|| vec![0; SIZE]);
-            block[number as usize % 90..number as usize % 90 + 40]
-                .iter_mut()
-                .for_each(|byte| *byte ^= number as u8 & 0x3b);
-        }
-        if number % 7 == 4 {
-            next.heads.push(head(100 + number, &format!("layer {number}")));
-            next.heads[0].settings = Settings { opacity: 0.5, blend: Blend::Max, visible: number % 2 == 0 };
-        }
-        if number % 11 == 8 && next.heads.len() > 1 {
-            let gone = next.heads.pop().unwrap();
-            next.blocks.retain(|key, _| key.0 != gone.id);
-        }
-        next
-    }
-}
-
 /// A journal of `count` steps in `folder`: its path, what its document is after every record, the bytes of the file
 /// then, and what was being done.
 struct Session {
@@ -251,57 +171,6 @@ fn compacting_keeps_what_is_seen_and_drops_the_history() {
     assert!(repaired.damage.is_empty() && repaired.kept.is_none());
     assert!(repaired.note.unwrap().ends_with("not in it: the next stroke"));
     assert_eq!(std::fs::metadata(&path).unwrap().len(), done.bytes[1]);
-}
-
-/// The process that the next test kills: it appends edits until it is gone, and says which are confirmed.
-#[test]
-fn appends_until_it_is_killed() {
-    let Some(path) = std::env::var_os("RELIEVO_TEST_JOURNAL") else { return };
-    let (document, _, mut journal) = Journal::open(Path::new(&path), LIMIT).unwrap();
-    let mut model = Model::new();
-    assert!(same(&document, &model.document()));
-    for number in 0..100_000 {
-        let next = model.changed(number);
-        journal.input(&format!("edit {number}")).unwrap();
-        journal.edit(&model.edit(&next)).unwrap();
-        model = next;
-        println!("confirmed {number}");
-    }
-}
-
-#[test]
-fn killed_processes_lose_no_confirmed_edit() {
-    let folder = tempfile::tempdir().unwrap();
-    for run in 0..4u64 {
-        let path = folder.path().join(format!("{run}.relievo"));
-        Model::new().document().write(&path).unwrap();
-        let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "appends_until_it_is_killed", "--nocapture", "--test-threads=1"])
-            .env("RELIEVO_TEST_JOURNAL", &path)
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        // Read a number of lines, kill, and read the rest.
-        let mut lines = std::io::BufRead::lines(std::io::BufReader::new(child.stdout.take().unwrap()));
-        let number = |line: String| line.strip_prefix("confirmed ").and_then(|rest| rest.parse::<u32>().ok());
-        let mut confirmed = None;
-        while confirmed.is_none_or(|count| u64::from(count) < 20 + 37 * run) {
-            confirmed = number(lines.next().unwrap().unwrap()).or(confirmed);
-        }
-        child.kill().unwrap();
-        confirmed = lines.map_while(Result::ok).filter_map(number).last().or(confirmed);
-        child.wait().unwrap();
-        let document = Document::open(&path, LIMIT).unwrap();
-        let states: Vec<Model> = (0..confirmed.unwrap() + 2)
-            .scan(Model::new(), |model, number| {
-                *model = model.changed(number);
-                Some(model.clone())
-            })
-            .collect();
-        // All that were confirmed, and perhaps the one that was not said any more.
-        let found = states.iter().rev().take(2).any(|model| same(&model.document(), &document));
-        assert!(found, "run {run}: {confirmed:?}");
-    }
 }
 
 #[test]
