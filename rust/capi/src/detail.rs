@@ -437,10 +437,6 @@ entry! {
         if object.fading().is_some() {
             return Err(Error::invalid("its edits fade already").at("detail"));
         }
-        let layers = object.layers();
-        if [true, false].iter().any(|color| layers.iter().filter(|layer| layer.kind.is_color() == *color).count() > 1) {
-            return Err(Error::unsupported("edits that fade are on one layer").advise("flatten the layers first"));
-        }
         object.set_decay(DecayOptions { delay: given.delay, duration: given.duration }, or_default(given.budget))
     }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use half::f16;
 use relievo_core::{Context, Error, Result};
+use relievo_document::head::STAMPS_OF;
 use relievo_document::{self as document, Document, Head, Kind, MAX_LAYERS, PageStore, Settings};
 use relievo_tiles::{Blocks, Channel, Displacement, Paint, Rgba8, Traces, VectorDisplacement};
 
@@ -103,8 +104,40 @@ pub trait LayeredObject: Sized {
     /// Faces of the surface.
     fn face_count(&self) -> usize;
 
-    /// Whether edits fade.
-    fn is_fading(&self) -> bool;
+    /// Fails if the object cannot have more layers.
+    fn check_addable(&self) -> Result<()> {
+        Ok(())
+    }
+
+    /// The numbers of layers of stamps.
+    fn stamp_numbers(&self) -> Vec<u32> {
+        Vec::new()
+    }
+
+    /// Stamps what was edited of layers that fade.
+    fn stamp_edits(&mut self, _: &Context) {}
+
+    /// When edits are made now, in seconds.
+    fn edit_time(&self) -> f64 {
+        0.0
+    }
+
+    /// Adds the layers of stamps to `states`, and says of the others which fade.
+    fn add_stamps(&self, _: &mut LayerStates) {}
+
+    /// Makes edits of `layers` stay, because they have become others.
+    fn stop(&mut self, _: &[u32]) {}
+
+    /// Puts back stamps of a history, whose layers were put back.
+    fn restore_stamps(&mut self, _: &Context, _: Option<&[Head]>, _: &[BlockState]) -> Result<()> {
+        Ok(())
+    }
+
+    /// Takes over the stamps that `document` has of the layers that were taken over, in `budget` bytes each. Layers that
+    /// stayed have the numbers that `moved` says now. Returns whether the object can have stamps.
+    fn take_up_stamps(&mut self, _: &Context, _: &Document, _budget: u64, _moved: &[(u32, u32)]) -> Result<bool> {
+        Ok(false)
+    }
 
     /// What it holds in layers.
     #[allow(clippy::type_complexity)]
@@ -166,7 +199,7 @@ pub trait LayeredObject: Sized {
     /// refused to the composite.
     ///
     /// Fails if the name is taken or none, the settings are not for its kind, there is no such size, the object has no
-    /// colours, or its edits fade.
+    /// colours, or it cannot have more layers.
     fn add_layer(
         &mut self,
         context: &Context,
@@ -176,18 +209,12 @@ pub trait LayeredObject: Sized {
         size: u32,
     ) -> Result<(u32, Vec<u32>)> {
         self.check_name(name)?;
-        if self.is_fading() {
-            return Err(Error::unsupported("edits that fade are on one layer")
-                .at(format!("layer `{name}`"))
-                .advise("leave out the layers or the decay"));
-        }
+        self.check_addable().map_err(|error| error.at(format!("layer `{name}`")))?;
         self.settle(context)?;
-        let others = self.channels().layers.others;
-        let used = self.layers().into_iter().map(|layer| layer.id).chain(others).map(|id| id + 1).max().unwrap_or(0);
         if self.layers().len() >= MAX_LAYERS {
             return Err(Error::invalid(format!("an object has at most {MAX_LAYERS} layers")));
         }
-        let (id, faces) = (used.max(ADDED), vec![size; self.face_count()]);
+        let (id, faces) = (self.free_number(), vec![size; self.face_count()]);
         let head = (id, name, settings);
         let refused = match kind {
             Kind::Scalar => self.edit_heights(|stack, composite| stack.add(context, composite, head, &faces)),
@@ -198,13 +225,19 @@ pub trait LayeredObject: Sized {
         Ok((id, refused.map_err(|error| error.at(format!("layer `{name}`")))?))
     }
 
+    /// A number that no layer has.
+    fn free_number(&self) -> u32 {
+        let numbers = self.layers().into_iter().map(|layer| layer.id).chain(self.channels().layers.others);
+        numbers.chain(self.stamp_numbers()).map(|id| id + 1).max().unwrap_or(0).max(ADDED)
+    }
+
     /// Fails unless a layer can be called so.
     fn check_name(&self, name: &str) -> Result<()> {
         let place = || format!("layer `{name}`");
         if name.is_empty() || name.len() > usize::from(u8::MAX) || name.contains(char::is_control) {
             return Err(Error::invalid("the name of a layer is 1 to 255 bytes of text").at(place()));
         }
-        if self.layer(name).is_some() || ["traces", "vectors"].contains(&name) {
+        if self.layer(name).is_some() || ["traces", "vectors"].contains(&name) || name.starts_with(STAMPS_OF) {
             return Err(Error::invalid("there is a layer of that name").at(place()).advise("name it otherwise"));
         }
         Ok(())
@@ -288,28 +321,44 @@ pub trait LayeredObject: Sized {
 
     /// Removes a layer with all that is on it. Fails if there is no such layer, or it is the last of its kind.
     fn remove_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
-        self.edit_either(
+        let done = self.edit_either(
             context,
             id,
             |stack, composite| stack.remove(context, composite, id),
             |stack, composite| stack.remove(context, composite, id),
-        )
+        )?;
+        self.stop(&[id]);
+        Ok(done)
     }
 
     /// Puts a layer and the one below it into one that looks as both did, but for rounding; it has the number and the
-    /// name of the lower one. Fails, and changes nothing, where no one layer would look so, or one of them is hidden.
+    /// name of the lower one, and fades no more. Fails, and changes nothing, where no one layer would look so, or one of
+    /// them is hidden.
     fn merge_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
-        self.edit_either(
+        let before = self.layers();
+        let below = before.iter().zip(before.iter().skip(1)).find(|(_, upper)| upper.id == id);
+        let ids = [id, below.map_or(id, |(lower, _)| lower.id)];
+        let done = self.edit_either(
             context,
             id,
             |stack, composite| stack.merge_down(context, composite, id),
             |stack, composite| stack.merge_down(context, composite, id),
-        )
+        )?;
+        self.stop(&ids);
+        Ok(done)
     }
 
-    /// Makes one layer of displacement and one of colour of all: what is seen, to the bit.
+    /// Makes one layer of displacement and one of colour of all: what is seen, to the bit. Where there were several, the one
+    /// fades no more.
     fn flatten_layers(&mut self, context: &Context) -> Result<Vec<u32>> {
         let refused = self.settle(context)?;
+        for is_color in [false, true] {
+            let layers = self.layers().into_iter().filter(|layer| layer.kind.is_color() == is_color);
+            let ids: Vec<u32> = layers.map(|layer| layer.id).collect();
+            if ids.len() > 1 {
+                self.stop(&ids);
+            }
+        }
         let layers = self.channels_mut(false).layers;
         layers.displacement.flatten();
         layers.colors.iter_mut().for_each(Stack::flatten);
@@ -380,12 +429,14 @@ pub trait LayeredObject: Sized {
         if let Some(channel) = others.1 {
             add(vectors, "vectors", Arc::new(channel.field().clone()));
         }
+        self.add_stamps(&mut states);
         states
     }
 
     /// Adds all layers to `document`; [`Self::settle`] is to be done before. Fails if it is for another mesh or has
     /// layers.
     fn store(&self, context: &Context, document: &mut Document) -> Result<()> {
+        document.time = self.edit_time();
         for state in self.layer_states() {
             let tiles = state.blocks.numbers();
             let read = |tile| Ok(state.blocks.try_bytes(tile)?.unwrap_or_default().to_vec());
@@ -521,7 +572,15 @@ pub trait LayeredObject: Sized {
     fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Vec<String>> {
         let (mut heights, mut paints, mut unknown) = (Vec::new(), Vec::new(), Vec::new());
         let mut others = [None; 2];
+        let layers = self.layers();
+        let colors_before = layers.iter().filter(|layer| layer.kind.is_color()).count();
+        let before: Vec<u32> = layers.into_iter().map(|layer| layer.id).collect();
+        let mut stamps = Vec::new();
         for layer in document.layers() {
+            if layer.kind() == Kind::Stamps {
+                stamps.push(layer.name().to_string());
+                continue;
+            }
             match self.stored(context, document, layer, budget)? {
                 Some(Stored::Displacement(channel)) => heights.push((layer.head(), channel)),
                 Some(Stored::Paint(channel)) => paints.push((layer.head(), channel)),
@@ -558,12 +617,28 @@ pub trait LayeredObject: Sized {
         if let (true, Some(stack)) = (kept.1, &mut layers.colors) {
             stack.renumber(free + 2 + MAX_LAYERS as u32);
         }
+        let (mut after, mut old) = (self.layers(), before);
+        if !kept.0 {
+            after.retain(|layer| layer.kind.is_color());
+            old.drain(..old.len() - colors_before);
+        }
+        if !kept.1 {
+            after.retain(|layer| !layer.kind.is_color());
+            old.truncate(after.len());
+        }
+        let moved: Vec<(u32, u32)> = old.into_iter().zip(after.into_iter().map(|layer| layer.id)).collect();
+        if !self.take_up_stamps(context, document, budget, &moved)? {
+            unknown.extend(stamps);
+        }
         Ok(unknown)
     }
 }
 
 impl<O: LayeredObject> Recorded for O {
     fn states(&mut self, context: &Context) -> Result<LayerStates> {
+        self.settle(context)?;
+        self.stamp_edits(context);
+        // What is lost for want of room changes what is seen.
         self.settle(context)?;
         Ok(self.layer_states())
     }
@@ -572,18 +647,18 @@ impl<O: LayeredObject> Recorded for O {
         let of_kind = |kind: Kind| heads.into_iter().flatten().filter(|head| head.kind == kind).collect::<Vec<_>>();
         let whole = heads.is_some();
         let (heights, colors) = (of_kind(Kind::Scalar), of_kind(Kind::Rgba8));
-        self.edit_heights(|stack, composite| {
-            put_layers(context, stack, composite, whole.then_some(&heights), &blocks)
-        })?;
+        let heights = (whole && !heights.is_empty()).then_some(heights.as_slice());
+        self.edit_heights(|stack, composite| put_layers(context, stack, composite, heights, &blocks))?;
         if self.channels().paint.is_some() {
-            let heads = whole.then_some(colors.as_slice());
+            let heads = (whole && !colors.is_empty()).then_some(colors.as_slice());
             self.edit_colors(|stack, composite| put_layers(context, stack, composite, heads, &blocks))?;
         }
         let ids = self.channels().layers.others;
         let head = |id: u32| heads.into_iter().flatten().find(|head| head.id == id);
         let (traces, vectors) = self.others_mut();
         traces.map_or(Ok(()), |traces| put_whole(traces, ids[0], head(ids[0]), &blocks))?;
-        vectors.map_or(Ok(()), |vectors| put_whole(vectors, ids[1], head(ids[1]), &blocks))
+        vectors.map_or(Ok(()), |vectors| put_whole(vectors, ids[1], head(ids[1]), &blocks))?;
+        self.restore_stamps(context, heads, &blocks)
     }
 }
 
@@ -680,8 +755,39 @@ impl LayeredObject for DisplacedObject {
         self.surface().topology().face_count()
     }
 
-    fn is_fading(&self) -> bool {
-        self.fading().is_some()
+    fn stamp_numbers(&self) -> Vec<u32> {
+        self.fading.numbers()
+    }
+
+    fn stamp_edits(&mut self, context: &Context) {
+        let refused = self.stamp(context).len();
+        self.fading.refuse(refused);
+    }
+
+    fn edit_time(&self) -> f64 {
+        self.time()
+    }
+
+    fn add_stamps(&self, states: &mut LayerStates) {
+        self.add_stamp_states(states);
+    }
+
+    fn stop(&mut self, layers: &[u32]) {
+        self.stop_fading(layers);
+    }
+
+    fn restore_stamps(&mut self, context: &Context, heads: Option<&[Head]>, blocks: &[BlockState]) -> Result<()> {
+        self.put_stamps(context, heads, blocks)
+    }
+
+    fn take_up_stamps(
+        &mut self,
+        context: &Context,
+        document: &Document,
+        budget: u64,
+        moved: &[(u32, u32)],
+    ) -> Result<bool> {
+        self.find_stamps(context, document, budget, moved).map(|()| true)
     }
 
     fn channels(&self) -> Channels<&Displacement, &Option<Paint>, &Layers> {

@@ -388,6 +388,11 @@ impl<C: LayerChannel> Stack<C> {
         }
     }
 
+    /// The texels of a layer; `None` if there is no such layer.
+    pub fn channel<'a>(&'a self, id: u32, composite: &'a C) -> Option<&'a C> {
+        self.index(id).map(|index| self.layers[index].channel.as_ref().unwrap_or(composite))
+    }
+
     /// The texels of a layer, for writing; `None` if there is no such layer. The layers are to be settled or refreshed
     /// afterwards.
     pub fn channel_mut<'a>(&'a mut self, id: u32, composite: &'a mut C) -> Option<&'a mut C> {

@@ -31,7 +31,7 @@ pub struct DisplacedObject {
     /// What tiles page to.
     pub(crate) pages: Option<Arc<dyn PageStore>>,
     pub(crate) time: f64,
-    pub(crate) fading: Option<Fading>,
+    pub(crate) fading: Fading,
     pub(crate) transform: DAffine3,
     pub(crate) hierarchy: Hierarchy,
     /// Boxes that follow the displacement, once brushes need them.
@@ -80,7 +80,7 @@ impl DisplacedObject {
             layers: Layers::default(),
             pages: None,
             time: 0.0,
-            fading: None,
+            fading: Fading::default(),
             transform,
             hierarchy,
             fit: None,
@@ -199,7 +199,8 @@ impl DisplacedObject {
         self.page(&mut paint)?;
         self.layers.colors = Some(layered::colors(paint.field().blank()));
         self.paint = Some(paint);
-        Ok(())
+        self.fading.forget_colors();
+        self.fade_own()
     }
 
     /// The traces that imprints leave, if they are to leave any.

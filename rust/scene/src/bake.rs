@@ -41,6 +41,8 @@ pub struct Changes {
     pub report: Report,
     /// Tiles whose edits will not fade, because the budget has no room for their stamps.
     pub unstamped: u64,
+    /// Tiles of layers that fade that made room for others.
+    pub lost: u64,
     /// What the strokes did, all together.
     pub strokes: StrokeReport,
 }
@@ -107,10 +109,7 @@ impl Baker {
         let now = world.scene.time(frame);
         let before = world.scene.time(frame.saturating_sub(1));
         let mut last = path.last().cloned().unwrap_or_default();
-        world.surfaces_mut().try_for_each(|surface| surface.advance(context, now))?;
-        for object in 0..world.items().len() {
-            world.triangles_mut(object).map_or(Ok(()), |item| item.object.advance(context, now))?;
-        }
+        world.advance(context, now)?;
         {
             let _stage = context.stats().begin("imprint");
             for group in groups(world, now) {
@@ -147,6 +146,9 @@ impl Baker {
             };
             changes.report.refused.extend(surface.settle(context)?);
             changes.unstamped += surface.stamp(context).len() as u64;
+            changes.lost += surface.take_lost();
+            // What was lost changes what is seen.
+            surface.settle(context)?;
             changes.written.push(blocks::commit(surface));
         }
         Ok(changes)
@@ -596,15 +598,14 @@ pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Optio
     let now = world.scene.time(frame.number);
     changes.posed = animated(world);
     world.pose(context, now)?;
+    world.set_time(now)?;
     for surface in world.surfaces_mut() {
-        surface.set_time(now)?;
         surface.settle(context)?;
         surface.take_as_stamped();
         blocks::commit(surface);
     }
     for object in 0..world.items().len() {
         if let Some(item) = world.triangles_mut(object) {
-            item.object.set_time(now)?;
             item.object.settle(context)?;
             item.object.take_as_stamped();
             item.commit(context)?;

@@ -2,6 +2,7 @@
 
 use relievo_core::{Error, Result};
 use relievo_detail::{DisplacedObject, LayeredObject};
+use relievo_document::Kind;
 
 use crate::cache::Layer;
 
@@ -11,8 +12,8 @@ pub fn read(surface: &DisplacedObject, layer: Layer, tile: u32) -> Result<Option
         Layer::Displacement => surface.read_displacement(tile)?,
         Layer::Paint => surface.read_paint(tile)?,
         Layer::Traces => surface.traces().map(|traces| traces.read(tile)).transpose()?.flatten(),
-        Layer::DisplacementStamps => surface.fading().and_then(|fading| fading.displacement.read(tile)),
-        Layer::PaintStamps => surface.fading().and_then(|fading| fading.paint.read(tile)),
+        Layer::DisplacementStamps => surface.read_stamps(Kind::Scalar, tile),
+        Layer::PaintStamps => surface.read_stamps(Kind::Rgba8, tile),
         Layer::Sizes => surface.read_sizes(tile),
         Layer::Vectors => surface.vectors().map(|vectors| vectors.read(tile)).transpose()?.flatten(),
     })
@@ -26,14 +27,8 @@ pub fn write(surface: &mut DisplacedObject, layer: Layer, tile: u32, bytes: Opti
         Layer::Paint => surface.write_paint(tile, bytes),
         Layer::Sizes => surface.write_sizes(tile, bytes),
         Layer::Traces => surface.traces_mut().ok_or_else(|| missing("traces"))?.write(tile, bytes),
-        Layer::DisplacementStamps => {
-            let field = surface.displacement().field().clone();
-            surface.fading_mut().ok_or_else(|| missing("stamps"))?.displacement.write(&field, tile, bytes)
-        }
-        Layer::PaintStamps => {
-            let field = surface.paint().ok_or_else(|| missing("colours"))?.field().clone();
-            surface.fading_mut().ok_or_else(|| missing("stamps"))?.paint.write(&field, tile, bytes)
-        }
+        Layer::DisplacementStamps => surface.write_stamps(Kind::Scalar, tile, bytes),
+        Layer::PaintStamps => surface.write_stamps(Kind::Rgba8, tile, bytes),
         Layer::Vectors => surface.vectors_mut().ok_or_else(|| missing("vectors"))?.write(tile, bytes),
     }
 }
@@ -47,10 +42,8 @@ pub fn allocated(surface: &DisplacedObject) -> Vec<(Layer, u32)> {
     add(Layer::Paint, &mut surface.painted_tiles().into_iter());
     add(Layer::Traces, &mut surface.traces().into_iter().flat_map(|traces| traces.field().allocated()));
     add(Layer::Vectors, &mut surface.vectors().into_iter().flat_map(|vectors| vectors.field().allocated()));
-    if let Some(fading) = surface.fading() {
-        add(Layer::DisplacementStamps, &mut fading.displacement.stamped());
-        add(Layer::PaintStamps, &mut fading.paint.stamped());
-    }
+    add(Layer::DisplacementStamps, &mut surface.stamped_tiles(Kind::Scalar).into_iter());
+    add(Layer::PaintStamps, &mut surface.stamped_tiles(Kind::Rgba8).into_iter());
     list
 }
 
@@ -69,9 +62,7 @@ pub fn commit(surface: &mut DisplacedObject) -> Vec<(Layer, u32)> {
     if let Some(vectors) = surface.vectors_mut() {
         add(Layer::Vectors, vectors.commit().changed());
     }
-    if let Some(fading) = surface.fading_mut() {
-        add(Layer::DisplacementStamps, &fading.displacement.take_changed());
-        add(Layer::PaintStamps, &fading.paint.take_changed());
-    }
+    add(Layer::DisplacementStamps, &surface.commit_stamps(Kind::Scalar));
+    add(Layer::PaintStamps, &surface.commit_stamps(Kind::Rgba8));
     list
 }

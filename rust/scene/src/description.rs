@@ -197,6 +197,8 @@ pub struct LayerEntry {
     pub settings: relievo_document::Settings,
     /// Texels along an edge of every face.
     pub size: u32,
+    /// When edits of it fade, if they do.
+    pub decay: Option<DecayOptions>,
 }
 
 /// What physics sees of a body.

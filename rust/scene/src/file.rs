@@ -7,13 +7,12 @@ use std::sync::Arc;
 use glam::DVec3;
 use relievo_core::Error;
 use relievo_core::error::nearest;
-use relievo_tiles::DecayOptions;
 use toml::de::DeTable;
 
 use crate::bodies::read_body;
 use crate::description::*;
 use crate::diagnostic::{Diagnostic, Failure, Faults};
-use crate::layers::read_layers;
+use crate::layers::{read_decay, read_layers};
 use crate::reader::{Name, Reader, Table};
 use crate::riders::read_rider;
 use crate::schema;
@@ -442,10 +441,7 @@ fn read_object(
     let detail = read_detail(reader, detail, Some(details));
     let document = reader.text(table, "document");
     let layers = read_layers(reader, table);
-    let decay = table.has("decay").then(|| {
-        let table = reader.sub_table(table, "decay");
-        DecayOptions { delay: reader.number(table, "delay") as f32, duration: reader.number(table, "duration") as f32 }
-    });
+    let decay = read_decay(reader, table);
     let traces = table.has("traces").then(|| {
         let table = reader.sub_table(table, "traces");
         TintEntry {

@@ -1,8 +1,9 @@
 //! `[[objects.NAME.layers]]` of a scene file: read, and made.
 
 use relievo_core::{Context, Result};
-use relievo_detail::LayeredObject;
+use relievo_detail::{DisplacedObject, LayeredObject};
 use relievo_document::{Blend, Kind, Settings};
+use relievo_tiles::DecayOptions;
 
 use crate::description::LayerEntry;
 use crate::diagnostic::Diagnostic;
@@ -23,6 +24,7 @@ pub(crate) fn read_layers(reader: &mut Reader, object: Table) -> Vec<LayerEntry>
             visible: reader.flag(table, "visible"),
         };
         let size = reader.whole(table, "tile_size") as u32;
+        let decay = read_decay(reader, table);
         if let Err(error) = settings.check(kind) {
             let place = if table.has("blend") { table.span_of("blend") } else { table.span() };
             reader.fault(Diagnostic::from_error(place, &error));
@@ -39,12 +41,29 @@ pub(crate) fn read_layers(reader: &mut Reader, object: Table) -> Vec<LayerEntry>
             reader.fault(said);
             continue;
         }
-        layers.push(LayerEntry { name, kind, settings, size });
+        layers.push(LayerEntry { name, kind, settings, size, decay });
     }
     layers
 }
 
+/// `decay` of an object or a layer, if it has it.
+pub(crate) fn read_decay(reader: &mut Reader, table: Table) -> Option<DecayOptions> {
+    table.has("decay").then(|| {
+        let table = reader.sub_table(table, "decay");
+        DecayOptions { delay: reader.number(table, "delay") as f32, duration: reader.number(table, "duration") as f32 }
+    })
+}
+
 impl LayerEntry {
+    /// As [`Self::make`], with the decay of the layer, whose stamps may occupy `budget` bytes.
+    pub(crate) fn make_fading(&self, context: &Context, object: &mut DisplacedObject, budget: u64) -> Result<()> {
+        self.make(context, object, self.size)?;
+        match (self.decay, object.layer(&self.name.text)) {
+            (Some(decay), Some(id)) => object.set_layer_decay(context, id, Some(decay), budget),
+            _ => Ok(()),
+        }
+    }
+
     /// Adds the layer to `object`, or makes the one of that name, which a document brought, be seen as the scene says.
     /// Edits go to the layers that they went to before. A new layer has `size` texels or segments along an edge.
     pub(crate) fn make(&self, context: &Context, object: &mut impl LayeredObject, size: u32) -> Result<()> {

@@ -292,18 +292,32 @@ pub static LAYER: Section = Section {
             "",
             "Texels along the edge of a face; surfaces of triangles have `segments` of `details`",
         ),
+        key("decay", Kind::Table(&LAYER_DECAY), "", "", "Makes edits of the layer fade"),
     ],
+    parameters: &[],
+};
+
+/// When edits fade.
+const FADING: &[Key] = &[
+    key("delay", Kind::Number(0.0, 1e6), "0", "seconds", "How long an edit stays as it is"),
+    key("duration", Kind::Number(1e-3, 1e6), "10", "seconds", "How long it then takes to fade"),
+];
+
+/// `[objects.NAME.layers.decay]`
+pub static LAYER_DECAY: Section = Section {
+    name: "objects.NAME.layers.decay",
+    help: "When edits of the layer fade; each place counts from its last edit. Where the budget is full, tiles of the layer \
+           are lost to newer ones, the oldest first",
+    keys: FADING,
     parameters: &[],
 };
 
 /// `[objects.NAME.decay]`
 pub static DECAY: Section = Section {
     name: "objects.NAME.decay",
-    help: "When what was imprinted, painted and sculpted goes back to what it was; each place counts from its last edit",
-    keys: &[
-        key("delay", Kind::Number(0.0, 1e6), "0", "seconds", "How long an edit stays as it is"),
-        key("duration", Kind::Number(1e-3, 1e6), "10", "seconds", "How long it then takes to fade"),
-    ],
+    help: "When what was imprinted, painted and sculpted on the object's own displacement and colours goes back to what it \
+           was; each place counts from its last edit. Where the budget is full, tiles are lost to newer ones, the oldest first",
+    keys: FADING,
     parameters: &[],
 };
 

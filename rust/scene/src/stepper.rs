@@ -114,6 +114,8 @@ pub struct Stepper {
     /// Dabs of strokes that were too far from their surface.
     missed_dabs: u64,
     unstamped: u64,
+    /// Tiles of layers that fade that made room for others.
+    lost: u64,
 }
 
 impl Stepper {
@@ -137,6 +139,7 @@ impl Stepper {
             missed: 0,
             missed_dabs: 0,
             unstamped: 0,
+            lost: 0,
         })
     }
 
@@ -211,6 +214,7 @@ impl Stepper {
         self.refused += changes.strokes.report.refused.len() as u64;
         self.missed_dabs += changes.strokes.missed;
         self.unstamped += changes.unstamped;
+        self.lost += changes.lost;
         Ok(changes)
     }
 
@@ -288,6 +292,13 @@ impl Stepper {
                 self.unstamped
             ));
         }
+        if self.lost > 0 {
+            self.summary.notes.push(format!(
+                "{} tiles of layers that fade were lost before their time, the oldest first, to make room for newer ones; \
+                 raise `budget` of `detail`",
+                self.lost
+            ));
+        }
         if self.missed_dabs > 0 {
             self.summary.notes.push(format!(
                 "{} dabs of strokes were too far from their surface and left out; move the points or raise `reach`",
@@ -334,7 +345,7 @@ impl Stepper {
                     self.summary.tiles[1] += vectors.field().tile_count() as u64;
                 }
                 if let Some(fading) = surface.fading() {
-                    self.summary.tile_bytes[0] += fading.displacement.bytes() + fading.paint.bytes();
+                    self.summary.tile_bytes[0] += fading.bytes();
                 }
                 if let Some(traces) = surface.traces() {
                     self.summary.tile_bytes[0] += traces.bytes();

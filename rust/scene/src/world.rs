@@ -41,6 +41,8 @@ pub struct World {
     start: Vec<DAffine3>,
     /// Seconds for which the items are posed.
     time: f64,
+    /// Per object the time of its edits when the scene is at 0: documents whose edits fade go on from theirs.
+    begun: Vec<f64>,
 }
 
 /// What the kernels know of an object.
@@ -142,7 +144,7 @@ impl World {
                             }
                             for layer in &object.layers {
                                 layer
-                                    .make(context, &mut item, layer.size)
+                                    .make_fading(context, &mut item, object.detail.budget)
                                     .map_err(|error| refuse(Diagnostic::from_error(layer.name.span.clone(), &error)))?;
                             }
                             if let Some(decay) = object.decay {
@@ -187,7 +189,9 @@ impl World {
         });
         let stamps = stamps.collect::<std::result::Result<_, _>>()?;
         let start = transforms.clone();
-        Ok(Self { stamps, physics, assets, items, colliders, documents, transforms, start, scene, time: 0.0 })
+        let begun = items.iter().map(|item| if let Item::Surface(surface) = item { surface.time() } else { 0.0 });
+        let begun = begun.collect();
+        Ok(Self { begun, stamps, physics, assets, items, colliders, documents, transforms, start, scene, time: 0.0 })
     }
 
     /// The objects.
@@ -300,6 +304,24 @@ impl World {
         };
         let paint = surface.paint().map(|paint| paint.field());
         Coat::new(entry, paint, surface.traces().map(|traces| traces.field()), surface.time())
+    }
+
+    /// Brings all surfaces to `time`: what was edited fades as it should.
+    pub(crate) fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
+        self.begun.iter().zip(&mut self.items).try_for_each(|(begun, item)| match item {
+            Item::Surface(surface) => surface.advance(context, begun + time),
+            Item::Triangles(item) => item.object.advance(context, time),
+            Item::Mesh(_) => Ok(()),
+        })
+    }
+
+    /// Notes that all surfaces are at `time`.
+    pub(crate) fn set_time(&mut self, time: f64) -> Result<()> {
+        self.begun.iter().zip(&mut self.items).try_for_each(|(begun, item)| match item {
+            Item::Surface(surface) => surface.set_time(begun + time),
+            Item::Triangles(item) => item.object.set_time(time),
+            Item::Mesh(_) => Ok(()),
+        })
     }
 
     /// All surfaces.
@@ -468,6 +490,10 @@ impl World {
 
 /// Fails if an object shows triangles whose points move and which are to be split.
 fn check_triangles(object: &ObjectEntry, entry: &TrianglesEntry, animated: bool) -> Result<()> {
+    if let Some(layer) = object.layers.iter().find(|layer| layer.decay.is_some()) {
+        let what = format!("layer `{}` of triangles cannot fade by itself", layer.name.text);
+        return Err(Error::unsupported(what).advise("give `decay` to the object, without layers"));
+    }
     if !animated || entry.longest_edge.is_none() {
         return Ok(());
     }

@@ -264,4 +264,6 @@ fn what_triangles_cannot_do_is_said() {
     refused("kind = \"triangles\"\n", "", "`longest_edge` means nothing for a Catmull-Clark surface");
     refused("voxels = 65536\n[colliders.tool]", "voxels = 65536\n[colliders.tool]\nrim = 0.5", "no rims");
     refused("segments = 16", "segments = 12", "power of two");
+    let layer = "colour = [1, 1, 1]\n[[objects.ground.layers]]\nname = \"ridge\"\ndecay = { duration = 1 }\n";
+    refused("colour = [1, 1, 1]\n", layer, "cannot fade by itself");
 }

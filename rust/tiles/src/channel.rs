@@ -55,6 +55,9 @@ pub struct Channel<T> {
     changed: Vec<u32>,
     listed: Vec<u64>,
     pub(crate) full_bytes: u64,
+    /// Tiles that may be lost where the budget refuses others, the last first, and their versions when they were named.
+    expendable: Vec<(u32, u64)>,
+    lost: Vec<u32>,
 }
 
 impl<T: Texel> Clone for Channel<T> {
@@ -185,6 +188,8 @@ impl<T: Texel> Channel<T> {
             changed: Vec::new(),
             listed,
             full_bytes,
+            expendable: Vec::new(),
+            lost: Vec::new(),
         })
     }
 
@@ -225,6 +230,60 @@ impl<T: Texel> Channel<T> {
         self.trim();
     }
 
+    /// Names tiles that may be lost where the budget refuses others, the first of them first, unless they are edited
+    /// meanwhile: those of layers that fade, by age.
+    pub fn set_expendable(&mut self, tiles: &[u32]) {
+        let list = tiles.iter().rev().filter(|tile| self.field.is_allocated(**tile));
+        self.expendable = list.map(|tile| (*tile, self.field.version(*tile))).collect();
+    }
+
+    /// The tiles that were lost since this was called last, ascending.
+    pub fn take_lost(&mut self) -> Vec<u32> {
+        let mut lost = std::mem::take(&mut self.lost);
+        lost.sort_unstable();
+        lost.dedup();
+        lost
+    }
+
+    /// Makes `tiles` blank and gives their blocks back, whatever neighbours have at their borders. They count as lost.
+    ///
+    /// Fails, and changes nothing, if a tile does not exist or is a hole.
+    pub fn lose_tiles(&mut self, context: &Context, tiles: &[u32]) -> Result<()> {
+        let applied = self.apply(&Sets { deallocate: tiles.to_vec(), ..Sets::default() })?;
+        self.lost.extend(applied.changes.iter().map(|change| change.tile));
+        self.update_rings(context, &applied.changes)?;
+        Ok(())
+    }
+
+    /// Loses tiles until those of `sets` have room, as far as there are any.
+    fn lose(&mut self, sets: &Sets, applied: &mut Applied) {
+        if self.expendable.is_empty() {
+            return;
+        }
+        let mut used: Vec<u32> = sets.allocate.iter().chain(&sets.modify).copied().collect();
+        used.sort_unstable();
+        self.expendable.retain(|(tile, _)| used.binary_search(tile).is_err());
+        let mut wanted = sets.allocate.clone();
+        wanted.sort_unstable();
+        wanted.dedup();
+        wanted.retain(|tile| !self.field.is_allocated(*tile));
+        let needed: u64 = wanted.iter().map(|tile| self.heap.bytes_of(self.field.class(*tile))).sum();
+        while self.bytes().saturating_add(needed) > self.budget()
+            && let Some((tile, version)) = self.expendable.pop()
+        {
+            if self.field.version(tile) != version {
+                continue;
+            }
+            if let Some(entry) = self.field.entry_mut(tile).take() {
+                self.heap.free(&[entry.id]);
+                applied.changes.push(Change::all(tile));
+                self.mark(tile);
+                self.touch(tile, Vec::new());
+                self.lost.push(tile);
+            }
+        }
+    }
+
     /// Allocates and deallocates the tiles of `sets`. New blocks are blank. Tiles that already are as wished are left
     /// out; tiles beyond the budget are reported. With pages, the blocks edited longest ago make room, and those of the
     /// sets come back. Fails, and does nothing, if a tile does not exist or is a hole, or a page cannot be read.
@@ -246,6 +305,7 @@ impl<T: Texel> Channel<T> {
             }
         }
         self.heap.free(&freed);
+        self.lose(sets, &mut applied);
         let mut wanted: Vec<u32> =
             sets.allocate.iter().copied().filter(|tile| !self.field.is_allocated(*tile)).collect();
         wanted.sort_unstable();

@@ -4,18 +4,23 @@
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 7.2. The
 //! latest edit of a texel wins: what it left there fades from then on. The stamped texels are kept beside the channel
 //! and faded from there, so that a fade does not depend on how many steps it takes and is not stopped by rounding. A
-//! tile whose last texel has faded gives its blocks back. Units: seconds; bytes: per tile (size + 2)² times those of a
-//! texel and a stamp of 4, in a heap of its own.
+//! tile whose last texel has faded gives its blocks back. Where a budget is full, the tiles whose newest stamp is oldest
+//! make room. Units: seconds; bytes: per tile (size + 2)² times those of a texel and a stamp of 4, in a heap of its own.
 
+use std::any::Any;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
 use relievo_core::{Context, Error, Result};
+use relievo_document::{Document, Kind, Stamps};
 
+use crate::blocks::Blocks;
 use crate::channel::{Channel, neighbours};
 use crate::field::Field;
 use crate::heap::{Heap, SizeClass};
 use crate::pages::{Entry, Pages};
+use crate::ring::Change;
+use crate::stored::StoredTexel;
 use crate::texel::Texel;
 
 /// When edits fade.
@@ -62,7 +67,7 @@ pub const PERMANENT: f32 = f32::MAX;
 pub struct Decay<T> {
     options: DecayOptions,
     heap: Heap,
-    /// Of every tile the texels and then the stamps.
+    /// Of every tile the texels and then the stamps; its version says how old it is, see [`age`].
     pages: Pages<Entry<u32>>,
     texel: PhantomData<T>,
     /// Tiles whose stamps changed since they were last asked for.
@@ -89,6 +94,32 @@ impl<T: Texel> Decay<T> {
     /// When edits fade.
     pub fn options(&self) -> DecayOptions {
         self.options
+    }
+
+    /// Makes edits fade otherwise, those that were made too. Fails if the times are none.
+    pub fn set_options(&mut self, options: DecayOptions) -> Result<()> {
+        options.check()?;
+        self.options = options;
+        Ok(())
+    }
+
+    /// Bytes that the stamps and their texels may occupy.
+    pub fn budget(&self) -> u64 {
+        self.heap.budget()
+    }
+
+    /// The tiles that hold nothing but what fades, beginning with those whose newest stamp is oldest.
+    pub fn oldest(&self) -> Vec<u32> {
+        let ages = self.pages.used().filter_map(|tile| Some((self.pages.entry(tile)?.version, tile)));
+        let mut ages: Vec<(u64, u32)> = ages.filter(|(age, _)| *age != KEPT).collect();
+        ages.sort_unstable();
+        ages.into_iter().map(|(_, tile)| tile).collect()
+    }
+
+    /// The newest stamp there is.
+    pub fn newest(&self) -> Option<f32> {
+        let stamps = self.pages.used().filter_map(|tile| self.block(tile)).flat_map(|block| block.stamps);
+        stamps.copied().filter(|stamp| *stamp != PERMANENT).max_by(f32::total_cmp)
     }
 
     /// Bytes of the stamps and the texels they belong to.
@@ -130,7 +161,8 @@ impl<T: Texel> Decay<T> {
     /// If the channel or the field is that of another surface.
     pub fn stamp(&mut self, context: &Context, before: &Field<T>, channel: &Channel<T>, time: f64) -> Vec<u32> {
         let after = channel.field();
-        let gone: Vec<u32> = self.pages.used().filter(|tile| !after.is_allocated(*tile)).collect();
+        let known = |tile: &u32| self.pages.entry(*tile).is_some_and(|known| known.id.class == after.class(*tile));
+        let gone: Vec<u32> = self.pages.used().filter(|tile| !after.is_allocated(*tile) || !known(tile)).collect();
         self.remove(&gone);
         let edited: Vec<u32> = after.allocated().filter(|tile| after.version(*tile) != before.version(*tile)).collect();
         let known = &*self;
@@ -157,11 +189,11 @@ impl<T: Texel> Decay<T> {
             for at in edits {
                 (texels[at], stamps[at]) = (new[at], time as f32);
             }
-            Some((tile, words(&texels, &stamps)))
+            Some((tile, words(&texels, &stamps), age(&texels, &stamps, stride, blank)))
         });
         let mut refused = Vec::new();
-        for (tile, stamps) in stamped.into_iter().flatten() {
-            if !self.put(tile, after.class(tile), stamps) {
+        for (tile, stamps, age) in stamped.into_iter().flatten() {
+            if !self.put(tile, after.class(tile), stamps, age) {
                 refused.push(tile);
             }
         }
@@ -176,25 +208,39 @@ impl<T: Texel> Decay<T> {
     pub fn fade(&mut self, context: &Context, channel: &mut Channel<T>, time: f64) -> Result<Faded> {
         let gone: Vec<u32> = self.pages.used().filter(|tile| !channel.field().is_allocated(*tile)).collect();
         self.remove(&gone);
-        let options = self.options;
-        let tiles: Vec<u32> = self.pages.used().collect();
-        let known = &*self;
-        let field = channel.field();
-        // Whether anything of a tile fades now, and whether anything will later.
-        let state = context.map(tiles.len(), |index| {
-            let stamps = known.block(tiles[index]).map_or(&[][..], |known| known.stamps);
-            let fits = field.block(tiles[index]).is_some_and(|block| block.len() == stamps.len());
-            let fading = |stamp: &f32| options.share(*stamp, time) < 1.0;
-            let alive = |stamp: &f32| *stamp != PERMANENT && options.share(*stamp, time) > 0.0;
-            (fits && stamps.iter().any(fading), fits && stamps.iter().any(alive))
+        let done = self.chosen(context, channel, |stamps| {
+            !stamps.iter().any(|stamp| *stamp != PERMANENT && self.options.share(*stamp, time) > 0.0)
         });
-        let chosen = |wanted: fn((bool, bool)) -> bool| -> Vec<u32> {
-            tiles.iter().zip(&state).filter(|(_, state)| wanted(**state)).map(|(tile, _)| *tile).collect()
-        };
-        let fading = chosen(|(fading, _)| fading);
-        let done = chosen(|(_, alive)| !alive);
-        let blank = field.blank();
-        let changes = channel.edit(context, &fading, |tile, texels| {
+        let changed = self.bring(context, channel, time, &[])?;
+        self.remove(&done);
+        let topology = channel.field().topology().clone();
+        let mut around: Vec<u32> = done.iter().flat_map(|tile| neighbours(&topology, *tile)).collect();
+        around.extend(&done);
+        around.sort_unstable();
+        around.dedup();
+        let freed = channel.reclaim(context, &around)?;
+        Ok(Faded { changed, freed })
+    }
+
+    /// The tiles with stamps for which `wanted` holds; those whose blocks have another size have none.
+    fn chosen(&self, context: &Context, channel: &Channel<T>, wanted: impl Fn(&[f32]) -> bool + Sync) -> Vec<u32> {
+        let (tiles, field): (Vec<u32>, _) = (self.pages.used().collect(), channel.field());
+        let chosen = context.map(tiles.len(), |index| {
+            let stamps = self.block(tiles[index]).map_or(&[][..], |known| known.stamps);
+            let fits = field.block(tiles[index]).is_some_and(|block| block.len() == stamps.len());
+            wanted(if fits { stamps } else { &[] })
+        });
+        tiles.into_iter().zip(chosen).filter_map(|(tile, chosen)| chosen.then_some(tile)).collect()
+    }
+
+    /// As [`Self::fade`] without giving anything back, so that stamps stay what they are: after stamps and blocks of
+    /// `restored` tiles were put back, which may be those of another time. Returns the tiles of which texels changed.
+    pub fn bring(&self, context: &Context, channel: &mut Channel<T>, time: f64, restored: &[u32]) -> Result<Vec<u32>> {
+        let (known, options) = (self, self.options);
+        let fading =
+            self.chosen(context, channel, |stamps| stamps.iter().any(|stamp| options.share(*stamp, time) < 1.0));
+        let blank = channel.field().blank();
+        let mut changes = channel.edit(context, &fading, |tile, texels| {
             let Some(known) = known.block(tile) else { return };
             let size = texels.size();
             let rows = known.texels.chunks_exact(size + 2).zip(known.stamps.chunks_exact(size + 2)).skip(1);
@@ -208,16 +254,10 @@ impl<T: Texel> Decay<T> {
                 }
             }
         })?;
-        channel.settle(context, &changes)?;
-        self.remove(&done);
         let changed: Vec<u32> = changes.iter().map(|change| change.tile).collect();
-        let topology = channel.field().topology().clone();
-        let mut around: Vec<u32> = done.iter().flat_map(|tile| neighbours(&topology, *tile)).collect();
-        around.extend(&done);
-        around.sort_unstable();
-        around.dedup();
-        let freed = channel.reclaim(context, &around)?;
-        Ok(Faded { changed, freed })
+        changes.extend(restored.iter().map(|tile| Change::all(*tile)));
+        channel.settle(context, &changes)?;
+        Ok(changed)
     }
 
     /// The stamped texels of `tile` as bytes: all texels, then all stamps; `None` if there are none.
@@ -249,20 +289,21 @@ impl<T: Texel> Decay<T> {
         if !T::all_finite(&texels) || stamps.iter().any(|stamp| !stamp.is_finite()) {
             return Err(Error::invalid("a number of the stamps is not finite").at(place()));
         }
-        if !self.put(tile, class, words(&texels, &stamps)) {
+        let age = age(&texels, &stamps, class.size() as usize + 2, field.blank());
+        if !self.put(tile, class, words(&texels, &stamps), age) {
             return Err(Error::memory("the stamps need more than their budget").at(place()));
         }
         Ok(())
     }
 
     /// Whether there is room for the stamps of a tile, which then has them.
-    fn put(&mut self, tile: u32, class: SizeClass, texels: Arc<[u32]>) -> bool {
+    fn put(&mut self, tile: u32, class: SizeClass, texels: Arc<[u32]>, age: u64) -> bool {
         if let Some(entry) = self.pages.entry_mut(tile).take_if(|entry| entry.id.class != class) {
             self.heap.free(&[entry.id]);
         }
         let known = self.pages.entry(tile).map(|entry| entry.id);
         let Some(id) = known.or_else(|| self.heap.allocate(&[class])[0]) else { return false };
-        *self.pages.entry_mut(tile) = Some(Entry { texels, id, version: 0 });
+        *self.pages.entry_mut(tile) = Some(Entry { texels, id, version: age });
         self.changed.push(tile);
         true
     }
@@ -275,6 +316,122 @@ impl<T: Texel> Decay<T> {
             }
         }
     }
+}
+
+impl<T: StoredTexel> Decay<T> {
+    /// What documents say of the stamps of `channel`, the layer `layer`.
+    pub fn head(&self, layer: u32) -> Stamps {
+        let DecayOptions { delay, duration } = self.options;
+        Stamps { layer, texel: T::KIND, delay, duration }
+    }
+
+    /// The stamps as histories and documents see them, of a channel that is `field` now.
+    pub fn blocks(&self, field: &Field<T>) -> StampBlocks<T> {
+        let blank = [bytemuck::bytes_of(&T::zeroed()), &PERMANENT.to_le_bytes()].concat();
+        StampBlocks { pages: self.pages.clone(), field: field.clone(), blank }
+    }
+
+    /// The stamps that `document` has as the layer called `name`, for a channel that is `field` now, in `budget` bytes.
+    ///
+    /// Fails if there is no such layer of these texels, it is damaged, or `budget` is too small.
+    pub fn stored(context: &Context, document: &Document, name: &str, field: &Field<T>, budget: u64) -> Result<Self> {
+        let place = |error: Error| error.at(format!("layer `{name}`"));
+        let layer = document.layer(name).ok_or_else(|| Error::invalid("there is no such layer")).map_err(place)?;
+        let stamps = layer.head().stamps.filter(|stamps| stamps.texel == T::KIND);
+        let stamps = stamps.ok_or_else(|| place(Error::invalid("its times are those of other texels")))?;
+        let Stamps { delay, duration, .. } = stamps;
+        let mut decay = Self::new(field.tile_count(), DecayOptions { delay, duration }, budget)?;
+        let unpacked = context.map(layer.blocks().len(), |at| layer.unpack(document.topology(), at));
+        for (block, bytes) in layer.blocks().iter().zip(unpacked) {
+            decay.write(field, block.tile(), Some(&bytes?)).map_err(place)?;
+        }
+        decay.changed.clear();
+        Ok(decay)
+    }
+
+    /// Puts back stamps whatever the budget says.
+    pub fn restore(&mut self, field: &Field<T>, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        let budget = self.heap.budget();
+        self.heap.set_budget(u64::MAX);
+        let done = self.write(field, tile, bytes);
+        self.heap.set_budget(budget);
+        done
+    }
+}
+
+/// The stamps of a channel at one moment, with the texels they belong to.
+#[derive(Clone, Debug)]
+pub struct StampBlocks<T> {
+    pages: Pages<Entry<u32>>,
+    field: Field<T>,
+    blank: Vec<u8>,
+}
+
+impl<T: StoredTexel> Blocks for StampBlocks<T> {
+    fn kind(&self) -> Kind {
+        Kind::Stamps
+    }
+
+    fn blank(&self) -> &[u8] {
+        &self.blank
+    }
+
+    fn face_sizes(&self) -> Vec<u32> {
+        self.field.face_sizes()
+    }
+
+    fn given_sizes(&self) -> Vec<u32> {
+        self.field.given_sizes()
+    }
+
+    fn bytes(&self, block: u32) -> Option<&[u8]> {
+        self.pages.entry(block).map(|entry| bytemuck::cast_slice(&entry.texels))
+    }
+
+    fn numbers(&self) -> Vec<u32> {
+        self.pages.used().collect()
+    }
+
+    fn changed(&self, other: &dyn Blocks) -> Vec<u32> {
+        let any: &dyn Any = other;
+        let Some(other) = any.downcast_ref::<Self>() else {
+            let mut both = [self.numbers(), other.numbers()].concat();
+            both.sort_unstable();
+            both.dedup();
+            return both;
+        };
+        let differs = |tile: &u32| match (self.pages.entry(*tile), other.pages.entry(*tile)) {
+            (Some(a), Some(b)) => !Arc::ptr_eq(&a.texels, &b.texels) && a.texels != b.texels,
+            (a, b) => a.is_some() || b.is_some(),
+        };
+        self.pages.unshared(&other.pages).filter(differs).collect()
+    }
+
+    fn is_shaped_as(&self, other: &dyn Blocks) -> bool {
+        let any: &dyn Any = other;
+        any.downcast_ref::<Self>().is_some_and(|other| self.field.is_shaped_as(&other.field))
+    }
+}
+
+/// The age of tiles with texels that do not fade and are not blank either.
+const KEPT: u64 = u64::MAX;
+
+/// A number that grows with the newest stamp of a tile of `stride` texels a side; [`KEPT`] if something does not fade.
+fn age<T: Texel>(texels: &[T], stamps: &[f32], stride: usize, blank: T) -> u64 {
+    let mut newest = f32::NEG_INFINITY;
+    for row in (stride..texels.len() - stride).step_by(stride) {
+        let inner = row + 1..row + stride - 1;
+        for (texel, stamp) in texels[inner.clone()].iter().zip(&stamps[inner]) {
+            if *stamp != PERMANENT {
+                newest = newest.max(*stamp);
+            } else if !texel.is_blank(blank) {
+                return KEPT;
+            }
+        }
+    }
+    // Floats of one sign are ordered as their bits are.
+    let bits = newest.to_bits();
+    u64::from(if bits >> 31 == 0 { bits | 1 << 31 } else { !bits })
 }
 
 /// Texels and then stamps. A tile's number of texels is divisible by four, so that all kinds of texels fill words.

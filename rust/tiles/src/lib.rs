@@ -43,7 +43,7 @@ pub use blocks::Blocks;
 pub use channel::{Applied, Channel, ChannelOptions, Snapshot, Texels};
 pub use color::Paint;
 pub use composite::{Layered, Sheet};
-pub use decay::{Decay, DecayOptions, Faded};
+pub use decay::{Decay, DecayOptions, Faded, StampBlocks};
 pub use displaced::{Displaced, Points};
 pub use displacement::{Displacement, DisplacementOptions};
 pub use field::Field;

@@ -397,8 +397,12 @@ impl LayeredObject for TriangleObject {
         self.surface.topology().face_count()
     }
 
-    fn is_fading(&self) -> bool {
-        self.fading.is_some()
+    fn check_addable(&self) -> Result<()> {
+        if self.fading.is_some() {
+            return Err(Error::unsupported("edits of triangle meshes that fade are on one layer")
+                .advise("leave out the layers or the decay"));
+        }
+        Ok(())
     }
 
     fn channels(

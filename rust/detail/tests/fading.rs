@@ -1,0 +1,251 @@
+//! Layers that fade: documents that are opened again go on fading as if they had never been closed, histories restore
+//! stamps to the bit, and full budgets lose what is oldest.
+
+use glam::{DAffine3, DVec3, Vec4};
+use relievo_core::{Context, Mesh};
+use relievo_detail::{
+    Action, Brush, Dab, DisplacedObject, Falloff, History, LayeredObject, PaintMode, Recorded, SculptMode,
+};
+use relievo_document::{Document, Kind, Settings};
+use relievo_surface::{Surface, SurfaceOptions};
+use relievo_testing::{Random, grid};
+use relievo_tiles::{ChannelOptions, DecayOptions, Displacement, Paint};
+
+const LIMIT: u64 = 1 << 30;
+const DECAY: DecayOptions = DecayOptions { delay: 1.0, duration: 6.0 };
+
+fn mesh() -> Mesh {
+    grid(4, false, &[2, 2, 1, 2, 0, 2], false)
+}
+
+fn bare(context: &Context, mesh: &Mesh, budget: u64) -> DisplacedObject {
+    let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
+    let options = ChannelOptions { size: 16, budget, ..ChannelOptions::default() };
+    let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
+    let paint = Paint::of_color(surface.topology().clone(), Vec4::new(0.5, 0.25, 0.125, 1.0), &options).unwrap();
+    let mut object = DisplacedObject::new(context, surface, &mesh.points, displacement, DAffine3::IDENTITY).unwrap();
+    object.set_paint(paint).unwrap();
+    object
+}
+
+/// Fading as a whole, or in one layer of each kind over others that stay.
+fn object(context: &Context, mesh: &Mesh, layered: bool) -> DisplacedObject {
+    let mut object = bare(context, mesh, LIMIT);
+    if !layered {
+        object.set_decay(DECAY, LIMIT).unwrap();
+        return object;
+    }
+    for (kind, name, opacity, size) in [(Kind::Scalar, "tracks", 0.5, 8), (Kind::Rgba8, "frost", 1.0, 32)] {
+        let settings = Settings { opacity, ..Settings::of(kind) };
+        let (id, _) = object.add_layer(context, kind, name, settings, size).unwrap();
+        object.set_layer_decay(context, id, Some(DECAY), LIMIT).unwrap();
+    }
+    object
+}
+
+fn dab(random: &mut Random) -> Dab {
+    let mut place = || 4.0 * f64::from(random.unit());
+    let center = DVec3::new(place(), place(), 0.0);
+    let half = DVec3::new(0.4, 0.4, 1.0) * (0.5 + f64::from(random.unit()));
+    let brush = Brush::on_surface(center, DVec3::Z, DVec3::X, half, Falloff::Smooth).unwrap();
+    let color = [random.unit(), random.unit(), random.unit(), 1.0];
+    let action = match random.below(5) {
+        0 | 1 => Action::Paint { mode: PaintMode::Mix, color },
+        2 => Action::Paint { mode: PaintMode::Erase, color },
+        3 => Action::Sculpt { mode: SculptMode::Erase, height: 0.0 },
+        _ => Action::Sculpt { mode: SculptMode::Draw, height: 0.1 },
+    };
+    Dab { brush, action, strength: 1.0 }
+}
+
+fn document(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> Document {
+    object.states(context).unwrap();
+    let mut document = Document::new(mesh, "baseline").unwrap();
+    object.store(context, &mut document).unwrap();
+    document
+}
+
+/// All layers, their stamps, the time, and what is seen.
+fn state(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> [Vec<u8>; 2] {
+    let layers = document(context, mesh, object).to_bytes().unwrap();
+    let mut seen = Document::new(mesh, "baseline").unwrap();
+    object.displacement().field().store(context, &mut seen, "displacement").unwrap();
+    object.paint().unwrap().field().store(context, &mut seen, "colour").unwrap();
+    [layers, seen.to_bytes().unwrap()]
+}
+
+/// The stamps alone.
+fn stamps(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> Vec<(u32, u32, Vec<u8>)> {
+    let document = document(context, mesh, object);
+    let layers = document.layers().iter().filter(|layer| layer.kind() == Kind::Stamps);
+    let blocks = layers.flat_map(|layer| {
+        let unpacked = |at: usize| layer.unpack(document.topology(), at).unwrap();
+        (0..layer.blocks().len()).map(move |at| (layer.id(), layer.blocks()[at].tile(), unpacked(at)))
+    });
+    blocks.collect()
+}
+
+#[test]
+fn documents_that_are_opened_again_fade_as_if_they_had_never_been_closed() {
+    let (context, mesh) = (Context::serial(), mesh());
+    for layered in [false, true] {
+        let mut random = Random(3);
+        let mut whole = object(&context, &mesh, layered);
+        // What was there before decay stays.
+        let mut parts = object(&context, &mesh, layered);
+        let (mut saved, mut stamped) = (0, 0);
+        for frame in 0..60 {
+            let time = 0.25 * f64::from(frame);
+            let dab = (frame < 30).then(|| dab(&mut random));
+            for object in [&mut whole, &mut parts] {
+                object.advance(&context, time).unwrap();
+                if let Some(dab) = &dab {
+                    dab.apply(&context, object).unwrap();
+                }
+                object.settle(&context).unwrap();
+                assert!(object.stamp(&context).is_empty());
+            }
+            let [a, b] = [&mut whole, &mut parts].map(|object| state(&context, &mesh, object));
+            assert!(a == b, "{layered} {frame}");
+            stamped = stamped.max(stamps(&context, &mesh, &mut whole).len());
+            if frame % 7 == 5 {
+                let bytes = document(&context, &mesh, &mut parts).to_bytes().unwrap();
+                let document = Document::parse(&bytes, LIMIT).unwrap();
+                parts = bare(&context, &mesh, LIMIT);
+                assert!(parts.take_up(&context, &document, LIMIT).unwrap().is_empty());
+                for name in ["tracks", "frost"] {
+                    if let Some(id) = parts.layer(name) {
+                        parts.set_active_layer(&context, id).unwrap();
+                    }
+                }
+                assert_eq!(parts.time(), time);
+                let reopened = state(&context, &mesh, &mut parts);
+                assert!(reopened == a, "{layered} {frame}");
+                saved += 1;
+            }
+        }
+        assert!(stamped > 10 && saved > 7);
+        assert!(stamps(&context, &mesh, &mut whole).is_empty(), "all has faded");
+        assert_eq!(whole.displacement().bytes() + whole.paint().unwrap().bytes(), 0);
+    }
+}
+
+#[test]
+fn undo_restores_stamps_whatever_has_faded_since() {
+    let (context, mesh) = (Context::serial(), mesh());
+    for layered in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.relievo");
+        let mut random = Random(8);
+        let dabs: Vec<Dab> = (0..24).map(|_| dab(&mut random)).collect();
+        let time = |edit: usize| 0.1 * edit as f64;
+        let mut object = object(&context, &mesh, layered);
+        let mut history = History::new(LIMIT);
+        history.save(&path, &document(&context, &mesh, &mut object)).unwrap();
+        let mut before = vec![stamps(&context, &mesh, &mut object)];
+        let make = |object: &mut DisplacedObject, edit: usize| {
+            object.advance(&context, time(edit)).unwrap();
+            dabs[edit].apply(&context, object).unwrap();
+        };
+        for edit in 0..dabs.len() {
+            object.advance(&context, time(edit)).unwrap();
+            history.begin(&context, &mut object, "dab").unwrap();
+            dabs[edit].apply(&context, &mut object).unwrap();
+            if history.end(&context, &mut object).unwrap().is_some() {
+                before.push(stamps(&context, &mesh, &mut object));
+            }
+        }
+        assert!(before.len() > 18);
+        // At once, and after some of it has faded.
+        for now in [time(dabs.len() - 1), 4.5] {
+            object.advance(&context, now).unwrap();
+            let there = state(&context, &mesh, &mut object);
+            for edit in (0..before.len() - 1).rev() {
+                history.undo(&context, &mut object).unwrap().unwrap();
+                assert!(stamps(&context, &mesh, &mut object) == before[edit], "{layered} {now} {edit}");
+            }
+            while history.redo(&context, &mut object).unwrap().is_some() {}
+            assert!(state(&context, &mesh, &mut object) == there, "{layered} {now}");
+        }
+        // What is left is what would be if the last edits had never been made.
+        for _ in 0..6 {
+            history.undo(&context, &mut object).unwrap().unwrap();
+        }
+        let count = before.len() - 1 - 6;
+        let mut other = self::object(&context, &mesh, layered);
+        let mut made = 0;
+        for edit in 0..dabs.len() {
+            let there = stamps(&context, &mesh, &mut other);
+            make(&mut other, edit);
+            made += usize::from(stamps(&context, &mesh, &mut other) != there);
+            if made == count {
+                break;
+            }
+        }
+        other.advance(&context, 4.5).unwrap();
+        assert!(state(&context, &mesh, &mut object) == state(&context, &mesh, &mut other), "{layered}");
+        drop(history);
+        // So does the journal, whose edits come to the time of the object.
+        let (document, mut history) = History::open(&path, LIMIT, LIMIT).unwrap();
+        let mut opened = bare(&context, &mesh, LIMIT);
+        opened.take_up(&context, &document, LIMIT).unwrap();
+        opened.advance(&context, 4.5).unwrap();
+        assert!(state(&context, &mesh, &mut opened) == state(&context, &mesh, &mut object), "{layered}");
+        assert_eq!((history.undo_count(), history.redo_count()), (count, 6));
+        history.redo(&context, &mut opened).unwrap().unwrap();
+        assert!(stamps(&context, &mesh, &mut opened) == before[count + 1], "{layered}");
+        // When all has faded, nothing is left of any edit, undone or made again.
+        opened.advance(&context, 100.0).unwrap();
+        while history.undo(&context, &mut opened).unwrap().is_some() {}
+        while history.redo(&context, &mut opened).unwrap().is_some() {}
+        opened.advance(&context, 101.0).unwrap();
+        assert!(stamps(&context, &mesh, &mut opened).is_empty());
+        assert_eq!(opened.displacement().bytes() + opened.paint().unwrap().bytes(), 0, "{layered}");
+    }
+}
+
+#[test]
+fn full_budgets_lose_the_oldest_tiles_of_layers_that_fade_alone() {
+    let context = Context::serial();
+    let points = (0..18).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
+    let corners = (0..8).flat_map(|i| [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1]).collect();
+    let mesh = Mesh::new(points, vec![4; 8], corners);
+    let at = |tile: u32| {
+        let center = DVec3::new(f64::from(tile) + 0.5, 0.5, 0.0);
+        let half = DVec3::new(0.3, 0.3, 1.0);
+        let brush = Brush::on_surface(center, DVec3::Z, DVec3::X, half, Falloff::Smooth).unwrap();
+        Dab { brush, action: Action::Sculpt { mode: SculptMode::Draw, height: 0.1 }, strength: 1.0 }
+    };
+    let tile = 2 * 18 * 18;
+    // Room for three tiles, or for the stamps of three.
+    for (budget, stamp_budget) in [(3 * tile, LIMIT), (LIMIT, 3 * 3 * tile)] {
+        let run = || {
+            let mut object = bare(&context, &mesh, budget);
+            object.set_decay(DecayOptions { delay: 1e3, duration: 1.0 }, stamp_budget).unwrap();
+            let (mut lost, mut seen) = (0, Vec::new());
+            for (time, number) in [0, 4, 2, 0, 6, 7].into_iter().enumerate() {
+                object.advance(&context, time as f64).unwrap();
+                let report = at(number).apply(&context, &mut object).unwrap();
+                assert!(report.refused.is_empty() && object.stamp(&context).is_empty());
+                lost += object.take_lost();
+                seen.push(object.displacement().field().allocated().collect::<Vec<_>>());
+            }
+            (lost, seen)
+        };
+        let (lost, seen) = run();
+        // The first was edited again, so that it is not the oldest when the fifth comes.
+        assert_eq!(
+            (lost, &seen[3][..], &seen[4][..], &seen[5][..]),
+            (2, &[0, 2, 4][..], &[0, 2, 6][..], &[0, 6, 7][..])
+        );
+        assert_eq!(run(), (lost, seen));
+    }
+    // What does not fade is refused as ever.
+    let mut object = bare(&context, &mesh, 3 * tile);
+    for number in [0, 4, 2] {
+        at(number).apply(&context, &mut object).unwrap();
+    }
+    object.set_decay(DECAY, LIMIT).unwrap();
+    assert_eq!(at(6).apply(&context, &mut object).unwrap().refused, [6]);
+    assert_eq!((object.take_lost(), object.displacement().allocated_count()), (0, 3));
+}
