@@ -91,7 +91,6 @@ fn documents_that_are_opened_again_fade_as_if_they_had_never_been_closed() {
     for layered in [false, true] {
         let mut random = Random(3);
         let mut whole = object(&context, &mesh, layered);
-        // What was there before decay stays.
         let mut parts = object(&context, &mesh, layered);
         let (mut saved, mut stamped) = (0, 0);
         for frame in 0..60 {
@@ -130,6 +129,12 @@ fn documents_that_are_opened_again_fade_as_if_they_had_never_been_closed() {
     }
 }
 
+/// What histories restore: all layers; and with one plain layer what is seen, which is then that layer. Corners of
+/// composites are rounded in the order in which tiles changed.
+fn restored(context: &Context, mesh: &Mesh, object: &mut DisplacedObject, layered: bool) -> Vec<Vec<u8>> {
+    state(context, mesh, object).into_iter().take(if layered { 1 } else { 2 }).collect()
+}
+
 #[test]
 fn undo_restores_stamps_whatever_has_faded_since() {
     let (context, mesh) = (Context::serial(), mesh());
@@ -159,13 +164,13 @@ fn undo_restores_stamps_whatever_has_faded_since() {
         // At once, and after some of it has faded.
         for now in [time(dabs.len() - 1), 4.5] {
             object.advance(&context, now).unwrap();
-            let there = state(&context, &mesh, &mut object);
+            let there = restored(&context, &mesh, &mut object, layered);
             for edit in (0..before.len() - 1).rev() {
                 history.undo(&context, &mut object).unwrap().unwrap();
                 assert!(stamps(&context, &mesh, &mut object) == before[edit], "{layered} {now} {edit}");
             }
             while history.redo(&context, &mut object).unwrap().is_some() {}
-            assert!(state(&context, &mesh, &mut object) == there, "{layered} {now}");
+            assert!(restored(&context, &mesh, &mut object, layered) == there, "{layered} {now}");
         }
         // What is left is what would be if the last edits had never been made.
         for _ in 0..6 {
@@ -183,14 +188,16 @@ fn undo_restores_stamps_whatever_has_faded_since() {
             }
         }
         other.advance(&context, 4.5).unwrap();
-        assert!(state(&context, &mesh, &mut object) == state(&context, &mesh, &mut other), "{layered}");
+        let [a, b] = [&mut object, &mut other].map(|object| restored(&context, &mesh, object, layered));
+        assert!(a == b, "{layered}");
         drop(history);
         // So does the journal, whose edits come to the time of the object.
         let (document, mut history) = History::open(&path, LIMIT, LIMIT).unwrap();
         let mut opened = bare(&context, &mesh, LIMIT);
         opened.take_up(&context, &document, LIMIT).unwrap();
         opened.advance(&context, 4.5).unwrap();
-        assert!(state(&context, &mesh, &mut opened) == state(&context, &mesh, &mut object), "{layered}");
+        let [a, b] = [&mut object, &mut opened].map(|object| restored(&context, &mesh, object, layered));
+        assert!(a == b, "{layered}");
         assert_eq!((history.undo_count(), history.redo_count()), (count, 6));
         history.redo(&context, &mut opened).unwrap().unwrap();
         assert!(stamps(&context, &mesh, &mut opened) == before[count + 1], "{layered}");

@@ -44,28 +44,52 @@ mesh = "none"
 documents = "every"
 "##;
 
-fn run_in(folder: &Path, name: &str, frames: Option<(u32, u32)>) -> Summary {
+fn run_in(folder: &Path, text: &str, name: &str, frames: Option<(u32, u32)>) -> Summary {
     let scene = folder.join(format!("{name}.toml"));
-    std::fs::write(&scene, SCENE).unwrap();
+    std::fs::write(&scene, text).unwrap();
     let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false };
     run(&Context::serial(), read_file(&scene).unwrap(), &options, &mut Silent).unwrap()
 }
 
+/// The same edits on layers that fade, over an object that does not.
+fn layered() -> String {
+    let decay = "decay = { delay = 0.1, duration = 0.3 }\n";
+    let layer = |name: &str, kind: &str| {
+        format!("[[objects.ground.layers]]\nname = \"{name}\"\nkind = \"{kind}\"\ntile_size = 16\n{decay}")
+    };
+    let layers = layer("frost", "colour") + &layer("unused", "displacement");
+    let text = SCENE.replace(decay, &layers).replace("paint = \"mix\"", "paint = \"mix\"\nlayer = \"frost\"");
+    // Imprints go to the lowest layer, which stays.
+    text.replace("[colliders.tool]\n", "")
+}
+
 #[test]
 fn edits_fade_until_nothing_is_left_also_from_the_cache() {
-    let folder = tempfile::tempdir().unwrap();
-    let whole = run_in(folder.path(), "whole", None);
-    assert_eq!((whole.tile_bytes[0], whole.tiles[0]), (0, 0));
-    let first = run_in(folder.path(), "parts", Some((0, 5)));
-    assert!(first.tile_bytes[0] > 0 && first.tiles[0] > 0, "{first:?}");
-    let second = run_in(folder.path(), "parts", Some((0, 9)));
-    assert_eq!((second.opened, second.baked), (6, 4));
-    let rest = run_in(folder.path(), "parts", None);
-    assert_eq!((rest.opened, rest.baked), (10, 6));
-    for frame in 0..16 {
-        let read = |name: &str| {
-            std::fs::read(folder.path().join(name).join(format!("document-{frame:06}-ground.relievo"))).unwrap()
-        };
-        assert_eq!(read("whole"), read("parts"), "frame {frame}");
+    for text in [SCENE.to_string(), layered()] {
+        let folder = tempfile::tempdir().unwrap();
+        let run = |name: &str, frames| run_in(folder.path(), &text, name, frames);
+        let whole = run("whole", None);
+        assert_eq!((whole.tile_bytes[0], whole.tiles[0]), (0, 0));
+        let first = run("parts", Some((0, 5)));
+        assert!(first.tile_bytes[0] > 0 && first.tiles[0] > 0, "{first:?}");
+        let second = run("parts", Some((0, 9)));
+        assert_eq!((second.opened, second.baked), (6, 4));
+        let rest = run("parts", None);
+        assert_eq!((rest.opened, rest.baked), (10, 6));
+        let path =
+            |name: &str, frame: u32| folder.path().join(name).join(format!("document-{frame:06}-ground.relievo"));
+        for frame in 0..16 {
+            let read = |name: &str| std::fs::read(path(name, frame)).unwrap();
+            assert_eq!(read("whole"), read("parts"), "frame {frame}");
+        }
+        // A scene that starts from a document goes on from its time, and fades what is left of it.
+        std::fs::copy(path("whole", 6), folder.path().join("start.relievo")).unwrap();
+        let rest = &text[..text.find("[[strokes]]").unwrap()];
+        let rest = rest.replace("surface = \"ground\"\n", "surface = \"ground\"\ndocument = \"start.relievo\"\n");
+        let rest = rest.replace("[colliders.tool]\n", "");
+        let later = format!("{rest}[output]\nframes = 10\npicture_frames = \"none\"\nmesh = \"none\"\n");
+        let begun = run_in(folder.path(), &later, "begun", Some((0, 0)));
+        assert!(begun.tiles[0] > 0, "{begun:?}");
+        assert_eq!(run_in(folder.path(), &later, "begun", None).tiles[0], 0);
     }
 }
