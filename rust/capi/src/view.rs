@@ -474,7 +474,7 @@ impl View {
             transform: *object.transform(),
             pose,
             limits: [heights, colors, directions, contacts],
-            stamp_bytes: object.fading().map_or(0, |fading| fading.displacement.bytes() + fading.paint.bytes()),
+            stamp_bytes: object.fading().map_or(0, |fading| fading.bytes()),
         })
     }
 

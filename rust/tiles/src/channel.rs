@@ -255,27 +255,23 @@ impl<T: Texel> Channel<T> {
         Ok(())
     }
 
-    /// Loses tiles until those of `sets` have room, as far as there are any.
-    fn lose(&mut self, sets: &Sets, applied: &mut Applied) {
+    /// Loses tiles until those that are `wanted` of `sets` have room, as far as there are any.
+    fn lose(&mut self, sets: &Sets, wanted: &[u32], applied: &mut Applied) {
         if self.expendable.is_empty() {
             return;
         }
         let mut used: Vec<u32> = sets.allocate.iter().chain(&sets.modify).copied().collect();
         used.sort_unstable();
         self.expendable.retain(|(tile, _)| used.binary_search(tile).is_err());
-        let mut wanted = sets.allocate.clone();
-        wanted.sort_unstable();
-        wanted.dedup();
-        wanted.retain(|tile| !self.field.is_allocated(*tile));
         let needed: u64 = wanted.iter().map(|tile| self.heap.bytes_of(self.field.class(*tile))).sum();
-        while self.bytes().saturating_add(needed) > self.budget()
+        while self.heap.bytes().saturating_add(needed) > self.heap.budget()
             && let Some((tile, version)) = self.expendable.pop()
         {
             if self.field.version(tile) != version {
                 continue;
             }
-            if let Some(entry) = self.field.entry_mut(tile).take() {
-                self.heap.free(&[entry.id]);
+            if let Some(block) = self.take_block(tile) {
+                self.heap.free(&[block]);
                 applied.changes.push(Change::all(tile));
                 self.mark(tile);
                 self.touch(tile, Vec::new());
@@ -305,12 +301,12 @@ impl<T: Texel> Channel<T> {
             }
         }
         self.heap.free(&freed);
-        self.lose(sets, &mut applied);
         let mut wanted: Vec<u32> =
             sets.allocate.iter().copied().filter(|tile| !self.field.is_allocated(*tile)).collect();
         wanted.sort_unstable();
         wanted.dedup();
         self.clear_the_way(sets, &wanted);
+        self.lose(sets, &wanted, &mut applied);
         let classes: Vec<SizeClass> = wanted.iter().map(|tile| self.field.class(*tile)).collect();
         for (tile, block) in wanted.into_iter().zip(self.heap.allocate(&classes)) {
             let Some(id) = block else {
