@@ -267,7 +267,9 @@ impl<T: Texel> Channel<T> {
         while self.heap.bytes().saturating_add(needed) > self.heap.budget()
             && let Some((tile, version)) = self.expendable.pop()
         {
-            if self.field.version(tile) != version {
+            // What is on a page takes no room.
+            let paged = self.field.entry(tile).is_some_and(|entry| entry.texels.is_paged());
+            if paged || self.field.version(tile) != version {
                 continue;
             }
             if let Some(block) = self.take_block(tile) {
