@@ -72,6 +72,8 @@ impl<T: Texel> Clone for Channel<T> {
             changed: self.changed.clone(),
             listed: self.listed.clone(),
             full_bytes: self.full_bytes,
+            expendable: self.expendable.clone(),
+            lost: self.lost.clone(),
         };
         copy.fork();
         copy

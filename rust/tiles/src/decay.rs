@@ -200,8 +200,8 @@ impl<T: Texel> Decay<T> {
         refused
     }
 
-    /// Brings the texels of `channel` to what is left of them at `time`, which never goes back. Borders toward tiles that the channel's budget
-    /// refuses are blank, as after an edit.
+    /// Brings the texels of `channel` to what is left of them at `time`, which never goes back, and gives back what has
+    /// faded. Borders toward tiles that the channel's budget refuses are blank, as after an edit.
     ///
     /// # Panics
     /// If the channel is that of another surface.
