@@ -1,12 +1,14 @@
 //! Layers that fade: documents that are opened again go on fading as if they had never been closed, histories restore
 //! stamps to the bit, and full budgets lose what is oldest.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3, Vec4};
 use relievo_core::{Context, Mesh};
 use relievo_detail::{
     Action, Brush, Dab, DisplacedObject, Falloff, History, LayeredObject, PaintMode, Recorded, SculptMode,
 };
-use relievo_document::{Document, Kind, Settings};
+use relievo_document::{Document, Kind, PageFile, Settings};
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_testing::{Random, grid};
 use relievo_tiles::{ChannelOptions, DecayOptions, Displacement, Paint};
@@ -211,21 +213,30 @@ fn undo_restores_stamps_whatever_has_faded_since() {
     }
 }
 
+/// Eight quads in a row.
+fn row() -> Mesh {
+    let points = (0..18).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
+    let corners = (0..8).flat_map(|i| [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1]).collect();
+    Mesh::new(points, vec![4; 8], corners)
+}
+
+/// A dab in the middle of one of them.
+fn at(tile: u32) -> Dab {
+    let center = DVec3::new(f64::from(tile) + 0.5, 0.5, 0.0);
+    let half = DVec3::new(0.3, 0.3, 1.0);
+    let brush = Brush::on_surface(center, DVec3::Z, DVec3::X, half, Falloff::Smooth).unwrap();
+    Dab { brush, action: Action::Sculpt { mode: SculptMode::Draw, height: 0.1 }, strength: 1.0 }
+}
+
+/// Bytes of a tile of displacement.
+const TILE: u64 = 2 * 18 * 18;
+
 #[test]
 fn full_budgets_lose_the_oldest_tiles_of_layers_that_fade_alone() {
     let context = Context::serial();
-    let points = (0..18).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
-    let corners = (0..8).flat_map(|i| [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1]).collect();
-    let mesh = Mesh::new(points, vec![4; 8], corners);
-    let at = |tile: u32| {
-        let center = DVec3::new(f64::from(tile) + 0.5, 0.5, 0.0);
-        let half = DVec3::new(0.3, 0.3, 1.0);
-        let brush = Brush::on_surface(center, DVec3::Z, DVec3::X, half, Falloff::Smooth).unwrap();
-        Dab { brush, action: Action::Sculpt { mode: SculptMode::Draw, height: 0.1 }, strength: 1.0 }
-    };
-    let tile = 2 * 18 * 18;
+    let mesh = row();
     // Room for three tiles, or for the stamps of three.
-    for (budget, stamp_budget) in [(3 * tile, LIMIT), (LIMIT, 3 * 3 * tile)] {
+    for (budget, stamp_budget) in [(3 * TILE, LIMIT), (LIMIT, 3 * 3 * TILE)] {
         let run = || {
             let mut object = bare(&context, &mesh, budget);
             object.set_decay(DecayOptions { delay: 1e3, duration: 1.0 }, stamp_budget).unwrap();
@@ -248,11 +259,41 @@ fn full_budgets_lose_the_oldest_tiles_of_layers_that_fade_alone() {
         assert_eq!(run(), (lost, seen));
     }
     // What does not fade is refused as ever.
-    let mut object = bare(&context, &mesh, 3 * tile);
+    let mut object = bare(&context, &mesh, 3 * TILE);
     for number in [0, 4, 2] {
         at(number).apply(&context, &mut object).unwrap();
     }
     object.set_decay(DECAY, LIMIT).unwrap();
     assert_eq!(at(6).apply(&context, &mut object).unwrap().refused, [6]);
     assert_eq!((object.take_lost(), object.displacement().allocated_count()), (0, 3));
+}
+
+#[test]
+fn tiles_of_layers_that_fade_page_before_any_is_lost() {
+    let (context, mesh) = (Context::serial(), row());
+    let made = |budget: u64, file: Option<PageFile>| {
+        let mut object = bare(&context, &mesh, budget);
+        object.set_decay(DECAY, LIMIT).unwrap();
+        object.page_to(file.map(|file| Arc::new(file) as _)).unwrap();
+        for (time, number) in [0, 4, 2, 0, 6, 7].into_iter().enumerate() {
+            object.advance(&context, 0.5 * time as f64).unwrap();
+            assert!(at(number).apply(&context, &mut object).unwrap().refused.is_empty());
+            assert!(object.stamp(&context).is_empty());
+            object.commit_displacement();
+        }
+        object
+    };
+    let (mut small, mut large) = (made(3 * TILE, Some(PageFile::new(None))), made(LIMIT, None));
+    assert_eq!((small.take_lost(), small.displacement().paged_count()), (0, 2));
+    // What is on pages fades as all does, until nothing is left.
+    for time in [2.5, 4.0, 6.0, 10.0] {
+        let [a, b] = [&mut small, &mut large].map(|object| {
+            object.advance(&context, time).unwrap();
+            state(&context, &mesh, object)
+        });
+        assert!(a == b, "{time}");
+        small.commit_displacement();
+        assert!(small.displacement().resident_bytes() <= 3 * TILE, "{time}");
+    }
+    assert_eq!((small.displacement().allocated_count(), small.fading().unwrap().bytes()), (0, 0));
 }
