@@ -345,7 +345,6 @@ impl<T: StoredTexel> Decay<T> {
         for (block, bytes) in layer.blocks().iter().zip(unpacked) {
             decay.write(field, block.tile(), Some(&bytes?)).map_err(place)?;
         }
-        decay.changed.clear();
         Ok(decay)
     }
 
