@@ -435,6 +435,50 @@ pub static STROKE_POINT: Section = Section {
     parameters: &[],
 };
 
+// The keys of a brush, of strokes and of brushes that ride alike.
+const BRUSH_PAINT: Key = key(
+    "paint",
+    Kind::Choice(&PAINT_MODES),
+    "",
+    "",
+    "Changes colours: toward `colour`, by adding it, by multiplying with it, back to the object's own, blurred, or \
+     smeared",
+);
+const BRUSH_SCULPT: Key = key(
+    "sculpt",
+    Kind::Choice(&SCULPT_MODES),
+    "",
+    "",
+    "Changes displacement: raised by `height`, smoothed, flattened to the tangent plane, back to none, built up to a \
+             plane `height` over it, scraped down to it, a layer of `height` over what was, inflated, pinched toward the \
+             middle (away from it with a negative `height`), or moved by the vectors of `stamp` times `height`",
+);
+const BRUSH_COLOUR: Key =
+    key("colour", Kind::Colour, "[0.6, 0.03, 0.02]", "", "Colour to paint with, linear Rec.709 or \"#rrggbb\"");
+const BRUSH_HEIGHT: Key = key(
+    "height",
+    Kind::Number(-60000.0, 60000.0),
+    "0.1",
+    "object units",
+    "What one dab of `draw` raises the surface by; negative digs. Dabs that overlap add up. The unit of `vector`",
+);
+const BRUSH_FALLOFF: Key =
+    key("falloff", Kind::Choice(&FALLOFFS), "\"smooth\"", "", "How the edit fades from the middle to the rim");
+const BRUSH_STAMP: Key = key(
+    "stamp",
+    Kind::Name("stamps"),
+    "",
+    "",
+    "Image of the brush, which the colour or the height is multiplied by; for `vector` red is along the brush's \
+             right, green along its top, blue out of the surface",
+);
+const BRUSH_SIZE_CURVE: Key =
+    key("size_curve", Kind::Pairs, "[]", "", "Points [pressure, size] of what `size_pressure` takes pressure as");
+const BRUSH_STRENGTH_CURVE: Key =
+    key("strength_curve", Kind::Pairs, "[]", "", "Points [pressure, strength], for `strength_pressure`");
+const BRUSH_ANGLE_CURVE: Key =
+    key("angle_curve", Kind::Pairs, "[]", "", "Points [pressure, angle], for `angle_pressure`, 1 being all of it");
+
 /// `[[strokes]]`
 pub static STROKE: Section = Section {
     name: "strokes",
@@ -450,42 +494,15 @@ pub static STROKE: Section = Section {
         ),
         key("layer", Kind::Text, "", "", "The layer of the objects it is made on; left out, the lowest of its kind"),
         key("time", Kind::Number(0.0, 1e6), "0", "seconds", "When: at the first frame that is not before it"),
-        key(
-            "paint",
-            Kind::Choice(&PAINT_MODES),
-            "",
-            "",
-            "Changes colours: toward `colour`, by adding it, by multiplying with it, back to the object's own, blurred, or smeared",
-        ),
-        key(
-            "sculpt",
-            Kind::Choice(&SCULPT_MODES),
-            "",
-            "",
-            "Changes displacement: raised by `height`, smoothed, flattened to the tangent plane, back to none, built up to a \
-             plane `height` over it, scraped down to it, a layer of `height` over what was, inflated, pinched toward the \
-             middle (away from it with a negative `height`), or moved by the vectors of `stamp` times `height`",
-        ),
-        key("colour", Kind::Colour, "[0.6, 0.03, 0.02]", "", "Colour to paint with, linear Rec.709 or \"#rrggbb\""),
-        key(
-            "height",
-            Kind::Number(-60000.0, 60000.0),
-            "0.1",
-            "object units",
-            "What one dab of `draw` raises the surface by; negative digs. Dabs that overlap add up. The unit of `vector`",
-        ),
-        key("falloff", Kind::Choice(&FALLOFFS), "\"smooth\"", "", "How the edit fades from the middle to the rim"),
-        key(
-            "stamp",
-            Kind::Name("stamps"),
-            "",
-            "",
-            "Image of the brush, which the colour or the height is multiplied by; for `vector` red is along the brush's \
-             right, green along its top, blue out of the surface",
-        ),
-        key("size_curve", Kind::Pairs, "[]", "", "Points [pressure, size] of what `size_pressure` takes pressure as"),
-        key("strength_curve", Kind::Pairs, "[]", "", "Points [pressure, strength], for `strength_pressure`"),
-        key("angle_curve", Kind::Pairs, "[]", "", "Points [pressure, angle], for `angle_pressure`, 1 being all of it"),
+        BRUSH_PAINT,
+        BRUSH_SCULPT,
+        BRUSH_COLOUR,
+        BRUSH_HEIGHT,
+        BRUSH_FALLOFF,
+        BRUSH_STAMP,
+        BRUSH_SIZE_CURVE,
+        BRUSH_STRENGTH_CURVE,
+        BRUSH_ANGLE_CURVE,
         key("points", Kind::List(&STROKE_POINT), "[]", "", "The points, at least one"),
     ],
     parameters: relievo_detail::StrokeSettings::PARAMETERS,
@@ -503,8 +520,8 @@ pub static RIDER: Section = Section {
             Kind::Names("objects"),
             "",
             "",
-            "The objects it is made on, each of which shows a surface; left out, all that do but `by`. A dab is put on the nearest and \
-             made on all in its box",
+            "The objects it is made on, each of which shows a surface; left out, all that do but `by`. A dab is put on the \
+             nearest and made on all in its box",
         ),
         key(
             "place",
@@ -523,42 +540,15 @@ pub static RIDER: Section = Section {
         key("once", Kind::Flag, "false", "", "Whether one dab is made each time it touches, and none on its way"),
         key("from", Kind::Number(0.0, 1e6), "0", "seconds", "When it begins"),
         key("until", Kind::Number(0.0, 1e6), "1e6", "seconds", "When it ends"),
-        key(
-            "paint",
-            Kind::Choice(&PAINT_MODES),
-            "",
-            "",
-            "Changes colours: toward `colour`, by adding it, by multiplying with it, back to the object's own, blurred, or smeared",
-        ),
-        key(
-            "sculpt",
-            Kind::Choice(&SCULPT_MODES),
-            "",
-            "",
-            "Changes displacement: raised by `height`, smoothed, flattened to the tangent plane, back to none, built up to a \
-             plane `height` over it, scraped down to it, a layer of `height` over what was, inflated, pinched toward the \
-             middle (away from it with a negative `height`), or moved by the vectors of `stamp` times `height`",
-        ),
-        key("colour", Kind::Colour, "[0.6, 0.03, 0.02]", "", "Colour to paint with, linear Rec.709 or \"#rrggbb\""),
-        key(
-            "height",
-            Kind::Number(-60000.0, 60000.0),
-            "0.1",
-            "object units",
-            "What one dab of `draw` raises the surface by; negative digs. Dabs that overlap add up. The unit of `vector`",
-        ),
-        key("falloff", Kind::Choice(&FALLOFFS), "\"smooth\"", "", "How the edit fades from the middle to the rim"),
-        key(
-            "stamp",
-            Kind::Name("stamps"),
-            "",
-            "",
-            "Image of the brush, which the colour or the height is multiplied by; for `vector` red is along the brush's \
-             right, green along its top, blue out of the surface",
-        ),
-        key("size_curve", Kind::Pairs, "[]", "", "Points [pressure, size] of what `size_pressure` takes pressure as"),
-        key("strength_curve", Kind::Pairs, "[]", "", "Points [pressure, strength], for `strength_pressure`"),
-        key("angle_curve", Kind::Pairs, "[]", "", "Points [pressure, angle], for `angle_pressure`, 1 being all of it"),
+        BRUSH_PAINT,
+        BRUSH_SCULPT,
+        BRUSH_COLOUR,
+        BRUSH_HEIGHT,
+        BRUSH_FALLOFF,
+        BRUSH_STAMP,
+        BRUSH_SIZE_CURVE,
+        BRUSH_STRENGTH_CURVE,
+        BRUSH_ANGLE_CURVE,
     ],
     parameters: relievo_detail::StrokeSettings::PARAMETERS,
 };
