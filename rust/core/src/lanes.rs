@@ -7,6 +7,8 @@
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+use half::f16;
+
 use crate::simd::{Arithmetic, Baseline};
 
 /// The vectors of an instruction level. A value of the implementing type stands for the processor having it.
@@ -97,6 +99,36 @@ pub trait Lanes: Arithmetic {
     fn mask(self, value: Self::M) -> u32;
     /// The entries of a table at the indices, the last where they exceed it. Panics if it is empty.
     fn gather(self, table: &[u32], index: Self::I) -> Self::I;
+    /// Half floats as numbers.
+    fn widen(self, from: &[f16]) -> Self::F;
+    /// The nearest half floats, ties to the even one.
+    fn narrow(self, value: Self::F, to: &mut [f16]);
+
+    /// As [`Self::widen`], of as many half floats as there are places in `to`. Panics if there are fewer.
+    #[inline(always)]
+    fn widen_all(self, from: &[f16], to: &mut [f32]) {
+        let whole = to.len() - to.len() % Self::WIDTH;
+        let from = &from[..to.len()];
+        for at in (0..whole).step_by(Self::WIDTH) {
+            self.store(self.widen(&from[at..]), &mut to[at..]);
+        }
+        for (from, to) in from[whole..].iter().zip(&mut to[whole..]) {
+            *to = from.to_f32();
+        }
+    }
+
+    /// As [`Self::narrow`], of as many numbers as there are places in `to`. Panics if there are fewer.
+    #[inline(always)]
+    fn narrow_all(self, from: &[f32], to: &mut [f16]) {
+        let whole = to.len() - to.len() % Self::WIDTH;
+        let from = &from[..to.len()];
+        for at in (0..whole).step_by(Self::WIDTH) {
+            self.narrow(self.load(&from[at..]), &mut to[at..]);
+        }
+        for (from, to) in from[whole..].iter().zip(&mut to[whole..]) {
+            *to = f16::from_f32(*from);
+        }
+    }
 }
 
 impl Lanes for Baseline {
@@ -285,6 +317,16 @@ impl Lanes for Baseline {
     fn gather(self, table: &[u32], index: Self::I) -> Self::I {
         table[(index as u32 as usize).min(table.len() - 1)] as i32
     }
+
+    #[inline(always)]
+    fn widen(self, from: &[f16]) -> Self::F {
+        from[0].to_f32()
+    }
+
+    #[inline(always)]
+    fn narrow(self, value: Self::F, to: &mut [f16]) {
+        to[0] = f16::from_f32(value);
+    }
 }
 
 #[cfg(test)]
@@ -349,6 +391,39 @@ mod tests {
             let mut steps = [9.0; 16];
             chase(level, &[0, 0], &mut steps);
             assert_eq!(steps, [0.0; 16], "{name}");
+        }
+    }
+
+    #[inline(always)]
+    fn halves_body<A: Lanes>(numbers: &[f32], halves: &mut [f16], back: &mut [f32]) {
+        // SAFETY: defined by `dispatch_simd!`.
+        #[allow(unsafe_code)]
+        let v = unsafe { A::assume() };
+        v.narrow_all(numbers, halves);
+        v.widen_all(halves, back);
+    }
+
+    dispatch_simd! { fn to_halves = halves_body(numbers: &[f32], halves: &mut [f16], back: &mut [f32]) }
+
+    #[test]
+    fn half_floats_are_the_nearest_at_every_level() {
+        // Every half float, and numbers half way to the next and beside that.
+        let halves = (0..=u16::MAX).map(f16::from_bits).filter(|half| half.is_finite());
+        let numbers: Vec<f32> = halves
+            .flat_map(|half| {
+                let middle = half.to_f32() + 0.5 * (f16::from_bits(half.to_bits() + 1).to_f32() - half.to_f32());
+                [half.to_f32(), middle, f32::from_bits(middle.to_bits() + 1), f32::from_bits(middle.to_bits() - 1)]
+            })
+            .filter(|number| number.is_finite())
+            .collect();
+        let nearest: Vec<f16> = numbers.iter().map(|number| f16::from_f32(*number)).collect();
+        for (level, name) in Level::NAMES {
+            for count in [numbers.len(), 37, 7, 1] {
+                let (mut found, mut back) = (vec![f16::ZERO; count], vec![0.0; count]);
+                to_halves(level, &numbers, &mut found, &mut back);
+                assert!(found == nearest[..count], "{name}");
+                assert!(back.iter().zip(&found).all(|(back, half)| *back == half.to_f32()), "{name}");
+            }
         }
     }
 

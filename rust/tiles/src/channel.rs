@@ -497,7 +497,7 @@ impl<T: Texel> Channel<T> {
                 *mips = (&**mips).into();
             }
             if let Some(mips) = Arc::get_mut(mips) {
-                mip::refresh(*class, texels, mips, rects);
+                mip::refresh(context.level(), *class, texels, mips, rects);
             }
         });
         for (tile, _, _, _, mips) in work {

@@ -8,6 +8,8 @@
 
 use std::ops::Range;
 
+use relievo_core::simd::Level;
+
 use crate::heap::SizeClass;
 use crate::texel::Texel;
 
@@ -74,7 +76,7 @@ impl Rect {
 
 /// Brings the mips above `rects` of `texels` up to date, rings and equalised corners left out: these are means again
 /// afterwards.
-pub(crate) fn refresh<T: Texel>(class: SizeClass, texels: &[T], mips: &mut [T], rects: &[Rect]) {
+pub(crate) fn refresh<T: Texel>(simd: Level, class: SizeClass, texels: &[T], mips: &mut [T], rects: &[Rect]) {
     let mut rects = rects.to_vec();
     let mut size = class.size() as usize;
     for level in 1..=class.mips() {
@@ -88,7 +90,7 @@ pub(crate) fn refresh<T: Texel>(class: SizeClass, texels: &[T], mips: &mut [T], 
             for j in rect.rows.clone() {
                 let row = |j: usize| &source[j * from + 1 + 2 * first..][..2 * count];
                 let out = &mut target[(j + 1) * to + 1 + first..][..count];
-                T::shrink(row(2 * j + 1), row(2 * j + 2), out);
+                T::shrink(simd, row(2 * j + 1), row(2 * j + 2), out);
             }
         }
         for corner in 0..4 {
@@ -114,6 +116,6 @@ pub(crate) fn corner_mean<T: Texel>(block: &[T], size: usize, corner: u8, value:
     let mut square = [[at(0, 0), at(1, 0)], [at(0, 1), at(1, 1)]];
     square[usize::from(up)][usize::from(right)] = value;
     let mut mean = [T::zeroed()];
-    T::shrink(&square[0], &square[1], &mut mean);
+    T::shrink(Level::Baseline, &square[0], &square[1], &mut mean);
     mean[0]
 }

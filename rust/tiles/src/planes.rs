@@ -8,10 +8,9 @@
 use std::sync::LazyLock;
 
 use half::f16;
-use half::slice::HalfFloatSliceExt;
 use relievo_core::dispatch_simd;
 use relievo_core::lanes::Lanes;
-use relievo_core::simd::{Arithmetic, Level};
+use relievo_core::simd::Level;
 
 use crate::texel::{BYTES, Bytes, ColorTexel, DARKEST, LINEAR, Rgba8, Rgba16};
 
@@ -37,27 +36,26 @@ pub trait ColorPlanes: ColorTexel {
 
 impl ColorPlanes for Rgba16 {
     fn read(level: Level, texels: &[Self], colors: &mut Planes) {
-        let mut numbers = [0.0; 4 * PLANE];
-        bytemuck::cast_slice::<Self, f16>(texels).convert_to_f32_slice(&mut numbers[..4 * texels.len()]);
-        part(level, &numbers, colors);
+        part(level, bytemuck::cast_slice(texels), colors);
     }
 
     fn write(level: Level, colors: &Planes, texels: &mut [Self]) {
-        let mut numbers = [0.0; 4 * PLANE];
-        join(level, colors, &mut numbers);
-        let halves = bytemuck::cast_slice_mut::<Self, f16>(texels);
-        let count = halves.len();
-        halves.convert_from_f32_slice(&numbers[..count]);
+        join(level, colors, bytemuck::cast_slice_mut(texels));
     }
 }
 
 dispatch_simd! {
     /// Four numbers a texel to four planes.
-    fn part = part_body(numbers: &[f32; 4 * PLANE], colors: &mut Planes)
+    fn part = part_body(halves: &[f16], colors: &mut Planes)
 }
 
 #[inline(always)]
-fn part_body<A: Arithmetic>(numbers: &[f32; 4 * PLANE], colors: &mut Planes) {
+fn part_body<A: Lanes>(halves: &[f16], colors: &mut Planes) {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let mut numbers = [0.0; 4 * PLANE];
+    v.widen_all(halves, &mut numbers[..halves.len()]);
     for k in 0..PLANE {
         for channel in 0..4 {
             colors[channel][k] = numbers[4 * k + channel];
@@ -67,17 +65,22 @@ fn part_body<A: Arithmetic>(numbers: &[f32; 4 * PLANE], colors: &mut Planes) {
 
 dispatch_simd! {
     /// Four planes to four numbers a texel that half floats can hold.
-    fn join = join_body(colors: &Planes, numbers: &mut [f32; 4 * PLANE])
+    fn join = join_body(colors: &Planes, halves: &mut [f16])
 }
 
 #[inline(always)]
-fn join_body<A: Arithmetic>(colors: &Planes, numbers: &mut [f32; 4 * PLANE]) {
+fn join_body<A: Lanes>(colors: &Planes, halves: &mut [f16]) {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let mut numbers = [0.0; 4 * PLANE];
     for k in 0..PLANE {
         for channel in 0..4 {
             let value = colors[channel][k];
             numbers[4 * k + channel] = if value.is_nan() { 0.0 } else { value.clamp(-65504.0, 65504.0) };
         }
     }
+    v.narrow_all(&numbers, halves);
 }
 
 impl ColorPlanes for Rgba8 {

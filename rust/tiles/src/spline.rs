@@ -14,6 +14,7 @@ use std::ops::{Add, Sub};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use relievo_core::dispatch_simd;
+use relievo_core::lanes::Lanes;
 use relievo_core::simd::Arithmetic;
 use relievo_surface::Order;
 
@@ -277,20 +278,17 @@ dispatch_simd! {
 const SQUARE: usize = 16;
 
 #[inline(always)]
-fn coefficient_places_body<A: Arithmetic>(
-    block: &[f16],
-    size: u32,
-    [column, row]: [u32; 2],
-    edge: usize,
-    out: &mut [f32],
-) {
+fn coefficient_places_body<A: Lanes>(block: &[f16], size: u32, [column, row]: [u32; 2], edge: usize, out: &mut [f32]) {
     /// [`weights`] half way between two knots.
     const WEIGHTS: [f32; 3] = [0.125, 0.75, 0.125];
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
     let stride = size as usize + 2;
     let mut rows = [[0.0; SQUARE + 2]; SQUARE + 2];
     for (j, numbers) in rows[..edge + 2].iter_mut().enumerate() {
         let start = (row as usize + j) * stride + column as usize;
-        block[start..start + edge + 2].convert_to_f32_slice(&mut numbers[..edge + 2]);
+        v.widen_all(&block[start..start + edge + 2], &mut numbers[..edge + 2]);
     }
     for (j, out) in out.chunks_exact_mut(edge).take(edge).enumerate() {
         let mut columns = [0.0; SQUARE + 2];

@@ -13,7 +13,9 @@ use std::sync::LazyLock;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4, Vec4};
 use half::f16;
-use half::slice::HalfFloatSliceExt;
+use relievo_core::dispatch_simd;
+use relievo_core::lanes::Lanes;
+use relievo_core::simd::Level;
 
 use crate::frame::Turn;
 
@@ -83,7 +85,7 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
     }
 
     /// The means of two by two texels of the rows `above` and `below`: one for each place of `out`.
-    fn shrink(above: &[Self], below: &[Self], out: &mut [Self]) {
+    fn shrink(_: Level, above: &[Self], below: &[Self], out: &mut [Self]) {
         for ((out, a), b) in out.iter_mut().zip(above.chunks_exact(2)).zip(below.chunks_exact(2)) {
             *out = Self::nearest((a[0].value() + a[1].value() + (b[0].value() + b[1].value())) * 0.25);
         }
@@ -321,7 +323,7 @@ impl Texel for Rgba8 {
 
     const MIPS: bool = true;
 
-    fn shrink(above: &[Self], below: &[Self], out: &mut [Self]) {
+    fn shrink(_: Level, above: &[Self], below: &[Self], out: &mut [Self]) {
         let (fields, means) = (&*FIELDS, &*MEANS);
         // Alpha has the ten bits that are left.
         let numbers = |Self([r, g, b, a]): Self| {
@@ -403,27 +405,9 @@ impl Texel for Rgba16 {
 
     const MIPS: bool = true;
 
-    fn shrink(above: &[Self], below: &[Self], out: &mut [Self]) {
-        /// Texels at a time.
-        const RUN: usize = 32;
-        if let [out] = out {
-            let [a, b, c, d] = [above[0], above[1], below[0], below[1]].map(|texel| texel.0.map(f16::to_f32));
-            *out = Self(std::array::from_fn(|k| f16::from_f32(0.25 * ((a[k] + b[k]) + (c[k] + d[k])))));
-            return;
-        }
-        let (mut a, mut b) = ([0f32; 4 * RUN], [0f32; 4 * RUN]);
-        for ((out, above), below) in out.chunks_mut(RUN / 2).zip(above.chunks(RUN)).zip(below.chunks(RUN)) {
-            let count = 4 * above.len();
-            bytemuck::cast_slice::<_, f16>(above).convert_to_f32_slice(&mut a[..count]);
-            bytemuck::cast_slice::<_, f16>(below).convert_to_f32_slice(&mut b[..count]);
-            let mut means = [0f32; 2 * RUN];
-            for ((mean, a), b) in means.chunks_exact_mut(4).zip(a.chunks_exact(8)).zip(b.chunks_exact(8)) {
-                (0..4).for_each(|k| mean[k] = 0.25 * ((a[k] + a[k + 4]) + (b[k] + b[k + 4])));
-            }
-            let numbers = bytemuck::cast_slice_mut::<Self, f16>(out);
-            let count = numbers.len();
-            numbers.convert_from_f32_slice(&means[..count]);
-        }
+    fn shrink(level: Level, above: &[Self], below: &[Self], out: &mut [Self]) {
+        let [above, below] = [above, below].map(bytemuck::cast_slice);
+        shrink_halves(level, above, below, bytemuck::cast_slice_mut(out));
     }
 
     fn value(self) -> DVec4 {
@@ -440,6 +424,29 @@ impl Texel for Rgba16 {
 
     fn all_finite(texels: &[Self]) -> bool {
         f16::all_finite(bytemuck::cast_slice(texels))
+    }
+}
+
+dispatch_simd! {
+    /// The means of two by two texels of four numbers.
+    fn shrink_halves = shrink_halves_body(above: &[f16], below: &[f16], out: &mut [f16])
+}
+
+#[inline(always)]
+fn shrink_halves_body<A: Lanes>(above: &[f16], below: &[f16], out: &mut [f16]) {
+    /// Numbers of a row at a time.
+    const RUN: usize = 128;
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let (mut a, mut b, mut means) = ([0f32; RUN], [0f32; RUN], [0f32; RUN / 2]);
+    for ((out, above), below) in out.chunks_mut(RUN / 2).zip(above.chunks(RUN)).zip(below.chunks(RUN)) {
+        v.widen_all(above, &mut a[..above.len()]);
+        v.widen_all(below, &mut b[..below.len()]);
+        for ((mean, a), b) in means.chunks_exact_mut(4).zip(a.chunks_exact(8)).zip(b.chunks_exact(8)) {
+            (0..4).for_each(|k| mean[k] = 0.25 * ((a[k] + a[k + 4]) + (b[k] + b[k + 4])));
+        }
+        v.narrow_all(&means, out);
     }
 }
 
@@ -499,10 +506,10 @@ mod tests {
         for byte in 0..=255u8 {
             let texels = [Rgba8([byte, 255 - byte, byte / 2, byte]); 2];
             let mut out = [Rgba8::default()];
-            Rgba8::shrink(&texels, &texels, &mut out);
+            Rgba8::shrink(Level::Baseline, &texels, &texels, &mut out);
             assert_eq!(out[0], texels[0]);
             let (above, below) = ([texels[0], Rgba8([7, 90, 255, 0])], [Rgba8([200, byte, 3, 9]), Rgba8([0; 4])]);
-            Rgba8::shrink(&above, &below, &mut out);
+            Rgba8::shrink(Level::Baseline, &above, &below, &mut out);
             let mean = (above[0].value() + above[1].value() + below[0].value() + below[1].value()) / 4.0;
             let exact = Rgba8::nearest(mean);
             assert!((0..4).all(|k| exact.0[k].abs_diff(out[0].0[k]) <= 1), "{exact:?} {out:?}");
@@ -510,13 +517,13 @@ mod tests {
         let row = |start: usize| -> Vec<Rgba16> {
             (0..70).map(|k| Rgba16([start + k, 2 * k, 5, 1].map(|value| f16::from_f32(value as f32)))).collect()
         };
-        let mut out = vec![Rgba16::default(); 35];
-        Rgba16::shrink(&row(0), &row(4), &mut out);
-        for (k, texel) in out.iter().enumerate() {
-            assert_eq!(
-                texel.0.map(f16::to_f32),
-                [2 * k as i32 * 2 + 5, 8 * k as i32 + 2, 10, 2].map(|n| n as f32 / 2.0)
-            );
+        for (level, name) in Level::NAMES {
+            let mut out = vec![Rgba16::default(); 35];
+            Rgba16::shrink(level, &row(0), &row(4), &mut out);
+            for (k, texel) in out.iter().enumerate() {
+                let expected = [2 * k as i32 * 2 + 5, 8 * k as i32 + 2, 10, 2].map(|n| n as f32 / 2.0);
+                assert_eq!(texel.0.map(f16::to_f32), expected, "{name}");
+            }
         }
     }
 

@@ -4,6 +4,8 @@
 
 use std::arch::x86_64::*;
 
+use half::f16;
+
 use super::Lanes;
 use crate::simd::{Avx2, Avx512};
 
@@ -210,6 +212,18 @@ impl Lanes for Avx2 {
             _mm256_i32gather_epi32::<4>(table.as_ptr().cast(), index)
         })
     }
+
+    #[inline(always)]
+    fn widen(self, from: &[f16]) -> Self::F {
+        let from = &from[..Self::WIDTH];
+        intrinsics!(_mm256_cvtph_ps(_mm_loadu_si128(from.as_ptr().cast())))
+    }
+
+    #[inline(always)]
+    fn narrow(self, value: Self::F, to: &mut [f16]) {
+        let to = &mut to[..Self::WIDTH];
+        intrinsics!(_mm_storeu_si128(to.as_mut_ptr().cast(), _mm256_cvtps_ph::<_MM_FROUND_TO_NEAREST_INT>(value)))
+    }
 }
 
 impl Lanes for Avx512 {
@@ -405,5 +419,17 @@ impl Lanes for Avx512 {
             let index = _mm512_min_epu32(index, _mm512_set1_epi32(last));
             _mm512_i32gather_epi32::<4>(index, table.as_ptr().cast())
         })
+    }
+
+    #[inline(always)]
+    fn widen(self, from: &[f16]) -> Self::F {
+        let from = &from[..Self::WIDTH];
+        intrinsics!(_mm512_cvtph_ps(_mm256_loadu_si256(from.as_ptr().cast())))
+    }
+
+    #[inline(always)]
+    fn narrow(self, value: Self::F, to: &mut [f16]) {
+        let to = &mut to[..Self::WIDTH];
+        intrinsics!(_mm256_storeu_si256(to.as_mut_ptr().cast(), _mm512_cvtps_ph::<_MM_FROUND_TO_NEAREST_INT>(value)))
     }
 }
