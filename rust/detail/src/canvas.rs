@@ -80,7 +80,7 @@ impl Canvas for DisplacedObject {
     }
 
     fn is_paintable(&self) -> bool {
-        self.paint().is_some()
+        self.colors().is_some()
     }
 
     fn is_bendable(&self) -> bool {
@@ -119,7 +119,7 @@ impl Canvas for TriangleObject {
     }
 
     fn is_paintable(&self) -> bool {
-        self.paint().is_some()
+        self.colors().is_some()
     }
 
     fn is_bendable(&self) -> bool {

@@ -8,7 +8,7 @@
 
 use glam::Vec4;
 use relievo_core::{Context, Error, Result};
-use relievo_tiles::{Channel, ColorPlanes, Displacement};
+use relievo_tiles::{Channel, ColorPlanes, Displacement, by_format};
 
 use crate::brush::Brush;
 use crate::cull::{self, CulledTile};
@@ -151,12 +151,12 @@ impl Dab {
         color: Vec4,
     ) -> Result<DabReport> {
         let mut paint = object.take_paint()?;
-        let done = self.paint_channel(context, object, start, &mut paint, mode, color);
+        let done = by_format!(&mut paint, paint => self.paint_channel(context, object, start, paint, mode, color));
         object.put_paint(paint);
         done
     }
 
-    /// Paints `channel`, colours over the surface of `object` that are not its own: a layer, or colours of 16 bits.
+    /// Paints `channel`, colours over the surface of `object` that are not its own.
     ///
     /// Fails, and changes nothing, if a number is out of range, the colours are those of another surface, or the dab
     /// does not paint.

@@ -10,7 +10,7 @@ use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_document::head::STAMPS_OF;
 use relievo_document::{Document, Head, Kind, Stamps};
-use relievo_tiles::{Blocks, Channel, Decay, DecayOptions, Field, Rgba8, StoredTexel};
+use relievo_tiles::{Blocks, Channel, Decay, DecayOptions, Field, Rgba8, Rgba16, StoredTexel};
 
 use crate::history::{BlockState, LayerState};
 use crate::layered::LayeredObject;
@@ -22,6 +22,7 @@ use crate::object::DisplacedObject;
 pub struct Fading {
     displacement: Vec<Faded<f16>>,
     paint: Vec<Faded<Rgba8>>,
+    half_paint: Vec<Faded<Rgba16>>,
     /// How the object's own displacement and colours, the lowest layers, fade.
     own: Option<(DecayOptions, u64)>,
     lost: u64,
@@ -235,17 +236,22 @@ fn sorted(mut tiles: Vec<u32>) -> Vec<u32> {
     tiles
 }
 
-/// Does the same for displacement and colours.
+/// Does the same for displacement and colours, of which an object has those of one format.
 macro_rules! each_kind {
     ($object:expr, $kept:ident => $work:expr) => {{
-        let DisplacedObject { fading, layers, displacement, paint, .. } = &mut *$object;
-        let Fading { displacement: faded, paint: faded_paint, .. } = fading;
+        let DisplacedObject { fading, layers, displacement, paint, half_paint, .. } = &mut *$object;
+        let Fading { displacement: faded, paint: faded_paint, half_paint: faded_half_paint, .. } = fading;
         #[allow(unused_mut)]
         let mut $kept = Kept { faded, stack: &mut layers.displacement, composite: displacement };
         $work;
         if let (Some(stack), Some(composite)) = (&mut layers.colors, paint) {
             #[allow(unused_mut)]
             let mut $kept = Kept { faded: faded_paint, stack, composite };
+            $work;
+        }
+        if let (Some(stack), Some(composite)) = (&mut layers.half_colors, half_paint) {
+            #[allow(unused_mut)]
+            let mut $kept = Kept { faded: faded_half_paint, stack, composite };
             $work;
         }
     }};
@@ -255,14 +261,16 @@ impl Fading {
     /// Bytes of all stamps and the texels they belong to.
     pub fn bytes(&self) -> u64 {
         let displacement: u64 = self.displacement.iter().map(|faded| faded.decay.bytes()).sum();
-        displacement + self.paint.iter().map(|faded| faded.decay.bytes()).sum::<u64>()
+        let paint: u64 = self.paint.iter().map(|faded| faded.decay.bytes()).sum();
+        displacement + paint + self.half_paint.iter().map(|faded| faded.decay.bytes()).sum::<u64>()
     }
 
     /// When edits of the layer `id` fade; `None` if they stay.
     pub fn options(&self, id: u32) -> Option<DecayOptions> {
         let displacement = self.displacement.iter().find(|faded| faded.layer == id).map(|faded| faded.decay.options());
         let paint = || self.paint.iter().find(|faded| faded.layer == id).map(|faded| faded.decay.options());
-        displacement.or_else(paint)
+        let half = || self.half_paint.iter().find(|faded| faded.layer == id).map(|faded| faded.decay.options());
+        displacement.or_else(paint).or_else(half)
     }
 
     /// Counts tiles that got no stamps.
@@ -273,16 +281,18 @@ impl Fading {
     /// Lets go of the stamps of colours, which are others now.
     pub(crate) fn forget_colors(&mut self) {
         self.paint.clear();
+        self.half_paint.clear();
     }
 
     /// The numbers that stamps have as layers of documents.
     pub(crate) fn numbers(&self) -> Vec<u32> {
         let paint = self.paint.iter().map(|faded| faded.number);
-        self.displacement.iter().map(|faded| faded.number).chain(paint).collect()
+        let half = self.half_paint.iter().map(|faded| faded.number);
+        self.displacement.iter().map(|faded| faded.number).chain(paint).chain(half).collect()
     }
 
     fn is_empty(&self) -> bool {
-        self.displacement.is_empty() && self.paint.is_empty()
+        self.displacement.is_empty() && self.paint.is_empty() && self.half_paint.is_empty()
     }
 }
 
@@ -389,14 +399,18 @@ impl DisplacedObject {
 
     /// The stamps of `tile` of all layers of a kind, as caches keep them; `None` if there are none.
     pub fn read_stamps(&self, kind: Kind, tile: u32) -> Option<Vec<u8>> {
-        if kind.is_color() { read(&self.fading.paint, tile) } else { read(&self.fading.displacement, tile) }
+        match kind.is_color() {
+            true if self.half_paint.is_some() => read(&self.fading.half_paint, tile),
+            true => read(&self.fading.paint, tile),
+            false => read(&self.fading.displacement, tile),
+        }
     }
 
     /// Puts back what [`Self::read_stamps`] gave of the same layers, after their blocks; [`Self::take_as_stamped`] is to
     /// follow. Fails if they do not fit.
     pub fn write_stamps(&mut self, kind: Kind, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         each_kind!(self, kept => {
-            if kept.kind() == kind {
+            if kept.kind().is_color() == kind.is_color() {
                 kept.write(tile, bytes)?;
             }
         });
@@ -405,14 +419,18 @@ impl DisplacedObject {
 
     /// The tiles with stamps of a kind of layers, ascending.
     pub fn stamped_tiles(&self, kind: Kind) -> Vec<u32> {
-        if kind.is_color() { stamped(&self.fading.paint) } else { stamped(&self.fading.displacement) }
+        match kind.is_color() {
+            true if self.half_paint.is_some() => stamped(&self.fading.half_paint),
+            true => stamped(&self.fading.paint),
+            false => stamped(&self.fading.displacement),
+        }
     }
 
     /// The tiles of a kind of layers whose stamps changed since this was called last, ascending.
     pub fn commit_stamps(&mut self, kind: Kind) -> Vec<u32> {
         let mut tiles = Vec::new();
         each_kind!(self, kept => {
-            if kept.kind() == kind {
+            if kept.kind().is_color() == kind.is_color() {
                 tiles = kept.take_changed();
             }
         });
@@ -425,12 +443,16 @@ impl DisplacedObject {
         if let (Some(stack), Some(paint)) = (&self.layers.colors, &self.paint) {
             add_states(&self.fading.paint, stack, paint, states);
         }
+        if let (Some(stack), Some(paint)) = (&self.layers.half_colors, &self.half_paint) {
+            add_states(&self.fading.half_paint, stack, paint, states);
+        }
     }
 
     /// Makes edits of `layers` stay, because they have become others.
     pub(crate) fn stop_fading(&mut self, layers: &[u32]) {
         self.fading.displacement.retain(|faded| !layers.contains(&faded.layer));
         self.fading.paint.retain(|faded| !layers.contains(&faded.layer));
+        self.fading.half_paint.retain(|faded| !layers.contains(&faded.layer));
     }
 
     /// Puts back stamps of a history, whose layers were put back, and brings these to the object's time.

@@ -6,7 +6,9 @@ use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_document::head::STAMPS_OF;
 use relievo_document::{self as document, Document, Head, Kind, MAX_LAYERS, PageStore, Settings};
-use relievo_tiles::{Blocks, Channel, Displacement, Paint, Rgba8, Traces, VectorDisplacement};
+use relievo_tiles::{
+    Blocks, ByFormat, Channel, ColorTexel, Displacement, Paint, Rgba8, Rgba16, Traces, VectorDisplacement,
+};
 
 use crate::history::{BlockState, LayerState, LayerStates, Recorded};
 use crate::layers::{BlockChannel, LayerChannel, Stack};
@@ -22,22 +24,25 @@ const ADDED: u32 = 16;
 
 /// The stacks of an object.
 #[derive(Debug)]
-pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint> {
+pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: LayerChannel = Paint<Rgba16>> {
     /// Those of displacement.
     pub(crate) displacement: Stack<H>,
-    /// Those of colour, if it has colours.
+    /// Those of colour, if it has colours of 8 bits.
     pub(crate) colors: Option<Stack<C>>,
+    /// Those of colour, if it has colours of half floats; then it has no others.
+    pub(crate) half_colors: Option<Stack<W>>,
     /// The numbers of its traces and of its vectors.
     others: [u32; 2],
     /// What [`LayeredObject::read_sizes`] gave when sizes were committed.
     sizes: Vec<(u32, Vec<u8>)>,
 }
 
-impl<H: LayerChannel<Texel = f16>, C: LayerChannel> Default for Layers<H, C> {
+impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Default for Layers<H, C, W> {
     fn default() -> Self {
         Self {
             displacement: Stack::new(DISPLACEMENT, "displacement", f16::ZERO),
             colors: None,
+            half_colors: None,
             others: [TRACES, VECTORS],
             sizes: Vec::new(),
         }
@@ -68,13 +73,49 @@ pub struct LayerInfo {
 
 /// What an object holds in layers.
 #[derive(Debug)]
-pub struct Channels<O, C, L> {
+pub struct Channels<O, C, W, L> {
     /// The stacks.
     pub layers: L,
     /// The displacement, to which its layers come.
     pub displacement: O,
-    /// The colours, to which their layers come.
+    /// The colours of 8 bits, to which their layers come.
     pub paint: C,
+    /// The colours of half floats, to which their layers come; an object has those or the others.
+    pub half_paint: W,
+}
+
+/// Does something with the layers of colour of an object's channels and what they come to, whichever format they have, or
+/// something else if there are none.
+macro_rules! with_colors {
+    ($own:ident.$as:ident, |$stack:ident, $paint:ident| $done:expr, $none:expr) => {{
+        let bytes = ($own.layers.colors.$as(), $own.paint.$as());
+        match (bytes, ($own.layers.half_colors.$as(), $own.half_paint.$as())) {
+            ((Some($stack), Some($paint)), _) => $done,
+            (_, (Some($stack), Some($paint))) => $done,
+            _ => $none,
+        }
+    }};
+}
+
+/// Does something with the layers of colour and what they come to. Fails if there are no colours.
+macro_rules! edit_colors {
+    ($object:expr, |$stack:ident, $paint:ident| $done:expr) => {{
+        let own = $object.channels_mut(false);
+        let none = || Error::invalid("the object has no colours").advise("give it some first");
+        with_colors!(own.as_mut, |$stack, $paint| $done, Err(none()))
+    }};
+}
+
+/// Does something with the layers of whichever kind the layer `id` is of, and what they come to, once they are settled.
+macro_rules! edit_either {
+    ($object:expr, $context:expr, $id:expr, |$stack:ident, $composite:ident| $done:expr) => {{
+        $object.settle($context)?;
+        if $object.is_color($id) {
+            edit_colors!($object, |$stack, $composite| $done)
+        } else {
+            $object.edit_heights(|$stack, $composite| $done)
+        }
+    }};
 }
 
 /// A channel that a document held.
@@ -82,8 +123,10 @@ pub struct Channels<O, C, L> {
 pub enum Stored<O: LayeredObject> {
     /// Scalar displacement.
     Displacement(O::Displacement),
-    /// Colours.
+    /// Colours of 8 bits.
     Paint(O::Paint),
+    /// Colours of half floats.
+    HalfPaint(O::HalfPaint),
     /// Traces of contact.
     Traces(O::Traces),
     /// Vector displacement.
@@ -94,8 +137,10 @@ pub enum Stored<O: LayeredObject> {
 pub trait LayeredObject: Sized {
     /// What displacement is kept in.
     type Displacement: LayerChannel<Texel = f16>;
-    /// What colours are kept in.
+    /// What colours of 8 bits are kept in.
     type Paint: LayerChannel<Texel = Rgba8>;
+    /// What colours of half floats are kept in.
+    type HalfPaint: LayerChannel<Texel = Rgba16>;
     /// What traces are kept in.
     type Traces: BlockChannel;
     /// What vectors are kept in.
@@ -141,15 +186,26 @@ pub trait LayeredObject: Sized {
 
     /// What it holds in layers.
     #[allow(clippy::type_complexity)]
-    fn channels(&self)
-    -> Channels<&Self::Displacement, &Option<Self::Paint>, &Layers<Self::Displacement, Self::Paint>>;
+    fn channels(
+        &self,
+    ) -> Channels<
+        &Self::Displacement,
+        &Option<Self::Paint>,
+        &Option<Self::HalfPaint>,
+        &Layers<Self::Displacement, Self::Paint, Self::HalfPaint>,
+    >;
 
     /// What it holds in layers, to be written. Whatever was measured of the displacement is measured anew if `displaced`.
     #[allow(clippy::type_complexity)]
     fn channels_mut(
         &mut self,
         displaced: bool,
-    ) -> Channels<&mut Self::Displacement, &mut Option<Self::Paint>, &mut Layers<Self::Displacement, Self::Paint>>;
+    ) -> Channels<
+        &mut Self::Displacement,
+        &mut Option<Self::Paint>,
+        &mut Option<Self::HalfPaint>,
+        &mut Layers<Self::Displacement, Self::Paint, Self::HalfPaint>,
+    >;
 
     /// Traces and vectors, if it has them.
     fn others(&self) -> (Option<&Self::Traces>, Option<&Self::Vectors>);
@@ -183,9 +239,11 @@ pub trait LayeredObject: Sized {
         let own = self.channels();
         let stack = &own.layers.displacement;
         let heights = stack.states(own.displacement).into_iter().map(|state| info(state, stack.active()));
-        let colors = own.layers.colors.iter().zip(own.paint).flat_map(|(stack, paint)| {
-            stack.states(paint).into_iter().map(|state| info(state, stack.active())).collect::<Vec<_>>()
-        });
+        let colors = with_colors!(
+            own.as_ref,
+            |stack, paint| stack.states(paint).into_iter().map(|state| info(state, stack.active())).collect(),
+            Vec::new()
+        );
         heights.chain(colors).collect()
     }
 
@@ -194,9 +252,9 @@ pub trait LayeredObject: Sized {
         self.layers().into_iter().find(|layer| layer.name == name).map(|layer| layer.id)
     }
 
-    /// Adds a layer of displacement ([`Kind::Scalar`]) or colour ([`Kind::Rgba8`]) above those of its kind, with `size`
-    /// texels along an edge of every face; edits of its kind go to it. Returns its number and the tiles that the budget
-    /// refused to the composite.
+    /// Adds a layer of displacement ([`Kind::Scalar`]) or colour (of either kind: it gets the texels of the object's
+    /// colours) above those of its kind, with `size` texels along an edge of every face; edits of its kind go to it. Returns
+    /// its number and the tiles that the budget refused to the composite.
     ///
     /// Fails if the name is taken or none, the settings are not for its kind, there is no such size, the object has no
     /// colours, or it cannot have more layers.
@@ -218,9 +276,11 @@ pub trait LayeredObject: Sized {
         let head = (id, name, settings);
         let refused = match kind {
             Kind::Scalar => self.edit_heights(|stack, composite| stack.add(context, composite, head, &faces)),
-            Kind::Rgba8 => self.edit_colors(|stack, composite| stack.add(context, composite, head, &faces)),
+            kind if kind.is_color() => {
+                edit_colors!(self, |stack, composite| stack.add(context, composite, head, &faces))
+            }
             _ => Err(Error::unsupported(format!("layers cannot hold {}", kind.name()))
-                .advise("add layers of scalar displacement or 8-bit colour")),
+                .advise("add layers of scalar displacement or colour")),
         };
         Ok((id, refused.map_err(|error| error.at(format!("layer `{name}`")))?))
     }
@@ -252,37 +312,15 @@ pub trait LayeredObject: Sized {
         edit(&mut own.layers.displacement, own.displacement)
     }
 
-    /// Does something with the layers of colour and what they come to. Fails if there are no colours.
-    fn edit_colors(
-        &mut self,
-        edit: impl FnOnce(&mut Stack<Self::Paint>, &mut Self::Paint) -> Result<Vec<u32>>,
-    ) -> Result<Vec<u32>> {
-        let own = self.channels_mut(false);
-        match (&mut own.layers.colors, own.paint) {
-            (Some(stack), Some(paint)) => edit(stack, paint),
-            _ => Err(Error::invalid("the object has no colours").advise("give it some first")),
-        }
-    }
-
-    /// Does the same for whichever kind the layer `id` is of.
-    fn edit_either(
-        &mut self,
-        context: &Context,
-        id: u32,
-        heights: impl FnOnce(&mut Stack<Self::Displacement>, &mut Self::Displacement) -> Result<Vec<u32>>,
-        colors: impl FnOnce(&mut Stack<Self::Paint>, &mut Self::Paint) -> Result<Vec<u32>>,
-    ) -> Result<Vec<u32>> {
-        self.settle(context)?;
-        let colored = self.channels().layers.colors.as_ref();
-        let in_colors = colored.is_some_and(|stack| stack.layers().iter().any(|layer| layer.id() == id));
-        if in_colors { self.edit_colors(colors) } else { self.edit_heights(heights) }
+    /// Whether `id` is the number of a layer of colour.
+    fn is_color(&self, id: u32) -> bool {
+        let own = self.channels();
+        with_colors!(own.as_ref, |stack, _paint| stack.layers().iter().any(|layer| layer.id() == id), false)
     }
 
     /// Makes `id` the layer that edits of its kind go to. Fails if there is no such layer.
     fn set_active_layer(&mut self, context: &Context, id: u32) -> Result<()> {
-        let none = |set: Result<()>| set.map(|()| Vec::new());
-        self.edit_either(context, id, |stack, _| none(stack.set_active(id)), |stack, _| none(stack.set_active(id)))
-            .map(drop)
+        edit_either!(self, context, id, |stack, _composite| stack.set_active(id).map(|()| Vec::new())).map(drop)
     }
 
     /// Names a layer. Fails if there is no such layer, or the name is taken or none.
@@ -294,6 +332,7 @@ pub trait LayeredObject: Sized {
             let layers = self.channels_mut(false).layers;
             layers.displacement.rename(id, name);
             layers.colors.iter_mut().for_each(|stack| stack.rename(id, name));
+            layers.half_colors.iter_mut().for_each(|stack| stack.rename(id, name));
         }
         Ok(())
     }
@@ -301,32 +340,17 @@ pub trait LayeredObject: Sized {
     /// Changes how a layer is seen. Returns the tiles that the budget refused to the composite. Fails if there is no such
     /// layer or its kind cannot be seen so.
     fn set_layer(&mut self, context: &Context, id: u32, to: Settings) -> Result<Vec<u32>> {
-        self.edit_either(
-            context,
-            id,
-            |stack, composite| stack.set(context, composite, id, to),
-            |stack, composite| stack.set(context, composite, id, to),
-        )
+        edit_either!(self, context, id, |stack, composite| stack.set(context, composite, id, to))
     }
 
     /// Puts a layer at a place among those of its kind, counted from the lowest. As [`Self::set_layer`] otherwise.
     fn place_layer(&mut self, context: &Context, id: u32, place: usize) -> Result<Vec<u32>> {
-        self.edit_either(
-            context,
-            id,
-            |stack, composite| stack.place(context, composite, id, place),
-            |stack, composite| stack.place(context, composite, id, place),
-        )
+        edit_either!(self, context, id, |stack, composite| stack.place(context, composite, id, place))
     }
 
     /// Removes a layer with all that is on it. Fails if there is no such layer, or it is the last of its kind.
     fn remove_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
-        let done = self.edit_either(
-            context,
-            id,
-            |stack, composite| stack.remove(context, composite, id),
-            |stack, composite| stack.remove(context, composite, id),
-        )?;
+        let done = edit_either!(self, context, id, |stack, composite| stack.remove(context, composite, id))?;
         self.stop(&[id]);
         Ok(done)
     }
@@ -338,12 +362,7 @@ pub trait LayeredObject: Sized {
         let before = self.layers();
         let below = before.iter().zip(before.iter().skip(1)).find(|(_, upper)| upper.id == id);
         let ids = [id, below.map_or(id, |(lower, _)| lower.id)];
-        let done = self.edit_either(
-            context,
-            id,
-            |stack, composite| stack.merge_down(context, composite, id),
-            |stack, composite| stack.merge_down(context, composite, id),
-        )?;
+        let done = edit_either!(self, context, id, |stack, composite| stack.merge_down(context, composite, id))?;
         self.stop(&ids);
         Ok(done)
     }
@@ -362,6 +381,7 @@ pub trait LayeredObject: Sized {
         let layers = self.channels_mut(false).layers;
         layers.displacement.flatten();
         layers.colors.iter_mut().for_each(Stack::flatten);
+        layers.half_colors.iter_mut().for_each(Stack::flatten);
         Ok(refused)
     }
 
@@ -385,32 +405,37 @@ pub trait LayeredObject: Sized {
     /// still being made.
     fn settle_colors(&mut self, context: &Context) -> Result<Vec<u32>> {
         let own = self.channels_mut(false);
-        match (&mut own.layers.colors, own.paint) {
-            (Some(stack), Some(paint)) => stack.settle(context, paint),
-            _ => Ok(Vec::new()),
-        }
+        with_colors!(own.as_mut, |stack, paint| stack.settle(context, paint), Ok(Vec::new()))
     }
 
     /// Takes away what is painted on: the active layer. Fails if there are no colours, or it cannot be seen.
-    fn take_paint(&mut self) -> Result<Self::Paint> {
-        let own = self.channels_mut(false);
-        if let Some(stack) = &mut own.layers.colors {
+    fn take_paint(&mut self) -> Result<ByFormat<Self::Paint, Self::HalfPaint>> {
+        /// The active layer, or what is the only one.
+        fn taken<C: LayerChannel>(stack: &mut Option<Stack<C>>, paint: &mut Option<C>) -> Result<Option<C>> {
+            let Some(stack) = stack else { return Ok(paint.take()) };
             stack.check_editable()?;
-            if let Some(active) = stack.take_active() {
-                return Ok(active);
-            }
+            Ok(stack.take_active().or_else(|| paint.take()))
         }
-        own.paint
-            .take()
-            .ok_or_else(|| Error::invalid("the object has no colours to paint on").advise("give it some first"))
+        let own = self.channels_mut(false);
+        if let Some(paint) = taken(&mut own.layers.half_colors, own.half_paint)? {
+            return Ok(ByFormat::Rgba16(paint));
+        }
+        let paint = taken(&mut own.layers.colors, own.paint)?.map(ByFormat::Rgba8);
+        paint.ok_or_else(|| Error::invalid("the object has no colours to paint on").advise("give it some first"))
     }
 
     /// Puts back what [`Self::take_paint`] took.
-    fn put_paint(&mut self, paint: Self::Paint) {
+    fn put_paint(&mut self, paint: ByFormat<Self::Paint, Self::HalfPaint>) {
+        fn put<C: LayerChannel>(stack: &mut Option<Stack<C>>, to: &mut Option<C>, paint: C) {
+            match stack {
+                Some(stack) if !stack.is_plain() => stack.put_active(paint),
+                _ => *to = Some(paint),
+            }
+        }
         let own = self.channels_mut(false);
-        match &mut own.layers.colors {
-            Some(stack) if !stack.is_plain() => stack.put_active(paint),
-            _ => *own.paint = Some(paint),
+        match paint {
+            ByFormat::Rgba8(paint) => put(&mut own.layers.colors, own.paint, paint),
+            ByFormat::Rgba16(paint) => put(&mut own.layers.half_colors, own.half_paint, paint),
         }
     }
 
@@ -418,9 +443,7 @@ pub trait LayeredObject: Sized {
     fn layer_states(&self) -> LayerStates {
         let own = self.channels();
         let mut states = own.layers.displacement.states(own.displacement);
-        if let (Some(stack), Some(paint)) = (&own.layers.colors, own.paint) {
-            states.extend(stack.states(paint));
-        }
+        states.extend(with_colors!(own.as_ref, |stack, paint| stack.states(paint), Vec::new()));
         let mut add = |id: u32, name: &str, blocks: Arc<dyn Blocks>| states.push(LayerState::new(id, name, blocks));
         let ([traces, vectors], others) = (own.layers.others, self.others());
         if let Some(channel) = others.0 {
@@ -472,33 +495,24 @@ pub trait LayeredObject: Sized {
     /// The colours of `tile` as caches keep them, see [`Stack::read`]; `None` too if there are none at all.
     fn read_paint(&self, tile: u32) -> Result<Option<Vec<u8>>> {
         let own = self.channels();
-        match (&own.layers.colors, own.paint) {
-            (Some(stack), Some(paint)) => stack.read(paint, tile),
-            _ => Ok(None),
-        }
+        with_colors!(own.as_ref, |stack, paint| stack.read(paint, tile), Ok(None))
     }
 
     /// Puts back what [`Self::read_paint`] gave; [`Self::settle`] is to follow. Fails too if the object has no colours.
     fn write_paint(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
-        self.edit_colors(|stack, composite| stack.write(composite, tile, bytes).map(|()| Vec::new())).map(drop)
+        edit_colors!(self, |stack, composite| stack.write(composite, tile, bytes))
     }
 
     /// The tiles that have colours in any layer, ascending.
     fn painted_tiles(&self) -> Vec<u32> {
         let own = self.channels();
-        match (&own.layers.colors, own.paint) {
-            (Some(stack), Some(paint)) => stack.allocated(paint),
-            _ => Vec::new(),
-        }
+        with_colors!(own.as_ref, |stack, paint| stack.allocated(paint), Vec::new())
     }
 
     /// Makes colours visible to readers. Returns the tiles that changed in them or in one of their layers, ascending.
     fn commit_paint(&mut self) -> Vec<u32> {
         let own = self.channels_mut(false);
-        match (&mut own.layers.colors, own.paint) {
-            (Some(stack), Some(paint)) => stack.commit(paint),
-            _ => Vec::new(),
-        }
+        with_colors!(own.as_mut, |stack, paint| stack.commit(paint), Vec::new())
     }
 
     /// The sizes of the faces of the layer `id` as caches keep them, the power of two of each, if edits at other levels
@@ -509,9 +523,9 @@ pub trait LayeredObject: Sized {
             let sizes = || vectors.field().face_sizes().into_iter().map(|size| size.ilog2() as u8).collect();
             return (!vectors.field().given_sizes().is_empty()).then(sizes);
         }
-        let mut states = own.layers.displacement.states(own.displacement).into_iter();
-        let mut colors = own.layers.colors.iter().zip(own.paint).flat_map(|(stack, paint)| stack.states(paint));
-        let state = states.find(|state| state.id == id).or_else(|| colors.find(|state| state.id == id))?;
+        let mut states = own.layers.displacement.states(own.displacement);
+        states.extend(with_colors!(own.as_ref, |stack, paint| stack.states(paint), Vec::new()));
+        let state = states.into_iter().find(|state| state.id == id)?;
         let sizes = || state.blocks.face_sizes().into_iter().map(|size| size.ilog2() as u8).collect();
         (!state.blocks.given_sizes().is_empty()).then(sizes)
     }
@@ -528,14 +542,13 @@ pub trait LayeredObject: Sized {
         {
             return reshape(vectors, sizes);
         }
-        let own = self.channels_mut(false);
-        if let (Some(stack), Some(paint)) = (&mut own.layers.colors, own.paint)
-            && let Some(channel) = stack.channel_mut(id, paint)
-        {
-            return reshape(channel, sizes);
+        let none = || Error::invalid(format!("there is no layer with the number {id}"));
+        if self.is_color(id) {
+            return edit_colors!(self, |stack, paint| {
+                reshape(stack.channel_mut(id, paint).ok_or_else(none)?, sizes)
+            });
         }
         self.edit_heights(|stack, composite| {
-            let none = || Error::invalid(format!("there is no layer with the number {id}"));
             reshape(stack.channel_mut(id, composite).ok_or_else(none)?, sizes).map(|()| Vec::new())
         })
         .map(drop)
@@ -570,7 +583,7 @@ pub trait LayeredObject: Sized {
     ///
     /// Fails if the document is for another mesh, a layer is damaged, or the budget is too small.
     fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Vec<String>> {
-        let (mut heights, mut paints, mut unknown) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut heights, mut paints, mut halves, mut unknown) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut others = [None; 2];
         let layers = self.layers();
         let colors_before = layers.iter().filter(|layer| layer.kind.is_color()).count();
@@ -583,7 +596,9 @@ pub trait LayeredObject: Sized {
             }
             match self.stored(context, document, layer, budget)? {
                 Some(Stored::Displacement(channel)) => heights.push((layer.head(), channel)),
-                Some(Stored::Paint(channel)) => paints.push((layer.head(), channel)),
+                // Colours have one format, that of their lowest layer.
+                Some(Stored::Paint(channel)) if halves.is_empty() => paints.push((layer.head(), channel)),
+                Some(Stored::HalfPaint(channel)) if paints.is_empty() => halves.push((layer.head(), channel)),
                 Some(channel @ Stored::Traces(_)) if others[0].is_none() => {
                     others[0] = Some(layer.id());
                     self.set_channel(channel)?;
@@ -597,25 +612,37 @@ pub trait LayeredObject: Sized {
         }
         // What the document does not have gets numbers that it has not.
         let free = document.free_id().max(ADDED);
-        let kept = (heights.is_empty(), paints.is_empty());
+        let kept = (heights.is_empty(), paints.is_empty() && halves.is_empty());
         if let Some((_, first)) = heights.first() {
             self.set_channel(Stored::Displacement(first.clone()))?;
             self.edit_heights(|stack, composite| stack.take_up(context, composite, heights))?;
         }
-        if let Some((_, first)) = paints.first() {
-            let before = self.channels_mut(false).layers.colors.take();
-            self.set_channel(Stored::Paint(first.clone()))?;
-            let colors = &mut self.channels_mut(false).layers.colors;
-            *colors = before.or(colors.take());
-            self.edit_colors(|stack, composite| stack.take_up(context, composite, paints))?;
+        let layers = self.channels().layers;
+        let halves_behind = || layers.half_colors.as_ref().map(|stack| stack.background().color());
+        let behind = layers.colors.as_ref().map(|stack| stack.background().color()).or_else(halves_behind);
+        macro_rules! take_up {
+            ($paints:ident, $stored:ident, $texel:ty, $colors:ident, $paint:ident) => {
+                if let Some((_, first)) = $paints.first() {
+                    self.set_channel(Stored::$stored(first.clone()))?;
+                    let own = self.channels_mut(false);
+                    if let (Some(stack), Some(paint)) = (&mut own.layers.$colors, own.$paint) {
+                        behind.into_iter().for_each(|color| stack.set_background(<$texel>::of_color(color)));
+                        stack.take_up(context, paint, $paints)?;
+                    }
+                }
+            };
         }
+        take_up!(paints, Paint, Rgba8, colors, paint);
+        take_up!(halves, HalfPaint, Rgba16, half_colors, half_paint);
         let layers = self.channels_mut(false).layers;
         layers.others = [others[0].unwrap_or(free), others[1].unwrap_or(free + 1)];
         if kept.0 {
             layers.displacement.renumber(free + 2);
         }
-        if let (true, Some(stack)) = (kept.1, &mut layers.colors) {
-            stack.renumber(free + 2 + MAX_LAYERS as u32);
+        if kept.1 {
+            let first = free + 2 + MAX_LAYERS as u32;
+            layers.colors.iter_mut().for_each(|stack| stack.renumber(first));
+            layers.half_colors.iter_mut().for_each(|stack| stack.renumber(first));
         }
         let (mut after, mut old) = (self.layers(), before);
         if !kept.0 {
@@ -644,15 +671,15 @@ impl<O: LayeredObject> Recorded for O {
     }
 
     fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: Vec<BlockState>) -> Result<()> {
-        let of_kind = |kind: Kind| heads.into_iter().flatten().filter(|head| head.kind == kind).collect::<Vec<_>>();
+        let such =
+            |wanted: fn(Kind) -> bool| heads.into_iter().flatten().filter(|head| wanted(head.kind)).collect::<Vec<_>>();
         let whole = heads.is_some();
-        let (heights, colors) = (of_kind(Kind::Scalar), of_kind(Kind::Rgba8));
+        let (heights, colors) = (such(|kind| kind == Kind::Scalar), such(Kind::is_color));
         let heights = (whole && !heights.is_empty()).then_some(heights.as_slice());
         self.edit_heights(|stack, composite| put_layers(context, stack, composite, heights, &blocks))?;
-        if self.channels().paint.is_some() {
-            let heads = (whole && !colors.is_empty()).then_some(colors.as_slice());
-            self.edit_colors(|stack, composite| put_layers(context, stack, composite, heads, &blocks))?;
-        }
+        let colors = (whole && !colors.is_empty()).then_some(colors.as_slice());
+        let own = self.channels_mut(false);
+        with_colors!(own.as_mut, |stack, paint| put_layers(context, stack, paint, colors, &blocks).map(drop)?, ());
         let ids = self.channels().layers.others;
         let head = |id: u32| heads.into_iter().flatten().find(|head| head.id == id);
         let (traces, vectors) = self.others_mut();
@@ -717,9 +744,8 @@ impl DisplacedObject {
     pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
         let to = pages.as_ref();
         self.edit_heights(|stack, composite| stack.page_to(composite, to).map(|()| Vec::new()))?;
-        if self.paint.is_some() {
-            self.edit_colors(|stack, composite| stack.page_to(composite, to).map(|()| Vec::new()))?;
-        }
+        let own = self.channels_mut(false);
+        with_colors!(own.as_mut, |stack, paint| stack.page_to(paint, to)?, ());
         let (traces, vectors) = self.traces_and_vectors_mut();
         traces.map_or(Ok(()), |traces| BlockChannel::page_to(traces, to))?;
         vectors.map_or(Ok(()), |vectors| BlockChannel::page_to(vectors, to))?;
@@ -737,9 +763,7 @@ impl DisplacedObject {
     pub fn report_fault(&self) -> Result<()> {
         let own = self.channels();
         own.layers.displacement.report_fault(own.displacement)?;
-        if let (Some(stack), Some(paint)) = (&own.layers.colors, own.paint) {
-            stack.report_fault(paint)?;
-        }
+        with_colors!(own.as_ref, |stack, paint| stack.report_fault(paint)?, ());
         self.traces().map_or(Ok(()), BlockChannel::report_fault)?;
         self.vectors().map_or(Ok(()), BlockChannel::report_fault)
     }
@@ -748,6 +772,7 @@ impl DisplacedObject {
 impl LayeredObject for DisplacedObject {
     type Displacement = Displacement;
     type Paint = Paint;
+    type HalfPaint = Paint<Rgba16>;
     type Traces = Traces;
     type Vectors = VectorDisplacement;
 
@@ -790,15 +815,20 @@ impl LayeredObject for DisplacedObject {
         self.find_stamps(context, document, budget, moved).map(|()| true)
     }
 
-    fn channels(&self) -> Channels<&Displacement, &Option<Paint>, &Layers> {
-        Channels { layers: &self.layers, displacement: &self.displacement, paint: &self.paint }
+    fn channels(&self) -> Channels<&Displacement, &Option<Paint>, &Option<Paint<Rgba16>>, &Layers> {
+        let Self { layers, displacement, paint, half_paint, .. } = self;
+        Channels { layers, displacement, paint, half_paint }
     }
 
-    fn channels_mut(&mut self, displaced: bool) -> Channels<&mut Displacement, &mut Option<Paint>, &mut Layers> {
+    fn channels_mut(
+        &mut self,
+        displaced: bool,
+    ) -> Channels<&mut Displacement, &mut Option<Paint>, &mut Option<Paint<Rgba16>>, &mut Layers> {
         if displaced {
             self.displacement_mut();
         }
-        Channels { layers: &mut self.layers, displacement: &mut self.displacement, paint: &mut self.paint }
+        let Self { layers, displacement, paint, half_paint, .. } = self;
+        Channels { layers, displacement, paint, half_paint }
     }
 
     fn others(&self) -> (Option<&Traces>, Option<&VectorDisplacement>) {
@@ -827,7 +857,10 @@ impl LayeredObject for DisplacedObject {
                 let surface = self.surface();
                 VectorDisplacement::stored_on(context, surface, document, name, budget, pages)?.map(Stored::Vectors)
             }
-            Kind::Rgba16 | Kind::Stamps => None,
+            Kind::Rgba16 => {
+                Channel::stored_with(context, topology, document, name, budget, pages)?.map(Stored::HalfPaint)
+            }
+            Kind::Stamps => None,
         })
     }
 
@@ -835,6 +868,7 @@ impl LayeredObject for DisplacedObject {
         match channel {
             Stored::Displacement(displacement) => *self.displacement_mut() = displacement,
             Stored::Paint(paint) => self.set_paint(paint)?,
+            Stored::HalfPaint(paint) => self.set_half_paint(paint)?,
             Stored::Traces(traces) => self.set_traces(traces)?,
             Stored::Vectors(vectors) => self.set_vectors(vectors)?,
         }

@@ -15,7 +15,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::{Blend, Head, PageStore, Settings};
 use relievo_tiles::composite::{blended, resampled};
 use relievo_tiles::spline::coarsen_block;
-use relievo_tiles::{Blocks, Channel, Field, Layered, Rgba8, Sets, Sheet, StoredTexel};
+use relievo_tiles::{Blocks, Channel, Field, Layered, Rgba8, Rgba16, Sets, Sheet, StoredTexel};
 
 use crate::history::LayerState;
 
@@ -180,15 +180,22 @@ pub struct Absorbed<'a, T: Layered> {
     settings: Settings,
 }
 
-impl Absorb for Rgba8 {
-    fn absorb(_: &Absorbed<'_, Self>, _: &mut relievo_tiles::Texels<'_, Self>) {}
+macro_rules! absorb_nothing {
+    ($texel:ty) => {
+        impl Absorb for $texel {
+            fn absorb(_: &Absorbed<'_, Self>, _: &mut relievo_tiles::Texels<'_, Self>) {}
 
-    fn take_in(old: Self, _: [Vec4; 2], _: impl Fn() -> Vec4, _: &Settings) -> Self {
-        old
-    }
+            fn take_in(old: Self, _: [Vec4; 2], _: impl Fn() -> Vec4, _: &Settings) -> Self {
+                old
+            }
 
-    const THROUGH_COMPOSITE: bool = false;
+            const THROUGH_COMPOSITE: bool = false;
+        }
+    };
 }
+
+absorb_nothing!(Rgba8);
+absorb_nothing!(Rgba16);
 
 impl Absorb for f16 {
     const THROUGH_COMPOSITE: bool = true;
@@ -379,6 +386,16 @@ impl<C: LayerChannel> Stack<C> {
             LayerState { settings: layer.settings, behind, ..LayerState::new(layer.id, &layer.name, blocks) }
         };
         self.layers.iter().enumerate().map(state).collect()
+    }
+
+    /// What is seen where all layers are hidden.
+    pub fn background(&self) -> C::Texel {
+        self.background
+    }
+
+    /// Changes what is seen where all layers are hidden; the layers are to be refreshed.
+    pub(crate) fn set_background(&mut self, background: C::Texel) {
+        self.background = background;
     }
 
     /// Takes over what is behind the layers, if `head`, the lowest of them, knows it.

@@ -5,7 +5,7 @@
 //! object units for displacement.
 
 use relievo_core::{Context, Result};
-use relievo_tiles::{Channel, ColorPlanes};
+use relievo_tiles::{Channel, ColorPlanes, by_format};
 
 use crate::cull::CulledTile;
 use crate::dab::{Action, Dab, DabReport};
@@ -67,7 +67,9 @@ impl Dab {
         match self.action {
             Action::Paint { mode, color } => {
                 let mut paint = object.take_paint()?;
-                let done = self.paint_at(context, object, &mut paint, (start, level), mode, color);
+                let done = by_format!(&mut paint, paint => {
+                    self.paint_at(context, object, paint, (start, level), mode, color)
+                });
                 object.put_paint(paint);
                 done
             }

@@ -8,7 +8,10 @@ use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Result};
 use relievo_document::PageStore;
 use relievo_surface::{Cone, Surface};
-use relievo_tiles::{Channel, Displaced, Displacement, Field, Paint, Snapshot, Texel, Traces, VectorDisplacement};
+use relievo_tiles::{
+    AnyField, ByFormat, Channel, Displaced, Displacement, Field, Paint, Rgba16, Snapshot, StoredTexel, Texel, Traces,
+    VectorDisplacement,
+};
 
 use crate::fading::Fading;
 use crate::fit::Fit;
@@ -25,7 +28,9 @@ pub struct DisplacedObject {
     pub(crate) vectors: Option<VectorDisplacement>,
     /// The length of the longest vector, once it was asked for.
     longest: OnceLock<f32>,
+    /// Its colours are these or those below, not both.
     pub(crate) paint: Option<Paint>,
+    pub(crate) half_paint: Option<Paint<Rgba16>>,
     pub(crate) traces: Option<Traces>,
     pub(crate) layers: Layers,
     /// What tiles page to.
@@ -76,6 +81,7 @@ impl DisplacedObject {
             vectors: None,
             longest: OnceLock::new(),
             paint: None,
+            half_paint: None,
             traces: None,
             layers: Layers::default(),
             pages: None,
@@ -178,29 +184,62 @@ impl DisplacedObject {
         [self.displacement.revision(), self.vectors.as_ref().map_or(0, |vectors| vectors.revision())]
     }
 
-    /// The colours painted on it, if it can be painted.
+    /// The colours painted on it, of either format, if it can be painted.
+    pub fn colors(&self) -> Option<AnyField<'_>> {
+        let half = self.half_paint.as_ref().map(|paint| ByFormat::Rgba16(paint.field()));
+        self.paint.as_ref().map(|paint| ByFormat::Rgba8(paint.field())).or(half)
+    }
+
+    /// The colours painted on it, if it can be painted with those of 8 bits.
     pub fn paint(&self) -> Option<&Paint> {
         self.paint.as_ref()
     }
 
-    /// The colours, to be written. With several layers of them, see [`Self::layers`], these are what the layers come to,
-    /// and what is written is lost when they are settled.
+    /// The colours of 8 bits, to be written. With several layers of them, see [`Self::layers`], these are what the layers
+    /// come to, and what is written is lost when they are settled.
     pub fn paint_mut(&mut self) -> Option<&mut Paint> {
         self.paint.as_mut()
     }
 
-    /// Makes the object one that can be painted. Fails if the colours are those of another surface.
+    /// As [`Self::paint`], of half floats.
+    pub fn half_paint(&self) -> Option<&Paint<Rgba16>> {
+        self.half_paint.as_ref()
+    }
+
+    /// As [`Self::paint_mut`], of half floats.
+    pub fn half_paint_mut(&mut self) -> Option<&mut Paint<Rgba16>> {
+        self.half_paint.as_mut()
+    }
+
+    /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have. Fails if the
+    /// colours are those of another surface.
     pub fn set_paint(&mut self, mut paint: Paint) -> Result<()> {
+        self.take_on(&mut paint)?;
+        (self.layers.half_colors, self.half_paint) = (None, None);
+        self.layers.colors = Some(layered::colors(paint.field().blank()));
+        self.paint = Some(paint);
+        self.fading.forget_colors();
+        self.fade_own()
+    }
+
+    /// As [`Self::set_paint`] with colours of half floats, which may be brighter than 1.
+    pub fn set_half_paint(&mut self, mut paint: Paint<Rgba16>) -> Result<()> {
+        self.take_on(&mut paint)?;
+        (self.layers.colors, self.paint) = (None, None);
+        self.layers.half_colors = Some(layered::colors(paint.field().blank()));
+        self.half_paint = Some(paint);
+        self.fading.forget_colors();
+        self.fade_own()
+    }
+
+    /// Makes colours page as the object does. Fails if they are those of another surface.
+    fn take_on<T: StoredTexel>(&self, paint: &mut Paint<T>) -> Result<()> {
         let (tiles, painted) = (self.surface.tile_count(), paint.field().tile_count());
         if tiles != painted {
             return Err(Error::invalid(format!("the surface has {tiles} tiles and its colours {painted}"))
                 .advise("make the colours from the topology of this surface"));
         }
-        self.page(&mut paint)?;
-        self.layers.colors = Some(layered::colors(paint.field().blank()));
-        self.paint = Some(paint);
-        self.fading.forget_colors();
-        self.fade_own()
+        self.page(paint)
     }
 
     /// The traces that imprints leave, if they are to leave any.

@@ -15,10 +15,55 @@ use crate::channel::{Channel, ChannelOptions};
 use crate::field::Field;
 use crate::filter::{bilinear, inside};
 use crate::tessellate::Tessellation;
-use crate::texel::{ColorTexel, Rgba8};
+use crate::texel::{ColorTexel, Rgba8, Rgba16};
 
 /// Colours that may be edited, four bytes a texel unless it says otherwise.
 pub type Paint<T = Rgba8> = Channel<T>;
+
+/// Something that holds colours, by what their texels are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ByFormat<B, H> {
+    /// Four bytes a texel, see [`Rgba8`].
+    Rgba8(B),
+    /// Four half floats a texel, see [`Rgba16`].
+    Rgba16(H),
+}
+
+/// Does the same with colours of either format.
+#[macro_export]
+macro_rules! by_format {
+    ($colors:expr, $each:pat => $done:expr) => {
+        match $colors {
+            $crate::ByFormat::Rgba8($each) => $done,
+            $crate::ByFormat::Rgba16($each) => $done,
+        }
+    };
+}
+
+/// The colours of a surface of either format at one moment.
+pub type AnyField<'a> = ByFormat<&'a Field<Rgba8>, &'a Field<Rgba16>>;
+
+impl<'a> AnyField<'a> {
+    /// See [`Field::color`].
+    pub fn color(self, place: Place) -> Vec4 {
+        by_format!(self, field => field.color(place))
+    }
+
+    /// See [`Field::canonical`].
+    pub fn canonical(self, place: Place) -> Place {
+        by_format!(self, field => field.canonical(place))
+    }
+
+    /// See [`Field::is_allocated`].
+    pub fn is_allocated(self, tile: u32) -> bool {
+        by_format!(self, field => field.is_allocated(tile))
+    }
+
+    /// See [`Field::size`].
+    pub fn size(self, tile: u32) -> u32 {
+        by_format!(self, field => field.size(tile))
+    }
+}
 
 impl<T: ColorTexel> Channel<T> {
     /// A surface that has the colour `blank` all over, rounded as texels are. Fails if a size or face does not exist.

@@ -41,7 +41,7 @@ pub mod vector;
 
 pub use blocks::Blocks;
 pub use channel::{Applied, Channel, ChannelOptions, Snapshot, Texels};
-pub use color::Paint;
+pub use color::{AnyField, ByFormat, Paint};
 pub use composite::{Layered, Sheet};
 pub use decay::{Decay, DecayOptions, Faded, StampBlocks};
 pub use displaced::{Displaced, Points};

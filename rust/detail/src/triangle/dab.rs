@@ -10,7 +10,7 @@ use glam::Vec4;
 use relievo_core::{Context, Result};
 use relievo_surface::TriangleTopology;
 use relievo_tiles::triangle::{Pattern, TriangleChange, TriangleChannel, TriangleField, TriangleSets, TriangleValues};
-use relievo_tiles::{Candidate, ColorTexel, Rgba8, Sets, Texel};
+use relievo_tiles::{Candidate, ColorPlanes, Sets, Texel, by_format};
 
 use super::level;
 use super::object::{TriangleGround, TriangleObject};
@@ -46,7 +46,8 @@ impl TriangleObject {
         match dab.action {
             Action::Paint { mode, color } => {
                 let mut paint = self.take_paint()?;
-                let done = self.paint_channel(context, dab, start, &mut paint, mode, Vec4::from(color));
+                let color = Vec4::from(color);
+                let done = by_format!(&mut paint, paint => self.paint_channel(context, dab, start, paint, mode, color));
                 self.put_paint(paint);
                 done
             }
@@ -54,12 +55,12 @@ impl TriangleObject {
         }
     }
 
-    fn paint_channel(
+    fn paint_channel<T: ColorPlanes>(
         &mut self,
         context: &Context,
         dab: &Dab,
         start: Option<TriangleGround<'_>>,
-        paint: &mut TriangleChannel<Rgba8>,
+        paint: &mut TriangleChannel<T>,
         mode: PaintMode,
         color: Vec4,
     ) -> Result<DabReport> {

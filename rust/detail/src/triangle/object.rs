@@ -11,7 +11,7 @@ use relievo_tiles::triangle::{
     FaceRates, Offset, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals, TrianglePiece,
     TriangleSnapshot,
 };
-use relievo_tiles::{Mark, Rgba8, Trace, Vector};
+use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, Trace, Vector, by_format};
 
 use super::fading::TriangleFading;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
@@ -31,8 +31,10 @@ pub(crate) struct TriangleGround<'a> {
 pub struct TriangleObject {
     pub(super) surface: TriangleSurface,
     pub(super) displacement: TriangleChannel,
+    /// Its colours are these or those below, not both.
     pub(super) paint: Option<TriangleChannel<Rgba8>>,
-    pub(super) layers: Layers<TriangleChannel, TriangleChannel<Rgba8>>,
+    pub(super) half_paint: Option<TriangleChannel<Rgba16>>,
+    pub(super) layers: Layers<TriangleChannel, TriangleChannel<Rgba8>, TriangleChannel<Rgba16>>,
     pub(super) traces: Option<TriangleChannel<Trace>>,
     pub(super) fading: Option<TriangleFading>,
     pub(super) vectors: Option<TriangleChannel<Vector>>,
@@ -78,6 +80,7 @@ impl TriangleObject {
             surface,
             displacement,
             paint: None,
+            half_paint: None,
             normals,
             transform,
             hierarchy,
@@ -119,21 +122,48 @@ impl TriangleObject {
         &mut self.displacement
     }
 
-    /// The colours painted on it, if it can be painted.
+    /// The colours painted on it, of either format, if it can be painted.
+    pub fn colors(&self) -> Option<ByFormat<&TriangleField<Rgba8>, &TriangleField<Rgba16>>> {
+        let half = self.half_paint.as_ref().map(|paint| ByFormat::Rgba16(paint.field()));
+        self.paint.as_ref().map(|paint| ByFormat::Rgba8(paint.field())).or(half)
+    }
+
+    /// The colours painted on it, if it can be painted with those of 8 bits.
     pub fn paint(&self) -> Option<&TriangleChannel<Rgba8>> {
         self.paint.as_ref()
     }
 
-    /// The colours, to be written.
+    /// The colours of 8 bits, to be written.
     pub fn paint_mut(&mut self) -> Option<&mut TriangleChannel<Rgba8>> {
         self.paint.as_mut()
     }
 
-    /// Makes the object one that can be painted. Fails if the colours are those of another mesh.
+    /// As [`Self::paint`], of half floats.
+    pub fn half_paint(&self) -> Option<&TriangleChannel<Rgba16>> {
+        self.half_paint.as_ref()
+    }
+
+    /// As [`Self::paint_mut`], of half floats.
+    pub fn half_paint_mut(&mut self) -> Option<&mut TriangleChannel<Rgba16>> {
+        self.half_paint.as_mut()
+    }
+
+    /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have. Fails if the
+    /// colours are those of another mesh.
     pub fn set_paint(&mut self, paint: TriangleChannel<Rgba8>) -> Result<()> {
         self.check_mesh(paint.field().topology(), "colours")?;
+        (self.layers.half_colors, self.half_paint) = (None, None);
         self.layers.colors = Some(layered::colors(paint.field().blank()));
         self.paint = Some(paint);
+        Ok(())
+    }
+
+    /// As [`Self::set_paint`] with colours of half floats, which may be brighter than 1.
+    pub fn set_half_paint(&mut self, paint: TriangleChannel<Rgba16>) -> Result<()> {
+        self.check_mesh(paint.field().topology(), "colours")?;
+        (self.layers.colors, self.paint) = (None, None);
+        self.layers.half_colors = Some(layered::colors(paint.field().blank()));
+        self.half_paint = Some(paint);
         Ok(())
     }
 
@@ -275,7 +305,7 @@ impl TriangleObject {
     /// Whether a face has a block of displacement or of colours.
     pub fn is_allocated(&self, face: u32) -> bool {
         self.displacement.field().is_allocated(face)
-            || self.paint.as_ref().is_some_and(|paint| paint.field().is_allocated(face))
+            || self.colors().is_some_and(|colors| by_format!(colors, field => field.is_allocated(face)))
             || self.traces.as_ref().is_some_and(|traces| traces.field().is_allocated(face))
     }
 
@@ -286,15 +316,15 @@ impl TriangleObject {
         let rates = vectors.map_or(rates, |vectors| rates.with(FaceRates::of(vectors.field(), face)));
         let traces = self.traces.as_ref();
         let rates = traces.map_or(rates, |traces| rates.with(FaceRates::of(traces.field(), face)));
-        self.paint.as_ref().map_or(rates, |paint| rates.with(FaceRates::of(paint.field(), face)))
+        self.colors().map_or(rates, |colors| by_format!(colors, field => rates.with(FaceRates::of(field, face))))
     }
 
     /// The triangles of a face and the colours at their corners, linear Rec.709 with alpha; none if it has no paint.
     pub fn piece(&self, face: u32) -> Result<(TrianglePiece, Vec<[f32; 4]>)> {
         let rates = self.rates(face);
         let piece = TrianglePiece::new(&self.displaced()?, &self.normals, face, &rates);
-        let colors = self.paint.as_ref().map(|paint| {
-            let values = TrianglePiece::values(paint.field(), face, &rates);
+        let colors = self.colors().map(|colors| {
+            let values = by_format!(colors, field => TrianglePiece::values(field, face, &rates));
             values.into_iter().map(|value| value.as_vec4().to_array()).collect()
         });
         Ok((piece, colors.unwrap_or_default()))
@@ -390,6 +420,7 @@ impl TriangleObject {
 impl LayeredObject for TriangleObject {
     type Displacement = TriangleChannel;
     type Paint = TriangleChannel<Rgba8>;
+    type HalfPaint = TriangleChannel<Rgba16>;
     type Traces = TriangleChannel<Trace>;
     type Vectors = TriangleChannel<Vector>;
 
@@ -407,19 +438,30 @@ impl LayeredObject for TriangleObject {
 
     fn channels(
         &self,
-    ) -> Channels<&TriangleChannel, &Option<Self::Paint>, &Layers<TriangleChannel, TriangleChannel<Rgba8>>> {
-        Channels { layers: &self.layers, displacement: &self.displacement, paint: &self.paint }
+    ) -> Channels<
+        &TriangleChannel,
+        &Option<Self::Paint>,
+        &Option<Self::HalfPaint>,
+        &Layers<TriangleChannel, Self::Paint, Self::HalfPaint>,
+    > {
+        let Self { layers, displacement, paint, half_paint, .. } = self;
+        Channels { layers, displacement, paint, half_paint }
     }
 
     fn channels_mut(
         &mut self,
         displaced: bool,
-    ) -> Channels<&mut TriangleChannel, &mut Option<Self::Paint>, &mut Layers<TriangleChannel, TriangleChannel<Rgba8>>>
-    {
+    ) -> Channels<
+        &mut TriangleChannel,
+        &mut Option<Self::Paint>,
+        &mut Option<Self::HalfPaint>,
+        &mut Layers<TriangleChannel, Self::Paint, Self::HalfPaint>,
+    > {
         if displaced {
             self.displacement_mut();
         }
-        Channels { layers: &mut self.layers, displacement: &mut self.displacement, paint: &mut self.paint }
+        let Self { layers, displacement, paint, half_paint, .. } = self;
+        Channels { layers, displacement, paint, half_paint }
     }
 
     fn others(&self) -> (Option<&Self::Traces>, Option<&Self::Vectors>) {
@@ -447,7 +489,8 @@ impl LayeredObject for TriangleObject {
             Kind::Rgba8 => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Paint),
             Kind::Trace => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Traces),
             Kind::Vector => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Vectors),
-            Kind::Rgba16 | Kind::Stamps => None,
+            Kind::Rgba16 => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::HalfPaint),
+            Kind::Stamps => None,
         })
     }
 
@@ -458,6 +501,7 @@ impl LayeredObject for TriangleObject {
                 *self.displacement_mut() = displacement;
             }
             Stored::Paint(paint) => self.set_paint(paint)?,
+            Stored::HalfPaint(paint) => self.set_half_paint(paint)?,
             Stored::Traces(traces) => self.set_traces(traces)?,
             Stored::Vectors(vectors) => self.set_vectors(vectors)?,
         }
