@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use relievo_surface::Place;
-use relievo_tiles::{Field, Mark, Rgba8, Trace};
+use relievo_tiles::{AnyField, Field, Mark, Trace};
 
 use crate::description::{ObjectEntry, TintEntry};
 
@@ -10,7 +10,7 @@ use crate::description::{ObjectEntry, TintEntry};
 #[derive(Clone, Copy, Debug)]
 pub struct Coat<'a> {
     base: Vec3,
-    paint: Option<&'a Field<Rgba8>>,
+    paint: Option<AnyField<'a>>,
     traces: Option<(&'a Field<Trace>, &'a TintEntry)>,
     time: f32,
 }
@@ -19,7 +19,7 @@ impl<'a> Coat<'a> {
     /// The colours of the object that `entry` describes, at `time` in seconds; `None` if it is of one colour.
     pub fn new(
         entry: &'a ObjectEntry,
-        paint: Option<&'a Field<Rgba8>>,
+        paint: Option<AnyField<'a>>,
         traces: Option<&'a Field<Trace>>,
         time: f64,
     ) -> Option<Self> {

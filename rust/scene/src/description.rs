@@ -127,6 +127,8 @@ pub struct DetailEntry {
     pub tile_size: u32,
     /// Texels of paint along a side of a tile.
     pub paint_size: u32,
+    /// Whether paint is kept as half floats and not as bytes.
+    pub halves: bool,
     /// Segments along an edge of a surface of triangles.
     pub segments: u32,
     /// Most bytes of tiles of displacement, and of paint.

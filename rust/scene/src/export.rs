@@ -7,6 +7,7 @@ use relievo_core::{Context, Mesh, Result, Values};
 use relievo_detail::DisplacedObject;
 use relievo_meshio::Instance;
 use relievo_render::{Channel, Content, Layer, Samples, Value, write_exr, write_png};
+use relievo_tiles::by_format;
 use relievo_tiles::triangle::TriangleTessellation;
 
 use crate::description::Up;
@@ -80,8 +81,8 @@ pub(crate) fn displaced_mesh(
     if let Some(limit) = world.texture_limit(context, index)? {
         tessellation.smooth_attribute(context, "uv", &limit)?;
     }
-    if let Some(paint) = surface.paint() {
-        tessellation.paint(paint.field());
+    if let Some(colors) = surface.colors() {
+        by_format!(colors, field => tessellation.paint(field));
     }
     if let Some(traces) = surface.traces() {
         tessellation.trace(traces.field(), surface.time());
@@ -94,8 +95,8 @@ pub(crate) fn triangle_mesh(context: &Context, world: &World, index: usize, item
     let object = &item.object;
     let (displaced, rates) = (object.displaced()?, |face: u32| object.rates(face));
     let mut whole = TriangleTessellation::new(context, &displaced, object.normals(), world.cage(index), rates)?;
-    if let Some(paint) = object.paint() {
-        whole.paint(paint.field())?;
+    if let Some(colors) = object.colors() {
+        by_format!(colors, field => whole.paint(field))?;
     }
     if let Some(traces) = object.traces() {
         whole.trace(traces.field(), object.time());

@@ -387,6 +387,7 @@ fn read_detail(reader: &mut Reader, table: Table, general: Option<&DetailEntry>)
     let mut own = DetailEntry {
         tile_size: reader.whole(table, "tile_size") as u32,
         paint_size: reader.whole(table, "paint_size") as u32,
+        halves: reader.choice(table, "paint_format") == Some("rgba16f"),
         segments: reader.whole(table, "segments") as u32,
         budget: reader.whole(table, "budget"),
         page: reader.flag(table, "page"),
@@ -397,6 +398,9 @@ fn read_detail(reader: &mut Reader, table: Table, general: Option<&DetailEntry>)
         }
         if !table.has("paint_size") {
             own.paint_size = general.paint_size;
+        }
+        if !table.has("paint_format") {
+            own.halves = general.halves;
         }
         if !table.has("segments") {
             own.segments = general.segments;

@@ -70,7 +70,8 @@ impl LayerEntry {
         if let Some(id) = object.layer(&self.name.text) {
             return object.set_layer(context, id, self.settings).map(drop);
         }
-        let active = object.layers().into_iter().find(|layer| layer.active && layer.kind == self.kind);
+        let active =
+            object.layers().into_iter().find(|layer| layer.active && layer.kind.is_color() == self.kind.is_color());
         object.add_layer(context, self.kind, &self.name.text, self.settings, size)?;
         match active {
             Some(active) => object.set_active_layer(context, active.id),

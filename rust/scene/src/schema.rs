@@ -207,6 +207,13 @@ pub static DETAIL: Section = Section {
     keys: &[
         key("tile_size", Kind::Power(8, 256), "128", "", "Coefficients along a side of a tile"),
         key("paint_size", Kind::Power(8, 256), "128", "", "Texels of paint along a side of a tile"),
+        key(
+            "paint_format",
+            Kind::Choice(&["rgba8", "rgba16f"]),
+            "\"rgba8\"",
+            "",
+            "Whether paint is kept as bytes, 0 to 1, or as half floats, which may be brighter",
+        ),
         key("segments", Kind::Power(8, 64), "16", "", "Segments along an edge of a surface of triangles"),
         key(
             "budget",

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Progress};
 use relievo_detail::Volumes;
-use relievo_tiles::triangle::TriangleDecay;
+use relievo_tiles::by_format;
 
 use crate::bake::{self, Baker, Changes};
 use crate::cache::{Cache, Frame, Identity, State};
@@ -311,14 +311,15 @@ impl Stepper {
                 let faces = object.surface().topology().face_count() as u64;
                 let displacement = object.displacement();
                 let paint = object.paint().map(|it| (it.bytes(), it.full_bytes(), it.allocated_count()));
+                let halves = object.half_paint().map(|it| (it.bytes(), it.full_bytes(), it.allocated_count()));
                 let traces = object.traces().map(|it| (it.bytes(), it.full_bytes(), it.allocated_count()));
                 let vectors = object.vectors().map(|it| (it.bytes(), it.full_bytes(), it.allocated_count()));
                 let own = (displacement.bytes(), displacement.full_bytes(), displacement.allocated_count());
                 if let Some(fading) = object.fading() {
-                    let paint = fading.paint.as_ref().map_or(0, TriangleDecay::bytes);
+                    let paint = fading.paint.as_ref().map_or(0, |stamps| by_format!(stamps, it => it.bytes()));
                     self.summary.tile_bytes[0] += fading.displacement.bytes() + paint;
                 }
-                let channels = [Some(own), paint, traces, vectors].into_iter();
+                let channels = [Some(own), paint, halves, traces, vectors].into_iter();
                 for (bytes, full, count) in channels.flatten() {
                     self.summary.tile_bytes[0] += bytes;
                     self.summary.tile_bytes[1] += full;
@@ -333,6 +334,12 @@ impl Stepper {
                 self.summary.tiles[0] += displacement.field().allocated().count() as u64;
                 self.summary.tiles[1] += displacement.field().tile_count() as u64;
                 if let Some(paint) = surface.paint() {
+                    self.summary.tile_bytes[0] += paint.bytes();
+                    self.summary.tile_bytes[1] += paint.full_bytes();
+                    self.summary.tiles[0] += paint.allocated_count() as u64;
+                    self.summary.tiles[1] += paint.field().tile_count() as u64;
+                }
+                if let Some(paint) = surface.half_paint() {
                     self.summary.tile_bytes[0] += paint.bytes();
                     self.summary.tile_bytes[1] += paint.full_bytes();
                     self.summary.tiles[0] += paint.allocated_count() as u64;

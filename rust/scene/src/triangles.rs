@@ -6,8 +6,8 @@ use relievo_detail::{LayeredObject, TriangleObject};
 use relievo_render as render;
 use relievo_surface::TriangleSurface;
 use relievo_surface::triangle::split;
-use relievo_tiles::Mark;
-use relievo_tiles::triangle::{TriangleBlock, TriangleChannel, TriangleDecay, TriangleOptions};
+use relievo_tiles::triangle::{TriangleBlock, TriangleChannel, TriangleOptions};
+use relievo_tiles::{Mark, by_format};
 
 use crate::cache::Layer;
 use crate::description::{DetailEntry, ObjectEntry, TrianglesEntry};
@@ -69,7 +69,10 @@ impl TriangleItem {
         let displacement = TriangleChannel::displacement(topology.clone(), &options)?;
         let mut object = TriangleObject::new(context, surface, displacement, transform)?;
         if let Some(color) = paint {
-            object.set_paint(TriangleChannel::of_color(topology.clone(), color, &options)?)?;
+            match detail.halves {
+                true => object.set_half_paint(TriangleChannel::of_color(topology.clone(), color, &options)?)?,
+                false => object.set_paint(TriangleChannel::of_color(topology.clone(), color, &options)?)?,
+            }
         }
         if vectors {
             object.set_vectors(TriangleChannel::vectors(topology, &options)?)?;
@@ -89,7 +92,7 @@ impl TriangleItem {
             }
             Layer::PaintStamps => {
                 let stamps = self.object.fading().and_then(|fading| fading.paint.as_ref());
-                stamps.map_or(Ok(None), |stamps| stamps.read(block))
+                stamps.map_or(Ok(None), |stamps| by_format!(stamps, it => it.read(block)))
             }
             // Faces never have other sizes.
             Layer::Sizes => Ok(None),
@@ -107,7 +110,7 @@ impl TriangleItem {
             Layer::DisplacementStamps => self.object.fading_mut().ok_or_else(missing)?.displacement.write(block, bytes),
             Layer::PaintStamps => {
                 let stamps = self.object.fading_mut().and_then(|fading| fading.paint.as_mut());
-                stamps.ok_or_else(missing)?.write(block, bytes)
+                by_format!(stamps.ok_or_else(missing)?, it => it.write(block, bytes))
             }
             Layer::Sizes => Err(missing()),
         }
@@ -124,7 +127,7 @@ impl TriangleItem {
         all.extend(vectors.map(|block| (Layer::Vectors, block)));
         if let Some(fading) = self.object.fading() {
             all.extend(fading.displacement.blocks().into_iter().map(|block| (Layer::DisplacementStamps, block)));
-            let paint = fading.paint.iter().flat_map(TriangleDecay::blocks);
+            let paint = fading.paint.iter().flat_map(|stamps| by_format!(stamps, it => it.blocks()));
             all.extend(paint.map(|block| (Layer::PaintStamps, block)));
         }
         all
@@ -146,7 +149,7 @@ impl TriangleItem {
         all.extend(bent.into_iter().flatten().map(|block| (Layer::Vectors, block)));
         if let Some(fading) = self.object.fading_mut() {
             all.extend(fading.displacement.take_changed().into_iter().map(|block| (Layer::DisplacementStamps, block)));
-            let paint = fading.paint.iter_mut().flat_map(TriangleDecay::take_changed);
+            let paint = fading.paint.iter_mut().flat_map(|stamps| by_format!(stamps, it => it.take_changed()));
             all.extend(paint.map(|block| (Layer::PaintStamps, block)));
         }
         Ok(all)

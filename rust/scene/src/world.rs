@@ -94,7 +94,7 @@ impl World {
                     if let Some(triangles) = &entry.triangles {
                         let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
                         check_triangles(object, triangles, assets.is_animated(entry.mesh)).map_err(&fault)?;
-                        let color = Vec3::from(object.colour).min(Vec3::ONE).extend(1.0);
+                        let color = Vec3::from(object.colour).extend(1.0);
                         let paint = scene.is_painted(items.len()).then_some(color);
                         let bent = scene.is_bent(items.len());
                         let item = TriangleItem::new(context, mesh, triangles, &object.detail, paint, bent, transform);
@@ -124,7 +124,7 @@ impl World {
                     // Colours are those of the object where nothing is painted.
                     let paint = scene.is_painted(items.len()).then(|| {
                         let options = ChannelOptions { size: object.detail.paint_size, ..detail.clone() };
-                        (Vec3::from(object.colour).min(Vec3::ONE).extend(1.0), options)
+                        (object.detail.halves, Vec3::from(object.colour).extend(1.0), options)
                     });
                     let fault = |error: Error| refuse(Diagnostic::from_error(entry.name.span.clone(), &error));
                     make_surface(context, mesh, &options, &detail, paint, transform).map_err(fault).and_then(
@@ -302,8 +302,7 @@ impl World {
         else {
             return None;
         };
-        let paint = surface.paint().map(|paint| paint.field());
-        Coat::new(entry, paint, surface.traces().map(|traces| traces.field()), surface.time())
+        Coat::new(entry, surface.colors(), surface.traces().map(|traces| traces.field()), surface.time())
     }
 
     /// Brings all surfaces to `time`: what was edited fades as it should.
@@ -538,15 +537,17 @@ fn make_surface(
     mesh: &Mesh,
     options: &SurfaceOptions,
     detail: &DisplacementOptions,
-    paint: Option<(Vec4, ChannelOptions)>,
+    paint: Option<(bool, Vec4, ChannelOptions)>,
     transform: DAffine3,
 ) -> Result<DisplacedObject> {
     let surface = Surface::new(context, mesh, options)?;
     let displacement = Displacement::new(surface.topology().clone(), detail)?;
-    let paint = paint.map(|(color, options)| Paint::of_color(surface.topology().clone(), color, &options));
+    let topology = surface.topology().clone();
     let mut object = DisplacedObject::new(context, surface, &mesh.points, displacement, transform)?;
-    if let Some(paint) = paint {
-        object.set_paint(paint?)?;
+    match paint {
+        Some((true, color, options)) => object.set_half_paint(Paint::of_color(topology, color, &options)?)?,
+        Some((false, color, options)) => object.set_paint(Paint::of_color(topology, color, &options)?)?,
+        None => {}
     }
     Ok(object)
 }

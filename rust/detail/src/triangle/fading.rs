@@ -2,9 +2,13 @@
 
 use relievo_core::{Context, Error, Result};
 use relievo_tiles::triangle::{TriangleDecay, TriangleField};
-use relievo_tiles::{DecayOptions, Rgba8};
+use relievo_tiles::{ByFormat, DecayOptions, Rgba8, Rgba16};
 
 use super::object::TriangleObject;
+use crate::layers::Stack;
+
+/// The colours of a triangle mesh at one moment.
+type Colors = ByFormat<TriangleField<Rgba8>, TriangleField<Rgba16>>;
 
 /// The stamps of a triangle mesh.
 #[derive(Debug)]
@@ -12,9 +16,9 @@ pub struct TriangleFading {
     /// Those of its displacement.
     pub displacement: TriangleDecay<half::f16>,
     /// Those of its colours, if it has colours.
-    pub paint: Option<TriangleDecay<Rgba8>>,
+    pub paint: Option<ByFormat<TriangleDecay<Rgba8>, TriangleDecay<Rgba16>>>,
     /// What has been stamped.
-    stamped: (TriangleField, Option<TriangleField<Rgba8>>),
+    stamped: (TriangleField, Option<Colors>),
 }
 
 impl TriangleObject {
@@ -23,14 +27,19 @@ impl TriangleObject {
     ///
     /// Fails if the times are none, the budget does not hold the vertices, or there are layers.
     pub fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {
-        let colors = self.layers.colors.as_ref();
-        if !self.layers.displacement.is_plain() || colors.is_some_and(|stack| !stack.is_plain()) {
+        let (colors, halves) = (self.layers.colors.as_ref(), self.layers.half_colors.as_ref());
+        let plain = colors.is_none_or(Stack::is_plain) && halves.is_none_or(Stack::is_plain);
+        if !(plain && self.layers.displacement.is_plain()) {
             return Err(
                 Error::unsupported("edits that fade are on one layer").advise("leave out the layers or the decay")
             );
         }
         let displacement = TriangleDecay::new(&self.displacement, options, budget)?;
-        let paint = self.paint.as_ref().map(|paint| TriangleDecay::new(paint, options, budget)).transpose()?;
+        let paint = match (&self.paint, &self.half_paint) {
+            (Some(paint), _) => Some(ByFormat::Rgba8(TriangleDecay::new(paint, options, budget)?)),
+            (_, Some(paint)) => Some(ByFormat::Rgba16(TriangleDecay::new(paint, options, budget)?)),
+            _ => None,
+        };
         self.fading = Some(TriangleFading { displacement, paint, stamped: self.fields() });
         Ok(())
     }
@@ -52,11 +61,17 @@ impl TriangleObject {
         let Some(fading) = &mut self.fading else { return Ok(Vec::new()) };
         let (displacement, paint) = std::mem::replace(&mut fading.stamped, now);
         let mut refused = fading.displacement.stamp(context, &displacement, &self.displacement, self.time)?;
-        if let (Some(before), Some(paint), Some(stamps)) = (paint, &self.paint, &mut fading.paint) {
-            refused.extend(stamps.stamp(context, &before, paint, self.time)?);
-            refused.sort_unstable();
-            refused.dedup();
-        }
+        refused.extend(match (&paint, &mut fading.paint, &self.paint, &self.half_paint) {
+            (Some(ByFormat::Rgba8(before)), Some(ByFormat::Rgba8(stamps)), Some(paint), _) => {
+                stamps.stamp(context, before, paint, self.time)?
+            }
+            (Some(ByFormat::Rgba16(before)), Some(ByFormat::Rgba16(stamps)), _, Some(paint)) => {
+                stamps.stamp(context, before, paint, self.time)?
+            }
+            _ => Vec::new(),
+        });
+        refused.sort_unstable();
+        refused.dedup();
         Ok(refused)
     }
 
@@ -69,8 +84,9 @@ impl TriangleObject {
         self.set_time(time)?;
         if let Some(mut fading) = self.fading.take() {
             let faded = fading.displacement.fade(context, &mut self.displacement, time);
-            let painted = match (&mut self.paint, &mut fading.paint) {
-                (Some(paint), Some(stamps)) => stamps.fade(context, paint, time).map(drop),
+            let painted = match (&mut fading.paint, &mut self.paint, &mut self.half_paint) {
+                (Some(ByFormat::Rgba8(stamps)), Some(paint), _) => stamps.fade(context, paint, time).map(drop),
+                (Some(ByFormat::Rgba16(stamps)), _, Some(paint)) => stamps.fade(context, paint, time).map(drop),
                 _ => Ok(()),
             };
             self.fading = Some(fading);
@@ -89,7 +105,11 @@ impl TriangleObject {
         }
     }
 
-    fn fields(&self) -> (TriangleField, Option<TriangleField<Rgba8>>) {
-        (self.displacement.field().clone(), self.paint.as_ref().map(|paint| paint.field().clone()))
+    fn fields(&self) -> (TriangleField, Option<Colors>) {
+        let colors = self.colors().map(|colors| match colors {
+            ByFormat::Rgba8(field) => ByFormat::Rgba8(field.clone()),
+            ByFormat::Rgba16(field) => ByFormat::Rgba16(field.clone()),
+        });
+        (self.displacement.field().clone(), colors)
     }
 }
