@@ -8,7 +8,8 @@ use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
 use crate::color::srgb_from_linear;
 use crate::file;
 
-/// Writes `mesh` as binary PLY. Colours become sRGB-encoded bytes, as other programs expect them.
+/// Writes `mesh` as binary PLY. Colours become sRGB-encoded bytes, as other programs expect them, or linear floats if some
+/// are brighter than 1.
 ///
 /// Fails, and leaves no file, if the mesh cannot be used (see [`Mesh::check`]), its indices do not fit the format's
 /// signed numbers, or the system refuses.
@@ -47,7 +48,11 @@ fn columns(mesh: &Mesh, domain: Domain) -> Vec<Columns<'_>> {
             }
         };
         let kind = match &attribute.values {
-            Values::F32(_) if attribute.name == "color" && attribute.width >= 3 => "uchar",
+            Values::F32(values)
+                if attribute.name == "color" && attribute.width >= 3 && values.iter().all(|value| *value <= 1.0) =>
+            {
+                "uchar"
+            }
             Values::F32(_) => "float",
             Values::U32(_) => "uint",
         };

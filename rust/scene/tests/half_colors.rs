@@ -97,7 +97,7 @@ fn light_goes_through_caches_documents_pictures_and_meshes() {
                 assert!((color[0] - 9000.0).abs() < 10.0 && (color[1] - 0.25).abs() < 0.01, "{kind} {color:?}");
                 lit += 1;
             } else if point[0] > 0.5 {
-                assert_eq!(color, [0.5; 3]);
+                assert_eq!(color, [0.5; 3], "{kind} {point:?}");
                 plain += 1;
             }
         }
