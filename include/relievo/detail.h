@@ -58,7 +58,7 @@ typedef struct RlvDetailInfo {
  * neighbours. */
 typedef enum RlvChannel {
     RLV_CHANNEL_DISPLACEMENT = 0, /* along the normal: a half float */
-    RLV_CHANNEL_COLOR = 1,        /* red, green, blue as sRGB encodes them, and alpha: four bytes */
+    RLV_CHANNEL_COLOR = 1,        /* red, green, blue and alpha as RlvColorFormat says */
     RLV_CHANNEL_VECTORS = 2,      /* along the tangent by u, across it and along the normal: three half floats */
     RLV_CHANNEL_TRACES = 3        /* contact and depth as half floats, and the time times the contact as a float */
 } RlvChannel;
@@ -77,14 +77,21 @@ typedef struct RlvChannelInfo {
 #define RLV_CHANNEL_INFO_INIT {sizeof(RlvChannelInfo), 0, 0, 0, 0, 0, 0, 0}
 
 /* The colours of a detail. */
+typedef enum RlvColorFormat {
+    RLV_COLOR_RGBA8 = 0,  /* red, green, blue as sRGB encodes them, and alpha: four bytes, 0 to 1 */
+    RLV_COLOR_RGBA16F = 1 /* linear Rec.709 and alpha: four half floats, which may be brighter than 1 */
+} RlvColorFormat;
+
 typedef struct RlvPaintOptions {
     uint32_t struct_size;
     uint32_t tile_size; /* texels along an edge of the cage: 8, 16, 32, 64, 128 or 256; 0 for 128 */
     uint64_t budget;    /* bytes that tiles of colour may occupy; 0 for 1 GiB */
-    float color[4];     /* where nothing is painted: linear Rec.709 and alpha, 0 to 1 */
+    float color[4];     /* where nothing is painted: linear Rec.709 and alpha, 0 to 1, or to 65504 as RLV_COLOR_RGBA16F */
+    uint32_t format;    /* RlvColorFormat that the texels have, those of added layers too */
+    uint32_t reserved;
 } RlvPaintOptions;
 
-#define RLV_PAINT_OPTIONS_INIT {sizeof(RlvPaintOptions), 0, 0, {1.0f, 1.0f, 1.0f, 1.0f}}
+#define RLV_PAINT_OPTIONS_INIT {sizeof(RlvPaintOptions), 0, 0, {1.0f, 1.0f, 1.0f, 1.0f}, RLV_COLOR_RGBA8, 0}
 
 /* The vector displacement of a detail. */
 typedef struct RlvVectorOptions {

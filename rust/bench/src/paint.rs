@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, ContextOptions, Result};
 use relievo_detail::{Action, Brush, Dab, DisplacedObject, Falloff, PaintMode, SculptMode};
 use relievo_surface::{Place, Surface, SurfaceOptions};
-use relievo_tiles::{ChannelOptions, Displacement, Paint, Rgba16};
+use relievo_tiles::{ChannelOptions, Displacement, Paint};
 
 use crate::measure::{Sample, sample, seconds};
 use crate::report::{Goal, Report};
@@ -65,41 +65,32 @@ pub fn run(report: &mut Report) -> Result<()> {
     crate::triangles::run(report, &context)?;
     // Whole dabs on tiles that are there. Colours alternate, so that every run changes every texel.
     let mut object = object(&context, 16, 128)?;
+    let mut wide = self::object(&context, 16, 128)?;
+    let options = ChannelOptions { size: 128, ..ChannelOptions::default() };
+    let blank = Vec4::new(0.5, 0.5, 0.5, 1.0);
+    wide.set_half_paint(Paint::of_color(wide.surface().topology().clone(), blank, &options)?)?;
     let mut turn = false;
-    let mut whole = |name: &str, goal: f64, action: &dyn Fn(bool) -> Action| -> Result<()> {
+    let mut whole = |object: &mut DisplacedObject, name: &str, goal: f64, action: &dyn Fn(bool) -> Action| {
         let [first, second] = [dab(3.999, action(true))?, dab(3.999, action(false))?];
-        let tiles = first.apply(&context, &mut object)?.changed.len();
+        let tiles = first.apply(&context, object)?.changed.len();
         let times = sample(RUNS, || {
             turn = !turn;
             let dab = if turn { &first } else { &second };
-            1e3 * seconds(|| dab.apply(&context, &mut object))
+            1e3 * seconds(|| dab.apply(&context, object))
         });
         report.add(&format!("{name}: {tiles} tiles at 128²"), &times, None, "ms", Goal::AtMost(goal));
-        Ok(())
+        Result::Ok(())
     };
-    whole("dab of colour", 6.0, &|turn| {
+    let paint = |turn| {
         let color = if turn { [0.8, 0.1, 0.1, 1.0] } else { [0.1, 0.1, 0.8, 1.0] };
         Action::Paint { mode: PaintMode::Mix, color }
-    })?;
-    whole("dab of displacement", 8.0, &|turn| {
+    };
+    whole(&mut object, "dab of colour", 6.0, &paint)?;
+    whole(&mut wide, "dab of colour, 16 bits", 6.0, &paint)?;
+    whole(&mut object, "dab of displacement", 8.0, &|turn| {
         let height = if turn { 0.1 } else { -0.1 };
         Action::Sculpt { mode: SculptMode::Draw, height }
     })?;
-    // Colours of 16 bits beside the object's own, on the surface as the dabs before left it.
-    let options = ChannelOptions { size: 128, ..ChannelOptions::default() };
-    let blank = Vec4::new(0.5, 0.5, 0.5, 1.0);
-    let mut wide = Paint::<Rgba16>::of_color(object.surface().topology().clone(), blank, &options)?;
-    let dabs = [[0.8, 0.1, 0.1, 1.0], [0.1, 0.1, 0.8, 1.0]]
-        .map(|color| dab(3.999, Action::Paint { mode: PaintMode::Mix, color }));
-    let [first, second] = dabs;
-    let (first, second) = (first?, second?);
-    let tiles = first.apply_to(&context, &mut object, &mut wide)?.changed.len();
-    let times = sample(RUNS, || {
-        turn = !turn;
-        let dab = if turn { &first } else { &second };
-        1e3 * seconds(|| dab.apply_to(&context, &mut object, &mut wide))
-    });
-    report.add(&format!("dab of colour, 16 bits: {tiles} tiles at 128²"), &times, None, "ms", Goal::None);
     look_up(report, &object);
     Ok(())
 }

@@ -4,11 +4,12 @@ use std::ffi::{c_char, c_void};
 use std::path::Path;
 
 use relievo_bake::{
-    Axes, BakeOptions, BakeReport, Handedness, Map, MapFormat, Quantity, Scaling, Space, bake_watched, numbered,
-    write_map,
+    Axes, BakeOptions, BakeReport, Colors, Handedness, Map, MapFormat, Quantity, Scaling, Space, bake_watched,
+    numbered, write_map,
 };
 use relievo_core::{Error, ErrorKind, Result};
 use relievo_surface::Surface;
+use relievo_tiles::by_format;
 
 use crate::array::text;
 use crate::context::{HostProgress, RLV_PROGRESS_CONTINUE, RlvProgress};
@@ -138,7 +139,10 @@ impl Request<'_> {
     }
 
     fn quantity<'a>(&self, view: &'a TileView) -> Result<Quantity<'a>> {
-        let colors = || view.paint.as_ref().map(|paint| paint.field()).ok_or_else(|| missing(RLV_CHANNEL_COLOR));
+        let colors = || match &view.paint {
+            Some(paint) => Ok(by_format!(paint, it => it.field() as &dyn Colors)),
+            None => Err(missing(RLV_CHANNEL_COLOR)),
+        };
         let traces = || view.traces.as_ref().map(|traces| traces.field()).ok_or_else(|| missing(RLV_CHANNEL_TRACES));
         Ok(match self.given.quantity {
             RLV_BAKE_DISPLACEMENT => Quantity::Displacement(view.snapshot.field()),

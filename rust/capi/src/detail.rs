@@ -40,6 +40,8 @@ descriptor! {
         tile_size: u32,
         budget: u64,
         color: [f32; 4],
+        format: u32,
+        reserved: u32,
     }
 }
 
@@ -63,6 +65,8 @@ descriptor! {
 
 constants! {
     u32:
+    RLV_COLOR_RGBA8 = 0,
+    RLV_COLOR_RGBA16F = 1,
     RLV_CHANNEL_DISPLACEMENT = 0,
     RLV_CHANNEL_COLOR = 1,
     RLV_CHANNEL_VECTORS = 2,
@@ -377,23 +381,41 @@ entry! {
 
     fn rlv_detail_add_paint(detail: RlvDetail, options: *const RlvPaintOptions) {
         let object = registry::get(detail)?;
-        let white = RlvPaintOptions { struct_size: 0, tile_size: 0, budget: 0, color: [1.0; 4] };
+        let color = [1.0; 4];
+        let white = RlvPaintOptions { struct_size: 0, tile_size: 0, budget: 0, color, format: 0, reserved: 0 };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, white) }?;
-        if given.color.iter().any(|value| !(0.0..=1.0).contains(value)) {
-            return Err(Error::invalid("its numbers are not from 0 to 1").at("color"));
+        let brightest = match given.format {
+            RLV_COLOR_RGBA8 => 1.0,
+            RLV_COLOR_RGBA16F => 65504.0,
+            other => {
+                return Err(Error::invalid(format!("there is no format {other} of colours"))
+                    .at("format")
+                    .advise("use RLV_COLOR_RGBA8 or RLV_COLOR_RGBA16F"));
+            }
+        };
+        if given.color.iter().any(|value| !(0.0..=brightest).contains(value)) {
+            return Err(Error::invalid(format!("its numbers are not from 0 to {brightest}")).at("color"));
         }
-        let color = Vec4::from(given.color);
+        let (color, halves) = (Vec4::from(given.color), given.format == RLV_COLOR_RGBA16F);
         match &mut object.edit()?.object {
             Object::Tiles(object) => {
-                check_none(object.paint().is_some(), "colours")?;
+                check_none(object.colors().is_some(), "colours")?;
                 let topology = object.surface().topology().clone();
-                object.set_paint(Paint::of_color(topology, color, &channel_options(given.tile_size, given.budget))?)
+                let options = channel_options(given.tile_size, given.budget);
+                if halves {
+                    return object.set_half_paint(Paint::of_color(topology, color, &options)?);
+                }
+                object.set_paint(Paint::of_color(topology, color, &options)?)
             }
             Object::Triangles(object) => {
-                check_none(object.paint().is_some(), "colours")?;
+                check_none(object.colors().is_some(), "colours")?;
                 let topology = object.surface().topology().clone();
-                object.set_paint(TriangleChannel::of_color(topology, color, &triangle_options(given.tile_size, given.budget))?)
+                let options = triangle_options(given.tile_size, given.budget);
+                if halves {
+                    return object.set_half_paint(TriangleChannel::of_color(topology, color, &options)?);
+                }
+                object.set_paint(TriangleChannel::of_color(topology, color, &options)?)
             }
         }
     }
@@ -548,6 +570,7 @@ entry! {
                 displaced.displacement_mut().update_rings(context, &heights)?;
             }
             bring_rings(context, displaced.paint_mut(), &colors)?;
+            bring_rings(context, displaced.half_paint_mut(), &colors)?;
             bring_rings(context, displaced.vectors_mut(), &directions)?;
             bring_rings(context, displaced.traces_mut(), &contacts)?;
         }
@@ -654,7 +677,10 @@ entry! {
         }
         match channel {
             RLV_CHANNEL_DISPLACEMENT => Some(displaced.displacement_mut().write(tile, block)),
-            RLV_CHANNEL_COLOR => displaced.paint_mut().map(|it| it.write(tile, block)),
+            RLV_CHANNEL_COLOR => match displaced.half_paint_mut() {
+                Some(halves) => Some(halves.write(tile, block)),
+                None => displaced.paint_mut().map(|it| it.write(tile, block)),
+            },
             RLV_CHANNEL_VECTORS => displaced.vectors_mut().map(|it| it.write(tile, block)),
             RLV_CHANNEL_TRACES => displaced.traces_mut().map(|it| it.write(tile, block)),
             _ => None,

@@ -8,7 +8,7 @@ use relievo_core::{Context, Error, Mesh, Progress, Result};
 use relievo_detail::LayeredObject;
 use relievo_document::Document;
 use relievo_ptex::Reader;
-use relievo_tiles::{ChannelOptions, Field};
+use relievo_tiles::{ChannelOptions, Field, by_format};
 
 use crate::array::text;
 use crate::context::{HostProgress, RlvProgress};
@@ -91,7 +91,10 @@ entry! {
         let progress = &mut HostProgress { callback: progress, user };
         match channel {
             RLV_CHANNEL_DISPLACEMENT => Some(write(context, cage, view.snapshot.field(), path, progress)),
-            RLV_CHANNEL_COLOR => view.paint.as_ref().map(|it| write(context, cage, it.field(), path, progress)),
+            RLV_CHANNEL_COLOR => view
+                .paint
+                .as_ref()
+                .map(|paint| by_format!(paint, it => write(context, cage, it.field(), path, progress))),
             RLV_CHANNEL_VECTORS => view.vectors.as_ref().map(|it| write(context, cage, it.field(), path, progress)),
             RLV_CHANNEL_TRACES => {
                 return Err(Error::unsupported("traces are not written as Ptex").at("channel").advise("bake them"));

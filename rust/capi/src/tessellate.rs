@@ -8,7 +8,7 @@ use relievo_surface::{Surface, SurfaceOptions, TileTopology};
 use relievo_tiles::triangle::{
     FaceRates, Pattern, TriangleChannel, TriangleDisplaced, TriangleNormals, TriangleOptions, TriangleTessellation,
 };
-use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Tessellation, Tessellator};
+use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Tessellation, Tessellator, by_format};
 
 use crate::array::{Output, present, put};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
@@ -208,7 +208,7 @@ pub fn bare_mesh(context: &Context, surface: &SurfaceObject, cells: Cells) -> Re
 /// Gives the points the colours and traces of what was committed.
 fn coat(view: &View, tiles: &TileView, made: &mut Tessellation) {
     if let Some(paint) = &tiles.paint {
-        made.paint(paint.field());
+        by_format!(paint, it => made.paint(it.field()));
     }
     if let Some(traces) = &tiles.traces {
         made.trace(traces.field(), view.time);
@@ -216,7 +216,7 @@ fn coat(view: &View, tiles: &TileView, made: &mut Tessellation) {
 }
 
 fn coat_triangles(view: &TriangleView, made: &mut TriangleTessellation) -> Result<()> {
-    view.paint.as_ref().map_or(Ok(()), |paint| made.paint(paint.field()))
+    view.paint.as_ref().map_or(Ok(()), |paint| by_format!(paint, it => made.paint(it.field())))
 }
 
 /// The mesh, with the tile of every face and the parameters of every corner as attributes if they are wanted.

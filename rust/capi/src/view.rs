@@ -12,7 +12,10 @@ use relievo_tiles::triangle::{
     FaceRates, Offset, TriangleBlock, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals,
     TriangleSnapshot, foot_at,
 };
-use relievo_tiles::{Blocks, Channel, Displaced, Field, Rgba8, Snapshot, StoredTexel, Texel, Vector};
+use relievo_tiles::{
+    Blocks, ByFormat, Channel, ColorTexel, Displaced, Field, Rgba8, Rgba16, Snapshot, StoredTexel, Texel, Vector,
+    by_format,
+};
 
 use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_TRACES, RLV_CHANNEL_VECTORS, missing};
 use crate::shape::{Shape, barycentric, only_cages, union};
@@ -51,7 +54,7 @@ pub struct TileView {
     pub options: SurfaceOptions,
     pub snapshot: Arc<Snapshot>,
     /// Colours, if the detail has any.
-    pub paint: Option<Arc<Snapshot<Rgba8>>>,
+    pub paint: Option<ByFormat<Arc<Snapshot<Rgba8>>, Arc<Snapshot<Rgba16>>>>,
     pub vectors: Option<Arc<Snapshot<Vector>>>,
     pub traces: Option<Arc<Snapshot<Trace>>>,
 }
@@ -60,7 +63,7 @@ pub struct TileView {
 pub struct TriangleView {
     pub surface: Arc<TriangleSurface>,
     pub snapshot: Arc<TriangleSnapshot>,
-    pub paint: Option<Arc<TriangleSnapshot<Rgba8>>>,
+    pub paint: Option<ByFormat<Arc<TriangleSnapshot<Rgba8>>, Arc<TriangleSnapshot<Rgba16>>>>,
     pub vectors: Option<Arc<TriangleSnapshot<Vector>>>,
     pub traces: Option<Arc<TriangleSnapshot<Trace>>>,
     /// The vectors in object space, and the longest.
@@ -143,7 +146,7 @@ impl TileView {
 
     /// Texels along an edge of the cage at `tile`, the most of what is allocated there.
     pub fn density(&self, tile: u32) -> u32 {
-        let paint = self.paint.as_ref().map_or(0, |paint| paint.field().density(tile));
+        let paint = self.paint.as_ref().map_or(0, |paint| by_format!(paint, it => it.field().density(tile)));
         let vectors = self.vectors.as_ref().map_or(0, |vectors| vectors.field().density(tile));
         let traces = self.traces.as_ref().map_or(0, |traces| traces.field().density(tile));
         self.snapshot.field().density(tile).max(paint).max(vectors).max(traces)
@@ -153,7 +156,7 @@ impl TileView {
     pub fn versions(&self, tile: u32) -> [u64; CHANNELS] {
         [
             self.snapshot.field().version(tile),
-            self.paint.as_ref().map_or(0, |paint| paint.field().version(tile)),
+            self.paint.as_ref().map_or(0, |paint| by_format!(paint, it => it.field().version(tile))),
             self.vectors.as_ref().map_or(0, |vectors| vectors.field().version(tile)),
             self.traces.as_ref().map_or(0, |traces| traces.field().version(tile)),
         ]
@@ -184,20 +187,29 @@ impl TileView {
         if let (true, Some(traces)) = (wanted.marks, self.traces.as_ref().map(|traces| traces.field())) {
             out.marks = places.iter().map(|place| traces.mark(traces.canonical(*place))).collect();
         }
-        if let (true, Some(paint)) = (wanted.colors, self.paint.as_ref().map(|paint| paint.field())) {
-            match footprints {
-                Some(footprints) => {
-                    out.colors.resize(places.len(), Vec4::ZERO);
-                    let pieces = places.chunks(CHUNK).zip(footprints.chunks(CHUNK)).zip(out.colors.chunks_mut(CHUNK));
-                    context.for_each_mut(&mut pieces.collect::<Vec<_>>(), |_, ((places, footprints), colors)| {
-                        paint.filtered_many(places, footprints, colors);
-                    });
-                }
-                None => out.colors = places.iter().map(|place| paint.color(paint.canonical(*place))).collect(),
-            }
+        if let (true, Some(paint)) = (wanted.colors, &self.paint) {
+            out.colors = by_format!(paint, it => colors(context, it.field(), places, footprints));
         }
         Ok(())
     }
+}
+
+/// Colours at places, as means over as many footprints, if there are any.
+fn colors<T: ColorTexel>(
+    context: &Context,
+    paint: &Field<T>,
+    places: &[Place],
+    footprints: Option<&[[[f32; 2]; 2]]>,
+) -> Vec<Vec4> {
+    let Some(footprints) = footprints else {
+        return places.iter().map(|place| paint.color(paint.canonical(*place))).collect();
+    };
+    let mut colors = vec![Vec4::ZERO; places.len()];
+    let pieces = places.chunks(CHUNK).zip(footprints.chunks(CHUNK)).zip(colors.chunks_mut(CHUNK));
+    context.for_each_mut(&mut pieces.collect::<Vec<_>>(), |_, ((places, footprints), colors)| {
+        paint.filtered_many(places, footprints, colors);
+    });
+    colors
 }
 
 impl TriangleView {
@@ -211,7 +223,7 @@ impl TriangleView {
     pub fn rates(&self, face: u32) -> FaceRates {
         let mut rates = FaceRates::of(self.snapshot.field(), face);
         let others = [
-            self.paint.as_ref().map(|paint| FaceRates::of(paint.field(), face)),
+            self.paint.as_ref().map(|paint| by_format!(paint, it => FaceRates::of(it.field(), face))),
             self.vectors.as_ref().map(|vectors| FaceRates::of(vectors.field(), face)),
             self.traces.as_ref().map(|traces| FaceRates::of(traces.field(), face)),
         ];
@@ -235,7 +247,12 @@ impl TriangleView {
         }
         let topology = self.surface.topology();
         let mut numbers = self.snapshot.field().changed(before.snapshot.field());
-        numbers.extend(blocks(self.paint.as_ref(), before.paint.as_ref()));
+        numbers.extend(match (&self.paint, &before.paint) {
+            (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => new.field().changed(old.field()),
+            (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => new.field().changed(old.field()),
+            (Some(new), _) => by_format!(new, it => it.field().numbers()),
+            _ => Vec::new(),
+        });
         numbers.extend(blocks(self.vectors.as_ref(), before.vectors.as_ref()));
         numbers.extend(blocks(self.traces.as_ref(), before.traces.as_ref()));
         TriangleBlock::change(topology, numbers).faces_shown(topology)
@@ -264,8 +281,9 @@ impl TriangleView {
         if let (true, Some(traces)) = (wanted.marks, self.traces.as_ref().map(|traces| traces.field())) {
             out.marks = places.iter().map(at).map(|(face, at)| mark(traces.value(face, at))).collect();
         }
-        if let (true, Some(paint)) = (wanted.colors, self.paint.as_ref().map(|paint| paint.field())) {
-            out.colors = places.iter().map(at).map(|(face, at)| paint.value(face, at).as_vec4()).collect();
+        if let (true, Some(paint)) = (wanted.colors, &self.paint) {
+            let color = |(face, at)| by_format!(paint, it => it.field().value(face, at)).as_vec4();
+            out.colors = places.iter().map(at).map(color).collect();
         }
     }
 
@@ -351,8 +369,14 @@ impl View {
             channel.as_ref().map_or(0, |channel| channel.revision())
         }
         match &self.layers {
-            Layers::Tiles(it) => it.snapshot.revision() + tiles(&it.paint) + tiles(&it.vectors) + tiles(&it.traces),
-            Layers::Triangles(it) => it.snapshot.revision() + faces(&it.paint) + faces(&it.vectors) + faces(&it.traces),
+            Layers::Tiles(it) => {
+                let paint = it.paint.as_ref().map_or(0, |paint| by_format!(paint, it => it.revision()));
+                it.snapshot.revision() + paint + tiles(&it.vectors) + tiles(&it.traces)
+            }
+            Layers::Triangles(it) => {
+                let paint = it.paint.as_ref().map_or(0, |paint| by_format!(paint, it => it.revision()));
+                it.snapshot.revision() + paint + faces(&it.vectors) + faces(&it.traces)
+            }
         }
     }
 
@@ -363,7 +387,10 @@ impl View {
         let state = match &self.layers {
             Layers::Tiles(it) => match channel {
                 RLV_CHANNEL_DISPLACEMENT => Some(TileState::of(it.snapshot.field(), tile, wanted)?),
-                RLV_CHANNEL_COLOR => it.paint.as_ref().map(|it| TileState::of(it.field(), tile, wanted)).transpose()?,
+                RLV_CHANNEL_COLOR => match &it.paint {
+                    Some(paint) => Some(by_format!(paint, it => TileState::of(it.field(), tile, wanted))?),
+                    None => None,
+                },
                 RLV_CHANNEL_VECTORS => {
                     it.vectors.as_ref().map(|it| TileState::of(it.field(), tile, wanted)).transpose()?
                 }
@@ -374,7 +401,9 @@ impl View {
             },
             Layers::Triangles(it) => match channel {
                 RLV_CHANNEL_DISPLACEMENT => Some(TileState::of_face(it.snapshot.field(), tile)),
-                RLV_CHANNEL_COLOR => it.paint.as_ref().map(|it| TileState::of_face(it.field(), tile)),
+                RLV_CHANNEL_COLOR => {
+                    it.paint.as_ref().map(|paint| by_format!(paint, it => TileState::of_face(it.field(), tile)))
+                }
                 RLV_CHANNEL_VECTORS => it.vectors.as_ref().map(|it| TileState::of_face(it.field(), tile)),
                 RLV_CHANNEL_TRACES => it.traces.as_ref().map(|it| TileState::of_face(it.field(), tile)),
                 _ => None,
@@ -405,11 +434,13 @@ impl View {
             return Err(missing(channel));
         }
         Ok(match (&self.layers, channel) {
-            (Layers::Tiles(it), RLV_CHANNEL_COLOR) => it.paint.as_ref().map(tiles),
+            (Layers::Tiles(it), RLV_CHANNEL_COLOR) => it.paint.as_ref().map(|paint| by_format!(paint, it => tiles(it))),
             (Layers::Tiles(it), RLV_CHANNEL_VECTORS) => it.vectors.as_ref().map(tiles),
             (Layers::Tiles(it), RLV_CHANNEL_TRACES) => it.traces.as_ref().map(tiles),
             (Layers::Tiles(it), _) => Some(tiles(&it.snapshot)),
-            (Layers::Triangles(it), RLV_CHANNEL_COLOR) => it.paint.as_ref().map(faces),
+            (Layers::Triangles(it), RLV_CHANNEL_COLOR) => {
+                it.paint.as_ref().map(|paint| by_format!(paint, it => faces(it)))
+            }
             (Layers::Triangles(it), RLV_CHANNEL_VECTORS) => it.vectors.as_ref().map(faces),
             (Layers::Triangles(it), RLV_CHANNEL_TRACES) => it.traces.as_ref().map(faces),
             (Layers::Triangles(it), _) => Some(faces(&it.snapshot)),
@@ -460,7 +491,12 @@ impl View {
         let snapshot = object.commit();
         changed.extend(snapshot.changed());
         let heights = [object.displacement().full_bytes(), object.displacement().budget()];
-        let (paint, colors) = commit_some(object.paint_mut(), &mut changed);
+        let (bytes, mut colors) = commit_some(object.paint_mut(), &mut changed);
+        let (halves, half_colors) = commit_some(object.half_paint_mut(), &mut changed);
+        if halves.is_some() {
+            colors = half_colors;
+        }
+        let paint = bytes.map(ByFormat::Rgba8).or(halves.map(ByFormat::Rgba16));
         let (vectors, directions) = commit_some(object.vectors_mut(), &mut changed);
         let (traces, contacts) = commit_some(object.traces_mut(), &mut changed);
         changed.sort_unstable();
@@ -489,11 +525,12 @@ impl View {
         let topology = object.surface().topology().clone();
         let vectors = object.commit_vectors(context)?;
         let snapshot = object.commit(context)?;
-        let paint = object.paint_mut().map(TriangleChannel::commit);
+        let halves = object.half_paint_mut().map(|paint| ByFormat::Rgba16(paint.commit()));
+        let paint = object.paint_mut().map(|paint| ByFormat::Rgba8(paint.commit())).or(halves);
         let traces = object.traces_mut().map(TriangleChannel::commit);
         let mut faces = snapshot.changed().faces_shown(&topology);
         faces.extend(vectors.iter().flat_map(|vectors| vectors.changed().faces_shown(&topology)));
-        faces.extend(paint.iter().flat_map(|paint| paint.changed().faces_shown(&topology)));
+        faces.extend(paint.iter().flat_map(|paint| by_format!(paint, it => it.changed().faces_shown(&topology))));
         faces.extend(traces.iter().flat_map(|traces| traces.changed().faces_shown(&topology)));
         faces.sort_unstable();
         faces.dedup();
@@ -520,7 +557,10 @@ impl View {
             pose,
             limits: [
                 limits(Some(object.displacement())),
-                limits(object.paint()),
+                match object.half_paint() {
+                    None => limits(object.paint()),
+                    halves => limits(halves),
+                },
                 limits(object.vectors()),
                 limits(object.traces()),
             ],

@@ -12,7 +12,7 @@ use relievo_detail::{
 use relievo_document::{Blend, Document, Kind, Settings};
 use relievo_surface::{Place, Surface, SurfaceOptions, TriangleSurface};
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
-use relievo_tiles::{ByFormat, ChannelOptions, Displacement, Paint};
+use relievo_tiles::{ByFormat, ChannelOptions, DecayOptions, Displacement, Paint};
 
 const LIMIT: u64 = 1 << 30;
 const BASE: Vec4 = Vec4::new(2.0, 0.25, 0.0, 1.0);
@@ -252,4 +252,19 @@ fn weak_dabs_arrive_where_those_on_bytes_stop() {
     let expected = 0.5 * (1.0 - 0.998f32.powi(200));
     let [half, byte] = [&halves, &bytes].map(|object| object.seen(5, 0.5, 0.5).z);
     assert!((half - expected).abs() < 0.02 && (byte - expected).abs() > 0.05, "{half} {byte} {expected}");
+}
+
+#[test]
+fn light_fades_to_what_was_there_without_it() {
+    let (context, mesh) = (Context::serial(), plane(false));
+    let mut object = DisplacedObject::with_halves(&context, &mesh, 8);
+    object.set_decay(DecayOptions { delay: 1.0, duration: 2.0 }, LIMIT).unwrap();
+    stroke(middle(5), PaintMode::Mix, LIGHT).apply(&context, &mut object).unwrap();
+    let (light, layer) = (Vec4::from(LIGHT), object.layers()[1].id);
+    assert_eq!(object.fading().unwrap().options(layer).unwrap().duration, 2.0);
+    for (time, share) in [(1.0, 1.0), (2.0, 0.5), (3.0, 0.0)] {
+        object.advance(&context, time).unwrap();
+        near(object.seen(5, 0.5, 0.4), BASE + share * (light - BASE));
+    }
+    assert_eq!(object.paint_bytes(), 0);
 }
