@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions};
+use relievo_core::Context;
 use relievo_document::Document;
 use relievo_render::{Channel, Content, Layer, Samples, read_exr, write_exr};
-use relievo_scene::file::{parse, read_file};
+use relievo_scene::file::parse;
 use relievo_scene::replay::{Replay, replay};
-use relievo_scene::stepper::{RunOptions, Summary, run};
+
+mod support;
+use support::{bytes, run_in};
 
 const SCENE: &str = r##"version = 1
 [meshes.ground]
@@ -56,18 +57,6 @@ mesh_rate = 64
 mesh_formats = ["ply"]
 tiles = "last"
 "##;
-
-fn run_in(folder: &Path, name: &str, text: &str, frames: Option<(u32, u32)>, threads: usize) -> Summary {
-    let scene = folder.join(format!("{name}.toml"));
-    std::fs::write(&scene, text).unwrap();
-    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false };
-    let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
-    run(&context, read_file(&scene).unwrap(), &options, &mut Silent).unwrap()
-}
-
-fn bytes(folder: &Path, name: &str, file: &str) -> Vec<u8> {
-    std::fs::read(folder.join(name).join(file)).unwrap()
-}
 
 /// Points of a mesh that hang over others: higher than 0.15, beside the stalk, which is under 0.1 wide there.
 fn overhangs(path: &Path) -> usize {

@@ -1,11 +1,7 @@
 //! Objects of scenes whose edits fade: also across a run that goes on from its cache, and until no memory is left.
 
-use std::path::Path;
-
-use relievo_core::Context;
-use relievo_core::progress::Silent;
-use relievo_scene::file::read_file;
-use relievo_scene::stepper::{RunOptions, Summary, run};
+mod support;
+use support::run_in;
 
 const SCENE: &str = r##"version = 1
 [meshes.ground]
@@ -44,13 +40,6 @@ mesh = "none"
 documents = "every"
 "##;
 
-fn run_in(folder: &Path, text: &str, name: &str, frames: Option<(u32, u32)>) -> Summary {
-    let scene = folder.join(format!("{name}.toml"));
-    std::fs::write(&scene, text).unwrap();
-    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false };
-    run(&Context::serial(), read_file(&scene).unwrap(), &options, &mut Silent).unwrap()
-}
-
 /// The same edits on layers that fade, over an object that does not.
 fn layered() -> String {
     let decay = "decay = { delay = 0.1, duration = 0.3 }\n";
@@ -67,7 +56,7 @@ fn layered() -> String {
 fn edits_fade_until_nothing_is_left_also_from_the_cache() {
     for text in [SCENE.to_string(), layered()] {
         let folder = tempfile::tempdir().unwrap();
-        let run = |name: &str, frames| run_in(folder.path(), &text, name, frames);
+        let run = |name: &str, frames| run_in(folder.path(), name, &text, frames, 1);
         let whole = run("whole", None);
         assert_eq!((whole.tile_bytes[0], whole.tiles[0]), (0, 0));
         let first = run("parts", Some((0, 5)));
@@ -88,8 +77,8 @@ fn edits_fade_until_nothing_is_left_also_from_the_cache() {
         let rest = rest.replace("surface = \"ground\"\n", "surface = \"ground\"\ndocument = \"start.relievo\"\n");
         let rest = rest.replace("[colliders.tool]\n", "");
         let later = format!("{rest}[output]\nframes = 10\npicture_frames = \"none\"\nmesh = \"none\"\n");
-        let begun = run_in(folder.path(), &later, "begun", Some((0, 0)));
+        let begun = run_in(folder.path(), "begun", &later, Some((0, 0)), 1);
         assert!(begun.tiles[0] > 0, "{begun:?}");
-        assert_eq!(run_in(folder.path(), &later, "begun", None).tiles[0], 0);
+        assert_eq!(run_in(folder.path(), "begun", &later, None, 1).tiles[0], 0);
     }
 }

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use relievo_core::Context;
-use relievo_core::progress::Silent;
 use relievo_document::Document;
-use relievo_scene::file::{parse, read_file};
-use relievo_scene::stepper::{RunOptions, Summary, run};
+use relievo_scene::file::parse;
+
+mod support;
+use support::run_in;
 
 const SCENE: &str = r##"version = 1
 fps = 10
@@ -65,21 +65,14 @@ mesh = "none"
 documents = "every"
 "##;
 
-fn run_in(folder: &Path, name: &str, frames: Option<(u32, u32)>) -> Summary {
-    let scene = folder.join(format!("{name}.toml"));
-    std::fs::write(&scene, SCENE).unwrap();
-    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false };
-    run(&Context::serial(), read_file(&scene).unwrap(), &options, &mut Silent).unwrap()
-}
-
 #[test]
 fn strokes_at_coarser_levels_take_coarser_tiles_also_from_the_cache() {
     let folder = tempfile::tempdir().unwrap();
     let document =
         |name: &str, frame: u32| folder.path().join(name).join(format!("document-{frame:06}-ground.relievo"));
-    run_in(folder.path(), "whole", None);
+    run_in(folder.path(), "whole", SCENE, None, 1);
     for last in [1, 3, 5] {
-        let part = run_in(folder.path(), "parts", Some((0, last)));
+        let part = run_in(folder.path(), "parts", SCENE, Some((0, last)), 1);
         assert_eq!(part.baked, 2, "the rest is opened: {:?}", part.notes);
     }
     for frame in 0..6 {

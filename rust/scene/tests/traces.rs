@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use relievo_core::progress::Silent;
 use relievo_core::{Context, Values};
-use relievo_scene::file::read_file;
-use relievo_scene::stepper::{RunOptions, Summary, run};
+
+mod support;
+use support::run_in;
 
 const SCENE: &str = r##"version = 1
 [meshes.ground]
@@ -49,13 +49,6 @@ mesh_formats = ["ply"]
 documents = "last"
 "##;
 
-fn run_in(folder: &Path, name: &str, text: &str, frames: Option<(u32, u32)>) -> Summary {
-    let scene = folder.join(format!("{name}.toml"));
-    std::fs::write(&scene, text).unwrap();
-    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false };
-    run(&Context::serial(), read_file(&scene).unwrap(), &options, &mut Silent).unwrap()
-}
-
 /// How much bluer than red the middle of the picture of a frame is, 0 to 255.
 fn blue(folder: &Path, frame: u32) -> f32 {
     let name = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -72,7 +65,7 @@ fn blue(folder: &Path, frame: u32) -> f32 {
 fn tracks_are_tinted_carried_and_kept() {
     let folder = tempfile::tempdir().unwrap();
     let text = SCENE.replace("DOCUMENT\n", "");
-    let whole = run_in(folder.path(), "whole", &text, None);
+    let whole = run_in(folder.path(), "whole", &text, None, 1);
     assert_eq!(whole.baked, 7);
     let out = folder.path().join("whole");
     // The middle is touched on the way, and its tint fades after the tool left.
@@ -95,8 +88,8 @@ fn tracks_are_tinted_carried_and_kept() {
     assert!(age.iter().any(|age| *age > 0.2), "the beginning of the track is the oldest");
 
     // Broken off and gone on with, and taken up from the document, it ends the same.
-    run_in(folder.path(), "parts", &text, Some((0, 2)));
-    let rest = run_in(folder.path(), "parts", &text, None);
+    run_in(folder.path(), "parts", &text, Some((0, 2)), 1);
+    let rest = run_in(folder.path(), "parts", &text, None, 1);
     assert_eq!((rest.baked, rest.opened), (4, 3));
     let document = |name: &str| std::fs::read(folder.path().join(name).join("document-000006-ground.relievo")).unwrap();
     assert_eq!(document("parts"), document("whole"));
@@ -104,6 +97,6 @@ fn tracks_are_tinted_carried_and_kept() {
     assert_eq!(last("parts"), last("whole"));
     let still = SCENE.replace("DOCUMENT", "document = \"whole/document-000006-ground.relievo\"");
     let still = still.replace("into", "").replace("[colliders.tool]\n", "");
-    run_in(folder.path(), "still", &still, None);
+    run_in(folder.path(), "still", &still, None, 1);
     assert_eq!(document("still"), document("whole"));
 }

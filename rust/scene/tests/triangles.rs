@@ -3,11 +3,14 @@
 use std::path::Path;
 
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions, Values};
+use relievo_core::{Context, Values};
 use relievo_document::Document;
 use relievo_scene::file::read_file;
 use relievo_scene::replay::{Replay, replay};
-use relievo_scene::stepper::{RunOptions, Summary, run};
+use relievo_scene::stepper::{RunOptions, run};
+
+mod support;
+use support::{bytes, run_in};
 
 const SCENE: &str = r##"version = 1
 [meshes.ground]
@@ -62,18 +65,6 @@ picture_frames = "every"
 mesh = "last"
 mesh_formats = ["ply", "glb"]
 "##;
-
-fn run_in(folder: &Path, name: &str, text: &str, frames: Option<(u32, u32)>, threads: usize) -> Summary {
-    let scene = folder.join(format!("{name}.toml"));
-    std::fs::write(&scene, text).unwrap();
-    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false };
-    let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
-    run(&context, read_file(&scene).unwrap(), &options, &mut Silent).unwrap()
-}
-
-fn bytes(folder: &Path, name: &str, file: &str) -> Vec<u8> {
-    std::fs::read(folder.join(name).join(file)).unwrap()
-}
 
 #[test]
 fn triangles_are_painted_sculpted_pressed_kept_and_exported() {

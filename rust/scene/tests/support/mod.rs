@@ -1,0 +1,24 @@
+//! Scenes that are written to a folder and run there.
+// No test uses all of it.
+#![allow(dead_code)]
+
+use std::path::Path;
+
+use relievo_core::progress::Silent;
+use relievo_core::{Context, ContextOptions};
+use relievo_scene::file::read_file;
+use relievo_scene::stepper::{RunOptions, Summary, run};
+
+/// Runs the scene `text` as `name.toml` in `folder`, with its output beside it in `name`.
+pub fn run_in(folder: &Path, name: &str, text: &str, frames: Option<(u32, u32)>, threads: usize) -> Summary {
+    let scene = folder.join(format!("{name}.toml"));
+    std::fs::write(&scene, text).unwrap();
+    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false };
+    let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
+    run(&context, read_file(&scene).unwrap(), &options, &mut Silent).unwrap()
+}
+
+/// A file that the scene `name` wrote.
+pub fn bytes(folder: &Path, name: &str, file: &str) -> Vec<u8> {
+    std::fs::read(folder.join(name).join(file)).unwrap()
+}
