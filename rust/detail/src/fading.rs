@@ -4,6 +4,7 @@
 //! What is left of an edit at a time follows from the stamps alone. So histories and documents hold these, and what they
 //! hold of the texels is brought to the object's time when it is put back. Units: seconds, bytes.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use half::f16;
@@ -56,9 +57,9 @@ impl<T: Absorb> Kept<'_, T> {
             let mut left = faded.decay.stamp(context, &faded.stamped, channel, time);
             // Those that have no room take that of the oldest, unless these were edited now.
             let mut oldest = faded.decay.oldest();
-            oldest.retain(|tile| channel.field().version(*tile) == faded.stamped.version(*tile));
+            oldest.retain(|(_, tile)| channel.field().version(*tile) == faded.stamped.version(*tile));
             while !left.is_empty() && !oldest.is_empty() {
-                let gone: Vec<u32> = oldest.drain(..left.len().min(oldest.len())).collect();
+                let gone: Vec<u32> = oldest.drain(..left.len().min(oldest.len())).map(|(_, tile)| tile).collect();
                 if channel.lose_tiles(context, &gone).is_err() {
                     break;
                 }
@@ -66,10 +67,42 @@ impl<T: Absorb> Kept<'_, T> {
             }
             refused.extend(left);
             lost += channel.take_lost().len() as u64;
-            channel.set_expendable(&faded.decay.oldest());
             faded.stamped = channel.field().clone();
         }
+        self.name_expendable();
         (refused, lost)
+    }
+
+    /// Says which tiles may be lost: of a layer that fades those that hold nothing else, of the composite those that only
+    /// such layers have.
+    fn name_expendable(&mut self) {
+        let ids: Vec<u32> = self.stack.layers().iter().map(|layer| layer.id()).collect();
+        let mut ages: BTreeMap<u32, u64> = BTreeMap::new();
+        let mut named = Vec::with_capacity(ids.len());
+        for id in &ids {
+            let faded = self.faded.iter().find(|faded| faded.layer == *id);
+            let oldest = faded.map_or_else(Vec::new, |faded| faded.decay.oldest());
+            for (age, tile) in &oldest {
+                let newest = ages.entry(*tile).or_insert(*age);
+                *newest = (*newest).max(*age);
+            }
+            let tiles: Vec<u32> = oldest.into_iter().map(|(_, tile)| tile).collect();
+            if let Some(channel) = self.stack.channel_mut(*id, self.composite) {
+                channel.set_expendable(&tiles);
+            }
+            named.push(tiles.into_iter().collect::<BTreeSet<u32>>());
+        }
+        if self.stack.is_plain() {
+            return;
+        }
+        for (id, named) in ids.iter().zip(&named) {
+            if let Some(channel) = self.stack.channel(*id, self.composite) {
+                ages.retain(|tile, _| named.contains(tile) || !channel.field().is_allocated(*tile));
+            }
+        }
+        let mut tiles: Vec<(u64, u32)> = ages.into_iter().map(|(tile, age)| (age, tile)).collect();
+        tiles.sort_unstable();
+        self.composite.set_expendable(&tiles.into_iter().map(|(_, tile)| tile).collect::<Vec<_>>());
     }
 
     fn fade(&mut self, context: &Context, time: f64) -> Result<()> {
@@ -85,9 +118,9 @@ impl<T: Absorb> Kept<'_, T> {
         for faded in &mut *self.faded {
             if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
                 faded.stamped = channel.field().clone();
-                channel.set_expendable(&faded.decay.oldest());
             }
         }
+        self.name_expendable();
     }
 
     /// Makes the edits of a layer fade from now on, or stay. Fails if the times are none or there is no such layer.
@@ -102,12 +135,10 @@ impl<T: Absorb> Kept<'_, T> {
                 let stamped = channel.field().clone();
                 self.faded.push(Faded { layer, number, decay, stamped });
             }
-            (None, Some(at)) => {
-                channel.set_expendable(&[]);
-                self.faded.remove(at);
-            }
+            (None, Some(at)) => drop(self.faded.remove(at)),
             (None, None) => {}
         }
+        self.name_expendable();
         Ok(())
     }
 
@@ -450,9 +481,10 @@ impl DisplacedObject {
 
     /// Makes edits of `layers` stay, because they have become others.
     pub(crate) fn stop_fading(&mut self, layers: &[u32]) {
-        self.fading.displacement.retain(|faded| !layers.contains(&faded.layer));
-        self.fading.paint.retain(|faded| !layers.contains(&faded.layer));
-        self.fading.half_paint.retain(|faded| !layers.contains(&faded.layer));
+        each_kind!(self, kept => {
+            kept.faded.retain(|faded| !layers.contains(&faded.layer));
+            kept.name_expendable();
+        });
     }
 
     /// Puts back stamps of a history, whose layers were put back, and brings these to the object's time.

@@ -93,6 +93,19 @@ pub trait LayerChannel: BlockChannel + Clone {
     /// Takes the place of `before`: what differs counts as changed.
     fn follow(&mut self, before: &Self);
 
+    /// The blocks that were lost since this was called last, because the budget had no room for others.
+    fn take_lost(&mut self) -> Vec<u32> {
+        Vec::new()
+    }
+
+    /// Loses those of `blocks` that fade and were not edited since that was said.
+    fn lose(&mut self, _: &Context, _blocks: &[u32]) -> Result<()> {
+        Ok(())
+    }
+
+    /// Takes `blocks` away from `field`.
+    fn forget(_: &mut Self::Field, _blocks: &[u32]) {}
+
     /// Whether edits are made on the composite.
     const THROUGH_COMPOSITE: bool;
 
@@ -312,6 +325,18 @@ impl<T: Absorb> LayerChannel for Channel<T> {
         Channel::follow(self, before);
     }
 
+    fn take_lost(&mut self) -> Vec<u32> {
+        Channel::take_lost(self)
+    }
+
+    fn lose(&mut self, context: &Context, blocks: &[u32]) -> Result<()> {
+        Channel::lose_expendable(self, context, blocks)
+    }
+
+    fn forget(field: &mut Field<T>, blocks: &[u32]) {
+        field.forget(blocks);
+    }
+
     fn absorb(
         &mut self,
         context: &Context,
@@ -516,8 +541,8 @@ impl<C: LayerChannel> Stack<C> {
     ///
     /// Fails if the active layer cannot be seen; the composite is then as it was before it was changed.
     pub fn settle(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
-        let Some(seen) = self.seen.take() else { return Ok(Vec::new()) };
-        let done = self.settle_since(context, composite, &seen);
+        let Some(mut seen) = self.seen.take() else { return Ok(Vec::new()) };
+        let done = self.settle_since(context, composite, &mut seen);
         if done.is_err() {
             self.seen = Some(seen);
         }
@@ -530,16 +555,23 @@ impl<C: LayerChannel> Stack<C> {
         &mut self,
         context: &Context,
         composite: &mut C,
-        seen: &Seen<C::Field>,
+        seen: &mut Seen<C::Field>,
     ) -> Result<(Vec<u32>, Result<()>)> {
         let mut tiles = composite.field().changed(&seen.composite);
+        // What made room for an edit of the composite goes from its layers too, and is none of that edit.
+        let lost = composite.take_lost();
+        self.lose(context, &lost)?;
+        C::forget(&mut seen.composite, &lost);
         let (mut refused, mut failed) = (Vec::new(), Ok(()));
         // An edit at another level may have changed sizes; then those of all are compared anew.
         let mut resized = !composite.field().is_sized_as(&seen.composite);
         if C::THROUGH_COMPOSITE && !tiles.is_empty() {
             failed = self.check_editable();
             if failed.is_ok() {
-                refused = self.absorb(context, composite, seen, &tiles)?;
+                let there = if lost.is_empty() { Vec::new() } else { composite.field().numbers() };
+                let gone = |tile: &u32| lost.binary_search(tile).is_ok() && there.binary_search(tile).is_err();
+                let edited: Vec<u32> = tiles.iter().copied().filter(|tile| !gone(tile)).collect();
+                refused = self.absorb(context, composite, seen, &edited)?;
             }
         }
         let layers = self.layers.iter().map(|layer| Self::field(layer, composite));
@@ -555,11 +587,27 @@ impl<C: LayerChannel> Stack<C> {
         }
         tiles.sort_unstable();
         tiles.dedup();
-        refused.extend(composite.compose(context, &Self::sheets(&self.layers), self.background, &tiles)?);
+        tiles.extend(lost);
+        while !tiles.is_empty() {
+            tiles.sort_unstable();
+            tiles.dedup();
+            refused.extend(composite.compose(context, &Self::sheets(&self.layers), self.background, &tiles)?);
+            // Layers that do not fade keep theirs, which is then refused.
+            tiles = composite.take_lost();
+            self.lose(context, &tiles)?;
+        }
         refused.sort_unstable();
         refused.dedup();
         self.look(composite);
         Ok((refused, failed))
+    }
+
+    /// Loses blocks of the layers that fade.
+    fn lose(&mut self, context: &Context, blocks: &[u32]) -> Result<()> {
+        self.layers
+            .iter_mut()
+            .filter_map(|layer| layer.channel.as_mut())
+            .try_for_each(|layer| layer.lose(context, blocks))
     }
 
     /// Makes the blocks of all layers, and of the composite, leave memory for `pages`. Fails as

@@ -297,3 +297,43 @@ fn tiles_of_layers_that_fade_page_before_any_is_lost() {
     }
     assert_eq!((small.displacement().allocated_count(), small.fading().unwrap().bytes()), (0, 0));
 }
+
+#[test]
+fn a_layer_that_fades_makes_room_for_itself_and_never_loses_what_is_below() {
+    let (context, mesh) = (Context::serial(), row());
+    for (kind, opacity) in [(Kind::Scalar, 1.0), (Kind::Scalar, 0.3), (Kind::Rgba8, 0.5)] {
+        let action = match kind {
+            Kind::Scalar => Action::Sculpt { mode: SculptMode::Draw, height: 0.1 },
+            _ => Action::Paint { mode: PaintMode::Mix, color: [0.9, 0.1, 0.2, 1.0] },
+        };
+        let at = |tile: u32| Dab { action, ..at(tile) };
+        let whole = bare(&context, &mesh, LIMIT);
+        let tile = match kind {
+            Kind::Scalar => whole.displacement().field().tile_bytes(0),
+            _ => whole.paint().unwrap().field().tile_bytes(0),
+        };
+        let made = |dabs: &[(u32, f64)]| {
+            let mut object = bare(&context, &mesh, 3 * tile);
+            at(0).apply(&context, &mut object).unwrap();
+            let settings = Settings { opacity, ..Settings::of(kind) };
+            let (id, _) = object.add_layer(&context, kind, "tracks", settings, 16).unwrap();
+            object.set_layer_decay(&context, id, Some(DecayOptions { delay: 1e3, duration: 1.0 }), LIMIT).unwrap();
+            for (number, time) in dabs {
+                object.advance(&context, *time).unwrap();
+                assert!(at(*number).apply(&context, &mut object).unwrap().refused.is_empty(), "{kind:?} {number}");
+                assert!(object.stamp(&context).is_empty());
+                object.settle(&context).unwrap();
+            }
+            (object, id)
+        };
+        let (mut object, id) = made(&[(2, 0.0), (4, 1.0), (6, 2.0), (4, 3.0), (7, 4.0)]);
+        let (mut other, _) = made(&[(4, 1.0), (4, 3.0), (7, 4.0)]);
+        assert_eq!((object.take_lost(), other.take_lost()), (2, 0), "{kind:?}");
+        let [a, b] = [&mut object, &mut other].map(|object| state(&context, &mesh, object));
+        assert!(a == b, "{kind:?} {opacity}");
+        // Merged with what is below, it stays as that does.
+        object.merge_layer(&context, id).unwrap();
+        assert_eq!(at(2).apply(&context, &mut object).unwrap().refused, [2]);
+        assert_eq!(object.take_lost(), 0);
+    }
+}

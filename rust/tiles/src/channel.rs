@@ -257,6 +257,13 @@ impl<T: Texel> Channel<T> {
         Ok(())
     }
 
+    /// As [`Self::lose_tiles`], but only those that [`Self::set_expendable`] named and that were not edited since.
+    pub fn lose_expendable(&mut self, context: &Context, tiles: &[u32]) -> Result<()> {
+        let named = |tile: &u32| self.expendable.contains(&(*tile, self.field.version(*tile)));
+        let gone: Vec<u32> = tiles.iter().copied().filter(named).collect();
+        if gone.is_empty() { Ok(()) } else { self.lose_tiles(context, &gone) }
+    }
+
     /// Loses tiles until those that are `wanted` of `sets` have room, as far as there are any.
     fn lose(&mut self, sets: &Sets, wanted: &[u32], applied: &mut Applied) {
         if self.expendable.is_empty() {

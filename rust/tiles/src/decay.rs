@@ -108,12 +108,13 @@ impl<T: Texel> Decay<T> {
         self.heap.budget()
     }
 
-    /// The tiles that hold nothing but what fades, beginning with those whose newest stamp is oldest.
-    pub fn oldest(&self) -> Vec<u32> {
+    /// The tiles that hold nothing but what fades, beginning with those whose newest stamp is oldest, each behind a number
+    /// that grows with that stamp.
+    pub fn oldest(&self) -> Vec<(u64, u32)> {
         let ages = self.pages.used().filter_map(|tile| Some((self.pages.entry(tile)?.version, tile)));
         let mut ages: Vec<(u64, u32)> = ages.filter(|(age, _)| *age != KEPT).collect();
         ages.sort_unstable();
-        ages.into_iter().map(|(_, tile)| tile).collect()
+        ages
     }
 
     /// The newest stamp there is.

@@ -264,6 +264,13 @@ impl<T: Texel> Field<T> {
     }
 
     /// The entry of `tile`, which must exist, for writing.
+    /// Takes the blocks of `tiles` away.
+    pub fn forget(&mut self, tiles: &[u32]) {
+        for tile in tiles {
+            *self.entry_mut(*tile) = None;
+        }
+    }
+
     pub(crate) fn entry_mut(&mut self, tile: u32) -> &mut Option<Entry<T>> {
         self.pages.entry_mut(tile)
     }
