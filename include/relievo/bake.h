@@ -1,9 +1,9 @@
 /* Relievo: bakes, pictures of a detail on the texture coordinates of its cage.
  *
  * A bake shows a detail as it was committed last. Texture coordinates are a corner attribute of two floats of the cage and
- * are subdivided as the surface is, with sharp borders; only cages have bakes. Where several faces lie on one pixel, the
- * first has it. Tangent space is that of the surface without displacement: its normal N, T along increasing s, B along
- * increasing t. */
+ * are subdivided as the surface is, with sharp borders; those of a triangle mesh are linear in its triangles. Where
+ * several faces lie on one pixel, the first has it. Tangent space is that of the surface without displacement: its normal
+ * N, T along increasing s, B along increasing t. */
 #ifndef RELIEVO_BAKE_H
 #define RELIEVO_BAKE_H
 

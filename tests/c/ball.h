@@ -6,18 +6,18 @@
 
 enum { BALL_ROWS = 48, BALL_COLUMNS = 96 };
 
-/* A closed ball of the radius around the origin. */
-static inline RlvMesh check_ball(RlvContext context, double radius) {
-    size_t points = 2 + (size_t)(BALL_ROWS - 1) * BALL_COLUMNS, faces = 2 * (size_t)(BALL_ROWS - 1) * BALL_COLUMNS;
+/* A closed ball of the radius around the origin, of rows of triangles from pole to pole. */
+static inline RlvMesh check_ball_of(RlvContext context, double radius, uint32_t rows, uint32_t columns) {
+    size_t points = 2 + (size_t)(rows - 1) * columns, faces = 2 * (size_t)(rows - 1) * columns;
     float *positions = malloc(points * 12), *position = positions;
     uint32_t *corners = malloc(faces * 12), *corner = corners;
     const double pi = 3.14159265358979323846;
     RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
     RlvMesh mesh = RLV_NULL;
     CHECK(positions != NULL && corners != NULL);
-    for (int row = 1; row < BALL_ROWS; ++row) {
-        for (int column = 0; column < BALL_COLUMNS; ++column) {
-            double theta = pi * row / BALL_ROWS, phi = 2 * pi * column / BALL_COLUMNS;
+    for (uint32_t row = 1; row < rows; ++row) {
+        for (uint32_t column = 0; column < columns; ++column) {
+            double theta = pi * row / rows, phi = 2 * pi * column / columns;
             *position++ = (float)(radius * sin(theta) * cos(phi));
             *position++ = (float)(radius * sin(theta) * sin(phi));
             *position++ = (float)(radius * cos(theta));
@@ -27,14 +27,14 @@ static inline RlvMesh check_ball(RlvContext context, double radius) {
         *position++ = 0, *position++ = 0, *position++ = (float)(pole == 0 ? radius : -radius);
     }
     uint32_t north = (uint32_t)points - 2, south = (uint32_t)points - 1;
-    for (uint32_t column = 0; column < BALL_COLUMNS; ++column) {
-        uint32_t next = (column + 1) % BALL_COLUMNS, last = (BALL_ROWS - 2) * BALL_COLUMNS;
+    for (uint32_t column = 0; column < columns; ++column) {
+        uint32_t next = (column + 1) % columns, last = (rows - 2) * columns;
         *corner++ = north, *corner++ = column, *corner++ = next;
         *corner++ = south, *corner++ = last + next, *corner++ = last + column;
-        for (uint32_t row = 0; row + 2 < BALL_ROWS; ++row) {
-            uint32_t a = row * BALL_COLUMNS + column, b = row * BALL_COLUMNS + next;
-            *corner++ = a, *corner++ = a + BALL_COLUMNS, *corner++ = b + BALL_COLUMNS;
-            *corner++ = a, *corner++ = b + BALL_COLUMNS, *corner++ = b;
+        for (uint32_t row = 0; row + 2 < rows; ++row) {
+            uint32_t a = row * columns + column, b = row * columns + next;
+            *corner++ = a, *corner++ = a + columns, *corner++ = b + columns;
+            *corner++ = a, *corner++ = b + columns, *corner++ = b;
         }
     }
     arrays.points = positions;
@@ -47,6 +47,10 @@ static inline RlvMesh check_ball(RlvContext context, double radius) {
     free(positions);
     free(corners);
     return mesh;
+}
+
+static inline RlvMesh check_ball(RlvContext context, double radius) {
+    return check_ball_of(context, radius, BALL_ROWS, BALL_COLUMNS);
 }
 
 /* The matrix that moves by (x, y, z). */

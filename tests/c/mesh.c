@@ -214,7 +214,7 @@ int main(void) {
     CHECK(info.low[0] == 0.0f && info.high[0] == 2.0f && info.high[2] == 0.5f);
 
     /* What comes out is what went in. */
-    float points[24];
+    float points[24] = {0};
     uint32_t got_sizes[3], got_corners[10], triangles[9];
     CHECK_OK(rlv_mesh_get_points(mesh, points, 6, 16));
     CHECK(points[4 * 5] == 2.0f && points[4 * 5 + 2] == 0.5f);

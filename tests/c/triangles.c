@@ -85,6 +85,91 @@ static void same_points(RlvTessellation followed, RlvDetail detail) {
     CHECK_OK(rlv_tessellation_release(fresh));
 }
 
+enum { SIZE = 64 };
+
+static float pixels[SIZE * SIZE * 4];
+
+static uint32_t keep(void *user, const RlvBakePicture *picture) {
+    *(uint32_t *)user = picture->channels;
+    CHECK(picture->width == SIZE && picture->height == SIZE);
+    memcpy(pixels, picture->pixels, sizeof(float) * SIZE * SIZE * picture->channels);
+    return RLV_PROGRESS_CONTINUE;
+}
+
+/* Bakes of a sheet of triangles have what evaluation says. */
+static void bakes(RlvContext context) {
+    RlvSurface surface = RLV_NULL;
+    RlvSurfaceOptions kind = RLV_SURFACE_OPTIONS_INIT;
+    RlvDetail detail = RLV_NULL;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvBrushOptions draw = RLV_BRUSH_OPTIONS_INIT;
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    RlvBakeOptions bake = RLV_BAKE_OPTIONS_INIT;
+    RlvBakeReport report = RLV_BAKE_REPORT_INIT;
+    RlvBrush brush = RLV_NULL;
+    const RlvStrokePoint point = {{2.0, 2.0, 0.0}, 1.0, -1.0};
+    RlvMesh sheet = check_sheet(context, 4, 4, 0.0f);
+    uint32_t channels = 0;
+    char path[64];
+    kind.kind = RLV_SURFACE_TRIANGLES;
+    options.tile_size = 32;
+    draw.action = RLV_BRUSH_SCULPT;
+    draw.height = 0.5f;
+    settings.radius = 1.2f;
+    CHECK_OK(rlv_surface_create(context, sheet, &kind, &surface));
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    CHECK_OK(rlv_detail_add_paint(detail, NULL));
+    CHECK_OK(rlv_brush_create(context, &draw, &settings, &brush));
+    CHECK_OK(rlv_stroke_run(detail, brush, &point, 1, 0, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    bake.width = bake.height = SIZE;
+    bake.gutter = 0;
+    CHECK_OK(rlv_bake_run(detail, &bake, keep, NULL, &channels, &report));
+    CHECK(channels == 1 && report.covered_pixels == SIZE * SIZE && report.overlapping_pixels == 0 && report.flat_tiles == 0);
+    float highest = 0.0f;
+    for (int row = 0; row < SIZE; ++row) {
+        for (int column = 0; column < SIZE; ++column) {
+            /* The quad, and the triangle of it, over the middle of the pixel. */
+            const float x = 4.0f * ((float)column + 0.5f) / SIZE, y = 4.0f * ((float)(SIZE - 1 - row) + 0.5f) / SIZE;
+            const float s = x - floorf(x), t = y - floorf(y);
+            const uint32_t quad = (uint32_t)y * 4 + (uint32_t)x, tile = 2 * quad + (t > s ? 1 : 0);
+            const Look there = t > s ? look(detail, tile, s, t - s, 0) : look(detail, tile, s - t, t, 0);
+            CHECK_NEAR(there.position[0], x, 1e-4);
+            CHECK_NEAR(there.position[1], y, 1e-4);
+            CHECK_NEAR(pixels[row * SIZE + column], there.displacement, 2e-3);
+            highest = fmaxf(highest, pixels[row * SIZE + column]);
+        }
+    }
+    CHECK(highest > 0.4f && pixels[0] == 0.0f);
+    bake.quantity = RLV_BAKE_VECTOR;
+    CHECK_OK(rlv_bake_run(detail, &bake, keep, NULL, &channels, NULL));
+    /* Tangent, normal, bitangent. */
+    const float *middle = pixels + 3 * (SIZE / 2 * SIZE + SIZE / 2);
+    CHECK(channels == 3 && middle[0] == 0.0f && middle[2] == 0.0f);
+    CHECK_NEAR(middle[1], highest, 0.02);
+    bake.quantity = RLV_BAKE_NORMAL;
+    CHECK_OK(rlv_bake_run(detail, &bake, keep, NULL, &channels, NULL));
+    CHECK_NEAR(pixels[2], 1.0, 1e-5);
+    /* East of the hill it looks east, and as far as west of it west. */
+    const float east = pixels[3 * (SIZE / 2 * SIZE + 40)], west = pixels[3 * (SIZE / 2 * SIZE + 23)];
+    CHECK(east > 0.1f);
+    CHECK_NEAR(east, -west, 0.05);
+    bake.quantity = RLV_BAKE_COLOR;
+    CHECK_OK(rlv_bake_run(detail, &bake, keep, NULL, &channels, NULL));
+    CHECK(channels == 4 && pixels[0] == 1.0f && pixels[3] == 1.0f);
+    bake.quantity = RLV_BAKE_TIME;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_bake_run(detail, &bake, keep, NULL, &channels, NULL), "traces");
+    bake.quantity = RLV_BAKE_DISPLACEMENT;
+    bake.samples = 2;
+    snprintf(path, sizeof path, "sheet-%p.png", (void *)&channels);
+    CHECK_OK(rlv_bake_write(detail, &bake, path, NULL, NULL, &report));
+    CHECK(check_removed(path) && report.scale > 0.9f && report.mid_level == 0.5f);
+    CHECK_OK(rlv_brush_release(brush));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(sheet));
+}
+
 int main(void) {
     RlvContext context = RLV_NULL;
     RlvSurface surface = RLV_NULL, untouched = {77}, cage = RLV_NULL;
@@ -100,8 +185,11 @@ int main(void) {
     char path[64];
     int patience = 0;
     CHECK_OK(rlv_context_create(NULL, &context));
-    RlvMesh ball = check_ball(context, 1.0), small = check_ball(context, 0.4), split = RLV_NULL, plane = check_plane(context, 2, 2);
-    const size_t faces = 2 * (BALL_ROWS - 1) * BALL_COLUMNS;
+    bakes(context);
+    /* Few triangles: the test runs under Valgrind too. */
+    const uint32_t rows = 12, columns = 24;
+    RlvMesh ball = check_ball_of(context, 1.0, rows, columns), small = check_ball_of(context, 0.4, 16, 32), split = RLV_NULL, plane = check_plane(context, 2, 2);
+    const size_t faces = 2 * (rows - 1) * columns;
 
     /* The surface. */
     kind.kind = 2;
@@ -324,7 +412,7 @@ int main(void) {
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_detail_read_block(detail, RLV_CHANNEL_DISPLACEMENT, 0, block, 64, &size), "document");
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_detail_write_block(detail, RLV_CHANNEL_DISPLACEMENT, 0, block, 64), "triangle");
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_detail_set_face_sizes(detail, sizes, 1, 0), "triangle");
-    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_bake_write(detail, &bake, "bake.exr", NULL, NULL, NULL), "triangle");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_bake_write(detail, &bake, "bake.exr", NULL, NULL, NULL), "uv");
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_ptex_write(detail, RLV_CHANNEL_DISPLACEMENT, "a.ptx", NULL, NULL), "triangle");
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_imprint_collide(detail, copy, NULL, NULL, NULL, NULL, NULL), "triangle");
 

@@ -3,7 +3,8 @@
 //!
 //! - Files with a texture for every face: [`ptex`], with [`prefilter`] for what a displacement's numbers mean there.
 //! - Pictures of tiles: [`atlas`], and back: [`gather`].
-//! - Bakes to texture coordinates: [`map`], of what [`quantity`] says, in files as [`texture`] has them.
+//! - Bakes to texture coordinates: [`map`], of what [`quantity`] says, in files as [`texture`] has them; [`triangles`] of
+//!   triangle meshes.
 //! - Documents: [`opened`] makes surface and channels of one, [`transfer`](mod@transfer) takes one to another mesh.
 
 pub mod atlas;
@@ -23,8 +24,9 @@ mod restored;
 mod solve;
 pub mod texture;
 pub mod transfer;
+pub mod triangles;
 
 pub use map::{BakeOptions, BakeReport, Map, bake, bake_watched};
 pub use opened::Opened;
-pub use quantity::{Axes, Colors, Handedness, Quantity, Space};
+pub use quantity::{Axes, Colors, Handedness, Meaning, Quantity, Space};
 pub use texture::{MapFormat, Scaling, numbered, write_map};

@@ -77,6 +77,20 @@ pub struct BakeReport {
     pub outside: usize,
 }
 
+impl BakeReport {
+    /// Fails if no picture was made.
+    pub(crate) fn found_some(self, options: &BakeOptions) -> Result<Self> {
+        if !self.pictures.is_empty() {
+            return Ok(self);
+        }
+        let advice = match options.udim {
+            false if self.outside > 0 => "move them there, or ask for pictures of UDIM tiles",
+            _ => "unwrap the mesh first",
+        };
+        Err(Error::invalid("no texture coordinates lie on the picture").advise(advice))
+    }
+}
+
 impl std::fmt::Display for BakeReport {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let pictures = self.pictures.len();
@@ -128,21 +142,13 @@ pub fn bake_watched(
     progress: &mut dyn Progress,
     mut each: impl FnMut(Map) -> Result<()>,
 ) -> Result<BakeReport> {
-    check(context, quantity, options)?;
+    check(context, quantity.channels(), options)?;
     quantity.check(limit)?;
     let topology = limit.topology();
     let samples = options.size.map(|size| size * options.samples);
     let layout = Layout::new(context, limit, samples, |tile| topology.is_hole(tile))?;
     let found = layout.pictures();
-    let wanted = |(l, k): &(i32, i32)| match options.udim {
-        true => (0..10).contains(k) && (0..900).contains(l),
-        false => (*l, *k) == (0, 0),
-    };
-    let pictures: Vec<[i32; 2]> = found.iter().filter(|at| wanted(at)).map(|(l, k)| [*k, *l]).collect();
-    if pictures.len() > MOST_PICTURES {
-        return Err(Error::invalid(format!("the texture coordinates lie on {} pictures", pictures.len()))
-            .advise(format!("scale them to at most {MOST_PICTURES}")));
-    }
+    let pictures = chosen(&found, options)?;
     let mut report = BakeReport { flat: layout.flat, outside: found.len() - pictures.len(), ..BakeReport::default() };
     let part = 1.0 / pictures.len().max(1) as f32;
     for (number, [k, l]) in pictures.into_iter().enumerate() {
@@ -165,17 +171,27 @@ pub fn bake_watched(
         report.pictures.push(map.udim);
         each(map)?;
     }
-    if report.pictures.is_empty() {
-        let advice = match options.udim {
-            false if report.outside > 0 => "move them there, or ask for pictures of UDIM tiles",
-            _ => "unwrap the mesh first",
-        };
-        return Err(Error::invalid("no texture coordinates lie on the picture").advise(advice));
-    }
-    Ok(report)
+    report.found_some(options)
 }
 
-fn check(context: &Context, quantity: &Quantity<'_>, options: &BakeOptions) -> Result<()> {
+/// Of the squares that something lies on, as (row, column), those that get a picture, as [column, row].
+pub(crate) fn chosen<'a>(
+    found: impl IntoIterator<Item = &'a (i32, i32)>,
+    options: &BakeOptions,
+) -> Result<Vec<[i32; 2]>> {
+    let wanted = |(l, k): &(i32, i32)| match options.udim {
+        true => (0..10).contains(k) && (0..900).contains(l),
+        false => (*l, *k) == (0, 0),
+    };
+    let pictures: Vec<[i32; 2]> = found.into_iter().filter(|at| wanted(at)).map(|(l, k)| [*k, *l]).collect();
+    if pictures.len() > MOST_PICTURES {
+        return Err(Error::invalid(format!("the texture coordinates lie on {} pictures", pictures.len()))
+            .advise(format!("scale them to at most {MOST_PICTURES}")));
+    }
+    Ok(pictures)
+}
+
+pub(crate) fn check(context: &Context, channels: usize, options: &BakeOptions) -> Result<()> {
     if options.size.iter().any(|size| !(1..=MOST_PIXELS).contains(size)) {
         let [width, height] = options.size;
         return Err(Error::invalid(format!("a bake cannot have {width} by {height} pixels"))
@@ -187,7 +203,7 @@ fn check(context: &Context, quantity: &Quantity<'_>, options: &BakeOptions) -> R
     }
     let pixels = u64::from(options.size[0]) * u64::from(options.size[1]);
     // Once as numbers, once as a file has them, and what is known of each pixel.
-    let bytes = pixels * (8 * quantity.channels() as u64 + 2);
+    let bytes = pixels * (8 * channels as u64 + 2);
     if bytes > context.memory_limit() {
         return Err(Error::memory(format!("the picture takes {bytes} bytes, more than the memory limit"))
             .advise("bake a smaller one or raise the limit"));
@@ -213,7 +229,7 @@ impl Map {
         (progress, [from, to]): (&mut dyn Progress, [f32; 2]),
     ) -> Result<u64> {
         let (width, height, channels) = (self.width as usize, self.height as usize, self.channels);
-        self.data = quantity.background().repeat(width * height);
+        self.data = quantity.meaning().background().repeat(width * height);
         self.covered = vec![false; width * height];
         let mapping = Mapping::new(layout.samples, tile);
         let windows = self.width.div_ceil(COLUMNS) as usize;
@@ -259,7 +275,7 @@ impl Map {
     }
 
     /// Fills the gutter. Returns its pixels.
-    fn surround(&mut self, distance: u32) -> u64 {
+    pub(crate) fn surround(&mut self, distance: u32) -> u64 {
         let gutter = Gutter::new(&self.covered, self.width as usize, distance);
         for (pixel, source) in &gutter.copies {
             let source = *source as usize * self.channels;

@@ -79,15 +79,66 @@ pub enum Quantity<'a> {
     Time(&'a Field<Trace>),
 }
 
+/// What the numbers of a bake are, whatever they are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Meaning {
+    /// See [`Quantity::Displacement`].
+    Displacement,
+    /// See [`Quantity::Vector`].
+    Vector(Space, Axes),
+    /// See [`Quantity::Normal`].
+    Normal(Space, Handedness),
+    /// See [`Quantity::Color`].
+    Color,
+    /// See [`Quantity::Mask`].
+    Mask,
+    /// See [`Quantity::Contact`].
+    Contact,
+    /// See [`Quantity::Depth`].
+    Depth,
+    /// See [`Quantity::Time`].
+    Time,
+}
+
+impl Meaning {
+    /// Numbers of a pixel.
+    pub fn channels(self) -> usize {
+        match self {
+            Meaning::Displacement | Meaning::Mask => 1,
+            Meaning::Contact | Meaning::Depth | Meaning::Time => 1,
+            Meaning::Vector(..) | Meaning::Normal(..) => 3,
+            Meaning::Color => 4,
+        }
+    }
+
+    /// What stands where nothing lies.
+    pub(crate) fn background(self) -> &'static [f32] {
+        match self {
+            Meaning::Normal(Space::Tangent, _) => &[0.0, 0.0, 1.0],
+            Meaning::Time => &[-1.0],
+            _ => &[0.0; 4][..self.channels()],
+        }
+    }
+}
+
 impl Quantity<'_> {
+    /// What its numbers are.
+    pub fn meaning(&self) -> Meaning {
+        match self {
+            Quantity::Displacement(_) => Meaning::Displacement,
+            Quantity::Vector(_, space, axes) => Meaning::Vector(*space, *axes),
+            Quantity::Normal(_, space, handedness) => Meaning::Normal(*space, *handedness),
+            Quantity::Color(_) => Meaning::Color,
+            Quantity::Mask(_) => Meaning::Mask,
+            Quantity::Contact(_) => Meaning::Contact,
+            Quantity::Depth(_) => Meaning::Depth,
+            Quantity::Time(_) => Meaning::Time,
+        }
+    }
+
     /// Numbers of a pixel.
     pub fn channels(&self) -> usize {
-        match self {
-            Quantity::Displacement(_) | Quantity::Mask(_) => 1,
-            Quantity::Contact(_) | Quantity::Depth(_) | Quantity::Time(_) => 1,
-            Quantity::Vector(..) | Quantity::Normal(..) => 3,
-            Quantity::Color(_) => 4,
-        }
+        self.meaning().channels()
     }
 
     /// As far as the numbers may go from 0: where lengths or times are to fit into a picture.
@@ -101,15 +152,6 @@ impl Quantity<'_> {
             Quantity::Depth(traces) => texels(traces).map(|trace| trace.depth.to_f32()).fold(0.0, f32::max),
             Quantity::Time(traces) => texels(traces).map(|trace| trace.moment).fold(0.0, f32::max),
             Quantity::Normal(..) | Quantity::Color(_) | Quantity::Mask(_) | Quantity::Contact(_) => 1.0,
-        }
-    }
-
-    /// What stands where nothing lies.
-    pub(crate) fn background(&self) -> &'static [f32] {
-        match self {
-            Quantity::Normal(_, Space::Tangent, _) => &[0.0, 0.0, 1.0],
-            Quantity::Time(_) => &[-1.0],
-            _ => &[0.0; 4][..self.channels()],
         }
     }
 

@@ -22,7 +22,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_render::{Content, Depth, Texture, write_texture};
 
 use crate::map::Map;
-use crate::quantity::{Axes, Handedness, Quantity, Space};
+use crate::quantity::{Axes, Handedness, Meaning, Space};
 
 /// How lengths and times become numbers of a file: a value is (number − `mid_level`) · `scale`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,12 +62,12 @@ impl Scaling {
 
     /// What `format` needs for values up to `largest`, positive and negative where the quantity can be: plain numbers
     /// in EXR; in PNG all of 0 to 1.
-    pub fn fitting(format: MapFormat, quantity: &Quantity<'_>, largest: f32) -> Self {
+    pub fn fitting(format: MapFormat, meaning: Meaning, largest: f32) -> Self {
         let largest = if largest > 0.0 { largest } else { 1.0 };
-        match (format, quantity) {
+        match (format, meaning) {
             (MapFormat::Exr, _) => Self::PLAIN,
-            (_, Quantity::Displacement(_) | Quantity::Vector(..)) => Self { scale: 2.0 * largest, mid_level: 0.5 },
-            (_, Quantity::Depth(_) | Quantity::Time(_)) => Self { scale: largest, mid_level: 0.0 },
+            (_, Meaning::Displacement | Meaning::Vector(..)) => Self { scale: 2.0 * largest, mid_level: 0.5 },
+            (_, Meaning::Depth | Meaning::Time) => Self { scale: largest, mid_level: 0.0 },
             _ => Self::PLAIN,
         }
     }
@@ -103,36 +103,36 @@ pub fn numbered(path: &Path, mark: &str, number: impl Display) -> PathBuf {
     path.with_file_name(numbered)
 }
 
-/// Writes a map of `quantity`. Lengths and times go by `scaling`.
+/// Writes a map of what `meaning` says. Lengths and times go by `scaling`.
 ///
 /// Fails if the extension is neither .exr nor .png, the scaling cannot be used, or the file cannot be written.
-pub fn write_map(context: &Context, path: &Path, map: &Map, quantity: &Quantity<'_>, scaling: &Scaling) -> Result<()> {
+pub fn write_map(context: &Context, path: &Path, map: &Map, meaning: Meaning, scaling: &Scaling) -> Result<()> {
     let format = MapFormat::of(path)?;
     scaling.check()?;
-    let text = format!("{}udim = {}\n", statement(format, quantity, scaling), map.udim);
+    let text = format!("{}udim = {}\n", statement(format, meaning, scaling), map.udim);
     let width = map.width as usize * map.channels;
     let row = |row: u32, out: &mut [f32]| {
         out.copy_from_slice(&map.data[row as usize * width..][..width]);
-        encode(format, quantity, scaling, out);
+        encode(format, meaning, scaling, out);
     };
     let texture = Texture {
         width: map.width,
         height: map.height,
         channels: map.channels,
-        content: content(quantity),
+        content: content(meaning),
         text: &text,
         row: &row,
     };
-    write_texture(context, path, &texture, depth(format, quantity))
+    write_texture(context, path, &texture, depth(format, meaning))
 }
 
-fn content(quantity: &Quantity<'_>) -> Content {
-    if matches!(quantity, Quantity::Color(_)) { Content::Color } else { Content::Data }
+fn content(meaning: Meaning) -> Content {
+    if matches!(meaning, Meaning::Color) { Content::Color } else { Content::Data }
 }
 
-fn depth(format: MapFormat, quantity: &Quantity<'_>) -> Depth {
-    let coarse = matches!(quantity, Quantity::Color(_) | Quantity::Mask(_) | Quantity::Contact(_));
-    match (format, quantity) {
+fn depth(format: MapFormat, meaning: Meaning) -> Depth {
+    let coarse = matches!(meaning, Meaning::Color | Meaning::Mask | Meaning::Contact);
+    match (format, meaning) {
         (MapFormat::Png, _) => {
             if coarse {
                 Depth::U8
@@ -140,7 +140,7 @@ fn depth(format: MapFormat, quantity: &Quantity<'_>) -> Depth {
                 Depth::U16
             }
         }
-        (MapFormat::Exr, Quantity::Normal(..)) => Depth::F16,
+        (MapFormat::Exr, Meaning::Normal(..)) => Depth::F16,
         (MapFormat::Exr, _) => {
             if coarse {
                 Depth::F16
@@ -152,40 +152,40 @@ fn depth(format: MapFormat, quantity: &Quantity<'_>) -> Depth {
 }
 
 /// Raw numbers as a file has them.
-fn encode(format: MapFormat, quantity: &Quantity<'_>, scaling: &Scaling, numbers: &mut [f32]) {
-    match quantity {
-        Quantity::Displacement(_) | Quantity::Vector(..) | Quantity::Depth(_) | Quantity::Time(_) => {
+fn encode(format: MapFormat, meaning: Meaning, scaling: &Scaling, numbers: &mut [f32]) {
+    match meaning {
+        Meaning::Displacement | Meaning::Vector(..) | Meaning::Depth | Meaning::Time => {
             numbers.iter_mut().for_each(|number| *number = scaling.stored(*number));
         }
-        Quantity::Normal(..) => numbers.iter_mut().for_each(|number| *number = 0.5 + 0.5 * *number),
-        Quantity::Color(_) if format == MapFormat::Exr => {
+        Meaning::Normal(..) => numbers.iter_mut().for_each(|number| *number = 0.5 + 0.5 * *number),
+        Meaning::Color if format == MapFormat::Exr => {
             for [r, g, b, a] in numbers.as_chunks_mut::<4>().0 {
                 (*r, *g, *b) = (*r * *a, *g * *a, *b * *a);
             }
         }
-        Quantity::Color(_) | Quantity::Mask(_) | Quantity::Contact(_) => {}
+        Meaning::Color | Meaning::Mask | Meaning::Contact => {}
     }
 }
 
 /// What the numbers are, as TOML.
-fn statement(format: MapFormat, quantity: &Quantity<'_>, scaling: &Scaling) -> String {
+fn statement(format: MapFormat, meaning: Meaning, scaling: &Scaling) -> String {
     let Scaling { scale, mid_level } = scaling;
     let lengths = format!("units = \"object units\"\nscale = {scale:?}\nmid_level = {mid_level:?}\n");
-    match quantity {
-        Quantity::Displacement(_) => {
+    match meaning {
+        Meaning::Displacement => {
             format!("kind = \"displacement\"\nspace = \"along the normal\"\n{lengths}")
         }
-        Quantity::Vector(_, Space::Object, _) => {
+        Meaning::Vector(Space::Object, _) => {
             format!("kind = \"vector displacement\"\nspace = \"object\"\naxes = \"x, y, z\"\n{lengths}")
         }
-        Quantity::Vector(_, Space::Tangent, axes) => {
+        Meaning::Vector(Space::Tangent, axes) => {
             let axes = match axes {
                 Axes::Tbn => "tangent, bitangent, normal",
                 Axes::Tnb => "tangent, normal, bitangent",
             };
             format!("kind = \"vector displacement\"\nspace = \"tangent\"\naxes = \"{axes}\"\n{lengths}")
         }
-        Quantity::Normal(_, space, handedness) => {
+        Meaning::Normal(space, handedness) => {
             let how = match (space, handedness) {
                 (Space::Object, _) => "space = \"object\"\n".to_string(),
                 (_, Handedness::OpenGl) => "space = \"tangent\"\nhandedness = \"OpenGL, +Y\"\n".to_string(),
@@ -193,17 +193,17 @@ fn statement(format: MapFormat, quantity: &Quantity<'_>, scaling: &Scaling) -> S
             };
             format!("kind = \"normal\"\n{how}encoding = \"0.5 + 0.5 n\"\n")
         }
-        Quantity::Color(_) => {
+        Meaning::Color => {
             let (space, alpha) = match format {
                 MapFormat::Exr => ("linear Rec.709", "associated"),
                 MapFormat::Png => ("sRGB", "unassociated"),
             };
             format!("kind = \"color\"\ncolor_space = \"{space}\"\nalpha = \"{alpha}\"\n")
         }
-        Quantity::Mask(_) => "kind = \"mask\"\nof = \"alpha of colours\"\n".into(),
-        Quantity::Contact(_) => "kind = \"mask\"\nof = \"contact\"\n".into(),
-        Quantity::Depth(_) => format!("kind = \"depth of contact\"\n{lengths}"),
-        Quantity::Time(_) => {
+        Meaning::Mask => "kind = \"mask\"\nof = \"alpha of colours\"\n".into(),
+        Meaning::Contact => "kind = \"mask\"\nof = \"contact\"\n".into(),
+        Meaning::Depth => format!("kind = \"depth of contact\"\n{lengths}"),
+        Meaning::Time => {
             let numbers = format!("scale = {scale:?}\nmid_level = {mid_level:?}\n");
             format!("kind = \"time of contact\"\nunits = \"seconds, -1 where there was none\"\n{numbers}")
         }
@@ -218,6 +218,7 @@ mod tests {
     use relievo_tiles::{ChannelOptions, Displacement};
 
     use super::*;
+    use crate::quantity::Quantity;
 
     #[test]
     fn numbers_stand_where_the_name_says_or_before_the_extension() {
@@ -233,29 +234,29 @@ mod tests {
         let mesh = Mesh::new(points, vec![4], vec![0, 1, 2, 3]);
         let topology = std::sync::Arc::new(TileTopology::new(&mesh).unwrap());
         let made = Displacement::new(topology, &ChannelOptions::default()).unwrap();
-        let quantity = Quantity::Displacement(made.field());
+        let quantity = Quantity::Displacement(made.field()).meaning();
         let data = vec![-2.0, 0.0, 0.5, 2.0];
         let map = Map { udim: 1012, width: 2, height: 2, channels: 1, data, covered: vec![true; 4] };
         let folder = tempfile::tempdir().unwrap();
         let context = Context::serial();
         let (exr, png) = (folder.path().join("a.exr"), folder.path().join("a.PNG"));
-        let plain = Scaling::fitting(MapFormat::Exr, &quantity, 2.0);
-        write_map(&context, &exr, &map, &quantity, &plain).unwrap();
+        let plain = Scaling::fitting(MapFormat::Exr, quantity, 2.0);
+        write_map(&context, &exr, &map, quantity, &plain).unwrap();
         let layer = read_exr(&exr, u64::MAX).unwrap().remove(0);
         assert_eq!(layer.channel("Y").unwrap().to_f32(), map.data);
         let Value::Text(text) = &layer.attributes[0].1 else { panic!("{layer:?}") };
         assert!(text.contains("scale = 1.0\nmid_level = 0.0\nudim = 1012"), "{text}");
 
-        let scaling = Scaling::fitting(MapFormat::Png, &quantity, 2.0);
+        let scaling = Scaling::fitting(MapFormat::Png, quantity, 2.0);
         assert_eq!(scaling, Scaling { scale: 4.0, mid_level: 0.5 });
-        write_map(&context, &png, &map, &quantity, &scaling).unwrap();
+        write_map(&context, &png, &map, quantity, &scaling).unwrap();
         let image = read_png(&png, u64::MAX).unwrap();
         for (linear, value) in image.data().iter().zip(&map.data) {
             // The reader takes data for colours.
             let number = relievo_render::color::encode_srgb(*linear);
             assert!(((number - 0.5) * 4.0 - value).abs() < 1e-3, "{number} {value}");
         }
-        assert!(write_map(&context, &png, &map, &quantity, &Scaling { scale: 0.0, ..scaling }).is_err());
-        assert!(write_map(&context, &folder.path().join("a.jpg"), &map, &quantity, &scaling).is_err());
+        assert!(write_map(&context, &png, &map, quantity, &Scaling { scale: 0.0, ..scaling }).is_err());
+        assert!(write_map(&context, &folder.path().join("a.jpg"), &map, quantity, &scaling).is_err());
     }
 }

@@ -5,15 +5,13 @@
 //! the first has it; what is on the common side of two is no overlap. Tangent space is that of the interpolated normal of
 //! the undisplaced mesh, with T along increasing s in the plane of the triangle.
 
-use std::collections::BTreeSet;
-
 use glam::{DVec2, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Progress, Result, Values};
 use relievo_tiles::Rgba8;
 use relievo_tiles::trace::Trace;
 use relievo_tiles::triangle::{TriangleDisplaced, TriangleField, TriangleNormals, foot_at};
 
-use crate::map::{BakeOptions, BakeReport, MOST_PICTURES, Map, check};
+use crate::map::{BakeOptions, BakeReport, Map, check, chosen};
 use crate::quantity::{Axes, Handedness, Meaning, Space};
 
 /// What is baked, and of what.
@@ -31,8 +29,9 @@ pub struct TriangleQuantity<'a> {
     pub traces: Option<&'a TriangleField<Trace>>,
 }
 
-/// Rows of a band.
+/// Rows of a band, columns of a window.
 const ROWS: usize = 64;
+const COLUMNS: usize = 256;
 /// Bands between two words on the progress.
 const BANDS: usize = 8;
 /// Of barycentric coordinates, what counts as on a side.
@@ -43,6 +42,14 @@ const SIDE: f64 = 1e-7;
 struct Flat {
     face: u32,
     corners: [DVec2; 3],
+}
+
+impl Flat {
+    /// Whether its box meets that from `low` to `high`.
+    fn meets(&self, low: DVec2, high: DVec2) -> bool {
+        let [a, b, c] = self.corners;
+        a.min(b).min(c).cmple(high).all() && a.max(b).max(c).cmpge(low).all()
+    }
 }
 
 impl TriangleQuantity<'_> {
@@ -75,6 +82,26 @@ impl TriangleQuantity<'_> {
             Meaning::Contact | Meaning::Depth | Meaning::Time if self.traces.is_none() => missing("traces of contact"),
             _ => Ok(()),
         }
+    }
+
+    /// The mean of the samples of a pixel that hit a triangle, and whether several triangles lie on one of them; `None`
+    /// where none hits.
+    fn mean<'s>(&self, samples: impl Iterator<Item = &'s Sampled>, uvs: &[[DVec2; 3]]) -> Option<([f32; 4], bool)> {
+        let (mut sum, mut hits, mut several) = (Vec4::ZERO, 0, false);
+        for (hit, overlaps) in samples {
+            several |= overlaps;
+            let Some((face, at)) = hit else { continue };
+            sum += Vec4::from(self.evaluate(*face, *at, uvs[*face as usize]));
+            hits += 1;
+        }
+        if hits == 0 {
+            return None;
+        }
+        let mut mean = sum / hits as f32;
+        if let (Meaning::Normal(..), 2..) = (self.meaning, hits) {
+            mean = mean.truncate().normalize_or_zero().extend(0.0);
+        }
+        Some((mean.to_array(), several))
     }
 
     /// The numbers at a place; the rest of the four is zero.
@@ -148,36 +175,16 @@ pub fn bake_triangles(
     if uvs.len() != quantity.displaced.field().topology().face_count() {
         return Err(Error::invalid("the mesh has other triangles than its detail"));
     }
-    let mut found = BTreeSet::new();
-    let mut report = BakeReport::default();
-    for corners in &uvs {
-        let [a, b, c] = *corners;
-        if (b - a).perp_dot(c - a) == 0.0 {
-            report.flat += 1;
-            continue;
-        }
-        let (low, high) = (a.min(b).min(c).floor(), a.max(b).max(c));
-        for l in low.y as i32..=high.y.ceil() as i32 - 1 {
-            found.extend((low.x as i32..=high.x.ceil() as i32 - 1).map(|k| (l, k)));
-        }
-    }
-    let wanted = |(l, k): &(i32, i32)| match options.udim {
-        true => (0..10).contains(k) && (0..900).contains(l),
-        false => (*l, *k) == (0, 0),
-    };
-    let pictures: Vec<(i32, i32)> = found.iter().copied().filter(|at| wanted(at)).collect();
-    if pictures.len() > MOST_PICTURES {
-        return Err(Error::invalid(format!("the texture coordinates lie on {} pictures", pictures.len()))
-            .advise(format!("scale them to at most {MOST_PICTURES}")));
-    }
-    report.outside = found.len() - pictures.len();
+    let found = squares(&uvs);
+    let pictures = chosen(&found, options)?;
+    let flat = uvs.iter().filter(|corners| area(corners) == 0.0).count();
+    let mut report = BakeReport { flat, outside: found.len() - pictures.len(), ..BakeReport::default() };
     let part = 1.0 / pictures.len().max(1) as f32;
-    for (number, (l, k)) in pictures.into_iter().enumerate() {
+    for (number, at) in pictures.into_iter().enumerate() {
         let span = [number as f32 * part, (number + 1) as f32 * part];
-        let (mut map, overlapping) = picture(context, &uvs, quantity, options, [k, l], (progress, span))?;
+        let (mut map, overlapping) = picture(context, &uvs, quantity, options, at, (progress, span))?;
         let covered = map.covered.iter().filter(|covered| **covered).count();
         if covered == 0 {
-            report.outside += 1;
             continue;
         }
         report.overlapping += overlapping;
@@ -186,10 +193,47 @@ pub fn bake_triangles(
         report.pictures.push(map.udim);
         each(map)?;
     }
-    match report.pictures.is_empty() {
-        true => Err(Error::invalid("no texture coordinates lie on the picture").advise("unwrap the mesh first")),
-        false => Ok(report),
+    report.found_some(options)
+}
+
+/// Twice the area in texture coordinates, negative where they are mirrored.
+fn area([a, b, c]: &[DVec2; 3]) -> f64 {
+    (*b - *a).perp_dot(*c - *a)
+}
+
+/// The squares of texture coordinates that the boxes of triangles with an area reach into, as (row, column), ascending.
+/// Their number is bounded by that of the coordinates' whole box, and so is the time.
+fn squares(uvs: &[[DVec2; 3]]) -> Vec<(i32, i32)> {
+    let boxes = uvs.iter().filter(|corners| area(corners) != 0.0).map(|[a, b, c]| {
+        let (low, high) = (a.min(*b).min(*c).floor(), a.max(*b).max(*c).ceil());
+        [low.as_ivec2(), high.as_ivec2()]
+    });
+    let Some([low, high]) = boxes.clone().reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]) else {
+        return Vec::new();
+    };
+    let size = (high - low + 1).as_usizevec2();
+    // How many boxes begin or end at a square; its sums over rows and columns are how many cover it.
+    let mut grid = vec![0i64; size.x * size.y];
+    for [from, to] in boxes {
+        let [from, to] = [from, to].map(|at| (at - low).as_usizevec2());
+        for (y, sign) in [(from.y, 1), (to.y, -1)] {
+            grid[y * size.x + from.x] += sign;
+            grid[y * size.x + to.x] -= sign;
+        }
     }
+    let mut found = Vec::new();
+    let mut above = vec![0i64; size.x];
+    for (y, row) in (low.y..).zip(grid.chunks(size.x)) {
+        let mut sum = 0;
+        for ((x, begins), above) in (low.x..).zip(row).zip(&mut above) {
+            *above += begins;
+            sum += *above;
+            if sum > 0 {
+                found.push((y, x));
+            }
+        }
+    }
+    found
 }
 
 /// Of every triangle of `mesh`, fanned and without holes, the texture coordinates of its corners.
@@ -197,8 +241,7 @@ fn coordinates(mesh: &Mesh, name: &str) -> Result<Vec<[DVec2; 3]>> {
     let place = || format!("attribute `{name}`");
     let advice = "unwrap the mesh, or name its coordinates";
     let attribute = mesh.attribute(name);
-    let attribute =
-        attribute.ok_or_else(|| Error::invalid("there is no such attribute").at(place()).advise(advice))?;
+    let attribute = attribute.ok_or_else(|| Error::invalid("there is no such attribute").at(place()).advise(advice))?;
     let (Domain::Corner, Values::F32(values), 2) = (attribute.domain, &attribute.values, attribute.width) else {
         return Err(Error::invalid("texture coordinates are two floats on corners").at(place()).advise(advice));
     };
@@ -237,22 +280,17 @@ fn picture(
     let [width, height] = options.size.map(|size| size as usize);
     let (channels, times) = (quantity.meaning.channels(), options.samples as usize);
     let scale = DVec2::new((width * times) as f64, (height * times) as f64);
-    let mut bins: Vec<Vec<Flat>> = vec![Vec::new(); height.div_ceil(ROWS)];
-    let rows = ROWS * times;
+    let mut triangles = Vec::new();
     for (face, corners) in (0..).zip(uvs) {
         // Rows run against t.
         let corners = corners.map(|uv| {
             let at = (uv - DVec2::new(f64::from(k), f64::from(l))) * scale;
             DVec2::new(at.x, scale.y - at.y)
         });
-        let (low, high) =
-            (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
-        if high.x < 0.0 || high.y < 0.0 || low.x > scale.x || low.y > scale.y {
-            continue;
+        let flat = Flat { face, corners };
+        if area(&corners) != 0.0 && flat.meets(DVec2::ZERO, scale) {
+            triangles.push(flat);
         }
-        let first = low.y.max(0.0) as usize / rows;
-        let last = (high.y.min(scale.y - 1.0).max(0.0) as usize / rows).min(bins.len() - 1);
-        bins[first.min(last)..=last].iter_mut().for_each(|bin| bin.push(Flat { face, corners }));
     }
     let mut map = Map {
         udim: (1001 + k + 10 * l) as u32,
@@ -270,31 +308,22 @@ fn picture(
         let first = index * BANDS;
         progress.step(from + (to - from) * first as f32 / count as f32, "bake")?;
         context.for_each_mut(some, |index, (data, covered, overlapping)| {
-            let band = first + index;
-            let size = [width * times, covered.len() / width * times];
-            let samples = samples(&bins[band], band * rows, size);
-            for pixel in 0..covered.len() {
-                let (x, y) = (pixel % width * times, pixel / width * times);
-                let own = (0..times * times).map(|at| &samples[(y + at / times) * size[0] + x + at % times]);
-                let (mut sum, mut hits, mut several) = ([0.0f32; 4], 0, false);
-                for (hit, overlaps) in own {
-                    several |= overlaps;
-                    let Some((face, at)) = hit else { continue };
-                    let value = quantity.evaluate(*face, *at, uvs[*face as usize]);
-                    (0..channels).for_each(|channel| sum[channel] += value[channel]);
-                    hits += 1;
+            let rows = covered.len() / width;
+            let top = (first + index) * ROWS * times;
+            let (low, high) = (DVec2::new(0.0, top as f64), DVec2::new(scale.x, (top + rows * times) as f64));
+            let own: Vec<Flat> = triangles.iter().filter(|flat| flat.meets(low, high)).copied().collect();
+            for left in (0..width).step_by(COLUMNS) {
+                let columns = COLUMNS.min(width - left);
+                let samples = samples(&own, [left * times, top], [columns * times, rows * times]);
+                for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
+                    let pixel = &samples[(y * columns * times + x) * times..];
+                    let hits = (0..times).flat_map(|row| &pixel[row * columns * times..][..times]);
+                    let Some((value, overlaps)) = quantity.mean(hits, uvs) else { continue };
+                    let pixel = y * width + left + x;
+                    *overlapping += u64::from(overlaps);
+                    data[pixel * channels..(pixel + 1) * channels].copy_from_slice(&value[..channels]);
+                    covered[pixel] = true;
                 }
-                if hits == 0 {
-                    continue;
-                }
-                *overlapping += u64::from(several);
-                let mut mean = sum.map(|sum| sum / hits as f32);
-                if let (Meaning::Normal(..), 2..) = (quantity.meaning, hits) {
-                    let unit = Vec4::from(mean).truncate().normalize_or_zero();
-                    mean = unit.extend(0.0).to_array();
-                }
-                data[pixel * channels..(pixel + 1) * channels].copy_from_slice(&mean[..channels]);
-                covered[pixel] = true;
             }
         });
     }
@@ -305,25 +334,23 @@ fn picture(
 /// The face and place of a sample, and whether several triangles lie on it.
 type Sampled = (Option<(u32, [f32; 3])>, bool);
 
-/// Those of a band of samples, which begins at row `first`.
-fn samples(triangles: &[Flat], first: usize, [width, rows]: [usize; 2]) -> Vec<Sampled> {
+/// Those of a window of samples whose first has the column `left` and the row `top`.
+fn samples(triangles: &[Flat], [left, top]: [usize; 2], [width, rows]: [usize; 2]) -> Vec<Sampled> {
     let mut out = vec![(None, false); width * rows];
     let mut inner = vec![false; width * rows];
-    for Flat { face, corners: [a, b, c] } in triangles {
-        let area = (*b - *a).perp_dot(*c - *a);
-        if area == 0.0 {
-            continue;
-        }
-        let (low, high) = (a.min(*b).min(*c), a.max(*b).max(*c));
-        let top = first as f64;
+    let origin = DVec2::new(left as f64, top as f64);
+    for Flat { face, corners } in triangles {
+        let [a, b, c] = corners.map(|corner| corner - origin);
+        let area = area(corners);
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let range = |low: f64, high: f64, count: usize| {
             let clamp = |value: f64| value.clamp(0.0, count as f64) as usize;
             clamp((low - 0.5).floor())..clamp((high + 0.5).ceil())
         };
-        for y in range(low.y - top, high.y - top, rows) {
+        for y in range(low.y, high.y, rows) {
             for x in range(low.x, high.x, width) {
-                let at = DVec2::new(x as f64 + 0.5, top + y as f64 + 0.5);
-                let shares = [(*c - *b).perp_dot(at - *b), (*a - *c).perp_dot(at - *c), (*b - *a).perp_dot(at - *a)];
+                let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                let shares = [(c - b).perp_dot(at - b), (a - c).perp_dot(at - c), (b - a).perp_dot(at - a)];
                 let shares = shares.map(|share| share / area);
                 let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
                 if least < -SIDE {

@@ -3,8 +3,9 @@
 use std::ffi::{c_char, c_void};
 use std::path::Path;
 
+use relievo_bake::triangles::{TriangleQuantity, bake_triangles};
 use relievo_bake::{
-    Axes, BakeOptions, BakeReport, Colors, Handedness, Map, MapFormat, Quantity, Scaling, Space, bake_watched,
+    Axes, BakeOptions, BakeReport, Colors, Handedness, Map, MapFormat, Meaning, Quantity, Scaling, Space, bake_watched,
     numbered, write_map,
 };
 use relievo_core::{Error, ErrorKind, Result};
@@ -16,7 +17,7 @@ use crate::context::{HostProgress, RLV_PROGRESS_CONTINUE, RlvProgress};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
 use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_TRACES, RlvDetail, missing};
 use crate::registry;
-use crate::view::TileView;
+use crate::view::{Layers, TileView, TriangleView};
 
 constants! {
     u32:
@@ -138,27 +139,47 @@ impl Request<'_> {
         })
     }
 
+    fn meaning(&self) -> Result<Meaning> {
+        let all = [
+            Meaning::Displacement,
+            Meaning::Vector(self.space, self.axes),
+            Meaning::Normal(self.space, self.handedness),
+            Meaning::Color,
+            Meaning::Mask,
+            Meaning::Contact,
+            Meaning::Depth,
+            Meaning::Time,
+        ];
+        numbered_value("quantity", &all, self.given.quantity)
+    }
+
     fn quantity<'a>(&self, view: &'a TileView) -> Result<Quantity<'a>> {
         let colors = || match &view.paint {
             Some(paint) => Ok(by_format!(paint, it => it.field() as &dyn Colors)),
             None => Err(missing(RLV_CHANNEL_COLOR)),
         };
         let traces = || view.traces.as_ref().map(|traces| traces.field()).ok_or_else(|| missing(RLV_CHANNEL_TRACES));
-        Ok(match self.given.quantity {
-            RLV_BAKE_DISPLACEMENT => Quantity::Displacement(view.snapshot.field()),
-            RLV_BAKE_VECTOR => Quantity::Vector(view.displaced()?, self.space, self.axes),
-            RLV_BAKE_NORMAL => Quantity::Normal(view.displaced()?, self.space, self.handedness),
-            RLV_BAKE_COLOR => Quantity::Color(colors()?),
-            RLV_BAKE_MASK => Quantity::Mask(colors()?),
-            RLV_BAKE_CONTACT => Quantity::Contact(traces()?),
-            RLV_BAKE_DEPTH => Quantity::Depth(traces()?),
-            RLV_BAKE_TIME => Quantity::Time(traces()?),
-            other => {
-                return Err(Error::invalid(format!("there is no quantity {other}"))
-                    .at("quantity")
-                    .advise("use an RLV_BAKE_ value"));
-            }
+        Ok(match self.meaning()? {
+            Meaning::Displacement => Quantity::Displacement(view.snapshot.field()),
+            Meaning::Vector(space, axes) => Quantity::Vector(view.displaced()?, space, axes),
+            Meaning::Normal(space, handedness) => Quantity::Normal(view.displaced()?, space, handedness),
+            Meaning::Color => Quantity::Color(colors()?),
+            Meaning::Mask => Quantity::Mask(colors()?),
+            Meaning::Contact => Quantity::Contact(traces()?),
+            Meaning::Depth => Quantity::Depth(traces()?),
+            Meaning::Time => Quantity::Time(traces()?),
         })
+    }
+
+    fn of_triangles<'a>(&self, view: &'a TriangleView) -> Result<TriangleQuantity<'a>> {
+        let meaning = self.meaning()?;
+        let colors = view.paint.as_ref().map(|paint| paint.field());
+        let traces = view.traces.as_ref().map(|traces| traces.field());
+        match meaning {
+            Meaning::Color | Meaning::Mask if colors.is_none() => Err(missing(RLV_CHANNEL_COLOR)),
+            Meaning::Contact | Meaning::Depth | Meaning::Time if traces.is_none() => Err(missing(RLV_CHANNEL_TRACES)),
+            _ => Ok(TriangleQuantity { meaning, displaced: view.displaced()?, normals: &view.normals, colors, traces }),
+        }
     }
 }
 
@@ -169,29 +190,39 @@ unsafe fn check_report(report: *mut RlvBakeReport) -> Result<()> {
     if report.is_null() { Ok(()) } else { unsafe { check_descriptor(report) } }
 }
 
-/// Bakes what `request` asks for and gives `each` the quantity and every picture.
+/// Bakes what `request` asks for and gives `each` every picture, what its numbers are, and how files have them.
 ///
 /// # Safety
 /// As for [`check_report`].
 unsafe fn run(
     detail: RlvDetail,
     request: &Request<'_>,
-    scaling: impl FnOnce(&Quantity<'_>) -> Result<Scaling>,
+    scaling: impl FnOnce(Meaning, &dyn Fn() -> f32) -> Result<Scaling>,
     mut progress: HostProgress,
     to: *mut RlvBakeReport,
-    mut each: impl FnMut(Map, &Quantity<'_>, &Scaling) -> Result<()>,
+    mut each: impl FnMut(Map, Meaning, &Scaling) -> Result<()>,
 ) -> Result<()> {
     // SAFETY: promised by the caller.
     unsafe { check_report(to) }?;
     let detail = registry::get(detail)?;
     let (context, view) = (&detail.context.context, detail.view());
-    let tiles = view.tiles("bakes")?;
-    let quantity = request.quantity(tiles)?;
-    let scaling = scaling(&quantity)?;
-    let limit = Surface::face_varying(context, &view.cage, request.uv, &tiles.options)?;
-    let done: BakeReport = bake_watched(context, &limit, &quantity, &request.options, &mut progress, |map| {
-        each(map, &quantity, &scaling)
-    })?;
+    let meaning = request.meaning()?;
+    let (done, scaling): (BakeReport, Scaling) = match &view.layers {
+        Layers::Tiles(tiles) => {
+            let quantity = request.quantity(tiles)?;
+            let scaling = scaling(meaning, &|| quantity.largest())?;
+            let limit = Surface::face_varying(context, &view.cage, request.uv, &tiles.options)?;
+            let each = |map| each(map, meaning, &scaling);
+            (bake_watched(context, &limit, &quantity, &request.options, &mut progress, each)?, scaling)
+        }
+        Layers::Triangles(triangles) => {
+            let quantity = request.of_triangles(triangles)?;
+            let scaling = scaling(meaning, &|| quantity.largest())?;
+            let each = |map| each(map, meaning, &scaling);
+            let mesh = (&*view.cage, request.uv);
+            (bake_triangles(context, mesh, &quantity, &request.options, &mut progress, each)?, scaling)
+        }
+    };
     if to.is_null() {
         return Ok(());
     }
@@ -226,7 +257,7 @@ entry! {
         unsafe {
             let request = Request::read(options)?;
             let progress = HostProgress { callback: progress, user };
-            run(detail, &request, |_| Ok(Scaling::PLAIN), progress, report, |map, _, _| {
+            run(detail, &request, |_, _| Ok(Scaling::PLAIN), progress, report, |map, _, _| {
                 let picture = RlvBakePicture {
                     struct_size: size_of::<RlvBakePicture>() as u32,
                     udim: map.udim,
@@ -259,18 +290,18 @@ entry! {
             let (request, path) = (Request::read(options)?, Path::new(text("path", path)?));
             let format = MapFormat::of(path)?;
             let RlvBakeOptions { scale, mid_level, .. } = request.given;
-            let scaling = |quantity: &Quantity<'_>| {
+            let scaling = |meaning: Meaning, largest: &dyn Fn() -> f32| {
                 let scaling = match scale {
-                    0.0 => Scaling::fitting(format, quantity, quantity.largest()),
+                    0.0 => Scaling::fitting(format, meaning, largest()),
                     _ => Scaling { scale, mid_level },
                 };
                 scaling.check().map(|()| scaling)
             };
             let context = registry::get(detail)?.context.clone();
             let progress = HostProgress { callback: progress, user };
-            run(detail, &request, scaling, progress, report, |map, quantity, scaling| {
+            run(detail, &request, scaling, progress, report, |map, meaning, scaling| {
                 let udim = request.options.udim.then(|| numbered(path, "<UDIM>", map.udim));
-                write_map(&context.context, udim.as_deref().unwrap_or(path), &map, quantity, scaling)
+                write_map(&context.context, udim.as_deref().unwrap_or(path), &map, meaning, scaling)
             })
         }
     }

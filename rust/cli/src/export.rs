@@ -8,14 +8,16 @@ use relievo_bake::atlas::{Atlas, PictureTexel, table_of, write_atlas, write_tile
 use relievo_bake::opened::{ColorLayer, Opened};
 use relievo_bake::ptex::to_ptex;
 use relievo_bake::quantity::largest_part;
-use relievo_bake::{Axes, BakeOptions, Handedness, MapFormat, Quantity, Scaling, Space, bake, numbered, write_map};
+use relievo_bake::{
+    Axes, BakeOptions, Handedness, MapFormat, Meaning, Quantity, Scaling, Space, bake, numbered, write_map,
+};
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::{Document, Kind};
 use relievo_meshio::write;
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::{Displaced, Displacement, Field, VectorDisplacement, uniform_rates};
 
-use crate::Outcome;
+use crate::{Outcome, triangles};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -147,6 +149,18 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let context = crate::context(arguments.memory_limit)?;
     let document = Document::open(&arguments.file, context.memory_limit())?;
     let cage = relievo_meshio::read(&context, &arguments.mesh)?;
+    if document.topology().is_of_triangles() {
+        let layer = arguments.layer.as_deref();
+        let bake = arguments.bake.map(|what| triangles::Bake {
+            meaning: meaning(arguments, what),
+            options: bake_options(arguments),
+            uv: &arguments.uv,
+            scaling: [arguments.scale, arguments.mid_level],
+        });
+        let text = triangles::export(&context, &document, &cage, layer, &arguments.output, bake.as_ref())?;
+        crate::print(&text)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let options = SurfaceOptions { isolation: arguments.isolation, ..SurfaceOptions::default() };
     let named = |error: Error| error.at(arguments.mesh.display().to_string());
     let opened = Opened::new(&context, &document, &cage, &options).map_err(named)?;
@@ -257,18 +271,7 @@ fn maps(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<Str
             error.at(place)
         }
     })?;
-    let space = match arguments.space {
-        SpaceName::Tangent => Space::Tangent,
-        SpaceName::Object => Space::Object,
-    };
-    let axes = match arguments.axes {
-        AxesName::Tnb => Axes::Tnb,
-        AxesName::Tbn => Axes::Tbn,
-    };
-    let handedness = match arguments.handedness {
-        HandednessName::Opengl => Handedness::OpenGl,
-        HandednessName::Directx => Handedness::DirectX,
-    };
+    let (space, axes, handedness) = conventions(arguments);
     let write = |quantity: &Quantity<'_>| write_maps(arguments, context, &limit, quantity);
     let traces = || opened.traces(context, name)?.ok_or_else(|| missing("traces of contact"));
     let Some(what) = arguments.bake else { return Err(missing("bake")) };
@@ -315,9 +318,43 @@ fn maps(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<Str
     }
 }
 
+fn conventions(arguments: &Arguments) -> (Space, Axes, Handedness) {
+    let space = match arguments.space {
+        SpaceName::Tangent => Space::Tangent,
+        SpaceName::Object => Space::Object,
+    };
+    let axes = match arguments.axes {
+        AxesName::Tnb => Axes::Tnb,
+        AxesName::Tbn => Axes::Tbn,
+    };
+    let handedness = match arguments.handedness {
+        HandednessName::Opengl => Handedness::OpenGl,
+        HandednessName::Directx => Handedness::DirectX,
+    };
+    (space, axes, handedness)
+}
+
+/// What the numbers of a bake are, where a mask is that of colours.
+fn meaning(arguments: &Arguments, what: What) -> Meaning {
+    let (space, axes, handedness) = conventions(arguments);
+    match what {
+        What::Displacement => Meaning::Displacement,
+        What::Vector => Meaning::Vector(space, axes),
+        What::Normal => Meaning::Normal(space, handedness),
+        What::Colour => Meaning::Color,
+        What::Mask => Meaning::Mask,
+        What::Depth => Meaning::Depth,
+        What::Time => Meaning::Time,
+    }
+}
+
+fn bake_options(arguments: &Arguments) -> BakeOptions {
+    BakeOptions { size: arguments.size, udim: arguments.udim, gutter: arguments.dilate, samples: arguments.samples }
+}
+
 /// What numbers stand for: as the arguments say, or as it fits values up to `largest`.
 fn scaling(arguments: &Arguments, quantity: &Quantity<'_>, largest: f32) -> Result<Scaling> {
-    let fitting = Scaling::fitting(MapFormat::of(&arguments.output)?, quantity, largest);
+    let fitting = Scaling::fitting(MapFormat::of(&arguments.output)?, quantity.meaning(), largest);
     let scaling = Scaling {
         scale: arguments.scale.unwrap_or(fitting.scale),
         mid_level: arguments.mid_level.unwrap_or(fitting.mid_level),
@@ -327,17 +364,12 @@ fn scaling(arguments: &Arguments, quantity: &Quantity<'_>, largest: f32) -> Resu
 
 fn write_maps(arguments: &Arguments, context: &Context, limit: &Surface, quantity: &Quantity<'_>) -> Result<String> {
     let scaling = scaling(arguments, quantity, quantity.largest())?;
-    let options = BakeOptions {
-        size: arguments.size,
-        udim: arguments.udim,
-        gutter: arguments.dilate,
-        samples: arguments.samples,
-    };
+    let options = bake_options(arguments);
     let mut files = String::new();
     let report = bake(context, limit, quantity, &options, |map| {
         let path =
             if arguments.udim { numbered(&arguments.output, "<UDIM>", map.udim) } else { arguments.output.clone() };
-        write_map(context, &path, &map, quantity, &scaling)?;
+        write_map(context, &path, &map, quantity.meaning(), &scaling)?;
         files += &format!("{}\n", path.display());
         Ok(())
     })?;

@@ -14,6 +14,7 @@ mod run;
 mod schema;
 mod stroke;
 mod transfer;
+mod triangles;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -3,8 +3,16 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use glam::{DAffine3, Vec4};
+use half::f16;
+use relievo_core::{Context, Values};
+use relievo_detail::{LayeredObject, TriangleObject};
+use relievo_document::Document;
 use relievo_ptex::{Borders, DataType, Face, Format, MeshType, Reader, Writer};
 use relievo_render::{Value, read_exr, read_png};
+use relievo_surface::TriangleSurface;
+use relievo_tiles::triangle::{Pattern, TriangleChannel, TriangleOptions, TriangleSets, TriangleValues};
+use relievo_tiles::{ColorTexel, Rgba8};
 
 fn relievo(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().expect("relievo runs")
@@ -115,4 +123,63 @@ fn colours_and_wrong_use() {
     let other = ["doc", "export", "c.relievo", "other.obj", "-o", "d.exr", "--bake", "colour"];
     fails(folder.path(), &other, &["other.obj", "another mesh"]);
     assert!(!at("d.exr").exists() && !at("d.ptx").exists());
+}
+
+/// A document of two triangles of which one corner is 0.5 higher, and what paints the other.
+fn triangles(folder: &Path) {
+    let context = Context::serial();
+    let mesh = relievo_meshio::read(&context, &folder.join("mesh.obj")).unwrap();
+    let surface = TriangleSurface::new(&context, &mesh).unwrap();
+    let topology = surface.topology().clone();
+    let options = TriangleOptions { segments: 8, budget: 1 << 20 };
+    let mut heights = TriangleChannel::displacement(topology.clone(), &options).unwrap();
+    let mut colors = TriangleChannel::of_color(topology, Vec4::ONE, &options).unwrap();
+    let sets = TriangleSets { allocate: vec![0, 1], ..Default::default() };
+    heights.apply(&context, Pattern::new(8).unwrap(), &sets).unwrap();
+    heights.write(TriangleValues { vertices: vec![(0, f16::from_f32(0.5))], ..Default::default() }).unwrap();
+    let red = Rgba8::of_color(Vec4::new(1.0, 0.0, 0.0, 1.0));
+    colors.write(TriangleValues { vertices: vec![(3, red)], ..Default::default() }).unwrap();
+    let mut object = TriangleObject::new(&context, surface, heights, DAffine3::IDENTITY).unwrap();
+    object.set_paint(colors).unwrap();
+    let mut document = Document::of_triangles(&mesh, context.level().name()).unwrap();
+    object.store(&context, &mut document).unwrap();
+    document.write(&folder.join("t.relievo")).unwrap();
+}
+
+#[test]
+fn documents_of_triangle_meshes_are_taken_along_as_meshes() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+    let square = format!("{points}f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n");
+    std::fs::write(folder.path().join("mesh.obj"), &square).unwrap();
+    std::fs::write(folder.path().join("other.obj"), square.replace("f 1/1 3/3 4/4", "f 1/1 4/4 3/3")).unwrap();
+    triangles(folder.path());
+    let export = |output: &'static str| vec!["doc", "export", "t.relievo", "mesh.obj", "-o", output];
+    let text = succeeds(folder.path(), &export("t.ply"));
+    let read = |name: &str| relievo_meshio::read(&Context::serial(), &folder.path().join(name)).unwrap();
+    let made = read("t.ply");
+    assert!(text.contains(&format!("{} points, {} triangles", made.points.len(), made.face_count())), "{text}");
+    assert!(made.face_count() > 100);
+    let top = made.points.iter().map(|point| point[2]).fold(f32::MIN, f32::max);
+    assert_eq!(top, 0.5);
+    let Values::F32(colors) = &made.attribute("color").unwrap().values else { panic!() };
+    assert!(colors.chunks(3).any(|color| color[0] > 0.99 && color[1] < 0.01));
+    assert!(colors.chunks(3).any(|color| color[1] > 0.99));
+    succeeds(folder.path(), &[export("u.glb"), vec!["--layer", "colour"]].concat());
+    fails(folder.path(), &[export("u.obj"), vec!["--layer", "none"]].concat(), &["no layer `none`", "displacement"]);
+    let bake = |output: &'static str, what: &'static str| {
+        [export(output), vec!["--bake", what, "--size", "32", "--dilate", "0"]].concat()
+    };
+    let text = succeeds(folder.path(), &bake("h.exr", "displacement"));
+    assert!(text.contains("1 picture, 1024 pixels covered, 0 in the gutter; scale 1, mid-level 0"), "{text}");
+    let heights = read_exr(&folder.path().join("h.exr"), u64::MAX).unwrap().remove(0);
+    let heights = heights.channel("Y").unwrap().to_f32();
+    // The corner is in the first column and the last row.
+    assert!(heights[31 * 32] > 0.3 && heights.iter().all(|height| *height <= 0.5) && heights[16 * 32 + 16] == 0.0);
+    succeeds(folder.path(), &bake("c.png", "colour"));
+    assert_eq!(read_png(&folder.path().join("c.png"), u64::MAX).unwrap().width(), 32);
+    fails(folder.path(), &bake("u.exr", "depth"), &["no traces"]);
+    fails(folder.path(), &export("u.exr"), &["--bake"]);
+    fails(folder.path(), &export("u.ptx"), &["as meshes and bakes alone"]);
+    fails(folder.path(), &["doc", "export", "t.relievo", "other.obj", "-o", "u.ply"], &["other triangles"]);
 }

@@ -216,3 +216,37 @@ fn a_list_of_strokes_in_two_goes_is_the_list_in_one() {
         assert!(!path(output).exists());
     }
 }
+
+#[test]
+fn a_scene_whose_tiles_leave_memory_writes_the_same_document() {
+    let folder = tempfile::tempdir().unwrap();
+    let stroke = r##"
+[[strokes]]
+paint = "mix"
+colour = [0.8, 0.1, 0.1]
+radius = 0.3
+points = [
+    { position = [-1.9, -1.5, 0] }, { position = [1.9, -1.5, 0] }, { position = [1.9, 0, 0] },
+    { position = [-1.9, 0, 0] }, { position = [-1.9, 1.5, 0] }, { position = [1.9, 1.5, 0] },
+]
+[output]
+frames = 1
+pictures = []
+mesh = "none"
+documents = "last"
+"##;
+    let made = |name: &str, detail: &str| {
+        let scene = folder.path().join(format!("{name}.toml"));
+        let ground = GROUND.replace("paint_size = 32\n", &format!("paint_size = 32\n{detail}"));
+        std::fs::write(&scene, format!("{ground}{stroke}")).unwrap();
+        let out = folder.path().join(name);
+        run(&scene, &out, None);
+        let mut files = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path());
+        let file = files.find(|path| path.extension().is_some_and(|found| found == "relievo")).unwrap();
+        std::fs::read(file).unwrap()
+    };
+    let whole = made("whole", "");
+    // Ten tiles of colour with their mips.
+    assert!(made("paged", "budget = 65536\npage = true\n") == whole);
+    assert!(made("refused", "budget = 65536\n") != whole);
+}

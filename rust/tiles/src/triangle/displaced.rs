@@ -154,6 +154,22 @@ impl<'a> TriangleDisplaced<'a> {
         self.vectors.map_or(point, |vectors| point + vectors.at(face, pattern, node).as_vec3())
     }
 
+    /// From the undisplaced surface to the displaced one at the place of `face` with barycentric coordinates `at`, where the
+    /// smooth normal is `normal`.
+    pub fn offset(&self, face: u32, at: [f32; 3], normal: Vec3) -> Vec3 {
+        let height = normal * self.field.value(face, at) as f32;
+        self.vectors.map_or(height, |vectors| height + vectors.value(face, at).as_vec3())
+    }
+
+    /// The length of the longest of its vectors.
+    pub fn vector_reach(&self) -> f32 {
+        let Some(vectors) = self.vectors else { return 0.0 };
+        let faces = vectors.allocated().filter_map(|face| vectors.face(face));
+        let edges = vectors.allocated_edges().filter_map(|edge| vectors.edge(edge));
+        let all = faces.chain(edges).chain(vectors.vertices()).flatten();
+        all.map(|vector| vector.value().length() as f32).fold(0.0, f32::max)
+    }
+
     /// The least and the largest displacement in and around `face`, 0 between them.
     pub fn range(&self, face: u32) -> [f32; 2] {
         let topology = self.field.topology();
