@@ -170,19 +170,17 @@ RLV_API RlvResult rlv_detail_add_paint(RlvDetail detail, const RlvPaintOptions *
 RLV_API RlvResult rlv_detail_add_vectors(RlvDetail detail, const RlvVectorOptions *options);
 
 /* Edits. Lets imprints leave traces from now on: contact, 0 to 1, how far colliders have pushed in all, and when last.
- * Their tiles have the size of the displacement's and may occupy budget bytes; 0 for 1 GiB. Fails if it has traces, and
- * on triangle meshes. */
+ * Their tiles have the size of the displacement's and may occupy budget bytes; 0 for 1 GiB. Fails if it has traces. */
 RLV_API RlvResult rlv_detail_add_traces(RlvDetail detail, uint64_t budget);
 
 /* Edits. Lets edits of displacement and colours from now on fade back to what was there without any; each texel counts
  * from its last edit. What was edited before stays. options may be NULL. Fails if edits fade already, a time is out of
- * range, the detail has several layers of a kind, or it is of a triangle mesh. */
+ * range, or the detail has several layers of a kind. */
 RLV_API RlvResult rlv_detail_set_decay(RlvDetail detail, const RlvDecayOptions *options);
 
 /* Edits. Comes to a time in seconds, 0 at first: edits that fade do so, and imprints leave it in their traces from now
  * on. Call it once a frame, before the frame's edits. Fails if the time is not finite, or before that of the last call
- * while edits fade, and on triangle meshes. Time stamps that their budget refuses are logged; what was edited there
- * stays. */
+ * while edits fade. Time stamps that their budget refuses are logged; what was edited there stays. */
 RLV_API RlvResult rlv_detail_advance(RlvDetail detail, double time);
 
 /* A channel as it was committed last. */

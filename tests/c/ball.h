@@ -6,7 +6,7 @@
 
 enum { BALL_ROWS = 48, BALL_COLUMNS = 96 };
 
-/* A closed ball of the radius around the origin, of rows of triangles from pole to pole. */
+/* A closed ball of the radius around the origin, of rows of triangles from pole to pole; the poles are the first points. */
 static inline RlvMesh check_ball_of(RlvContext context, double radius, uint32_t rows, uint32_t columns) {
     size_t points = 2 + (size_t)(rows - 1) * columns, faces = 2 * (size_t)(rows - 1) * columns;
     float *positions = malloc(points * 12), *position = positions;
@@ -15,6 +15,9 @@ static inline RlvMesh check_ball_of(RlvContext context, double radius, uint32_t 
     RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
     RlvMesh mesh = RLV_NULL;
     CHECK(positions != NULL && corners != NULL);
+    for (int pole = 0; pole < 2; ++pole) {
+        *position++ = 0, *position++ = 0, *position++ = (float)(pole == 0 ? radius : -radius);
+    }
     for (uint32_t row = 1; row < rows; ++row) {
         for (uint32_t column = 0; column < columns; ++column) {
             double theta = pi * row / rows, phi = 2 * pi * column / columns;
@@ -23,16 +26,13 @@ static inline RlvMesh check_ball_of(RlvContext context, double radius, uint32_t 
             *position++ = (float)(radius * cos(theta));
         }
     }
-    for (int pole = 0; pole < 2; ++pole) {
-        *position++ = 0, *position++ = 0, *position++ = (float)(pole == 0 ? radius : -radius);
-    }
-    uint32_t north = (uint32_t)points - 2, south = (uint32_t)points - 1;
+    const uint32_t north = 0, south = 1;
     for (uint32_t column = 0; column < columns; ++column) {
-        uint32_t next = (column + 1) % columns, last = (rows - 2) * columns;
-        *corner++ = north, *corner++ = column, *corner++ = next;
+        uint32_t next = (column + 1) % columns, last = 2 + (rows - 2) * columns;
+        *corner++ = north, *corner++ = 2 + column, *corner++ = 2 + next;
         *corner++ = south, *corner++ = last + next, *corner++ = last + column;
         for (uint32_t row = 0; row + 2 < rows; ++row) {
-            uint32_t a = row * columns + column, b = row * columns + next;
+            uint32_t a = 2 + row * columns + column, b = 2 + row * columns + next;
             *corner++ = a, *corner++ = a + columns, *corner++ = b + columns;
             *corner++ = a, *corner++ = b + columns, *corner++ = b;
         }

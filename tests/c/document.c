@@ -58,6 +58,52 @@ static RlvDetail plate(RlvSurface surface, int painted) {
     return detail;
 }
 
+/* Opens a file of these bytes on a bare detail, which is as bare afterwards if that fails. */
+static RlvResult open_bytes(RlvSurface surface, const char *path, const unsigned char *bytes, size_t count) {
+    FILE *file = fopen(path, "wb");
+    RlvDetail detail = plate(surface, 0);
+    RlvDocument document = {77};
+    RlvDetailInfo info = RLV_DETAIL_INFO_INIT;
+    CHECK(file != NULL && fwrite(bytes, 1, count, file) == count && fclose(file) == 0);
+    const RlvResult result = rlv_document_open(detail, path, 0, &document);
+    if (result == RLV_OK) {
+        CHECK_OK(rlv_document_release(document));
+    } else {
+        CHECK(document.id == 77 && strstr(rlv_last_error(), path) != NULL);
+        CHECK_OK(rlv_detail_commit(detail, NULL));
+        CHECK_OK(rlv_detail_info(detail, &info));
+        CHECK(info.allocated_count == 0 && info.painted_count == 0);
+    }
+    CHECK_OK(rlv_detail_release(detail));
+    return result;
+}
+
+/* Documents that are newer, cut off or damaged are refused with their name, or open as far as they are whole. */
+static void damaged(RlvSurface surface, const char *path) {
+    static unsigned char bytes[1 << 20];
+    char other[80];
+    FILE *file = fopen(path, "rb");
+    CHECK(file != NULL);
+    const size_t count = fread(bytes, 1, sizeof bytes, file);
+    CHECK(count > 100 && count < sizeof bytes && fclose(file) == 0);
+    snprintf(other, sizeof other, "damaged-%p.relievo", (void *)&count);
+    CHECK(open_bytes(surface, other, bytes, count) == RLV_OK);
+    bytes[8] += 1;
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, open_bytes(surface, other, bytes, count), "newer relievo");
+    bytes[8] -= 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, open_bytes(surface, other, (const unsigned char *)"v 0 0 0", 7), "begin as a document");
+    CHECK(open_bytes(surface, other, bytes, 0) != RLV_OK && open_bytes(surface, other, bytes, 30) != RLV_OK);
+    /* Cut or changed elsewhere it may open, with what is whole of it. */
+    for (size_t part = 1; part < 16; ++part) {
+        const size_t at = count * part / 16;
+        open_bytes(surface, other, bytes, at);
+        bytes[at] ^= 0x55;
+        open_bytes(surface, other, bytes, count);
+        bytes[at] ^= 0x55;
+    }
+    CHECK(remove(other) == 0);
+}
+
 int main(void) {
     static State states[EDITS + 1], now;
     char path[L_tmpnam + 16];
@@ -206,6 +252,8 @@ int main(void) {
         CHECK_OK(rlv_mesh_release(stored));
         CHECK_OK(rlv_mesh_release(finer));
     }
+
+    damaged(surface, path);
 
     /* Another cage is refused with what differs. */
     copy = plate(other, 0);

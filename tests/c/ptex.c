@@ -113,7 +113,18 @@ int main(void) {
     how.kind = RLV_PTEX_STATED;
     how.budget = 10;
     CHECK_FAILS(RLV_ERROR_MEMORY, rlv_ptex_read(copy, paths[0], &how, NULL, NULL, NULL), "allow");
-    FILE *damaged = fopen(paths[2], "r+b");
+    /* Cut off anywhere, and of another format, files are refused with their name. */
+    static char bytes[1 << 16];
+    FILE *whole = fopen(paths[2], "rb"), *damaged;
+    CHECK(whole != NULL);
+    const size_t count = fread(bytes, 1, sizeof bytes, whole);
+    CHECK(count > 64 && fclose(whole) == 0);
+    for (size_t part = 0; part < 8; ++part) {
+        damaged = fopen(paths[2], "wb");
+        CHECK(damaged != NULL && fwrite(bytes, 1, count * part / 8, damaged) == count * part / 8 && fclose(damaged) == 0);
+        CHECK(rlv_ptex_read(copy, paths[2], NULL, NULL, NULL, NULL) != RLV_OK && strstr(rlv_last_error(), paths[2]) != NULL);
+    }
+    damaged = fopen(paths[2], "r+b");
     CHECK(damaged != NULL && fwrite("Qtex", 4, 1, damaged) == 1 && fclose(damaged) == 0);
     CHECK(rlv_ptex_read(copy, paths[2], NULL, NULL, NULL, NULL) != RLV_OK && strstr(rlv_last_error(), paths[2]) != NULL);
     CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_ptex_read(copy, "no/such.ptx", NULL, NULL, NULL, NULL), "no/such");

@@ -110,6 +110,23 @@ int main(void) {
     CHECK_OK(rlv_stroke_run(whole, brush, points, POINTS, 0, &report));
     CHECK(report.dabs == 0 && report.missed_dabs > 40 && report.changed_tiles == 0);
     way(points);
+
+    /* A budget smaller than a tile refuses all of it, and says which faces. */
+    RlvDetail poor = RLV_NULL;
+    RlvDetailOptions little = RLV_DETAIL_OPTIONS_INIT;
+    RlvDetailInfo kept = RLV_DETAIL_INFO_INIT;
+    size_t refused = 0;
+    little.budget = 10;
+    CHECK_OK(rlv_detail_create(surface, &little, NULL, &poor));
+    CHECK_OK(rlv_stroke_run(poor, brush, points, POINTS, 0, &report));
+    CHECK(report.refused_tiles > 5 && report.changed_tiles == 0 && report.bytes == 0);
+    CHECK_OK(rlv_detail_refused_faces(poor, NULL, 0, &refused));
+    CHECK(refused > 5 && refused <= report.refused_tiles);
+    CHECK_OK(rlv_detail_commit(poor, NULL));
+    CHECK_OK(rlv_detail_info(poor, &kept));
+    CHECK(kept.allocated_count == 0 && kept.bytes == 0);
+    CHECK_OK(rlv_detail_release(poor));
+
     points[3].pressure = NAN;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_stroke_run(whole, brush, points, POINTS, 0, NULL), "pressure");
     points[3].pressure = 1.0;

@@ -1,4 +1,5 @@
-/* Details of triangle meshes: painted, sculpted and pressed into, evaluated, followed, undone and kept in documents. */
+/* Details of triangle meshes: painted, sculpted and pressed into, evaluated, followed, baked, faded, undone and kept in
+ * documents. */
 #include "sheet.h"
 
 /* A closed mesh: every edge has two triangles. */
@@ -36,20 +37,29 @@ static Look look(RlvDetail detail, uint32_t tile, float u, float v, int painted)
     return out;
 }
 
-static void stroke(RlvContext context, RlvDetail detail, uint32_t action, float height) {
+/* Where strokes go: over the pole, and along the side that faces -y, further below than what is shared with the pole:
+ * vertices are kept 256 by 256. */
+static const RlvStrokePoint POLE[2] = {{{0.3, 0, 0.95}, 1.0, -1.0}, {{-0.3, 0.1, 0.95}, 1.0, -1.0}};
+static const RlvStrokePoint SIDE[2] = {{{0.1, -0.86, -0.5}, 1.0, -1.0}, {{-0.1, -0.86, -0.5}, 1.0, -1.0}};
+
+static void stroke_of(RlvContext context, RlvDetail detail, uint32_t action, float height, float radius,
+                      const RlvStrokePoint points[2]) {
     RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
     RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
     RlvStrokeReport report = RLV_STROKE_REPORT_INIT;
-    const RlvStrokePoint points[2] = {{{0.3, 0, 0.95}, 1.0, -1.0}, {{-0.3, 0.1, 0.95}, 1.0, -1.0}};
     RlvBrush brush = RLV_NULL;
     options.action = action;
     options.color[1] = 0.25f;
     options.height = height;
-    settings.radius = 0.3f;
+    settings.radius = radius;
     CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
     CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, &report));
     CHECK(report.dabs > 2 && report.missed_dabs == 0 && report.changed_tiles > 4 && report.bytes > 0);
     CHECK_OK(rlv_brush_release(brush));
+}
+
+static void stroke(RlvContext context, RlvDetail detail, uint32_t action, float height) {
+    stroke_of(context, detail, action, height, 0.3f, POLE);
 }
 
 /* The radius of the ball's surface over a direction, by a ray. */
@@ -97,9 +107,7 @@ static uint32_t keep(void *user, const RlvBakePicture *picture) {
 }
 
 /* Bakes of a sheet of triangles have what evaluation says. */
-static void bakes(RlvContext context) {
-    RlvSurface surface = RLV_NULL;
-    RlvSurfaceOptions kind = RLV_SURFACE_OPTIONS_INIT;
+static void bakes(RlvContext context, RlvSurface surface) {
     RlvDetail detail = RLV_NULL;
     RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
     RlvBrushOptions draw = RLV_BRUSH_OPTIONS_INIT;
@@ -108,15 +116,12 @@ static void bakes(RlvContext context) {
     RlvBakeReport report = RLV_BAKE_REPORT_INIT;
     RlvBrush brush = RLV_NULL;
     const RlvStrokePoint point = {{2.0, 2.0, 0.0}, 1.0, -1.0};
-    RlvMesh sheet = check_sheet(context, 4, 4, 0.0f);
     uint32_t channels = 0;
     char path[64];
-    kind.kind = RLV_SURFACE_TRIANGLES;
     options.tile_size = 32;
     draw.action = RLV_BRUSH_SCULPT;
     draw.height = 0.5f;
     settings.radius = 1.2f;
-    CHECK_OK(rlv_surface_create(context, sheet, &kind, &surface));
     CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
     CHECK_OK(rlv_detail_add_paint(detail, NULL));
     CHECK_OK(rlv_brush_create(context, &draw, &settings, &brush));
@@ -166,8 +171,128 @@ static void bakes(RlvContext context) {
     CHECK(check_removed(path) && report.scale > 0.9f && report.mid_level == 0.5f);
     CHECK_OK(rlv_brush_release(brush));
     CHECK_OK(rlv_detail_release(detail));
-    CHECK_OK(rlv_surface_release(surface));
-    CHECK_OK(rlv_mesh_release(sheet));
+}
+
+/* Contact, depth and age at the first corner of a triangle: of the 20th, the middle of the sheet. */
+static void trace_at(RlvDetail detail, uint32_t tile, float out[3]) {
+    const float uv[2] = {0, 0};
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    arrays.count = 1;
+    arrays.tiles = &tile;
+    arrays.uvs = uv;
+    arrays.traces = out;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+}
+
+/* Imprints leave traces on triangles: evaluated, baked and tessellated, and older with time. */
+static void traces(RlvContext context, RlvSurface surface) {
+    RlvDetail detail = RLV_NULL;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvCollider collider = RLV_NULL;
+    RlvChannelInfo channel = RLV_CHANNEL_INFO_INIT;
+    RlvTessellation followed = RLV_NULL;
+    RlvBakeOptions bake = RLV_BAKE_OPTIONS_INIT;
+    RlvMesh ball = check_ball_of(context, 0.8, 16, 32), mesh = RLV_NULL;
+    const double place[12] = CHECK_MOVED(2, 2, 0.6);
+    uint32_t channels = 0, index = 0;
+    float trace[3], bare[3];
+    options.tile_size = 16;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    CHECK_OK(rlv_collider_create_mesh(context, ball, place, &collider));
+    CHECK_OK(rlv_detail_add_traces(detail, 0));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_traces(detail, 0), "already");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_advance(detail, NAN), "time");
+    CHECK_OK(rlv_detail_advance(detail, 2.0));
+    CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, NULL));
+    CHECK_OK(rlv_detail_advance(detail, 5.0));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_TRACES, &channel));
+    CHECK(channel.is_there == 1 && channel.allocated_count > 0 && channel.bytes > 0);
+    trace_at(detail, 20, trace);
+    trace_at(detail, 0, bare);
+    CHECK_NEAR(trace[0], 1.0, 1e-6);
+    CHECK_NEAR(trace[1], 0.2, 0.03);
+    CHECK(trace[2] == 3.0f && bare[0] == 0.0f && bare[1] == 0.0f && bare[2] == -1.0f);
+    bake.width = bake.height = SIZE;
+    bake.gutter = 0;
+    bake.quantity = RLV_BAKE_TIME;
+    CHECK_OK(rlv_bake_run(detail, &bake, keep, NULL, &channels, NULL));
+    CHECK(channels == 1 && pixels[SIZE / 2 * SIZE + SIZE / 2] == 2.0f && pixels[0] == -1.0f);
+    bake.quantity = RLV_BAKE_DEPTH;
+    CHECK_OK(rlv_bake_run(detail, &bake, keep, NULL, &channels, NULL));
+    CHECK_NEAR(pixels[SIZE / 2 * SIZE + SIZE / 2], trace[1], 0.02);
+
+    /* Triangles have them, and get older. */
+    CHECK_OK(rlv_tessellation_create(detail, NULL, &followed));
+    CHECK_OK(rlv_detail_advance(detail, 6.0));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_tessellation_update(followed, NULL));
+    RlvTessellationInfo info = RLV_TESSELLATION_INFO_INIT;
+    CHECK_OK(rlv_tessellation_info(followed, &info));
+    float *all = malloc(info.point_count * 12);
+    CHECK(all != NULL);
+    CHECK_OK(rlv_tessellation_get_traces(followed, 0, info.point_count, all, 0));
+    size_t old = 0;
+    for (size_t point = 0; point < info.point_count; ++point) {
+        CHECK(all[3 * point + 2] == (all[3 * point] > 0.0f ? 4.0f : -1.0f));
+        old += all[3 * point] > 0.0f;
+    }
+    CHECK(old > 20 && old < info.point_count);
+    free(all);
+    CHECK_OK(rlv_tessellate_detail(detail, NULL, &mesh));
+    CHECK_OK(rlv_mesh_find_attribute(mesh, "age", &index));
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_tessellation_release(followed));
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_mesh_release(ball));
+    CHECK_OK(rlv_detail_release(detail));
+}
+
+/* Edits of triangles fade linearly and give their blocks back. */
+static void decay(RlvContext context, RlvSurface surface) {
+    RlvDetail detail = RLV_NULL;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvDecayOptions times = RLV_DECAY_OPTIONS_INIT;
+    RlvDetailInfo start = RLV_DETAIL_INFO_INIT, info = RLV_DETAIL_INFO_INIT;
+    RlvBrushOptions draw = RLV_BRUSH_OPTIONS_INIT;
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    RlvBrush brush = RLV_NULL;
+    const RlvStrokePoint point = {{2.0, 2.0, 0.0}, 1.0, -1.0};
+    RlvLayerOptions layer = RLV_LAYER_OPTIONS_INIT;
+    uint32_t id = 0;
+    options.tile_size = 16;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    times.duration = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_set_decay(detail, &times), "fade");
+    times.duration = 2.0f;
+    times.delay = 1.0f;
+    CHECK_OK(rlv_detail_set_decay(detail, &times));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_set_decay(detail, &times), "already");
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_layer_add(detail, "more", &layer, &id), "fade");
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_detail_info(detail, &start));
+    draw.action = RLV_BRUSH_SCULPT;
+    draw.height = 0.5f;
+    settings.radius = 0.6f;
+    CHECK_OK(rlv_brush_create(context, &draw, &settings, &brush));
+    CHECK_OK(rlv_stroke_run(detail, brush, &point, 1, 0, NULL));
+    CHECK_OK(rlv_detail_advance(detail, 1.0));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_detail_info(detail, &info));
+    CHECK(info.time == 1.0 && info.stamp_bytes > start.stamp_bytes && info.allocated_count > 0);
+    const float fresh = look(detail, 20, 0, 0, 0).displacement;
+    CHECK(fresh > 0.4f);
+    CHECK_OK(rlv_detail_advance(detail, 2.0));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_advance(detail, 1.5), "before");
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_NEAR(look(detail, 20, 0, 0, 0).displacement, 0.5 * fresh, 1e-3);
+    CHECK_OK(rlv_detail_advance(detail, 3.5));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_detail_info(detail, &info));
+    CHECK(look(detail, 20, 0, 0, 0).displacement == 0.0f && info.allocated_count == 0);
+    CHECK(info.bytes == start.bytes && info.stamp_bytes == start.stamp_bytes);
+    CHECK_OK(rlv_brush_release(brush));
+    CHECK_OK(rlv_detail_release(detail));
 }
 
 int main(void) {
@@ -185,9 +310,16 @@ int main(void) {
     char path[64];
     int patience = 0;
     CHECK_OK(rlv_context_create(NULL, &context));
-    bakes(context);
+    RlvMesh sheet = check_sheet(context, 4, 4, 0.0f);
+    kind.kind = RLV_SURFACE_TRIANGLES;
+    CHECK_OK(rlv_surface_create(context, sheet, &kind, &surface));
+    bakes(context, surface);
+    traces(context, surface);
+    decay(context, surface);
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(sheet));
     /* Few triangles: the test runs under Valgrind too. */
-    const uint32_t rows = 12, columns = 24;
+    const uint32_t rows = 18, columns = 24;
     RlvMesh ball = check_ball_of(context, 1.0, rows, columns), small = check_ball_of(context, 0.4, 16, 32), split = RLV_NULL, plane = check_plane(context, 2, 2);
     const size_t faces = 2 * (rows - 1) * columns;
 
@@ -245,7 +377,7 @@ int main(void) {
     /* A detail on it. */
     options.tile_size = 9;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_create(surface, &options, NULL, &copy), "9 segments");
-    options.tile_size = 16;
+    options.tile_size = 8;
     const uint32_t sizes[2] = {3, 8};
     options.face_sizes = sizes;
     options.face_size_count = 1;
@@ -262,6 +394,7 @@ int main(void) {
     CHECK_OK(rlv_tessellation_create(detail, NULL, &followed));
     stroke(context, detail, RLV_BRUSH_SCULPT, 0.02f);
     stroke(context, detail, RLV_BRUSH_PAINT, 0.0f);
+    stroke_of(context, detail, RLV_BRUSH_SCULPT, 0.01f, 0.3f, SIDE);
     RlvDetailInfo nothing = RLV_DETAIL_INFO_INIT;
     CHECK_OK(rlv_detail_info(detail, &nothing));
     CHECK(nothing.allocated_count == 0 && nothing.tile_count == faces);
@@ -287,9 +420,10 @@ int main(void) {
     CHECK_OK(rlv_tessellation_update(followed, &renewed));
     CHECK(renewed.rebuilt == 1 && renewed.high[2] > 1.05f);
     same_points(followed, detail);
-    stroke(context, detail, RLV_BRUSH_SCULPT, 0.01f);
+    /* Smaller, so that no face is divided that was not. */
+    stroke_of(context, detail, RLV_BRUSH_SCULPT, 0.01f, 0.2f, POLE);
     CHECK_OK(rlv_detail_commit(detail, NULL));
-    stroke(context, detail, RLV_BRUSH_PAINT, 0.0f);
+    stroke_of(context, detail, RLV_BRUSH_PAINT, 0.0f, 0.2f, POLE);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK_OK(rlv_tessellation_update(followed, &renewed));
     RlvTessellationInfo kept = RLV_TESSELLATION_INFO_INIT;
@@ -408,7 +542,7 @@ int main(void) {
     unsigned char block[64] = {0};
     size_t size = 0;
     CHECK_OK(rlv_detail_tile_info(detail, RLV_CHANNEL_DISPLACEMENT, hit.tile, &state));
-    CHECK(state.is_allocated == 1 && state.size == 16 && state.low[2] < state.high[2]);
+    CHECK(state.is_allocated == 1 && state.size == 8 && state.low[2] < state.high[2]);
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_detail_read_block(detail, RLV_CHANNEL_DISPLACEMENT, 0, block, 64, &size), "document");
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_detail_write_block(detail, RLV_CHANNEL_DISPLACEMENT, 0, block, 64), "triangle");
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_detail_set_face_sizes(detail, sizes, 1, 0), "triangle");

@@ -8,6 +8,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_detail::{Canvas, DisplacedObject, Imprinter, LayeredObject, TriangleObject, refusal};
 use relievo_document::{PageFile, PageStore};
+use relievo_tiles::trace::Trace;
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
 use relievo_tiles::{
     Blocks, Change, Channel, ChannelOptions, DecayOptions, Displacement, Paint, Texel, Traces, VectorDisplacement,
@@ -442,11 +443,18 @@ entry! {
 
     fn rlv_detail_add_traces(detail: RlvDetail, budget: u64) {
         let object = registry::get(detail)?;
-        let mut editor = object.edit()?;
-        let object = editor.tiles("traces")?;
-        check_none(object.traces().is_some(), "traces")?;
-        let traces = Traces::of(object.displacement().field(), or_default(budget))?;
-        object.set_traces(traces)
+        match &mut object.edit()?.object {
+            Object::Tiles(object) => {
+                check_none(object.traces().is_some(), "traces")?;
+                let traces = Traces::of(object.displacement().field(), or_default(budget))?;
+                object.set_traces(traces)
+            }
+            Object::Triangles(object) => {
+                check_none(object.traces().is_some(), "traces")?;
+                let traces = TriangleChannel::<Trace>::of(object.displacement().field(), or_default(budget))?;
+                object.set_traces(traces)
+            }
+        }
     }
 
     fn rlv_detail_set_decay(detail: RlvDetail, options: *const RlvDecayOptions) {
@@ -455,25 +463,28 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, default) }?;
         let mut editor = object.edit()?;
-        let object = editor.tiles("edits that fade")?;
-        if object.fading().is_some() {
+        if each!(&editor.object, object => object.fading().is_some()) {
             return Err(Error::invalid("its edits fade already").at("detail"));
         }
-        object.set_decay(DecayOptions { delay: given.delay, duration: given.duration }, or_default(given.budget))
+        let options = DecayOptions { delay: given.delay, duration: given.duration };
+        each!(&mut editor.object, object => object.set_decay(options, or_default(given.budget)))
     }
 
     fn rlv_detail_advance(detail: RlvDetail, time: f64) {
         let object = registry::get(detail)?;
         let mut editor = object.edit()?;
-        let displaced = editor.tiles("time")?;
-        let before = displaced.time();
-        if displaced.fading().is_some() && time < before {
+        let (before, is_fading) = each!(&editor.object, object => (object.time(), object.fading().is_some()));
+        if is_fading && time < before {
             return Err(Error::invalid(format!("edits that fade are at {before} s, and {time} s is before that"))
                 .at("time")
                 .advise("put back blocks of an earlier time in a new detail"));
         }
-        let refused = displaced.stamp(&object.context.context).len();
-        displaced.advance(&object.context.context, time)?;
+        let context = &object.context.context;
+        let refused = match &mut editor.object {
+            Object::Tiles(displaced) => displaced.stamp(context).len(),
+            Object::Triangles(displaced) => displaced.stamp(context)?.len(),
+        };
+        each!(&mut editor.object, displaced => displaced.advance(context, time))?;
         // The log may call back.
         drop(editor);
         if refused > 0 {

@@ -215,8 +215,11 @@ fn coat(view: &View, tiles: &TileView, made: &mut Tessellation) {
     }
 }
 
-fn coat_triangles(view: &TriangleView, made: &mut TriangleTessellation) -> Result<()> {
-    view.paint.as_ref().map_or(Ok(()), |paint| by_format!(paint, it => made.paint(it.field())))
+fn coat_triangles(view: &View, triangles: &TriangleView, made: &mut TriangleTessellation) -> Result<()> {
+    if let Some(traces) = &triangles.traces {
+        made.trace(traces.field(), view.time);
+    }
+    triangles.paint.as_ref().map_or(Ok(()), |paint| by_format!(paint, it => made.paint(it.field())))
 }
 
 /// The mesh, with the tile of every face and the parameters of every corner as attributes if they are wanted.
@@ -275,7 +278,7 @@ impl Follower {
             }
             Layers::Triangles(it) => {
                 let (rates, mut made) = triangles_of(context, it, cage)?;
-                coat_triangles(it, &mut made)?;
+                coat_triangles(view, it, &mut made)?;
                 Ok(Self::Triangles { rates, made })
             }
         }
@@ -334,7 +337,7 @@ impl Follower {
                 let changed = if posed { (0..faces as u32).collect() } else { it.shown(before) };
                 let ranges = made.update(context, &it.displaced()?, &it.normals, &changed)?;
                 if !changed.is_empty() || aged {
-                    coat_triangles(it, made)?;
+                    coat_triangles(view, it, made)?;
                 }
                 Ok(Some(ranges))
             }

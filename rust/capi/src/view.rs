@@ -551,7 +551,7 @@ impl View {
         Ok(Arc::new(Self {
             layers,
             cage,
-            time: 0.0,
+            time: object.time(),
             changed: faces,
             transform: *object.transform(),
             pose,
@@ -564,7 +564,9 @@ impl View {
                 limits(object.vectors()),
                 limits(object.traces()),
             ],
-            stamp_bytes: 0,
+            stamp_bytes: object.fading().map_or(0, |fading| {
+                fading.displacement.bytes() + fading.paint.as_ref().map_or(0, |paint| paint.bytes())
+            }),
         }))
     }
 }
