@@ -175,7 +175,7 @@ RLV_API RlvResult rlv_detail_add_traces(RlvDetail detail, uint64_t budget);
 
 /* Edits. Lets edits of displacement and colours from now on fade back to what was there without any; each texel counts
  * from its last edit. What was edited before stays. options may be NULL. Fails if edits fade already, a time is out of
- * range, or the detail has several layers of a kind. */
+ * range, or the detail is of a triangle mesh and has several layers of a kind. */
 RLV_API RlvResult rlv_detail_set_decay(RlvDetail detail, const RlvDecayOptions *options);
 
 /* Edits. Comes to a time in seconds, 0 at first: edits that fade do so, and imprints leave it in their traces from now
