@@ -7,12 +7,24 @@
 
 use glam::{DVec2, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Progress, Result, Values};
-use relievo_tiles::Rgba8;
+use relievo_tiles::ColorTexel;
 use relievo_tiles::trace::Trace;
 use relievo_tiles::triangle::{TriangleDisplaced, TriangleField, TriangleNormals, foot_at};
 
 use crate::map::{BakeOptions, BakeReport, Map, check, chosen};
 use crate::quantity::{Axes, Handedness, Meaning, Space};
+
+/// Colours of a triangle mesh, of any format.
+pub trait TriangleColors: Sync + std::fmt::Debug {
+    /// The linear colour and alpha at the place of `face` with barycentric coordinates `at`.
+    fn color(&self, face: u32, at: [f32; 3]) -> Vec4;
+}
+
+impl<T: ColorTexel> TriangleColors for TriangleField<T> {
+    fn color(&self, face: u32, at: [f32; 3]) -> Vec4 {
+        self.value(face, at).as_vec4()
+    }
+}
 
 /// What is baked, and of what.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +36,7 @@ pub struct TriangleQuantity<'a> {
     /// See `displaced`.
     pub normals: &'a TriangleNormals,
     /// Colours, for what is of them.
-    pub colors: Option<&'a TriangleField<Rgba8>>,
+    pub colors: Option<&'a dyn TriangleColors>,
     /// Traces, for what is of them.
     pub traces: Option<&'a TriangleField<Trace>>,
 }
@@ -108,7 +120,7 @@ impl TriangleQuantity<'_> {
     fn evaluate(&self, face: u32, at: [f32; 3], uvs: [DVec2; 3]) -> [f32; 4] {
         let one = |value: f32| [value, 0.0, 0.0, 0.0];
         let three = |value: Vec3| value.extend(0.0).to_array();
-        let color = || self.colors.map_or(Vec4::ZERO, |colors| colors.value(face, at).as_vec4());
+        let color = || self.colors.map_or(Vec4::ZERO, |colors| colors.color(face, at));
         let mark = || self.traces.map_or(glam::DVec4::ZERO, |traces| traces.value(face, at));
         match self.meaning {
             Meaning::Displacement => one(self.displaced.field().value(face, at) as f32),

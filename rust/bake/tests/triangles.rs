@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use half::f16;
-use relievo_bake::triangles::{TriangleQuantity, bake_triangles};
+use relievo_bake::triangles::{TriangleColors, TriangleQuantity, bake_triangles};
 use relievo_bake::{Axes, BakeOptions, BakeReport, Handedness, Map, Meaning, Space};
 use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, ContextOptions, Domain, Mesh, Result, Values};
@@ -49,7 +49,7 @@ impl Scene {
     fn try_bake(&self, meaning: Meaning, options: &BakeOptions) -> Result<(Vec<Map>, BakeReport)> {
         let displaced = TriangleDisplaced::new(&self.surface, self.heights.field()).unwrap();
         let normals = TriangleNormals::of(&self.context, &displaced).unwrap();
-        let colors = Some(self.colors.field());
+        let colors: Option<&dyn TriangleColors> = Some(self.colors.field());
         let quantity = TriangleQuantity { meaning, displaced, normals: &normals, colors, traces: None };
         let mut maps = Vec::new();
         let mesh = (&self.mesh, "uv");

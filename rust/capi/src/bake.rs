@@ -3,7 +3,7 @@
 use std::ffi::{c_char, c_void};
 use std::path::Path;
 
-use relievo_bake::triangles::{TriangleQuantity, bake_triangles};
+use relievo_bake::triangles::{TriangleColors, TriangleQuantity, bake_triangles};
 use relievo_bake::{
     Axes, BakeOptions, BakeReport, Colors, Handedness, Map, MapFormat, Meaning, Quantity, Scaling, Space, bake_watched,
     numbered, write_map,
@@ -173,7 +173,7 @@ impl Request<'_> {
 
     fn of_triangles<'a>(&self, view: &'a TriangleView) -> Result<TriangleQuantity<'a>> {
         let meaning = self.meaning()?;
-        let colors = view.paint.as_ref().map(|paint| paint.field());
+        let colors = view.paint.as_ref().map(|paint| by_format!(paint, it => it.field() as &dyn TriangleColors));
         let traces = view.traces.as_ref().map(|traces| traces.field());
         match meaning {
             Meaning::Color | Meaning::Mask if colors.is_none() => Err(missing(RLV_CHANNEL_COLOR)),

@@ -565,7 +565,8 @@ impl View {
                 limits(object.traces()),
             ],
             stamp_bytes: object.fading().map_or(0, |fading| {
-                fading.displacement.bytes() + fading.paint.as_ref().map_or(0, |paint| paint.bytes())
+                fading.displacement.bytes()
+                    + fading.paint.as_ref().map_or(0, |paint| by_format!(paint, it => it.bytes()))
             }),
         }))
     }

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use glam::DAffine3;
-use relievo_bake::triangles::{TriangleQuantity, bake_triangles};
+use relievo_bake::triangles::{TriangleColors, TriangleQuantity, bake_triangles};
 use relievo_bake::{BakeOptions, MapFormat, Meaning, Scaling, numbered, write_map};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Mesh, Result};
@@ -12,6 +12,7 @@ use relievo_detail::{LayeredObject, TriangleObject};
 use relievo_document::{Document, Settings};
 use relievo_meshio::write;
 use relievo_surface::TriangleSurface;
+use relievo_tiles::by_format;
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions, TriangleTessellation};
 
 /// A bake that is asked for.
@@ -60,8 +61,8 @@ pub fn export(
     let displaced = object.displaced()?;
     let rates = |face| object.rates(face);
     let mut made = TriangleTessellation::new(context, &displaced, object.normals(), mesh, rates)?;
-    if let Some(paint) = object.paint() {
-        made.paint(paint.field())?;
+    if let Some(colors) = object.colors() {
+        by_format!(colors, it => made.paint(it))?;
     }
     write(path, &made.mesh)?;
     let (points, triangles) = (made.mesh.points.len(), made.tiles.len());
@@ -75,7 +76,7 @@ fn write_maps(context: &Context, object: &TriangleObject, mesh: &Mesh, path: &Pa
         meaning: *meaning,
         displaced: object.displaced()?,
         normals: object.normals(),
-        colors: object.paint().map(|paint| paint.field()),
+        colors: object.colors().map(|colors| by_format!(colors, it => it as &dyn TriangleColors)),
         traces: object.traces().map(|traces| traces.field()),
     };
     let fitting = Scaling::fitting(MapFormat::of(path)?, *meaning, quantity.largest());
