@@ -110,6 +110,46 @@ int main(void) {
     CHECK_OK(rlv_brush_release(brush));
     CHECK_OK(rlv_detail_release(detail));
 
+    /* Colours of half floats are brighter than 1, wherever they are looked at or kept. */
+    RlvChannelInfo channel = RLV_CHANNEL_INFO_INIT;
+    RlvDetail again = RLV_NULL;
+    unsigned char block[8 * 130 * 130];
+    size_t size = 0;
+    CHECK_OK(rlv_detail_create(surface, NULL, NULL, &detail));
+    paint.format = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_paint(detail, &paint), "format 2");
+    paint.format = RLV_COLOR_RGBA8;
+    paint.color[1] = 300.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_paint(detail, &paint), "from 0 to 1");
+    paint.format = RLV_COLOR_RGBA16F;
+    CHECK_OK(rlv_detail_add_paint(detail, &paint));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_paint(detail, &paint), "colours");
+    kind.color[0] = 10000.0f;
+    kind.color[1] = 0.25f;
+    CHECK_OK(rlv_brush_create(context, &kind, &settings, &brush));
+    CHECK_OK(rlv_stroke_run(detail, brush, &point, 1, 0, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    looked.footprint_stride = 0;
+    CHECK_OK(rlv_evaluate_detail(detail, &looked));
+    CHECK(colors[0][0] > 3000 && colors[0][0] < 7000);
+    CHECK_NEAR(colors[2][0], 10000, 1e-3);
+    CHECK_NEAR(colors[2][1], 0.25, 1e-6);
+    CHECK_NEAR(colors[3][1], 300, 1e-3);
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_COLOR, &channel));
+    CHECK(channel.is_there == 1 && channel.texel_size == 8 && channel.allocated_count == 1);
+    CHECK_OK(rlv_detail_read_block(detail, RLV_CHANNEL_COLOR, 10, block, sizeof block, &size));
+    CHECK(size == sizeof block);
+    CHECK_OK(rlv_detail_create(surface, NULL, NULL, &again));
+    CHECK_OK(rlv_detail_add_paint(again, &paint));
+    CHECK_OK(rlv_detail_write_block(again, RLV_CHANNEL_COLOR, 10, block, size));
+    CHECK_OK(rlv_detail_commit(again, NULL));
+    memset(colors, 0, sizeof colors);
+    CHECK_OK(rlv_evaluate_detail(again, &looked));
+    CHECK_NEAR(colors[2][0], 10000, 1e-3);
+    CHECK_OK(rlv_brush_release(brush));
+    CHECK_OK(rlv_detail_release(again));
+    CHECK_OK(rlv_detail_release(detail));
+
     CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_context_release(context));
     return 0;

@@ -75,7 +75,9 @@ fn blocks<T: Texel>(channel: &Channel<T>) -> Vec<Option<Vec<u8>>> {
 fn a_dab_of_draw_on_a_plane_has_the_profile_and_the_volume_of_its_falloff() {
     let context = Context::serial();
     let (center, radius, height) = (DVec3::new(4.03, 3.98, 0.0), 1.7, 0.25);
-    let volumes = [4.0, 1.0 / 3.0, 0.3, 2.0 / 3.0];
+    let rim = (-4.5f64).exp();
+    let volumes = [4.0, 1.0 / 3.0, 0.3, 2.0 / 3.0, (2.0 / 9.0 * (1.0 - rim) - rim) / (1.0 - rim)];
+    assert_eq!(volumes.len(), Falloff::NAMES.len());
     for ((falloff, name), volume) in Falloff::NAMES.into_iter().zip(volumes) {
         let mut object = object(&context, &plane(8), 64, DAffine3::IDENTITY);
         let places = texels(&context, &object, object.displacement());
