@@ -735,6 +735,26 @@ fn put(channel: &mut impl BlockChannel, layer: u32, blocks: &[BlockState]) -> Re
     done
 }
 
+/// Makes blocks of all channels and layers of an object leave memory for `pages`. Fails if one cannot be read back.
+pub(crate) fn page_to(object: &mut impl LayeredObject, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
+    object.edit_heights(|stack, composite| stack.page_to(composite, pages).map(|()| Vec::new()))?;
+    let own = object.channels_mut(false);
+    with_colors!(own.as_mut, |stack, paint| stack.page_to(paint, pages)?, ());
+    let (traces, vectors) = object.others_mut();
+    traces.map_or(Ok(()), |traces| traces.page_to(pages))?;
+    vectors.map_or(Ok(()), |vectors| vectors.page_to(pages))
+}
+
+/// Fails once with what could not be read back from a page of an object, or written to one, since it was asked last.
+pub(crate) fn report_fault(object: &impl LayeredObject) -> Result<()> {
+    let own = object.channels();
+    own.layers.displacement.report_fault(own.displacement)?;
+    with_colors!(own.as_ref, |stack, paint| stack.report_fault(paint)?, ());
+    let (traces, vectors) = object.others();
+    traces.map_or(Ok(()), BlockChannel::report_fault)?;
+    vectors.map_or(Ok(()), BlockChannel::report_fault)
+}
+
 impl DisplacedObject {
     /// Makes tiles of all channels and layers leave memory for `pages` when their budgets are spent, those that were
     /// edited longest ago first, see [`relievo_tiles::paging`]; without, all come back. [`LayeredObject::settle`] is to be
@@ -742,13 +762,7 @@ impl DisplacedObject {
     ///
     /// Fails if a tile cannot be read back.
     pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
-        let to = pages.as_ref();
-        self.edit_heights(|stack, composite| stack.page_to(composite, to).map(|()| Vec::new()))?;
-        let own = self.channels_mut(false);
-        with_colors!(own.as_mut, |stack, paint| stack.page_to(paint, to)?, ());
-        let (traces, vectors) = self.traces_and_vectors_mut();
-        traces.map_or(Ok(()), |traces| BlockChannel::page_to(traces, to))?;
-        vectors.map_or(Ok(()), |vectors| BlockChannel::page_to(vectors, to))?;
+        page_to(self, pages.as_ref())?;
         self.pages = pages;
         Ok(())
     }
@@ -761,11 +775,7 @@ impl DisplacedObject {
     /// Fails once with what could not be read back from a page, or written to one, since it was asked last: a tile that is
     /// blank to readers, or one that stays in memory beyond its budget.
     pub fn report_fault(&self) -> Result<()> {
-        let own = self.channels();
-        own.layers.displacement.report_fault(own.displacement)?;
-        with_colors!(own.as_ref, |stack, paint| stack.report_fault(paint)?, ());
-        self.traces().map_or(Ok(()), BlockChannel::report_fault)?;
-        self.vectors().map_or(Ok(()), BlockChannel::report_fault)
+        report_fault(self)
     }
 }
 

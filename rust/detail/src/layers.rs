@@ -48,19 +48,12 @@ pub trait BlockChannel: Debug + Send + Sync {
         Ok(())
     }
 
-    /// Makes blocks leave memory for `pages` when the budget is spent; without, all come back. Fails if it cannot page, or
-    /// a block cannot be read back.
-    fn page_to(&mut self, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
-        match pages {
-            Some(_) => Err(Error::unsupported("channels of triangle meshes do not page")),
-            None => Ok(()),
-        }
-    }
+    /// Makes blocks leave memory for `pages` when the budget is spent; without, all come back. Fails if a block cannot be
+    /// read back.
+    fn page_to(&mut self, pages: Option<&Arc<dyn PageStore>>) -> Result<()>;
 
     /// Fails once with what could not be read back from a page, or written to one, since it was asked last.
-    fn report_fault(&self) -> Result<()> {
-        Ok(())
-    }
+    fn report_fault(&self) -> Result<()>;
 }
 
 /// A channel that layers are kept in.

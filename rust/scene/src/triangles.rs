@@ -1,8 +1,11 @@
 //! Triangle meshes of a scene that are painted, sculpted and pressed into: made, kept in caches, shown in pictures.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_detail::{LayeredObject, TriangleObject};
+use relievo_document::PageFile;
 use relievo_render as render;
 use relievo_surface::TriangleSurface;
 use relievo_surface::triangle::split;
@@ -61,9 +64,6 @@ impl TriangleItem {
         if flat > 0 {
             notes.push(format!("{flat} points have no normal and stay where they are"));
         }
-        if detail.page {
-            notes.push("triangle meshes do not page: faces beyond the budget are refused".into());
-        }
         let options = TriangleOptions { segments: detail.segments, budget: detail.budget };
         let topology = surface.topology().clone();
         let displacement = TriangleChannel::displacement(topology.clone(), &options)?;
@@ -76,6 +76,9 @@ impl TriangleItem {
         }
         if vectors {
             object.set_vectors(TriangleChannel::vectors(topology, &options)?)?;
+        }
+        if detail.page {
+            object.page_to(Some(Arc::new(PageFile::new(None))))?;
         }
         Ok(Self { object, cage, notes })
     }

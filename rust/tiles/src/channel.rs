@@ -17,7 +17,7 @@ use relievo_surface::{Link, TileTopology};
 use crate::field::{Entry, Field, Line};
 use crate::heap::{CLASS_COUNT, Heap, MAX_SIZE, MIN_SIZE, SizeClass};
 use crate::mip::{self, Rect};
-use crate::paging::Paging;
+use crate::paging::{Paged, Paging};
 use crate::ring::{self, Change, View, Writes};
 use crate::sets::Sets;
 use crate::slot::Slot;

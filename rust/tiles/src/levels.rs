@@ -16,6 +16,7 @@ use relievo_core::{Context, Error, Result};
 use crate::channel::{Applied, Channel, class_of};
 use crate::field::{Entry, Field};
 use crate::heap::SizeClass;
+use crate::paging::Paged;
 use crate::ring::{self, Change, View};
 use crate::sets::Sets;
 use crate::slot::Slot;

@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use crate::heap::{BlockId, SizeClass};
+use crate::heap::BlockId;
 
 /// The block of an element.
 #[derive(Clone, Debug)]
-pub(crate) struct Entry<T, C = SizeClass> {
+pub(crate) struct Entry<T> {
     pub texels: Arc<[T]>,
-    pub id: BlockId<C>,
+    pub id: BlockId,
     pub version: u64,
 }
 

@@ -19,21 +19,117 @@ use crate::sets::Sets;
 use crate::slot::{Pager, Slot};
 use crate::texel::Texel;
 
-/// What a channel knows of its pages.
+/// What a channel knows of its pages. Blocks are tiles, or those of triangles by number.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Paging {
-    /// Tiles on pages.
+    /// Blocks on pages.
     pub count: usize,
-    /// Of those, tiles of which readers brought something back.
-    back: BTreeSet<u32>,
-    /// Versions and tiles of blocks in the heap, the oldest of all; some may have changed since they were listed.
-    queue: BTreeSet<(u64, u32)>,
+    /// Of those, blocks of which readers brought something back.
+    pub back: BTreeSet<u32>,
+    /// Versions and numbers of blocks in the heap, the oldest of all; some may have changed since they were listed.
+    pub queue: BTreeSet<(u64, u32)>,
     /// Pages that hold what blocks in the heap had at a version.
-    clean: BTreeMap<u32, (u64, Arc<dyn Page>)>,
+    pub clean: BTreeMap<u32, (u64, Arc<dyn Page>)>,
 }
 
 /// The number that blocks on pages have instead of one in a heap.
-const NOWHERE: u32 = u32::MAX;
+pub(crate) const NOWHERE: u32 = u32::MAX;
+
+/// A channel whose blocks leave memory when its budget is spent.
+pub(crate) trait Paged {
+    /// What it knows of its pages.
+    fn paging(&mut self) -> &mut Paging;
+
+    /// What its blocks page to.
+    fn pager(&self) -> Option<&Arc<Pager>>;
+
+    /// Whether `bytes` more fit the budget.
+    fn fits(&self, bytes: u64) -> bool;
+
+    /// Whether a block is there and on a page.
+    fn is_on_page(&self, block: u32) -> bool;
+
+    /// The number of the edit that last changed a block.
+    fn edited(&self, block: u32) -> u64;
+
+    /// The blocks in the heap.
+    fn here(&self) -> Vec<u32>;
+
+    /// Gives a block back to the heap, its texels to a page. Returns whether that could be.
+    fn evict(&mut self, block: u32) -> bool;
+
+    /// Bytes of a block on a page that readers brought back.
+    fn back_bytes(&self, block: u32) -> u64;
+
+    /// Whether a block was looked at and could not be read.
+    fn has_failed(&self, block: u32) -> bool;
+
+    /// Forgets what readers brought back of a block.
+    fn let_go(&mut self, block: u32);
+
+    /// Gives blocks back until `bytes` more fit the budget, but none of `keep`, which ascend. Returns whether they fit.
+    fn make_room(&mut self, bytes: u64, keep: &[u32]) -> bool {
+        if self.fits(bytes) || self.pager().is_none() {
+            return self.fits(bytes);
+        }
+        for listed in [false, true] {
+            if listed {
+                let here = self.here().into_iter().map(|block| (self.edited(block), block)).collect();
+                self.paging().queue = here;
+            }
+            let (mut held, mut gone) = (Vec::new(), true);
+            while gone && !self.fits(bytes) {
+                let Some((version, block)) = self.paging().queue.pop_first() else { break };
+                if self.is_on_page(block) || self.edited(block) != version {
+                    continue;
+                }
+                let kept = keep.binary_search(&block).is_ok();
+                gone = kept || self.evict(block);
+                if kept || !gone {
+                    held.push((version, block));
+                }
+            }
+            self.paging().queue.extend(held);
+            if self.fits(bytes) || !gone {
+                break;
+            }
+        }
+        self.fits(bytes)
+    }
+
+    /// Brings the bytes in memory down to the budget: what readers brought back goes first.
+    fn trim(&mut self) {
+        let Some(pager) = self.pager().cloned() else { return };
+        for block in pager.take_back() {
+            if self.back_bytes(block) > 0 {
+                self.paging().back.insert(block);
+            }
+            // What could not be read may be there another time.
+            if self.has_failed(block) {
+                self.let_go(block);
+                self.paging().back.remove(&block);
+            }
+        }
+        let mut order: Vec<(u64, u32)> = Vec::new();
+        for block in self.paging().back.clone() {
+            order.push((self.edited(block), block));
+        }
+        let mut back: u64 = order.iter().map(|(_, block)| self.back_bytes(*block)).sum();
+        if self.fits(back) {
+            return;
+        }
+        order.sort_unstable();
+        for (_, block) in order {
+            if self.fits(back) {
+                break;
+            }
+            back -= self.back_bytes(block);
+            self.let_go(block);
+            self.paging().back.remove(&block);
+        }
+        self.make_room(0, &[]);
+    }
+}
 
 impl<T: Texel> Channel<T> {
     /// Makes blocks leave memory for `store` when the budget is spent, the oldest first; without a store all come back,
@@ -68,10 +164,6 @@ impl<T: Texel> Channel<T> {
     /// Whether `tile` is allocated and on a page.
     pub fn is_paged(&self, tile: u32) -> bool {
         self.field.is_paged(tile)
-    }
-
-    fn back_bytes(&self, tile: u32) -> u64 {
-        self.field.entry(tile).map_or(0, |entry| entry.texels.back_bytes() + entry.mips.back_bytes())
     }
 
     /// Fails once with what could not be read back, or written, since it was asked last.
@@ -181,40 +273,47 @@ impl<T: Texel> Channel<T> {
         }
     }
 
-    /// Gives blocks back until `bytes` more fit the budget, but none of the tiles `keep`, which ascend. Returns whether
-    /// they fit.
-    pub(crate) fn make_room(&mut self, bytes: u64, keep: &[u32]) -> bool {
-        let fits = |channel: &Self| channel.bytes().saturating_add(bytes) <= channel.budget();
-        if fits(self) || self.field.pager.is_none() {
-            return fits(self);
-        }
-        for listed in [false, true] {
-            if listed {
-                let field = &self.field;
-                let here = field.allocated().filter(|tile| !self.is_paged(*tile));
-                self.paging.queue = here.map(|tile| (field.version(tile), tile)).collect();
-            }
-            let (mut held, mut gone) = (Vec::new(), true);
-            while gone && !fits(self) {
-                let Some((version, tile)) = self.paging.queue.pop_first() else { break };
-                if self.is_paged(tile) || self.field.version(tile) != version {
-                    continue;
-                }
-                let kept = keep.binary_search(&tile).is_ok();
-                gone = kept || self.evict(tile);
-                if kept || !gone {
-                    held.push((version, tile));
-                }
-            }
-            self.paging.queue.extend(held);
-            if fits(self) || !gone {
-                break;
+    /// Pages for itself, after it was copied from another channel.
+    pub(crate) fn fork(&mut self) {
+        let Some(pager) = self.field.pager.take() else { return };
+        let pager = pager.fork();
+        let paged: Vec<u32> = self.field.allocated().filter(|tile| self.is_paged(*tile)).collect();
+        for tile in paged {
+            if let Some(entry) = self.field.entry_mut(tile) {
+                entry.texels.let_go(&pager);
+                entry.mips.let_go(&pager);
             }
         }
-        fits(self)
+        self.paging.back.clear();
+        self.field.pager = Some(pager);
+    }
+}
+
+impl<T: Texel> Paged for Channel<T> {
+    fn paging(&mut self) -> &mut Paging {
+        &mut self.paging
     }
 
-    /// Gives the block of `tile` back to the heap, its texels to a page. Returns whether that could be.
+    fn pager(&self) -> Option<&Arc<Pager>> {
+        self.field.pager.as_ref()
+    }
+
+    fn fits(&self, bytes: u64) -> bool {
+        self.bytes().saturating_add(bytes) <= self.budget()
+    }
+
+    fn is_on_page(&self, tile: u32) -> bool {
+        self.is_paged(tile)
+    }
+
+    fn edited(&self, tile: u32) -> u64 {
+        self.field.version(tile)
+    }
+
+    fn here(&self) -> Vec<u32> {
+        self.field.allocated().filter(|tile| !self.is_paged(*tile)).collect()
+    }
+
     fn evict(&mut self, tile: u32) -> bool {
         let (Some(pager), Some(entry)) = (self.field.pager.clone(), self.field.entry(tile)) else { return false };
         let blank = self.field.blank();
@@ -237,56 +336,18 @@ impl<T: Texel> Channel<T> {
         }
     }
 
-    /// Brings the bytes in memory down to the budget: what readers brought back goes first.
-    pub(crate) fn trim(&mut self) {
-        let Some(pager) = self.field.pager.clone() else { return };
-        for tile in pager.take_back() {
-            if self.back_bytes(tile) > 0 {
-                self.paging.back.insert(tile);
-            }
-            // What could not be read may be there another time.
-            if let Some(entry) = self.field.entry(tile)
-                && (entry.texels.has_failed() || entry.mips.has_failed())
-                && let Some(entry) = self.field.entry_mut(tile)
-            {
-                entry.texels.let_go(&pager);
-                entry.mips.let_go(&pager);
-                self.paging.back.remove(&tile);
-            }
-        }
-        let mut back: u64 = self.paging.back.iter().map(|tile| self.back_bytes(*tile)).sum();
-        if self.bytes() + back <= self.budget() {
-            return;
-        }
-        let mut order: Vec<(u64, u32)> =
-            self.paging.back.iter().map(|tile| (self.field.version(*tile), *tile)).collect();
-        order.sort_unstable();
-        for (_, tile) in order {
-            if self.bytes() + back <= self.budget() {
-                break;
-            }
-            back -= self.back_bytes(tile);
-            if let Some(entry) = self.field.entry_mut(tile) {
-                entry.texels.let_go(&pager);
-                entry.mips.let_go(&pager);
-            }
-            self.paging.back.remove(&tile);
-        }
-        self.make_room(0, &[]);
+    fn back_bytes(&self, tile: u32) -> u64 {
+        self.field.entry(tile).map_or(0, |entry| entry.texels.back_bytes() + entry.mips.back_bytes())
     }
 
-    /// Pages for itself, after it was copied from another channel.
-    pub(crate) fn fork(&mut self) {
-        let Some(pager) = self.field.pager.take() else { return };
-        let pager = Pager::new(pager.store.clone());
-        let paged: Vec<u32> = self.field.allocated().filter(|tile| self.is_paged(*tile)).collect();
-        for tile in paged {
-            if let Some(entry) = self.field.entry_mut(tile) {
-                entry.texels.let_go(&pager);
-                entry.mips.let_go(&pager);
-            }
+    fn has_failed(&self, tile: u32) -> bool {
+        self.field.entry(tile).is_some_and(|entry| entry.texels.has_failed() || entry.mips.has_failed())
+    }
+
+    fn let_go(&mut self, tile: u32) {
+        if let (Some(pager), Some(entry)) = (self.field.pager.clone(), self.field.entry_mut(tile)) {
+            entry.texels.let_go(&pager);
+            entry.mips.let_go(&pager);
         }
-        self.paging.back.clear();
-        self.field.pager = Some(pager);
     }
 }

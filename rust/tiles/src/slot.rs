@@ -50,6 +50,8 @@ impl<T> fmt::Debug for Paged<T> {
 #[derive(Debug)]
 pub(crate) struct Pager {
     pub store: Arc<dyn PageStore>,
+    /// What errors call a block.
+    noun: &'static str,
     notes: Mutex<Notes>,
 }
 
@@ -63,7 +65,21 @@ struct Notes {
 
 impl Pager {
     pub fn new(store: Arc<dyn PageStore>) -> Arc<Self> {
-        Arc::new(Self { store, notes: Mutex::default() })
+        Self::of(store, "tile")
+    }
+
+    /// As [`Self::new`], where errors call a block a `noun`.
+    pub fn of(store: Arc<dyn PageStore>, noun: &'static str) -> Arc<Self> {
+        Arc::new(Self { store, noun, notes: Mutex::default() })
+    }
+
+    /// Another for the same store.
+    pub fn fork(&self) -> Arc<Self> {
+        Self::of(self.store.clone(), self.noun)
+    }
+
+    fn place(&self, block: u32) -> String {
+        format!("{} {block}", self.noun)
     }
 
     fn notes(&self) -> MutexGuard<'_, Notes> {
@@ -110,9 +126,7 @@ impl<T: Texel> Slot<T> {
         }
         let page = match clean {
             Some(page) => page,
-            None => {
-                pager.store.store(bytemuck::cast_slice(texels)).map_err(|error| error.at(format!("tile {tile}")))?
-            }
+            None => pager.store.store(bytemuck::cast_slice(texels)).map_err(|error| error.at(pager.place(tile)))?,
         };
         let (count, bound) = (texels.len(), T::bound(texels));
         let (pager, loaded) = (pager.clone(), OnceLock::new());
@@ -207,7 +221,7 @@ impl<T: Texel> Paged<T> {
             let loaded = match self.read() {
                 Ok(texels) => Loaded { texels, failed: None },
                 Err(error) => {
-                    let error = error.at(format!("tile {}", self.tile));
+                    let error = error.at(self.pager.place(self.tile));
                     self.pager.note(self.tile, error.clone());
                     Loaded { texels: vec![self.blank; self.count].into(), failed: Some(error) }
                 }

@@ -11,6 +11,7 @@ use relievo_surface::TileTopology;
 use crate::blocks::Blocks;
 use crate::channel::{Channel, ChannelOptions};
 use crate::field::Field;
+use crate::paging::Paged;
 use crate::texel::{Rgba8, Rgba16, Texel, Vector};
 use crate::trace::Trace;
 

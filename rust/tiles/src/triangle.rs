@@ -12,6 +12,7 @@ pub mod decay;
 pub mod displaced;
 pub mod field;
 pub mod normals;
+pub mod paging;
 pub mod pattern;
 pub mod piece;
 #[cfg(test)]

@@ -3,8 +3,10 @@
 //! What an edit changed at a vertex of the tessellation goes to the layer's value there. A layer with fewer segments takes
 //! what it has values for, one with more what is between. Units: object units, linear light.
 
+use std::sync::Arc;
+
 use relievo_core::{Context, Result};
-use relievo_document::Settings;
+use relievo_document::{PageStore, Settings};
 use relievo_tiles::triangle::composite::blended;
 use relievo_tiles::triangle::{
     Pattern, TriangleBlock, TriangleChange, TriangleChannel, TriangleField, TriangleOptions, TriangleSets,
@@ -43,6 +45,14 @@ impl<T: StoredTexel> BlockChannel for TriangleChannel<T> {
         TriangleChannel::commit(self).changed().blocks(&topology)
     }
 
+    fn page_to(&mut self, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
+        TriangleChannel::page_to(self, pages.cloned())
+    }
+
+    fn report_fault(&self) -> Result<()> {
+        TriangleChannel::report_fault(self)
+    }
+
     /// Blocks say their level by their length; what changes is the number of segments of the finest.
     fn reshape(&mut self, sizes: &[u32], _: &[u32]) -> Result<()> {
         let field = TriangleChannel::field(self);
@@ -52,6 +62,7 @@ impl<T: StoredTexel> BlockChannel for TriangleChannel<T> {
         }
         let options = TriangleOptions { segments, budget: u64::MAX };
         let mut fresh = Self::blank(field.topology().clone(), field.blank(), &options)?;
+        fresh.page_to(self.page_store().cloned())?;
         fresh.keep(field)?;
         TriangleChannel::set_budget(&mut fresh, TriangleChannel::budget(self));
         *self = fresh;
@@ -66,7 +77,7 @@ impl<T: Absorb> LayerChannel for TriangleChannel<T> {
 
     fn sized(field: &TriangleField<T>, face_sizes: &[u32], blank: T, budget: u64) -> Result<Self> {
         let segments = face_sizes.first().copied().unwrap_or(field.pattern().segments());
-        Self::blank(field.topology().clone(), blank, &TriangleOptions { segments, budget })
+        TriangleChannel::sized(field, segments, blank, budget)
     }
 
     fn compose(

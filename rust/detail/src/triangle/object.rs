@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
-use relievo_document::{self as document, Document, Kind};
+use relievo_document::{self as document, Document, Kind, PageStore};
 use relievo_surface::{TriangleSurface, TriangleTopology};
 use relievo_tiles::triangle::{
-    FaceRates, Offset, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals, TrianglePiece,
-    TriangleSnapshot,
+    FaceRates, Offset, TriangleBlock, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals,
+    TrianglePiece, TriangleSnapshot,
 };
-use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, Trace, Vector, by_format};
+use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, StoredTexel, Texel, Trace, Vector, by_format};
 
 use super::fading::TriangleFading;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
@@ -37,6 +37,8 @@ pub struct TriangleObject {
     pub(super) layers: Layers<TriangleChannel, TriangleChannel<Rgba8>, TriangleChannel<Rgba16>>,
     pub(super) traces: Option<TriangleChannel<Trace>>,
     pub(super) fading: Option<TriangleFading>,
+    /// What blocks page to.
+    pages: Option<Arc<dyn PageStore>>,
     pub(super) vectors: Option<TriangleChannel<Vector>>,
     /// The vectors in object space, as they were renewed or edited last, and no less than the longest.
     pub(super) offsets: Option<(TriangleField<Offset>, f32)>,
@@ -75,6 +77,7 @@ impl TriangleObject {
             layers: Layers::default(),
             traces: None,
             fading: None,
+            pages: None,
             vectors: None,
             offsets: None,
             surface,
@@ -150,8 +153,9 @@ impl TriangleObject {
 
     /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have. Fails if the
     /// colours are those of another mesh.
-    pub fn set_paint(&mut self, paint: TriangleChannel<Rgba8>) -> Result<()> {
+    pub fn set_paint(&mut self, mut paint: TriangleChannel<Rgba8>) -> Result<()> {
         self.check_mesh(paint.field().topology(), "colours")?;
+        self.page(&mut paint)?;
         (self.layers.half_colors, self.half_paint) = (None, None);
         self.layers.colors = Some(layered::colors(paint.field().blank()));
         self.paint = Some(paint);
@@ -159,8 +163,9 @@ impl TriangleObject {
     }
 
     /// As [`Self::set_paint`] with colours of half floats, which may be brighter than 1.
-    pub fn set_half_paint(&mut self, paint: TriangleChannel<Rgba16>) -> Result<()> {
+    pub fn set_half_paint(&mut self, mut paint: TriangleChannel<Rgba16>) -> Result<()> {
         self.check_mesh(paint.field().topology(), "colours")?;
+        self.page(&mut paint)?;
         (self.layers.colors, self.paint) = (None, None);
         self.layers.half_colors = Some(layered::colors(paint.field().blank()));
         self.half_paint = Some(paint);
@@ -190,10 +195,54 @@ impl TriangleObject {
     }
 
     /// Makes imprints leave traces. Fails if the traces are those of another mesh.
-    pub fn set_traces(&mut self, traces: TriangleChannel<Trace>) -> Result<()> {
+    pub fn set_traces(&mut self, mut traces: TriangleChannel<Trace>) -> Result<()> {
         self.check_mesh(traces.field().topology(), "traces")?;
+        self.page(&mut traces)?;
         self.traces = Some(traces);
         Ok(())
+    }
+
+    /// Makes blocks of faces and edges of all channels and layers leave memory for `pages` when their budgets are spent,
+    /// those that were edited longest ago first, see [`relievo_tiles::triangle::paging`]; without, all come back.
+    /// [`LayeredObject::settle`] is to be done before. Normals, vectors in object space, and the values and stamps of
+    /// edits that fade stay in memory.
+    ///
+    /// Fails if a block cannot be read back.
+    pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
+        layered::page_to(self, pages.as_ref())?;
+        self.pages = pages;
+        Ok(())
+    }
+
+    /// Where blocks page to, if they do.
+    pub fn page_store(&self) -> Option<&Arc<dyn PageStore>> {
+        self.pages.as_ref()
+    }
+
+    /// Fails once with what could not be read back from a page, or written to one, since it was asked last.
+    pub fn report_fault(&self) -> Result<()> {
+        layered::report_fault(self)
+    }
+
+    /// The layer of a document that is called `name`.
+    fn channel<T: StoredTexel>(
+        &self,
+        context: &Context,
+        document: &Document,
+        name: &str,
+        budget: u64,
+    ) -> Result<Option<TriangleChannel<T>>> {
+        let topology = self.surface.topology().clone();
+        TriangleChannel::stored_with(context, topology, document, name, budget, self.pages.as_ref())
+    }
+
+    /// A channel of an object that pages does as well.
+    fn page<T: Texel>(&self, channel: &mut TriangleChannel<T>) -> Result<()> {
+        match (&self.pages, channel.page_store()) {
+            (Some(own), Some(other)) if Arc::ptr_eq(own, other) => Ok(()),
+            (Some(own), _) => channel.page_to(Some(own.clone())),
+            (None, _) => Ok(()),
+        }
     }
 
     fn check_mesh(&self, other: &TriangleTopology, what: &str) -> Result<()> {
@@ -229,8 +278,9 @@ impl TriangleObject {
     }
 
     /// Gives the object a vector displacement. Fails if it is that of another mesh.
-    pub fn set_vectors(&mut self, vectors: TriangleChannel<Vector>) -> Result<()> {
+    pub fn set_vectors(&mut self, mut vectors: TriangleChannel<Vector>) -> Result<()> {
         self.check_mesh(vectors.field().topology(), "vectors")?;
+        self.page(&mut vectors)?;
         self.vectors = Some(vectors);
         self.bent = true;
         self.stale = None;
@@ -481,15 +531,13 @@ impl LayeredObject for TriangleObject {
         layer: &document::Layer,
         budget: u64,
     ) -> Result<Option<Stored<Self>>> {
-        let (topology, name) = (self.surface.topology().clone(), layer.name());
+        let (own, name) = (self, layer.name());
         Ok(match layer.kind() {
-            Kind::Scalar => {
-                TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Displacement)
-            }
-            Kind::Rgba8 => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Paint),
-            Kind::Trace => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Traces),
-            Kind::Vector => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::Vectors),
-            Kind::Rgba16 => TriangleChannel::stored(context, topology, document, name, budget)?.map(Stored::HalfPaint),
+            Kind::Scalar => own.channel(context, document, name, budget)?.map(Stored::Displacement),
+            Kind::Rgba8 => own.channel(context, document, name, budget)?.map(Stored::Paint),
+            Kind::Trace => own.channel(context, document, name, budget)?.map(Stored::Traces),
+            Kind::Vector => own.channel(context, document, name, budget)?.map(Stored::Vectors),
+            Kind::Rgba16 => own.channel(context, document, name, budget)?.map(Stored::HalfPaint),
             Kind::Stamps => None,
         })
     }
@@ -535,20 +583,18 @@ pub(super) fn field_range(field: &TriangleField, face: u32) -> [f32; 2] {
     let topology = field.topology();
     let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
     let corners = topology.face(face).map(|vertex| field.vertex(vertex));
-    let mut sum = with([0.0; 2], crate::cull::range(&corners));
-    for block in topology.edges_of(face).map(|edge| field.edge(edge)).into_iter().chain([field.face(face)]).flatten() {
-        sum = with(sum, crate::cull::range(block));
-    }
-    sum
+    let sum = with([0.0; 2], crate::cull::range(&corners));
+    let blocks = topology.edges_of(face).map(TriangleBlock::Edge).into_iter().chain([TriangleBlock::Face(face)]);
+    blocks.filter_map(|block| field.range(block)).fold(sum, with)
 }
 
 /// The least and the largest value of all, 0 between them.
 fn range(field: &TriangleField) -> [f32; 2] {
     let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
-    let faces = field.allocated().filter_map(|face| field.face(face));
-    let edges = field.allocated_edges().filter_map(|edge| field.edge(edge));
-    let blocks = faces.chain(edges).chain(field.vertices());
-    blocks.map(crate::cull::range).fold([0.0; 2], with)
+    let faces = field.allocated().map(TriangleBlock::Face);
+    let blocks = faces.chain(field.allocated_edges().map(TriangleBlock::Edge));
+    let vertices = field.vertices().map(crate::cull::range);
+    blocks.filter_map(|block| field.range(block)).chain(vertices).fold([0.0; 2], with)
 }
 
 fn bounds(surface: &TriangleSurface, face: u32) -> Bounds {

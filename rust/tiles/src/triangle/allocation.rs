@@ -4,17 +4,19 @@
 //! A face and its edges get their blocks together or not at all; an edge gives its block back when no face with a block
 //! uses it. Units: bytes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use relievo_core::{Context, Error, Result};
 
+use super::block::TriangleBlock;
 use super::change::TriangleSets;
 use super::channel::TriangleChannel;
-use super::field::{TriangleClass, TriangleField, barycentric};
+use super::field::{Entry, TriangleClass, TriangleField, barycentric};
 use super::pattern::{Pattern, Slot};
 use crate::heap::Class;
-use crate::pages::Entry;
+use crate::paging::Paged;
+use crate::slot;
 use crate::texel::Texel;
 
 /// A block that an edit makes: of a face or an edge.
@@ -24,11 +26,26 @@ struct Wanted {
     element: u32,
 }
 
+impl Wanted {
+    fn block(&self) -> TriangleBlock {
+        if self.class.face { TriangleBlock::Face(self.element) } else { TriangleBlock::Edge(self.element) }
+    }
+}
+
+/// The blocks of `faces` and their edges that are there.
+fn there<T: Texel>(field: &TriangleField<T>, faces: &[u32]) -> BTreeSet<TriangleBlock> {
+    let edges = faces.iter().flat_map(|face| field.topology().edges_of(*face)).map(TriangleBlock::Edge);
+    let blocks = faces.iter().copied().map(TriangleBlock::Face).chain(edges);
+    blocks.filter(|block| field.block(*block).is_some()).collect()
+}
+
 impl<T: Texel> TriangleChannel<T> {
     /// Gives faces blocks of `pattern`, and takes others' away. Nothing reads otherwise where a block is made, but for
-    /// rounding. Faces that already are as wished are left out. Returns the faces the budget refused, ascending.
+    /// rounding. Faces that already are as wished are left out. Returns the faces the budget refused, ascending. With
+    /// pages, the blocks edited longest ago make room.
     ///
-    /// Fails, and does nothing, if a face does not exist or the pattern is not the finest, half or a quarter of it.
+    /// Fails, and does nothing, if a face does not exist, the pattern is not the finest, half or a quarter of it, or a page
+    /// cannot be read.
     pub fn apply(&mut self, context: &Context, pattern: Pattern, sets: &TriangleSets) -> Result<Vec<u32>> {
         let finest = self.field.pattern().segments();
         if ![1, 2, 4].iter().any(|part| pattern.segments() * part == finest) {
@@ -39,24 +56,34 @@ impl<T: Texel> TriangleChannel<T> {
         if let Some(face) = sets.allocate.iter().chain(&sets.deallocate).find(|face| **face as usize >= count) {
             return Err(Error::invalid(format!("face {face} does not exist")).advise(format!("use 0 to {}", count - 1)));
         }
+        self.report_fault()?;
+        if self.paging.count > 0 {
+            let coarser = |face: &&u32| self.field.face_pattern(**face).is_none_or(|own| own < pattern);
+            let made: Vec<u32> = sets.allocate.iter().filter(coarser).copied().collect();
+            self.check_pages(there(&self.field, &made))?;
+        }
         self.revision += 1;
         self.deallocate(&sets.deallocate);
-        Ok(self.allocate(context, pattern, &sets.allocate))
+        let refused = self.allocate(context, pattern, &sets.allocate);
+        self.trim();
+        Ok(refused)
     }
 
     pub(super) fn deallocate(&mut self, faces: &[u32]) {
         let topology = self.field.topology().clone();
         let mut freed = Vec::new();
         for face in faces {
-            let Some(entry) = self.field.faces.entry_mut(*face).take() else { continue };
-            freed.push(entry.id);
+            if !self.field.is_allocated(*face) {
+                continue;
+            }
+            freed.extend(self.take_block(TriangleBlock::Face(*face)));
             self.changed.faces.push(*face);
             for edge in topology.edges_of(*face) {
                 if topology.faces_along(edge).any(|(face, _)| self.field.is_allocated(face)) {
                     continue;
                 }
-                if let Some(entry) = self.field.edges.entry_mut(edge).take() {
-                    freed.push(entry.id);
+                if self.field.edge_pattern(edge).is_some() {
+                    freed.extend(self.take_block(TriangleBlock::Edge(edge)));
                     self.changed.edges.push(edge);
                 }
             }
@@ -70,12 +97,48 @@ impl<T: Texel> TriangleChannel<T> {
             faces.iter().copied().filter(|face| coarser(self.field.face_pattern(*face))).collect();
         faces.sort_unstable();
         faces.dedup();
+        let (wanted, refused) = match self.clear_the_way(pattern, &faces) {
+            Some(granted) => granted,
+            None => self.granted(pattern, &faces, self.heap.bytes()),
+        };
+        let field = &self.field;
+        let blocks = context.map(wanted.len(), |index| values_of(field, wanted[index].class, wanted[index].element));
+        let freed: Vec<_> = wanted.iter().filter_map(|wanted| self.take_block(wanted.block())).collect();
+        self.heap.free(&freed);
+        let classes: Vec<TriangleClass> = wanted.iter().map(|wanted| wanted.class).collect();
+        for ((wanted, texels), id) in wanted.iter().zip(blocks).zip(self.heap.allocate(&classes)) {
+            let version = self.revision;
+            if let (Some(id), Some(entry)) = (id, self.field.block_mut(wanted.block())) {
+                *entry = Some(Entry { texels: slot::Slot::Here(texels), id, version });
+                self.mark(wanted.block());
+            }
+        }
+        refused
+    }
+
+    /// With pages: makes room for the blocks of `faces`, and says which are granted and which of the faces refused. `None` if
+    /// there are no pages, or no room for more of them.
+    fn clear_the_way(&mut self, pattern: Pattern, faces: &[u32]) -> Option<(Vec<Wanted>, Vec<u32>)> {
+        self.pager()?;
+        let there = there(&self.field, faces);
+        let size =
+            |block: &TriangleBlock| self.field.block(*block).map_or(0, |entry| self.heap.bytes_of(entry.id.class));
+        // Together with what the faces have, on pages too.
+        let granted = self.granted(pattern, faces, there.iter().map(size).sum());
+        let more: u64 = granted.0.iter().map(|wanted| self.heap.bytes_of(wanted.class)).sum();
+        let less: u64 = granted.0.iter().map(|wanted| self.bytes_here(wanted.block())).sum();
+        let keep: Vec<u32> = there.iter().map(|block| block.number(self.field.topology())).collect();
+        self.make_room(more.saturating_sub(less), &keep).then_some(granted)
+    }
+
+    /// The blocks of those of `faces` that fit the budget beside `bytes`, among which is what they have, and the other faces.
+    fn granted(&self, pattern: Pattern, faces: &[u32], mut bytes: u64) -> (Vec<Wanted>, Vec<u32>) {
+        let coarser = |own: Option<Pattern>| own.is_none_or(|own| own < pattern);
         let (mut refused, mut wanted) = (Vec::new(), Vec::new());
         let mut edges = BTreeMap::new();
-        let mut bytes = self.heap.bytes();
         let size = |class: TriangleClass| (class.values() * size_of::<T>()) as u64;
         let class = |face: bool| TriangleClass { face, pattern };
-        for face in faces {
+        for face in faces.iter().copied() {
             let own = self.field.topology().edges_of(face);
             let new =
                 own.into_iter().filter(|edge| coarser(self.field.edge_pattern(*edge)) && !edges.contains_key(edge));
@@ -98,25 +161,7 @@ impl<T: Texel> TriangleChannel<T> {
             wanted.push(Wanted { class: class(true), element: face });
         }
         wanted.extend(edges.into_keys().map(|element| Wanted { class: class(false), element }));
-        let field = &self.field;
-        let blocks = context.map(wanted.len(), |index| values_of(field, wanted[index].class, wanted[index].element));
-        let mut freed = Vec::new();
-        for Wanted { class, element } in &wanted {
-            let pages = if class.face { &mut self.field.faces } else { &mut self.field.edges };
-            freed.extend(pages.entry_mut(*element).take().map(|entry| entry.id));
-        }
-        self.heap.free(&freed);
-        let classes: Vec<TriangleClass> = wanted.iter().map(|wanted| wanted.class).collect();
-        for ((wanted, texels), id) in wanted.iter().zip(blocks).zip(self.heap.allocate(&classes)) {
-            let Some(id) = id else { continue };
-            let (pages, list) = match wanted.class.face {
-                true => (&mut self.field.faces, &mut self.changed.faces),
-                false => (&mut self.field.edges, &mut self.changed.edges),
-            };
-            *pages.entry_mut(wanted.element) = Some(Entry { texels, id, version: self.revision });
-            list.push(wanted.element);
-        }
-        refused
+        (wanted, refused)
     }
 
     /// Gives edges blocks as fine as those of their faces, and takes those away that no face uses: after blocks were put
@@ -125,11 +170,11 @@ impl<T: Texel> TriangleChannel<T> {
         let topology = self.field.topology().clone();
         let unused = |edge: &u32| !topology.faces_along(*edge).any(|(face, _)| self.field.is_allocated(face));
         let unused: Vec<u32> = self.field.allocated_edges().filter(unused).collect();
+        self.revision += 1;
         for edge in unused {
-            if let Some(entry) = self.field.edges.entry_mut(edge).take() {
-                self.heap.free(&[entry.id]);
-                self.changed.edges.push(edge);
-            }
+            let freed = self.take_block(TriangleBlock::Edge(edge));
+            self.heap.free(freed.as_slice());
+            self.changed.edges.push(edge);
         }
         let mut wanted: BTreeMap<u32, Pattern> = BTreeMap::new();
         for face in self.field.allocated() {
@@ -141,7 +186,10 @@ impl<T: Texel> TriangleChannel<T> {
                 }
             }
         }
-        match self.set_edges(context, &wanted.into_iter().collect::<Vec<_>>()) {
+        let set = self.set_edges(context, &wanted.into_iter().collect::<Vec<_>>());
+        self.trim();
+        self.report_fault()?;
+        match set {
             true => Ok(()),
             false => Err(Error::memory("the blocks need more than their budget")
                 .advise("raise the budget of the object's detail")),
@@ -156,21 +204,28 @@ impl<T: Texel> TriangleChannel<T> {
             let (element, pattern) = edges[index];
             values_of(field, class(pattern), element)
         });
+        let mut keep: Vec<u32> =
+            edges.iter().map(|(edge, _)| TriangleBlock::Edge(*edge).number(self.field.topology())).collect();
+        keep.sort_unstable();
         let mut all = true;
         for ((edge, pattern), texels) in edges.iter().zip(blocks) {
-            let old = self.field.edges.entry(*edge).map(|entry| entry.id);
-            let before = old.map_or(0, |old| self.heap.bytes_of(old.class));
-            if self.heap.bytes() - before + self.heap.bytes_of(class(*pattern)) > self.heap.budget() {
-                all = false;
-                continue;
-            }
-            self.heap.free(old.as_slice());
-            let id = self.heap.allocate(&[class(*pattern)]).first().copied().flatten();
-            let version = self.revision;
-            *self.field.edges.entry_mut(*edge) = id.map(|id| Entry { texels, id, version });
-            self.changed.edges.push(*edge);
+            all &= self.put(TriangleBlock::Edge(*edge), class(*pattern), texels, &keep);
         }
         all
+    }
+
+    /// Gives a face or an edge a block of `class` in place of the one it may have, with `values`. Returns whether the budget
+    /// allowed it, with room that others than `keep`, which ascend, may make.
+    pub(super) fn put(&mut self, block: TriangleBlock, class: TriangleClass, values: Arc<[T]>, keep: &[u32]) -> bool {
+        let (before, now) = (self.bytes_here(block), self.heap.bytes_of(class));
+        let fits = self.heap.bytes() - before + now <= self.heap.budget();
+        if !fits && !self.make_room(now.saturating_sub(before), keep) {
+            return false;
+        }
+        let old = self.take_block(block);
+        self.heap.free(old.as_slice());
+        self.create(block, class, values);
+        true
     }
 
     /// Gives back the blocks of those of `faces` that hold nothing but what is read without them: those whose corners and
@@ -180,7 +235,11 @@ impl<T: Texel> TriangleChannel<T> {
     pub fn reclaim(&mut self, context: &Context, faces: &[u32]) -> Result<Vec<u32>> {
         let topology = self.field.topology().clone();
         let blank = self.field.blank();
-        let empty = |block: Option<&[T]>| block.is_none_or(|block| block.iter().all(|value| value.is_blank(blank)));
+        // What cannot be read is not empty.
+        let empty = |field: &TriangleField<T>, block: TriangleBlock| {
+            let held = field.try_held(block);
+            held.is_ok_and(|held| held.is_none_or(|values| values.iter().all(|value| value.is_blank(blank))))
+        };
         let mut faces: Vec<u32> =
             faces.iter().copied().filter(|face| (*face as usize) < topology.face_count()).collect();
         faces.sort_unstable();
@@ -190,7 +249,7 @@ impl<T: Texel> TriangleChannel<T> {
             let field = &self.field;
             let corners = topology.face(face);
             if !field.is_allocated(face)
-                || !empty(field.face(face))
+                || !empty(field, TriangleBlock::Face(face))
                 || !corners.iter().all(|vertex| field.vertex(*vertex).is_blank(blank))
             {
                 continue;
@@ -198,7 +257,7 @@ impl<T: Texel> TriangleChannel<T> {
             let stays = |other: u32| field.is_allocated(other) && gone.binary_search(&other).is_err();
             let free = |edge: &u32| {
                 let mut along = topology.faces_along(*edge);
-                empty(field.edge(*edge)) || along.any(|(other, _)| other != face && stays(other))
+                empty(field, TriangleBlock::Edge(*edge)) || along.any(|(other, _)| other != face && stays(other))
             };
             if topology.edges_of(face).iter().all(free) {
                 gone.push(face);
@@ -259,6 +318,18 @@ mod tests {
         let all: Vec<u32> = (0..channel.field().topology().face_count() as u32).collect();
         channel.apply(&context, pattern, &sets(&all)).unwrap();
         assert_eq!(channel.bytes(), full);
+    }
+
+    #[test]
+    fn edge_blocks_grow_two_for_each_face_block_in_a_table_of_their_own() {
+        let mut tables = BTreeSet::new();
+        for segments in [2, 4, 8, 16, 32, 64] {
+            let [face, edge] =
+                [true, false].map(|face| TriangleClass { face, pattern: Pattern::new(segments).unwrap() });
+            assert_eq!(edge.group(), 2 * face.group());
+            assert!(tables.insert(face.index()) && tables.insert(edge.index()));
+        }
+        assert!(tables.iter().all(|table| *table < TriangleClass::COUNT));
     }
 
     #[test]

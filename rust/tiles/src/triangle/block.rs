@@ -10,11 +10,10 @@ use super::channel::TriangleChannel;
 use super::field::{CHUNK, TriangleClass};
 use super::pattern::Pattern;
 use crate::heap::Class;
-use crate::pages::Entry;
 use crate::texel::Texel;
 
 /// What a block belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TriangleBlock {
     /// A face.
     Face(u32),
@@ -90,11 +89,12 @@ impl<T: Texel> TriangleChannel<T> {
         self.field().blocks()
     }
 
-    /// The values of a block as bytes; `None` if it holds nothing. Fails if there is no such block.
+    /// The values of a block as bytes; `None` if it holds nothing. Fails if there is no such block, or it is on a page that
+    /// cannot be read.
     pub fn read(&self, number: u32) -> Result<Option<Vec<u8>>> {
         let field = self.field();
         let block = TriangleBlock::of(field.topology(), number).ok_or_else(|| missing(number))?;
-        Ok(field.held(block).map(|values| bytemuck::cast_slice(values).to_vec()))
+        Ok(field.try_held(block)?.map(|values| bytemuck::cast_slice(values).to_vec()))
     }
 
     /// Puts back what [`Self::read`] gave: allocates or deallocates as needed; vertices without bytes become blank. When
@@ -116,7 +116,7 @@ impl<T: Texel> TriangleChannel<T> {
         if values.as_ref().is_some_and(|values| !T::all_finite(values)) {
             return Err(Error::invalid("a number of the block is not finite").at(place()));
         }
-        let (face, element) = match block {
+        let face = match block {
             TriangleBlock::Vertices(chunk) => {
                 let first = chunk as usize * CHUNK;
                 let count = CHUNK.min(topology.vertex_count() - first);
@@ -129,8 +129,8 @@ impl<T: Texel> TriangleChannel<T> {
                 self.write_vertices(first as u32, &values);
                 return Ok(());
             }
-            TriangleBlock::Face(face) => (true, face),
-            TriangleBlock::Edge(edge) => (false, edge),
+            TriangleBlock::Face(_) => true,
+            TriangleBlock::Edge(_) => false,
         };
         let finest = self.field().pattern().segments();
         let class = values.as_ref().map(|values| {
@@ -143,8 +143,25 @@ impl<T: Texel> TriangleChannel<T> {
                 ))
             })
         });
-        let class = class.transpose()?;
-        self.place(face, element, class, values.map(Into::into)).map_err(|error| error.at(place()))
+        self.revision += 1;
+        match class.transpose()?.zip(values) {
+            Some((class, values)) => {
+                if self.put(block, class, values.into(), &[]) {
+                    return Ok(());
+                }
+                self.report_fault()?;
+                Err(Error::memory("the blocks need more than their budget")
+                    .at(place())
+                    .advise("raise the budget of the object's detail"))
+            }
+            None if self.field().block(block).is_some() => {
+                let freed = self.take_block(block);
+                self.heap.free(freed.as_slice());
+                self.mark(block);
+                Ok(())
+            }
+            None => Ok(()),
+        }
     }
 }
 
@@ -158,53 +175,6 @@ impl<T: Texel> TriangleChannel<T> {
                 changed.vertices.push(vertex);
             }
         }
-    }
-
-    /// Gives an element a block of `class` with `values`, or takes it away.
-    fn place(
-        &mut self,
-        face: bool,
-        element: u32,
-        class: Option<TriangleClass>,
-        values: Option<std::sync::Arc<[T]>>,
-    ) -> Result<()> {
-        let Self { field, changed, heap, revision } = self;
-        *revision += 1;
-        let (pages, list) = match face {
-            true => (&mut field.faces, &mut changed.faces),
-            false => (&mut field.edges, &mut changed.edges),
-        };
-        let old = pages.entry(element).map(|entry| entry.id);
-        let (Some(class), Some(texels)) = (class, values) else {
-            if let Some(old) = old {
-                *pages.entry_mut(element) = None;
-                heap.free(&[old]);
-                list.push(element);
-            }
-            return Ok(());
-        };
-        let id = match old {
-            Some(old) if old.class == class => old,
-            _ => {
-                let size = |class: TriangleClass| (class.values() * size_of::<T>()) as u64;
-                let before = old.map_or(0, |old| size(old.class));
-                if heap.bytes() - before + size(class) > heap.budget() {
-                    return Err(Error::memory("the blocks need more than their budget")
-                        .advise("raise the budget of the object's detail"));
-                }
-                if let Some(old) = old {
-                    *pages.entry_mut(element) = None;
-                    heap.free(&[old]);
-                }
-                match heap.allocate(&[class]).first().copied().flatten() {
-                    Some(id) => id,
-                    None => return Err(Error::internal("a heap refused what fits its budget")),
-                }
-            }
-        };
-        *pages.entry_mut(element) = Some(Entry { texels, id, version: *revision });
-        list.push(element);
-        Ok(())
     }
 }
 

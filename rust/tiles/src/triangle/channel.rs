@@ -17,11 +17,13 @@ use half::f16;
 use relievo_core::{Error, Result};
 use relievo_surface::TriangleTopology;
 
+use super::block::TriangleBlock;
 use super::change::{TriangleChange, TriangleSnapshot, TriangleValues};
-use super::field::{TriangleClass, TriangleField};
+use super::field::{Entry, TriangleClass, TriangleField};
 use super::pattern::Pattern;
-use crate::heap::Heap;
-use crate::pages::{Entry, Pages};
+use crate::heap::{Class, Heap};
+use crate::pages::Pages;
+use crate::paging::{Paged, Paging};
 use crate::texel::{ColorTexel, Texel};
 
 /// How a channel over triangles is made.
@@ -40,13 +42,28 @@ impl Default for TriangleOptions {
 }
 
 /// Values on a triangle mesh that may be edited. See the [module](self).
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct TriangleChannel<T = f16> {
     pub(super) field: TriangleField<T>,
     pub(super) heap: Heap<TriangleClass>,
+    pub(super) paging: Paging,
     pub(super) revision: u64,
     /// Faces, edges and vertices changed since the last commit, with repetition.
     pub(super) changed: TriangleChange,
+}
+
+impl<T: Texel> Clone for TriangleChannel<T> {
+    fn clone(&self) -> Self {
+        let mut copy = Self {
+            field: self.field.clone(),
+            heap: self.heap.clone(),
+            paging: self.paging.clone(),
+            revision: self.revision,
+            changed: self.changed.clone(),
+        };
+        copy.fork();
+        copy
+    }
 }
 
 impl TriangleChannel {
@@ -80,6 +97,7 @@ impl<T: Texel> TriangleChannel<T> {
         Ok(Self {
             field: TriangleField::new(topology, pattern, blank),
             heap: Heap::new(size_of::<T>(), budget),
+            paging: Paging::default(),
             revision: 0,
             changed: TriangleChange::default(),
         })
@@ -99,7 +117,7 @@ impl<T: Texel> TriangleChannel<T> {
         (self.field.topology().vertex_count() * size_of::<T>()) as u64
     }
 
-    /// Bytes of vertices and blocks.
+    /// Bytes of vertices and blocks. Blocks on pages count nothing.
     pub fn bytes(&self) -> u64 {
         self.vertex_bytes() + self.heap.bytes()
     }
@@ -116,15 +134,16 @@ impl<T: Texel> TriangleChannel<T> {
         self.vertex_bytes().saturating_add(self.heap.budget())
     }
 
-    /// Changes the budget. Blocks stay, even beyond it.
+    /// Changes the budget. Blocks stay, even beyond it, unless they page: see [`Self::page_to`].
     pub fn set_budget(&mut self, budget: u64) {
         self.heap.set_budget(budget.saturating_sub(self.vertex_bytes()));
+        self.trim();
     }
 
     /// Writes new values; elements whose values stay the same are not touched.
     ///
     /// Fails, and changes nothing, if an element does not exist or is listed out of order, has no block or one of
-    /// another length, or if a number is not finite.
+    /// another length, a number is not finite, or a page cannot be read.
     pub fn write(&mut self, values: TriangleValues<T>) -> Result<()> {
         check(&values.faces, &self.field.faces, self.field.topology().face_count(), "face")?;
         check(&values.edges, &self.field.edges, self.field.topology().edge_count(), "edge")?;
@@ -136,22 +155,15 @@ impl<T: Texel> TriangleChannel<T> {
         {
             return Err(Error::invalid("an edit left a number that is not finite").at(format!("vertex {vertex}")));
         }
+        let faces = values.faces.into_iter().map(|(face, values)| (TriangleBlock::Face(face), values));
+        let edges = values.edges.into_iter().map(|(edge, values)| (TriangleBlock::Edge(edge), values));
+        let blocks: Vec<(TriangleBlock, Vec<T>)> = faces.chain(edges).collect();
+        self.check_pages(blocks.iter().map(|(block, _)| *block))?;
         self.revision += 1;
         let same = |old: &[T], new: &[T]| bytemuck::cast_slice::<T, u8>(old) == bytemuck::cast_slice::<T, u8>(new);
-        let lists = [
-            (values.faces, &mut self.field.faces, &mut self.changed.faces),
-            (values.edges, &mut self.field.edges, &mut self.changed.edges),
-        ];
-        for (list, pages, changed) in lists {
-            for (element, new) in list {
-                if pages.entry(element).is_some_and(|entry| same(&entry.texels, &new)) {
-                    continue;
-                }
-                if let Some(entry) = pages.entry_mut(element) {
-                    entry.texels = new.into();
-                    entry.version = self.revision;
-                    changed.push(element);
-                }
+        for (block, new) in blocks {
+            if !self.field.block(block).is_some_and(|entry| same(&entry.texels, &new)) {
+                self.replace(block, new.into());
             }
         }
         for (vertex, value) in values.vertices {
@@ -160,23 +172,29 @@ impl<T: Texel> TriangleChannel<T> {
                 self.changed.vertices.push(vertex);
             }
         }
+        self.trim();
         Ok(())
+    }
+
+    /// Notes that a block changed.
+    pub(super) fn mark(&mut self, block: TriangleBlock) {
+        match block {
+            TriangleBlock::Face(face) => self.changed.faces.push(face),
+            TriangleBlock::Edge(edge) => self.changed.edges.push(edge),
+            TriangleBlock::Vertices(_) => {}
+        }
     }
 
     /// Makes everything up to now visible as a snapshot.
     pub fn commit(&mut self) -> Arc<TriangleSnapshot<T>> {
+        self.trim();
         let mut changed = std::mem::take(&mut self.changed);
         changed.sort();
         Arc::new(TriangleSnapshot { field: self.field.clone(), changed, revision: self.revision, bytes: self.bytes() })
     }
 }
 
-fn check<T: Texel>(
-    list: &[(u32, Vec<T>)],
-    pages: &Pages<Entry<T, TriangleClass>>,
-    count: usize,
-    kind: &str,
-) -> Result<()> {
+fn check<T: Texel>(list: &[(u32, Vec<T>)], pages: &Pages<Entry<T>>, count: usize, kind: &str) -> Result<()> {
     let place = |element: u32| format!("{kind} {element}");
     if let Some(pair) = list.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
         return Err(Error::invalid("it is listed twice or out of order").at(place(pair[1].0)));
@@ -188,9 +206,9 @@ fn check<T: Texel>(
         let Some(entry) = pages.entry(*element) else {
             return Err(Error::invalid("it is not allocated").at(place(*element)).advise("allocate it first"));
         };
-        if entry.texels.len() != values.len() {
-            return Err(Error::invalid(format!("it has {} values and got {}", entry.texels.len(), values.len()))
-                .at(place(*element)));
+        let count = entry.id.class.values();
+        if count != values.len() {
+            return Err(Error::invalid(format!("it has {count} values and got {}", values.len())).at(place(*element)));
         }
         if !T::all_finite(values) {
             return Err(Error::invalid("an edit left a number that is not finite").at(place(*element)));

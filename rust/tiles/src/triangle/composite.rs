@@ -11,10 +11,10 @@ use relievo_document::Settings;
 use super::block::TriangleBlock;
 use super::change::{TriangleChange, TriangleSets, TriangleValues};
 use super::channel::{TriangleChannel, TriangleOptions};
-use super::field::TriangleField;
+use super::field::{TriangleClass, TriangleField};
 use super::pattern::{Node, Pattern, Slot};
 use crate::composite::{Layered, Sheet};
-use crate::pages::{Entry, Pages};
+use crate::heap::Class;
 
 /// A layer of a composite.
 pub type TriangleSheet<'a, T> = Sheet<'a, TriangleField<T>>;
@@ -49,6 +49,14 @@ fn over<T: Layered>(
 }
 
 impl<T: Layered> TriangleChannel<T> {
+    /// A channel over the mesh of `field` with `segments` an edge, without blocks, that pages as that of `field` does. Fails
+    /// as [`TriangleChannel::blank`] does.
+    pub fn sized(field: &TriangleField<T>, segments: u32, blank: T, budget: u64) -> Result<Self> {
+        let mut channel = Self::blank(field.topology().clone(), blank, &TriangleOptions { segments, budget })?;
+        channel.page_to(field.pager.as_ref().map(|pager| pager.store.clone()))?;
+        Ok(channel)
+    }
+
     /// Makes `blocks` of a composite, and what is read from them, what `sheets`, from the lowest, come to over `background`.
     /// Faces are allocated where a sheet that is seen has them, and given back where none has. Returns faces that the budget
     /// refused.
@@ -63,6 +71,28 @@ impl<T: Layered> TriangleChannel<T> {
     ) -> Result<Vec<u32>> {
         let topology = self.field.topology().clone();
         let faces = TriangleBlock::change(&topology, blocks.iter().copied()).faces_shown(&topology);
+        if self.page_store().is_none() {
+            return self.compose_at_once(context, sheets, background, &faces);
+        }
+        // A part that has room with all its edges.
+        let [face, edge] = [true, false].map(|face| TriangleClass { face, pattern: self.field.pattern() }.values());
+        let part = self.heap.budget() / 4 / ((face + 3 * edge) * size_of::<T>()) as u64;
+        let part = usize::try_from(part).unwrap_or(usize::MAX).max(1);
+        let mut refused = Vec::new();
+        for faces in faces.chunks(part) {
+            refused.extend(self.compose_at_once(context, sheets, background, faces)?);
+        }
+        Ok(refused)
+    }
+
+    fn compose_at_once(
+        &mut self,
+        context: &Context,
+        sheets: &[TriangleSheet<'_, T>],
+        background: T,
+        faces: &[u32],
+    ) -> Result<Vec<u32>> {
+        let topology = self.field.topology().clone();
         let seen: Vec<&TriangleField<T>> =
             sheets.iter().filter(|sheet| sheet.settings.visible).map(|sheet| sheet.field).collect();
         let coarsest = self.field.pattern().coarser(2);
@@ -141,8 +171,7 @@ impl<T: Layered> TriangleChannel<T> {
         let finest = sheets.iter().map(|sheet| sheet.field.pattern().segments()).max();
         let segments = finest.unwrap_or(self.field.pattern().segments());
         let blank = T::of_sum(over(sheets, background, |sheet| sheet.field.blank()));
-        let options = TriangleOptions { segments, budget: self.budget() };
-        let mut fresh = Self::blank(self.field.topology().clone(), blank, &options)?;
+        let mut fresh = Self::sized(&self.field, segments, blank, self.budget())?;
         let seen = sheets.iter().filter(|sheet| sheet.settings.visible);
         let mut blocks: Vec<u32> = seen.flat_map(|sheet| sheet.field.blocks()).collect();
         blocks.sort_unstable();
@@ -162,23 +191,16 @@ impl<T: Layered> TriangleChannel<T> {
             blocks = (0..TriangleBlock::count(&topology)).collect();
         }
         let TriangleChange { faces, edges, vertices } = TriangleBlock::change(&topology, blocks);
-        stamp(&mut self.field.faces, &faces, self.revision);
-        stamp(&mut self.field.edges, &edges, self.revision);
+        let of_faces = faces.iter().copied().map(TriangleBlock::Face);
+        for block in of_faces.chain(edges.iter().copied().map(TriangleBlock::Edge)) {
+            if self.field.block(block).is_some()
+                && let Some(Some(entry)) = self.field.block_mut(block)
+            {
+                entry.version = self.revision;
+            }
+        }
         self.changed.faces.extend(faces);
         self.changed.edges.extend(edges);
         self.changed.vertices.extend(vertices);
-    }
-}
-
-fn stamp<T: Clone, C: Clone>(pages: &mut Pages<Entry<T, C>>, elements: &[u32], revision: u64)
-where
-    Entry<T, C>: Clone,
-{
-    for element in elements {
-        if pages.entry(*element).is_some()
-            && let Some(entry) = pages.entry_mut(*element)
-        {
-            entry.version = revision;
-        }
     }
 }

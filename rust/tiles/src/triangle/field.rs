@@ -17,9 +17,11 @@ use std::sync::Arc;
 use half::f16;
 use relievo_surface::{TriangleSide, TriangleTopology};
 
+use super::block::TriangleBlock;
 use super::pattern::{Node, Pattern, Slot};
-use crate::heap::Class;
-use crate::pages::{Entry, Pages};
+use crate::heap::{BlockId, Class};
+use crate::pages::Pages;
+use crate::slot::{self, Pager};
 use crate::texel::Texel;
 
 /// A kind and size of block: the inside of an edge or of a face of a pattern whose segments are a power of two.
@@ -48,7 +50,16 @@ impl Class for TriangleClass {
     }
 }
 
-type Blocks<T> = Pages<Entry<T, TriangleClass>>;
+/// The block of an edge or a face.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry<T> {
+    pub texels: slot::Slot<T>,
+    pub id: BlockId<TriangleClass>,
+    /// The number of the edit that last changed it.
+    pub version: u64,
+}
+
+type Blocks<T> = Pages<Entry<T>>;
 
 /// Vertices that share a page.
 pub(crate) const CHUNK: usize = 256;
@@ -62,6 +73,7 @@ pub struct TriangleField<T = f16> {
     vertices: Vec<Arc<[T]>>,
     pub(crate) edges: Blocks<T>,
     pub(crate) faces: Blocks<T>,
+    pub(crate) pager: Option<Arc<Pager>>,
 }
 
 impl<T: Texel> TriangleField<T> {
@@ -75,6 +87,7 @@ impl<T: Texel> TriangleField<T> {
             vertices: (0..count).step_by(CHUNK).map(chunk).collect(),
             edges: Pages::new(topology.edge_count()),
             faces: Pages::new(topology.face_count()),
+            pager: None,
             topology,
             pattern,
             blank,
@@ -148,6 +161,36 @@ impl<T: Texel> TriangleField<T> {
     /// The values inside a face, as [`Slot::Inside`] counts them; `None` if it has no block.
     pub fn face(&self, face: u32) -> Option<&[T]> {
         self.faces.entry(face).map(|entry| &*entry.texels)
+    }
+
+    /// What there is of a block of a face or an edge.
+    pub(crate) fn block(&self, block: TriangleBlock) -> Option<&Entry<T>> {
+        match block {
+            TriangleBlock::Face(face) => self.faces.entry(face),
+            TriangleBlock::Edge(edge) => self.edges.entry(edge),
+            TriangleBlock::Vertices(_) => None,
+        }
+    }
+
+    /// As [`Self::block`], for writing: what a face or an edge, which must exist, has; `None` for vertices.
+    pub(crate) fn block_mut(&mut self, block: TriangleBlock) -> Option<&mut Option<Entry<T>>> {
+        match block {
+            TriangleBlock::Face(face) => Some(self.faces.entry_mut(face)),
+            TriangleBlock::Edge(edge) => Some(self.edges.entry_mut(edge)),
+            TriangleBlock::Vertices(_) => None,
+        }
+    }
+
+    /// As [`Self::block`], by number.
+    pub(crate) fn entry(&self, number: u32) -> Option<&Entry<T>> {
+        self.block(TriangleBlock::of(&self.topology, number)?)
+    }
+
+    /// The numbers of the blocks of faces and edges, ascending.
+    pub(crate) fn all_blocks(&self) -> impl Iterator<Item = u32> {
+        let faces = self.allocated().map(TriangleBlock::Face);
+        let blocks = faces.chain(self.allocated_edges().map(TriangleBlock::Edge));
+        blocks.map(|block| block.number(&self.topology))
     }
 
     /// The faces with a block, ascending.
@@ -314,6 +357,16 @@ impl<T: Texel> TriangleField<T> {
     }
 }
 
+impl TriangleField {
+    /// The least and the largest value of a block; `None` if it is not there. Reads no pages.
+    pub fn range(&self, block: TriangleBlock) -> Option<[f32; 2]> {
+        if let TriangleBlock::Vertices(chunk) = block {
+            return self.chunk(chunk).map(f16::bound);
+        }
+        self.block(block).map(|entry| entry.texels.bound().unwrap_or_else(|| f16::bound(&entry.texels)))
+    }
+}
+
 /// Whether the values of a pattern are among those of `own`.
 fn holds(own: Pattern, pattern: Pattern) -> bool {
     own >= pattern && pattern.segments().is_power_of_two()
@@ -330,6 +383,29 @@ mod tests {
     use super::*;
     use crate::triangle::shapes::{channel, fill, random, sets};
     use relievo_core::Context;
+
+    #[test]
+    fn what_is_read_in_a_triangle_of_the_pattern_is_the_mean_of_its_corners_by_barycentric_coordinates() {
+        let context = Context::serial();
+        let mut channel = channel(16, 1 << 20);
+        let pattern = channel.field().pattern();
+        channel.apply(&context, pattern, &sets(&[4, 5])).unwrap();
+        fill(&mut channel, random(5));
+        let field = channel.field();
+        for triangle in pattern.triangles() {
+            let corners = triangle.map(|node| field.at(4, pattern, node));
+            for shares in [[1.0, 0.0, 0.0], [0.0, 0.5, 0.5], [0.25, 0.25, 0.5], [0.6, 0.3, 0.1f32]] {
+                let mut at = [0.0; 3];
+                for (node, share) in triangle.iter().zip(shares) {
+                    let place = barycentric(pattern, *node);
+                    (0..3).for_each(|axis| at[axis] += share * place[axis]);
+                }
+                let mean: f64 = corners.iter().zip(shares).map(|(corner, share)| corner * f64::from(share)).sum();
+                // Values up to 4 apart over a 48th of the face, in single precision.
+                assert!((field.value(4, at) - mean).abs() < 1e-3, "{triangle:?} {shares:?}");
+            }
+        }
+    }
 
     #[test]
     fn what_is_read_is_continuous_across_edges_of_all_kinds() {

@@ -14,12 +14,13 @@ use relievo_core::{Context, Result};
 use relievo_surface::{TriangleSide, TriangleSurface, TriangleTopology};
 
 use super::displaced::{TriangleDisplaced, edge_foot, foot};
-use super::field::{TriangleClass, TriangleField};
+use super::field::{Entry, TriangleClass, TriangleField};
 use super::pattern::{Node, Pattern, Slot};
 use super::piece::FaceRates;
 use super::vectors::Offset;
 use crate::heap::BlockId;
-use crate::pages::{Entry, Pages};
+use crate::pages::Pages;
+use crate::slot;
 
 /// The share of a segment from which on a displacement counts in full.
 const FULL: f64 = 1.0 / 64.0;
@@ -166,18 +167,13 @@ impl TriangleNormals {
     }
 }
 
-fn set(
-    pages: &mut Pages<Entry<Offset, TriangleClass>>,
-    element: u32,
-    face: bool,
-    values: Option<(Pattern, Vec<Offset>)>,
-) {
+fn set(pages: &mut Pages<Entry<Offset>>, element: u32, face: bool, values: Option<(Pattern, Vec<Offset>)>) {
     if values.is_none() && pages.entry(element).is_none() {
         return;
     }
     // The buffer has no heap: blocks come and go with those of the displacement.
     *pages.entry_mut(element) = values.map(|(pattern, values)| Entry {
-        texels: values.into(),
+        texels: slot::Slot::Here(values.into()),
         id: BlockId { class: TriangleClass { face, pattern }, number: 0 },
         version: 0,
     });
@@ -363,6 +359,57 @@ mod tests {
         }
         // Half floats near 0.2 are 1e-4 apart, over triangles of 1e-2.
         assert!(worst < 0.03, "{worst}");
+    }
+
+    #[test]
+    fn normals_are_means_by_area_blended_by_the_length_of_the_displacement() {
+        let context = Context::serial();
+        let bits = |point: [f32; 3]| point.map(|value| (value + 0.0).to_bits());
+        // At a height of hardly anything, at one that counts in part, and in full.
+        for height in [1e-5, 4e-4, 0.1] {
+            let (surface, channel) = rough(&context, &shapes::sail(3), height);
+            let displaced = TriangleDisplaced::new(&surface, channel.field()).unwrap();
+            let normals = TriangleNormals::of(&context, &displaced).unwrap();
+            // All triangles of the tessellation around a place of the undisplaced mesh, from all faces.
+            let mut around: BTreeMap<[u32; 3], Around> = BTreeMap::new();
+            let mut found = Vec::new();
+            let mut shares = 0;
+            for face in 0..surface.topology().face_count() as u32 {
+                let rates = FaceRates::of(channel.field(), face);
+                let places: Vec<_> = rates.places().into_iter().collect();
+                let feet: Vec<_> = places.iter().map(|(pattern, node)| displaced.at(face, *pattern, *node)).collect();
+                let flat: Vec<DVec3> = feet.iter().map(|(foot, _)| foot.point.as_dvec3()).collect();
+                let moved: Vec<DVec3> =
+                    places.iter().map(|(pattern, node)| displaced.point(face, *pattern, *node).as_dvec3()).collect();
+                for triangle in rates.triangles() {
+                    let [a, b, c] = triangle.map(|at| at as usize);
+                    let area = |p: &[DVec3]| (p[b] - p[a]).cross(p[c] - p[a]);
+                    let sides = [(a, b), (b, c), (c, a)].map(|(a, b)| flat[a].distance(flat[b]));
+                    let own = Around {
+                        displaced: area(&moved),
+                        flat: area(&flat),
+                        height: [a, b, c].map(|at| moved[at].distance(flat[at])).into_iter().fold(0.0, f64::max),
+                        step: sides.into_iter().fold(f64::INFINITY, f64::min),
+                    };
+                    [a, b, c].map(|at| around.entry(bits(feet[at].0.point.to_array())).or_default().add(&own));
+                }
+                for ((pattern, node), (foot, _)) in places.iter().zip(feet) {
+                    // The middle of a fan keeps no value: it reads as the edges around it.
+                    if rates.inside.is_some() || !matches!(pattern.slot(*node), Slot::Inside(_)) {
+                        found.push((foot, normals.at(&surface, face, *pattern, *node)));
+                    }
+                }
+            }
+            for (foot, normal) in found {
+                let sum = around[&bits(foot.point.to_array())];
+                let share = (sum.height / (sum.step / 64.0)).min(1.0);
+                shares += i32::from(share > 0.1 && share < 0.9);
+                let turn = sum.displaced.normalize() - sum.flat.normalize();
+                let expected = (foot.normal.as_dvec3() + turn * share).normalize();
+                assert!(expected.distance(normal.as_dvec3()) < 1e-4, "{height}: {expected} {normal}");
+            }
+            assert_eq!(shares > 100, height == 4e-4, "{shares}");
+        }
     }
 
     #[test]

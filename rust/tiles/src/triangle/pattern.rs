@@ -342,6 +342,11 @@ mod tests {
                 assert_eq!((pattern.slot(node), pattern.at_weights(weights)), (slot, Some(node)));
                 assert!(seen.insert(weights));
             }
+            // Ring k has T − 2k segments a side.
+            for ring in 0..t / 2 {
+                let count = seen.iter().filter(|weights| weights.iter().min() == Some(&(2 * ring))).count() as u32;
+                assert_eq!((count, pattern.ring_segments(ring)), (3 * (t - 2 * ring), t - 2 * ring));
+            }
             // Nothing else has a vertex.
             let every = (0..=3 * t).flat_map(|a| (0..=3 * t - a).map(move |b| [a, b, 3 * t - a - b]));
             assert!(every.into_iter().all(|w| seen.contains(&w) == pattern.at_weights(w).is_some()));
@@ -352,7 +357,7 @@ mod tests {
 
     #[test]
     fn coarser_patterns_are_subsets() {
-        for fine in [8, 16, 32, 64].map(|t| Pattern::new(t).unwrap()) {
+        for fine in [4, 8, 16, 32, 64].map(|t| Pattern::new(t).unwrap()) {
             let coarse = Pattern::new(fine.segments() / 2).unwrap();
             for slot in slots(coarse) {
                 let node = coarse.at_slot(slot);

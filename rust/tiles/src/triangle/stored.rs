@@ -5,30 +5,31 @@ use std::any::Any;
 use std::sync::Arc;
 
 use relievo_core::{Context, Error, Result};
-use relievo_document::{Document, Kind, Lattice};
+use relievo_document::{Document, Kind, Lattice, PageStore};
 use relievo_surface::TriangleTopology;
 
 use super::block::TriangleBlock;
 use super::channel::{TriangleChannel, TriangleOptions};
-use super::field::{CHUNK, TriangleField};
+use super::field::{CHUNK, Entry, TriangleField};
 use super::pattern::Pattern;
 use crate::blocks::Blocks;
-use crate::heap::Class;
-use crate::pages::{Entry, Pages};
+use crate::pages::Pages;
 use crate::stored::StoredTexel;
 use crate::texel::Texel;
 
 /// Blocks that are unpacked at a time.
 const BATCH: usize = 256;
 
-/// The elements whose blocks differ, to the bit, ascending.
-fn differing<'a, T: Texel, C: Class>(
-    a: &'a Pages<Entry<T, C>>,
-    b: &'a Pages<Entry<T, C>>,
+/// The elements whose blocks differ, to the bit, ascending. Those of `related` channels are equal where their versions are.
+fn differing<'a, T: Texel>(
+    a: &'a Pages<Entry<T>>,
+    b: &'a Pages<Entry<T>>,
+    related: bool,
 ) -> impl Iterator<Item = u32> + 'a {
-    a.unshared(b).filter(|element| match (a.entry(*element), b.entry(*element)) {
+    a.unshared(b).filter(move |element| match (a.entry(*element), b.entry(*element)) {
         (Some(a), Some(b)) => {
-            !Arc::ptr_eq(&a.texels, &b.texels)
+            !a.texels.is_same(&b.texels)
+                && !(related && a.version == b.version)
                 && bytemuck::cast_slice::<T, u8>(&a.texels) != bytemuck::cast_slice::<T, u8>(&b.texels)
         }
         (a, b) => a.is_some() || b.is_some(),
@@ -57,6 +58,11 @@ impl<T: StoredTexel> Blocks for TriangleField<T> {
         self.held(TriangleBlock::of(self.topology(), block)?).map(bytemuck::cast_slice)
     }
 
+    fn try_bytes(&self, block: u32) -> Result<Option<&[u8]>> {
+        let Some(block) = TriangleBlock::of(self.topology(), block) else { return Ok(None) };
+        Ok(self.try_held(block)?.map(bytemuck::cast_slice))
+    }
+
     fn numbers(&self) -> Vec<u32> {
         self.blocks()
     }
@@ -72,8 +78,10 @@ impl<T: StoredTexel> Blocks for TriangleField<T> {
         let same = |a: &[T], b: &[T]| {
             std::ptr::eq(a, b) || bytemuck::cast_slice::<T, u8>(a) == bytemuck::cast_slice::<T, u8>(b)
         };
-        let faces = differing(&self.faces, &other.faces).map(TriangleBlock::Face);
-        let edges = differing(&self.edges, &other.edges).map(TriangleBlock::Edge);
+        // Of one channel: what is on pages need not be read.
+        let related = self.pager.as_ref().zip(other.pager.as_ref()).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
+        let faces = differing(&self.faces, &other.faces, related).map(TriangleBlock::Face);
+        let edges = differing(&self.edges, &other.edges, related).map(TriangleBlock::Edge);
         let chunks = (0..).zip(self.vertices().zip(other.vertices()));
         let vertices =
             chunks.filter(|(_, (a, b))| !same(a, b)).map(|(chunk, _): (u32, _)| TriangleBlock::Vertices(chunk));
@@ -92,7 +100,7 @@ impl<T: StoredTexel> TriangleField<T> {
     /// mesh or has a layer of that name.
     pub fn store(&self, context: &Context, document: &mut Document, name: &str) -> Result<()> {
         check(self.topology(), document)?;
-        let read = |block: u32| Ok(self.bytes(block).unwrap_or_default().to_vec());
+        let read = |block: u32| Ok(self.try_bytes(block)?.unwrap_or_default().to_vec());
         let head = (name, T::KIND, Blocks::blank(self));
         document.pack(context, head, self.face_sizes(), &self.numbers(), read)
     }
@@ -110,7 +118,22 @@ impl<T: StoredTexel> TriangleChannel<T> {
         name: &str,
         budget: u64,
     ) -> Result<Option<Self>> {
-        let Some(layer) = document.layer(name) else { return Ok(None) };
+        Self::stored_with(context, topology, document, name, budget, None)
+    }
+
+    /// As [`Self::stored`], of a channel that pages to `pages`: what exceeds the budget stays in the file of the document,
+    /// as far as that has it.
+    pub fn stored_with(
+        context: &Context,
+        topology: Arc<TriangleTopology>,
+        document: &Document,
+        name: &str,
+        budget: u64,
+        pages: Option<&Arc<dyn PageStore>>,
+    ) -> Result<Option<Self>> {
+        let Some((number, layer)) = document.layers().iter().enumerate().find(|(_, layer)| layer.name() == name) else {
+            return Ok(None);
+        };
         let place = |error: Error| error.at(format!("layer `{name}`"));
         if layer.kind() != T::KIND {
             let what = format!("it holds {} and not {}", layer.kind().name(), T::KIND.name());
@@ -125,12 +148,17 @@ impl<T: StoredTexel> TriangleChannel<T> {
         }
         let segments = layer.face_sizes().first().copied().unwrap_or(0);
         let mut channel = Self::blank(topology, blank, &TriangleOptions { segments, budget }).map_err(place)?;
+        channel.page_to(pages.cloned())?;
         for first in (0..layer.blocks().len()).step_by(BATCH) {
             let count = BATCH.min(layer.blocks().len() - first);
             let unpacked = context.map(count, |at| layer.unpack(document.topology(), first + at));
-            for (block, bytes) in layer.blocks()[first..].iter().zip(unpacked) {
+            for ((index, block), bytes) in (first..).zip(&layer.blocks()[first..]).zip(unpacked) {
                 channel.write_block(block.tile(), Some(&bytes?)).map_err(place)?;
+                if let Some(page) = document.page(number, index) {
+                    channel.set_clean(block.tile(), page);
+                }
             }
+            channel.report_fault().map_err(place)?;
         }
         channel.mend(context).map_err(place)?;
         Ok(Some(channel))
@@ -148,7 +176,7 @@ impl<T: StoredTexel> TriangleChannel<T> {
                 _ => None,
             };
             if fits(own) {
-                self.write_block(number, before.bytes(number))?;
+                self.write_block(number, before.try_bytes(number)?)?;
             }
         }
         Ok(())
@@ -177,6 +205,12 @@ impl<T: Texel> TriangleField<T> {
                 self.chunk(chunk).filter(|values| values.iter().any(|value| !value.same(self.blank())))
             }
         }
+    }
+
+    /// As [`Self::held`]. Fails if the block is on a page that cannot be read.
+    pub(super) fn try_held(&self, block: TriangleBlock) -> Result<Option<&[T]>> {
+        self.block(block).map_or(Ok(()), |entry| entry.texels.check())?;
+        Ok(self.held(block))
     }
 
     /// The numbers of the blocks that hold something, ascending.

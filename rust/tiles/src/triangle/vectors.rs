@@ -15,9 +15,9 @@ use relievo_surface::{TriangleSurface, TriangleTopology};
 
 use super::channel::{TriangleChannel, TriangleOptions};
 use super::displaced::{edge_foot, foot};
-use super::field::TriangleField;
+use super::field::{Entry, TriangleField};
 use super::pattern::Slot;
-use crate::pages::Entry;
+use crate::slot;
 use crate::texel::{Texel, Vector};
 
 /// A vector of object space: by how much a point is moved, or a normal differs from that of the undisplaced mesh.
@@ -145,7 +145,10 @@ impl TriangleField<Vector> {
         });
         for (edge, texels) in edges.into_iter().zip(blocks) {
             let entry = self.edges.entry(edge).zip(texels);
-            let entry = entry.map(|(Entry { id, version, .. }, texels)| Entry { texels, id: *id, version: *version });
+            let entry = entry.map(|(Entry { id, version, .. }, texels)| {
+                let texels = slot::Slot::Here(texels);
+                Entry { texels, id: *id, version: *version }
+            });
             if entry.is_some() || out.edges.entry(edge).is_some() {
                 *out.edges.entry_mut(edge) = entry;
             }
@@ -161,7 +164,10 @@ impl TriangleField<Vector> {
         });
         for (face, texels) in faces.into_iter().zip(blocks) {
             let entry = self.faces.entry(face).zip(texels);
-            let entry = entry.map(|(Entry { id, version, .. }, texels)| Entry { texels, id: *id, version: *version });
+            let entry = entry.map(|(Entry { id, version, .. }, texels)| {
+                let texels = slot::Slot::Here(texels);
+                Entry { texels, id: *id, version: *version }
+            });
             if entry.is_some() || out.faces.entry(face).is_some() {
                 *out.faces.entry_mut(face) = entry;
             }
