@@ -47,11 +47,10 @@ fn bytes(context: &Context, mesh: &Mesh, object: &TriangleObject) -> Vec<u8> {
 }
 
 fn commit(context: &Context, object: &mut TriangleObject) {
-    object.commit(context).unwrap();
-    object.commit_displacement();
-    object.commit_paint();
     object.commit_vectors(context).unwrap();
+    object.commit_paint();
     object.traces_mut().unwrap().commit();
+    object.commit_displacement();
     object.report_fault().unwrap();
 }
 

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use glam::{DAffine3, DMat3, DVec3, Vec4};
+use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_detail::{
     Action, Brush, Canvas, Collider, Dab, DabReport, Falloff, ImprintSettings, Imprinter, Moment, Motion, PaintMode,
@@ -449,6 +449,66 @@ fn a_box_leaves_its_print_and_nothing_beside_it() {
         );
     }
     assert!(results[0] == results[1]);
+}
+
+/// An octahedron whose faces are cut in `n` by `n` and brought to the unit sphere.
+fn ball(n: u32) -> Mesh {
+    let (mut points, mut triangles): (Vec<[f32; 3]>, Vec<[u32; 3]>) = (Vec::new(), Vec::new());
+    let mut numbers = std::collections::BTreeMap::new();
+    for sign in 0..8u32 {
+        let side = |axis: u32| if sign >> axis & 1 == 0 { 1 } else { -1 };
+        let mut at = |i: u32, j: u32| {
+            let place = [side(0) * i as i32, side(1) * j as i32, side(2) * (n - i - j) as i32];
+            *numbers.entry(place).or_insert_with(|| {
+                let point = DVec3::from(place.map(f64::from)).normalize();
+                points.push(point.as_vec3().to_array());
+                points.len() as u32 - 1
+            })
+        };
+        let mut add = |[a, b, c]: [u32; 3]| {
+            triangles.push(if sign.count_ones() % 2 == 0 { [a, b, c] } else { [a, c, b] });
+        };
+        for (i, j) in (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j))) {
+            add([at(i, j), at(i + 1, j), at(i, j + 1)]);
+            if i + j + 1 < n {
+                add([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+    }
+    Mesh::from_triangles(points, &triangles)
+}
+
+#[test]
+fn what_is_pressed_goes_against_the_interpolated_normal() {
+    let context = Context::serial();
+    let mut object = object(&context, &ball(3), 32, 1 << 26, DAffine3::IDENTITY);
+    assert!(object.surface().volume() > 0.0);
+    let collider = Collider::of_mesh(&context, &solid([0.8, -1.5, -1.5], [2.0, 1.5, 1.5]), DAffine3::IDENTITY).unwrap();
+    let settings = ImprintSettings { voxels: 1 << 22, max_displacement: 0.5, ..Default::default() };
+    let report = Imprinter::new()
+        .imprint_triangles(&context, &mut object, &collider, &settings, Moment::default(), None)
+        .unwrap();
+    let slack = report.voxel_diagonal as f32;
+    assert!(slack < 0.02 && report.refused.is_empty(), "{report:?}");
+    let displaced = object.displaced().unwrap();
+    let (mut pressed, mut bent) = (0, 0);
+    for (face, pattern, node) in knots(&object) {
+        let (foot, height) = displaced.at(face, pattern, node);
+        if foot.point.x < 0.8 - slack {
+            assert_eq!(height, 0.0, "{}", foot.point);
+        }
+        if foot.point.x < 0.8 + slack {
+            continue;
+        }
+        // To the plane, against a normal.
+        let along = |normal: Vec3| (0.8 - foot.point.x) / normal.x;
+        assert!((height - along(foot.normal)).abs() < slack, "{}: {height} {}", foot.point, along(foot.normal));
+        let [a, b, c] = object.surface().corner_points(face).map(Vec3::from);
+        let flat = (b - a).cross(c - a).normalize();
+        pressed += 1;
+        bent += i32::from((height - along(flat)).abs() > slack);
+    }
+    assert!(pressed > 300 && bent > 50, "{pressed} {bent}");
 }
 
 #[test]

@@ -88,14 +88,19 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
         write(context, &world, path)?;
     }
     let (mut notes, refused) = (world.notes(), &done.report.refused);
-    if let Some(Item::Surface(surface)) = world.items().first()
-        && !refused.is_empty()
-    {
-        let faces = refusal::named(&refusal::faces(surface.surface().topology(), refused));
+    let mut faces = match world.items().first() {
+        Some(Item::Surface(surface)) => refusal::faces(surface.surface().topology(), refused),
+        Some(Item::Triangles(_)) => refused.clone(),
+        _ => Vec::new(),
+    };
+    faces.sort_unstable();
+    faces.dedup();
+    if !faces.is_empty() {
         notes.push(format!(
-            "the budget refused {} tiles of {faces}, which stayed as they were; raise `budget` in [details], or let tiles \
-             leave memory with `page`",
-            refused.len()
+            "the budget refused {} tiles of {}, which stayed as they were; raise `budget` in [details], or let tiles leave \
+             memory with `page`",
+            refused.len(),
+            refusal::named(&faces)
         ));
     }
     Ok((done, notes))

@@ -186,6 +186,11 @@ impl<T: Texel> TriangleField<T> {
         self.block(TriangleBlock::of(&self.topology, number)?)
     }
 
+    /// Whether a block of a face or an edge, by number, is there and on a page, see [`super::paging`].
+    pub fn is_paged(&self, block: u32) -> bool {
+        self.entry(block).is_some_and(|entry| entry.texels.is_paged())
+    }
+
     /// The numbers of the blocks of faces and edges, ascending.
     pub(crate) fn all_blocks(&self) -> impl Iterator<Item = u32> {
         let faces = self.allocated().map(TriangleBlock::Face);

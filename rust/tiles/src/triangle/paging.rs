@@ -37,7 +37,7 @@ impl<T: Texel> TriangleChannel<T> {
 
     /// Whether a block of a face or an edge is there and on a page.
     pub fn is_paged(&self, block: u32) -> bool {
-        self.field.entry(block).is_some_and(|entry| entry.texels.is_paged())
+        self.field.is_paged(block)
     }
 
     /// The blocks that are on pages and have no place in the heap, ascending.
