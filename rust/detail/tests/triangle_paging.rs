@@ -26,12 +26,15 @@ fn object(context: &Context, mesh: &Mesh, room: u64) -> TriangleObject {
     let surface = TriangleSurface::new(context, mesh).unwrap();
     let topology = surface.topology().clone();
     let vertices = topology.vertex_count() as u64;
+    // Imprints are small.
+    let traced = if room < 99 { 8 } else { room };
     let options = |bytes: u64| TriangleOptions { segments: 16, budget: bytes * (vertices + room * 214) };
     let displacement = TriangleChannel::displacement(topology.clone(), &options(2)).unwrap();
     let mut object = TriangleObject::new(context, surface, displacement, DAffine3::IDENTITY).unwrap();
     let base = Vec4::new(0.5, 0.25, 0.125, 1.0);
     object.set_paint(TriangleChannel::of_color(topology.clone(), base, &options(4)).unwrap()).unwrap();
-    object.set_traces(TriangleChannel::blank(topology.clone(), Trace::default(), &options(16)).unwrap()).unwrap();
+    let traced = TriangleOptions { segments: 16, budget: 16 * (vertices + traced * 214) };
+    object.set_traces(TriangleChannel::blank(topology.clone(), Trace::default(), &traced).unwrap()).unwrap();
     object.set_vectors(TriangleChannel::vectors(topology, &options(6)).unwrap()).unwrap();
     object
 }
@@ -68,13 +71,13 @@ fn dab(random: &mut Random) -> Dab {
     let brush = Brush::new(center, DMat3::IDENTITY, DVec3::new(half, half, 3.0), Falloff::Smooth).unwrap();
     let color = [random.unit(), random.unit(), random.unit(), 1.0];
     let sculpt = |mode, height| Action::Sculpt { mode, height };
-    let action = match random.below(8) {
+    let action = match random.below(9) {
         0 | 1 => Action::Paint { mode: PaintMode::Mix, color },
         2 => Action::Paint { mode: PaintMode::Erase, color },
         3 => Action::Paint { mode: PaintMode::Blur, color },
         4 => sculpt(SculptMode::Draw, 0.1 * random.unit()),
         5 => sculpt(SculptMode::Smooth, 0.0),
-        6 => sculpt(SculptMode::Pinch, 0.05),
+        6 | 7 => sculpt(SculptMode::Pinch, 0.05),
         _ => sculpt(SculptMode::Erase, 0.0),
     };
     Dab { brush, action, strength: 1.0 }
@@ -109,7 +112,7 @@ fn session(layers: bool, seed: u64) {
     let (mut history, mut model) = (History::new(20_000), History::new(LIMIT));
     let first = bytes(&context, &mesh, &large);
     let mut seen = [0; 4];
-    for step in 0..120 {
+    for step in 0..160 {
         match random.below(6) {
             0 => {
                 let [a, b] = [history.undo(&context, &mut small), model.undo(&context, &mut large)];
@@ -120,8 +123,8 @@ fn session(layers: bool, seed: u64) {
                 assert_eq!(a.unwrap(), b.unwrap());
             }
             _ => {
-                let (dab, state, presses) = (dab(&mut random), random.below(1 << 30) as u64, random.below(5) == 0);
-                let (kind, level) = ([Kind::Scalar, Kind::Rgba8][step / 40 % 2], random.below(3) as u32);
+                let (dab, state, presses) = (dab(&mut random), random.below(1 << 30) as u64, random.below(3) == 0);
+                let (kind, level) = ([Kind::Scalar, Kind::Rgba8][step / 40 % 2], u32::from(random.below(4) == 0));
                 let make = |object: &mut TriangleObject, history: &mut History| {
                     history.begin(&context, object, &format!("step {step}")).unwrap();
                     if layers && step % 40 == 10 {
@@ -140,6 +143,8 @@ fn session(layers: bool, seed: u64) {
                 assert_eq!(make(&mut small, &mut history), make(&mut large, &mut model));
             }
         }
+        // How far what is displaced reaches is measured when it is committed, and imprints go by it.
+        commit(&context, &mut large);
         commit(&context, &mut small);
         check_memory(&small);
         let channels = [small.displacement().paged(), small.paint().unwrap().paged()];

@@ -48,6 +48,8 @@ impl Imprinter {
         start: Option<&TriangleField>,
     ) -> Result<Report> {
         check(settings)?;
+        // An undo may have put vectors back.
+        object.renew_vectors(context);
         context.within(|| self.step_triangles(context, object, collider, settings, moment, start))
     }
 
