@@ -154,6 +154,11 @@ pub trait LayeredObject: Sized {
         Ok(())
     }
 
+    /// Fails if edits of the object cannot be undone.
+    fn check_recordable(&self) -> Result<()> {
+        Ok(())
+    }
+
     /// The numbers of layers of stamps.
     fn stamp_numbers(&self) -> Vec<u32> {
         Vec::new()
@@ -663,6 +668,7 @@ pub trait LayeredObject: Sized {
 
 impl<O: LayeredObject> Recorded for O {
     fn states(&mut self, context: &Context) -> Result<LayerStates> {
+        self.check_recordable()?;
         self.settle(context)?;
         self.stamp_edits(context);
         // What is lost for want of room changes what is seen.

@@ -12,7 +12,7 @@ use relievo_testing::Random;
 use relievo_tiles::triangle::{
     FaceRates, Node, Pattern, TriangleChannel, TriangleField, TriangleOptions, TriangleSets,
 };
-use relievo_tiles::{ColorTexel, Rgba8, Rgba16, Trace};
+use relievo_tiles::{ColorTexel, DecayOptions, Rgba8, Rgba16, Trace};
 
 const LIMIT: u64 = 1 << 30;
 const BASE: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
@@ -402,4 +402,27 @@ fn painting_on_a_transparent_layer_covers_what_is_below() {
     let half = nearest(&object, 0.5 * (Vec4::new(0.8, 0.05, 0.02, 1.0) + BASE));
     assert!(half >= whole, "{half} {whole}");
     assert_eq!(nearest(&object, Vec4::new(0.8, 0.05, 0.02, 1.0)), 0);
+}
+
+#[test]
+fn edits_that_fade_have_neither_layers_nor_undo() {
+    let (context, mesh) = (Context::serial(), sail(2));
+    let mut object = object(&context, &mesh, 16, 1 << 24);
+    let mut history = History::new(LIMIT);
+    history.begin(&context, &mut object, "stays").unwrap();
+    object.dab(&context, &dab_at(1.6, 1.6, 0.3, draw(0.1))).unwrap();
+    history.end(&context, &mut object).unwrap();
+    object.set_decay(DecayOptions { delay: 1.0, duration: 1.0 }, 1 << 24).unwrap();
+    let kept = bytes(&context, &mesh, &object);
+    let error = history.begin(&context, &mut object, "fades").unwrap_err();
+    assert!(error.to_string().contains("cannot be undone"), "{error}");
+    let added = object.add_layer(&context, Kind::Scalar, "other", Settings::of(Kind::Scalar), 16);
+    assert!(added.unwrap_err().to_string().contains("one layer"));
+    // A document has them as they are, without their stamps.
+    object.dab(&context, &dab_at(0.4, 0.4, 0.3, draw(0.1))).unwrap();
+    object.advance(&context, 0.5).unwrap();
+    let document = stored(&context, &mesh, &object);
+    assert!(document.layers().iter().all(|layer| layer.kind() != Kind::Stamps));
+    object.advance(&context, 9.0).unwrap();
+    assert!(bytes(&context, &mesh, &object) == kept && document.to_bytes().unwrap() != kept);
 }

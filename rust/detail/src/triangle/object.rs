@@ -486,6 +486,15 @@ impl LayeredObject for TriangleObject {
         Ok(())
     }
 
+    /// Blocks fade between edits, so that what an edit changed would not fit them any more.
+    fn check_recordable(&self) -> Result<()> {
+        if self.fading.is_some() {
+            return Err(Error::unsupported("edits of triangle meshes that fade cannot be undone")
+                .advise("leave out the history or the decay"));
+        }
+        Ok(())
+    }
+
     fn channels(
         &self,
     ) -> Channels<

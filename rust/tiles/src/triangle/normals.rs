@@ -391,7 +391,9 @@ mod tests {
                         height: [a, b, c].map(|at| moved[at].distance(flat[at])).into_iter().fold(0.0, f64::max),
                         step: sides.into_iter().fold(f64::INFINITY, f64::min),
                     };
-                    [a, b, c].map(|at| around.entry(bits(feet[at].0.point.to_array())).or_default().add(&own));
+                    [a, b, c]
+                        .iter()
+                        .for_each(|at| around.entry(bits(feet[*at].0.point.to_array())).or_default().add(&own));
                 }
                 for ((pattern, node), (foot, _)) in places.iter().zip(feet) {
                     // The middle of a fan keeps no value: it reads as the edges around it.
