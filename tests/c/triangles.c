@@ -533,8 +533,22 @@ int main(void) {
     CHECK_OK(rlv_surface_set_points(surface, points, faces / 2 + 2, 0));
     CHECK_OK(rlv_surface_info(surface, &about));
     CHECK(about.low[2] > 3.9f);
-    CHECK_OK(rlv_detail_set_budget(detail, 1));
     free(points);
+
+    /* Faces and their edges leave memory, and are read all the same. */
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_DISPLACEMENT, &channel));
+    const uint64_t before_paging = channel.bytes;
+    CHECK(channel.paged_count == 0);
+    CHECK_OK(rlv_detail_set_paging(detail, 1, NULL));
+    CHECK_OK(rlv_detail_set_budget(detail, 1));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_DISPLACEMENT, &channel));
+    CHECK(channel.paged_count == channel.allocated_count && channel.paged_count > 0 && channel.bytes < before_paging);
+    same_points(followed, detail);
+    CHECK_OK(rlv_detail_set_paging(detail, 0, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_DISPLACEMENT, &channel));
+    CHECK(channel.paged_count == 0 && channel.bytes == before_paging);
 
     /* What they lack is said. */
     RlvBakeOptions bake = RLV_BAKE_OPTIONS_INIT;

@@ -374,10 +374,11 @@ entry! {
             return Err(Error::new(ErrorKind::NotFound, "there is no such folder").at(folder.display().to_string()));
         }
         let mut editor = object.edit()?;
-        let displaced = editor.tiles("pages")?;
-        displaced.settle(&object.context.context)?;
         let pages: Option<Arc<dyn PageStore>> = (page != 0).then(|| Arc::new(PageFile::new(folder)) as _);
-        displaced.page_to(pages)
+        each!(&mut editor.object, displaced => {
+            displaced.settle(&object.context.context)?;
+            displaced.page_to(pages)
+        })
     }
 
     fn rlv_detail_add_paint(detail: RlvDetail, options: *const RlvPaintOptions) {
@@ -572,9 +573,7 @@ entry! {
         }
         let mut editor = object.edit()?;
         let context = &object.context.context;
-        if let Object::Tiles(displaced) = &editor.object {
-            displaced.report_fault()?;
-        }
+        each!(&editor.object, object => object.report_fault())?;
         let [heights, colors, directions, contacts] = std::mem::take(&mut editor.written);
         if let Object::Tiles(displaced) = &mut editor.object {
             if !heights.is_empty() {

@@ -427,8 +427,10 @@ impl View {
             ChannelState { allocated, paged, bytes: snapshot.bytes(), texel_size: size_of::<T>() }
         }
         fn faces<T: Texel>(snapshot: &Arc<TriangleSnapshot<T>>) -> ChannelState {
-            let allocated = snapshot.field().allocated().count();
-            ChannelState { allocated, paged: 0, bytes: snapshot.bytes(), texel_size: size_of::<T>() }
+            let field = snapshot.field();
+            let allocated = field.allocated().count();
+            let paged = field.allocated().filter(|face| field.is_paged(*face)).count();
+            ChannelState { allocated, paged, bytes: snapshot.bytes(), texel_size: size_of::<T>() }
         }
         if channel as usize >= CHANNELS {
             return Err(missing(channel));
