@@ -91,6 +91,8 @@ pub fn run(report: &mut Report) -> Result<()> {
         let height = if turn { 0.1 } else { -0.1 };
         Action::Sculpt { mode: SculptMode::Draw, height }
     })?;
+    // Where there is displacement, points and normals are needed under colours too.
+    whole(&mut object, "dab of colour over displacement", 6.0, &paint)?;
     look_up(report, &object);
     Ok(())
 }
