@@ -1,9 +1,9 @@
 /* Relievo: bakes, pictures of a detail on the texture coordinates of its cage.
  *
- * A bake shows a detail as it was committed last. Texture coordinates are a corner attribute of two floats of the cage and
- * are subdivided as the surface is, with sharp borders; those of a triangle mesh are linear in its triangles. Where
- * several faces lie on one pixel, the first has it. Tangent space is that of the surface without displacement: its normal
- * N, T along increasing s, B along increasing t. */
+ * A bake shows a detail as it was committed last. Texture coordinates are a corner attribute of two floats of the cage
+ * and are subdivided as the surface is, with sharp borders; those of a triangle mesh are linear in its triangles. Where
+ * several faces lie on one pixel, the first has it. Tangent space is that of the surface without displacement: its
+ * normal N, T along increasing s, B along increasing t. */
 #ifndef RELIEVO_BAKE_H
 #define RELIEVO_BAKE_H
 
@@ -86,15 +86,15 @@ typedef struct RlvBakeReport {
 /* Receives a picture. Returns RlvProgressAnswer; after RLV_PROGRESS_CANCEL the bake returns RLV_ERROR_CANCELLED. */
 typedef uint32_t (*RlvBakeReceiver)(void *user, const RlvBakePicture *picture);
 
-/* Bakes to memory: calls receive for every picture, by number. options may be NULL, progress and report too; user goes to
- * both callbacks. Fails if the detail has no such quantity, the cage has no such texture coordinates, nothing lies on a
- * picture, a number is out of its range, or a picture does not fit the context's memory limit. */
+/* Bakes to memory: calls receive for every picture, by number. options may be NULL, progress and report too; user goes
+ * to both callbacks. Fails if the detail has no such quantity, the cage has no such texture coordinates, nothing lies
+ * on a picture, a number is out of its range, or a picture does not fit the context's memory limit. */
 RLV_API RlvResult rlv_bake_run(RlvDetail detail, const RlvBakeOptions *options, RlvBakeReceiver receive,
                                RlvProgress progress, void *user, RlvBakeReport *report);
 
-/* Bakes to files, .exr or .png as the extension of the path says, with a text in them that says what the numbers are. The
- * numbers of UDIM tiles replace "<UDIM>" in the name, or stand in front of the extension. Each file appears whole or not
- * at all; those that were finished before a failure or cancel stay. */
+/* Bakes to files, .exr or .png as the extension of the path says, with a text in them that says what the numbers are.
+ * The numbers of UDIM tiles replace "<UDIM>" in the name, or stand in front of the extension. Each file appears whole
+ * or not at all; those that were finished before a failure or cancel stay. */
 RLV_API RlvResult rlv_bake_write(RlvDetail detail, const RlvBakeOptions *options, const char *path,
                                  RlvProgress progress, void *user, RlvBakeReport *report);
 

@@ -37,7 +37,8 @@ typedef enum RlvSculptMode {
     RLV_SCULPT_SCRAPE = 5,  /* as flatten, but nothing rises */
     RLV_SCULPT_LAYER = 6,   /* as draw, but dabs of a stroke do not add up */
     RLV_SCULPT_INFLATE = 7, /* outwards by the height across the displaced surface itself */
-    /* The last two change vector displacement, which the detail must have; smooth and erase change it too if it has some. */
+    /* The last two change vector displacement, which the detail must have; smooth and erase change it too if it has
+     * some. */
     RLV_SCULPT_PINCH = 8, /* toward the line through the middle along the third axis; away from it if the height is negative */
     RLV_SCULPT_VECTOR = 9 /* by the stamp's vectors times the height along the axes of the box; without one along the third */
 } RlvSculptMode;
@@ -138,8 +139,8 @@ RLV_API RlvResult rlv_brush_release(RlvBrush brush);
  * change. */
 RLV_API RlvResult rlv_brush_set(RlvBrush brush, const RlvBrushOptions *options, const RlvBrushSettings *settings);
 
-/* Mutates the brush: what pressure is taken as for an RlvCurve. points are count pairs of a pressure and what it is taken
- * as, both 0 to 1, with growing pressures; straight lines join them. count 0 takes pressure as it is. */
+/* Mutates the brush: what pressure is taken as for an RlvCurve. points are count pairs of a pressure and what it is
+ * taken as, both 0 to 1, with growing pressures; straight lines join them. count 0 takes pressure as it is. */
 RLV_API RlvResult rlv_brush_set_curve(RlvBrush brush, uint32_t curve, const double *points, size_t count);
 
 /* Mutates the brush: gives it an image, or none for NULL. settings may be NULL for the defaults. */

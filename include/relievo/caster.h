@@ -15,7 +15,8 @@ typedef struct RlvCaster {
 /* The number of no face and no tile. */
 #define RLV_NO_ELEMENT 0xffffffffu
 
-/* Where a ray met the geometry. Without a hit, distance is infinite, face and tile are RLV_NO_ELEMENT, the rest zero. */
+/* Where a ray met the geometry. Without a hit, distance is infinite, face and tile are RLV_NO_ELEMENT, the rest
+ * zero. */
 typedef struct RlvHit {
     float distance;    /* in multiples of the ray's direction */
     uint32_t face;     /* of the mesh, or of the detail's cage */

@@ -2,14 +2,14 @@
  *
  * A detail is a surface, an affine transform to the world, and a displacement along the surface's normal in tiles of
  * B-spline coefficients. It may be given more channels, each in tiles of its own: colours, a vector displacement that
- * comes after the one along the normal, and traces of contact. Tiles are allocated only where something happened, within
- * a budget of bytes; a tile the budget refuses stays as it was, the edit goes on without it and reports it, and nothing is
- * lost.
+ * comes after the one along the normal, and traces of contact. Tiles are allocated only where something happened,
+ * within a budget of bytes; a tile the budget refuses stays as it was, the edit goes on without it and reports it, and
+ * nothing is lost.
  *
- * On a triangle mesh values are kept at the vertices of a tessellation pattern: faces and edges get blocks of them where
- * something happened, and "tile" means a face with its edges. Sizes are segments along an edge: 8, 16, 32 or 64, 0 for 16.
- * It takes strokes, imprints without rims and smoothing, layers and documents; what it lacks is said below, and answers
- * RLV_ERROR_UNSUPPORTED.
+ * On a triangle mesh values are kept at the vertices of a tessellation pattern: faces and edges get blocks of them
+ * where something happened, and "tile" means a face with its edges. Sizes are segments along an edge: 8, 16, 32 or 64,
+ * 0 for 16. It takes strokes, imprints without rims, layers and documents; what it lacks is said below,
+ * and answers RLV_ERROR_UNSUPPORTED.
  *
  * Edits (imprints, blocks that are written, new poses) become visible at rlv_detail_commit: readers see what was
  * committed last, never half an edit, and do not wait. Functions marked "edits" need the detail for themselves among
@@ -54,8 +54,8 @@ typedef struct RlvDetailInfo {
 
 #define RLV_DETAIL_INFO_INIT {sizeof(RlvDetailInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0}
 
-/* What a detail keeps in tiles. A block is (size + 2)^2 little-endian texels, row by row, with a ring of one texel of the
- * neighbours. */
+/* What a detail keeps in tiles. A block is (size + 2)^2 little-endian texels, row by row, with a ring of one texel of
+ * the neighbours. */
 typedef enum RlvChannel {
     RLV_CHANNEL_DISPLACEMENT = 0, /* along the normal: a half float */
     RLV_CHANNEL_COLOR = 1,        /* red, green, blue and alpha as RlvColorFormat says */
@@ -156,12 +156,12 @@ RLV_API RlvResult rlv_detail_set_budget(RlvDetail detail, uint64_t budget);
  * spent, and return when they are looked at or edited; only new tiles that do not fit a budget together with the others
  * of the same edit are refused. Tiles that a document holds, opened with rlv_document_open, are read from its file
  * again; others go to a file without a name in folder, or where temporary files are if folder is NULL or cannot be
- * written to. What readers bring back is let go with the next edit or commit that exceeds the budget. A tile that cannot
- * be read back is blank to readers, and an error that names it to the next edit or commit. If page is 0 all tiles
- * return. */
+ * written to. What readers bring back is let go with the next edit or commit that exceeds the budget. A tile that
+ * cannot be read back is blank to readers, and an error that names it to the next edit or commit. If page is 0 all
+ * tiles return. */
 RLV_API RlvResult rlv_detail_set_paging(RlvDetail detail, uint32_t page, const char *folder);
 
-/* Edits. Gives the detail colours, eight bits a number, so that it can be painted. options may be NULL. Fails if it has
+/* Edits. Gives the detail colours, so that it can be painted. options may be NULL. Fails if it has
  * colours already. */
 RLV_API RlvResult rlv_detail_add_paint(RlvDetail detail, const RlvPaintOptions *options);
 
@@ -186,8 +186,8 @@ RLV_API RlvResult rlv_detail_advance(RlvDetail detail, double time);
 /* A channel as it was committed last. */
 RLV_API RlvResult rlv_detail_channel_info(RlvDetail detail, uint32_t channel, RlvChannelInfo *out);
 
-/* Edits. Gives faces another number of coefficients along their edges, of displacement and traces; pairs of a face and its
- * size as in the options. Displacements stay, exactly but for rounding where a face becomes finer. Fails with
+/* Edits. Gives faces another number of coefficients along their edges, of displacement and traces; pairs of a face and
+ * its size as in the options. Displacements stay, exactly but for rounding where a face becomes finer. Fails with
  * RLV_ERROR_MEMORY, and changes nothing, if the budget does not allow it, and on triangle meshes. */
 RLV_API RlvResult rlv_detail_set_face_sizes(RlvDetail detail, const uint32_t *face_sizes, size_t count, size_t stride);
 
@@ -204,23 +204,24 @@ RLV_API RlvResult rlv_detail_commit(RlvDetail detail, RlvDetailChanges *out);
  * capacity numbers to tiles and their number to count. tiles may be NULL to ask for the number. */
 RLV_API RlvResult rlv_detail_changed_tiles(RlvDetail detail, uint32_t *tiles, size_t capacity, size_t *count);
 
-/* The faces, ascending, that have tiles which a budget refused at the last stroke, imprint, change of layers or of sizes:
- * they stayed as they were. Writes up to capacity numbers to faces and their number to count. faces may be NULL to ask
- * for the number. */
+/* The faces, ascending, that have tiles which a budget refused at the last stroke, imprint, change of layers or of
+ * sizes: they stayed as they were. Writes up to capacity numbers to faces and their number to count. faces may be NULL
+ * to ask for the number. */
 RLV_API RlvResult rlv_detail_refused_faces(RlvDetail detail, uint32_t *faces, size_t capacity, size_t *count);
 
 /* A tile of a channel as it was committed last. Its bounds are those of the surface with all its displacements. */
 RLV_API RlvResult rlv_detail_tile_info(RlvDetail detail, uint32_t channel, uint32_t tile, RlvDetailTileInfo *out);
 
 /* Copies the block of a tile as it was committed last, for caches and files: see RlvChannel. Writes its bytes and their
- * number, 0 if the tile is not allocated. bytes may be NULL to ask for the number. Fails if the detail does not have the
- * channel, or is of a triangle mesh, whose faces share the blocks of their edges: its edits are kept in documents. */
+ * number, 0 if the tile is not allocated. bytes may be NULL to ask for the number. Fails if the detail does not have
+ * the channel, or is of a triangle mesh, whose faces share the blocks of their edges: its edits are kept in
+ * documents. */
 RLV_API RlvResult rlv_detail_read_block(RlvDetail detail, uint32_t channel, uint32_t tile, void *bytes, size_t capacity,
                                         size_t *size);
 
 /* Edits. Puts a block back that rlv_detail_read_block gave; size 0 frees the tile. The neighbours' rings are brought up
- * to date at the commit. Fails with RLV_ERROR_MEMORY if the budget does not allow it, and with RLV_ERROR_UNSUPPORTED for
- * colours of several layers and on triangle meshes. */
+ * to date at the commit. Fails with RLV_ERROR_MEMORY if the budget does not allow it, and with RLV_ERROR_UNSUPPORTED
+ * for colours of several layers and on triangle meshes. */
 RLV_API RlvResult rlv_detail_write_block(RlvDetail detail, uint32_t channel, uint32_t tile, const void *bytes,
                                          size_t size);
 

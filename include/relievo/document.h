@@ -1,12 +1,12 @@
 /* Relievo: documents, in which the edits of a detail are kept: undo, redo, and a journal that survives a killed host.
  *
- * A document follows a detail. What is done between rlv_document_begin and rlv_document_end is one edit, whatever it is:
- * strokes, imprints, blocks, layers; it costs what it changed. With a file, every edit is handed to the operating system
- * before rlv_document_end returns: if the host is killed then, opening the file brings every edit that was ended, and
- * says what was under way. Two documents of one detail do not know of each other.
+ * A document follows a detail. What is done between rlv_document_begin and rlv_document_end is one edit, whatever it
+ * is: strokes, imprints, blocks, layers; it costs what it changed. With a file, every edit is handed to the operating
+ * system before rlv_document_end returns: if the host is killed then, opening the file brings every edit that was
+ * ended, and says what was under way. Two documents of one detail do not know of each other.
  *
- * All functions on a document edit its detail and return RLV_ERROR_BUSY while another edit is at work; commit the detail
- * to see what they did. */
+ * All functions on a document edit its detail and return RLV_ERROR_BUSY while another edit is at work; commit the
+ * detail to see what they did. */
 #ifndef RELIEVO_DOCUMENT_H
 #define RELIEVO_DOCUMENT_H
 
@@ -89,8 +89,8 @@ RLV_API RlvResult rlv_document_end(RlvDocument document, RlvDocumentChanges *cha
 /* Takes the edit that was begun back, as if it had not been. */
 RLV_API RlvResult rlv_document_abandon(RlvDocument document);
 
-/* Undoes the last edit: every block is as it was before it, to the bit. changes may be NULL. Fails, and changes nothing,
- * if an edit is under way or the detail was edited outside of edits. */
+/* Undoes the last edit: every block is as it was before it, to the bit. changes may be NULL. Fails, and changes
+ * nothing, if an edit is under way or the detail was edited outside of edits. */
 RLV_API RlvResult rlv_document_undo(RlvDocument document, RlvDocumentChanges *changes);
 
 /* Makes the edit that was undone last again. */
@@ -102,17 +102,17 @@ RLV_API RlvResult rlv_document_save(RlvDocument document, const char *path);
 /* Waits until all edits are on the disk, where a failure of power does not reach them. */
 RLV_API RlvResult rlv_document_sync(RlvDocument document);
 
-/* Folds the history of a file that no document has open into its layers, but for the last keep edits. What is seen stays
- * the same. The file is replaced as a whole or not at all. */
+/* Folds the history of a file that no document has open into its layers, but for the last keep edits. What is seen
+ * stays the same. The file is replaced as a whole or not at all. */
 RLV_API RlvResult rlv_document_compact(RlvContext context, const char *path, size_t keep);
 
 /* The mesh that a document was made on, as far as the file has it: points, faces and holes, but no creases and no
  * attributes. The file may be hostile. Fails with RLV_ERROR_NOT_FOUND if it has no points. */
 RLV_API RlvResult rlv_document_mesh(RlvContext context, const char *path, RlvMesh *out);
 
-/* Takes the layers of the document at path to another mesh and writes them as the document at to_path: every texel takes
- * what the nearest place of the old surface that faces the same way has. Both are seen without their displacement.
- * options, progress and report may be NULL; what should be known goes to the context's log. */
+/* Takes the layers of the document at path to another mesh and writes them as the document at to_path: every texel
+ * takes what the nearest place of the old surface that faces the same way has. Both are seen without their
+ * displacement. options, progress and report may be NULL; what should be known goes to the context's log. */
 RLV_API RlvResult rlv_document_transfer(RlvContext context, const char *path, RlvMesh to, const char *to_path,
                                         const RlvTransferOptions *options, RlvProgress progress, void *user,
                                         RlvTransferReport *report);

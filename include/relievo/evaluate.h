@@ -4,8 +4,9 @@
 
 #include "relievo/detail.h"
 
-/* Places and what is wanted there. Every output is an array of count times three floats (one for displacements, four for
- * colours), or NULL if it is not wanted. Strides are in bytes, 0 for packed. Outputs must not overlap one another or the inputs. */
+/* Places and what is wanted there. Every output is an array of count times three floats (one for displacements, four
+ * for colours), or NULL if it is not wanted. Strides are in bytes, 0 for packed. Outputs must not overlap one another
+ * or the inputs. */
 typedef struct RlvEvaluateArrays {
     uint32_t struct_size;
     uint32_t reserved; /* 0 */
@@ -39,9 +40,10 @@ typedef struct RlvEvaluateArrays {
     float *traces; /* contact, 0 to 1, depth, object units, and age, seconds before the detail's time or -1 where nothing
                       ever touched; details with traces only */
     size_t trace_stride;
-    /* An input, or NULL: how far u and v go from every place to the next two samples, say du and dv by the columns and by
-     * the rows of a picture, 4 floats a place. Colours are then means over the parallelogram of the two, across edges.
-     * What is no finite number is taken for 0. Triangle meshes keep no reductions: their colours are interpolated. */
+    /* An input, or NULL: how far u and v go from every place to the next two samples, say du and dv by the columns and
+     * by the rows of a picture, 4 floats a place. Colours are then means over the parallelogram of the two, across
+     * edges. What is no finite number is taken for 0. Triangle meshes keep no reductions: their colours are
+     * interpolated. */
     const float *footprints;
     size_t footprint_stride;
 } RlvEvaluateArrays;
@@ -50,8 +52,8 @@ typedef struct RlvEvaluateArrays {
     {sizeof(RlvEvaluateArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, \
      NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0}
 
-/* Evaluates the limit surface, without any detail on it; displacements are 0. A place in a hole gives zeros. Fails without
- * writing if a tile does not exist or u or v is outside it. */
+/* Evaluates the limit surface, without any detail on it; displacements are 0. A place in a hole gives zeros. Fails
+ * without writing if a tile does not exist or u or v is outside it. */
 RLV_API RlvResult rlv_evaluate_surface(RlvSurface surface, const RlvEvaluateArrays *arrays);
 
 /* Evaluates the displaced surface as it was committed last: positions, normals, displacements, vectors, colours and

@@ -80,8 +80,8 @@ RLV_API RlvResult rlv_layer_place(RlvDetail detail, uint32_t id, size_t place);
 /* Removes a layer with all that is on it. Fails if it is the last of its kind. */
 RLV_API RlvResult rlv_layer_remove(RlvDetail detail, uint32_t id);
 
-/* Puts a layer and the one below it into one that looks as both did, but for rounding. Fails, and changes nothing, where
- * no one layer would look so, or one of them is hidden. */
+/* Puts a layer and the one below it into one that looks as both did, but for rounding. Fails, and changes nothing,
+ * where no one layer would look so, or one of them is hidden. */
 RLV_API RlvResult rlv_layer_merge(RlvDetail detail, uint32_t id);
 
 /* Makes one layer of displacement and one of colour of all: what is seen, to the bit. */

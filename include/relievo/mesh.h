@@ -106,17 +106,18 @@ typedef struct RlvAttributeInfo {
  * face, finite numbers. The message of a refusal names the element. */
 RLV_API RlvResult rlv_mesh_create(RlvContext context, const RlvMeshArrays *arrays, RlvMesh *out);
 
-/* Reads a file as one mesh: OBJ with its subdivision tags "t crease" and "t corner", PLY, glTF or GLB at rest, STL, OFF.
- * path is UTF-8. The file may be hostile: the context's memory limit bounds what reading it takes, files that it names
- * are opened only below its own folder, and the message of a refusal names the line or element. */
+/* Reads a file as one mesh: OBJ with its subdivision tags "t crease" and "t corner", PLY, glTF or GLB at rest, STL,
+ * OFF. path is UTF-8. The file may be hostile: the context's memory limit bounds what reading it takes, files that it
+ * names are opened only below its own folder, and the message of a refusal names the line or element. */
 RLV_API RlvResult rlv_mesh_read(RlvContext context, const char *path, RlvMesh *out);
 
 /* Writes a mesh as OBJ, PLY or GLB, as the extension of the path says. The file appears whole or not at all. */
 RLV_API RlvResult rlv_mesh_write(RlvMesh mesh, const char *path);
 
-/* Makes a mesh of a mesh's triangles in which no edge is longer than longest_edge object units, which is above 0: longer
- * ones are halved from both sides, so that nothing opens, and attributes are carried along. What triangles are to hold
- * detail is as fine as that over the segments of the detail. Fails if there would be more than 2^26 triangles. */
+/* Makes a mesh of a mesh's triangles in which no edge is longer than longest_edge object units, which is above 0:
+ * longer ones are halved from both sides, so that nothing opens, and attributes are carried along. What triangles are
+ * to hold detail is as fine as that over the segments of the detail. Fails if there would be more than 2^26
+ * triangles. */
 RLV_API RlvResult rlv_mesh_split(RlvMesh mesh, double longest_edge, RlvMesh *out);
 
 RLV_API RlvResult rlv_mesh_retain(RlvMesh mesh);

@@ -1,7 +1,7 @@
 /* Relievo: Ptex files (Burley and Lacewell 2008), textures for every face, to and from a detail.
  *
- * Faces of a file are the tiles of the surface, number by number: files of quads. Displacement in a file is the value at
- * the centre of a texel, in object units; vectors are along the tangent by u of each face, across it, and along its
+ * Faces of a file are the tiles of the surface, number by number: files of quads. Displacement in a file is the value
+ * at the centre of a texel, in object units; vectors are along the tangent by u of each face, across it, and along its
  * normal. What the numbers are stands in the meta data, as does the cage. */
 #ifndef RELIEVO_PTEX_H
 #define RELIEVO_PTEX_H
@@ -40,14 +40,14 @@ typedef struct RlvPtexReport {
 
 #define RLV_PTEX_REPORT_INIT {sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0f, 0}
 
-/* Writes a channel of a detail as it was committed last, an RlvChannel other than traces. progress may be NULL. The file
- * appears whole or not at all. Fails if the detail does not have the channel. */
+/* Writes a channel of a detail as it was committed last, an RlvChannel other than traces. progress may be NULL. The
+ * file appears whole or not at all. Fails if the detail does not have the channel. */
 RLV_API RlvResult rlv_ptex_write(RlvDetail detail, uint32_t channel, const char *path, RlvProgress progress, void *user);
 
-/* Edits. Gives the detail what a file has, in place of all layers of that kind; faces have the sizes of the file from then
- * on. Edits that are recorded in the file (Ptex has its own) are applied. A detail needs no colours or vectors before; it
- * keeps colours as bytes. options, progress and report may be NULL. Fails, and changes nothing, if the file is damaged or
- * for other faces, or does not fit the budget; the message says what differs. */
+/* Edits. Gives the detail what a file has, in place of all layers of that kind; faces have the sizes of the file from
+ * then on. Edits that are recorded in the file (Ptex has its own) are applied. A detail needs no colours or vectors
+ * before; it keeps colours as bytes. options, progress and report may be NULL. Fails, and changes nothing, if the file
+ * is damaged or for other faces, or does not fit the budget; the message says what differs. */
 RLV_API RlvResult rlv_ptex_read(RlvDetail detail, const char *path, const RlvPtexOptions *options, RlvProgress progress,
                                 void *user, RlvPtexReport *report);
 

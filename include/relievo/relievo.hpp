@@ -358,7 +358,8 @@ public:
     void advance(double time) const { check(rlv_detail_advance(get(), time)); }
 
     void set_budget(std::uint64_t budget) const { check(rlv_detail_set_budget(get(), budget)); }
-    /// Lets tiles leave memory for a file when a budget is spent; the file is in `folder`, or where temporary files are.
+    /// Lets tiles leave memory for a file when a budget is spent; the file is in `folder`, or where temporary files
+    /// are.
     void set_paging(bool page, const char *folder = nullptr) const
     {
         check(rlv_detail_set_paging(get(), page ? 1 : 0, folder));
@@ -544,7 +545,8 @@ inline RlvImprintReport imprint(const Detail &detail, const Collider &collider,
 /// Answers true to go on; gets a fraction from 0 to 1 and the name of the stage. It may throw, which cancels.
 using Progress = std::function<bool(float, const char *)>;
 
-/// Carries callbacks into a call. Exceptions must not pass through the library: one is kept until the call has returned.
+/// Carries callbacks into a call. Exceptions must not pass through the library: one is kept until the call has
+/// returned.
 class Watch {
 public:
     explicit Watch(const Progress &progress) : progress_(progress) {}

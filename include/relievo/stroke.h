@@ -2,7 +2,8 @@
  *
  * A stroke puts dabs of its brush on the surface along its points. What counts for all of them is the surface as it was
  * when the stroke began, so that a stroke that raises it does not climb its own ridge. A stroke can be made at once, or
- * be drawn: its points then come a few at a time, from the events of a tablet, and the result is the same to the bit. */
+ * be drawn: its points then come a few at a time, from the events of a tablet, and the result is the same to the
+ * bit. */
 #ifndef RELIEVO_STROKE_H
 #define RELIEVO_STROKE_H
 
@@ -50,9 +51,9 @@ RLV_API RlvResult rlv_stroke_begin(RlvDetail detail, RlvBrush brush, RlvStroke *
 RLV_API RlvResult rlv_stroke_retain(RlvStroke stroke);
 RLV_API RlvResult rlv_stroke_release(RlvStroke stroke);
 
-/* Edits the detail: goes on to the points and makes the dabs on the way. Commit to see them. The first dab waits for the
- * second place, which says where it looks, unless it is an airbrush's. Fails, and changes nothing, as rlv_stroke_run
- * does. */
+/* Edits the detail: goes on to the points and makes the dabs on the way. Commit to see them. The first dab waits for
+ * the second place, which says where it looks, unless it is an airbrush's. Fails, and changes nothing, as
+ * rlv_stroke_run does. */
 RLV_API RlvResult rlv_stroke_extend(RlvStroke stroke, const RlvStrokePoint *points, size_t count, size_t stride,
                                     RlvStrokeReport *report);
 

@@ -1,16 +1,16 @@
 /* Relievo: surfaces, which are Catmull-Clark limit surfaces or triangle meshes.
  *
- * A limit surface is made from a control cage with its creases, sharp points, boundaries, holes and n-gons. Its places are
- * (tile, u, v) with u and v from 0 to 1: one tile per quad face, n tiles per face of n other than four corners, in face
- * order. Corners of a tile are 0 = (0,0), 1 = (1,0), 2 = (1,1), 3 = (0,1). A quad's corners are its face's. Tile k of
- * another face has corner 0 at the face's corner k, 1 in the middle of the edge to the next corner, 2 in the middle of
- * the face, 3 in the middle of the edge to the previous corner.
+ * A limit surface is made from a control cage with its creases, sharp points, boundaries, holes and n-gons. Its places
+ * are (tile, u, v) with u and v from 0 to 1: one tile per quad face, n tiles per face of n other than four corners, in
+ * face order. Corners of a tile are 0 = (0,0), 1 = (1,0), 2 = (1,1), 3 = (0,1). A quad's corners are its face's. Tile k
+ * of another face has corner 0 at the face's corner k, 1 in the middle of the edge to the next corner, 2 in the middle
+ * of the face, 3 in the middle of the edge to the previous corner.
  *
- * A triangle mesh is what it is: flat triangles with normals that are interpolated between those of the points. Polygons
- * are fanned from their first corner, holes left out, anything but a mesh without faces is accepted. Its tiles are its
- * triangles, in order; u and v are the barycentric coordinates of the second and third corner, which make at most 1
- * together. Large triangles hold no fine detail: see rlv_mesh_split. What is said of cages and limit surfaces in the
- * headers holds for triangle meshes, unless they say otherwise. */
+ * A triangle mesh is what it is: flat triangles with normals that are interpolated between those of the points.
+ * Polygons are fanned from their first corner, holes left out, anything but a mesh without faces is accepted. Its tiles
+ * are its triangles, in order; u and v are the barycentric coordinates of the second and third corner, which make at
+ * most 1 together. Large triangles hold no fine detail: see rlv_mesh_split. What is said of cages and limit surfaces in
+ * the headers holds for triangle meshes, unless they say otherwise. */
 #ifndef RELIEVO_SURFACE_H
 #define RELIEVO_SURFACE_H
 

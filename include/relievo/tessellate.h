@@ -2,8 +2,8 @@
  *
  * Every tile becomes a grid of cells. A segment between two tiles has the cells of the finer one on both sides, and
  * points there are one point, so that no cracks open. Triangle meshes stay as they are where nothing happened, and have
- * the triangles of the pattern that their values are kept at elsewhere: coarse, fine and smooth_uvs are not for them, and
- * whatever becomes finer rebuilds a tessellation. */
+ * the triangles of the pattern that their values are kept at elsewhere: coarse, fine and smooth_uvs are not for them,
+ * and whatever becomes finer rebuilds a tessellation. */
 #ifndef RELIEVO_TESSELLATE_H
 #define RELIEVO_TESSELLATE_H
 
@@ -75,9 +75,9 @@ RLV_API RlvResult rlv_tessellation_release(RlvTessellation tessellation);
 RLV_API RlvResult rlv_tessellation_info(RlvTessellation tessellation, RlvTessellationInfo *out);
 
 /* Brings the points to the detail's last commit, however many there were since the last update. Costs what changed,
- * unless triangles are rebuilt or the cage was posed, which concerns all points; colours and traces are looked up for all
- * points. Needs the tessellation for itself and returns RLV_ERROR_BUSY while another call is at work on it; edits of the detail do not matter. After a failure the
- * tessellation is what it was. out may be NULL. */
+ * unless triangles are rebuilt or the cage was posed, which concerns all points; colours and traces are looked up for
+ * all points. Needs the tessellation for itself and returns RLV_ERROR_BUSY while another call is at work on it; edits
+ * of the detail do not matter. After a failure the tessellation is what it was. out may be NULL. */
 RLV_API RlvResult rlv_tessellation_update(RlvTessellation tessellation, RlvTessellationChanges *out);
 
 /* The ranges of points that the last update wrote, as pairs of the first point and the number of points, ascending and

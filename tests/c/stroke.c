@@ -1,4 +1,5 @@
-/* Strokes: what is drawn bit by bit is what is drawn at once, an eraser gives back all memory, bad points do nothing. */
+/* Strokes: what is drawn bit by bit is what is drawn at once, an eraser gives back all memory, bad points do
+ * nothing. */
 #include "check.h"
 
 enum { POINTS = 24 };

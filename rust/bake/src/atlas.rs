@@ -1,9 +1,9 @@
 //! The tiles of a channel as pictures: all in one atlas with a table of where they are, or one picture each.
 //!
 //! A cell of the atlas is a tile with a gutter of one texel: of colours the ring, of displacement, whose values at the
-//! centres of texels it has ([`crate::prefilter`]), the values at the border once more. Cells of one size stand in rows,
-//! larger ones first, tiles ascending within a size. Within a cell u goes to the right and v down: the first row is v = 0.
-//! Tiles without a block are left out.
+//! centres of texels it has ([`crate::prefilter`]), the values at the border once more. Cells of one size stand in
+//! rows, larger ones first, tiles ascending within a size. Within a cell u goes to the right and v down: the first row
+//! is v = 0. Tiles without a block are left out.
 //!
 //! The table is a TOML file beside the picture, called as it is with `.toml` after its name:
 //!

@@ -61,8 +61,8 @@ impl Chunk {
 impl<'a> Layout<'a> {
     /// The layout of the tiles that `skip` does not say to leave out.
     ///
-    /// Fails if texture coordinates are so large that their numbers do not resolve pixels, or cover so many pictures one
-    /// over the other that no layout was meant.
+    /// Fails if texture coordinates are so large that their numbers do not resolve pixels, or cover so many pictures
+    /// one over the other that no layout was meant.
     pub fn new(
         context: &Context,
         limit: &'a Surface,

@@ -3,8 +3,8 @@
 //!
 //! - Files with a texture for every face: [`ptex`], with [`prefilter`] for what a displacement's numbers mean there.
 //! - Pictures of tiles: [`atlas`], and back: [`gather`].
-//! - Bakes to texture coordinates: [`map`], of what [`quantity`] says, in files as [`texture`] has them; [`triangles`] of
-//!   triangle meshes.
+//! - Bakes to texture coordinates: [`map`], of what [`quantity`] says, in files as [`texture`] has them; [`triangles`]
+//!   of triangle meshes.
 //! - Documents: [`opened`] makes surface and channels of one, [`transfer`](mod@transfer) takes one to another mesh.
 
 pub mod atlas;

@@ -1,9 +1,9 @@
 //! Bakes: pictures of a surface's numbers on its texture coordinates.
 //!
 //! A picture is made in bands of rows, and a band in windows; each window finds the places of its samples
-//! ([`crate::raster`]) in the chunks of the layout that reach into it ([`crate::layout`]), evaluates what is baked there,
-//! and averages the samples of a pixel. Bands do not know of each other, so results do not depend on threads. Where
-//! several tiles lie on one pixel, the lowest has it.
+//! ([`crate::raster`]) in the chunks of the layout that reach into it ([`crate::layout`]), evaluates what is baked
+//! there, and averages the samples of a pixel. Bands do not know of each other, so results do not depend on threads.
+//! Where several tiles lie on one pixel, the lowest has it.
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Progress, Result};
@@ -132,8 +132,8 @@ pub fn bake(
     bake_watched(context, limit, quantity, options, &mut Silent, each)
 }
 
-/// As [`bake`], telling `progress` of every few bands of a picture. Fails too where it asks to stop; pictures that `each`
-/// was called for are done.
+/// As [`bake`], telling `progress` of every few bands of a picture. Fails too where it asks to stop; pictures that
+/// `each` was called for are done.
 pub fn bake_watched(
     context: &Context,
     limit: &Surface,

@@ -70,8 +70,8 @@ impl<'a> Opened<'a> {
         }
     }
 
-    /// The layer of one of `kinds` that is meant: the one called `name` if it is one, or the only one, or the one called
-    /// `usual`. Fails if there are several and none of these.
+    /// The layer of one of `kinds` that is meant: the one called `name` if it is one, or the only one, or the one
+    /// called `usual`. Fails if there are several and none of these.
     fn layer(&self, kinds: &[Kind], name: Option<&str>, usual: &str) -> Result<Option<&'a Layer>> {
         self.kind(name)?;
         let of_kind: Vec<&Layer> =
@@ -132,8 +132,8 @@ impl<'a> Opened<'a> {
         }
     }
 
-    /// The scalar displacement of the layer called `name`, or what all layers of displacement come to; `None` if there are
-    /// none.
+    /// The scalar displacement of the layer called `name`, or what all layers of displacement come to; `None` if there
+    /// are none.
     pub fn displacement(&self, context: &Context, name: Option<&str>) -> Result<Option<Displacement>> {
         match self.layers(&[Kind::Scalar], name)? {
             (layers, _) if layers.is_empty() => Ok(None),

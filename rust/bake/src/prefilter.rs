@@ -1,10 +1,10 @@
 //! Between the coefficients of a displacement and its values at the centres of texels, which is what other programs
 //! take texels for.
 //!
-//! A biquadratic B-spline has at the centre of a texel ⅛, ¾ and ⅛ of three coefficients along u and along v (Nießner and
-//! Loop 2013, Section 3). Going back is a tridiagonal system along columns, then along rows, whose ends are the ring's
-//! coefficients: the prefilter of Unser, Aldroubi and Eden 1991, exact for a tile whose ring is known. Units: object
-//! units.
+//! A biquadratic B-spline has at the centre of a texel ⅛, ¾ and ⅛ of three coefficients along u and along v (Nießner
+//! and Loop 2013, Section 3). Going back is a tridiagonal system along columns, then along rows, whose ends are the
+//! ring's coefficients: the prefilter of Unser, Aldroubi and Eden 1991, exact for a tile whose ring is known. Units:
+//! object units.
 
 use half::f16;
 use relievo_tiles::Texel;

@@ -2,7 +2,8 @@
 //!
 //! A texel of a file is a value at the centre of a texel. Colours are kept so, and go into a file as they are; a
 //! displacement is kept as B-spline coefficients, so its values are evaluated on the way out and solved for on the way
-//! in, see [`crate::prefilter`]. A tile without a block is a constant face. What the numbers are stands in the meta data:
+//! in, see [`crate::prefilter`]. A tile without a block is a constant face. What the numbers are stands in the meta
+//! data:
 //!
 //! | key | value |
 //! |---|---|
@@ -12,7 +13,8 @@
 //! | `RelievoDefault` | the texel that tiles without a block read as |
 //!
 //! A vector displacement is along the tangent by u, across it and along the normal of its own face, and files of it ask
-//! readers to filter across edges accordingly. The mesh is there too, by the keys that the format's own list has for it.
+//! readers to filter across edges accordingly. The mesh is there too, by the keys that the format's own list has for
+//! it.
 
 mod adjacency;
 mod export;

@@ -1,9 +1,9 @@
 //! What is baked: numbers of the surface at its places.
 //!
-//! Tangent space is that of the undisplaced limit surface: N is its normal, T the direction of increasing s across N, and
-//! B completes them so that it goes along increasing t, on mirrored texture coordinates too. That is what MikkTSpace
-//! (Mikkelsen 2008) tends to where a host tessellates finely. Values are raw: object units for displacement, unit vectors
-//! for normals, linear Rec.709 for colours.
+//! Tangent space is that of the undisplaced limit surface: N is its normal, T the direction of increasing s across N,
+//! and B completes them so that it goes along increasing t, on mirrored texture coordinates too. That is what
+//! MikkTSpace (Mikkelsen 2008) tends to where a host tessellates finely. Values are raw: object units for displacement,
+//! unit vectors for normals, linear Rec.709 for colours.
 
 use glam::{Vec3, Vec4};
 use relievo_core::{Context, Error, Result};

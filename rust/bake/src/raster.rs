@@ -1,9 +1,10 @@
 //! Which place of the surface lies at the centre of every sample of a window of a picture.
 //!
-//! The lattice of a tile, two triangles a cell, says which samples may lie in it and about where; Newton's method on the
-//! texture coordinates' own limit says where exactly, and a sample counts only if it is there, to within a few
-//! thousandths of itself. So places are exact, and the outline is that of the limit and not of the lattice: along the border of a tile
-//! samples just beyond the lattice are tried as well. Units: samples, whose centres are at whole numbers.
+//! The lattice of a tile, two triangles a cell, says which samples may lie in it and about where; Newton's method on
+//! the texture coordinates' own limit says where exactly, and a sample counts only if it is there, to within a few
+//! thousandths of itself. So places are exact, and the outline is that of the limit and not of the lattice: along the
+//! border of a tile samples just beyond the lattice are tried as well. Units: samples, whose centres are at whole
+//! numbers.
 
 use std::ops::Range;
 

@@ -1,10 +1,10 @@
 //! The displacement whose values at the centres of texels are given.
 //!
-//! Within a tile whose ring is known that is [`crate::prefilter`]. Rings follow from the border rows of the neighbours by
-//! the rules of [`relievo_tiles::ring`], so tiles are solved again with the rings of the last pass. A coefficient of the
-//! ring moves the border by a fifth of itself at most, and by a third at a corner that is averaged, so that every pass
-//! brings the values nearer by that much; what remains after the last is the rounding of coefficients to half floats.
-//! Units: object units.
+//! Within a tile whose ring is known that is [`crate::prefilter`]. Rings follow from the border rows of the neighbours
+//! by the rules of [`relievo_tiles::ring`], so tiles are solved again with the rings of the last pass. A coefficient of
+//! the ring moves the border by a fifth of itself at most, and by a third at a corner that is averaged, so that every
+//! pass brings the values nearer by that much; what remains after the last is the rounding of coefficients to half
+//! floats. Units: object units.
 
 use std::collections::BTreeMap;
 
@@ -25,8 +25,8 @@ pub(crate) struct Target {
 
 /// Passes after which values are as near as they come.
 const PASSES: usize = 24;
-/// Of the largest value around, what rounding to half floats may leave of a coefficient that was zero: half a unit in the
-/// last place of each value, fourfold by the prefilter, and twice for good measure.
+/// Of the largest value around, what rounding to half floats may leave of a coefficient that was zero: half a unit in
+/// the last place of each value, fourfold by the prefilter, and twice for good measure.
 const ROUNDING: f32 = 8.0 / 2048.0;
 /// Half of what the least half floats are apart.
 const LEAST: f32 = 1.0 / (1 << 25) as f32;
@@ -73,8 +73,8 @@ pub(crate) fn solve<T: SplineTexel>(
     }
 }
 
-/// The tiles without a block that `tile` needs to have its values: those beside a border row that is held at zero, where
-/// the values say otherwise by more than their rounding.
+/// The tiles without a block that `tile` needs to have its values: those beside a border row that is held at zero,
+/// where the values say otherwise by more than their rounding.
 fn needed<T: SplineTexel>(field: &Field<T>, tile: u32, target: &Target) -> Vec<u32> {
     let (Some(block), Some(wanted)) = (field.block(tile), target.values.get(&tile)) else { return Vec::new() };
     let size = field.size(tile) as usize;

@@ -1,9 +1,9 @@
 //! The layers of a document on another mesh: every texel of the new tiles takes what the nearest place of the old
 //! surface has, without its displacement.
 //!
-//! Places whose surface faces away are none, so that the two sides of a thin wall do not mix. Displacements are given the
-//! coefficients whose values at the centres of texels are the old ones; vectors are turned from the old frame into the
-//! new. Areas are in square object units.
+//! Places whose surface faces away are none, so that the two sides of a thin wall do not mix. Displacements are given
+//! the coefficients whose values at the centres of texels are the old ones; vectors are turned from the old frame into
+//! the new. Areas are in square object units.
 
 mod triangles;
 
@@ -33,8 +33,8 @@ use crate::solve::{Target, solve};
 pub struct Transferred {
     /// Area of the new surface, and of it what is further from the old one than allowed: nothing is there.
     pub area: [f64; 2],
-    /// Layer by layer: its name, the area of the old tiles that hold something, and of it that of tiles of which nothing
-    /// came to the new surface.
+    /// Layer by layer: its name, the area of the old tiles that hold something, and of it that of tiles of which
+    /// nothing came to the new surface.
     pub layers: Vec<(String, [f64; 2])>,
     /// The distance that is allowed.
     pub reach: f64,
@@ -75,8 +75,9 @@ const COVERAGE: f32 = 0.2;
 /// What is said of a document whose edits fade.
 const FADE_NO_MORE: &str = "edits fade no more: when they were made belongs to the old mesh";
 
-/// Takes the layers of `document` to `mesh`. The old mesh is `from`, or the one whose points the document has; `reach` is
-/// how far a place of the old surface may be from one of the new, 2 % of the new surface's extent if nothing is said.
+/// Takes the layers of `document` to `mesh`. The old mesh is `from`, or the one whose points the document has; `reach`
+/// is how far a place of the old surface may be from one of the new, 2 % of the new surface's extent if nothing is
+/// said.
 ///
 /// Fails if the document has no points and `from` is none, `from` is not its mesh, a mesh cannot be subdivided, or the
 /// memory limit is too small.
@@ -202,7 +203,8 @@ fn checked_reach(reach: f64) -> Result<f64> {
     Err(Error::invalid(format!("{reach} is no reach")).advise("give a distance above 0"))
 }
 
-/// Texels along an edge of the new faces, so that they are about as large as those of the old tiles that hold something.
+/// Texels along an edge of the new faces, so that they are about as large as those of the old tiles that hold
+/// something.
 fn fitting(old: &Old, old_areas: &[f64], new_areas: &[f64], sizes: &[u32], tiles: impl Iterator<Item = u32>) -> u32 {
     let topology = old.surface.topology();
     let (mut texels, mut area) = (0.0, 0.0);
@@ -327,8 +329,8 @@ struct Carry<'a> {
 }
 
 impl Carry<'_> {
-    /// Fills `channel` and adds it to `made`. Returns the area of the old tiles that hold something, and of those of which
-    /// nothing arrived.
+    /// Fills `channel` and adds it to `made`. Returns the area of the old tiles that hold something, and of those of
+    /// which nothing arrived.
     fn over<T: Carried>(
         &self,
         made: &mut Document,

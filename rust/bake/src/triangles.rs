@@ -1,9 +1,9 @@
-//! Bakes of triangle meshes on their texture coordinates, which are linear in every triangle: the place of a pixel is that
-//! of its barycentric coordinates, and needs no search as on limit surfaces.
+//! Bakes of triangle meshes on their texture coordinates, which are linear in every triangle: the place of a pixel is
+//! that of its barycentric coordinates, and needs no search as on limit surfaces.
 //!
-//! A picture is made in bands of rows, each from the triangles that reach into it, in order. Where several lie on a pixel
-//! the first has it; what is on the common side of two is no overlap. Tangent space is that of the interpolated normal of
-//! the undisplaced mesh, with T along increasing s in the plane of the triangle.
+//! A picture is made in bands of rows, each from the triangles that reach into it, in order. Where several lie on a
+//! pixel the first has it; what is on the common side of two is no overlap. Tangent space is that of the interpolated
+//! normal of the undisplaced mesh, with T along increasing s in the plane of the triangle.
 
 use glam::{DVec2, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Progress, Result, Values};
@@ -168,8 +168,8 @@ impl TriangleQuantity<'_> {
     }
 }
 
-/// Bakes `quantity`, of the triangles of `mesh`, on its texture coordinates `uv`, and calls `each` for every picture, by
-/// number.
+/// Bakes `quantity`, of the triangles of `mesh`, on its texture coordinates `uv`, and calls `each` for every picture,
+/// by number.
 ///
 /// Fails as [`crate::bake_watched`] does.
 pub fn bake_triangles(

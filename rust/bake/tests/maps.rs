@@ -99,8 +99,8 @@ fn a_plane_with_its_own_texture_coordinates_bakes_to_the_channel() {
     }
 }
 
-/// Four islands: as it is, turned by a quarter, mirrored, and both. The corner of each pixel's island follows from where it
-/// is.
+/// Four islands: as it is, turned by a quarter, mirrored, and both. The corner of each pixel's island follows from
+/// where it is.
 #[test]
 fn turned_and_mirrored_islands_have_their_own_places_and_frames() {
     let turned = [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
@@ -265,8 +265,8 @@ fn results_do_not_depend_on_threads_and_bad_options_are_refused() {
     fails(&huge.context, &huge.limit, &BakeOptions { udim: true, ..small(16) }, "pictures");
 }
 
-/// A model of quads, triangles and pentagons with seams: what a host looks up in the map at a place's texture coordinates
-/// is what the channel has there.
+/// A model of quads, triangles and pentagons with seams: what a host looks up in the map at a place's texture
+/// coordinates is what the channel has there.
 #[test]
 fn a_map_of_a_real_model_looks_up_as_the_channel() {
     let Some(mesh) = relievo_testing::cage("spot_control_mesh.obj") else { return };

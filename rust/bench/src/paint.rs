@@ -1,7 +1,7 @@
 //! Bench `paint`: what a dab of a brush costs, stage by stage and in all, and the look-up of colour. The figures of
-//! Schäfer et al. 2015, Local Painting and Deformation of Meshes on the GPU, Table 1, stand beside ours where the number
-//! of faces is the same; its models are not public, so ours are terrains, and every face is one element. For triangle meshes see
-//! [`crate::triangles`].
+//! Schäfer et al. 2015, Local Painting and Deformation of Meshes on the GPU, Table 1, stand beside ours where the
+//! number of faces is the same; its models are not public, so ours are terrains, and every face is one element. For
+//! triangle meshes see [`crate::triangles`].
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, ContextOptions, Result};

@@ -59,8 +59,8 @@ pub fn terrain(side: u32) -> Mesh {
     Mesh::new(points, vec![4; (side * side) as usize], corners)
 }
 
-/// A sphere around the origin with `meridians` and `bands` of equal area, so that a tenth of its height holds a tenth of
-/// its 2·`meridians`·(`bands` − 1) triangles.
+/// A sphere around the origin with `meridians` and `bands` of equal area, so that a tenth of its height holds a tenth
+/// of its 2·`meridians`·(`bands` − 1) triangles.
 pub fn ball(radius: f32, meridians: u32, bands: u32) -> Mesh {
     let mut points = vec![[0.0, 0.0, -radius], [0.0, 0.0, radius]];
     for j in 1..bands {

@@ -1,6 +1,6 @@
-//! What a dab of a brush costs on triangle meshes, for the bench `paint`. The figures of Schäfer et al. 2015, Local Painting
-//! and Deformation of Meshes on the GPU, Table 1, stand beside ours for as many elements, which are faces and edges; its
-//! models are not public, so ours are terrains.
+//! What a dab of a brush costs on triangle meshes, for the bench `paint`. The figures of Schäfer et al. 2015, Local
+//! Painting and Deformation of Meshes on the GPU, Table 1, stand beside ours for as many elements, which are faces and
+//! edges; its models are not public, so ours are terrains.
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, Mesh, Result};
@@ -14,8 +14,8 @@ use crate::shapes;
 
 /// Whose figures stand beside ours.
 const PAPER: &str = "Schäfer 2015, GTX Titan";
-/// Squares along a side of the terrains, and the paper's milliseconds of intersecting, scanning and managing the kitten,
-/// the horse and the armadillo.
+/// Squares along a side of the terrains, and the paper's milliseconds of intersecting, scanning and managing the
+/// kitten, the horse and the armadillo.
 const SIDES: [(u32, f64); 3] =
     [(114, 0.017 + 0.038 + 0.006), (244, 0.058 + 0.122 + 0.006), (318, 0.068 + 0.203 + 0.006)];
 /// Runs of each.

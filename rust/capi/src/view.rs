@@ -380,8 +380,8 @@ impl View {
         }
     }
 
-    /// A tile of a channel, with its bytes if they are `wanted`, which faces of triangle meshes do not have by themselves.
-    /// Fails if there is no such channel or tile.
+    /// A tile of a channel, with its bytes if they are `wanted`, which faces of triangle meshes do not have by
+    /// themselves. Fails if there is no such channel or tile.
     pub fn tile(&self, channel: u32, tile: u32, wanted: bool) -> Result<TileState> {
         self.shape().check_tile(tile)?;
         let state = match &self.layers {
@@ -516,7 +516,8 @@ impl View {
         })
     }
 
-    /// What was committed of a triangle mesh. `before` is the view before, whose surface is shared if the pose is the same.
+    /// What was committed of a triangle mesh. `before` is the view before, whose surface is shared if the pose is the
+    /// same.
     pub fn of_triangles(
         context: &Context,
         object: &mut TriangleObject,

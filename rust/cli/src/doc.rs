@@ -18,8 +18,8 @@ pub struct Arguments {
 enum Task {
     /// Verifies every block and every edit of a document and says which are damaged.
     Check(Named),
-    /// Makes a damaged document one that opens: keeps what can be kept, says what is lost, and leaves the file as it was
-    /// beside it with `.damaged` after its name.
+    /// Makes a damaged document one that opens: keeps what can be kept, says what is lost, and leaves the file as it
+    /// was beside it with `.damaged` after its name.
     Repair(Named),
     /// Folds the edits of a document into its layers, which makes the file smaller; they can no longer be undone.
     Compact(Compact),

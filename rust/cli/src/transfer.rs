@@ -20,8 +20,8 @@ pub struct Arguments {
     /// The mesh the document was made on, where it does not hold its points, or the mesh has creases.
     #[arg(long, value_name = "MESH")]
     from: Option<PathBuf>,
-    /// How far a place of the old surface may be from one of the new, in units of the meshes; 2 % of the new mesh's extent
-    /// if left out.
+    /// How far a place of the old surface may be from one of the new, in units of the meshes; 2 % of the new mesh's
+    /// extent if left out.
     #[arg(long, value_name = "DISTANCE")]
     reach: Option<f64>,
     /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.

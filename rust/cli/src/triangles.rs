@@ -1,5 +1,5 @@
-//! `relievo doc export` of documents of triangle meshes: the displaced mesh with the colours of its vertices, and bakes.
-//! Pictures of tiles and Ptex are of squares, and are not for them.
+//! `relievo doc export` of documents of triangle meshes: the displaced mesh with the colours of its vertices, and
+//! bakes. Pictures of tiles and Ptex are of squares, and are not for them.
 
 use std::path::Path;
 

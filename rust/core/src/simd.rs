@@ -6,8 +6,8 @@
 
 use crate::{Error, Result};
 
-/// Asks for `values[index]` to be brought from memory to the caches; nothing happens beyond the end, or where processors
-/// are not known to have an instruction for it.
+/// Asks for `values[index]` to be brought from memory to the caches; nothing happens beyond the end, or where
+/// processors are not known to have an instruction for it.
 #[inline(always)]
 pub fn prefetch<T>(values: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]

@@ -1,7 +1,7 @@
 //! Dabs that change the vector displacement of a Catmull-Clark surface, at the texels it has or at a coarser level.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 5 and 7.1:
-//! the passes of any dab, over texels whose vectors are in frames of their own. Units: object units.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 5 and
+//! 7.1: the passes of any dab, over texels whose vectors are in frames of their own. Units: object units.
 
 use relievo_core::{Context, Result};
 

@@ -58,12 +58,12 @@ pub trait Canvas: Debug + Send + Sync {
     /// The place of its surface nearest to a point of the world, no further than `within`, as it was at `start`.
     fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>>;
 
-    /// Makes a dab at `level`, see [`StrokeSettings::level`](crate::StrokeSettings::level), as one of a stroke that began
-    /// with `start`.
+    /// Makes a dab at `level`, see [`StrokeSettings::level`](crate::StrokeSettings::level), as one of a stroke that
+    /// began with `start`.
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport>;
 
-    /// Makes what dabs painted visible where colours have layers; what later dabs find stays the same. Returns tiles that
-    /// a budget refused.
+    /// Makes what dabs painted visible where colours have layers; what later dabs find stays the same. Returns tiles
+    /// that a budget refused.
     fn show(&mut self, _: &Context) -> Result<Vec<u32>> {
         Ok(Vec::new())
     }

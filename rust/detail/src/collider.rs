@@ -153,8 +153,8 @@ impl Collider {
 
     /// The part of `obb`, along its axes, that holds everything of the collider in it; `None` if nothing is in it.
     ///
-    /// It is spanned by the surface in the box. Where no surface is, the box is inside or outside as a whole: a voxel of
-    /// each slab that the surface leaves tells which. Boxes around open meshes are left as they are.
+    /// It is spanned by the surface in the box. Where no surface is, the box is inside or outside as a whole: a voxel
+    /// of each slab that the surface leaves tells which. Boxes around open meshes are left as they are.
     pub fn occupied(&self, context: &Context, obb: &Obb) -> Result<Option<Obb>> {
         let to_box = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let mut found = Vec::new();
@@ -207,8 +207,8 @@ impl Collider {
     /// The grid of an overlap with this collider, into which rays will be cast that run along the axes of the box by as
     /// much as `facing` says, 0 to 1.
     ///
-    /// Columns run along the axis that most rays follow if it is clear enough, or else along the longest edge. Those of an
-    /// open mesh run across its sheets, which a column beside them would not tell apart.
+    /// Columns run along the axis that most rays follow if it is clear enough, or else along the longest edge. Those of
+    /// an open mesh run across its sheets, which a column beside them would not tell apart.
     pub fn grid(&self, context: &Context, obb: &Obb, budget: u64, facing: DVec3) -> Grid {
         if self.closed {
             let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).filter(|axis| facing[*axis] > 0.45);

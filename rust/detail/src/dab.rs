@@ -126,9 +126,9 @@ impl Dab {
         Ok(report)
     }
 
-    /// As [`Self::apply`], as one of the dabs of a stroke: what is in the box, and how much of the edit it gets, goes by
-    /// the displacement `start` from when the stroke began. So dabs that overlap add up to an even ridge, rather than
-    /// each finding what the one before raised. Only dabs were made since, and the reach was known then.
+    /// As [`Self::apply`], as one of the dabs of a stroke: what is in the box, and how much of the edit it gets, goes
+    /// by the displacement `start` from when the stroke began. So dabs that overlap add up to an even ridge, rather
+    /// than each finding what the one before raised. Only dabs were made since, and the reach was known then.
     pub(crate) fn make(
         &self,
         context: &Context,

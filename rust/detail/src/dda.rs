@@ -1,5 +1,5 @@
-//! Rays through the solid voxels (Schäfer et al. 2014, Section 6), with the traversal of Amanatides and Woo 1987, A Fast
-//! Voxel Traversal Algorithm for Ray Tracing. Places are in voxel coordinates.
+//! Rays through the solid voxels (Schäfer et al. 2014, Section 6), with the traversal of Amanatides and Woo 1987, A
+//! Fast Voxel Traversal Algorithm for Ray Tracing. Places are in voxel coordinates.
 
 use crate::voxel::{Columns, Voxels};
 

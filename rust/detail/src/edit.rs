@@ -1,8 +1,8 @@
 //! The tiles that a dab edits: the brush at every texel of the blocks in its box, and then the sets of the edit, their
 //! memory, the new texels and the rings.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and 5.
-//! Stages report their time under `dab.evaluate`, `dab.manage` and `dab.ring`. Displacement is in object units.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and
+//! 5. Stages report their time under `dab.evaluate`, `dab.manage` and `dab.ring`. Displacement is in object units.
 
 use std::sync::Arc;
 
@@ -184,8 +184,8 @@ impl<T> Framed for Site<'_, T> {
     }
 }
 
-/// The second pass: the brush at every texel of the blocks. `ground` sets what moves a window's texels; `change` makes new
-/// texels of old ones. Only tiles that change are returned.
+/// The second pass: the brush at every texel of the blocks. `ground` sets what moves a window's texels; `change` makes
+/// new texels of old ones. Only tiles that change are returned.
 pub(crate) fn evaluate<T: Texel>(
     context: &Context,
     surface: &Surface,
@@ -359,8 +359,8 @@ pub(crate) fn around<T: Texel>(field: &Field<T>, tiles: &[u32]) -> Vec<u32> {
     found
 }
 
-/// The tiles whose boxes are others after an edit: rings and borders of neighbours changed too, and so did what was given
-/// back.
+/// The tiles whose boxes are others after an edit: rings and borders of neighbours changed too, and so did what was
+/// given back.
 pub(crate) fn stale<T: Texel>(field: &Field<T>, culled: &[CulledTile], report: &DabReport) -> Vec<u32> {
     let mut tiles = around(field, &report.changed);
     tiles.extend(culled.iter().map(|tile| tile.tile));

@@ -1,8 +1,8 @@
-//! Layers whose edits fade (Schäfer et al. 2015, Section 7.2): displacement and colours that were edited before the time
-//! that the object comes to. See [`relievo_tiles::decay`].
+//! Layers whose edits fade (Schäfer et al. 2015, Section 7.2): displacement and colours that were edited before the
+//! time that the object comes to. See [`relievo_tiles::decay`].
 //!
-//! What is left of an edit at a time follows from the stamps alone. So histories and documents hold these, and what they
-//! hold of the texels is brought to the object's time when it is put back. Units: seconds, bytes.
+//! What is left of an edit at a time follows from the stamps alone. So histories and documents hold these, and what
+//! they hold of the texels is brought to the object's time when it is put back. Units: seconds, bytes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -73,8 +73,8 @@ impl<T: Absorb> Kept<'_, T> {
         (refused, lost)
     }
 
-    /// Says which tiles may be lost: of a layer that fades those that hold nothing else, of the composite those that only
-    /// such layers have.
+    /// Says which tiles may be lost: of a layer that fades those that hold nothing else, of the composite those that
+    /// only such layers have.
     fn name_expendable(&mut self) {
         let ids: Vec<u32> = self.stack.layers().iter().map(|layer| layer.id()).collect();
         let mut ages: BTreeMap<u32, u64> = BTreeMap::new();
@@ -223,8 +223,8 @@ impl<T: Absorb> Kept<'_, T> {
     }
 }
 
-/// The stamps of `tile`, for caches: of the only layer that fades, or of all one after the other, each behind its length.
-/// `None` if there are none.
+/// The stamps of `tile`, for caches: of the only layer that fades, or of all one after the other, each behind its
+/// length. `None` if there are none.
 fn read<T: StoredTexel>(list: &[Faded<T>], tile: u32) -> Option<Vec<u8>> {
     if let [only] = list {
         return only.decay.read(tile);
@@ -349,8 +349,8 @@ impl DisplacedObject {
     }
 
     /// Makes edits of the layer `id` fade from now on, or stay; those that were made before too, if they have been
-    /// stamped. Its stamps may occupy `budget` bytes. Where that or the budget of the layer is full, the tiles of the layer
-    /// whose newest edit is oldest are lost to make room, see [`Self::take_lost`].
+    /// stamped. Its stamps may occupy `budget` bytes. Where that or the budget of the layer is full, the tiles of the
+    /// layer whose newest edit is oldest are lost to make room, see [`Self::take_lost`].
     ///
     /// Fails, and changes nothing, if the times are none or there is no such layer.
     pub fn set_layer_decay(
@@ -394,19 +394,20 @@ impl DisplacedObject {
         sorted(refused)
     }
 
-    /// How many tiles of layers that fade were lost since this was called last, because a budget had no room for others.
+    /// How many tiles of layers that fade were lost since this was called last, because a budget had no room for
+    /// others.
     pub fn take_lost(&mut self) -> u64 {
         std::mem::take(&mut self.fading.lost)
     }
 
-    /// How many tiles got no stamps since this was called last, because their budget refused them: [`Self::stamp`] says so
-    /// itself, histories and documents do it unasked.
+    /// How many tiles got no stamps since this was called last, because their budget refused them: [`Self::stamp`] says
+    /// so itself, histories and documents do it unasked.
     pub fn take_unstamped(&mut self) -> u64 {
         std::mem::take(&mut self.fading.unstamped)
     }
 
-    /// Comes to `time` in seconds: what was edited fades as it should, and edits are made then from now on. The time never
-    /// goes back, except to be that of stamps that were put back.
+    /// Comes to `time` in seconds: what was edited fades as it should, and edits are made then from now on. The time
+    /// never goes back, except to be that of stamps that were put back.
     ///
     /// Fails, as [`Self::set_time`] does, if the time is not finite.
     pub fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
@@ -437,8 +438,8 @@ impl DisplacedObject {
         }
     }
 
-    /// Puts back what [`Self::read_stamps`] gave of the same layers, after their blocks; [`Self::take_as_stamped`] is to
-    /// follow. Fails if they do not fit.
+    /// Puts back what [`Self::read_stamps`] gave of the same layers, after their blocks; [`Self::take_as_stamped`] is
+    /// to follow. Fails if they do not fit.
     pub fn write_stamps(&mut self, kind: Kind, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         each_kind!(self, kept => {
             if kept.kind().is_color() == kind.is_color() {
@@ -505,8 +506,8 @@ impl DisplacedObject {
         Ok(())
     }
 
-    /// Takes over the stamps of `document`, whose layers were taken over, and its time, if it has any. Layers that were there
-    /// before have the numbers that `moved` says now.
+    /// Takes over the stamps of `document`, whose layers were taken over, and its time, if it has any. Layers that were
+    /// there before have the numbers that `moved` says now.
     pub(crate) fn find_stamps(
         &mut self,
         context: &Context,

@@ -1,9 +1,9 @@
 //! The hierarchy of a surface with boxes that follow its displacement: where brushes look for tiles.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 3: the box
-//! of a brush is tested against the boxes of faces, extended by how far they are displaced, and only then against their
-//! parts. Here the boxes are in a hierarchy, and an edit refits those of the tiles it changed, so that neither the size
-//! of the mesh nor a deep edit elsewhere counts. Units: object units.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 3: the
+//! box of a brush is tested against the boxes of faces, extended by how far they are displaced, and only then against
+//! their parts. Here the boxes are in a hierarchy, and an edit refits those of the tiles it changed, so that neither
+//! the size of the mesh nor a deep edit elsewhere counts. Units: object units.
 
 use std::collections::BTreeMap;
 

@@ -78,8 +78,8 @@ pub trait Recorded {
     /// All that edits change, as it is now.
     fn states(&mut self, context: &Context) -> Result<LayerStates>;
 
-    /// Gives it the layers `heads`, unless they stay, and then `blocks`; all others stay. Budgets do not count: what is put
-    /// back was there before.
+    /// Gives it the layers `heads`, unless they stay, and then `blocks`; all others stay. Budgets do not count: what is
+    /// put back was there before.
     fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: Vec<BlockState>) -> Result<()>;
 }
 
@@ -154,8 +154,9 @@ impl History {
         }
     }
 
-    /// Opens the document at `path`, which may occupy `limit` bytes with what is made of it, to go on working on it: its
-    /// edits can be undone, new ones go to its journal. Notes of the document say what was under way when it was left.
+    /// Opens the document at `path`, which may occupy `limit` bytes with what is made of it, to go on working on it:
+    /// its edits can be undone, new ones go to its journal. Notes of the document say what was under way when it was
+    /// left.
     ///
     /// Fails if it is damaged or another program works on it.
     pub fn open(path: &Path, limit: u64, memory: u64) -> Result<(Document, Self)> {
@@ -175,7 +176,8 @@ impl History {
     }
 
     /// Writes `document`, which is the object as it is, to `path` with all edits there are, and journals to it from now
-    /// on. Where it does already, nothing but [`Self::sync`] is left to do. Fails, and goes on as before, if it cannot be written or another program works on the file.
+    /// on. Where it does already, nothing but [`Self::sync`] is left to do. Fails, and goes on as before, if it cannot
+    /// be written or another program works on the file.
     pub fn save(&mut self, path: &Path, document: &Document) -> Result<()> {
         if self.open.is_some() {
             return Err(Error::invalid("an edit is under way").advise("end it first"));
@@ -243,8 +245,8 @@ impl History {
         Ok(())
     }
 
-    /// Tells the journal the layers of the object, if they are not those that it has: documents may be opened on objects
-    /// that have more than they hold, or see them otherwise.
+    /// Tells the journal the layers of the object, if they are not those that it has: documents may be opened on
+    /// objects that have more than they hold, or see them otherwise.
     fn tell_layers(&mut self, context: &Context, states: &LayerStates) -> Result<()> {
         let (Some(known), Some(journal)) = (&self.known, &mut self.journal) else { return Ok(()) };
         let mut there: Vec<Head> = states.iter().map(LayerState::head).collect();
@@ -354,8 +356,8 @@ impl History {
 
     /// Undoes the last edit on `object`; `None` if there is none. Every block is then as it was, to the bit.
     ///
-    /// Fails, and changes nothing, if an edit is under way, the object was changed without the history, or a file cannot
-    /// be read or written.
+    /// Fails, and changes nothing, if an edit is under way, the object was changed without the history, or a file
+    /// cannot be read or written.
     pub fn undo(&mut self, context: &Context, object: &mut impl Recorded) -> Result<Option<Changed>> {
         let Some(last) = self.done.len().checked_sub(1) else { return Ok(None) };
         let changed = self.go(context, object, last, Direction::Back)?;

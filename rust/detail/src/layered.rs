@@ -84,8 +84,8 @@ pub struct Channels<O, C, W, L> {
     pub half_paint: W,
 }
 
-/// Does something with the layers of colour of an object's channels and what they come to, whichever format they have, or
-/// something else if there are none.
+/// Does something with the layers of colour of an object's channels and what they come to, whichever format they have,
+/// or something else if there are none.
 macro_rules! with_colors {
     ($own:ident.$as:ident, |$stack:ident, $paint:ident| $done:expr, $none:expr) => {{
         let bytes = ($own.layers.colors.$as(), $own.paint.$as());
@@ -183,8 +183,8 @@ pub trait LayeredObject: Sized {
         Ok(())
     }
 
-    /// Takes over the stamps that `document` has of the layers that were taken over, in `budget` bytes each. Layers that
-    /// stayed have the numbers that `moved` says now. Returns whether the object can have stamps.
+    /// Takes over the stamps that `document` has of the layers that were taken over, in `budget` bytes each. Layers
+    /// that stayed have the numbers that `moved` says now. Returns whether the object can have stamps.
     fn take_up_stamps(&mut self, _: &Context, _: &Document, _budget: u64, _moved: &[(u32, u32)]) -> Result<bool> {
         Ok(false)
     }
@@ -200,7 +200,8 @@ pub trait LayeredObject: Sized {
         &Layers<Self::Displacement, Self::Paint, Self::HalfPaint>,
     >;
 
-    /// What it holds in layers, to be written. Whatever was measured of the displacement is measured anew if `displaced`.
+    /// What it holds in layers, to be written. Whatever was measured of the displacement is measured anew if
+    /// `displaced`.
     #[allow(clippy::type_complexity)]
     fn channels_mut(
         &mut self,
@@ -227,7 +228,8 @@ pub trait LayeredObject: Sized {
         budget: u64,
     ) -> Result<Option<Stored<Self>>>;
 
-    /// Takes the place of its channel of the same kind. Colours become one layer. Fails if it is that of another surface.
+    /// Takes the place of its channel of the same kind. Colours become one layer. Fails if it is that of another
+    /// surface.
     fn set_channel(&mut self, channel: Stored<Self>) -> Result<()>;
 
     /// The layers, from the lowest: those of displacement, then those of colour. What is evaluated is
@@ -258,8 +260,8 @@ pub trait LayeredObject: Sized {
     }
 
     /// Adds a layer of displacement ([`Kind::Scalar`]) or colour (of either kind: it gets the texels of the object's
-    /// colours) above those of its kind, with `size` texels along an edge of every face; edits of its kind go to it. Returns
-    /// its number and the tiles that the budget refused to the composite.
+    /// colours) above those of its kind, with `size` texels along an edge of every face; edits of its kind go to it.
+    /// Returns its number and the tiles that the budget refused to the composite.
     ///
     /// Fails if the name is taken or none, the settings are not for its kind, there is no such size, the object has no
     /// colours, or it cannot have more layers.
@@ -342,8 +344,8 @@ pub trait LayeredObject: Sized {
         Ok(())
     }
 
-    /// Changes how a layer is seen. Returns the tiles that the budget refused to the composite. Fails if there is no such
-    /// layer or its kind cannot be seen so.
+    /// Changes how a layer is seen. Returns the tiles that the budget refused to the composite. Fails if there is no
+    /// such layer or its kind cannot be seen so.
     fn set_layer(&mut self, context: &Context, id: u32, to: Settings) -> Result<Vec<u32>> {
         edit_either!(self, context, id, |stack, composite| stack.set(context, composite, id, to))
     }
@@ -361,8 +363,8 @@ pub trait LayeredObject: Sized {
     }
 
     /// Puts a layer and the one below it into one that looks as both did, but for rounding; it has the number and the
-    /// name of the lower one, and fades no more. Fails, and changes nothing, where no one layer would look so, or one of
-    /// them is hidden.
+    /// name of the lower one, and fades no more. Fails, and changes nothing, where no one layer would look so, or one
+    /// of them is hidden.
     fn merge_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         let before = self.layers();
         let below = before.iter().zip(before.iter().skip(1)).find(|(_, upper)| upper.id == id);
@@ -372,8 +374,8 @@ pub trait LayeredObject: Sized {
         Ok(done)
     }
 
-    /// Makes one layer of displacement and one of colour of all: what is seen, to the bit. Where there were several, the one
-    /// fades no more.
+    /// Makes one layer of displacement and one of colour of all: what is seen, to the bit. Where there were several,
+    /// the one fades no more.
     fn flatten_layers(&mut self, context: &Context) -> Result<Vec<u32>> {
         let refused = self.settle(context)?;
         for is_color in [false, true] {
@@ -390,8 +392,8 @@ pub trait LayeredObject: Sized {
         Ok(refused)
     }
 
-    /// Brings layers and composites together after edits: what was changed in displacement goes to its active layer, and
-    /// composites are computed anew where layers changed. Strokes do it themselves. Returns the tiles that budgets
+    /// Brings layers and composites together after edits: what was changed in displacement goes to its active layer,
+    /// and composites are computed anew where layers changed. Strokes do it themselves. Returns the tiles that budgets
     /// refused. With one plain layer of each kind there is nothing to do.
     ///
     /// Fails if the active layer cannot be seen; what was edited is then undone.
@@ -535,8 +537,8 @@ pub trait LayeredObject: Sized {
         (!state.blocks.given_sizes().is_empty()).then(sizes)
     }
 
-    /// Puts back what [`Self::read_sizes`] gave, before the blocks of the layer; [`Self::settle`] is to follow. Fails, and
-    /// changes nothing, if there is no such layer or the sizes are not those of its faces.
+    /// Puts back what [`Self::read_sizes`] gave, before the blocks of the layer; [`Self::settle`] is to follow. Fails,
+    /// and changes nothing, if there is no such layer or the sizes are not those of its faces.
     fn write_sizes(&mut self, id: u32, sizes: Option<&[u8]>) -> Result<()> {
         if let Some(bits) = sizes.into_iter().flatten().find(|bits| **bits > 8) {
             return Err(Error::invalid(format!("a face cannot have 2^{bits} texels along an edge")));
@@ -763,8 +765,8 @@ pub(crate) fn report_fault(object: &impl LayeredObject) -> Result<()> {
 
 impl DisplacedObject {
     /// Makes tiles of all channels and layers leave memory for `pages` when their budgets are spent, those that were
-    /// edited longest ago first, see [`relievo_tiles::paging`]; without, all come back. [`LayeredObject::settle`] is to be
-    /// done before. The texels and stamps of edits that fade stay in memory.
+    /// edited longest ago first, see [`relievo_tiles::paging`]; without, all come back. [`LayeredObject::settle`] is to
+    /// be done before. The texels and stamps of edits that fade stay in memory.
     ///
     /// Fails if a tile cannot be read back.
     pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
@@ -778,8 +780,8 @@ impl DisplacedObject {
         self.pages.as_ref()
     }
 
-    /// Fails once with what could not be read back from a page, or written to one, since it was asked last: a tile that is
-    /// blank to readers, or one that stays in memory beyond its budget.
+    /// Fails once with what could not be read back from a page, or written to one, since it was asked last: a tile that
+    /// is blank to readers, or one that stays in memory beyond its budget.
     pub fn report_fault(&self) -> Result<()> {
         report_fault(self)
     }

@@ -48,8 +48,8 @@ pub trait BlockChannel: Debug + Send + Sync {
         Ok(())
     }
 
-    /// Makes blocks leave memory for `pages` when the budget is spent; without, all come back. Fails if a block cannot be
-    /// read back.
+    /// Makes blocks leave memory for `pages` when the budget is spent; without, all come back. Fails if a block cannot
+    /// be read back.
     fn page_to(&mut self, pages: Option<&Arc<dyn PageStore>>) -> Result<()>;
 
     /// Fails once with what could not be read back from a page, or written to one, since it was asked last.
@@ -74,8 +74,8 @@ pub trait LayerChannel: BlockChannel + Clone {
         blocks: &[u32],
     ) -> Result<Vec<u32>>;
 
-    /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them. Returns
-    /// what the budget refused too.
+    /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them.
+    /// Returns what the budget refused too.
     fn recomposed(
         &self,
         context: &Context,
@@ -102,8 +102,8 @@ pub trait LayerChannel: BlockChannel + Clone {
     /// Whether edits are made on the composite.
     const THROUGH_COMPOSITE: bool;
 
-    /// Puts what was changed in `blocks` of the composite, from `composite[0]` to `composite[1]`, into this layer, which
-    /// is seen with `settings` over what `below` comes to on `background`. Returns what the budget refused.
+    /// Puts what was changed in `blocks` of the composite, from `composite[0]` to `composite[1]`, into this layer,
+    /// which is seen with `settings` over what `below` comes to on `background`. Returns what the budget refused.
     fn absorb(
         &mut self,
         context: &Context,
@@ -167,8 +167,8 @@ pub trait Absorb: Layered {
     /// without ring, where `below` is what is seen below it. Nothing for kinds that are not edited so.
     fn absorb(tile: &Absorbed<'_, Self>, texels: &mut relievo_tiles::Texels<'_, Self>);
 
-    /// The layer's texel, which was `old`, after that of the composite went `from[0]` to `from[1]`, where `below` is seen
-    /// below the layer.
+    /// The layer's texel, which was `old`, after that of the composite went `from[0]` to `from[1]`, where `below` is
+    /// seen below the layer.
     fn take_in(old: Self, from: [Self::Sum; 2], below: impl Fn() -> Self::Sum, settings: &Settings) -> Self;
 
     /// Whether edits are made on the composite.
@@ -448,8 +448,8 @@ impl<C: LayerChannel> Stack<C> {
         }
     }
 
-    /// The block of `tile`, for caches: that of the only layer, or those of all layers one after the other, each behind its
-    /// length. `None` if no layer has one. Fails if there is no such tile.
+    /// The block of `tile`, for caches: that of the only layer, or those of all layers one after the other, each behind
+    /// its length. `None` if no layer has one. Fails if there is no such tile.
     pub fn read(&self, composite: &C, tile: u32) -> Result<Option<Vec<u8>>> {
         if self.is_plain() {
             return composite.read(tile);
@@ -629,8 +629,8 @@ impl<C: LayerChannel> Stack<C> {
         channel.absorb(context, fields, (&below, self.background), settings, tiles)
     }
 
-    /// Gives it the layers `heads`, from the lowest: those that were there keep their texels as far as their sizes are what
-    /// they were, others are blank. [`Self::refresh`] is to follow.
+    /// Gives it the layers `heads`, from the lowest: those that were there keep their texels as far as their sizes are
+    /// what they were, others are blank. [`Self::refresh`] is to follow.
     ///
     /// Fails, and changes nothing, if there are none or one cannot be.
     pub fn arrange(&mut self, composite: &mut C, heads: &[&Head]) -> Result<()> {
@@ -673,8 +673,8 @@ impl<C: LayerChannel> Stack<C> {
         Ok(())
     }
 
-    /// Computes the composite anew, after layers were changed as a whole; as far as it is not the only layer. Returns the
-    /// tiles that the budget refused.
+    /// Computes the composite anew, after layers were changed as a whole; as far as it is not the only layer. Returns
+    /// the tiles that the budget refused.
     pub fn refresh(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
         self.seen = None;
         if let [only] = self.layers.as_mut_slice()
@@ -739,8 +739,8 @@ impl<C: LayerChannel> Stack<C> {
         Ok(all)
     }
 
-    /// Adds a layer above all others, blank, with the sizes that `face_sizes` has for every face; edits go to it. Fails if
-    /// the settings are not for its kind or a size does not exist.
+    /// Adds a layer above all others, blank, with the sizes that `face_sizes` has for every face; edits go to it. Fails
+    /// if the settings are not for its kind or a size does not exist.
     pub fn add(
         &mut self,
         context: &Context,
@@ -755,8 +755,8 @@ impl<C: LayerChannel> Stack<C> {
         self.refresh(context, composite)
     }
 
-    /// Takes the place of all layers: those that were read, from the lowest, with their texels. What is behind them stays.
-    /// Fails if there are none.
+    /// Takes the place of all layers: those that were read, from the lowest, with their texels. What is behind them
+    /// stays. Fails if there are none.
     pub fn take_up(&mut self, context: &Context, composite: &mut C, layers: Vec<(&Head, C)>) -> Result<Vec<u32>> {
         let Some((lowest, _)) = layers.first() else { return Err(Error::invalid("there are no layers to take up")) };
         let lowest = (*lowest).clone();

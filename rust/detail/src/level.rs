@@ -20,8 +20,8 @@ use crate::spot::{Painting, Sculpting, everywhere};
 use crate::weights::BrushParameters;
 
 impl DisplacedObject {
-    /// Refits boxes after a dab that looked at `culled`; after one at a coarser level, whose `finer` coefficients may reach
-    /// further than what it made of them, notes how far they do.
+    /// Refits boxes after a dab that looked at `culled`; after one at a coarser level, whose `finer` coefficients may
+    /// reach further than what it made of them, notes how far they do.
     pub(crate) fn refit_after(
         &mut self,
         context: &Context,
@@ -42,8 +42,9 @@ impl DisplacedObject {
 }
 
 impl Dab {
-    /// As [`Self::apply`], at `level`: 0 for the texels that faces were given, 1 for half of them along an edge, 2 for a
-    /// quarter. Faces without a tile get tiles of that size. An eraser takes away what the level sees, and leaves detail.
+    /// As [`Self::apply`], at `level`: 0 for the texels that faces were given, 1 for half of them along an edge, 2 for
+    /// a quarter. Faces without a tile get tiles of that size. An eraser takes away what the level sees, and leaves
+    /// detail.
     ///
     /// Fails, and changes nothing, as [`Self::apply`] does, or if there is no such level.
     pub fn apply_at(&self, context: &Context, object: &mut DisplacedObject, level: u32) -> Result<DabReport> {

@@ -1,5 +1,5 @@
-//! Detail on surfaces. Imprints from colliding objects: Catmull-Clark surfaces with displacement tiles are pushed out of
-//! whatever touches them, after Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from Object
+//! Detail on surfaces. Imprints from colliding objects: Catmull-Clark surfaces with displacement tiles are pushed out
+//! of whatever touches them, after Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from Object
 //! Collisions. Painting and sculpting with brushes, after Schäfer et al. 2015, Local Painting and Deformation of Meshes
 //! on the GPU.
 

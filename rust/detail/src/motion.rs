@@ -121,8 +121,8 @@ impl Motion {
         self.travel
     }
 
-    /// Sub-steps that keep the travel of every point against a surface below a quarter of the box's smallest edge, where
-    /// points of the surface move by up to `travel` world units meanwhile.
+    /// Sub-steps that keep the travel of every point against a surface below a quarter of the box's smallest edge,
+    /// where points of the surface move by up to `travel` world units meanwhile.
     pub fn sub_steps_against(&self, travel: f64) -> u32 {
         let steps = ((self.travel + travel) / self.step).ceil();
         // A collider that is a point has no size at all.

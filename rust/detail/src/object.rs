@@ -195,8 +195,8 @@ impl DisplacedObject {
         self.paint.as_ref()
     }
 
-    /// The colours of 8 bits, to be written. With several layers of them, see [`Self::layers`], these are what the layers
-    /// come to, and what is written is lost when they are settled.
+    /// The colours of 8 bits, to be written. With several layers of them, see [`Self::layers`], these are what the
+    /// layers come to, and what is written is lost when they are settled.
     pub fn paint_mut(&mut self) -> Option<&mut Paint> {
         self.paint.as_mut()
     }

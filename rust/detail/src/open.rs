@@ -1,5 +1,5 @@
-//! A stroke that is being drawn: its points come a few at a time, and its dabs are made as they come. The dabs are those
-//! that the whole stroke makes when all its points are known: what has been made never depends on what comes.
+//! A stroke that is being drawn: its points come a few at a time, and its dabs are made as they come. The dabs are
+//! those that the whole stroke makes when all its points are known: what has been made never depends on what comes.
 
 use std::sync::Arc;
 

@@ -2,8 +2,8 @@
 //! rigid collider for the other.
 //!
 //! In the first pass the first object gives way to the second by its share of the penetration. In the second pass the
-//! second object gives way to the first, as the first pass left it, by everything that remains. So both are dented, each
-//! by its share, and nothing overlaps afterwards.
+//! second object gives way to the first, as the first pass left it, by everything that remains. So both are dented,
+//! each by its share, and nothing overlaps afterwards.
 
 use relievo_core::{Context, Mesh, Result};
 
@@ -28,8 +28,8 @@ pub struct Deformable<'a> {
 impl Imprinter {
     /// Presses two deformable objects into each other where they stand. Returns what happened to either.
     ///
-    /// Both surfaces are tessellated finer than a voxel where they meet. Fails as [`Imprinter::imprint`] does; the first
-    /// object may be dented then.
+    /// Both surfaces are tessellated finer than a voxel where they meet. Fails as [`Imprinter::imprint`] does; the
+    /// first object may be dented then.
     pub fn collide(
         &mut self,
         context: &Context,

@@ -1,7 +1,7 @@
 //! The rays of several coefficients at a time: as many as a vector has lanes, each in its own column of the voxels
-//! (Schäfer et al. 2014, Section 6). Where a column is solid in one piece, a step needs its two ends only; rays that meet
-//! another column are followed one by one, see [`crate::dda`], with the same arithmetic. There are no closures here:
-//! they would be compiled without the instructions of the level.
+//! (Schäfer et al. 2014, Section 6). Where a column is solid in one piece, a step needs its two ends only; rays that
+//! meet another column are followed one by one, see [`crate::dda`], with the same arithmetic. There are no closures
+//! here: they would be compiled without the instructions of the level.
 
 use relievo_core::lanes::Lanes;
 
@@ -30,8 +30,8 @@ pub(crate) struct Rays<A: Lanes> {
 }
 
 impl<A: Lanes> Rays<A> {
-    /// The rays along −N from P + height · N, where `heights` are what the displacements are and what they were when the
-    /// depth limit began to count.
+    /// The rays along −N from P + height · N, where `heights` are what the displacements are and what they were when
+    /// the depth limit began to count.
     #[inline(always)]
     pub fn new(
         v: A,

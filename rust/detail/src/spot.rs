@@ -1,8 +1,8 @@
 //! New texels of old ones: what a brush, with its image and its mode, makes of up to 256 places of any kind of surface.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 5.2 and
-//! 6.2: the same for the texels of tiles and the vertices of tessellated triangles. What differs between them is asked of
-//! a [`Spot`].
+//! 6.2: the same for the texels of tiles and the vertices of tessellated triangles. What differs between them is asked
+//! of a [`Spot`].
 
 use std::borrow::Cow;
 
@@ -28,8 +28,8 @@ pub(crate) trait Spot<T: Texel> {
     /// The displacement that the weights were evaluated with.
     fn heights(&self) -> &PerKnot;
 
-    /// Calls `set` with the mean of the neighbours of every place, made of numbers from `read`. False, without a call, if
-    /// all are blank.
+    /// Calls `set` with the mean of the neighbours of every place, made of numbers from `read`. False, without a call,
+    /// if all are blank.
     fn means<const N: usize>(&self, read: impl Fn(T) -> [f32; N], set: impl FnMut(usize, [f32; N])) -> bool;
 
     /// How far the neighbours of every place are away across the brush.
@@ -105,8 +105,8 @@ pub(crate) struct Sculpting<'a> {
 }
 
 impl Sculpting<'_> {
-    /// Makes the new texels of `spot`. `facing` sets the cosines between the normals of the surface and of the displaced
-    /// one, if they are needed.
+    /// Makes the new texels of `spot`. `facing` sets the cosines between the normals of the surface and of the
+    /// displaced one, if they are needed.
     pub fn edit<S: Spot<f16>>(&self, spot: &mut S, facing: impl Fn(&S, &mut PerKnot), texels: &mut [f16]) {
         let mode = self.mode;
         let mut now = [0.0; BLOCK_KNOTS];

@@ -2,9 +2,9 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 3: the
 //! brush function can be a texture of colours or a displacement map. The image lies across the box, its right along the
-//! first axis and its top along the second. It is filtered by how far the places of the surface are apart in it: between
-//! the two reductions (Williams 1983, Pyramidal Parametrics) whose texels are as large, so that nothing is aliased.
-//! Colours are linear Rec.709 with alpha; other channels are numbers as they are.
+//! first axis and its top along the second. It is filtered by how far the places of the surface are apart in it:
+//! between the two reductions (Williams 1983, Pyramidal Parametrics) whose texels are as large, so that nothing is
+//! aliased. Colours are linear Rec.709 with alpha; other channels are numbers as they are.
 
 use std::sync::Arc;
 
@@ -77,8 +77,8 @@ struct Reduction {
 }
 
 impl StampImage {
-    /// An image of `width` × `height` pixels, row by row from the top, of `channels` numbers each: 1 is grey, 2 grey and
-    /// alpha, 3 red, green and blue, 4 those and alpha.
+    /// An image of `width` × `height` pixels, row by row from the top, of `channels` numbers each: 1 is grey, 2 grey
+    /// and alpha, 3 red, green and blue, 4 those and alpha.
     ///
     /// Fails if it has no pixels, is larger than 16384 a side or 2²⁶ pixels, is not as long as it says, or has a number
     /// that is not finite or an alpha beyond 0 to 1.
@@ -163,8 +163,8 @@ impl Reduction {
         Self { width, height, pixels }
     }
 
-    /// Bilinear at a place whose unit is a pixel; `address` says which pixel a whole number means, if one, and whether it
-    /// is mirrored. In a mirrored pixel of `vectors` the first number counts the other way across, the second down.
+    /// Bilinear at a place whose unit is a pixel; `address` says which pixel a whole number means, if one, and whether
+    /// it is mirrored. In a mirrored pixel of `vectors` the first number counts the other way across, the second down.
     fn sample(
         &self,
         x: f32,
@@ -292,8 +292,8 @@ impl Stamp {
         });
     }
 
-    /// Makes vectors along the axes of the box of the image's: red along its right, green along its top, blue out of it,
-    /// times `vectors`' third number. Multiplies the shares by its alpha.
+    /// Makes vectors along the axes of the box of the image's: red along its right, green along its top, blue out of
+    /// it, times `vectors`' third number. Multiplies the shares by its alpha.
     pub(crate) fn bend(&self, footprint: &PerKnot, weights: &mut Weights, vectors: &mut [PerKnot; 3]) {
         let StampSettings { angle, mirror, mid, scale, .. } = self.settings;
         let (sine, cosine) = angle.sin_cos();

@@ -2,9 +2,9 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 3: each
 //! dab is put on the surface and oriented by its tangent plane. What counts is the surface as it was when the stroke
-//! began, so that a stroke that raises it does not climb its own ridge. Pressure goes evenly from point to point. What is
-//! up to chance follows from the seed and the number of the station, so that a stroke is the same whenever it is made.
-//! Units: world units; heights of sculpting are in object units.
+//! began, so that a stroke that raises it does not climb its own ridge. Pressure goes evenly from point to point. What
+//! is up to chance follows from the seed and the number of the station, so that a stroke is the same whenever it is
+//! made. Units: world units; heights of sculpting are in object units.
 
 use glam::{DMat3, DVec2, DVec3};
 use relievo_core::parameter::Switch;
@@ -194,7 +194,8 @@ impl Stroke {
         stroke.end(context, objects, &self.points)
     }
 
-    /// As [`Self::apply_all`] with dabs at `stations`, whatever the points are: of a brush that rides on something, say.
+    /// As [`Self::apply_all`] with dabs at `stations`, whatever the points are: of a brush that rides on something,
+    /// say.
     ///
     /// Fails, and changes nothing, as [`Self::check_brush`] does, or if an object has no colours and is to be painted.
     pub fn apply_stations<C: Canvas + ?Sized>(

@@ -1,5 +1,5 @@
-//! Budgets below one tile, or below one face of a triangle mesh with its edges: every kind of edit says which faces it was
-//! refused, and changes nothing.
+//! Budgets below one tile, or below one face of a triangle mesh with its edges: every kind of edit says which faces it
+//! was refused, and changes nothing.
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, Mesh};

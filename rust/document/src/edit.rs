@@ -6,13 +6,14 @@
 //! Checksums of both states tell whether a difference fits. An edit that changes the layers themselves carries them as
 //! they were and as they are: to merge two layers is one edit.
 //!
-//! Blocks of layers that fade change with time, and not by edits alone. Of them both states are kept as a whole, so that
-//! they can be put back whatever has become of them since.
+//! Blocks of layers that fade change with time, and not by edits alone. Of them both states are kept as a whole, so
+//! that they can be put back whatever has become of them since.
 //!
 //! Little-endian: flags (u8, 0; 1 or 3 if the layers change and their heads have the form of version 2 or 3), then, if
-//! so, bytes of the packed and the unpacked heads (u32 each) and the heads (zstd); number of blocks (u32); of every block
-//! layer, block, bytes before and after (0 if it is not there), CRC-32 before and after, bytes of the packed difference,
-//! with the highest bit set if it is both states instead, one after the other (u32 each); the differences (zstd each).
+//! so, bytes of the packed and the unpacked heads (u32 each) and the heads (zstd); number of blocks (u32); of every
+//! block layer, block, bytes before and after (0 if it is not there), CRC-32 before and after, bytes of the packed
+//! difference, with the highest bit set if it is both states instead, one after the other (u32 each); the differences
+//! (zstd each).
 
 use std::ops::Range;
 

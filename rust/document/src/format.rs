@@ -2,25 +2,26 @@
 //!
 //! - header, 44 bytes: `RLVDOC\r\n`, version (u32), CRC-32 of the packed index (u32), bytes of the index packed and
 //!   unpacked (u64 each), bytes of all blocks (u64), CRC-32 of the header up to here (u32);
-//! - index (zstd): writer, instruction level, time (f64, seconds), the mesh (number of faces, corners and holes, hash of
-//!   its sharpness, fingerprint, sizes of faces, corners as differences, holes as differences, number of points and their
-//!   coordinates, what blocks belong to: u8, 0 for tiles, 1 for triangles, edges and points, see [`crate::lattice`]), then
-//!   layer by layer name, kind, default texel, number, opacity, blend mode, visibility, sizes of the tiles of every face as
-//!   powers of two, a byte that says what of the following is there (1: the sizes that faces were given before edits at
-//!   other levels, as powers of two; 2: the texel that is seen behind all layers of the kind), and of every block tile,
-//!   bytes and CRC-32;
+//! - index (zstd): writer, instruction level, time (f64, seconds), the mesh (number of faces, corners and holes, hash
+//!   of its sharpness, fingerprint, sizes of faces, corners as differences, holes as differences, number of points and
+//!   their coordinates, what blocks belong to: u8, 0 for tiles, 1 for triangles, edges and points, see
+//!   [`crate::lattice`]), then layer by layer name, kind, default texel, number, opacity, blend mode, visibility, sizes
+//!   of the tiles of every face as powers of two, a byte that says what of the following is there (1: the sizes that
+//!   faces were given before edits at other levels, as powers of two; 2: the texel that is seen behind all layers of
+//!   the kind), and of every block tile, bytes and CRC-32;
 //! - blocks (zstd each), in the order of the index, without gaps;
 //! - the journal: any number of [records](crate::record), which are folded into what is before them on opening.
 //!
 //! A layer that fades has a layer of kind 5 beside it, [`Kind::Stamps`](crate::Kind::Stamps), whose head says after its
-//! kind the number of the layer that fades, the kind of its texels, and for how many seconds an edit stays and then fades
-//! (f32 each). Its blocks have all texels as they were when they were edited last and then all times (f32), rings
+//! kind the number of the layer that fades, the kind of its texels, and for how many seconds an edit stays and then
+//! fades (f32 each). Its blocks have all texels as they were when they were edited last and then all times (f32), rings
 //! included, which mean nothing; so the fade goes on as if it had not been interrupted, whatever is left of it in the
 //! blocks of the layer itself.
 //!
 //! Version 2 has no times, no stamps, nothing in heads after the sizes, and does not say what blocks belong to: always
-//! tiles. Version 1 has no points, no numbers and settings of layers, and no journal. The same document always makes the same
-//! bytes. Readers believe nothing: lengths are compared with the file and the memory limit before anything is allocated.
+//! tiles. Version 1 has no points, no numbers and settings of layers, and no journal. The same document always makes
+//! the same bytes. Readers believe nothing: lengths are compared with the file and the memory limit before anything is
+//! allocated.
 
 use std::fmt;
 use std::io::{Cursor, Read, Seek, Write};
@@ -150,8 +151,8 @@ impl Document {
     }
 
     /// Reads the document at `path`, which may occupy `limit` bytes with what is made of it, with all edits of its
-    /// journal. Fails if any part of it is damaged; an edit that was under way when its program was killed is none of it,
-    /// and noted.
+    /// journal. Fails if any part of it is damaged; an edit that was under way when its program was killed is none of
+    /// it, and noted.
     pub fn open(path: &Path, limit: u64) -> Result<Self> {
         let open = || Ok(read(&mut file::open(path)?, limit)?.sound()?.0.with_source(path));
         let place = path.display().to_string();

@@ -108,8 +108,8 @@ impl Journal {
         self.append(if done { RecordKind::Past } else { RecordKind::Future }, payload)
     }
 
-    /// Appends the layers of what the document was opened on, see [`Edit::encode`](crate::Edit::encode), where they are not
-    /// those of the document.
+    /// Appends the layers of what the document was opened on, see [`Edit::encode`](crate::Edit::encode), where they are
+    /// not those of the document.
     pub fn layers(&mut self, payload: &[u8]) -> Result<()> {
         self.append(RecordKind::Layers, payload).map(drop)
     }
@@ -197,9 +197,9 @@ pub struct Compacted {
     pub note: Option<String>,
 }
 
-/// Folds the journal of the document at `path` into its base: what is seen stays the same. Of the history the last `keep`
-/// edits can still be undone, and if there are any, what was undone made again. The file is replaced as a whole or not at
-/// all.
+/// Folds the journal of the document at `path` into its base: what is seen stays the same. Of the history the last
+/// `keep` edits can still be undone, and if there are any, what was undone made again. The file is replaced as a whole
+/// or not at all.
 ///
 /// Fails, and changes nothing, if it is damaged or another program works on it.
 pub fn compact(path: &Path, limit: u64, keep: usize) -> Result<Compacted> {
@@ -216,7 +216,8 @@ pub fn compact(path: &Path, limit: u64, keep: usize) -> Result<Compacted> {
     Ok(Compacted { edits, undone, bytes: [before, size()?], note: log.note() })
 }
 
-/// Writes `document` to `path` and after it those edits of the journal in `file` that can be undone (true) or made again.
+/// Writes `document` to `path` and after it those edits of the journal in `file` that can be undone (true) or made
+/// again.
 fn write_with_edits<'a>(
     path: &Path,
     document: &Document,

@@ -1,7 +1,7 @@
 //! What the blocks of a document belong to: tiles, or the elements of a triangle mesh, by number.
 //!
-//! On a triangle mesh the numbers are first those of the triangles, then those of the edges, pairs of points in ascending
-//! order, then points 256 by 256. A pattern of T segments an edge keeps T − 1 values on an edge and
+//! On a triangle mesh the numbers are first those of the triangles, then those of the edges, pairs of points in
+//! ascending order, then points 256 by 256. A pattern of T segments an edge keeps T − 1 values on an edge and
 //! ⌊(3T/2)(T/2 − 1) + 1⌋ in a triangle (Schäfer et al. 2015, Local Painting and Deformation of Meshes on the GPU,
 //! Section 6); a block has the values of T, T/2 or T/4, the points have one each.
 
@@ -69,7 +69,8 @@ impl Lattice {
         Ok(Self::Triangles { faces: face_sizes.len() as u32, edges: edges.len() as u32, points: points as u32 })
     }
 
-    /// What the block of a triangle mesh belongs to; `None` if there is none with that number, or blocks are those of tiles.
+    /// What the block of a triangle mesh belongs to; `None` if there is none with that number, or blocks are those of
+    /// tiles.
     pub fn element(self, block: u32) -> Option<Element> {
         let Self::Triangles { faces, edges, points } = self else { return None };
         if block < faces {
@@ -91,8 +92,8 @@ impl Lattice {
         }
     }
 
-    /// The numbers of values that a block of a triangle mesh may have, the most first, where faces have `segments` segments
-    /// an edge.
+    /// The numbers of values that a block of a triangle mesh may have, the most first, where faces have `segments`
+    /// segments an edge.
     pub(crate) fn values(self, block: u32, segments: u32) -> Vec<u64> {
         let levels = (0..=LEVELS).map(|level| u64::from(segments >> level)).filter(|segments| *segments >= 2);
         match (self, self.element(block)) {
@@ -105,8 +106,8 @@ impl Lattice {
         }
     }
 
-    /// Fails if blocks are those of a triangle mesh and its faces cannot have `segments` segments an edge, or not all the
-    /// same.
+    /// Fails if blocks are those of a triangle mesh and its faces cannot have `segments` segments an edge, or not all
+    /// the same.
     pub(crate) fn check(self, segments: &[u32]) -> Result<()> {
         let Some(first) = segments.first().filter(|_| self != Self::Tiles) else { return Ok(()) };
         if !SEGMENTS.contains(first) || segments.iter().any(|other| other != first) {

@@ -20,8 +20,8 @@ pub enum Kind {
     Vector = 3,
     /// Traces of contact: contact and depth in half floats, and the moment of contact in a float.
     Trace = 4,
-    /// When the texels of another layer, which fades, were edited last: of every block all texels as they were left then,
-    /// and after them as many floats, seconds. The largest float is the time of what does not fade.
+    /// When the texels of another layer, which fades, were edited last: of every block all texels as they were left
+    /// then, and after them as many floats, seconds. The largest float is the time of what does not fade.
     Stamps = 5,
 }
 

@@ -69,8 +69,8 @@ impl Document {
         Self::over(Topology::of(mesh)?, mesh, level)
     }
 
-    /// A document without layers for channels over the triangles of `mesh`. Fails as [`Self::new`] does, or if there are
-    /// 2³⁰ triangles or points.
+    /// A document without layers for channels over the triangles of `mesh`. Fails as [`Self::new`] does, or if there
+    /// are 2³⁰ triangles or points.
     pub fn of_triangles(mesh: &Mesh, level: &str) -> Result<Self> {
         Self::over(Topology::of_triangles(mesh)?, mesh, level)
     }
@@ -114,12 +114,12 @@ impl Document {
         self.layers.iter().find(|layer| layer.name() == name)
     }
 
-    /// Adds a layer called `name` with the blocks that `read` returns of `tiles`, which ascend. Tiles without one read as
-    /// the texel `blank`; `face_sizes` has the texels along an edge of every face.
+    /// Adds a layer called `name` with the blocks that `read` returns of `tiles`, which ascend. Tiles without one read
+    /// as the texel `blank`; `face_sizes` has the texels along an edge of every face.
     ///
-    /// Fails, and adds nothing, if the name is taken, empty or longer than 255 bytes, there is not a size from 8 to 256,
-    /// a power of two, for every face, `blank` is not one texel, a tile does not exist, a block has not the bytes of its
-    /// tile and ring, or `read` fails.
+    /// Fails, and adds nothing, if the name is taken, empty or longer than 255 bytes, there is not a size from 8 to
+    /// 256, a power of two, for every face, `blank` is not one texel, a tile does not exist, a block has not the bytes
+    /// of its tile and ring, or `read` fails.
     pub fn pack(
         &mut self,
         context: &Context,
@@ -142,8 +142,8 @@ impl Document {
         self.add(Layer::pack(context, &self.topology, head, tiles, read)?)
     }
 
-    /// The block at `index` of layer number `layer` of [`Self::layers`], to be read from the file that it was read from;
-    /// `None` if it is not there as it is now.
+    /// The block at `index` of layer number `layer` of [`Self::layers`], to be read from the file that it was read
+    /// from; `None` if it is not there as it is now.
     pub fn page(&self, layer: usize, index: usize) -> Option<Arc<dyn Page>> {
         let layer = self.layers.get(layer)?;
         let block = layer.blocks.get(index)?;

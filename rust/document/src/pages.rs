@@ -1,8 +1,8 @@
 //! Pages: blocks of bytes that leave memory for a file and come back when somebody looks at them.
 //!
-//! Bytes that the file of a document has already are read from there again ([`crate::Document::page`]). All others go to a
-//! [`PageFile`], a file without a name, so that nothing of it is left when the program ends, however it does, and the
-//! document is not written to. A place that is given back is used again for the next page of its length: the file
+//! Bytes that the file of a document has already are read from there again ([`crate::Document::page`]). All others go
+//! to a [`PageFile`], a file without a name, so that nothing of it is left when the program ends, however it does, and
+//! the document is not written to. A place that is given back is used again for the next page of its length: the file
 //! has at most the bytes of the most pages of each length that there ever were at a time, and none when there are none.
 
 use std::collections::BTreeMap;
@@ -158,8 +158,8 @@ impl Source {
         Self { head: head.to_vec(), file: None }
     }
 
-    /// Opens it, if it is at `path` and can be read beside whoever works on it. Where a lock keeps readers out there is no
-    /// page to be had.
+    /// Opens it, if it is at `path` and can be read beside whoever works on it. Where a lock keeps readers out there is
+    /// no page to be had.
     pub fn open(&mut self, path: &Path) {
         let Ok(mut file) = file::open(path) else { return };
         let found = read_at(&mut file, 0, self.head.len() as u64);

@@ -34,7 +34,8 @@ pub enum RecordKind {
     Past,
     /// What an edit changed that was undone before the base was written: it can be made again.
     Future,
-    /// The layers of what the document was opened on, which no edit made: an [`Edit`](crate::Edit) that cannot be undone.
+    /// The layers of what the document was opened on, which no edit made: an [`Edit`](crate::Edit) that cannot be
+    /// undone.
     Layers,
 }
 

@@ -1,5 +1,5 @@
-//! A thousand kills of processes that work on documents, most of them at a byte: what was confirmed is there. Alone in its
-//! program, since for a moment a process that is begun holds the locks of the one that begins it.
+//! A thousand kills of processes that work on documents, most of them at a byte: what was confirmed is there. Alone in
+//! its program, since for a moment a process that is begun holds the locks of the one that begins it.
 
 use std::path::Path;
 use std::process::{Command, Stdio};

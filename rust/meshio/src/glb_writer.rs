@@ -1,5 +1,5 @@
-//! Writes binary glTF 2.0: triangles with normals, texture coordinates and colours, one node per instance, one primitive
-//! per material slot.
+//! Writes binary glTF 2.0: triangles with normals, texture coordinates and colours, one node per instance, one
+//! primitive per material slot.
 //!
 //! Faces are fanned into triangles and holes left out. Points whose corners differ in an attribute are repeated. v of
 //! texture coordinates is turned, because glTF counts it from the top of the image.

@@ -8,8 +8,8 @@ use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
 use crate::color::srgb_from_linear;
 use crate::file;
 
-/// Writes `mesh` as binary PLY. Colours become sRGB-encoded bytes, as other programs expect them, or linear floats if some
-/// are brighter than 1.
+/// Writes `mesh` as binary PLY. Colours become sRGB-encoded bytes, as other programs expect them, or linear floats if
+/// some are brighter than 1.
 ///
 /// Fails, and leaves no file, if the mesh cannot be used (see [`Mesh::check`]), its indices do not fit the format's
 /// signed numbers, or the system refuses.

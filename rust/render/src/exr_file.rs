@@ -191,8 +191,8 @@ pub(crate) fn failed(error: exr::error::Error) -> Error {
 }
 
 /// Reads the layers of an EXR file, at their largest resolution; deep layers are refused. If it states chromaticities
-/// other than Rec.709's, every triple of channels whose names end in `R`, `G` and `B` is converted to linear Rec.709, as
-/// floats; all other channels are as in the file.
+/// other than Rec.709's, every triple of channels whose names end in `R`, `G` and `B` is converted to linear Rec.709,
+/// as floats; all other channels are as in the file.
 ///
 /// # Errors
 /// The file is missing, damaged, states chromaticities that cannot be, or would take more than `memory_limit` bytes.

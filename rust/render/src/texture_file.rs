@@ -1,6 +1,6 @@
-//! Texture files: large pictures of colours or data, with a text that says what the numbers are. Rows are asked for as they
-//! are written, and compressed on the threads of a context, so that nothing but the caller's own numbers is ever whole in
-//! memory.
+//! Texture files: large pictures of colours or data, with a text that says what the numbers are. Rows are asked for as
+//! they are written, and compressed on the threads of a context, so that nothing but the caller's own numbers is ever
+//! whole in memory.
 //!
 //! The text is the `comments` attribute of an EXR file and the `Comment` chunk of a PNG.
 

@@ -1,6 +1,6 @@
-//! The imprints and strokes of a frame: colliders travel from their last place to their next in sub-steps so small that no point of
-//! them goes further than a quarter of their box's smallest edge, and are pressed in after each. How far they go is
-//! measured against the surface, which may move as well.
+//! The imprints and strokes of a frame: colliders travel from their last place to their next in sub-steps so small that
+//! no point of them goes further than a quarter of their box's smallest edge, and are pressed in after each. How far
+//! they go is measured against the surface, which may move as well.
 //!
 //! Two deformable objects that press into each other take turns in every sub-step, the first giving way by its share
 //! and the second by what is left (Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from Object
@@ -154,7 +154,8 @@ impl Baker {
         Ok(changes)
     }
 
-    /// Moves a mesh along its way and presses it into a surface. Returns also where a tool ends that a force presses in.
+    /// Moves a mesh along its way and presses it into a surface. Returns also where a tool ends that a force presses
+    /// in.
     fn sweep(
         &mut self,
         context: &Context,
@@ -200,8 +201,8 @@ impl Baker {
         Ok((report, last))
     }
 
-    /// Moves a mesh along its way, as a triangle mesh sees it, and presses it in. The triangle mesh is posed as often as
-    /// its place is known.
+    /// Moves a mesh along its way, as a triangle mesh sees it, and presses it in. The triangle mesh is posed as often
+    /// as its place is known.
     fn sweep_triangles(&mut self, context: &Context, world: &mut World, pair: Pair, way: &Way) -> Result<Report> {
         let animated = world.is_object_animated(pair.into);
         let parts = if animated || way.moves(pair.into) { way.steps() } else { way.parts(&pair) };
@@ -231,8 +232,8 @@ impl Baker {
         Ok(report)
     }
 
-    /// As [`Self::sweep`] where the surface moves too: what counts is how the mesh moves as the surface sees it. At every
-    /// sub-step both are put where they are then, the surface in its pose.
+    /// As [`Self::sweep`] where the surface moves too: what counts is how the mesh moves as the surface sees it. At
+    /// every sub-step both are put where they are then, the surface in its pose.
     fn sweep_moving(
         &mut self,
         context: &Context,
@@ -414,8 +415,8 @@ impl Way<'_> {
     }
 }
 
-/// How far the points of an object's mesh or cage go in a part of the way, in world units, its transform aside. No point
-/// of the limit surface goes further.
+/// How far the points of an object's mesh or cage go in a part of the way, in world units, its transform aside. No
+/// point of the limit surface goes further.
 fn cage_travel(context: &Context, world: &mut World, object: usize, way: &Way, shares: [f64; 2]) -> Result<f64> {
     let [before, after] = shares.map(|share| world.moving_points(context, object, way.time(share)));
     let (Some(before), Some(after)) = (before?, after?) else { return Ok(0.0) };

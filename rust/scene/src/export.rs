@@ -133,8 +133,8 @@ fn placed(mesh: &Mesh, transform: &DAffine3) -> Mesh {
 }
 
 /// Writes the allocated tiles of every surface, one EXR file per object with a layer per tile: the coefficients of the
-/// displacement in half floats, row 0 at v = 0, those of vectors in layers of their own, and as `face_corner` the face of the cage and, of a face without four
-/// corners, the corner that the tile belongs to. Returns the files.
+/// displacement in half floats, row 0 at v = 0, those of vectors in layers of their own, and as `face_corner` the face
+/// of the cage and, of a face without four corners, the corner that the tile belongs to. Returns the files.
 pub fn write_tiles(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
     let _stage = context.stats().begin("export.tiles");
     let mut written = Vec::new();

@@ -78,7 +78,8 @@ impl<'a> Table<'a> {
     }
 
     fn key(&self, name: &str) -> Key {
-        // A name without a key would be a slip in this crate, which the test over all scenes would show as a wrong type.
+        // A name without a key would be a slip in this crate, which the test over all scenes would show as a wrong
+        // type.
         self.section.key(name).copied().unwrap_or(Key { name: "", kind: Kind::Text, default: "", unit: "", help: "" })
     }
 }

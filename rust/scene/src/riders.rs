@@ -1,10 +1,10 @@
-//! `[[brushes]]` of a scene file: brushes that ride on objects, such as feet and wheels, and leave a dab where they touch
-//! a surface.
+//! `[[brushes]]` of a scene file: brushes that ride on objects, such as feet and wheels, and leave a dab where they
+//! touch a surface.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 3: brushes
-//! are attached to parts of objects, and where those touch another object the edit is made. What a frame makes follows
-//! from where its objects go in it and from the surface, and from nothing that was before, so that a run can go on from
-//! any baked frame.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 3:
+//! brushes are attached to parts of objects, and where those touch another object the edit is made. What a frame makes
+//! follows from where its objects go in it and from the surface, and from nothing that was before, so that a run can go
+//! on from any baked frame.
 
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Error, Result};
@@ -90,8 +90,9 @@ pub(crate) fn make(context: &Context, world: &mut World, frame: u32, path: &[Vec
     Ok(done)
 }
 
-/// Where the brush may touch in a frame, in which what it rides on takes the poses `way`: at the end of each part of the
-/// way if it leaves one dab each time, else at even distances of at most its spacing. In the first frame, where it is.
+/// Where the brush may touch in a frame, in which what it rides on takes the poses `way`: at the end of each part of
+/// the way if it leaves one dab each time, else at even distances of at most its spacing. In the first frame, where it
+/// is.
 fn stations(entry: &RiderEntry, way: &[DAffine3], frame: u32) -> Vec<Station> {
     let places: Vec<DVec3> = way.iter().map(|pose| pose.transform_point3(entry.place)).collect();
     let station = |segment: usize, share: f64, index: usize| {

@@ -162,8 +162,8 @@ fn shape_of(pattern: &str) -> Option<Shape> {
     }
 }
 
-/// An image of the way from each place to where the shape puts it, in radii: as [`StampSettings`] take numbers unless they
-/// are told otherwise, a half is none and one is one radius.
+/// An image of the way from each place to where the shape puts it, in radii: as [`StampSettings`] take numbers unless
+/// they are told otherwise, a half is none and one is one radius.
 fn make_vectors(shape: Shape) -> Result<Arc<StampImage>> {
     let mut data = Vec::with_capacity((3 * SIZE * SIZE) as usize);
     let at = |pixel: u32| (pixel as f32 + 0.5) / SIZE as f32 * 2.0 - 1.0;
@@ -217,8 +217,8 @@ fn horn(r: f32, [x, y]: [f32; 2]) -> [f32; 3] {
     [(1.0 - cosine) / BEND + wide * x * cosine, wide * y, sine / BEND - wide * x * sine]
 }
 
-/// A point of an outline at a radius from 1, its first point, to 0, its last, which is on the axis. Radii are even along
-/// the outline's length; between its points it is a cubic (Catmull and Rom 1974).
+/// A point of an outline at a radius from 1, its first point, to 0, its last, which is on the axis. Radii are even
+/// along the outline's length; between its points it is a cubic (Catmull and Rom 1974).
 fn outline(points: &[[f32; 2]], r: f32) -> [f32; 2] {
     let length = |pair: &[[f32; 2]]| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
     let total: f32 = points.windows(2).map(length).sum();

@@ -33,7 +33,8 @@ pub struct Piece {
 }
 
 impl Rates {
-    /// Tiles with displacement or a coat get one quad per texel but at most `most`, others `coarse`; sub-tiles half of it.
+    /// Tiles with displacement or a coat get one quad per texel but at most `most`, others `coarse`; sub-tiles half of
+    /// it.
     pub fn new(displaced: &Displaced, coat: Option<&Coat>, coarse: u32, most: u32) -> Self {
         let field = displaced.field();
         let topology = field.topology();

@@ -27,8 +27,8 @@ pub struct TriangleItem {
 }
 
 impl TriangleItem {
-    /// The triangles of `mesh`, painted if there is a colour where nothing is painted, and with `vectors` if it is to have
-    /// vector displacement.
+    /// The triangles of `mesh`, painted if there is a colour where nothing is painted, and with `vectors` if it is to
+    /// have vector displacement.
     pub fn new(
         context: &Context,
         mesh: &Mesh,

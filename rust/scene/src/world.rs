@@ -336,8 +336,8 @@ impl World {
         &self.transforms
     }
 
-    /// Smallest and largest coordinates in the world of everything that is visible, at time 0, whatever the time is now;
-    /// surfaces count with their cages. `None` if nothing is visible.
+    /// Smallest and largest coordinates in the world of everything that is visible, at time 0, whatever the time is
+    /// now; surfaces count with their cages. `None` if nothing is visible.
     pub fn start_bounds(&self) -> Option<(DVec3, DVec3)> {
         let shown = self.start.iter().enumerate().filter(|(object, _)| self.scene.objects[*object].visible);
         let places = shown.flat_map(|(object, transform)| {

@@ -1,4 +1,5 @@
-//! Pinches and stamps of vectors in scenes: baked, cached, shown, exported, in documents, and in lists that are replayed.
+//! Pinches and stamps of vectors in scenes: baked, cached, shown, exported, in documents, and in lists that are
+//! replayed.
 
 use std::path::Path;
 

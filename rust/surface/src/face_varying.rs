@@ -41,8 +41,8 @@ fn cage(mesh: &Mesh, name: &str) -> Result<Mesh> {
     Ok(cage)
 }
 
-/// One value for all corners that agree in their point and in `key`; the values, and the index of each corner's. The same
-/// value at two points is two values: faces that all have the same square of a texture do not meet because of it.
+/// One value for all corners that agree in their point and in `key`; the values, and the index of each corner's. The
+/// same value at two points is two values: faces that all have the same square of a texture do not meet because of it.
 fn share<K: Hash + Eq>(
     points: &[u32],
     key: impl Fn(usize) -> K,

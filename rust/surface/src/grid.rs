@@ -1,5 +1,5 @@
-//! Grids of a tile, the fast path of evaluation: rows of a bicubic patch are curves whose basis values are shared by all
-//! rows and axes, so that a sample costs 33 multiply-adds for P, du and dv, and its nine stores are the floor.
+//! Grids of a tile, the fast path of evaluation: rows of a bicubic patch are curves whose basis values are shared by
+//! all rows and axes, so that a sample costs 33 multiply-adds for P, du and dv, and its nine stores are the floor.
 
 use std::ops::Range;
 

@@ -1,4 +1,5 @@
-//! Attributes of a cage on their way to a tessellation: bilinear over the tile for corners and points, copied for faces.
+//! Attributes of a cage on their way to a tessellation: bilinear over the tile for corners and points, copied for
+//! faces.
 
 use relievo_core::{Attribute, Context, Domain, Mesh, Values};
 

@@ -1,11 +1,11 @@
 //! A channel over the tiles of a surface, allocated where something happened: displacement or colour, by its texels.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and 5.
-//! An edit goes: [`Channel::apply`] the allocations of its [`Sets`], [`Channel::edit`] the texels of the tiles to modify,
-//! [`Channel::settle`] what that changed, [`Channel::commit`]. Settling allocates the
-//! neighbours that a changed border reaches and brings rings up to date; committing makes the edit visible to readers
-//! as an immutable [`Snapshot`]. Where the byte budget refuses a tile it stays as it was, the borders beside it are held
-//! at what it reads as, and the tile is reported. Units: those of the texels; bytes.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and
+//! 5. An edit goes: [`Channel::apply`] the allocations of its [`Sets`], [`Channel::edit`] the texels of the tiles to
+//! modify, [`Channel::settle`] what that changed, [`Channel::commit`]. Settling allocates the neighbours that a changed
+//! border reaches and brings rings up to date; committing makes the edit visible to readers as an immutable
+//! [`Snapshot`]. Where the byte budget refuses a tile it stays as it was, the borders beside it are held at what it
+//! reads as, and the tile is reported. Units: those of the texels; bytes.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -393,8 +393,9 @@ impl<T: Texel> Channel<T> {
         Ok(changes)
     }
 
-    /// Replaces the blocks of tiles, rings included, by ones made from [`Field::block`]. Returns what changed, by tile; a
-    /// tile whose texels stay the same is not touched. For edits that make whole blocks anyway; as [`Self::edit`] else.
+    /// Replaces the blocks of tiles, rings included, by ones made from [`Field::block`]. Returns what changed, by tile;
+    /// a tile whose texels stay the same is not touched. For edits that make whole blocks anyway; as [`Self::edit`]
+    /// else.
     ///
     /// Fails, and changes nothing, if a tile is not allocated or not listed in ascending order, a length is not that of
     /// its block, or a number is not finite.
@@ -582,8 +583,8 @@ impl<T: Texel> Channel<T> {
         Arc::new(Snapshot { field: self.field.clone(), changed, revision: self.revision, bytes: self.heap.bytes() })
     }
 
-    /// The block of `tile` as bytes: `(size + 2)²` texels, of little-endian numbers; `None` if it is not allocated. Fails
-    /// if there is no such tile, or it is on a page that cannot be read.
+    /// The block of `tile` as bytes: `(size + 2)²` texels, of little-endian numbers; `None` if it is not allocated.
+    /// Fails if there is no such tile, or it is on a page that cannot be read.
     pub fn read(&self, tile: u32) -> Result<Option<Vec<u8>>> {
         self.check(tile)?;
         Ok(self.field.try_block(tile)?.map(|block| bytemuck::cast_slice(block).to_vec()))

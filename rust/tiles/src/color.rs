@@ -73,8 +73,8 @@ impl<T: ColorTexel> Channel<T> {
 }
 
 impl<T: ColorTexel> Field<T> {
-    /// The colour at `place`, not filtered: the blank one if its tile is not allocated. Colours agree across seams but for
-    /// rounding, at a canonical place to the bit.
+    /// The colour at `place`, not filtered: the blank one if its tile is not allocated. Colours agree across seams but
+    /// for rounding, at a canonical place to the bit.
     ///
     /// # Panics
     /// If there is no such tile. Parameters outside 0 to 1 are clamped.

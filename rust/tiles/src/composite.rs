@@ -3,9 +3,9 @@
 //! Displacements add up, are taken away, or the higher or lower one counts. Colours are blended in linear light, their
 //! texels taken as premultiplied by alpha (Porter and Duff 1984, Compositing Digital Images); what separable modes do
 //! where either is transparent is that of the W3C's Compositing and Blending, Level 1, Section 10. A coarser layer is
-//! brought to the size of the composite by B-spline subdivision: exactly for displacement, and for colours what bilinear
-//! look-up gives at the centres of the finer texels. The lowest layer, where it is seen as a whole in the mode of its
-//! kind, is taken as it is.
+//! brought to the size of the composite by B-spline subdivision: exactly for displacement, and for colours what
+//! bilinear look-up gives at the centres of the finer texels. The lowest layer, where it is seen as a whole in the mode
+//! of its kind, is taken as it is.
 
 use glam::Vec4;
 use half::f16;
@@ -175,8 +175,8 @@ pub fn blended<T: Layered>(sheets: &[Sheet<'_, Field<T>>], background: T, tile: 
 }
 
 impl<T: Layered> Channel<T> {
-    /// A channel over the surface of `field` with the sizes that `face_sizes` has for every face, without blocks. Fails if
-    /// a size does not exist.
+    /// A channel over the surface of `field` with the sizes that `face_sizes` has for every face, without blocks. Fails
+    /// if a size does not exist.
     pub fn sized(field: &Field<T>, face_sizes: &[u32], blank: T, budget: u64) -> Result<Self> {
         let face_sizes = (0..).zip(face_sizes.iter().copied()).collect();
         let options = ChannelOptions { face_sizes, budget, ..ChannelOptions::default() };
@@ -185,8 +185,8 @@ impl<T: Layered> Channel<T> {
         Ok(channel)
     }
 
-    /// Makes `tiles` of a composite what `sheets`, from the lowest, come to over `background`. Tiles are allocated where a
-    /// sheet that is seen is, and given back where none is. Returns tiles that the budget refused.
+    /// Makes `tiles` of a composite what `sheets`, from the lowest, come to over `background`. Tiles are allocated
+    /// where a sheet that is seen is, and given back where none is. Returns tiles that the budget refused.
     ///
     /// Fails if a tile does not exist, or a sheet has more texels somewhere than the composite.
     pub fn compose(
@@ -245,8 +245,8 @@ impl<T: Layered> Channel<T> {
         Ok(refused)
     }
 
-    /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them. Readers
-    /// that follow this channel follow it on. Returns tiles that the budget refused too.
+    /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them.
+    /// Readers that follow this channel follow it on. Returns tiles that the budget refused too.
     pub fn recomposed(
         &self,
         context: &Context,

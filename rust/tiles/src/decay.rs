@@ -4,8 +4,9 @@
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 7.2. The
 //! latest edit of a texel wins: what it left there fades from then on. The stamped texels are kept beside the channel
 //! and faded from there, so that a fade does not depend on how many steps it takes and is not stopped by rounding. A
-//! tile whose last texel has faded gives its blocks back. Where a budget is full, the tiles whose newest stamp is oldest
-//! make room. Units: seconds; bytes: per tile (size + 2)² times those of a texel and a stamp of 4, in a heap of its own.
+//! tile whose last texel has faded gives its blocks back. Where a budget is full, the tiles whose newest stamp is
+//! oldest make room. Units: seconds; bytes: per tile (size + 2)² times those of a texel and a stamp of 4, in a heap of
+//! its own.
 
 use std::any::Any;
 use std::marker::PhantomData;
@@ -108,8 +109,8 @@ impl<T: Texel> Decay<T> {
         self.heap.budget()
     }
 
-    /// The tiles that hold nothing but what fades, beginning with those whose newest stamp is oldest, each behind a number
-    /// that grows with that stamp.
+    /// The tiles that hold nothing but what fades, beginning with those whose newest stamp is oldest, each behind a
+    /// number that grows with that stamp.
     pub fn oldest(&self) -> Vec<(u64, u32)> {
         let ages = self.pages.used().filter_map(|tile| Some((self.pages.entry(tile)?.version, tile)));
         let mut ages: Vec<(u64, u32)> = ages.filter(|(age, _)| *age != KEPT).collect();

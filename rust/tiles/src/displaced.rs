@@ -1,9 +1,9 @@
 //! The displaced surface `P' = S + D·N + V` and its analytic normal.
 //!
 //! Nießner and Loop 2013, Analytic Displacement Mapping using Hardware Tessellation, Section 4: the normal is that of
-//! `P'_u = S_u + D_u·N + D·N_u` and `P'_v`, where `N_u` comes from the second derivatives of the surface. A
-//! vector displacement `V = a·T + b·B + c·N` in the frame of [`crate::frame`] has derivatives of the same order: with
-//! `T_u = (S_uu − T (T·S_uu))/|S_u|` and `B_u = N_u × T + N × T_u`, nothing above second derivatives is needed. Points on
+//! `P'_u = S_u + D_u·N + D·N_u` and `P'_v`, where `N_u` comes from the second derivatives of the surface. A vector
+//! displacement `V = a·T + b·B + c·N` in the frame of [`crate::frame`] has derivatives of the same order: with `T_u =
+//! (S_uu − T (T·S_uu))/|S_u|` and `B_u = N_u × T + N × T_u`, nothing above second derivatives is needed. Points on
 //! edges and vertices are evaluated at their canonical place, so that they are equal to the bit whichever tile is
 //! asked, allocated or not. Units: object units; normals have length 1.
 //!
@@ -148,8 +148,8 @@ impl<'a> Displaced<'a> {
         self.evaluate_in_place(context, &canonical, out)
     }
 
-    /// As [`Self::evaluate`], in the very tiles that `places` name: give it canonical ones, or want a side's own normal.
-    /// Fails if a place is not on the surface.
+    /// As [`Self::evaluate`], in the very tiles that `places` name: give it canonical ones, or want a side's own
+    /// normal. Fails if a place is not on the surface.
     pub fn evaluate_in_place(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
         out.reset(places.len());
         let lists = out.p.chunks_mut(CHUNK).zip(out.normal.chunks_mut(CHUNK));
@@ -276,7 +276,8 @@ impl<'a> Displaced<'a> {
         let (level, kind) = (context.level(), self.kind(place.tile));
         let mut jets = JetLists::default();
         jets.reset(1, kind);
-        // The displacement is that of the place itself; where T, B and N point is all that is taken from further inside.
+        // The displacement is that of the place itself; where T, B and N point is all that is taken from further
+        // inside.
         let (here, there) = (self.jets(level, place, kind), self.jets(level, inner, kind));
         let (mut moved, mut base) = ([[0.0; 3]], [[0.0; 3]]);
         jets.displace(level, &samples, &mut moved, &mut base);

@@ -85,8 +85,8 @@ impl<T: Texel> Field<T> {
         self.uneven = (0..self.tile_count() as u32).map(of).collect();
     }
 
-    /// Where coarser tiles, or whole ones a sub-tile, meet `tile`, whether they are allocated or not: bit e for edge e, bit 4 + c for corner c. Always
-    /// 0 where texels have no mips.
+    /// Where coarser tiles, or whole ones a sub-tile, meet `tile`, whether they are allocated or not: bit e for edge e,
+    /// bit 4 + c for corner c. Always 0 where texels have no mips.
     pub(crate) fn uneven(&self, tile: u32) -> u8 {
         self.uneven.get(tile as usize).copied().unwrap_or(0)
     }
@@ -116,8 +116,8 @@ impl<T: Texel> Field<T> {
         self.classes[tile as usize]
     }
 
-    /// The size class of `tile` at an edit's level: as its face was given at 0, half of it at 1, a quarter at 2, but not
-    /// below the least.
+    /// The size class of `tile` at an edit's level: as its face was given at 0, half of it at 1, a quarter at 2, but
+    /// not below the least.
     pub(crate) fn class_at(&self, tile: u32, level: u32) -> SizeClass {
         self.given[tile as usize].halved(level)
     }

@@ -31,9 +31,9 @@ const BATCH: usize = 16;
 const CROSSINGS: usize = 64;
 
 impl<T: ColorTexel> Field<T> {
-    /// The mean colour of the `footprint` around `place`: two derivatives of (u, v), say by the columns and the rows of a
-    /// picture. A footprint longer than 8 tiles is cut to that, one thinner than a sixteenth of its length is widened,
-    /// and none is wider than the coarsest level, two texels a tile. One that is no number is taken for 0.
+    /// The mean colour of the `footprint` around `place`: two derivatives of (u, v), say by the columns and the rows of
+    /// a picture. A footprint longer than 8 tiles is cut to that, one thinner than a sixteenth of its length is
+    /// widened, and none is wider than the coarsest level, two texels a tile. One that is no number is taken for 0.
     ///
     /// # Panics
     /// If there is no such tile. Parameters outside 0 to 1 are clamped.
@@ -56,8 +56,8 @@ impl<T: ColorTexel> Field<T> {
         sum / count
     }
 
-    /// [`Self::filtered`] of many places with a footprint each, written to `out`: the same colours to the bit, faster than
-    /// one by one because texels of several places are on their way from memory at a time.
+    /// [`Self::filtered`] of many places with a footprint each, written to `out`: the same colours to the bit, faster
+    /// than one by one because texels of several places are on their way from memory at a time.
     ///
     /// # Panics
     /// If there is no such tile, or if the three slices have not as many items.
@@ -296,8 +296,8 @@ impl<T: ColorTexel> Fetch<'_, T> {
     }
 }
 
-/// The finer level for a footprint of `texels` texels, of `mips` levels beyond the tile itself, and how far it is on the
-/// way to the next: linear between powers of two.
+/// The finer level for a footprint of `texels` texels, of `mips` levels beyond the tile itself, and how far it is on
+/// the way to the next: linear between powers of two.
 #[inline(always)]
 fn level_of(texels: f32, mips: u32) -> (u32, f32) {
     if texels.is_nan() || texels <= 1.0 {
@@ -316,8 +316,8 @@ struct Ellipse {
     /// Lengths of the axes.
     major: f32,
     minor: f32,
-    /// Of the footprint's matrix times its transpose: half the difference of the diagonal, what is beside it, and half the
-    /// difference of the eigenvalues.
+    /// Of the footprint's matrix times its transpose: half the difference of the diagonal, what is beside it, and half
+    /// the difference of the eigenvalues.
     half: f32,
     beside: f32,
     root: f32,
@@ -385,8 +385,8 @@ fn cross(topology: &TileTopology, tile: u32, edge: u8, t: f32) -> Option<Crossin
     Some(Crossing { place: Place::on_edge(side.tile, side.edge, t), edge: usize::from(side.edge), reversed, scale })
 }
 
-/// Where a straight step from `place` ends, through as many tiles as it crosses, and how much longer than at its start the
-/// parameters are there.
+/// Where a straight step from `place` ends, through as many tiles as it crosses, and how much longer than at its start
+/// the parameters are there.
 fn walk(topology: &TileTopology, place: Place, step: Vec2) -> (Place, f32) {
     let (mut tile, mut at, mut step, mut total) = (place.tile, Vec2::new(place.u, place.v), step, 1.0);
     for _ in 0..CROSSINGS {

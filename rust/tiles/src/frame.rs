@@ -1,11 +1,11 @@
 //! The frames in which vector displacement is kept, and how those of tiles that meet are turned to each other.
 //!
-//! A vector has the components (along T, along B, along N), where `T = S_u/|S_u|`, `N` is the unit normal of the surface
-//! and `B = N × T` (Schäfer, Keinert, Nießner and Stamminger 2015, Section 5, leaves the frame open). So `S_u` of two
-//! tiles that share an edge differs by a rotation about `N`: on a side its angle to the edge says all, because the edge
-//! runs the same way in space for both. Along edges 0 and 2 that angle is fixed; along 1 and 3 it is that between the
-//! tangents, taken at 33 points of the side and linear between them. Across a crease this unfolds the two sides. At a
-//! vertex the frames are compared directly, normals turned onto each other by the shortest way.
+//! A vector has the components (along T, along B, along N), where `T = S_u/|S_u|`, `N` is the unit normal of the
+//! surface and `B = N × T` (Schäfer, Keinert, Nießner and Stamminger 2015, Section 5, leaves the frame open). So `S_u`
+//! of two tiles that share an edge differs by a rotation about `N`: on a side its angle to the edge says all, because
+//! the edge runs the same way in space for both. Along edges 0 and 2 that angle is fixed; along 1 and 3 it is that
+//! between the tangents, taken at 33 points of the side and linear between them. Across a crease this unfolds the two
+//! sides. At a vertex the frames are compared directly, normals turned onto each other by the shortest way.
 //!
 //! Angles are those of the pose in which a channel was made, so that blocks do not depend on later poses: where a pose
 //! changes the angle between two tangents, the surface just beside the edge is off by that change, and points on the
@@ -80,7 +80,8 @@ impl Frames {
         }
     }
 
-    /// From the frame of `other` at parameter `s` of its edge to that of `own` at parameter `t`, which is the same point.
+    /// From the frame of `other` at parameter `s` of its edge to that of `own` at parameter `t`, which is the same
+    /// point.
     pub fn across(&self, (own, t): (Side, f32), (other, s): (Side, f32), reversed: bool) -> Turn {
         let (a, b) = (self.angle(own, t), self.angle(other, s));
         // Not reversed, the edges run against each other.

@@ -1,9 +1,9 @@
 //! Tiles at other sizes: faces that are given another, and edits at half or a quarter of the texels.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 7.1,
-//! where an edit is made at T, T/2 or T/4. A tile has one size at a time. What it is at a coarser level follows from it,
-//! by the left inverse of subdivision (Samavati and Bartels 1999); an edit there is carried to the tile by adding the
-//! subdivided difference, so that finer detail stays, where the paper copies values and loses it. For B-spline
+//! where an edit is made at T, T/2 or T/4. A tile has one size at a time. What it is at a coarser level follows from
+//! it, by the left inverse of subdivision (Samavati and Bartels 1999); an edit there is carried to the tile by adding
+//! the subdivided difference, so that finer detail stays, where the paper copies values and loses it. For B-spline
 //! coefficients that is exact, for colours it is bilinear interpolation; the same masks do both. Faces without any tile
 //! yet get the size that the level asks for, and finer edits enlarge them. Units: those of the texels.
 
@@ -49,8 +49,8 @@ impl<T: Texel> Field<T> {
 
 impl<T: Texel> Channel<T> {
     /// Carries an edit at another level to the tiles. `level` is what [`Field::at_level`] made of this channel's field;
-    /// `blocks` are new blocks of some of its tiles, ascending, rings of no account. Allocates what is not allocated and
-    /// enlarges faces that are coarser than the level. Returns what changed and what the budget refused, for
+    /// `blocks` are new blocks of some of its tiles, ascending, rings of no account. Allocates what is not allocated
+    /// and enlarges faces that are coarser than the level. Returns what changed and what the budget refused, for
     /// [`Self::settle`].
     ///
     /// Fails, and changes no texel, as [`Self::put`] and [`Self::resize`] do.
@@ -119,8 +119,8 @@ impl<T: Texel> Channel<T> {
     }
 
     /// Gives faces other sizes, texels along an edge of the cage. What is allocated is kept: exactly, but for rounding,
-    /// where a face becomes finer; where it becomes coarser in the least detail, of colours as means. Returns tiles that
-    /// the budget refused to allocate beside a coarser one, as [`Self::settle`] does.
+    /// where a face becomes finer; where it becomes coarser in the least detail, of colours as means. Returns tiles
+    /// that the budget refused to allocate beside a coarser one, as [`Self::settle`] does.
     ///
     /// Fails, and changes nothing, if a face or size does not exist or the budget does not allow it.
     pub fn resize(&mut self, context: &Context, faces: &[(u32, u32)]) -> Result<Vec<u32>> {
@@ -140,9 +140,9 @@ impl<T: Texel> Channel<T> {
         self.settle(context, &changes)
     }
 
-    /// Gives every face the size that `sizes` has for it, of which it was given `given`, or the same if that is empty, as
-    /// when an edit is undone. Tiles that change their size are blank and not allocated afterwards; their blocks are to be
-    /// put back, and then [`Self::update_rings`] or all of their neighbours' blocks.
+    /// Gives every face the size that `sizes` has for it, of which it was given `given`, or the same if that is empty,
+    /// as when an edit is undone. Tiles that change their size are blank and not allocated afterwards; their blocks are
+    /// to be put back, and then [`Self::update_rings`] or all of their neighbours' blocks.
     ///
     /// Fails, and changes nothing, if a size does not exist or there is not one for every face.
     pub fn reshape(&mut self, sizes: &[u32], given: &[u32]) -> Result<()> {
@@ -181,8 +181,8 @@ impl<T: Texel> Channel<T> {
         Ok(())
     }
 
-    /// Gives the faces of `tiles`, ascending, the sizes they have in `other`, which an edit changed, as an edit at another
-    /// level does: where there is no tile yet, or it is coarser. Returns what changed, for [`Self::settle`].
+    /// Gives the faces of `tiles`, ascending, the sizes they have in `other`, which an edit changed, as an edit at
+    /// another level does: where there is no tile yet, or it is coarser. Returns what changed, for [`Self::settle`].
     ///
     /// Fails, and changes nothing, if the budget does not allow it.
     pub fn follow_sizes(&mut self, context: &Context, other: &Field<T>, tiles: &[u32]) -> Result<Vec<Change>> {

@@ -1,7 +1,7 @@
 //! Tiles of displacement and colour: where they live, how they meet, and the surface they displace and paint.
 //!
-//! - Where: [`heap`], [`sets`], [`field`], and [`channel`] with the protocol of an edit; [`paging`] where memory is short;
-//!   [`levels`] for edits at half or a quarter of the texels.
+//! - Where: [`heap`], [`sets`], [`field`], and [`channel`] with the protocol of an edit; [`paging`] where memory is
+//!   short; [`levels`] for edits at half or a quarter of the texels.
 //! - What they hold: [`texel`]. How they meet: [`ring`]. What they mean: [`spline`], [`color`], looked up
 //!   by [`filter`], and [`trace`].
 //! - How they are kept in documents: [`stored`]; how histories see them: [`blocks`].

@@ -1,10 +1,10 @@
 //! The mips of a tile: levels of half, a quarter, … of its texels a side, down to two, for filtered look-ups.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 5 and
-//! Figure 5. A texel of a level is the mean, in linear light, of two by two texels of the level below; every level has a
-//! ring of its own, made by [`crate::ring`]. Only what lies above changed texels is made anew. At vertices where texels
-//! are equalised a level holds something else than means at its corners; the means there are found from the level
-//! below whenever they are needed. Units: texels.
+//! Figure 5. A texel of a level is the mean, in linear light, of two by two texels of the level below; every level has
+//! a ring of its own, made by [`crate::ring`]. Only what lies above changed texels is made anew. At vertices where
+//! texels are equalised a level holds something else than means at its corners; the means there are found from the
+//! level below whenever they are needed. Units: texels.
 
 use std::ops::Range;
 

@@ -1,11 +1,11 @@
 //! Paging: when the byte budget of a channel is spent, the blocks that were edited longest ago make room for others.
 //!
-//! Nothing that is read or written depends on it but memory and time: a block on a page returns when it is looked at, see
-//! [`crate::slot`], and has a place in the heap again when it is edited. So which blocks go does not change a result; it
-//! is those of the oldest version, of equal ones that of the lowest tile, whatever readers looked at. Blocks go while
-//! a channel is edited or committed, never while it is only read. Within an edit its own blocks may exceed the
-//! budget for a while, together with what was read for it; when it is settled the budget holds again. Only tiles
-//! that are new are refused, where they do not fit the budget together with the others of the same edit. Units: bytes.
+//! Nothing that is read or written depends on it but memory and time: a block on a page returns when it is looked at,
+//! see [`crate::slot`], and has a place in the heap again when it is edited. So which blocks go does not change a
+//! result; it is those of the oldest version, of equal ones that of the lowest tile, whatever readers looked at. Blocks
+//! go while a channel is edited or committed, never while it is only read. Within an edit its own blocks may exceed the
+//! budget for a while, together with what was read for it; when it is settled the budget holds again. Only tiles that
+//! are new are refused, where they do not fit the budget together with the others of the same edit. Units: bytes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -245,8 +245,8 @@ impl<T: Texel> Channel<T> {
         }
     }
 
-    /// Makes room for an edit of `sets`: the tiles `wanted`, which are new, as far as they fit the budget together with the
-    /// others, which come back.
+    /// Makes room for an edit of `sets`: the tiles `wanted`, which are new, as far as they fit the budget together with
+    /// the others, which come back.
     pub(crate) fn clear_the_way(&mut self, sets: &Sets, wanted: &[u32]) {
         if self.field.pager.is_none() {
             return;

@@ -1,9 +1,9 @@
 //! Colours of many texels at once, channel by channel: to linear numbers and back.
 //!
-//! Exactly what [`ColorTexel::color`] and [`ColorTexel::of_color`] say of one texel. For bytes the sRGB curve is a table
-//! both ways (IEC 61966-2-1), looked up side by side. On the way back a table entry covers the numbers that share their
-//! upper 16 bits: within it the byte goes up by one at most, where the lower 16 bits pass a threshold, so that one
-//! addition carries into it. Units: linear Rec.709 and alpha, 0 to 1.
+//! Exactly what [`ColorTexel::color`] and [`ColorTexel::of_color`] say of one texel. For bytes the sRGB curve is a
+//! table both ways (IEC 61966-2-1), looked up side by side. On the way back a table entry covers the numbers that share
+//! their upper 16 bits: within it the byte goes up by one at most, where the lower 16 bits pass a threshold, so that
+//! one addition carries into it. Units: linear Rec.709 and alpha, 0 to 1.
 
 use std::sync::LazyLock;
 

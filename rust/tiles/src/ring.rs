@@ -15,8 +15,9 @@
 //!   continuous.
 //! - Beside a tile that is not allocated, and at non-manifold edges, the border row and the ring are blank: what tiles
 //!   without a block read as, which for displacement is zero.
-//! - Across a reversed link displacements change sign, because the normals do; colours stay. Vectors are re-expressed in
-//!   the frame of the tile that receives them, at the point of the edge that the texel is beside, see [`crate::frame`].
+//! - Across a reversed link displacements change sign, because the normals do; colours stay. Vectors are re-expressed
+//!   in the frame of the tile that receives them, at the point of the edge that the texel is beside, see
+//!   [`crate::frame`].
 //!
 //! Colours are looked up bilinearly, and the same rules make that continuous across edges of equal density.
 //!
@@ -292,9 +293,9 @@ fn ring_of<T: Texel>(field: &View<'_, T>, work: Work, mut write_at: impl FnMut(u
 
 /// The rings and equalised corners of the mips of the tiles in `plan`: index among the mips and value.
 ///
-/// Each mip has neighbours of its own density, as tiles have, and follows the same rules but two: a tile without a block
-/// counts as a blank one, so that borders beside it keep what they are, and vertices are made from the means of the
-/// tiles' corners, which is not what they hold once they are equalised.
+/// Each mip has neighbours of its own density, as tiles have, and follows the same rules but two: a tile without a
+/// block counts as a blank one, so that borders beside it keep what they are, and vertices are made from the means of
+/// the tiles' corners, which is not what they hold once they are equalised.
 pub(crate) fn mip_rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan) -> Vec<Writes<T>> {
     let views: Vec<View<'_, T>> =
         (1..=MAX_SIZE.ilog2()).map(|power| View::at(field, 1 << power).with_poles(context, plan)).collect();

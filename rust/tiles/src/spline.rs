@@ -347,8 +347,8 @@ impl<V: Value> Coefficient for V {
     }
 }
 
-/// The block of the same function at twice the texels a side: `(n + 2)²` coefficients become `(2n + 2)²`. Of colours that
-/// are looked up bilinearly it is bilinear interpolation.
+/// The block of the same function at twice the texels a side: `(n + 2)²` coefficients become `(2n + 2)²`. Of colours
+/// that are looked up bilinearly it is bilinear interpolation.
 pub fn subdivide_block<V: Coefficient>(coarse: &[V], size: usize) -> Vec<V> {
     let (from, to) = (size + 2, 2 * size + 2);
     // Coefficient k of the fine block is ¾ of the coarse one above it and ¼ of the next.

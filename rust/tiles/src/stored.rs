@@ -71,8 +71,8 @@ impl<T: StoredTexel> Channel<T> {
         Self::stored_with(context, topology, document, name, budget, None)
     }
 
-    /// As [`Self::stored`], of a channel that pages to `pages`: what exceeds the budget stays in the file of the document,
-    /// as far as that has it.
+    /// As [`Self::stored`], of a channel that pages to `pages`: what exceeds the budget stays in the file of the
+    /// document, as far as that has it.
     pub fn stored_with(
         context: &Context,
         topology: Arc<TileTopology>,

@@ -151,8 +151,8 @@ impl Tessellator {
     }
 
     /// Moves the points and normals of `changed` tiles to where the displaced surface now is, as
-    /// [`Snapshot::changed`](crate::Snapshot::changed) lists them; all else stays. Returns the points of these tiles, as
-    /// ascending ranges that do not touch.
+    /// [`Snapshot::changed`](crate::Snapshot::changed) lists them; all else stays. Returns the points of these tiles,
+    /// as ascending ranges that do not touch.
     ///
     /// Fails, and changes nothing, if a tile does not exist, the tessellation is not one of this tessellator, or the
     /// surface has other tiles.

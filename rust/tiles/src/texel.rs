@@ -94,8 +94,8 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
     /// Whether all numbers of `texels` are finite.
     fn all_finite(texels: &[Self]) -> bool;
 
-    /// How far `texels` displace: from the first to the second along the normal, or at most the second in any direction.
-    /// Zeros for what displaces nothing.
+    /// How far `texels` displace: from the first to the second along the normal, or at most the second in any
+    /// direction. Zeros for what displaces nothing.
     fn bound(_: &[Self]) -> [f32; 2] {
         [0.0; 2]
     }

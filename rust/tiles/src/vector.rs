@@ -1,5 +1,5 @@
-//! Vector displacement: a [`Channel`] of the B-spline coefficients of [`crate::spline`], three a texel, in the frames of
-//! [`crate::frame`]. It comes after scalar displacement, see [`crate::displaced`]. Units: object units.
+//! Vector displacement: a [`Channel`] of the B-spline coefficients of [`crate::spline`], three a texel, in the frames
+//! of [`crate::frame`]. It comes after scalar displacement, see [`crate::displaced`]. Units: object units.
 
 use std::sync::Arc;
 

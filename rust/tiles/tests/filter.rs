@@ -1,4 +1,5 @@
-//! Mips and filtered colour: made anew or step by step alike, continuous across any edges, and means of what they cover.
+//! Mips and filtered colour: made anew or step by step alike, continuous across any edges, and means of what they
+//! cover.
 
 use std::sync::Arc;
 
@@ -56,7 +57,8 @@ fn square(width: f32) -> [[f32; 2]; 2] {
     [[width, 0.0], [0.0, width]]
 }
 
-/// Compares both sides of every edge, and the tile just beside it, at several widths; and look-ups of many with single ones.
+/// Compares both sides of every edge, and the tile just beside it, at several widths; and look-ups of many with single
+/// ones.
 fn check<T: ColorTexel>(field: &Field<T>) {
     let topology = field.topology();
     many_are_as_one_by_one(field);

@@ -1,5 +1,5 @@
-//! Paging of triangle meshes against channels without a budget: whatever is edited, read, undone, composed or taken away,
-//! both hold the same to the bit, and the budget holds after every edit.
+//! Paging of triangle meshes against channels without a budget: whatever is edited, read, undone, composed or taken
+//! away, both hold the same to the bit, and the budget holds after every edit.
 
 use std::cell::Cell;
 use std::fmt::Debug;
@@ -286,7 +286,8 @@ fn fill(channel: &mut TriangleChannel, face: u32, value: f32) -> Result<Vec<u32>
     Ok(refused)
 }
 
-/// A displacement over 32 triangles that has been pushed all over and has room for `room` of them with three edges each.
+/// A displacement over 32 triangles that has been pushed all over and has room for `room` of them with three edges
+/// each.
 fn pushed(room: u64, store: Arc<dyn PageStore>) -> TriangleChannel {
     let mut channel = TriangleChannel::displacement(topology(&square()), &options(UNLIMITED)).unwrap();
     for face in 0..32 {

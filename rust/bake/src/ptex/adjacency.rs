@@ -4,8 +4,8 @@ use relievo_core::{Error, Result};
 use relievo_ptex::{Face, MeshType, Neighbor, Reader, Resolution};
 use relievo_surface::{Link, Side, TileTopology};
 
-/// The face that stands for `tile`. Edges where tiles are wound the other way, and non-manifold ones, have no neighbour:
-/// the format cannot say it.
+/// The face that stands for `tile`. Edges where tiles are wound the other way, and non-manifold ones, have no
+/// neighbour: the format cannot say it.
 pub(super) fn face(topology: &TileTopology, tile: u32, resolution: Resolution) -> Face {
     let neighbor = |side: Side| Some(Neighbor { face: side.tile, edge: side.edge });
     let neighbors = topology.links(tile).map(|link| match link {

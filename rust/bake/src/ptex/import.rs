@@ -92,8 +92,8 @@ impl fmt::Display for PtexReport {
 
 /// The channel that `reader` holds for `surface`.
 ///
-/// Fails, with what differs, if the faces of the file are not the tiles of the surface, if it has too few channels, if a
-/// texel is damaged or not finite, or if the tiles do not fit the budget.
+/// Fails, with what differs, if the faces of the file are not the tiles of the surface, if it has too few channels, if
+/// a texel is damaged or not finite, or if the tiles do not fit the budget.
 pub fn from_ptex<B: AsRef<[u8]> + Sync>(
     context: &Context,
     surface: &Surface,

@@ -1,5 +1,5 @@
-//! As [`super`], of documents of triangle meshes: every value of a face, an edge or a vertex takes what the nearest place
-//! of the old triangles has.
+//! As [`super`], of documents of triangle meshes: every value of a face, an edge or a vertex takes what the nearest
+//! place of the old triangles has.
 
 use std::collections::BTreeSet;
 
@@ -225,7 +225,8 @@ impl Carry<'_> {
         Ok([area(old, &held), area(old, &beyond(context, old, &held, &nearby[1], reach))])
     }
 
-    /// Segments an edge of the new faces, so that values are about as far apart as in the old faces that hold something.
+    /// Segments an edge of the new faces, so that values are about as far apart as in the old faces that hold
+    /// something.
     fn fitting(&self, segments: u32, held: &[u32]) -> u32 {
         let mean = |surface: &TriangleSurface, faces: &[u32]| area(surface, faces) / faces.len().max(1) as f64;
         let every: Vec<u32> = (0..self.new.topology().face_count() as u32).collect();

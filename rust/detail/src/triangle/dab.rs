@@ -1,10 +1,11 @@
 //! One touch of a brush on a triangle mesh: the passes that paint or sculpt what is in its box.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6:
-//! intersect the box with faces and edges, decide by a scan which faces get blocks, with their edges, and set the values
-//! of both. As on tiles the brush is evaluated before the scan. A face gets a block if something changes in it or at one
-//! of its corners, and if something changes on an edge no face of which has one. So a face that keeps none reads
-//! otherwise only along its edges. Stages report their time under `dab.intersect`, `dab.evaluate` and `dab.manage`.
+//! intersect the box with faces and edges, decide by a scan which faces get blocks, with their edges, and set the
+//! values of both. As on tiles the brush is evaluated before the scan. A face gets a block if something changes in it
+//! or at one of its corners, and if something changes on an edge no face of which has one. So a face that keeps none
+//! reads otherwise only along its edges. Stages report their time under `dab.intersect`, `dab.evaluate` and
+//! `dab.manage`.
 
 use glam::Vec4;
 use relievo_core::{Context, Result};
@@ -34,8 +35,8 @@ impl TriangleObject {
         Ok(report)
     }
 
-    /// As [`Self::dab`], as one of the dabs of a stroke, which goes by the displacement `start` and the normals from when
-    /// the stroke began.
+    /// As [`Self::dab`], as one of the dabs of a stroke, which goes by the displacement `start` and the normals from
+    /// when the stroke began.
     pub(crate) fn make_dab(
         &mut self,
         context: &Context,

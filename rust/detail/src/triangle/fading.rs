@@ -22,8 +22,8 @@ pub struct TriangleFading {
 }
 
 impl TriangleObject {
-    /// Makes edits from now on fade; what was edited before stays, and so do colours that the object is given later. Stamps
-    /// of displacement and of colours may occupy `budget` bytes each, and the edited values as many.
+    /// Makes edits from now on fade; what was edited before stays, and so do colours that the object is given later.
+    /// Stamps of displacement and of colours may occupy `budget` bytes each, and the edited values as many.
     ///
     /// Fails if the times are none, the budget does not hold the vertices, or there are layers.
     pub fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {

@@ -1,9 +1,9 @@
-//! The imprint of a collider on a triangle mesh: the values of faces, edges and vertices in the collider are moved along
-//! the inverted interpolated normal until they leave it.
+//! The imprint of a collider on a triangle mesh: the values of faces, edges and vertices in the collider are moved
+//! along the inverted interpolated normal until they leave it.
 //!
 //! The stages are those of [`crate::imprint`] (Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from
-//! Object Collisions, Sections 5 and 6); what is written and allocated is as for dabs (Schäfer et al. 2015, Local Painting
-//! and Deformation of Meshes on the GPU, Section 6). Rims are those of tiles only.
+//! Object Collisions, Sections 5 and 6); what is written and allocated is as for dabs (Schäfer et al. 2015, Local
+//! Painting and Deformation of Meshes on the GPU, Section 6). Rims are those of tiles only.
 
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
@@ -222,8 +222,8 @@ impl TriangleObject {
     }
 }
 
-/// Casts the rays of all values in and around `faces`. Returns what changes, and how many rays were held at the border of
-/// the grid.
+/// Casts the rays of all values in and around `faces`. Returns what changes, and how many rays were held at the border
+/// of the grid.
 fn cast(
     context: &Context,
     object: &TriangleObject,

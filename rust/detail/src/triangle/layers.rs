@@ -1,7 +1,7 @@
 //! Layers of a triangle mesh: how its channels are stacked, and how edits of what is seen go to the active layer.
 //!
-//! What an edit changed at a vertex of the tessellation goes to the layer's value there. A layer with fewer segments takes
-//! what it has values for, one with more what is between. Units: object units, linear light.
+//! What an edit changed at a vertex of the tessellation goes to the layer's value there. A layer with fewer segments
+//! takes what it has values for, one with more what is between. Units: object units, linear light.
 
 use std::sync::Arc;
 

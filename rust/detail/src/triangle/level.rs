@@ -1,5 +1,5 @@
-//! Edits of a level coarser than what is there: the change is made at the vertices of the coarser pattern and added to the
-//! finer values between them, so that their detail stays.
+//! Edits of a level coarser than what is there: the change is made at the vertices of the coarser pattern and added to
+//! the finer values between them, so that their detail stays.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 7.1. The
 //! paper copies values to all other levels, which would erase what a finer one has more. Since the coarser patterns are
@@ -40,8 +40,8 @@ impl<T: Texel> Differences<'_, T> {
     }
 }
 
-/// Edits of what has a finer pattern than `pattern` made of edits in that pattern, which are ascending by element. What has
-/// no finer one stays as it is.
+/// Edits of what has a finer pattern than `pattern` made of edits in that pattern, which are ascending by element. What
+/// has no finer one stays as it is.
 pub(super) fn refined<T: Texel>(
     context: &Context,
     field: &TriangleField<T>,

@@ -202,10 +202,10 @@ impl TriangleObject {
         Ok(())
     }
 
-    /// Makes blocks of faces and edges of all channels and layers leave memory for `pages` when their budgets are spent,
-    /// those that were edited longest ago first, see [`relievo_tiles::triangle::paging`]; without, all come back.
-    /// [`LayeredObject::settle`] is to be done before. Normals, vectors in object space, and the values and stamps of
-    /// edits that fade stay in memory.
+    /// Makes blocks of faces and edges of all channels and layers leave memory for `pages` when their budgets are
+    /// spent, those that were edited longest ago first, see [`relievo_tiles::triangle::paging`]; without, all come
+    /// back. [`LayeredObject::settle`] is to be done before. Normals, vectors in object space, and the values and
+    /// stamps of edits that fade stay in memory.
     ///
     /// Fails if a block cannot be read back.
     pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
@@ -298,8 +298,8 @@ impl TriangleObject {
         self.level
     }
 
-    /// Makes dabs edit another level. What finer levels have more stays when a coarser one is edited. Fails unless the level
-    /// is 0 to 2.
+    /// Makes dabs edit another level. What finer levels have more stays when a coarser one is edited. Fails unless the
+    /// level is 0 to 2.
     pub fn set_level(&mut self, level: u32) -> Result<()> {
         if level > 2 {
             return Err(Error::invalid(format!("there is no level {level}")).advise("use 0, 1 or 2"));

@@ -1,5 +1,5 @@
-//! The vertices of the tessellation that a dab may change: those inside faces, on edges and at corners, in runs of up to
-//! 256, with what the brush says of them.
+//! The vertices of the tessellation that a dab may change: those inside faces, on edges and at corners, in runs of up
+//! to 256, with what the brush says of them.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6.2: the
 //! kernels go over all vertices along an edge and inside a face, and find the barycentric coordinates from the index.
@@ -103,8 +103,8 @@ impl Element {
     }
 }
 
-/// Calls `take` for the neighbours of a vertex of the tessellation in all faces that have it; those on an edge come once
-/// for each of its faces.
+/// Calls `take` for the neighbours of a vertex of the tessellation in all faces that have it; those on an edge come
+/// once for each of its faces.
 pub(super) fn around(topology: &TriangleTopology, (face, pattern, node): Knot, mut take: impl FnMut(u32, Node)) {
     match pattern.slot(node) {
         Slot::Inside(_) => pattern.one_ring(node).nodes().iter().for_each(|node| take(face, *node)),
@@ -279,7 +279,8 @@ impl<T> Site<'_, T> {
 }
 
 /// The second pass: the brush at every vertex of the elements. `ground` sets the displacement of vertices and, if it
-/// returns true, the vectors there; `change` makes new values of old ones. All is in `pattern`, whatever elements have. Only those that change are returned.
+/// returns true, the vectors there; `change` makes new values of old ones. All is in `pattern`, whatever elements have.
+/// Only those that change are returned.
 pub(super) fn evaluate<T: Texel>(
     context: &Context,
     surface: &TriangleSurface,

@@ -1,5 +1,5 @@
-//! Smoothing of dents on a triangle mesh after an imprint: values around those that changed move toward the mean of their
-//! one-rings, across edges and at vertices over all faces there. See [`crate::smoothing`].
+//! Smoothing of dents on a triangle mesh after an imprint: values around those that changed move toward the mean of
+//! their one-rings, across edges and at vertices over all faces there. See [`crate::smoothing`].
 
 use std::collections::BTreeMap;
 

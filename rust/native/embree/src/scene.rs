@@ -279,8 +279,8 @@ impl Scene {
     }
 }
 
-/// The largest sum of a row of the inverse of a matrix's linear part, or the like with its translation: what it makes of
-/// coordinates of size 1.
+/// The largest sum of a row of the inverse of a matrix's linear part, or the like with its translation: what it makes
+/// of coordinates of size 1.
 fn stretch(columns: &[f32; 12]) -> f32 {
     let [x, y, z] = [0, 3, 6].map(|at| [0, 1, 2].map(|axis| f64::from(columns[at + axis])));
     let cross =

@@ -38,8 +38,8 @@ pub fn evaluate(table: &Table, points: &[[f64; 3]], places: &[(u32, f64, f64)]) 
     if found < 0 { Err(Error::internal("OpenSubdiv failed to evaluate")) } else { Ok(out) }
 }
 
-/// P, du, dv by `EvaluateBasis` in f32 on a `size`² lattice of every tile, nine floats a sample, into `buffer`, from its
-/// start again when it is full. Returns the number of samples.
+/// P, du, dv by `EvaluateBasis` in f32 on a `size`² lattice of every tile, nine floats a sample, into `buffer`, from
+/// its start again when it is full. Returns the number of samples.
 pub fn far_grid(table: &Table, points: &[[f32; 3]], size: usize, buffer: &mut [f32]) -> Result<u64> {
     check_grid(points.len() == table.point_count(), size, buffer)?;
     // SAFETY: points cover the table's indices; the shim stays within the buffer, which holds at least one tile.

@@ -35,8 +35,8 @@ pub struct Options {
     pub memory_limit: u64,
 }
 
-/// Bytes at the peak of refinement per patch, with its share of points, stencils and OpenSubdiv's tables (measured: 2,500
-/// to 3,500 over cages of 1,000 to 32,000 faces).
+/// Bytes at the peak of refinement per patch, with its share of points, stencils and OpenSubdiv's tables (measured:
+/// 2,500 to 3,500 over cages of 1,000 to 32,000 faces).
 const PATCH_BYTES: f64 = 3500.0;
 
 impl Options {

@@ -1,5 +1,5 @@
-//! Attributes of a mesh on their way to triangles that lie in its faces: interpolated for corners and points, copied for
-//! faces.
+//! Attributes of a mesh on their way to triangles that lie in its faces: interpolated for corners and points, copied
+//! for faces.
 
 use relievo_core::{Attribute, Domain, Mesh, Values};
 
@@ -17,8 +17,8 @@ pub struct Pieces {
 }
 
 impl Pieces {
-    /// The attributes of `mesh`, whose triangles are those of `topology`, but not those that are called `except`. Integers,
-    /// and the weights that belong to joints, are those of the nearest corner.
+    /// The attributes of `mesh`, whose triangles are those of `topology`, but not those that are called `except`.
+    /// Integers, and the weights that belong to joints, are those of the nearest corner.
     pub fn carry(&self, mesh: &Mesh, topology: &TriangleTopology, except: &[&str]) -> Vec<Attribute> {
         let offsets = mesh.face_offsets();
         // The corners of the mesh that the corners of each of its triangles are.

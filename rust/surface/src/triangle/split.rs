@@ -2,8 +2,8 @@
 //! places along an edge to be dense enough.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 9, where
-//! large input faces are subdivided until they are small enough. Edges are halved until none is too long; whether an edge
-//! is depends on its ends alone, so that both its faces agree and no cracks open. Units: object units.
+//! large input faces are subdivided until they are small enough. Edges are halved until none is too long; whether an
+//! edge is depends on its ends alone, so that both its faces agree and no cracks open. Units: object units.
 
 use std::collections::BTreeMap;
 
@@ -35,8 +35,8 @@ struct Part {
     at: [[f32; 3]; 3],
 }
 
-/// The triangles of `mesh` with no edge longer than `longest`, with all attributes and creases; polygons are fanned, holes
-/// left out.
+/// The triangles of `mesh` with no edge longer than `longest`, with all attributes and creases; polygons are fanned,
+/// holes left out.
 ///
 /// Fails as [`TriangleTopology::of_mesh`] does, if `longest` is not positive, or if there would be over 2²⁶ triangles.
 pub fn split(mesh: &Mesh, longest: f64) -> Result<(Mesh, SplitReport)> {

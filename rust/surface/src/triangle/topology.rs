@@ -1,8 +1,8 @@
 //! How the triangles of a mesh meet: edges with the sides of faces along them, vertices with the corners around them.
 //!
 //! An edge is a pair of vertices, whichever and however many faces it has: one at a boundary, three and more where the
-//! mesh is not a manifold. It runs from the vertex with the lower number to the other, and so has a direction of its own
-//! that both neighbours know. Nothing assumes that faces are wound alike. Everything is in the order of faces and
+//! mesh is not a manifold. It runs from the vertex with the lower number to the other, and so has a direction of its
+//! own that both neighbours know. Nothing assumes that faces are wound alike. Everything is in the order of faces and
 //! vertices, so that it is the same on every run.
 
 use std::ops::Range;

@@ -1,8 +1,8 @@
 //! Which faces and edges of a triangle mesh have blocks: given and taken away, all with their edges.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and 6.
-//! A face and its edges get their blocks together or not at all; an edge gives its block back when no face with a block
-//! uses it. Units: bytes.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and
+//! 6. A face and its edges get their blocks together or not at all; an edge gives its block back when no face with a
+//! block uses it. Units: bytes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -44,8 +44,8 @@ impl<T: Texel> TriangleChannel<T> {
     /// rounding. Faces that already are as wished are left out. Returns the faces the budget refused, ascending. With
     /// pages, the blocks edited longest ago make room.
     ///
-    /// Fails, and does nothing, if a face does not exist, the pattern is not the finest, half or a quarter of it, or a page
-    /// cannot be read.
+    /// Fails, and does nothing, if a face does not exist, the pattern is not the finest, half or a quarter of it, or a
+    /// page cannot be read.
     pub fn apply(&mut self, context: &Context, pattern: Pattern, sets: &TriangleSets) -> Result<Vec<u32>> {
         let finest = self.field.pattern().segments();
         if ![1, 2, 4].iter().any(|part| pattern.segments() * part == finest) {
@@ -116,8 +116,8 @@ impl<T: Texel> TriangleChannel<T> {
         refused
     }
 
-    /// With pages: makes room for the blocks of `faces`, and says which are granted and which of the faces refused. `None` if
-    /// there are no pages, or no room for more of them.
+    /// With pages: makes room for the blocks of `faces`, and says which are granted and which of the faces refused.
+    /// `None` if there are no pages, or no room for more of them.
     fn clear_the_way(&mut self, pattern: Pattern, faces: &[u32]) -> Option<(Vec<Wanted>, Vec<u32>)> {
         self.pager()?;
         let there = there(&self.field, faces);
@@ -131,7 +131,8 @@ impl<T: Texel> TriangleChannel<T> {
         self.make_room(more.saturating_sub(less), &keep).then_some(granted)
     }
 
-    /// The blocks of those of `faces` that fit the budget beside `bytes`, among which is what they have, and the other faces.
+    /// The blocks of those of `faces` that fit the budget beside `bytes`, among which is what they have, and the other
+    /// faces.
     fn granted(&self, pattern: Pattern, faces: &[u32], mut bytes: u64) -> (Vec<Wanted>, Vec<u32>) {
         let coarser = |own: Option<Pattern>| own.is_none_or(|own| own < pattern);
         let (mut refused, mut wanted) = (Vec::new(), Vec::new());
@@ -164,8 +165,8 @@ impl<T: Texel> TriangleChannel<T> {
         (wanted, refused)
     }
 
-    /// Gives edges blocks as fine as those of their faces, and takes those away that no face uses: after blocks were put
-    /// back of which some are lost. Fails if the budget does not allow it.
+    /// Gives edges blocks as fine as those of their faces, and takes those away that no face uses: after blocks were
+    /// put back of which some are lost. Fails if the budget does not allow it.
     pub(super) fn mend(&mut self, context: &Context) -> Result<()> {
         let topology = self.field.topology().clone();
         let unused = |edge: &u32| !topology.faces_along(*edge).any(|(face, _)| self.field.is_allocated(face));
@@ -214,8 +215,8 @@ impl<T: Texel> TriangleChannel<T> {
         all
     }
 
-    /// Gives a face or an edge a block of `class` in place of the one it may have, with `values`. Returns whether the budget
-    /// allowed it, with room that others than `keep`, which ascend, may make.
+    /// Gives a face or an edge a block of `class` in place of the one it may have, with `values`. Returns whether the
+    /// budget allowed it, with room that others than `keep`, which ascend, may make.
     pub(super) fn put(&mut self, block: TriangleBlock, class: TriangleClass, values: Arc<[T]>, keep: &[u32]) -> bool {
         let (before, now) = (self.bytes_here(block), self.heap.bytes_of(class));
         let fits = self.heap.bytes() - before + now <= self.heap.budget();
@@ -228,8 +229,8 @@ impl<T: Texel> TriangleChannel<T> {
         true
     }
 
-    /// Gives back the blocks of those of `faces` that hold nothing but what is read without them: those whose corners and
-    /// inside are blank, and whose edges are blank or have another face with a block. Returns the faces, ascending.
+    /// Gives back the blocks of those of `faces` that hold nothing but what is read without them: those whose corners
+    /// and inside are blank, and whose edges are blank or have another face with a block. Returns the faces, ascending.
     ///
     /// Fails, and changes nothing, if a face does not exist.
     pub fn reclaim(&mut self, context: &Context, faces: &[u32]) -> Result<Vec<u32>> {

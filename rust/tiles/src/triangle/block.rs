@@ -1,6 +1,6 @@
-//! The blocks of a channel over triangles, by number, as caches and documents keep them: first those of faces, then those
-//! of edges, then the values of the vertices, 256 by 256. A block is its values, little-endian; how many it has says its
-//! pattern.
+//! The blocks of a channel over triangles, by number, as caches and documents keep them: first those of faces, then
+//! those of edges, then the values of the vertices, 256 by 256. A block is its values, little-endian; how many it has
+//! says its pattern.
 
 use relievo_core::{Error, Result};
 use relievo_surface::TriangleTopology;
@@ -89,19 +89,19 @@ impl<T: Texel> TriangleChannel<T> {
         self.field().blocks()
     }
 
-    /// The values of a block as bytes; `None` if it holds nothing. Fails if there is no such block, or it is on a page that
-    /// cannot be read.
+    /// The values of a block as bytes; `None` if it holds nothing. Fails if there is no such block, or it is on a page
+    /// that cannot be read.
     pub fn read(&self, number: u32) -> Result<Option<Vec<u8>>> {
         let field = self.field();
         let block = TriangleBlock::of(field.topology(), number).ok_or_else(|| missing(number))?;
         Ok(field.try_held(block)?.map(|values| bytemuck::cast_slice(values).to_vec()))
     }
 
-    /// Puts back what [`Self::read`] gave: allocates or deallocates as needed; vertices without bytes become blank. When
-    /// all blocks of an edit are put back, faces have blocks with their edges again.
+    /// Puts back what [`Self::read`] gave: allocates or deallocates as needed; vertices without bytes become blank.
+    /// When all blocks of an edit are put back, faces have blocks with their edges again.
     ///
-    /// Fails, and changes nothing, if there is no such block, the length is not that of one of the patterns, a number is
-    /// not finite, or the budget does not allow it.
+    /// Fails, and changes nothing, if there is no such block, the length is not that of one of the patterns, a number
+    /// is not finite, or the budget does not allow it.
     pub fn write_block(&mut self, number: u32, bytes: Option<&[u8]>) -> Result<()> {
         let topology = self.field().topology().clone();
         let block = TriangleBlock::of(&topology, number).ok_or_else(|| missing(number))?;

@@ -7,8 +7,8 @@
 //! (bytes of a value) · (vertices + Σ edges (T − 1) + Σ faces ⌊(3T/2)(T/2 − 1) + 1⌋),
 //!
 //! where T is that of each block. A face has the finest of the patterns it was asked for; what it held before is
-//! interpolated. An edit goes: [`TriangleChannel::apply`], [`TriangleChannel::write`], [`TriangleChannel::commit`]. Where
-//! the byte budget refuses a face it stays as it was and is reported. Units: those of the values; bytes.
+//! interpolated. An edit goes: [`TriangleChannel::apply`], [`TriangleChannel::write`], [`TriangleChannel::commit`].
+//! Where the byte budget refuses a face it stays as it was and is reported. Units: those of the values; bytes.
 
 use std::sync::Arc;
 

@@ -1,9 +1,9 @@
-//! Layers of a triangle mesh put on each other: the composite is a channel of its own, with a value at every vertex where
-//! one of the layers has one, as fine there as the finest of them.
+//! Layers of a triangle mesh put on each other: the composite is a channel of its own, with a value at every vertex
+//! where one of the layers has one, as fine there as the finest of them.
 //!
-//! Values are blended as those of tiles are, see [`crate::composite`]. A layer is read where the composite has its values,
-//! as [`TriangleField::value`] says: patterns of fewer segments are subsets, so that a coarser layer is linear between its
-//! own. Units: object units, linear light.
+//! Values are blended as those of tiles are, see [`crate::composite`]. A layer is read where the composite has its
+//! values, as [`TriangleField::value`] says: patterns of fewer segments are subsets, so that a coarser layer is linear
+//! between its own. Units: object units, linear light.
 
 use relievo_core::{Context, Result};
 use relievo_document::Settings;
@@ -49,17 +49,17 @@ fn over<T: Layered>(
 }
 
 impl<T: Layered> TriangleChannel<T> {
-    /// A channel over the mesh of `field` with `segments` an edge, without blocks, that pages as that of `field` does. Fails
-    /// as [`TriangleChannel::blank`] does.
+    /// A channel over the mesh of `field` with `segments` an edge, without blocks, that pages as that of `field` does.
+    /// Fails as [`TriangleChannel::blank`] does.
     pub fn sized(field: &TriangleField<T>, segments: u32, blank: T, budget: u64) -> Result<Self> {
         let mut channel = Self::blank(field.topology().clone(), blank, &TriangleOptions { segments, budget })?;
         channel.page_to(field.pager.as_ref().map(|pager| pager.store.clone()))?;
         Ok(channel)
     }
 
-    /// Makes `blocks` of a composite, and what is read from them, what `sheets`, from the lowest, come to over `background`.
-    /// Faces are allocated where a sheet that is seen has them, and given back where none has. Returns faces that the budget
-    /// refused.
+    /// Makes `blocks` of a composite, and what is read from them, what `sheets`, from the lowest, come to over
+    /// `background`. Faces are allocated where a sheet that is seen has them, and given back where none has. Returns
+    /// faces that the budget refused.
     ///
     /// Fails if a sheet has more segments than the composite.
     pub fn compose(
@@ -160,8 +160,8 @@ impl<T: Layered> TriangleChannel<T> {
         Ok(refused)
     }
 
-    /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them. Readers
-    /// that follow this channel follow it on. Returns faces that the budget refused too.
+    /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them.
+    /// Readers that follow this channel follow it on. Returns faces that the budget refused too.
     pub fn recomposed(
         &self,
         context: &Context,

@@ -1,10 +1,10 @@
-//! Edits of a triangle mesh that fade: every value that is edited gets a time stamp, and what was put there goes linearly
-//! back to what is blank.
+//! Edits of a triangle mesh that fade: every value that is edited gets a time stamp, and what was put there goes
+//! linearly back to what is blank.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 7.2, as on
-//! tiles, see [`crate::decay`]. The edited values and their stamps are two channels more over the same triangles, so that
-//! what a finer pattern finds between stamped values is stamped too. Bytes: those of [`super::channel`] for values and for
-//! stamps of 8 bytes, of the faces that hold a stamp. Units: seconds.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 7.2, as
+//! on tiles, see [`crate::decay`]. The edited values and their stamps are two channels more over the same triangles, so
+//! that what a finer pattern finds between stamped values is stamped too. Bytes: those of [`super::channel`] for values
+//! and for stamps of 8 bytes, of the faces that hold a stamp. Units: seconds.
 
 use std::sync::Arc;
 
@@ -127,8 +127,8 @@ fn listed<T: Texel>(values: impl Iterator<Item = (Element, Vec<T>)>) -> Triangle
 }
 
 impl<T: StoredTexel> TriangleDecay<T> {
-    /// No stamps yet, for a channel; values and stamps may occupy `budget` bytes each. Fails if the times are none, or the
-    /// budget does not hold the vertices.
+    /// No stamps yet, for a channel; values and stamps may occupy `budget` bytes each. Fails if the times are none, or
+    /// the budget does not hold the vertices.
     pub fn new(channel: &TriangleChannel<T>, options: DecayOptions, budget: u64) -> Result<Self> {
         options.check()?;
         let field = channel.field();
@@ -157,8 +157,8 @@ impl<T: StoredTexel> TriangleDecay<T> {
         self.stamps.field().topology().clone()
     }
 
-    /// Stamps with `time` all values in which `channel` now differs from `before`. Returns the faces, ascending, that the
-    /// budget refused; what was edited there stays.
+    /// Stamps with `time` all values in which `channel` now differs from `before`. Returns the faces, ascending, that
+    /// the budget refused; what was edited there stays.
     pub fn stamp(
         &mut self,
         context: &Context,
@@ -218,8 +218,8 @@ impl<T: StoredTexel> TriangleDecay<T> {
         Ok(refused)
     }
 
-    /// Brings the values of `channel` to what is left of them at `time`, which never goes back. Returns the faces that look
-    /// different, and those that were given back.
+    /// Brings the values of `channel` to what is left of them at `time`, which never goes back. Returns the faces that
+    /// look different, and those that were given back.
     pub fn fade(&mut self, context: &Context, channel: &mut TriangleChannel<T>, time: f64) -> Result<Faded> {
         let topology = self.topology();
         let gone = |face: &u32| self.stamps.field().face_pattern(*face) > channel.field().face_pattern(*face);
@@ -321,8 +321,8 @@ impl<T: StoredTexel> TriangleDecay<T> {
         Ok(Some(bytes))
     }
 
-    /// Puts back what [`Self::read`] gave. Fails if there is no such block, the bytes are not those of one, a number is not
-    /// finite, or the budget does not allow it.
+    /// Puts back what [`Self::read`] gave. Fails if there is no such block, the bytes are not those of one, a number is
+    /// not finite, or the budget does not allow it.
     pub fn write(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()> {
         let Some(bytes) = bytes else {
             self.stamps.write_block(block, None)?;

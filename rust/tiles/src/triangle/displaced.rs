@@ -66,8 +66,8 @@ pub fn edge_foot(surface: &TriangleSurface, edge: u32, step: u32, segments: u32)
     Foot { point: mean(surface.points()), normal: mean(surface.normals()).normalize_or_zero() }
 }
 
-/// The undisplaced surface at the place of `face` with barycentric coordinates `at`; what lies on an edge is computed from
-/// the edge alone.
+/// The undisplaced surface at the place of `face` with barycentric coordinates `at`; what lies on an edge is computed
+/// from the edge alone.
 pub fn foot_at(surface: &TriangleSurface, face: u32, at: [f32; 3]) -> Foot {
     let topology = surface.topology();
     let corners = topology.face(face);
@@ -154,8 +154,8 @@ impl<'a> TriangleDisplaced<'a> {
         self.vectors.map_or(point, |vectors| point + vectors.at(face, pattern, node).as_vec3())
     }
 
-    /// From the undisplaced surface to the displaced one at the place of `face` with barycentric coordinates `at`, where the
-    /// smooth normal is `normal`.
+    /// From the undisplaced surface to the displaced one at the place of `face` with barycentric coordinates `at`,
+    /// where the smooth normal is `normal`.
     pub fn offset(&self, face: u32, at: [f32; 3], normal: Vec3) -> Vec3 {
         let height = normal * self.field.value(face, at) as f32;
         self.vectors.map_or(height, |vectors| height + vectors.value(face, at).as_vec3())

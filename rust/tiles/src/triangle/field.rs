@@ -4,8 +4,8 @@
 //! edges say. So what is read is continuous over the whole mesh, whichever faces have blocks and how fine they are:
 //!
 //! - along an edge, linear between its values, or between its ends if it has none;
-//! - in a face with a block, linear in the triangles of the pattern (Schäfer et al. 2012, Multiresolution Attributes for
-//!   Tessellated Meshes); beside an edge that is finer than the face, what that edge has more fades out over the
+//! - in a face with a block, linear in the triangles of the pattern (Schäfer et al. 2012, Multiresolution Attributes
+//!   for Tessellated Meshes); beside an edge that is finer than the face, what that edge has more fades out over the
 //!   outermost strip of the pattern;
 //! - in a face without a block, linear between the corners, and what an edge differs from that by fades out toward the
 //!   opposite corner, as in a fan of triangles from there.
@@ -213,7 +213,8 @@ impl<T: Texel> TriangleField<T> {
         self.faces.entry(face).map_or(0, |entry| entry.version)
     }
 
-    /// The value at a vertex of the pattern of `face`, which has a block of that pattern or a finer one of powers of two.
+    /// The value at a vertex of the pattern of `face`, which has a block of that pattern or a finer one of powers of
+    /// two.
     fn node(&self, face: u32, pattern: Pattern, node: Node) -> T {
         let (mut pattern, mut node) = (pattern, node);
         if let Slot::Inside(_) = pattern.slot(node) {

@@ -3,9 +3,9 @@
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6.3: the
 //! normal at a vertex of the tessellation is the mean of the triangles around it by their area, those of both faces at
 //! edges and of all at vertices of the mesh; and by the length of the displacement it is blended with the smooth normal
-//! of the undisplaced mesh. Left at that, flat faces show where the displacement is large. So what is blended is not the
-//! mean itself but the smooth normal and by how much the mean differs from that of the undisplaced triangles. The buffer
-//! holds that difference; it is zero where nothing is displaced.
+//! of the undisplaced mesh. Left at that, flat faces show where the displacement is large. So what is blended is not
+//! the mean itself but the smooth normal and by how much the mean differs from that of the undisplaced triangles. The
+//! buffer holds that difference; it is zero where nothing is displaced.
 
 use std::sync::Arc;
 

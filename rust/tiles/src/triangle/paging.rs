@@ -1,5 +1,5 @@
-//! Paging of triangle meshes: when the byte budget of a channel is spent, the blocks of faces and edges that were edited
-//! longest ago make room for others. See [`crate::paging`].
+//! Paging of triangle meshes: when the byte budget of a channel is spent, the blocks of faces and edges that were
+//! edited longest ago make room for others. See [`crate::paging`].
 //!
 //! Each block pages by itself, with the face or the edge it belongs to: a face and its edges stay allocated together.
 //! Vertices never page, nor do normals, which are no channel. Units: bytes.

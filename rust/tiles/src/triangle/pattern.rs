@@ -2,12 +2,12 @@
 //! counted.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6, after
-//! Schäfer, Prus, Meyer, Süßmuth and Stamminger 2012, Multiresolution Attributes for Tessellated Meshes. The pattern
-//! is made of nested rings: ring k has T − 2k segments a side and its least barycentric coordinate is 2k / 3T, so that
-//! the last one, k = T/2, is the centroid. All coordinates are whole multiples of 1 / 3T, and the patterns of T/2 and T/4
-//! are subsets. Between two rings run strips of quads whose diagonals lean toward the middle of the side, as the tessellator
-//! of graphics hardware has them, which gives every inner vertex six neighbours. The inside of a face is counted from
-//! the centroid outwards, so that the number of a vertex does not depend on T.
+//! Schäfer, Prus, Meyer, Süßmuth and Stamminger 2012, Multiresolution Attributes for Tessellated Meshes. The pattern is
+//! made of nested rings: ring k has T − 2k segments a side and its least barycentric coordinate is 2k / 3T, so that the
+//! last one, k = T/2, is the centroid. All coordinates are whole multiples of 1 / 3T, and the patterns of T/2 and T/4
+//! are subsets. Between two rings run strips of quads whose diagonals lean toward the middle of the side, as the
+//! tessellator of graphics hardware has them, which gives every inner vertex six neighbours. The inside of a face is
+//! counted from the centroid outwards, so that the number of a vertex does not depend on T.
 
 use std::sync::OnceLock;
 
@@ -191,8 +191,8 @@ impl Pattern {
         }
     }
 
-    /// Barycentric coordinates of what is kept inside, in the order of [`Slot::Inside`], if the number of segments is a power
-    /// of two; else nothing.
+    /// Barycentric coordinates of what is kept inside, in the order of [`Slot::Inside`], if the number of segments is a
+    /// power of two; else nothing.
     pub fn places(self) -> &'static [[f32; 3]] {
         static TABLES: [OnceLock<Vec<[f32; 3]>>; 6] = [const { OnceLock::new() }; 6];
         if !self.0.is_power_of_two() {
@@ -269,9 +269,9 @@ impl Pattern {
         (0..self.center()).flat_map(move |ring| (0..3).flat_map(move |side| self.strip(ring, side)))
     }
 
-    /// The triangle of the pattern that holds the place with barycentric coordinates `at`, and the shares of its corners
-    /// there, which are not negative and add up to 1. Places outside are moved inside; on a side only vertices of the side
-    /// have a share.
+    /// The triangle of the pattern that holds the place with barycentric coordinates `at`, and the shares of its
+    /// corners there, which are not negative and add up to 1. Places outside are moved inside; on a side only vertices
+    /// of the side have a share.
     pub fn locate(self, at: [f32; 3]) -> ([Node; 3], [f32; 3]) {
         let at = at.map(|b| if b > 0.0 { b.min(1.0) } else { 0.0 });
         let least = at[0].min(at[1]).min(at[2]);

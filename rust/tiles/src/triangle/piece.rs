@@ -2,8 +2,8 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6.4: an
 //! untouched face stays one triangle. A face with a block has the triangles of its pattern; where an edge is finer, the
-//! outermost strip is stitched to it. A face without a block beside edges with one is a fan: from the opposite corner if
-//! it is one edge, else from the centroid. Both faces of an edge thus have the same vertices on it, without cracks.
+//! outermost strip is stitched to it. A face without a block beside edges with one is a fan: from the opposite corner
+//! if it is one edge, else from the centroid. Both faces of an edge thus have the same vertices on it, without cracks.
 
 use super::displaced::TriangleDisplaced;
 use super::field::{TriangleField, barycentric};
@@ -117,7 +117,8 @@ fn stitch(
     let (segments, last) = (pattern.segments(), pattern.segments() - 2);
     let (mut i, mut k) = (0, 0);
     while k < count || i < last {
-        // Step i of the ring is beside i + 1 of the pattern's own border. Middles of the next steps, times 2 · both counts.
+        // Step i of the ring is beside i + 1 of the pattern's own border. Middles of the next steps, times 2 · both
+        // counts.
         let outer_next = (2 * k + 1) * segments;
         let inner_next = (2 * i + 3) * count;
         if k < count && (i == last || outer_next <= inner_next) {

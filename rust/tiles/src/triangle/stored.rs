@@ -1,5 +1,5 @@
-//! Channels over triangles in histories and documents: blocks by number, see [`super::block`], with the segments an edge
-//! that the mesh has at its finest as the size of every face.
+//! Channels over triangles in histories and documents: blocks by number, see [`super::block`], with the segments an
+//! edge that the mesh has at its finest as the size of every face.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -20,7 +20,8 @@ use crate::texel::Texel;
 /// Blocks that are unpacked at a time.
 const BATCH: usize = 256;
 
-/// The elements whose blocks differ, to the bit, ascending. Those of `related` channels are equal where their versions are.
+/// The elements whose blocks differ, to the bit, ascending. Those of `related` channels are equal where their versions
+/// are.
 fn differing<'a, T: Texel>(
     a: &'a Pages<Entry<T>>,
     b: &'a Pages<Entry<T>>,
@@ -96,8 +97,8 @@ impl<T: StoredTexel> Blocks for TriangleField<T> {
 }
 
 impl<T: StoredTexel> TriangleField<T> {
-    /// Adds its blocks to `document` as the layer called `name`. Fails, and adds nothing, if the document is for another
-    /// mesh or has a layer of that name.
+    /// Adds its blocks to `document` as the layer called `name`. Fails, and adds nothing, if the document is for
+    /// another mesh or has a layer of that name.
     pub fn store(&self, context: &Context, document: &mut Document, name: &str) -> Result<()> {
         check(self.topology(), document)?;
         let read = |block: u32| Ok(self.try_bytes(block)?.unwrap_or_default().to_vec());
@@ -121,8 +122,8 @@ impl<T: StoredTexel> TriangleChannel<T> {
         Self::stored_with(context, topology, document, name, budget, None)
     }
 
-    /// As [`Self::stored`], of a channel that pages to `pages`: what exceeds the budget stays in the file of the document,
-    /// as far as that has it.
+    /// As [`Self::stored`], of a channel that pages to `pages`: what exceeds the budget stays in the file of the
+    /// document, as far as that has it.
     pub fn stored_with(
         context: &Context,
         topology: Arc<TriangleTopology>,

@@ -1,7 +1,7 @@
 //! A displaced triangle mesh as one mesh with shared vertices and the attributes it was made with, for export.
 //!
-//! Every face has the triangles of its [`FaceRates`]. Vertices of the mesh keep their numbers; those on edges follow, then
-//! those inside faces. Integers, and the weights that belong to joints, are those of the nearest corner.
+//! Every face has the triangles of its [`FaceRates`]. Vertices of the mesh keep their numbers; those on edges follow,
+//! then those inside faces. Integers, and the weights that belong to joints, are those of the nearest corner.
 
 use std::ops::Range;
 
@@ -29,8 +29,8 @@ pub struct TriangleTessellation {
 }
 
 impl TriangleTessellation {
-    /// The triangles of all faces at `rates`, where the undisplaced mesh is `cage`. Rates of an edge must be the same from
-    /// all its faces, as those of [`FaceRates::of`] are.
+    /// The triangles of all faces at `rates`, where the undisplaced mesh is `cage`. Rates of an edge must be the same
+    /// from all its faces, as those of [`FaceRates::of`] are.
     ///
     /// Fails if `cage` is another mesh or there are too many vertices.
     pub fn new(
@@ -173,8 +173,8 @@ impl TriangleTessellation {
         &self.places
     }
 
-    /// Gives the mesh the colours of `paint` as the point attribute `color`, in place of one it may have: red, green and
-    /// blue, linear. Fails if they are those of another mesh.
+    /// Gives the mesh the colours of `paint` as the point attribute `color`, in place of one it may have: red, green
+    /// and blue, linear. Fails if they are those of another mesh.
     pub fn paint<T: ColorTexel>(&mut self, paint: &TriangleField<T>) -> Result<()> {
         let blank = paint.blank().color();
         let color = |place: &Option<(u32, Pattern, Node)>| match place {

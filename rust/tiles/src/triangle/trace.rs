@@ -1,5 +1,5 @@
-//! Traces of contact on triangle meshes: where colliders pushed, how far in all, and when last; at the vertices where the
-//! displacement is. See [`crate::trace`]. Units: object units, seconds.
+//! Traces of contact on triangle meshes: where colliders pushed, how far in all, and when last; at the vertices where
+//! the displacement is. See [`crate::trace`]. Units: object units, seconds.
 
 use relievo_core::Result;
 
@@ -10,8 +10,8 @@ use super::tessellate::{TriangleTessellation, point_attribute};
 use crate::trace::{Mark, Trace};
 
 impl TriangleChannel<Trace> {
-    /// No traces, for a mesh with this displacement. They may occupy `budget` bytes. Fails as [`TriangleChannel::blank`]
-    /// does.
+    /// No traces, for a mesh with this displacement. They may occupy `budget` bytes. Fails as
+    /// [`TriangleChannel::blank`] does.
     pub fn of(displacement: &TriangleField, budget: u64) -> Result<Self> {
         let options = TriangleOptions { segments: displacement.pattern().segments(), budget };
         Self::blank(displacement.topology().clone(), Trace::default(), &options)

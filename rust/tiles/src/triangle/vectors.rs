@@ -1,10 +1,10 @@
 //! Vector displacement of a triangle mesh, which comes after the scalar one.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6. A vector
-//! has the components (along T, along N × T, along N), where N is the interpolated unit normal and T the direction, at
-//! right angles to N, of what the value belongs to: of a face its first side, of an edge the edge, of a vertex the side of
-//! its first face that starts there. So vectors turn with the mesh when it is posed, and each is in one frame, whichever
-//! faces have it. To be read between values they are brought to object space. Units: object units.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6. A
+//! vector has the components (along T, along N × T, along N), where N is the interpolated unit normal and T the
+//! direction, at right angles to N, of what the value belongs to: of a face its first side, of an edge the edge, of a
+//! vertex the side of its first face that starts there. So vectors turn with the mesh when it is posed, and each is in
+//! one frame, whichever faces have it. To be read between values they are brought to object space. Units: object units.
 
 use std::sync::Arc;
 
@@ -65,8 +65,8 @@ fn way(surface: &TriangleSurface, [a, b]: [u32; 2]) -> Vec3 {
     Vec3::from(points[b as usize]) - Vec3::from(points[a as usize])
 }
 
-/// The frame of a value in `face` where the unit normal is `normal`: its columns are T, N × T and N. Panics if there is no
-/// such face.
+/// The frame of a value in `face` where the unit normal is `normal`: its columns are T, N × T and N. Panics if there is
+/// no such face.
 pub fn face_frame(surface: &TriangleSurface, face: u32, normal: Vec3) -> Mat3 {
     let [a, b, _] = surface.topology().face(face);
     frame(normal, way(surface, [a, b]))
@@ -77,8 +77,8 @@ pub fn edge_frame(surface: &TriangleSurface, edge: u32, normal: Vec3) -> Mat3 {
     frame(normal, way(surface, surface.topology().edge(edge)))
 }
 
-/// The frame of the value at `vertex`, as of [`face_frame`]; that of no direction if it has no face. Panics if there is no
-/// such vertex.
+/// The frame of the value at `vertex`, as of [`face_frame`]; that of no direction if it has no face. Panics if there is
+/// no such vertex.
 pub fn vertex_frame(surface: &TriangleSurface, vertex: u32) -> Mat3 {
     let topology = surface.topology();
     let Some((face, corner)) = topology.faces_around(vertex).next() else { return Mat3::ZERO };
