@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DVec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use relievo_core::Context;
 use relievo_document::Document;
-use relievo_render::{Image, write_png};
+use relievo_render::{Channel, Content, Image, Layer, Samples, write_exr, write_png};
 use relievo_scene::file::{parse, read_file};
 use relievo_scene::replay::{Replay, replay};
 use relievo_scene::stepper::{self, RunOptions};
@@ -249,4 +249,35 @@ documents = "last"
     // Ten tiles of colour with their mips.
     assert!(made("paged", "budget = 65536\npage = true\n") == whole);
     assert!(made("refused", "budget = 65536\n") != whole);
+}
+
+#[test]
+fn images_of_files_are_painted_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    // Red over 0.25 of it on the left, blue on the right, once as bytes and once as floats.
+    let texel = |k: u32| if k % 16 < 8 { [1.0, 0.25, 0.0] } else { [0.0, 0.0, 0.5f32] };
+    let pixels: Vec<f32> = (0..256).flat_map(texel).collect();
+    write_png(&path("two.png"), &Image::from_data(16, 16, 3, pixels.clone()).unwrap()).unwrap();
+    let channels = ["R", "G", "B"].into_iter().enumerate().map(|(channel, name)| Channel {
+        name: name.into(),
+        samples: Samples::F32(pixels.iter().skip(channel).step_by(3).copied().collect()),
+    });
+    let layer = Layer { name: None, width: 16, height: 16, channels: channels.collect(), attributes: Vec::new() };
+    write_exr(&path("two.exr"), &[layer], Content::Color).unwrap();
+    for image in ["two.png", "two.exr"] {
+        let (scene, out) = (path("paint.toml"), path("out"));
+        let stroke = format!(
+            "[stamps.two]\nimage = \"{image}\"\n[[strokes]]\npaint = \"mix\"\ncolour = [1, 1, 1]\nstamp = \"two\"\n\
+             radius = 0.5\nfalloff = \"constant\"\npoints = [{{ position = [0, 0, 0] }}]\n\
+             [output]\nframes = 1\npictures = []\nmesh = \"none\"\ndocuments = \"last\"\n"
+        );
+        std::fs::write(&scene, format!("{GROUND}{stroke}")).unwrap();
+        run(&scene, &out, None);
+        let found = colors(&scene, &out.join("document-000000-ground.relievo"), &[[-0.2, 0.1], [0.2, 0.1]]);
+        for (found, expected) in found.into_iter().zip([[1.0, 0.25, 0.0], [0.0, 0.0, 0.5]]) {
+            assert!((found.truncate() - Vec3::from(expected)).abs().max_element() < 0.01, "{image}: {found}");
+        }
+        std::fs::remove_dir_all(&out).unwrap();
+    }
 }
