@@ -274,6 +274,8 @@ fn images_of_files_are_painted_as_they_are() {
         );
         std::fs::write(&scene, format!("{GROUND}{stroke}")).unwrap();
         run(&scene, &out, None);
+        // The scene goes on from there.
+        std::fs::copy(path(image), out.join(image)).unwrap();
         let found = colors(&scene, &out.join("document-000000-ground.relievo"), &[[-0.2, 0.1], [0.2, 0.1]]);
         for (found, expected) in found.into_iter().zip([[1.0, 0.25, 0.0], [0.0, 0.0, 0.5]]) {
             assert!((found.truncate() - Vec3::from(expected)).abs().max_element() < 0.01, "{image}: {found}");
