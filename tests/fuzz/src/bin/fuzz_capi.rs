@@ -220,7 +220,15 @@ fn use_surface(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let (context, mesh) = (RlvContext { id: handles.pick(bytes, 0)? }, RlvMesh { id: handles.pick(bytes, 1)? });
     let mut out = RlvSurface { id: UNTOUCHED };
     let (longest, mut pieces) = (f64::from(number(bytes)?), RlvMesh { id: UNTOUCHED });
-    if bytes.ratio(1, 4)? {
+    // SAFETY: zeros are numbers, and the output is there.
+    let mut about: RlvMeshInfo = unsafe { std::mem::zeroed() };
+    about.struct_size = size_of::<RlvMeshInfo>() as u32;
+    called(unsafe { rlv_mesh_info(mesh, &mut about) });
+    let extent =
+        about.low.iter().zip(about.high).map(|(low, high)| f64::from(high) - f64::from(*low)).fold(0.0, f64::max);
+    // Millions of triangles are made where they are asked for, which takes longer than an input may.
+    let many = longest > 0.0 && extent > 16.0 * longest;
+    if bytes.ratio(1, 4)? && !many {
         // SAFETY: the output is there.
         let result = unsafe { rlv_mesh_split(mesh, longest, &mut pieces) };
         made(result, pieces.id, &mut handles.meshes);
