@@ -7,10 +7,13 @@ use relievo_core::{Context, Mesh};
 use relievo_document::Document;
 use relievo_surface::{Grid, Order, Place, Placement, Samples, Surface, SurfaceOptions, TriangleSurface};
 use relievo_tiles::texel::Vector;
-use relievo_tiles::triangle::{Slot, TriangleChannel, TriangleOptions, TriangleSets, TriangleValues, edge_foot, foot};
+use relievo_tiles::triangle::{Slot, TriangleChannel, TriangleOptions, TriangleSets, TriangleValues, foot};
 use relievo_tiles::{
     Channel, ChannelOptions, ColorTexel, Displaced, Displacement, Paint, Rgba8, Sets, StoredTexel, Texel,
 };
+
+mod support;
+use support::everywhere;
 
 /// A rectangle from (0, 0) to `size`, of `n` × `n` faces.
 fn sheet(n: u32, size: [f32; 2]) -> Mesh {
@@ -160,30 +163,6 @@ fn triangles(n: u32, size: [f32; 2]) -> Mesh {
     };
     let corners: Vec<u32> = quads.corners.chunks(4).enumerate().flat_map(halves).collect();
     Mesh::new(quads.points, vec![3; corners.len() / 3], corners)
-}
-
-/// A channel on all faces whose values follow from where they are.
-fn everywhere<T: Texel>(
-    context: &Context,
-    surface: &TriangleSurface,
-    mut channel: TriangleChannel<T>,
-    texel: impl Fn(Vec3) -> T,
-) -> TriangleChannel<T> {
-    let (topology, pattern) = (surface.topology(), channel.field().pattern());
-    let allocate = (0..topology.face_count() as u32).collect();
-    assert!(channel.apply(context, pattern, &TriangleSets { allocate, ..Default::default() }).unwrap().is_empty());
-    let place = |face: u32, index: u32| foot(surface, face, pattern, pattern.at_slot(Slot::Inside(index))).point;
-    let inside = |face: u32| (0..pattern.face_values() as u32).map(|index| texel(place(face, index))).collect();
-    let along = |edge: u32| {
-        (1..pattern.segments()).map(|step| texel(edge_foot(surface, edge, step, pattern.segments()).point)).collect()
-    };
-    let values = TriangleValues {
-        faces: (0..topology.face_count() as u32).map(|face| (face, inside(face))).collect(),
-        edges: (0..topology.edge_count() as u32).map(|edge| (edge, along(edge))).collect(),
-        vertices: (0..).zip(surface.points()).map(|(vertex, point)| (vertex, texel(Vec3::from(*point)))).collect(),
-    };
-    channel.write(values).unwrap();
-    channel
 }
 
 fn bump(p: Vec3) -> f32 {

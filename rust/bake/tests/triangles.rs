@@ -7,11 +7,11 @@ use relievo_bake::{Axes, BakeOptions, BakeReport, Handedness, Map, Meaning, Spac
 use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, ContextOptions, Domain, Mesh, Result, Values};
 use relievo_surface::TriangleSurface;
-use relievo_tiles::triangle::{
-    Slot, TriangleChannel, TriangleDisplaced, TriangleNormals, TriangleOptions, TriangleSets, TriangleValues,
-    edge_foot, foot,
-};
-use relievo_tiles::{ColorTexel, Rgba8, Texel};
+use relievo_tiles::triangle::{TriangleChannel, TriangleDisplaced, TriangleNormals, TriangleOptions};
+use relievo_tiles::{ColorTexel, Rgba8};
+
+mod support;
+use support::everywhere;
 
 /// The unit square as two triangles, whose texture coordinates are `uv` of its points.
 fn square(uv: impl Fn(Vec2) -> Vec2) -> Mesh {
@@ -63,30 +63,6 @@ impl Scene {
     fn bake(&self, meaning: Meaning, options: &BakeOptions) -> (Vec<Map>, BakeReport) {
         self.try_bake(meaning, options).unwrap()
     }
-}
-
-/// A channel on all faces whose values follow from where they are.
-fn everywhere<T: Texel>(
-    context: &Context,
-    surface: &TriangleSurface,
-    mut channel: TriangleChannel<T>,
-    texel: impl Fn(Vec3) -> T,
-) -> TriangleChannel<T> {
-    let (topology, pattern) = (surface.topology(), channel.field().pattern());
-    let allocate = (0..topology.face_count() as u32).collect();
-    assert!(channel.apply(context, pattern, &TriangleSets { allocate, ..Default::default() }).unwrap().is_empty());
-    let place = |face: u32, index: u32| foot(surface, face, pattern, pattern.at_slot(Slot::Inside(index))).point;
-    let inside = |face: u32| (0..pattern.face_values() as u32).map(|index| texel(place(face, index))).collect();
-    let along = |edge: u32| {
-        (1..pattern.segments()).map(|step| texel(edge_foot(surface, edge, step, pattern.segments()).point)).collect()
-    };
-    let values = TriangleValues {
-        faces: (0..topology.face_count() as u32).map(|face| (face, inside(face))).collect(),
-        edges: (0..topology.edge_count() as u32).map(|edge| (edge, along(edge))).collect(),
-        vertices: (0..).zip(surface.points()).map(|(vertex, point)| (vertex, texel(Vec3::from(*point)))).collect(),
-    };
-    channel.write(values).unwrap();
-    channel
 }
 
 fn options(size: [u32; 2]) -> BakeOptions {

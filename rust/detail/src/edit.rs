@@ -1,8 +1,8 @@
 //! The tiles that a dab edits: the brush at every texel of the blocks in its box, and then the sets of the edit, their
 //! memory, the new texels and the rings.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and
-//! 5. Stages report their time under `dab.evaluate`, `dab.manage` and `dab.ring`. Displacement is in object units.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4
+//! and 5. Stages report their time under `dab.evaluate`, `dab.manage` and `dab.ring`. Displacement is in object units.
 
 use std::sync::Arc;
 
@@ -77,7 +77,7 @@ impl Window {
 }
 
 /// What moves the places of a window, or asks for as much to be known of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Moved {
     /// Nothing: points are enough.
     Still,

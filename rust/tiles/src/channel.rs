@@ -1,9 +1,9 @@
 //! A channel over the tiles of a surface, allocated where something happened: displacement or colour, by its texels.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and
-//! 5. An edit goes: [`Channel::apply`] the allocations of its [`Sets`], [`Channel::edit`] the texels of the tiles to
-//! modify, [`Channel::settle`] what that changed, [`Channel::commit`]. Settling allocates the neighbours that a changed
-//! border reaches and brings rings up to date; committing makes the edit visible to readers as an immutable
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4
+//! and 5. An edit goes: [`Channel::apply`] the allocations of its [`Sets`], [`Channel::edit`] the texels of the tiles
+//! to modify, [`Channel::settle`] what that changed, [`Channel::commit`]. Settling allocates the neighbours that a
+//! changed border reaches and brings rings up to date; committing makes the edit visible to readers as an immutable
 //! [`Snapshot`]. Where the byte budget refuses a tile it stays as it was, the borders beside it are held at what it
 //! reads as, and the tile is reported. Units: those of the texels; bytes.
 

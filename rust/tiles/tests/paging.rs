@@ -3,21 +3,24 @@
 
 use std::cell::Cell;
 use std::fmt::Debug;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use glam::Vec4;
 use half::f16;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use relievo_core::{Context, ContextOptions, Error, Mesh, Result};
-use relievo_document::{Document, Page, PageFile, PageStore};
+use relievo_document::{Document, PageFile, PageStore};
 use relievo_surface::{Surface, SurfaceOptions, TileTopology};
 use relievo_testing::{Random, grid};
 use relievo_tiles::{
     Channel, ChannelOptions, Displacement, Field, Rgba8, Rgba16, Sets, Snapshot, StoredTexel, Traces, Vector,
     VectorDisplacement,
 };
+
+mod support;
+use support::Faulty;
 
 const UNLIMITED: u64 = 1 << 40;
 
@@ -213,41 +216,6 @@ fn paging_is_seen_by_memory_alone() {
     ran.unwrap();
     // Where faces are small and hardly any was edited, the budget may be enough.
     assert!(*paging.get_mut() >= 12, "{paging:?}");
-}
-
-/// A store that counts, and can be told to fail.
-#[derive(Debug, Default)]
-struct Faulty {
-    broken: Arc<AtomicBool>,
-    full: AtomicBool,
-    loads: Arc<AtomicU64>,
-}
-
-#[derive(Debug)]
-struct FaultyPage {
-    bytes: Mutex<Vec<u8>>,
-    broken: Arc<AtomicBool>,
-    loads: Arc<AtomicU64>,
-}
-
-impl Page for FaultyPage {
-    fn load(&self) -> Result<Vec<u8>> {
-        self.loads.fetch_add(1, Ordering::SeqCst);
-        if self.broken.load(Ordering::SeqCst) {
-            return Err(Error::invalid("a page is not what was stored"));
-        }
-        Ok(self.bytes.lock().unwrap().clone())
-    }
-}
-
-impl PageStore for Faulty {
-    fn store(&self, bytes: &[u8]) -> Result<Arc<dyn Page>> {
-        if self.full.load(Ordering::SeqCst) {
-            return Err(Error::memory("no room"));
-        }
-        let (broken, loads) = (self.broken.clone(), self.loads.clone());
-        Ok(Arc::new(FaultyPage { bytes: Mutex::new(bytes.to_vec()), broken, loads }))
-    }
 }
 
 fn square(size: u32) -> Mesh {

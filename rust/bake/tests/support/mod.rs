@@ -2,9 +2,11 @@
 // No test uses all of it.
 #![allow(dead_code)]
 
+use glam::Vec3;
 use relievo_core::{Context, Mesh};
-use relievo_surface::{Surface, SurfaceOptions};
+use relievo_surface::{Surface, SurfaceOptions, TriangleSurface};
 use relievo_testing::{Random, grid};
+use relievo_tiles::triangle::{Slot, TriangleChannel, TriangleSets, TriangleValues, edge_foot, foot};
 use relievo_tiles::{Change, Channel, ChannelOptions, Field, Sets, Texel};
 
 /// Cages of quads, triangles and polygons, with borders and without.
@@ -49,4 +51,28 @@ pub fn scribble<T: Texel>(
 pub fn same_tiles<T: Texel>(a: &Field<T>, b: &Field<T>) {
     assert!(a.allocated().eq(b.allocated()), "{:?} {:?}", a.allocated().count(), b.allocated().count());
     (0..a.tile_count() as u32).for_each(|tile| assert_eq!(a.size(tile), b.size(tile)));
+}
+
+/// A channel on all faces whose values follow from where they are.
+pub fn everywhere<T: Texel>(
+    context: &Context,
+    surface: &TriangleSurface,
+    mut channel: TriangleChannel<T>,
+    texel: impl Fn(Vec3) -> T,
+) -> TriangleChannel<T> {
+    let (topology, pattern) = (surface.topology(), channel.field().pattern());
+    let allocate = (0..topology.face_count() as u32).collect();
+    assert!(channel.apply(context, pattern, &TriangleSets { allocate, ..Default::default() }).unwrap().is_empty());
+    let place = |face: u32, index: u32| foot(surface, face, pattern, pattern.at_slot(Slot::Inside(index))).point;
+    let inside = |face: u32| (0..pattern.face_values() as u32).map(|index| texel(place(face, index))).collect();
+    let along = |edge: u32| {
+        (1..pattern.segments()).map(|step| texel(edge_foot(surface, edge, step, pattern.segments()).point)).collect()
+    };
+    let values = TriangleValues {
+        faces: (0..topology.face_count() as u32).map(|face| (face, inside(face))).collect(),
+        edges: (0..topology.edge_count() as u32).map(|edge| (edge, along(edge))).collect(),
+        vertices: (0..).zip(surface.points()).map(|(vertex, point)| (vertex, texel(Vec3::from(*point)))).collect(),
+    };
+    channel.write(values).unwrap();
+    channel
 }

@@ -1,8 +1,8 @@
 //! Which faces and edges of a triangle mesh have blocks: given and taken away, all with their edges.
 //!
-//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4 and
-//! 6. A face and its edges get their blocks together or not at all; an edge gives its block back when no face with a
-//! block uses it. Units: bytes.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4
+//! and 6. A face and its edges get their blocks together or not at all; an edge gives its block back when no face with
+//! a block uses it. Units: bytes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
