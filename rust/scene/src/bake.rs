@@ -20,6 +20,7 @@ use relievo_detail::{
 use crate::blocks;
 use crate::cache::{Block, Frame, Key, Layer};
 use crate::description::ToolEntry;
+use crate::refusals::Refusals;
 use crate::riders;
 use crate::strokes;
 use crate::world::{Item, World};
@@ -45,6 +46,8 @@ pub struct Changes {
     pub lost: u64,
     /// What the strokes did, all together.
     pub strokes: StrokeReport,
+    /// Tiles that the budgets of the objects refused.
+    pub refusals: Refusals,
 }
 
 /// What changed of an object in a frame.
@@ -120,9 +123,10 @@ impl Baker {
                         if let (Some(place), Some(pressed)) = (last.get_mut(one.by), pressed) {
                             *place = pressed;
                         }
+                        changes.refusals.add(one.into, &report.refused);
                         report
                     }
-                    _ => self.surfaces(context, world, &group, &way)?,
+                    _ => self.surfaces(context, world, &group, &way, &mut changes.refusals)?,
                 };
                 changes.report.merge(report);
             }
@@ -130,12 +134,12 @@ impl Baker {
         world.place(&last)?;
         changes.posed = animated(world);
         world.pose(context, now)?;
-        changes.strokes = strokes::make(context, world, frame)?;
-        strokes::add(&mut changes.strokes, vec![riders::make(context, world, frame, path)?]);
+        strokes::make(context, world, frame, &mut changes.strokes, &mut changes.refusals)?;
+        riders::make(context, world, frame, path, &mut changes.strokes, &mut changes.refusals)?;
         let _stage = context.stats().begin("commit");
         for object in 0..world.items().len() {
             if let Some(item) = world.triangles_mut(object) {
-                changes.report.refused.extend(item.object.settle(context)?);
+                changes.refusals.add(object, &item.object.settle(context)?);
                 changes.unstamped += item.object.stamp(context)?.len() as u64;
                 changes.written.push(item.commit(context)?);
                 continue;
@@ -144,7 +148,7 @@ impl Baker {
                 changes.written.push(Vec::new());
                 continue;
             };
-            changes.report.refused.extend(surface.settle(context)?);
+            changes.refusals.add(object, &surface.settle(context)?);
             changes.unstamped += surface.stamp(context).len() as u64;
             changes.lost += surface.take_lost();
             // What was lost changes what is seen.
@@ -302,7 +306,14 @@ impl Baker {
     }
 
     /// Moves surfaces along their way and presses one into the other, or both into each other.
-    fn surfaces(&mut self, context: &Context, world: &mut World, group: &[Pair], way: &Way) -> Result<Report> {
+    fn surfaces(
+        &mut self,
+        context: &Context,
+        world: &mut World,
+        group: &[Pair],
+        way: &Way,
+        refusals: &mut Refusals,
+    ) -> Result<Report> {
         let mut report = Report::default();
         let Some(first) = group.first() else { return Ok(report) };
         let travel = cage_travel(context, world, first.into, way, [0.0, 1.0])?
@@ -326,10 +337,14 @@ impl Baker {
                 let mut one = Deformable { object: object_a, cage: cage_a, settings: first.settings };
                 let mut other = Deformable { object: object_b, cage: cage_b, settings: second.settings };
                 let [dents, other_dents] = self.imprinter.collide(context, &mut one, &mut other, moment)?;
+                refusals.add(a, &dents.refused);
+                refusals.add(b, &other_dents.refused);
                 report.merge(dents);
                 report.merge(other_dents);
             } else if let Some(collider) = tessellated(context, object_a, object_b, cage_b, &first.settings)? {
-                report.merge(self.imprinter.imprint(context, object_a, &collider, &first.settings, moment)?);
+                let dents = self.imprinter.imprint(context, object_a, &collider, &first.settings, moment)?;
+                refusals.add(a, &dents.refused);
+                report.merge(dents);
             }
         }
         // However many imprints a step took: none where the two do not meet, two where both give way.

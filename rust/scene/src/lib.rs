@@ -19,6 +19,7 @@ pub mod paths;
 pub mod physics;
 pub mod picture;
 mod reader;
+pub mod refusals;
 pub mod replay;
 mod riders;
 pub mod schema;

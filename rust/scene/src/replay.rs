@@ -8,12 +8,13 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
-use relievo_detail::{StrokeReport, refusal};
+use relievo_detail::StrokeReport;
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 use relievo_meshio::Instance;
 
 use crate::diagnostic::Failure;
+use crate::refusals::Refusals;
 use crate::world::{Item, World};
 use crate::{documents, export, file, strokes};
 
@@ -83,26 +84,13 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
             .into());
     }
     let mut world = World::new(context, scene, &allowed)?;
-    let done = strokes::make_due(context, &mut world, |_| true)?;
+    let (mut done, mut refusals) = (StrokeReport::default(), Refusals::default());
+    strokes::make_due(context, &mut world, |_| true, &mut done, &mut refusals)?;
     for path in &wanted.outputs {
         write(context, &world, path)?;
     }
-    let (mut notes, refused) = (world.notes(), &done.report.refused);
-    let mut faces = match world.items().first() {
-        Some(Item::Surface(surface)) => refusal::faces(surface.surface().topology(), refused),
-        Some(Item::Triangles(_)) => refused.clone(),
-        _ => Vec::new(),
-    };
-    faces.sort_unstable();
-    faces.dedup();
-    if !faces.is_empty() {
-        notes.push(format!(
-            "the budget refused {} tiles of {}, which stayed as they were; raise `budget` in [details], or let tiles leave \
-             memory with `page`",
-            refused.len(),
-            refusal::named(&faces)
-        ));
-    }
+    let mut notes = world.notes();
+    notes.extend(refusals.notes(&world));
     Ok((done, notes))
 }
 

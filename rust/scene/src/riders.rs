@@ -14,6 +14,7 @@ use crate::description::{ObjectEntry, RiderEntry};
 use crate::diagnostic::Diagnostic;
 use crate::file::Names;
 use crate::reader::{Reader, Table};
+use crate::refusals::Refusals;
 use crate::strokes::{add, read_brush, read_objects};
 use crate::world::World;
 
@@ -53,10 +54,17 @@ pub(crate) fn read_rider(
     Some(RiderEntry { by, objects, place, along, once, time, brush, stamp })
 }
 
-/// Makes the dabs of `frame`, in which the objects go along `path`, on the surfaces as they now are.
-pub(crate) fn make(context: &Context, world: &mut World, frame: u32, path: &[Vec<DAffine3>]) -> Result<StrokeReport> {
+/// Makes the dabs of `frame`, in which the objects go along `path`, on the surfaces as they now are, and adds what was
+/// done and refused.
+pub(crate) fn make(
+    context: &Context,
+    world: &mut World,
+    frame: u32,
+    path: &[Vec<DAffine3>],
+    done: &mut StrokeReport,
+    refusals: &mut Refusals,
+) -> Result<()> {
     let now = world.scene.time(frame);
-    let mut done = StrokeReport::default();
     for index in 0..world.scene.riders.len() {
         let entry = world.scene.riders[index].clone();
         let [from, until] = entry.time;
@@ -85,9 +93,9 @@ pub(crate) fn make(context: &Context, world: &mut World, frame: u32, path: &[Vec
         }
         let place = |error: Error| error.at(format!("brush {}", index + 1));
         let made = context.stats().time("stroke", || brush.apply_stations(context, &mut surfaces, &kept));
-        add(&mut done, made.map_err(place)?);
+        add(done, refusals, &entry.objects, made.map_err(place)?);
     }
-    Ok(done)
+    Ok(())
 }
 
 /// Where the brush may touch in a frame, in which what it rides on takes the poses `way`: at the end of each part of

@@ -17,6 +17,7 @@ use crate::documents;
 use crate::export;
 use crate::output::Folder;
 use crate::picture::Studio;
+use crate::refusals::Refusals;
 use crate::trace::Trace;
 use crate::world::{Item, World};
 
@@ -106,7 +107,7 @@ pub struct Stepper {
     unseen: Vec<Changes>,
     folder: Folder,
     summary: Summary,
-    refused: u64,
+    refusals: Refusals,
     clamped: u64,
     volumes: Volumes,
     /// Sub-steps that colliders needed beyond their limit.
@@ -133,7 +134,7 @@ impl Stepper {
             unseen: Vec::new(),
             folder,
             summary: Summary::default(),
-            refused: 0,
+            refusals: Refusals::default(),
             clamped: 0,
             volumes: Volumes::default(),
             missed: 0,
@@ -207,11 +208,10 @@ impl Stepper {
         let baked = self.cache.write(context, frame, self.world.transforms(), self.current.as_ref(), &blocks)?;
         self.current = Some(baked);
         self.summary.baked += 1;
-        self.refused += changes.report.refused.len() as u64;
+        self.refusals.merge(&changes.refusals);
         self.clamped += changes.report.clamped;
         self.volumes += changes.report.volumes;
         self.missed += changes.report.sub_steps_wanted.saturating_sub(changes.report.sub_steps);
-        self.refused += changes.strokes.report.refused.len() as u64;
         self.missed_dabs += changes.strokes.missed;
         self.unstamped += changes.unstamped;
         self.lost += changes.lost;
@@ -260,13 +260,7 @@ impl Stepper {
     }
 
     fn finish(mut self) -> Summary {
-        if self.refused > 0 {
-            self.summary.notes.push(format!(
-                "the budget refused tiles {} times, where surfaces stay as they were; raise `budget` in [details], or let \
-                 tiles leave memory with `page`",
-                self.refused
-            ));
-        }
+        self.summary.notes.extend(self.refusals.notes(&self.world));
         if self.clamped > 0 {
             self.summary.notes.push(format!(
                 "{} times a surface could not give way far enough; raise `max_displacement` of the collider",

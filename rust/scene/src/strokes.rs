@@ -11,6 +11,7 @@ use crate::description::{Geometry, ObjectEntry, StrokeEntry};
 use crate::diagnostic::Diagnostic;
 use crate::file::Names;
 use crate::reader::{Name, Reader, Table};
+use crate::refusals::Refusals;
 use crate::world::{Item, World};
 
 /// The one of `list` that `word` names.
@@ -51,7 +52,7 @@ pub(crate) fn read_stroke(
     Some(StrokeEntry { objects, time, stroke, layer, stamp })
 }
 
-/// The surfaces that a brush is made on: those that `object` names, else all but `without`.
+/// The surfaces that a brush is made on, ascending: those that `object` names, else all but `without`.
 pub(crate) fn read_objects(
     reader: &mut Reader,
     table: Table,
@@ -90,6 +91,8 @@ pub(crate) fn read_objects(
                 .advise("name one, or remove `object` for all"),
         );
     }
+    found.sort_unstable();
+    found.dedup();
     Some(found)
 }
 
@@ -147,19 +150,26 @@ pub(crate) fn read_brush(reader: &mut Reader, table: Table, stamps: &Names) -> O
 }
 
 /// Makes the strokes of `frame` on the objects as they now are: those whose time is after the frame before, and at the
-/// first frame those of time 0 too.
-pub(crate) fn make(context: &Context, world: &mut World, frame: u32) -> Result<StrokeReport> {
+/// first frame those of time 0 too. Adds what was done and refused.
+pub(crate) fn make(
+    context: &Context,
+    world: &mut World,
+    frame: u32,
+    done: &mut StrokeReport,
+    refusals: &mut Refusals,
+) -> Result<()> {
     let (before, now) = (world.scene.time(frame.saturating_sub(1)), world.scene.time(frame));
-    make_due(context, world, |entry| entry.time <= now && (frame == 0 || entry.time > before))
+    make_due(context, world, |entry| entry.time <= now && (frame == 0 || entry.time > before), done, refusals)
 }
 
-/// Makes the strokes that are `due`, in the order of the file.
+/// Makes the strokes that are `due`, in the order of the file, and adds what was done and refused.
 pub(crate) fn make_due(
     context: &Context,
     world: &mut World,
     due: impl Fn(&StrokeEntry) -> bool,
-) -> Result<StrokeReport> {
-    let mut done = StrokeReport::default();
+    done: &mut StrokeReport,
+    refusals: &mut Refusals,
+) -> Result<()> {
     for index in 0..world.scene.strokes.len() {
         let entry = &world.scene.strokes[index];
         if !due(entry) {
@@ -183,15 +193,16 @@ pub(crate) fn make_due(
             }
         }
         let reports = reports.map_err(place)?;
-        add(&mut done, reports);
+        add(done, refusals, &objects, reports);
     }
-    Ok(done)
+    Ok(())
 }
 
-/// Adds what was done to several objects. A dab that was left out counts once.
-pub(crate) fn add(done: &mut StrokeReport, reports: Vec<StrokeReport>) {
+/// Adds what was done to `objects`, and refused. A dab that was left out counts once.
+pub(crate) fn add(done: &mut StrokeReport, refusals: &mut Refusals, objects: &[usize], reports: Vec<StrokeReport>) {
     done.missed += reports.first().map_or(0, |report| report.missed);
-    for report in reports {
+    for (object, report) in objects.iter().zip(reports) {
+        refusals.add(*object, &report.report.refused);
         done.dabs += report.dabs;
         done.report.merge(report.report);
     }

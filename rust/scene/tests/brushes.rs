@@ -8,7 +8,7 @@ use relievo_document::Document;
 use relievo_render::{Channel, Content, Image, Layer, Samples, write_exr, write_png};
 use relievo_scene::file::{parse, read_file};
 use relievo_scene::replay::{Replay, replay};
-use relievo_scene::stepper::{self, RunOptions};
+use relievo_scene::stepper::{self, RunOptions, Summary};
 use relievo_scene::world::{Item, World};
 
 const GROUND: &str = r##"version = 1
@@ -60,9 +60,9 @@ mesh = "none"
 documents = "last"
 "##;
 
-fn run(scene: &Path, out: &Path, frames: Option<(u32, u32)>) {
+fn run(scene: &Path, out: &Path, frames: Option<(u32, u32)>) -> Summary {
     let options = RunOptions { out: out.into(), frames, allowed: Vec::new(), rebake: false };
-    stepper::run(&Context::serial(), read_file(scene).unwrap(), &options, &mut relievo_core::progress::Silent).unwrap();
+    stepper::run(&Context::serial(), read_file(scene).unwrap(), &options, &mut relievo_core::progress::Silent).unwrap()
 }
 
 /// The colour of the ground of a document, at some places.
@@ -240,15 +240,19 @@ documents = "last"
         let ground = GROUND.replace("paint_size = 32\n", &format!("paint_size = 32\n{detail}"));
         std::fs::write(&scene, format!("{ground}{stroke}")).unwrap();
         let out = folder.path().join(name);
-        run(&scene, &out, None);
+        let notes = run(&scene, &out, None).notes;
         let mut files = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path());
         let file = files.find(|path| path.extension().is_some_and(|found| found == "relievo")).unwrap();
-        std::fs::read(file).unwrap()
+        (std::fs::read(file).unwrap(), notes)
     };
-    let whole = made("whole", "");
+    let (whole, notes) = made("whole", "");
+    assert_eq!(notes, Vec::<String>::new());
     // Ten tiles of colour with their mips.
-    assert!(made("paged", "budget = 65536\npage = true\n") == whole);
-    assert!(made("refused", "budget = 65536\n") != whole);
+    let paged = made("paged", "budget = 65536\npage = true\n");
+    assert!(paged == (whole.clone(), notes));
+    let (refused, notes) = made("refused", "budget = 65536\n");
+    assert!(refused != whole);
+    assert!(notes.iter().any(|note| note.contains("tiles of faces ") && note.contains("object `ground`")), "{notes:?}");
 }
 
 #[test]
