@@ -1,7 +1,7 @@
 //! Commands run as stages: their output goes to the terminal, their time is kept and shown beside its budget.
 
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// What a task returns: an error is a message for the contributor.
@@ -33,6 +33,18 @@ pub fn call(command: &mut Command) -> Outcome {
     let line = shown(command);
     let status = command.status().map_err(|error| format!("cannot start `{line}`: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("`{line}` ended with {status}")) }
+}
+
+/// Runs a command to its end and returns what it printed; its messages go to the terminal.
+pub fn output(command: &mut Command) -> Result<String, String> {
+    let line = shown(command);
+    let output =
+        command.stderr(Stdio::inherit()).output().map_err(|error| format!("cannot start `{line}`: {error}"))?;
+    if output.status.success() {
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    } else {
+        Err(format!("`{line}` ended with {}", output.status))
+    }
 }
 
 fn shown(command: &Command) -> String {
