@@ -45,8 +45,8 @@ typedef struct RlvRayArrays {
 #define RLV_RAY_ARRAYS_INIT {sizeof(RlvRayArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, 0, 0}
 
 /* Makes a caster for the triangles of a mesh, which may be released or changed afterwards. Faces are cut as
- * rlv_mesh_get_triangles does. Fails with RLV_ERROR_UNSUPPORTED or RLV_ERROR_NOT_FOUND if there is no Embree 3.13 to
- * load; the environment variable RELIEVO_EMBREE may name its file. */
+ * rlv_mesh_get_triangles does. Fails with RLV_ERROR_UNSUPPORTED or RLV_ERROR_NOT_FOUND if there is no Embree 3.13
+ * or 4 to load; the environment variable RELIEVO_EMBREE may name its file. */
 RLV_API RlvResult rlv_caster_create_mesh(RlvContext context, RlvMesh mesh, RlvCaster *out);
 
 /* Makes a caster for a detail as it was committed last, in object space: the triangles that rlv_tessellate_detail makes

@@ -23,6 +23,7 @@ pub const ALL: &[&str] = &[
     "ninja-build",
     "pkg-config",
     "valgrind",
+    "python3-venv",
 ];
 
 /// Package lists older than this are fetched again before an installation.

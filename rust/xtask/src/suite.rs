@@ -1,5 +1,6 @@
 //! `cargo xtask test`: every test there is, stage by stage. It is also what continuous integration runs, on 2 cores.
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -22,6 +23,7 @@ pub fn run(yes: bool) -> Outcome {
     if ready {
         stages.run("Rust tests", 6, || call(tests().arg("--workspace")));
         stages.run("lower levels", 2, lower_levels);
+        stages.run("Embree 4", 1, embree_4);
         if stages.run("hosts: build", 2, build_hosts) {
             stages.run("hosts: tests", 4, || ctest(&["--label-exclude", "valgrind"]));
             stages.run("Valgrind", 2, || ctest(&["--label-regex", "valgrind"]));
@@ -47,32 +49,55 @@ fn lower_levels() -> Outcome {
     let levels = [("baseline", is_x86_feature_detected!("avx2")), ("avx2", is_x86_feature_detected!("avx512f"))];
     #[cfg(not(target_arch = "x86_64"))]
     let levels: [(&str, bool); 0] = [];
-    let mut list = tests();
-    list.args(["--workspace", "--tests", "--no-run", "--quiet", "--message-format", "json"]);
-    let built = output(&mut list)?;
-    let built = built.lines().filter_map(|line| kernel_tests(&serde_json::from_str(line).ok()?));
-    let built: Vec<(PathBuf, PathBuf)> = built.collect();
-    if built.is_empty() {
-        return Err("Cargo names no tests of kernels".into());
-    }
-    let mut failed = Vec::new();
-    for (level, _) in levels.iter().filter(|(_, below)| *below) {
-        println!("\nkernels at the level `{level}`");
-        for (folder, executable) in &built {
-            let mut test = Command::new(executable);
-            test.current_dir(folder).env("RELIEVO_SIMD", level).env("PROPTEST_RNG_SEED", SEED.to_string());
-            failed.extend(call(test.arg("--quiet")).err());
-        }
-    }
+    let built = built_tests(&KERNELS)?;
+    let levels = levels.iter().filter(|(_, below)| *below);
+    let failed: Vec<_> =
+        levels.filter_map(|(level, _)| run_with(&built, "RELIEVO_SIMD", level.as_ref()).err()).collect();
     if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
 }
 
-/// The folder of a crate with kernels and an executable of its tests, if a message of Cargo tells of one.
-fn kernel_tests(message: &Value) -> Option<(PathBuf, PathBuf)> {
-    let folder = PathBuf::from(message["manifest_path"].as_str()?).parent()?.to_owned();
-    let is_kernel = KERNELS.iter().any(|name| folder == root().join("rust").join(name));
-    let executable = message["executable"].as_str().filter(|_| is_kernel && message["profile"]["test"] == true)?;
-    Some((folder, executable.into()))
+/// An Embree 4 as PyPI has it, and the crates whose tests are run with it.
+const EMBREE_4: (&str, [&str; 2]) = ("embreex==4.4.0.post1", ["native/embree", "render"]);
+
+/// Runs the tests of what casts rays with Embree 4, in place of the system's Embree 3.
+fn embree_4() -> Outcome {
+    let (package, crates) = EMBREE_4;
+    let folder = target().join("embree4");
+    call(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", package];
+    call(Command::new(folder.join("bin/python")).args(install))?;
+    let find =
+        "import glob, sysconfig; print(glob.glob(sysconfig.get_path('platlib') + '/embreex.libs/libembree4*')[0])";
+    let library = output(Command::new(folder.join("bin/python")).args(["-c", find]))?;
+    run_with(&built_tests(&crates)?, "RELIEVO_EMBREE", library.trim().as_ref())
+}
+
+/// The executables of the tests of crates, each with the folder it runs in, as the stages before built them.
+fn built_tests(crates: &[&str]) -> Result<Vec<(PathBuf, PathBuf)>, String> {
+    let folders: Vec<PathBuf> = crates.iter().map(|name| root().join("rust").join(name)).collect();
+    let mut list = tests();
+    list.args(["--workspace", "--tests", "--no-run", "--quiet", "--message-format", "json"]);
+    let executable = |message: Value| {
+        let folder = PathBuf::from(message["manifest_path"].as_str()?).parent()?.to_owned();
+        let wanted = folders.contains(&folder) && message["profile"]["test"] == true;
+        let executable = message["executable"].as_str().filter(|_| wanted)?;
+        Some((folder, executable.into()))
+    };
+    let built = output(&mut list)?;
+    let built: Vec<_> = built.lines().filter_map(|line| executable(serde_json::from_str(line).ok()?)).collect();
+    if built.is_empty() { Err(format!("Cargo names no tests of {}", crates.join(", "))) } else { Ok(built) }
+}
+
+/// Runs tests that were built with an environment variable set.
+fn run_with(tests: &[(PathBuf, PathBuf)], variable: &str, value: &OsStr) -> Outcome {
+    println!("\nwith {variable}={}", value.display());
+    let mut failed = Vec::new();
+    for (folder, executable) in tests {
+        let mut test = Command::new(executable);
+        test.current_dir(folder).env(variable, value).env("PROPTEST_RNG_SEED", SEED.to_string());
+        failed.extend(call(test.arg("--quiet")).err());
+    }
+    if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
 }
 
 /// Configures and builds the C and C++ hosts of `tests/`.

@@ -1,5 +1,5 @@
-//! Structures and constants of the C interface of Embree 3.13, as its public headers lay them out. Sizes and offsets
-//! are held by tests.
+//! Structures and constants of the C interface of Embree 3.13 and 4, as their public headers lay them out. Sizes and
+//! offsets are held by tests. Hits have room for what 4.3 and later write at their end.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
@@ -84,6 +84,8 @@ pub struct HitRecord {
     pub primitive: c_uint,
     pub geometry: c_uint,
     pub instance: [c_uint; 1],
+    /// Which of an array of instances, since 4.3.
+    pub instance_primitive: [c_uint; 1],
 }
 
 /// `RTCRayHit`.
@@ -118,6 +120,8 @@ pub struct Hit8Record {
     pub primitive: [c_uint; 8],
     pub geometry: [c_uint; 8],
     pub instance: [[c_uint; 8]; 1],
+    /// As in [`HitRecord`].
+    pub instance_primitive: [[c_uint; 8]; 1],
 }
 
 /// `RTCRayHit8`.
@@ -143,6 +147,23 @@ pub struct IntersectContext {
     pub flags: c_int,
     pub filter: *const c_void,
     pub instance: [c_uint; 1],
+}
+
+/// `RTC_RAY_QUERY_FLAG_COHERENT` of 4.x.
+pub const QUERY_COHERENT: c_int = 1 << 16;
+/// `RTC_FEATURE_FLAG_ALL` of 4.x.
+pub const FEATURES_ALL: c_uint = c_uint::MAX;
+
+/// `RTCIntersectArguments` and `RTCOccludedArguments` of 4.x, whose last field only some builds have.
+#[repr(C)]
+#[derive(Debug)]
+pub struct QueryArguments {
+    pub flags: c_int,
+    pub features: c_uint,
+    pub context: *const c_void,
+    pub filter: *const c_void,
+    pub callback: *const c_void,
+    pub least_width: f32,
 }
 
 /// `RTCInterpolateArguments`.
@@ -176,13 +197,14 @@ mod tests {
     fn structures_have_the_layout_of_the_headers() {
         assert_eq!((size_of::<RayRecord>(), align_of::<RayRecord>()), (48, 16));
         assert_eq!(offset_of!(RayRecord, far), 32);
-        assert_eq!((size_of::<HitRecord>(), align_of::<HitRecord>()), (32, 16));
-        assert_eq!(offset_of!(HitRecord, instance), 28);
-        assert_eq!(size_of::<RayHitRecord>(), 80);
+        assert_eq!((size_of::<HitRecord>(), align_of::<HitRecord>()), (48, 16));
+        assert_eq!((offset_of!(HitRecord, instance), offset_of!(HitRecord, instance_primitive)), (28, 32));
+        assert_eq!(offset_of!(RayHitRecord, hit), 48);
         assert_eq!((size_of::<Ray8Record>(), align_of::<Ray8Record>()), (384, 32));
-        assert_eq!((size_of::<Hit8Record>(), size_of::<RayHit8Record>()), (256, 640));
+        assert_eq!((offset_of!(Hit8Record, instance_primitive), offset_of!(RayHit8Record, hit)), (256, 384));
         assert_eq!((offset_of!(Ray8Record, far), offset_of!(Hit8Record, geometry)), (256, 192));
         assert_eq!((size_of::<IntersectContext>(), offset_of!(IntersectContext, instance)), (24, 16));
+        assert_eq!((offset_of!(QueryArguments, context), offset_of!(QueryArguments, least_width)), (8, 32));
         assert_eq!(offset_of!(InterpolateArguments, p), 32);
         assert_eq!(offset_of!(InterpolateArguments, width), 80);
     }

@@ -5,23 +5,18 @@
 //! changes. Builds then stay on the calling thread, which also makes hierarchies, and so the choice among hits at
 //! exactly the same distance, independent of the number of threads.
 //!
-//! The entry points and structures are those of oneTBB's stable binary interface, `libtbb.so.12`.
+//! The entry points and structures are those of oneTBB's stable binary interface, `libtbb.so.12`. They are looked for in
+//! the Embree that was opened and in what it is linked to, so that a host's own TBB is never taken for it.
 
 use std::ffi::{c_int, c_uint, c_void};
 
 use libloading::os::unix::Library;
-
-/// `RTLD_LAZY | RTLD_NOLOAD` of glibc: a handle to what is loaded already, or nothing.
-const LAZY_NO_LOAD: c_int = 0x1 | 0x4;
-/// The name under which oneTBB's current interface is loaded.
-const FILE: &str = "libtbb.so.12";
 
 /// The three calls an arena needs.
 pub struct Arena {
     initialize: unsafe extern "C" fn(*mut Settings),
     execute: unsafe extern "C" fn(*mut Settings, *const Delegate),
     terminate: unsafe extern "C" fn(*mut Settings),
-    _library: Library,
 }
 
 /// `task_arena_base`.
@@ -65,16 +60,15 @@ unsafe extern "C" fn call_delegate(delegate: *const Delegate) -> bool {
 unsafe extern "C" fn keep_delegate(_: *const Delegate) {}
 
 impl Arena {
-    /// The arena of the TBB that is loaded in this process, if there is one.
-    pub fn find() -> Option<Self> {
-        // SAFETY: nothing is loaded anew, so no initialiser runs; the symbols' names encode their C++ signatures.
+    /// The arena of the TBB that `embree` is linked to, if it is; `embree` must stay loaded as long as it.
+    pub fn find(embree: &Library) -> Option<Self> {
+        // SAFETY: the symbols' names encode their C++ signatures.
         unsafe {
-            let library = Library::open(Some(FILE), LAZY_NO_LOAD).ok()?;
-            let initialize = *library.get(b"_ZN3tbb6detail2r110initializeERNS0_2d115task_arena_baseE").ok()?;
+            let initialize = *embree.get(b"_ZN3tbb6detail2r110initializeERNS0_2d115task_arena_baseE").ok()?;
             let execute =
-                *library.get(b"_ZN3tbb6detail2r17executeERNS0_2d115task_arena_baseERNS2_13delegate_baseE").ok()?;
-            let terminate = *library.get(b"_ZN3tbb6detail2r19terminateERNS0_2d115task_arena_baseE").ok()?;
-            Some(Self { initialize, execute, terminate, _library: library })
+                *embree.get(b"_ZN3tbb6detail2r17executeERNS0_2d115task_arena_baseERNS2_13delegate_baseE").ok()?;
+            let terminate = *embree.get(b"_ZN3tbb6detail2r19terminateERNS0_2d115task_arena_baseE").ok()?;
+            Some(Self { initialize, execute, terminate })
         }
     }
 
@@ -123,9 +117,9 @@ mod tests {
             println!("skipped: this Embree does not share TBB");
             return;
         }
-        // SAFETY: the library is loaded, and the symbol's name encodes its signature.
+        let library = &first.table().library;
+        // SAFETY: the symbol's name encodes its signature.
         let limit = || unsafe {
-            let library = Library::open(Some(FILE), LAZY_NO_LOAD).unwrap();
             let value: libloading::os::unix::Symbol<unsafe extern "C" fn(c_int) -> usize> =
                 library.get(b"_ZN3tbb6detail2r127global_control_active_valueEi").unwrap();
             value(0)

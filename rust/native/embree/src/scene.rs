@@ -327,6 +327,7 @@ impl Tracer<'_> {
             primitive: abi::INVALID_ID,
             geometry: abi::INVALID_ID,
             instance: [abi::INVALID_ID],
+            instance_primitive: [abi::INVALID_ID],
         };
         let mut record = RayHitRecord { ray: record(ray), hit };
         // SAFETY: the scene is committed and stays as it is while it is borrowed.
@@ -366,6 +367,7 @@ impl Tracer<'_> {
             primitive: [abi::INVALID_ID; 8],
             geometry: [abi::INVALID_ID; 8],
             instance: [[abi::INVALID_ID; 8]],
+            instance_primitive: [[abi::INVALID_ID; 8]],
         };
         let mut record = RayHit8Record { ray, hit };
         // SAFETY: as for `intersect`.

@@ -10,13 +10,17 @@ use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use relievo_core::{Error, ErrorKind, Result};
 
 use crate::abi::{
-    self, DeviceHandle, GeometryHandle, IntersectContext, Ray8Record, RayHit8Record, RayHitRecord, RayRecord,
-    SceneHandle, Valid8,
+    self, DeviceHandle, GeometryHandle, IntersectContext, QueryArguments, Ray8Record, RayHit8Record, RayHitRecord,
+    RayRecord, SceneHandle, Valid8,
 };
 use crate::arena::Arena;
 
-/// The file that is opened unless `RELIEVO_EMBREE` names another.
-const FILE: &str = "libembree3.so.3";
+/// The files of which the first that is there is opened, unless `RELIEVO_EMBREE` names another.
+const FILES: [&str; 2] = ["libembree3.so.3", "libembree4.so.4"];
+
+/// What to do where there is no Embree that can be used.
+const ADVICE: &str =
+    "install Embree 3.13 (Debian: libembree3-3) or 4, or set RELIEVO_EMBREE to the file of one of these";
 
 /// Tracing of rays, whose signature depends on the major version.
 pub trait Trace: Send + Sync {
@@ -81,6 +85,71 @@ impl Trace for Trace3 {
     }
 }
 
+/// Tracing as 4.x has it, with arguments that say how.
+struct Trace4 {
+    intersect: unsafe extern "C" fn(SceneHandle, *mut RayHitRecord, *mut QueryArguments),
+    occluded: unsafe extern "C" fn(SceneHandle, *mut RayRecord, *mut QueryArguments),
+    intersect8: unsafe extern "C" fn(*const Valid8, SceneHandle, *mut RayHit8Record, *mut QueryArguments),
+    occluded8: unsafe extern "C" fn(*const Valid8, SceneHandle, *mut Ray8Record, *mut QueryArguments),
+}
+
+impl Trace4 {
+    fn arguments(flags: c_int) -> QueryArguments {
+        let none = std::ptr::null();
+        let features = abi::FEATURES_ALL;
+        QueryArguments { flags, features, context: none, filter: none, callback: none, least_width: 0.0 }
+    }
+}
+
+impl Trace for Trace4 {
+    unsafe fn intersect(&self, scene: SceneHandle, ray_hit: &mut RayHitRecord) {
+        // SAFETY: the caller vouches for the scene; the structures are those of the version that was checked.
+        unsafe { (self.intersect)(scene, ray_hit, &mut Self::arguments(0)) }
+    }
+
+    unsafe fn occluded(&self, scene: SceneHandle, ray: &mut RayRecord) {
+        // SAFETY: as above.
+        unsafe { (self.occluded)(scene, ray, &mut Self::arguments(0)) }
+    }
+
+    unsafe fn intersect8(&self, valid: &Valid8, scene: SceneHandle, ray_hit: &mut RayHit8Record) {
+        // SAFETY: as above; the records are aligned to their 32 bytes.
+        unsafe { (self.intersect8)(valid, scene, ray_hit, &mut Self::arguments(abi::QUERY_COHERENT)) }
+    }
+
+    unsafe fn occluded8(&self, valid: &Valid8, scene: SceneHandle, ray: &mut Ray8Record) {
+        // SAFETY: as above.
+        unsafe { (self.occluded8)(valid, scene, ray, &mut Self::arguments(abi::QUERY_COHERENT)) }
+    }
+}
+
+/// How the major version `major` of `library` traces.
+///
+/// # Safety
+/// `library` is an Embree of that version.
+unsafe fn trace(library: &Library, major: u32) -> Result<Box<dyn Trace>> {
+    let names = ["rtcIntersect1", "rtcOccluded1", "rtcIntersect8", "rtcOccluded8"];
+    let [intersect, occluded, intersect8, occluded8] = names;
+    // SAFETY: the symbols have these signatures in every 3.x and 4.x.
+    unsafe {
+        Ok(if major == 3 {
+            Box::new(Trace3 {
+                intersect: symbol(library, intersect)?,
+                occluded: symbol(library, occluded)?,
+                intersect8: symbol(library, intersect8)?,
+                occluded8: symbol(library, occluded8)?,
+            })
+        } else {
+            Box::new(Trace4 {
+                intersect: symbol(library, intersect)?,
+                occluded: symbol(library, occluded)?,
+                intersect8: symbol(library, intersect8)?,
+                occluded8: symbol(library, occluded8)?,
+            })
+        })
+    }
+}
+
 /// Declares the functions common to all versions and how they are looked up.
 macro_rules! functions {
     ($($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
@@ -92,28 +161,23 @@ macro_rules! functions {
             pub version: [u32; 3],
             /// The one-thread arena in which devices are made, where Embree schedules with TBB.
             pub arena: Option<Arena>,
-            _library: Library,
+            /// Kept loaded by this; tests look for more in it.
+            #[cfg_attr(not(test), expect(dead_code))]
+            pub library: Library,
         }
 
         impl Table {
             fn of(library: Library) -> Result<Self> {
-                // SAFETY: the symbols have these signatures in every version that `admit` lets pass, and none is
-                // called before that but those which never changed.
+                let (version, arena) = admit(&library)?;
+                // SAFETY: the symbols have these signatures in every version that is admitted.
                 unsafe {
-                    let mut table = Self {
+                    Ok(Self {
                         $($field: symbol(&library, $symbol)?,)*
-                        trace: Box::new(Trace3 {
-                            intersect: symbol(&library, "rtcIntersect1")?,
-                            occluded: symbol(&library, "rtcOccluded1")?,
-                            intersect8: symbol(&library, "rtcIntersect8")?,
-                            occluded8: symbol(&library, "rtcOccluded8")?,
-                        }),
-                        version: [0; 3],
-                        arena: None,
-                        _library: library,
-                    };
-                    table.admit()?;
-                    Ok(table)
+                        trace: trace(&library, version[0])?,
+                        version,
+                        arena,
+                        library,
+                    })
                 }
             }
         }
@@ -123,7 +187,6 @@ macro_rules! functions {
 functions! {
     new_device = "rtcNewDevice": fn(*const c_char) -> DeviceHandle;
     release_device = "rtcReleaseDevice": fn(DeviceHandle);
-    device_property = "rtcGetDeviceProperty": fn(DeviceHandle, c_int) -> isize;
     device_error = "rtcGetDeviceError": fn(DeviceHandle) -> c_int;
     set_error_function = "rtcSetDeviceErrorFunction": fn(DeviceHandle, Option<abi::ErrorFunction>, *mut c_void);
     new_scene = "rtcNewScene": fn(DeviceHandle) -> SceneHandle;
@@ -152,10 +215,9 @@ functions! {
 /// `F` is the function pointer type of that function.
 unsafe fn symbol<F: Copy>(library: &Library, name: &str) -> Result<F> {
     // SAFETY: the caller vouches for the type.
-    unsafe { library.get::<F>(name.as_bytes()) }.map(|symbol| *symbol).map_err(|error| {
-        Error::unsupported(format!("Embree lacks the function `{name}`: {error}"))
-            .advise("install Embree 3.13 (Debian: libembree3-3)")
-    })
+    unsafe { library.get::<F>(name.as_bytes()) }
+        .map(|symbol| *symbol)
+        .map_err(|error| Error::unsupported(format!("Embree lacks the function `{name}`: {error}")).advise(ADVICE))
 }
 
 impl Table {
@@ -163,40 +225,44 @@ impl Table {
     pub fn open(file: &str) -> Result<Self> {
         // SAFETY: opening a library runs its initialisers; which library that is, is the user's choice.
         let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| {
-            Error::new(ErrorKind::NotFound, format!("Embree cannot be loaded: {error}"))
-                .at(file)
-                .advise("install libembree3-3, or set RELIEVO_EMBREE to the file of an Embree 3.13")
+            let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
+            Error::new(ErrorKind::NotFound, format!("Embree cannot be loaded: {reason}")).at(file).advise(ADVICE)
         })?;
         Self::of(library).map_err(|error| error.at(file))
     }
+}
 
-    /// Checks the version with a device that is thrown away, and finds out how threads are scheduled.
-    fn admit(&mut self) -> Result<()> {
-        // SAFETY: these functions have the same signature in all versions since 3.0; a null configuration is allowed.
-        let (version, tasking) = unsafe {
-            let device = (self.new_device)(std::ptr::null());
-            if device.is_null() {
-                let code = (self.device_error)(std::ptr::null_mut());
-                return Err(Error::unsupported(format!("Embree makes no device (its error {code})"))
-                    .advise("it needs a processor with SSE2 and enough memory"));
-            }
-            let version = (self.device_property)(device, abi::property::VERSION);
-            let tasking = (self.device_property)(device, abi::property::TASKING_SYSTEM);
-            (self.release_device)(device);
-            (version, tasking)
-        };
-        let version = u32::try_from(version).unwrap_or(0);
-        self.version = [version / 10_000, version / 100 % 100, version % 100];
-        if self.version[0] != 3 || self.version[1] < 13 {
-            let [major, minor, patch] = self.version;
-            return Err(Error::unsupported(format!("this is Embree {major}.{minor}.{patch}"))
-                .advise("use Embree 3.13 (Debian: libembree3-3), whose file RELIEVO_EMBREE may name"));
+/// The version of `library`, found with a device that is thrown away, and the arena for its devices. Fails if it is
+/// another than [`Trace3`] and [`Trace4`] know.
+fn admit(library: &Library) -> Result<([u32; 3], Option<Arena>)> {
+    // SAFETY: these functions have the same signature in all versions since 3.0; a null configuration is allowed.
+    let (version, tasking) = unsafe {
+        let new_device: unsafe extern "C" fn(*const c_char) -> DeviceHandle = symbol(library, "rtcNewDevice")?;
+        let device_error: unsafe extern "C" fn(DeviceHandle) -> c_int = symbol(library, "rtcGetDeviceError")?;
+        let property: unsafe extern "C" fn(DeviceHandle, c_int) -> isize = symbol(library, "rtcGetDeviceProperty")?;
+        let release: unsafe extern "C" fn(DeviceHandle) = symbol(library, "rtcReleaseDevice")?;
+        let device = new_device(std::ptr::null());
+        if device.is_null() {
+            let code = device_error(std::ptr::null_mut());
+            return Err(Error::unsupported(format!("Embree makes no device (its error {code})"))
+                .advise("it needs a processor with SSE2 and enough memory"));
         }
-        if tasking == abi::TASKING_TBB {
-            self.arena = Arena::find();
-        }
-        Ok(())
+        let found = (property(device, abi::property::VERSION), property(device, abi::property::TASKING_SYSTEM));
+        release(device);
+        found
+    };
+    let version = u32::try_from(version).unwrap_or(0);
+    let version = [version / 10_000, version / 100 % 100, version % 100];
+    if !is_known(version) {
+        let [major, minor, patch] = version;
+        return Err(Error::unsupported(format!("this is Embree {major}.{minor}.{patch}")).advise(ADVICE));
     }
+    Ok((version, if tasking == abi::TASKING_TBB { Arena::find(library) } else { None }))
+}
+
+/// Whether there is a table for a version.
+fn is_known([major, minor, _]: [u32; 3]) -> bool {
+    major == 4 || major == 3 && minor >= 13
 }
 
 /// The table of this process, loaded on first use.
@@ -204,7 +270,11 @@ pub fn table() -> Result<&'static Table> {
     static TABLE: OnceLock<Result<Table>> = OnceLock::new();
     let loaded = TABLE.get_or_init(|| {
         let file = std::env::var("RELIEVO_EMBREE").ok().filter(|file| !file.is_empty());
-        Table::open(file.as_deref().unwrap_or(FILE))
+        match file {
+            Some(file) => Table::open(&file),
+            // What is said is said of the first.
+            None => Table::open(FILES[0]).or_else(|error| Table::open(FILES[1]).map_err(|_| error)),
+        }
     });
     loaded.as_ref().map_err(Error::clone)
 }
@@ -226,7 +296,6 @@ mod tests {
     #[test]
     fn the_system_library_is_admitted() {
         let table = table().unwrap();
-        assert_eq!(table.version[0], 3);
-        assert!(table.version[1] >= 13);
+        assert!(is_known(table.version), "{:?}", table.version);
     }
 }
