@@ -1,11 +1,13 @@
-//! What a contributor types: `cargo xtask setup`, `demo`, `test`, `fuzz` and `bench`.
+//! What a contributor types: `cargo xtask setup`, `demo`, `test`, `fuzz`, `wheel` and `bench`.
 
 mod bench;
+mod blender;
 mod demo;
 mod fuzz;
 mod packages;
 mod stage;
 mod suite;
+mod wheel;
 
 use std::process::ExitCode;
 
@@ -46,6 +48,8 @@ enum Task {
         #[arg(long, default_value_t = 60)]
         seconds: u32,
     },
+    /// Builds the Python package as a wheel that carries the library and all that it needs
+    Wheel,
     /// Measures, beside a peer in the same run, and holds the figures against their goals
     Bench {
         /// Which bench: `surface`, `imprint` or `paint`
@@ -62,6 +66,7 @@ fn main() -> ExitCode {
         Task::Demo { yes } => demo::run(yes),
         Task::Test { yes } => suite::run(yes),
         Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
+        Task::Wheel => wheel::run(),
         Task::Bench { name, json } => bench::run(&name, json),
     };
     match outcome {

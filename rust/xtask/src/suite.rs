@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::stage::{Outcome, Stages, call, cargo, output, root, target};
-use crate::{fuzz, packages};
+use crate::{blender, fuzz, packages};
 
 /// Seconds each fuzz target runs; `cargo xtask fuzz` runs them for longer.
 const FUZZ_SECONDS: u32 = 12;
@@ -28,6 +28,7 @@ pub fn run(yes: bool) -> Outcome {
             stages.run("hosts: tests", 4, || ctest(&["--label-exclude", "valgrind"]));
             stages.run("Valgrind", 2, || ctest(&["--label-regex", "valgrind"]));
         }
+        stages.run("Blender", 3, blender::run);
         stages.run("fuzz", 4, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(SEED))));
     }
     stages.finish()

@@ -1,0 +1,39 @@
+"""Relievo: surfaces that take imprints, paint and sculpting, from Python.
+
+A module per noun of the C ABI: its headers in include/relievo say what everything means, with shapes, units and ranges.
+Arrays are NumPy's, failures are exceptions, and options are keywords called as the fields of the structs.
+"""
+
+try:
+    import numpy  # noqa: F401
+except ImportError:
+    raise ImportError("librelievo needs NumPy; install it with `python -m pip install numpy`") from None
+
+from . import abi, bake, brush, collider, document, imprint, ptex, stroke
+from .abi import RlvBrushAction as BrushAction
+from .abi import RlvChannel as Channel
+from .abi import RlvParameterKind as ParameterKind
+from .brush import Brush
+from .caster import Caster
+from .collider import Collider
+from .context import Context
+from .detail import Detail
+from .document import Document
+from .error import (
+    Busy,
+    Cancelled,
+    FileFailure,
+    Internal,
+    Invalid,
+    LibraryMissing,
+    MemoryLimit,
+    NotFound,
+    RelievoError,
+    Unsupported,
+)
+from .library import load, version
+from .mesh import Mesh
+from .parameter import Parameter
+from .stroke import Stroke
+from .surface import Surface
+from .tessellation import Tessellation

@@ -1,0 +1,1097 @@
+"""The C ABI of Relievo as ctypes sees it: constants, enumerations, structs and functions, named as in the headers.
+
+Written by declare.py from include/relievo; do not edit. `INIT` holds what the RLV_..._INIT of a struct hold.
+"""
+
+import ctypes
+from ctypes import POINTER, Structure, c_char, c_char_p, c_void_p
+from ctypes import c_double, c_float, c_int32, c_size_t, c_uint8, c_uint32, c_uint64
+from enum import IntEnum
+
+RLV_VERSION_MAJOR = 0
+RLV_VERSION_MINOR = 1
+RLV_VERSION_PATCH = 0
+RLV_NAME_SIZE = 48
+RLV_OK = 0
+RLV_ERROR_INVALID = 1
+RLV_ERROR_UNSUPPORTED = 2
+RLV_ERROR_NOT_FOUND = 3
+RLV_ERROR_IO = 4
+RLV_ERROR_MEMORY = 5
+RLV_ERROR_BUSY = 6
+RLV_ERROR_CANCELLED = 7
+RLV_ERROR_INTERNAL = 8
+RLV_NO_ELEMENT = 4294967295
+RLV_LAYER_NAME_SIZE = 256
+
+
+class RlvDevice(IntEnum):
+    CPU = 0
+    GPU = 1
+    AUTO = 2
+
+
+class RlvProgressAnswer(IntEnum):
+    CONTINUE = 0
+    CANCEL = 1
+
+
+class RlvLogLevel(IntEnum):
+    INFO = 0
+    WARNING = 1
+
+
+class RlvDomain(IntEnum):
+    POINT = 0
+    CORNER = 1
+    FACE = 2
+
+
+class RlvType(IntEnum):
+    F32 = 0
+    U32 = 1
+
+
+class RlvBoundary(IntEnum):
+    EDGES_AND_CORNERS = 0
+    EDGES = 1
+
+
+class RlvSurfaceKind(IntEnum):
+    CATMULL_CLARK = 0
+    TRIANGLES = 1
+
+
+class RlvChannel(IntEnum):
+    DISPLACEMENT = 0
+    COLOR = 1
+    VECTORS = 2
+    TRACES = 3
+
+
+class RlvColorFormat(IntEnum):
+    RGBA8 = 0
+    RGBA16F = 1
+
+
+class RlvBakeQuantity(IntEnum):
+    DISPLACEMENT = 0
+    VECTOR = 1
+    NORMAL = 2
+    COLOR = 3
+    MASK = 4
+    CONTACT = 5
+    DEPTH = 6
+    TIME = 7
+
+
+class RlvBakeSpace(IntEnum):
+    TANGENT = 0
+    OBJECT = 1
+
+
+class RlvBakeAxes(IntEnum):
+    TNB = 0
+    TBN = 1
+
+
+class RlvBakeHandedness(IntEnum):
+    OPENGL = 0
+    DIRECTX = 1
+
+
+class RlvParameterKind(IntEnum):
+    F32 = 0
+    U32 = 1
+    BOOL = 2
+
+
+class RlvBrushAction(IntEnum):
+    PAINT = 0
+    SCULPT = 1
+
+
+class RlvPaintMode(IntEnum):
+    MIX = 0
+    ADD = 1
+    MULTIPLY = 2
+    ERASE = 3
+    BLUR = 4
+    SMEAR = 5
+
+
+class RlvSculptMode(IntEnum):
+    DRAW = 0
+    SMOOTH = 1
+    FLATTEN = 2
+    ERASE = 3
+    CLAY = 4
+    SCRAPE = 5
+    LAYER = 6
+    INFLATE = 7
+    PINCH = 8
+    VECTOR = 9
+
+
+class RlvFalloff(IntEnum):
+    CONSTANT = 0
+    LINEAR = 1
+    SMOOTH = 2
+    SPHERE = 3
+    GAUSSIAN = 4
+
+
+class RlvCurve(IntEnum):
+    SIZE = 0
+    STRENGTH = 1
+    ANGLE = 2
+
+
+class RlvLayerKind(IntEnum):
+    DISPLACEMENT = 0
+    COLOR = 1
+
+
+class RlvBlend(IntEnum):
+    NORMAL = 0
+    ADD = 1
+    SUBTRACT = 2
+    MULTIPLY = 3
+    SCREEN = 4
+    OVERLAY = 5
+    MAX = 6
+    MIN = 7
+
+
+class RlvPtexKind(IntEnum):
+    STATED = 0
+    DISPLACEMENT = 1
+    COLOR = 2
+    VECTORS = 3
+
+
+class c_float_p(c_void_p):
+    target = c_float
+
+
+class c_double_p(c_void_p):
+    target = c_double
+
+
+class c_uint8_p(c_void_p):
+    target = c_uint8
+
+
+class c_uint32_p(c_void_p):
+    target = c_uint32
+
+
+class c_uint64_p(c_void_p):
+    target = c_uint64
+
+
+class c_int32_p(c_void_p):
+    target = c_int32
+
+
+class c_size_t_p(c_void_p):
+    target = c_size_t
+
+
+RlvResult = c_int32
+
+
+class RlvError(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("result", RlvResult),
+        ("message", c_char_p),
+        ("what", c_char_p),
+        ("place", c_char_p),
+        ("remedy", c_char_p),
+    ]
+
+
+class RlvContext(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvContextOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("device", c_uint32),
+        ("threads", c_uint32),
+        ("reserved", c_uint32),
+        ("memory_limit", c_uint64),
+    ]
+
+
+class RlvContextInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("device", c_uint32),
+        ("threads", c_uint32),
+        ("reserved", c_uint32),
+        ("memory_limit", c_uint64),
+        ("simd", c_char * RLV_NAME_SIZE),
+    ]
+
+
+class RlvContextStat(Structure):
+    _fields_ = [
+        ("stage", c_char * RLV_NAME_SIZE),
+        ("quantity", c_char * RLV_NAME_SIZE),
+        ("total", c_double),
+        ("samples", c_uint64),
+    ]
+
+
+RlvProgress = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_float, c_char_p)
+
+RlvLog = ctypes.CFUNCTYPE(None, c_void_p, c_uint32, c_char_p)
+
+
+class RlvMesh(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvMeshArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("face_size", c_uint32),
+        ("points", c_float_p),
+        ("point_count", c_size_t),
+        ("point_stride", c_size_t),
+        ("face_sizes", c_uint32_p),
+        ("face_count", c_size_t),
+        ("face_stride", c_size_t),
+        ("corners", c_uint32_p),
+        ("corner_count", c_size_t),
+        ("corner_stride", c_size_t),
+        ("creases", c_uint32_p),
+        ("crease_sharpness", c_float_p),
+        ("crease_count", c_size_t),
+        ("crease_stride", c_size_t),
+        ("crease_sharpness_stride", c_size_t),
+        ("sharp_points", c_uint32_p),
+        ("sharp_point_sharpness", c_float_p),
+        ("sharp_point_count", c_size_t),
+        ("sharp_point_stride", c_size_t),
+        ("sharp_point_sharpness_stride", c_size_t),
+        ("holes", c_uint32_p),
+        ("hole_count", c_size_t),
+        ("hole_stride", c_size_t),
+    ]
+
+
+class RlvMeshInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("attribute_count", c_uint32),
+        ("point_count", c_size_t),
+        ("face_count", c_size_t),
+        ("corner_count", c_size_t),
+        ("triangle_count", c_size_t),
+        ("crease_count", c_size_t),
+        ("sharp_point_count", c_size_t),
+        ("hole_count", c_size_t),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+class RlvAttributeArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("domain", c_uint32),
+        ("type", c_uint32),
+        ("width", c_uint32),
+        ("name", c_char_p),
+        ("values", c_void_p),
+        ("value_count", c_size_t),
+        ("value_stride", c_size_t),
+        ("indices", c_uint32_p),
+        ("index_count", c_size_t),
+        ("index_stride", c_size_t),
+    ]
+
+
+class RlvAttributeInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("domain", c_uint32),
+        ("type", c_uint32),
+        ("width", c_uint32),
+        ("value_count", c_size_t),
+        ("index_count", c_size_t),
+        ("name", c_char * RLV_NAME_SIZE),
+    ]
+
+
+class RlvSurface(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvSurfaceOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("boundary", c_uint32),
+        ("isolation", c_uint32),
+        ("patch_limit", c_uint32),
+        ("kind", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvSurfaceInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("non_manifold", c_uint32),
+        ("point_count", c_size_t),
+        ("face_count", c_size_t),
+        ("tile_count", c_size_t),
+        ("patch_count", c_size_t),
+        ("bytes", c_uint64),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+        ("extent", c_float),
+        ("kind", c_uint32),
+    ]
+
+
+class RlvTileInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("face", c_uint32),
+        ("corner", c_uint32),
+        ("is_part", c_uint32),
+        ("is_hole", c_uint32),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+class RlvDetail(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvDetailOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("tile_size", c_uint32),
+        ("budget", c_uint64),
+        ("face_sizes", c_uint32_p),
+        ("face_size_count", c_size_t),
+        ("face_size_stride", c_size_t),
+    ]
+
+
+class RlvDetailInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_painted", c_uint32),
+        ("tile_count", c_size_t),
+        ("allocated_count", c_size_t),
+        ("revision", c_uint64),
+        ("bytes", c_uint64),
+        ("full_bytes", c_uint64),
+        ("budget", c_uint64),
+        ("painted_count", c_size_t),
+        ("paint_bytes", c_uint64),
+        ("paint_budget", c_uint64),
+        ("time", c_double),
+        ("stamp_bytes", c_uint64),
+    ]
+
+
+class RlvChannelInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_there", c_uint32),
+        ("allocated_count", c_size_t),
+        ("bytes", c_uint64),
+        ("full_bytes", c_uint64),
+        ("budget", c_uint64),
+        ("texel_size", c_uint32),
+        ("paged_count", c_uint32),
+    ]
+
+
+class RlvPaintOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("tile_size", c_uint32),
+        ("budget", c_uint64),
+        ("color", c_float * 4),
+        ("format", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvVectorOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("tile_size", c_uint32),
+        ("budget", c_uint64),
+    ]
+
+
+class RlvDecayOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("delay", c_float),
+        ("duration", c_float),
+        ("reserved", c_uint32),
+        ("budget", c_uint64),
+    ]
+
+
+class RlvDetailChanges(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("moved", c_uint32),
+        ("revision", c_uint64),
+        ("tile_count", c_size_t),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+class RlvDetailTileInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_allocated", c_uint32),
+        ("size", c_uint32),
+        ("reserved", c_uint32),
+        ("version", c_uint64),
+        ("block_size", c_size_t),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+class RlvBakeOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("quantity", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("is_udim", c_uint32),
+        ("gutter", c_uint32),
+        ("samples", c_uint32),
+        ("space", c_uint32),
+        ("axes", c_uint32),
+        ("handedness", c_uint32),
+        ("scale", c_float),
+        ("mid_level", c_float),
+        ("uv", c_char_p),
+    ]
+
+
+class RlvBakePicture(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("udim", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("channels", c_uint32),
+        ("reserved", c_uint32),
+        ("pixels", c_float_p),
+        ("covered", c_uint8_p),
+    ]
+
+
+class RlvBakeReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("picture_count", c_uint32),
+        ("covered_pixels", c_uint64),
+        ("gutter_pixels", c_uint64),
+        ("overlapping_pixels", c_uint64),
+        ("flat_tiles", c_size_t),
+        ("outside_count", c_size_t),
+        ("scale", c_float),
+        ("mid_level", c_float),
+    ]
+
+
+RlvBakeReceiver = ctypes.CFUNCTYPE(c_uint32, c_void_p, POINTER(RlvBakePicture))
+
+
+class RlvParameter(Structure):
+    _fields_ = [
+        ("name", c_char_p),
+        ("unit", c_char_p),
+        ("help", c_char_p),
+        ("kind", c_uint32),
+        ("offset", c_uint32),
+        ("min", c_double),
+        ("max", c_double),
+        ("value", c_double),
+    ]
+
+
+class RlvBrush(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvBrushOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("action", c_uint32),
+        ("mode", c_uint32),
+        ("falloff", c_uint32),
+        ("color", c_float * 4),
+        ("height", c_float),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvBrushSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("radius", c_float),
+        ("depth", c_float),
+        ("spacing", c_float),
+        ("strength", c_float),
+        ("strength_pressure", c_float),
+        ("size_pressure", c_float),
+        ("angle", c_float),
+        ("angle_pressure", c_float),
+        ("jitter_position", c_float),
+        ("jitter_size", c_float),
+        ("jitter_strength", c_float),
+        ("jitter_angle", c_float),
+        ("seed", c_uint32),
+        ("string", c_float),
+        ("rate", c_float),
+        ("symmetry_x", c_uint32),
+        ("symmetry_y", c_uint32),
+        ("symmetry_z", c_uint32),
+        ("reach", c_float),
+        ("level", c_uint32),
+    ]
+
+
+class RlvStampOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("channel", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("channels", c_uint32),
+        ("reserved", c_uint32),
+        ("pixels", c_float_p),
+    ]
+
+
+class RlvStampSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("angle", c_float),
+        ("repeat", c_float),
+        ("mirror", c_uint32),
+        ("alternate", c_uint32),
+        ("mid", c_float),
+        ("scale", c_float),
+    ]
+
+
+class RlvTessellateOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("coarse", c_uint32),
+        ("fine", c_uint32),
+        ("places", c_uint32),
+        ("smooth_uvs", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvTessellation(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvTessellationInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("point_count", c_size_t),
+        ("triangle_count", c_size_t),
+        ("revision", c_uint64),
+    ]
+
+
+class RlvTessellationChanges(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("rebuilt", c_uint32),
+        ("range_count", c_size_t),
+        ("point_count", c_size_t),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+class RlvCaster(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvHit(Structure):
+    _fields_ = [
+        ("distance", c_float),
+        ("face", c_uint32),
+        ("tile", c_uint32),
+        ("u", c_float),
+        ("v", c_float),
+        ("position", c_float * 3),
+        ("normal", c_float * 3),
+    ]
+
+
+class RlvRayArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("origins", c_float_p),
+        ("origin_stride", c_size_t),
+        ("directions", c_float_p),
+        ("direction_stride", c_size_t),
+        ("hits", POINTER(RlvHit)),
+        ("hit_stride", c_size_t),
+        ("min_distance", c_float),
+        ("max_distance", c_float),
+    ]
+
+
+class RlvCollider(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvColliderInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_closed", c_uint32),
+        ("point_count", c_size_t),
+        ("triangle_count", c_size_t),
+        ("matrix", c_double * 12),
+    ]
+
+
+class RlvToolSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("stiffness", c_float),
+        ("max_depth", c_float),
+    ]
+
+
+class RlvDocument(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvDocumentInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_open", c_uint32),
+        ("undo_count", c_size_t),
+        ("redo_count", c_size_t),
+        ("bytes", c_uint64),
+    ]
+
+
+class RlvDocumentChanges(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_done", c_uint32),
+        ("layer_count", c_size_t),
+        ("block_count", c_size_t),
+        ("bytes", c_uint64),
+    ]
+
+
+class RlvTransferOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("from", RlvMesh),
+        ("reach", c_double),
+    ]
+
+
+class RlvTransferReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("layer_count", c_uint32),
+        ("area", c_double),
+        ("uncovered_area", c_double),
+        ("edited_area", c_double),
+        ("lost_area", c_double),
+        ("reach", c_double),
+    ]
+
+
+class RlvEvaluateArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("tiles", c_uint32_p),
+        ("tile_stride", c_size_t),
+        ("uvs", c_float_p),
+        ("uv_stride", c_size_t),
+        ("positions", c_float_p),
+        ("position_stride", c_size_t),
+        ("normals", c_float_p),
+        ("normal_stride", c_size_t),
+        ("du", c_float_p),
+        ("du_stride", c_size_t),
+        ("dv", c_float_p),
+        ("dv_stride", c_size_t),
+        ("duu", c_float_p),
+        ("duu_stride", c_size_t),
+        ("duv", c_float_p),
+        ("duv_stride", c_size_t),
+        ("dvv", c_float_p),
+        ("dvv_stride", c_size_t),
+        ("displacements", c_float_p),
+        ("displacement_stride", c_size_t),
+        ("colors", c_float_p),
+        ("color_stride", c_size_t),
+        ("vectors", c_float_p),
+        ("vector_stride", c_size_t),
+        ("traces", c_float_p),
+        ("trace_stride", c_size_t),
+        ("footprints", c_float_p),
+        ("footprint_stride", c_size_t),
+    ]
+
+
+class RlvImprintSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("voxels", c_uint32),
+        ("jitter", c_float),
+        ("seed", c_uint32),
+        ("max_displacement", c_float),
+        ("share", c_float),
+        ("depth_limit", c_float),
+        ("smoothing", c_float),
+        ("smoothing_passes", c_uint32),
+        ("sub_steps", c_uint32),
+        ("culling", c_uint32),
+        ("compaction", c_uint32),
+        ("rim", c_float),
+        ("rim_width", c_float),
+        ("repose", c_float),
+    ]
+
+
+class RlvImprintMoment(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pair", c_uint32),
+        ("frame", c_uint64),
+        ("step", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvImprintReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("steps", c_uint64),
+        ("wanted_steps", c_uint64),
+        ("tested_tiles", c_uint64),
+        ("tested_coefficients", c_uint64),
+        ("changed_tiles", c_uint64),
+        ("changed_coefficients", c_uint64),
+        ("allocated_tiles", c_uint64),
+        ("refused_tiles", c_uint64),
+        ("clamped_rays", c_uint64),
+        ("triangles", c_uint64),
+        ("bytes", c_uint64),
+        ("voxel_diagonal", c_double),
+        ("pushed_volume", c_double),
+        ("raised_volume", c_double),
+    ]
+
+
+class RlvLayerOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_uint32),
+        ("blend", c_uint32),
+        ("is_visible", c_uint32),
+        ("opacity", c_float),
+        ("tile_size", c_uint32),
+    ]
+
+
+class RlvLayerInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("id", c_uint32),
+        ("kind", c_uint32),
+        ("blend", c_uint32),
+        ("is_visible", c_uint32),
+        ("is_active", c_uint32),
+        ("opacity", c_float),
+        ("reserved", c_uint32),
+        ("tile_count", c_size_t),
+        ("name", c_char * RLV_LAYER_NAME_SIZE),
+    ]
+
+
+class RlvPtexOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_uint32),
+        ("budget", c_uint64),
+    ]
+
+
+class RlvPtexReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("channel", c_uint32),
+        ("face_count", c_size_t),
+        ("constant_count", c_size_t),
+        ("squared_count", c_size_t),
+        ("reduced_count", c_size_t),
+        ("enlarged_count", c_size_t),
+        ("ignored_numbers", c_size_t),
+        ("deviation", c_float),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvStroke(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvStrokePoint(Structure):
+    _fields_ = [
+        ("position", c_double * 3),
+        ("pressure", c_double),
+        ("time", c_double),
+    ]
+
+
+class RlvStrokeReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("dabs", c_uint64),
+        ("missed_dabs", c_uint64),
+        ("tested_tiles", c_uint64),
+        ("tested_texels", c_uint64),
+        ("changed_tiles", c_uint64),
+        ("changed_texels", c_uint64),
+        ("allocated_tiles", c_uint64),
+        ("freed_tiles", c_uint64),
+        ("refused_tiles", c_uint64),
+        ("bytes", c_uint64),
+    ]
+
+
+INIT = {
+    RlvError: (ctypes.sizeof(RlvError), 0, None, None, None, None,),
+    RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0,),
+    RlvContextInfo: (ctypes.sizeof(RlvContextInfo), 0, 0, 0, 0, (0,),),
+    RlvMeshArrays: (ctypes.sizeof(RlvMeshArrays), 0, None, 0, 0, None, 0, 0, None, 0, 0, None, None, 0, 0, 0, None, None, 0, 0, 0, None, 0, 0,),
+    RlvMeshInfo: (ctypes.sizeof(RlvMeshInfo), 0, 0, 0, 0, 0, 0, 0, 0, (0,), (0,),),
+    RlvAttributeArrays: (ctypes.sizeof(RlvAttributeArrays), 0, 0, 0, None, None, 0, 0, None, 0, 0,),
+    RlvAttributeInfo: (ctypes.sizeof(RlvAttributeInfo), 0, 0, 0, 0, 0, (0,),),
+    RlvSurfaceOptions: (ctypes.sizeof(RlvSurfaceOptions), 0, 0, 0, 0, 0,),
+    RlvSurfaceInfo: (ctypes.sizeof(RlvSurfaceInfo), 0, 0, 0, 0, 0, 0, (0,), (0,), 0, 0,),
+    RlvTileInfo: (ctypes.sizeof(RlvTileInfo), 0, 0, 0, 0, (0,), (0,),),
+    RlvDetailOptions: (ctypes.sizeof(RlvDetailOptions), 0, 0, None, 0, 0,),
+    RlvDetailInfo: (ctypes.sizeof(RlvDetailInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
+    RlvChannelInfo: (ctypes.sizeof(RlvChannelInfo), 0, 0, 0, 0, 0, 0, 0,),
+    RlvPaintOptions: (ctypes.sizeof(RlvPaintOptions), 0, 0, (1.0, 1.0, 1.0, 1.0,), 0, 0,),
+    RlvVectorOptions: (ctypes.sizeof(RlvVectorOptions), 0, 0,),
+    RlvDecayOptions: (ctypes.sizeof(RlvDecayOptions), 0.0, 10.0, 0, 0,),
+    RlvDetailChanges: (ctypes.sizeof(RlvDetailChanges), 0, 0, 0, (0,), (0,),),
+    RlvDetailTileInfo: (ctypes.sizeof(RlvDetailTileInfo), 0, 0, 0, 0, 0, (0,), (0,),),
+    RlvBakeOptions: (ctypes.sizeof(RlvBakeOptions), 0, 2048, 2048, 0, 16, 1, 0, 0, 0, 0.0, 0.0, None,),
+    RlvBakeReport: (ctypes.sizeof(RlvBakeReport), 0, 0, 0, 0, 0, 0, 0.0, 0.0,),
+    RlvBrushOptions: (ctypes.sizeof(RlvBrushOptions), 0, 0, 2, (1.0, 1.0, 1.0, 1.0,), 0.1, 0,),
+    RlvBrushSettings: (ctypes.sizeof(RlvBrushSettings), 0.1, 1.0, 0.25, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0, 0, 0, 2.0, 0,),
+    RlvStampOptions: (ctypes.sizeof(RlvStampOptions), 0, 0, 0, 0, 0, None,),
+    RlvStampSettings: (ctypes.sizeof(RlvStampSettings), 0.0, 1.0, 0, 0, 0.5, 2.0,),
+    RlvTessellateOptions: (ctypes.sizeof(RlvTessellateOptions), 0, 0, 0, 0, 0,),
+    RlvTessellationInfo: (ctypes.sizeof(RlvTessellationInfo), 0, 0, 0, 0,),
+    RlvTessellationChanges: (ctypes.sizeof(RlvTessellationChanges), 0, 0, 0, (0,), (0,),),
+    RlvRayArrays: (ctypes.sizeof(RlvRayArrays), 0, 0, None, 0, None, 0, None, 0, 0, 0,),
+    RlvColliderInfo: (ctypes.sizeof(RlvColliderInfo), 0, 0, 0, (0,),),
+    RlvToolSettings: (ctypes.sizeof(RlvToolSettings), 1.0, 1.0,),
+    RlvDocumentInfo: (ctypes.sizeof(RlvDocumentInfo), 0, 0, 0, 0,),
+    RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
+    RlvTransferOptions: (ctypes.sizeof(RlvTransferOptions), 0, (0,), 0.0,),
+    RlvTransferReport: (ctypes.sizeof(RlvTransferReport), 0, 0.0, 0.0, 0.0, 0.0, 0.0,),
+    RlvEvaluateArrays: (ctypes.sizeof(RlvEvaluateArrays), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
+    RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
+    RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
+    RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
+    RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
+    RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
+    RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
+    RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+}
+
+# Every function: what it returns, and the names and types of what it takes.
+FUNCTIONS = {
+    "rlv_version": (c_uint32, []),
+    "rlv_last_error": (c_char_p, []),
+    "rlv_error_get": (RlvResult, [("out", POINTER(RlvError))]),
+    "rlv_context_create": (RlvResult, [("options", POINTER(RlvContextOptions)), ("out", POINTER(RlvContext))]),
+    "rlv_context_retain": (RlvResult, [("context", RlvContext)]),
+    "rlv_context_release": (RlvResult, [("context", RlvContext)]),
+    "rlv_context_info": (RlvResult, [("context", RlvContext), ("out", POINTER(RlvContextInfo))]),
+    "rlv_context_set_log": (RlvResult, [("context", RlvContext), ("callback", RlvLog), ("user", c_void_p)]),
+    "rlv_context_stats": (RlvResult, [("context", RlvContext), ("stats", POINTER(RlvContextStat)), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_context_reset_stats": (RlvResult, [("context", RlvContext)]),
+    "rlv_mesh_create": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvMeshArrays)), ("out", POINTER(RlvMesh))]),
+    "rlv_mesh_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
+    "rlv_mesh_write": (RlvResult, [("mesh", RlvMesh), ("path", c_char_p)]),
+    "rlv_mesh_split": (RlvResult, [("mesh", RlvMesh), ("longest_edge", c_double), ("out", POINTER(RlvMesh))]),
+    "rlv_mesh_retain": (RlvResult, [("mesh", RlvMesh)]),
+    "rlv_mesh_release": (RlvResult, [("mesh", RlvMesh)]),
+    "rlv_mesh_info": (RlvResult, [("mesh", RlvMesh), ("out", POINTER(RlvMeshInfo))]),
+    "rlv_mesh_set_points": (RlvResult, [("mesh", RlvMesh), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_mesh_add_attribute": (RlvResult, [("mesh", RlvMesh), ("arrays", POINTER(RlvAttributeArrays))]),
+    "rlv_mesh_get_points": (RlvResult, [("mesh", RlvMesh), ("points", c_float_p), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_mesh_get_faces": (RlvResult, [("mesh", RlvMesh), ("face_sizes", c_uint32_p), ("face_capacity", c_size_t), ("corners", c_uint32_p), ("corner_capacity", c_size_t)]),
+    "rlv_mesh_get_triangles": (RlvResult, [("mesh", RlvMesh), ("triangles", c_uint32_p), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_mesh_find_attribute": (RlvResult, [("mesh", RlvMesh), ("name", c_char_p), ("out", c_uint32_p)]),
+    "rlv_mesh_attribute_info": (RlvResult, [("mesh", RlvMesh), ("index", c_uint32), ("out", POINTER(RlvAttributeInfo))]),
+    "rlv_mesh_get_attribute": (RlvResult, [("mesh", RlvMesh), ("index", c_uint32), ("values", c_void_p), ("number_capacity", c_size_t), ("indices", c_uint32_p), ("index_capacity", c_size_t)]),
+    "rlv_surface_create": (RlvResult, [("context", RlvContext), ("cage", RlvMesh), ("options", POINTER(RlvSurfaceOptions)), ("out", POINTER(RlvSurface))]),
+    "rlv_surface_retain": (RlvResult, [("surface", RlvSurface)]),
+    "rlv_surface_release": (RlvResult, [("surface", RlvSurface)]),
+    "rlv_surface_info": (RlvResult, [("surface", RlvSurface), ("out", POINTER(RlvSurfaceInfo))]),
+    "rlv_surface_set_points": (RlvResult, [("surface", RlvSurface), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_surface_tile_info": (RlvResult, [("surface", RlvSurface), ("tile", c_uint32), ("out", POINTER(RlvTileInfo))]),
+    "rlv_surface_face_tiles": (RlvResult, [("surface", RlvSurface), ("face", c_uint32), ("first", c_uint32_p), ("count", c_uint32_p)]),
+    "rlv_detail_create": (RlvResult, [("surface", RlvSurface), ("options", POINTER(RlvDetailOptions)), ("matrix", c_double_p), ("out", POINTER(RlvDetail))]),
+    "rlv_detail_retain": (RlvResult, [("detail", RlvDetail)]),
+    "rlv_detail_release": (RlvResult, [("detail", RlvDetail)]),
+    "rlv_detail_info": (RlvResult, [("detail", RlvDetail), ("out", POINTER(RlvDetailInfo))]),
+    "rlv_detail_set_budget": (RlvResult, [("detail", RlvDetail), ("budget", c_uint64)]),
+    "rlv_detail_set_paging": (RlvResult, [("detail", RlvDetail), ("page", c_uint32), ("folder", c_char_p)]),
+    "rlv_detail_add_paint": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvPaintOptions))]),
+    "rlv_detail_add_vectors": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvVectorOptions))]),
+    "rlv_detail_add_traces": (RlvResult, [("detail", RlvDetail), ("budget", c_uint64)]),
+    "rlv_detail_set_decay": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecayOptions))]),
+    "rlv_detail_advance": (RlvResult, [("detail", RlvDetail), ("time", c_double)]),
+    "rlv_detail_channel_info": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("out", POINTER(RlvChannelInfo))]),
+    "rlv_detail_set_face_sizes": (RlvResult, [("detail", RlvDetail), ("face_sizes", c_uint32_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_detail_set_transform": (RlvResult, [("detail", RlvDetail), ("matrix", c_double_p)]),
+    "rlv_detail_set_points": (RlvResult, [("detail", RlvDetail), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_detail_commit": (RlvResult, [("detail", RlvDetail), ("out", POINTER(RlvDetailChanges))]),
+    "rlv_detail_changed_tiles": (RlvResult, [("detail", RlvDetail), ("tiles", c_uint32_p), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_detail_refused_faces": (RlvResult, [("detail", RlvDetail), ("faces", c_uint32_p), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_detail_tile_info": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("tile", c_uint32), ("out", POINTER(RlvDetailTileInfo))]),
+    "rlv_detail_read_block": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("tile", c_uint32), ("bytes", c_void_p), ("capacity", c_size_t), ("size", c_size_t_p)]),
+    "rlv_detail_write_block": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("tile", c_uint32), ("bytes", c_void_p), ("size", c_size_t)]),
+    "rlv_bake_run": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvBakeOptions)), ("receive", RlvBakeReceiver), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvBakeReport))]),
+    "rlv_bake_write": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvBakeOptions)), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvBakeReport))]),
+    "rlv_brush_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
+    "rlv_brush_stamp_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
+    "rlv_brush_create": (RlvResult, [("context", RlvContext), ("options", POINTER(RlvBrushOptions)), ("settings", POINTER(RlvBrushSettings)), ("out", POINTER(RlvBrush))]),
+    "rlv_brush_retain": (RlvResult, [("brush", RlvBrush)]),
+    "rlv_brush_release": (RlvResult, [("brush", RlvBrush)]),
+    "rlv_brush_set": (RlvResult, [("brush", RlvBrush), ("options", POINTER(RlvBrushOptions)), ("settings", POINTER(RlvBrushSettings))]),
+    "rlv_brush_set_curve": (RlvResult, [("brush", RlvBrush), ("curve", c_uint32), ("points", c_double_p), ("count", c_size_t)]),
+    "rlv_brush_set_stamp": (RlvResult, [("brush", RlvBrush), ("options", POINTER(RlvStampOptions)), ("settings", POINTER(RlvStampSettings))]),
+    "rlv_tessellate_surface": (RlvResult, [("surface", RlvSurface), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvMesh))]),
+    "rlv_tessellate_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvMesh))]),
+    "rlv_tessellation_create": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvTessellation))]),
+    "rlv_tessellation_retain": (RlvResult, [("tessellation", RlvTessellation)]),
+    "rlv_tessellation_release": (RlvResult, [("tessellation", RlvTessellation)]),
+    "rlv_tessellation_info": (RlvResult, [("tessellation", RlvTessellation), ("out", POINTER(RlvTessellationInfo))]),
+    "rlv_tessellation_update": (RlvResult, [("tessellation", RlvTessellation), ("out", POINTER(RlvTessellationChanges))]),
+    "rlv_tessellation_changed_ranges": (RlvResult, [("tessellation", RlvTessellation), ("ranges", c_uint32_p), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_tessellation_get_points": (RlvResult, [("tessellation", RlvTessellation), ("first", c_size_t), ("count", c_size_t), ("positions", c_float_p), ("position_stride", c_size_t), ("normals", c_float_p), ("normal_stride", c_size_t)]),
+    "rlv_tessellation_get_colors": (RlvResult, [("tessellation", RlvTessellation), ("first", c_size_t), ("count", c_size_t), ("colors", c_float_p), ("stride", c_size_t)]),
+    "rlv_tessellation_get_traces": (RlvResult, [("tessellation", RlvTessellation), ("first", c_size_t), ("count", c_size_t), ("traces", c_float_p), ("stride", c_size_t)]),
+    "rlv_tessellation_mesh": (RlvResult, [("tessellation", RlvTessellation), ("out", POINTER(RlvMesh))]),
+    "rlv_caster_create_mesh": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("out", POINTER(RlvCaster))]),
+    "rlv_caster_create_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvCaster))]),
+    "rlv_caster_retain": (RlvResult, [("caster", RlvCaster)]),
+    "rlv_caster_release": (RlvResult, [("caster", RlvCaster)]),
+    "rlv_caster_cast": (RlvResult, [("caster", RlvCaster), ("arrays", POINTER(RlvRayArrays))]),
+    "rlv_collider_create_mesh": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("matrix", c_double_p), ("out", POINTER(RlvCollider))]),
+    "rlv_collider_create_surface": (RlvResult, [("surface", RlvSurface), ("options", POINTER(RlvTessellateOptions)), ("matrix", c_double_p), ("out", POINTER(RlvCollider))]),
+    "rlv_collider_create_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvCollider))]),
+    "rlv_collider_retain": (RlvResult, [("collider", RlvCollider)]),
+    "rlv_collider_release": (RlvResult, [("collider", RlvCollider)]),
+    "rlv_collider_info": (RlvResult, [("collider", RlvCollider), ("out", POINTER(RlvColliderInfo))]),
+    "rlv_collider_set_transform": (RlvResult, [("collider", RlvCollider), ("matrix", c_double_p)]),
+    "rlv_collider_set_points": (RlvResult, [("collider", RlvCollider), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_collider_press_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
+    "rlv_collider_press": (RlvResult, [("collider", RlvCollider), ("place", c_double_p), ("normal", c_double_p), ("force", c_double), ("settings", POINTER(RlvToolSettings))]),
+    "rlv_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
+    "rlv_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
+    "rlv_document_retain": (RlvResult, [("document", RlvDocument)]),
+    "rlv_document_release": (RlvResult, [("document", RlvDocument)]),
+    "rlv_document_info": (RlvResult, [("document", RlvDocument), ("out", POINTER(RlvDocumentInfo))]),
+    "rlv_document_begin": (RlvResult, [("document", RlvDocument), ("input", c_char_p)]),
+    "rlv_document_end": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
+    "rlv_document_abandon": (RlvResult, [("document", RlvDocument)]),
+    "rlv_document_undo": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
+    "rlv_document_redo": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
+    "rlv_document_save": (RlvResult, [("document", RlvDocument), ("path", c_char_p)]),
+    "rlv_document_sync": (RlvResult, [("document", RlvDocument)]),
+    "rlv_document_compact": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("keep", c_size_t)]),
+    "rlv_document_mesh": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
+    "rlv_document_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvTransferReport))]),
+    "rlv_evaluate_surface": (RlvResult, [("surface", RlvSurface), ("arrays", POINTER(RlvEvaluateArrays))]),
+    "rlv_evaluate_detail": (RlvResult, [("detail", RlvDetail), ("arrays", POINTER(RlvEvaluateArrays))]),
+    "rlv_imprint_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
+    "rlv_imprint_run": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("report", POINTER(RlvImprintReport))]),
+    "rlv_imprint_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
+    "rlv_imprint_collide": (RlvResult, [("first", RlvDetail), ("second", RlvDetail), ("first_settings", POINTER(RlvImprintSettings)), ("second_settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("first_report", POINTER(RlvImprintReport)), ("second_report", POINTER(RlvImprintReport))]),
+    "rlv_layer_count": (RlvResult, [("detail", RlvDetail), ("count", c_size_t_p)]),
+    "rlv_layer_info": (RlvResult, [("detail", RlvDetail), ("index", c_size_t), ("out", POINTER(RlvLayerInfo))]),
+    "rlv_layer_add": (RlvResult, [("detail", RlvDetail), ("name", c_char_p), ("options", POINTER(RlvLayerOptions)), ("out", c_uint32_p)]),
+    "rlv_layer_set": (RlvResult, [("detail", RlvDetail), ("id", c_uint32), ("options", POINTER(RlvLayerOptions))]),
+    "rlv_layer_set_active": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
+    "rlv_layer_rename": (RlvResult, [("detail", RlvDetail), ("id", c_uint32), ("name", c_char_p)]),
+    "rlv_layer_place": (RlvResult, [("detail", RlvDetail), ("id", c_uint32), ("place", c_size_t)]),
+    "rlv_layer_remove": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
+    "rlv_layer_merge": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
+    "rlv_layer_flatten": (RlvResult, [("detail", RlvDetail)]),
+    "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
+    "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
+    "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
+    "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
+    "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),
+    "rlv_stroke_release": (RlvResult, [("stroke", RlvStroke)]),
+    "rlv_stroke_extend": (RlvResult, [("stroke", RlvStroke), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
+    "rlv_stroke_end": (RlvResult, [("stroke", RlvStroke), ("report", POINTER(RlvStrokeReport))]),
+}

@@ -1,0 +1,72 @@
+"""NumPy arrays as the C ABI takes them: an address, a count and a stride in bytes.
+
+What is read is passed as it lies where its type fits and its numbers are packed within a value; it is converted
+otherwise. What is written must fit.
+"""
+
+import numpy
+
+from .error import Invalid
+
+
+class Reading:
+    """An array that the library reads; it lives as long as this."""
+
+    __slots__ = ("array", "address", "count", "stride")
+
+    def __init__(self, values, kind, width, name):
+        """`width` is the numbers of a value, 0 for values of one number in an array of one dimension."""
+        if values is None:
+            self.array, self.address, self.count, self.stride = None, None, 0, 0
+            return
+        array = numpy.asarray(values)
+        if array.dtype != kind:
+            integers = numpy.issubdtype(kind, numpy.integer)
+            if integers and array.size and not numpy.issubdtype(array.dtype, numpy.integer):
+                raise Invalid(f"{name}: integers are needed, not {array.dtype}")
+            if integers and array.size and (array.min() < 0 or array.max() > numpy.iinfo(kind).max):
+                raise Invalid(f"{name}: numbers from 0 to {numpy.iinfo(kind).max} are needed")
+            array = array.astype(kind)
+        if width and array.ndim == 1 and array.size % width == 0:
+            array = array.reshape(-1, width)
+        if array.ndim != (2 if width else 1) or (width and array.shape[1] != width):
+            raise Invalid(f"{name}: the shape {(len(array) if array.ndim else 1, width) if width else ('n',)} is needed, not {array.shape}")
+        packed = not width or width == 1 or array.strides[1] == array.itemsize
+        if not packed or (len(array) > 1 and array.strides[0] < array.itemsize * max(width, 1)):
+            array = numpy.ascontiguousarray(array)
+        self.array, self.count = array, len(array)
+        self.address = array.__array_interface__["data"][0] if len(array) else None
+        self.stride = array.strides[0] if len(array) > 1 else 0
+
+
+def writing(out, count, kind, width, name):
+    """The array that the library writes: `out`, or a new one. Returns it with its address and stride."""
+    shape = (count, width) if width else (count,)
+    if out is None:
+        out = numpy.empty(shape, kind)
+    flat = isinstance(out, numpy.ndarray) and width and out.ndim == 1 and out.size == count * width
+    if flat and out.flags.c_contiguous:
+        view = out.reshape(shape)
+    else:
+        view = out
+    if not isinstance(view, numpy.ndarray) or view.dtype != kind or view.shape != shape:
+        raise Invalid(f"{name}: an array of {numpy.dtype(kind)} of the shape {shape} is needed")
+    inner = not width or view.strides[1] == view.itemsize or width == 1
+    if not view.flags.writeable or not inner or (count > 1 and view.strides[0] < view.itemsize * max(width, 1)):
+        raise Invalid(f"{name}: the array must be writable and packed within a value")
+    return out, view.__array_interface__["data"][0], view.strides[0] if count > 1 else 0
+
+
+def matrix(values):
+    """An affine map as twelve doubles in columns, from a 4 by 4 or 3 by 4 matrix of rows; None stays None."""
+    if values is None:
+        return None
+    rows = numpy.asarray(values, numpy.float64)
+    if rows.shape not in ((4, 4), (3, 4)):
+        raise Invalid(f"matrix: 4 by 4 or 3 by 4 numbers are needed, not {rows.shape}")
+    return numpy.ascontiguousarray(rows[:3].T)
+
+
+def address(array):
+    """The address of a packed array, None for None."""
+    return None if array is None else array.__array_interface__["data"][0]

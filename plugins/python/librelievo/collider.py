@@ -1,0 +1,63 @@
+"""Colliders: triangle meshes that imprint themselves on details."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, parameter, record
+from .array import Reading, address, matrix
+from .handle import Handle
+from .surface import tessellate_options
+
+
+class Collider(Handle):
+    """A mesh, surface or detail that presses."""
+
+    noun, kind = "collider", abi.RlvCollider
+
+    def __init__(self, context, mesh, matrix_world=None):
+        """Makes a collider of a mesh."""
+        place = matrix(matrix_world)
+        super().__init__("rlv_collider_create_mesh", context.handle, mesh.handle, address(place))
+
+    @classmethod
+    def of_surface(cls, surface, matrix_world=None, **options):
+        """Makes a collider of a limit surface in its present pose."""
+        place = matrix(matrix_world)
+        options = tessellate_options(options)
+        return cls.of("rlv_collider_create_surface", surface.handle, options, address(place))
+
+    @classmethod
+    def of_detail(cls, detail, **options):
+        """Makes a collider of a detail as it was committed last."""
+        return cls.of("rlv_collider_create_detail", detail.handle, tessellate_options(options))
+
+    @property
+    def info(self):
+        """Whether it is closed, counts and its matrix."""
+        out = record.empty(abi.RlvColliderInfo)
+        library.call("rlv_collider_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def set_transform(self, matrix_world):
+        """Moves the collider."""
+        place = matrix(matrix_world)
+        library.call("rlv_collider_set_transform", self.handle, address(place))
+
+    def set_points(self, points):
+        """Deforms the collider."""
+        points = Reading(points, numpy.float32, 3, "points")
+        library.call("rlv_collider_set_points", self.handle, points.address, points.count, points.stride)
+
+    def press(self, place, normal, force, **settings):
+        """Places a tool as a pen presses it; settings are the fields of RlvToolSettings."""
+        place = Reading([place], numpy.float64, 3, "place")
+        normal = Reading([normal], numpy.float64, 3, "normal")
+        settings = ctypes.byref(record.fill(abi.RlvToolSettings, settings))
+        arguments = (place.address, normal.address, float(force), settings)
+        library.call("rlv_collider_press", self.handle, *arguments)
+
+
+def press_params():
+    """What RlvToolSettings has."""
+    return parameter.table("rlv_collider_press_params")

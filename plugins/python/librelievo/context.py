@@ -1,0 +1,49 @@
+"""Contexts, which own the threads that work, the memory limit and the statistics."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import address
+from .error import text
+from .handle import Handle
+from .parameter import address_of
+
+
+class Context(Handle):
+    """Threads, memory limit and statistics; every object is made with one."""
+
+    noun, kind = "context", abi.RlvContext
+
+    def __init__(self, **options):
+        """Options are the fields of RlvContextOptions: device, threads, memory_limit."""
+        options = record.fill(abi.RlvContextOptions, options, device=abi.RlvDevice)
+        super().__init__("rlv_context_create", ctypes.byref(options))
+        self._log = abi.RlvLog()
+
+    @property
+    def info(self):
+        """Device, threads, memory limit and instruction level."""
+        out = record.empty(abi.RlvContextInfo)
+        library.call("rlv_context_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def set_log(self, log):
+        """`log(level, text)` gets what is worth knowing but no failure; None for silence."""
+        function = abi.RlvLog(lambda _user, level, line: log(abi.RlvLogLevel(level), text(line))) if log else abi.RlvLog()
+        library.call("rlv_context_set_log", self.handle, function, None)
+        self._log = function
+
+    def stats(self):
+        """Time and counts per stage since the last reset: rows of stage, quantity, total and samples."""
+        count = ctypes.c_size_t()
+        library.call("rlv_context_stats", self.handle, None, 0, address_of(count))
+        rows = numpy.zeros(count.value + 16, numpy.dtype(abi.RlvContextStat))
+        pointer = ctypes.cast(address(rows), ctypes.POINTER(abi.RlvContextStat))
+        library.call("rlv_context_stats", self.handle, pointer, len(rows), address_of(count))
+        return [record.read(pointer[index]) for index in range(count.value)]
+
+    def reset_stats(self):
+        """Forgets the statistics."""
+        library.call("rlv_context_reset_stats", self.handle)

@@ -1,0 +1,51 @@
+"""Evaluation of surfaces and details at arrays of places."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading, writing
+from .error import Invalid
+
+# What can be wanted: its field of RlvEvaluateArrays, that of its stride, and its numbers a place.
+OUTPUTS = {
+    "positions": ("position_stride", 3),
+    "normals": ("normal_stride", 3),
+    "du": ("du_stride", 3),
+    "dv": ("dv_stride", 3),
+    "duu": ("duu_stride", 3),
+    "duv": ("duv_stride", 3),
+    "dvv": ("dvv_stride", 3),
+    "displacements": ("displacement_stride", 0),
+    "colors": ("color_stride", 4),
+    "vectors": ("vector_stride", 3),
+    "traces": ("trace_stride", 3),
+}
+
+
+def evaluate(noun, handle, tiles, uvs, wanted, footprints=None, out=None):
+    """What is wanted at the places (tile, u, v): a dictionary of arrays, those of `out` where it has them."""
+    arrays = record.empty(abi.RlvEvaluateArrays)
+    tiles = Reading(tiles, numpy.uint32, 0, "tiles")
+    uvs = Reading(uvs, numpy.float32, 2, "uvs")
+    if tiles.count != uvs.count:
+        raise Invalid(f"uvs: there are {uvs.count} for {tiles.count} tiles")
+    arrays.count = tiles.count
+    arrays.tiles, arrays.tile_stride = tiles.address, tiles.stride
+    arrays.uvs, arrays.uv_stride = uvs.address, uvs.stride
+    steps = Reading(footprints, numpy.float32, 4, "footprints")
+    if footprints is not None and steps.count != tiles.count:
+        raise Invalid(f"footprints: there are {steps.count} for {tiles.count} places")
+    arrays.footprints, arrays.footprint_stride = steps.address, steps.stride
+    results = {}
+    for name in wanted:
+        if name not in OUTPUTS:
+            raise Invalid(f"wanted: `{name}` is unknown; there are {', '.join(OUTPUTS)}")
+        stride_field, width = OUTPUTS[name]
+        result, place, stride = writing((out or {}).get(name), tiles.count, numpy.float32, width, name)
+        setattr(arrays, name, place)
+        setattr(arrays, stride_field, stride)
+        results[name] = result
+    library.call(f"rlv_evaluate_{noun}", handle, ctypes.byref(arrays))
+    return results

@@ -1,0 +1,64 @@
+"""Objects of the library. Each owns one reference, which it gives back when it is released, leaves a `with`, or is
+collected. Objects keep alive what they need, so the order does not matter."""
+
+import ctypes
+
+from . import library
+
+
+class Handle:
+    """An object of the library. `noun` is what its functions are called after."""
+
+    noun = ""
+    kind = None
+
+    def __init__(self, function, *arguments):
+        """Makes the object by a function whose last argument receives it."""
+        self.handle = self.kind()
+        library.call(function, *arguments, ctypes.byref(self.handle))
+
+    @classmethod
+    def of(cls, function, *arguments):
+        """The object that another function than the constructor's makes."""
+        made = cls.__new__(cls)
+        Handle.__init__(made, function, *arguments)
+        return made
+
+    def release(self):
+        """Gives the object back; it must not be used afterwards. Does nothing the second time."""
+        handle, self.handle = getattr(self, "handle", None), self.kind()
+        if handle is not None and handle.id:
+            library.call(f"rlv_{self.noun}_release", handle)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.release()
+
+    def __del__(self):
+        try:
+            self.release()
+        except Exception:  # At the end of the interpreter nothing is left to tell it to.
+            pass
+
+
+def path_bytes(path):
+    """A path as the library takes it: UTF-8."""
+    import os
+
+    data = os.fspath(path)
+    data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
+    return whole(data)
+
+
+def whole(data):
+    """Bytes that C sees all of."""
+    if b"\0" in data:
+        raise ValueError("a text with a NUL in it")
+    return data
+
+
+def text_bytes(text):
+    """A text as the library takes it; None stays None."""
+    return None if text is None else whole(text.encode("utf-8"))

@@ -1,0 +1,50 @@
+"""Imprints of colliders on details."""
+
+import ctypes
+
+from . import abi, library, parameter, record
+from .array import address, matrix
+from .progress import watched
+
+
+def params():
+    """What RlvImprintSettings has."""
+    return parameter.table("rlv_imprint_params")
+
+
+def settings_of(settings):
+    """RlvImprintSettings from a dictionary, or None."""
+    return ctypes.byref(record.fill(abi.RlvImprintSettings, settings))
+
+
+def moment_of(moment):
+    """RlvImprintMoment from a dictionary of pair, frame and step, or None."""
+    return ctypes.byref(record.fill(abi.RlvImprintMoment, moment))
+
+
+def run(detail, collider, settings=None, moment=None):
+    """Presses the collider into the detail where both are. Returns what it did; commit to see it."""
+    report = record.empty(abi.RlvImprintReport)
+    arguments = (settings_of(settings), moment_of(moment), ctypes.byref(report))
+    library.call("rlv_imprint_run", detail.handle, collider.handle, *arguments)
+    return record.read(report)
+
+
+def sweep(detail, collider, before, after, settings=None, moment=None, progress=None):
+    """Moves the collider from one place to another, matrices of 4 by 4, and presses it in at sub-steps."""
+    report = record.empty(abi.RlvImprintReport)
+    before, after = matrix(before), matrix(after)
+    options = (address(before), address(after), settings_of(settings), moment_of(moment))
+    with watched(progress) as callback:
+        arguments = (*options, callback, None, ctypes.byref(report))
+        library.call("rlv_imprint_sweep", detail.handle, collider.handle, *arguments)
+    return record.read(report)
+
+
+def collide(first, second, first_settings=None, second_settings=None, moment=None):
+    """Presses two details into each other. Returns what it did to each."""
+    reports = record.empty(abi.RlvImprintReport), record.empty(abi.RlvImprintReport)
+    options = (settings_of(first_settings), settings_of(second_settings), moment_of(moment))
+    outputs = [ctypes.byref(report) for report in reports]
+    library.call("rlv_imprint_collide", first.handle, second.handle, *options, *outputs)
+    return tuple(record.read(report) for report in reports)

@@ -1,0 +1,121 @@
+"""The shared library: where it is looked for, what is wrong if it cannot be used, and calls of its functions.
+
+It is the file that the environment variable RELIEVO_LIBRARY names, or else the one in this folder, where a wheel has it,
+or else the one that the system knows by its SONAME. It is loaded at the first call, with symbols of its own.
+"""
+
+import ctypes
+import os
+import platform
+import re
+import threading
+from pathlib import Path
+
+from . import abi, error
+
+SONAME = f"librelievo.so.{abi.RLV_VERSION_MAJOR}.{abi.RLV_VERSION_MINOR}"
+HERE = Path(__file__).resolve().parent
+
+_lock = threading.Lock()
+_loaded = None
+
+
+def candidates():
+    """Files and names to load, in order."""
+    named = os.environ.get("RELIEVO_LIBRARY")
+    if named:
+        return [named]
+    inside = HERE / SONAME
+    return [str(inside)] if inside.exists() else [SONAME]
+
+
+def explain(name, problem):
+    """What the dynamic linker's complaint means to a user, and what to do."""
+    problem = str(problem)
+    if found := re.search(r"version [`'](GLIBC(?:XX)?_[\d.]+)' not found", problem):
+        have = " ".join(platform.libc_ver()).strip() or "another"
+        return (
+            f"Relievo needs {found[1].replace('_', ' ')} or newer, and this system has {have}",
+            "use a system as new as Debian 12, Ubuntu 22.10 or Fedora 37",
+        )
+    if found := re.search(r"(lib[\w+.-]+?\.so[\w.]*): cannot open shared object file", problem):
+        missing = found[1]
+        if missing == SONAME or name.endswith(missing):
+            return (
+                f"the Relievo library {name} is not there",
+                "install the wheel for this system, or set RELIEVO_LIBRARY to the file of the library",
+            )
+        known = {"libosd": "OpenSubdiv 3.5 (Debian: libosd3.5.0)", "libtbb": "oneTBB (Debian: libtbb12)"}
+        what = next((text for start, text in known.items() if missing.startswith(start)), missing)
+        return f"Relievo needs {what}, and {missing} is not there", "install it, or install the wheel, which brings it"
+    if "wrong ELF class" in problem or "invalid ELF header" in problem or "Exec format" in problem:
+        return f"{name} is no library for this machine ({platform.machine()})", "install the build for this machine"
+    return f"the Relievo library cannot be loaded: {problem}", "install the wheel for this system anew"
+
+
+def missing(what, remedy, place=""):
+    """The exception for a library that cannot be used."""
+    where = f"{place}: " if place else ""
+    return error.LibraryMissing(f"{where}{what}; {remedy}", what, place, remedy, abi.RLV_ERROR_NOT_FOUND)
+
+
+def declare(library):
+    """Gives every function its types. A function that is not there is an old or foreign library."""
+    for name, (result, arguments) in abi.FUNCTIONS.items():
+        try:
+            function = getattr(library, name)
+        except AttributeError:
+            raise missing(f"the library lacks {name}", "install library and package of one version") from None
+        function.restype = result
+        function.argtypes = [kind for _, kind in arguments]
+
+
+def load():
+    """The library, loaded at the first call."""
+    global _loaded
+    with _lock:
+        if _loaded is None:
+            _loaded = open_library()
+        return _loaded
+
+
+def open_library():
+    for name in candidates():
+        try:
+            library = ctypes.CDLL(name)
+        except OSError as problem:
+            raise missing(*explain(name, problem)) from None
+        if not hasattr(library, "rlv_version"):
+            raise missing(f"{name} is not the Relievo library", "set RELIEVO_LIBRARY to the right file")
+        library.rlv_version.restype = ctypes.c_uint32
+        version = library.rlv_version()
+        found = (version >> 22, version >> 12 & 0x3FF, version & 0xFFF)
+        wanted = (abi.RLV_VERSION_MAJOR, abi.RLV_VERSION_MINOR)
+        if found[:2] != wanted:
+            have, need = ".".join(map(str, found)), ".".join(map(str, wanted))
+            raise missing(f"the library is version {have}, this package is for {need}", f"install version {need}", name)
+        declare(library)
+        use_own_embree(Path(name).resolve().parent)
+        return library
+    raise missing("there is no library to load", "install the wheel for this system")
+
+
+def use_own_embree(folder):
+    """Names the Embree that a wheel brings, so that it is found before one of the system."""
+    own = folder / "libembree3-relievo.so"
+    if own.exists() and not os.environ.get("RELIEVO_EMBREE"):
+        os.environ["RELIEVO_EMBREE"] = str(own)
+
+
+def version():
+    """The version of the library that is loaded: three numbers."""
+    number = load().rlv_version()
+    return number >> 22, number >> 12 & 0x3FF, number & 0xFFF
+
+
+def call(name, *arguments):
+    """Calls a function that returns RlvResult; a failure is an exception."""
+    library = _loaded or load()
+    result = getattr(library, name)(*arguments)
+    if result != abi.RLV_OK:
+        raise error.last(library, result)

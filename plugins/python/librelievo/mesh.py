@@ -1,0 +1,146 @@
+"""Polygon meshes with attributes and subdivision tags."""
+
+import ctypes
+from collections import namedtuple
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading, writing
+from .handle import Handle, path_bytes, text_bytes
+from .parameter import address_of
+
+Attribute = namedtuple("Attribute", ["name", "domain", "values", "indices"])
+TYPES = {abi.RlvType.F32: numpy.float32, abi.RlvType.U32: numpy.uint32}
+
+
+def set_array(struct, reading, pointer, count, stride):
+    """Puts an array into the three fields that a struct has for it."""
+    setattr(struct, pointer, reading.address)
+    setattr(struct, count, reading.count)
+    setattr(struct, stride, reading.stride)
+
+
+class Mesh(Handle):
+    """A polygon mesh. Front faces are counter-clockwise; lengths are in object units."""
+
+    noun, kind = "mesh", abi.RlvMesh
+
+    def __init__(self, context, points, corners, face_sizes, creases=None, sharp_points=None, holes=None):
+        """Makes a mesh of points (n, 3), the point of every corner, and the size of every face or one number for all.
+
+        `creases` is a pair of edges (n, 2) and their sharpness, `sharp_points` one of points and their sharpness: 0 to
+        10. `holes` are faces that shape their neighbours but have no surface."""
+        arrays = record.empty(abi.RlvMeshArrays)
+        corners = Reading(corners, numpy.uint32, 0, "corners")
+        points = Reading(points, numpy.float32, 3, "points")
+        if isinstance(face_sizes, (int, numpy.integer)):
+            sizes = Reading(None, numpy.uint32, 0, "face_sizes")
+            arrays.face_size = int(face_sizes)
+            arrays.face_count = corners.count // max(int(face_sizes), 1)
+        else:
+            sizes = Reading(face_sizes, numpy.uint32, 0, "face_sizes")
+            set_array(arrays, sizes, "face_sizes", "face_count", "face_stride")
+        set_array(arrays, points, "points", "point_count", "point_stride")
+        set_array(arrays, corners, "corners", "corner_count", "corner_stride")
+        edges, edge_sharpness = creases if creases is not None else (None, None)
+        edges = Reading(edges, numpy.uint32, 2, "creases")
+        edge_sharpness = Reading(edge_sharpness, numpy.float32, 0, "crease sharpness")
+        set_array(arrays, edges, "creases", "crease_count", "crease_stride")
+        arrays.crease_sharpness, arrays.crease_sharpness_stride = edge_sharpness.address, edge_sharpness.stride
+        tips, tip_sharpness = sharp_points if sharp_points is not None else (None, None)
+        tips = Reading(tips, numpy.uint32, 0, "sharp_points")
+        tip_sharpness = Reading(tip_sharpness, numpy.float32, 0, "sharp point sharpness")
+        set_array(arrays, tips, "sharp_points", "sharp_point_count", "sharp_point_stride")
+        arrays.sharp_point_sharpness, arrays.sharp_point_sharpness_stride = tip_sharpness.address, tip_sharpness.stride
+        if edges.count != edge_sharpness.count or tips.count != tip_sharpness.count:
+            raise record.Invalid("creases, sharp_points: each needs its sharpness")
+        holes = Reading(holes, numpy.uint32, 0, "holes")
+        set_array(arrays, holes, "holes", "hole_count", "hole_stride")
+        super().__init__("rlv_mesh_create", context.handle, ctypes.byref(arrays))
+
+    @classmethod
+    def read(cls, context, path):
+        """Reads OBJ, PLY, glTF, GLB, STL or OFF."""
+        return cls.of("rlv_mesh_read", context.handle, path_bytes(path))
+
+    def write(self, path):
+        """Writes OBJ, PLY or GLB, as the extension says."""
+        library.call("rlv_mesh_write", self.handle, path_bytes(path))
+
+    def split(self, longest_edge):
+        """A mesh of this one's triangles in which no edge is longer."""
+        return Mesh.of("rlv_mesh_split", self.handle, float(longest_edge))
+
+    @property
+    def info(self):
+        """Counts and bounds."""
+        out = record.empty(abi.RlvMeshInfo)
+        library.call("rlv_mesh_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def set_points(self, points):
+        """Moves the points."""
+        points = Reading(points, numpy.float32, 3, "points")
+        library.call("rlv_mesh_set_points", self.handle, points.address, points.count, points.stride)
+
+    def points(self, out=None):
+        """The positions (n, 3), written to `out` if it is given."""
+        count = self.info.point_count
+        out, place, stride = writing(out, count, numpy.float32, 3, "points")
+        library.call("rlv_mesh_get_points", self.handle, place, count, stride)
+        return out
+
+    def faces(self):
+        """The size of every face and the point of every corner."""
+        info = self.info
+        sizes, sizes_at, _ = writing(None, info.face_count, numpy.uint32, 0, "face_sizes")
+        corners, corners_at, _ = writing(None, info.corner_count, numpy.uint32, 0, "corners")
+        library.call("rlv_mesh_get_faces", self.handle, sizes_at, len(sizes), corners_at, len(corners))
+        return sizes, corners
+
+    def triangles(self, out=None):
+        """The faces as triangles (n, 3), fanned from their first corners, without holes."""
+        count = self.info.triangle_count
+        out, place, stride = writing(out, count, numpy.uint32, 3, "triangles")
+        library.call("rlv_mesh_get_triangles", self.handle, place, count, stride)
+        return out
+
+    def add_attribute(self, name, values, domain, indices=None):
+        """Adds an attribute of 1 to 4 floats or integers on "point", "corner" or "face"."""
+        values = numpy.asarray(values)
+        kind = abi.RlvType.U32 if numpy.issubdtype(values.dtype, numpy.integer) else abi.RlvType.F32
+        if values.ndim == 1:
+            values = values.reshape(-1, 1)
+        width = values.shape[1] if values.ndim == 2 else 0
+        reading = Reading(values, TYPES[kind], max(width, 1), name)
+        choice = Reading(indices, numpy.uint32, 0, f"indices of {name}")
+        options = {"domain": domain, "type": int(kind), "width": width, "name": text_bytes(name)}
+        arrays = record.fill(abi.RlvAttributeArrays, options, domain=abi.RlvDomain)
+        set_array(arrays, reading, "values", "value_count", "value_stride")
+        set_array(arrays, choice, "indices", "index_count", "index_stride")
+        library.call("rlv_mesh_add_attribute", self.handle, ctypes.byref(arrays))
+
+    def attribute_info(self, index):
+        """What the attribute at an index is."""
+        out = record.empty(abi.RlvAttributeInfo)
+        library.call("rlv_mesh_attribute_info", self.handle, index, ctypes.byref(out))
+        return record.read(out)
+
+    def attribute_names(self):
+        """The names of all attributes."""
+        return [self.attribute_info(index).name for index in range(self.info.attribute_count)]
+
+    def attribute(self, name):
+        """An attribute by its name: its values (n, width) and its indices, None without any."""
+        index = ctypes.c_uint32()
+        library.call("rlv_mesh_find_attribute", self.handle, text_bytes(name), address_of(index))
+        info = self.attribute_info(index.value)
+        kind = TYPES[abi.RlvType(info.type)]
+        values, values_at, _ = writing(None, info.value_count, kind, info.width, name)
+        indices, indices_at = None, None
+        if info.index_count:
+            indices, indices_at, _ = writing(None, info.index_count, numpy.uint32, 0, name)
+        counts = (values.size, indices_at, info.index_count)
+        library.call("rlv_mesh_get_attribute", self.handle, index.value, values_at, *counts)
+        return Attribute(info.name, abi.RlvDomain(info.domain), values, indices)

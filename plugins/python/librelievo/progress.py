@@ -1,0 +1,47 @@
+"""Progress of long calls. `progress(fraction, stage)` is called on the thread that made the call; it cancels by
+returning False. An exception in it cancels too, and comes out of the call."""
+
+import contextlib
+
+from . import abi
+from .error import Cancelled, text
+
+
+class Callback:
+    """A Python function as the library calls it; keeps the exception that it raised."""
+
+    def __init__(self, kind, function):
+        self.failure = None
+        self.function = kind(function) if function else kind()
+
+    def answer(self, call, *arguments):
+        """What the library is told after `call`."""
+        try:
+            going_on = call(*arguments)
+        except BaseException as failure:  # Also an interrupt from the keyboard ends the call.
+            self.failure = failure
+            return abi.RlvProgressAnswer.CANCEL.value
+        return (abi.RlvProgressAnswer.CANCEL if going_on is False else abi.RlvProgressAnswer.CONTINUE).value
+
+
+@contextlib.contextmanager
+def watched(progress):
+    """The callback for a call, NULL for None; raises what `progress` raised."""
+    callback = Callback(abi.RlvProgress, None)
+    if progress is not None:
+        callback.function = abi.RlvProgress(
+            lambda _user, fraction, stage: callback.answer(progress, fraction, text(stage))
+        )
+    with raising(callback):
+        yield callback.function
+
+
+@contextlib.contextmanager
+def raising(callback):
+    """Raises what a callback raised in place of the cancel that it led to."""
+    try:
+        yield
+    except Cancelled:
+        if callback.failure is not None:
+            raise callback.failure from None
+        raise

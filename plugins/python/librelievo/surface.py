@@ -1,0 +1,62 @@
+"""Surfaces: Catmull-Clark limit surfaces of cages, and triangle meshes."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading
+from .evaluate import evaluate
+from .handle import Handle
+from .mesh import Mesh
+from .parameter import address_of
+
+
+def tessellate_options(options):
+    """RlvTessellateOptions from keywords."""
+    return ctypes.byref(record.fill(abi.RlvTessellateOptions, options))
+
+
+class Surface(Handle):
+    """What can be evaluated at places (tile, u, v)."""
+
+    noun, kind = "surface", abi.RlvSurface
+
+    def __init__(self, context, cage, **options):
+        """Options are the fields of RlvSurfaceOptions: kind ("catmull_clark" or "triangles"), boundary, isolation,
+        patch_limit."""
+        enums = {"kind": abi.RlvSurfaceKind, "boundary": abi.RlvBoundary}
+        options = record.fill(abi.RlvSurfaceOptions, options, **enums)
+        super().__init__("rlv_surface_create", context.handle, cage.handle, ctypes.byref(options))
+
+    @property
+    def info(self):
+        """Counts, bounds and extent."""
+        out = record.empty(abi.RlvSurfaceInfo)
+        library.call("rlv_surface_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def set_points(self, points):
+        """Poses an animated cage."""
+        points = Reading(points, numpy.float32, 3, "points")
+        library.call("rlv_surface_set_points", self.handle, points.address, points.count, points.stride)
+
+    def tile_info(self, tile):
+        """The face, corner and bounds of a tile."""
+        out = record.empty(abi.RlvTileInfo)
+        library.call("rlv_surface_tile_info", self.handle, tile, ctypes.byref(out))
+        return record.read(out)
+
+    def face_tiles(self, face):
+        """The tiles of a face of the cage, as a range."""
+        first, count = ctypes.c_uint32(), ctypes.c_uint32()
+        library.call("rlv_surface_face_tiles", self.handle, face, address_of(first), address_of(count))
+        return range(first.value, first.value + count.value)
+
+    def evaluate(self, tiles, uvs, wanted=("positions", "normals"), out=None):
+        """What is wanted at the places: a dictionary of arrays; see RlvEvaluateArrays."""
+        return evaluate("surface", self.handle, tiles, uvs, wanted, None, out)
+
+    def tessellate(self, **options):
+        """A triangle mesh; options are the fields of RlvTessellateOptions."""
+        return Mesh.of("rlv_tessellate_surface", self.handle, tessellate_options(options))

@@ -1,0 +1,77 @@
+"""Triangles of a detail that follow its commits."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import writing
+from .handle import Handle
+from .mesh import Mesh
+from .parameter import address_of
+from .surface import tessellate_options
+
+
+class Tessellation(Handle):
+    """Triangles of a detail; `update` renews the points of the tiles that changed."""
+
+    noun, kind = "tessellation", abi.RlvTessellation
+
+    def __init__(self, detail, **options):
+        """Options are the fields of RlvTessellateOptions."""
+        super().__init__("rlv_tessellation_create", detail.handle, tessellate_options(options))
+
+    @property
+    def info(self):
+        """Counts and the revision."""
+        out = record.empty(abi.RlvTessellationInfo)
+        library.call("rlv_tessellation_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def update(self):
+        """Brings the points to the detail's last commit and says what was written."""
+        out = record.empty(abi.RlvTessellationChanges)
+        library.call("rlv_tessellation_update", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def changed_ranges(self):
+        """The ranges of points that the last update wrote: (first, count)."""
+        count = ctypes.c_size_t()
+        library.call("rlv_tessellation_changed_ranges", self.handle, None, 0, address_of(count))
+        out, place, _ = writing(None, count.value, numpy.uint32, 2, "ranges")
+        library.call("rlv_tessellation_changed_ranges", self.handle, place, len(out), address_of(count))
+        return out[: count.value]
+
+    def points(self, first=0, count=None, positions=None, normals=None):
+        """Positions and unit normals of count points from first on, written to the arrays if they are given."""
+        count = self.info.point_count - first if count is None else count
+        positions, positions_at, position_stride = writing(positions, count, numpy.float32, 3, "positions")
+        normals, normals_at, normal_stride = writing(normals, count, numpy.float32, 3, "normals")
+        arrays = (positions_at, position_stride, normals_at, normal_stride)
+        library.call("rlv_tessellation_get_points", self.handle, first, count, *arrays)
+        return positions, normals
+
+    def positions(self, first=0, count=None, out=None):
+        """Positions alone."""
+        count = self.info.point_count - first if count is None else count
+        out, place, stride = writing(out, count, numpy.float32, 3, "positions")
+        library.call("rlv_tessellation_get_points", self.handle, first, count, place, stride, None, 0)
+        return out
+
+    def colors(self, first=0, count=None, out=None):
+        """Colours, linear Rec.709 (n, 3)."""
+        return self._values("rlv_tessellation_get_colors", first, count, out)
+
+    def traces(self, first=0, count=None, out=None):
+        """Contact, depth and age (n, 3)."""
+        return self._values("rlv_tessellation_get_traces", first, count, out)
+
+    def _values(self, function, first, count, out):
+        count = self.info.point_count - first if count is None else count
+        out, place, stride = writing(out, count, numpy.float32, 3, "values")
+        library.call(function, self.handle, first, count, place, stride)
+        return out
+
+    def mesh(self):
+        """A copy of all triangles with their attributes."""
+        return Mesh.of("rlv_tessellation_mesh", self.handle)

