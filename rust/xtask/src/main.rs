@@ -1,14 +1,16 @@
-//! What a contributor types: `cargo xtask setup`, `demo`, `test`, `fuzz`, `wheel` and `bench`.
+//! What a contributor types: `cargo xtask setup`, `demo`, `test`, `fuzz`, `wheel`, `notices` and `bench`.
 
 mod bench;
 mod blender;
 mod demo;
 mod fuzz;
+mod licences;
 mod packages;
 mod stage;
 mod suite;
 mod wheel;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -50,6 +52,11 @@ enum Task {
     },
     /// Builds the Python package as a wheel that carries the library and all that it needs
     Wheel,
+    /// Writes the licences of the crates that are linked
+    Notices {
+        /// The file
+        file: PathBuf,
+    },
     /// Measures, beside a peer in the same run, and holds the figures against their goals
     Bench {
         /// Which bench: `surface`, `imprint` or `paint`
@@ -67,6 +74,7 @@ fn main() -> ExitCode {
         Task::Test { yes } => suite::run(yes),
         Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
         Task::Wheel => wheel::run(),
+        Task::Notices { file } => licences::write(&file),
         Task::Bench { name, json } => bench::run(&name, json),
     };
     match outcome {

@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::stage::{Outcome, Stages, call, cargo, output, root, target};
-use crate::{blender, fuzz, packages};
+use crate::{blender, fuzz, licences, packages, wheel};
 
 /// Seconds each fuzz target runs; `cargo xtask fuzz` runs them for longer.
 const FUZZ_SECONDS: u32 = 12;
@@ -21,6 +21,7 @@ pub fn run(yes: bool) -> Outcome {
     let ready = stages.run("set-up", 6, || packages::install(packages::ALL, yes))
         && stages.run("build", 12, || call(cargo().args(["build", "--release", "--workspace", "--all-targets"])));
     if ready {
+        stages.run("licences", 1, licences::check);
         stages.run("Rust tests", 6, || call(tests().arg("--workspace")));
         stages.run("lower levels", 2, lower_levels);
         stages.run("Embree 4", 1, embree_4);
@@ -63,13 +64,10 @@ const EMBREE_4: (&str, [&str; 2]) = ("embreex==4.4.0.post1", ["native/embree", "
 /// Runs the tests of what casts rays with Embree 4, in place of the system's Embree 3.
 fn embree_4() -> Outcome {
     let (package, crates) = EMBREE_4;
-    let folder = target().join("embree4");
-    call(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", package];
-    call(Command::new(folder.join("bin/python")).args(install))?;
+    let python = wheel::environment(&target().join("embree4"), &[package])?;
     let find =
         "import glob, sysconfig; print(glob.glob(sysconfig.get_path('platlib') + '/embreex.libs/libembree4*')[0])";
-    let library = output(Command::new(folder.join("bin/python")).args(["-c", find]))?;
+    let library = output(Command::new(python).args(["-c", find]))?;
     run_with(&built_tests(&crates)?, "RELIEVO_EMBREE", library.trim().as_ref())
 }
 
