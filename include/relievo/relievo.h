@@ -16,6 +16,7 @@
 #include "relievo/layer.h"
 #include "relievo/mesh.h"
 #include "relievo/parameter.h"
+#include "relievo/picture.h"
 #include "relievo/ptex.h"
 #include "relievo/stroke.h"
 #include "relievo/surface.h"

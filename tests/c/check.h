@@ -32,8 +32,8 @@
 /* A flat cage of columns x rows quads of side 1 in the plane z = 0, from (0, 0) on. */
 static inline RlvMesh check_plane(RlvContext context, uint32_t columns, uint32_t rows) {
     size_t points = (size_t)(columns + 1) * (rows + 1), faces = (size_t)columns * rows;
-    float *positions = malloc(points * 3 * sizeof(float));
-    uint32_t *corners = malloc(faces * 4 * sizeof(uint32_t));
+    float *positions = (float *)malloc(points * 3 * sizeof(float));
+    uint32_t *corners = (uint32_t *)malloc(faces * 4 * sizeof(uint32_t));
     RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
     RlvMesh mesh = RLV_NULL;
     CHECK(positions != NULL && corners != NULL);

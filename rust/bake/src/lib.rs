@@ -2,7 +2,7 @@
 //! meshes.
 //!
 //! - Files with a texture for every face: [`ptex`], with [`prefilter`] for what a displacement's numbers mean there.
-//! - Pictures of tiles: [`atlas`], and back: [`gather`].
+//! - Pictures of tiles: [`atlas`], and back: [`gather`]; [`mosaic`] for textures that are looked up as they are.
 //! - Bakes to texture coordinates: [`map`], of what [`quantity`] says, in files as [`texture`] has them; [`triangles`]
 //!   of triangle meshes.
 //! - Documents: [`opened`] makes surface and channels of one, [`transfer`](mod@transfer) takes one to another mesh.
@@ -12,6 +12,7 @@ pub mod gather;
 mod gutter;
 mod layout;
 pub mod map;
+pub mod mosaic;
 mod nearby;
 mod nearby_faces;
 pub mod opened;

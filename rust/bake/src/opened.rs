@@ -1,9 +1,11 @@
 //! What a document says of a mesh: its surface, and what its layers come to, alone or together.
 
+use std::sync::Arc;
+
 use relievo_core::error::nearest;
 use relievo_core::{Context, Error, ErrorKind, Mesh, Result};
 use relievo_document::{Document, Kind, Layer, Settings};
-use relievo_surface::{Surface, SurfaceOptions};
+use relievo_surface::{Surface, SurfaceOptions, TileTopology};
 use relievo_tiles::{
     Channel, ChannelOptions, Displacement, Field, Layered, Paint, Rgba8, Rgba16, Sheet, StoredTexel, Traces,
     VectorDisplacement,
@@ -90,35 +92,11 @@ impl<'a> Opened<'a> {
     }
 
     fn channel<T: StoredTexel>(&self, context: &Context, layer: &Layer) -> Result<Channel<T>> {
-        let topology = self.surface.topology().clone();
-        let channel = Channel::stored(context, topology, self.document, layer.name(), context.memory_limit())?;
-        channel.ok_or_else(|| Error::internal("a layer that was there is not"))
+        channel(context, self.document, self.surface.topology(), layer)
     }
 
-    /// What `layers`, of one kind, come to: one alone as it is if `named`, or else as all are seen together.
     fn composite<T: Layered>(&self, context: &Context, layers: &[&Layer], named: bool) -> Result<Channel<T>> {
-        let mut channels = Vec::with_capacity(layers.len());
-        for layer in layers {
-            channels.push(self.channel::<T>(context, layer)?);
-        }
-        let plain = |layer: &&Layer| layer.settings() == Settings::of(layer.kind());
-        if let ([_], true) = (layers, named || layers.iter().all(plain)) {
-            return channels.pop().ok_or_else(|| Error::internal("a layer that was there is not"));
-        }
-        let sheets: Vec<Sheet<'_, Field<T>>> = channels
-            .iter()
-            .zip(layers)
-            .map(|(channel, layer)| Sheet { field: channel.field(), settings: layer.settings() })
-            .collect();
-        let lowest = channels.first().ok_or_else(|| Error::internal("there are no layers to put together"))?;
-        let behind = layers.first().map_or(&[][..], |layer| &layer.head().behind);
-        let background = if behind.is_empty() { lowest.field().blank() } else { bytemuck::pod_read_unaligned(behind) };
-        let (made, refused) = lowest.recomposed(context, &sheets, background)?;
-        match refused.len() {
-            0 => Ok(made),
-            count => Err(Error::memory(format!("{count} tiles of the layers together do not fit the memory limit"))
-                .advise("raise it, or name one layer")),
-        }
+        composite(context, self.document, self.surface.topology(), layers, named)
     }
 
     /// The layers of `kinds`: the one called `name` alone, and true, if it is one of them, or else all.
@@ -173,4 +151,51 @@ impl<'a> Opened<'a> {
         let layer = self.layer(&[Kind::Trace], name, TRACES)?;
         layer.map(|layer| self.channel(context, layer)).transpose()
     }
+}
+
+/// The channel of one layer.
+pub(crate) fn channel<T: StoredTexel>(
+    context: &Context,
+    document: &Document,
+    topology: &Arc<TileTopology>,
+    layer: &Layer,
+) -> Result<Channel<T>> {
+    let channel = Channel::stored(context, topology.clone(), document, layer.name(), context.memory_limit())?;
+    channel.ok_or_else(|| Error::internal("a layer that was there is not"))
+}
+
+/// What `layers`, of one kind, come to: one alone as it is if `named`, or else as all are seen together.
+pub(crate) fn composite<T: Layered>(
+    context: &Context,
+    document: &Document,
+    topology: &Arc<TileTopology>,
+    layers: &[&Layer],
+    named: bool,
+) -> Result<Channel<T>> {
+    let mut channels = Vec::with_capacity(layers.len());
+    for layer in layers {
+        channels.push(channel::<T>(context, document, topology, layer)?);
+    }
+    if let ([_], true) = (layers, named || layers.iter().all(|layer| is_plain(layer))) {
+        return channels.pop().ok_or_else(|| Error::internal("a layer that was there is not"));
+    }
+    let sheets: Vec<Sheet<'_, Field<T>>> = channels
+        .iter()
+        .zip(layers)
+        .map(|(channel, layer)| Sheet { field: channel.field(), settings: layer.settings() })
+        .collect();
+    let lowest = channels.first().ok_or_else(|| Error::internal("there are no layers to put together"))?;
+    let behind = layers.first().map_or(&[][..], |layer| &layer.head().behind);
+    let background = if behind.is_empty() { lowest.field().blank() } else { bytemuck::pod_read_unaligned(behind) };
+    let (made, refused) = lowest.recomposed(context, &sheets, background)?;
+    match refused.len() {
+        0 => Ok(made),
+        count => Err(Error::memory(format!("{count} tiles of the layers together do not fit the memory limit"))
+            .advise("raise it, or name one layer")),
+    }
+}
+
+/// Whether a layer looks alone as its texels are.
+pub(crate) fn is_plain(layer: &Layer) -> bool {
+    layer.settings() == Settings::of(layer.kind())
 }

@@ -27,6 +27,7 @@ pub mod imprint;
 pub mod layer;
 pub mod mesh;
 pub mod parameter;
+pub mod picture;
 pub mod ptex;
 pub mod registry;
 pub mod shape;
@@ -65,6 +66,9 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         bake::RlvBakeOptions::layout(),
         bake::RlvBakePicture::layout(),
         bake::RlvBakeReport::layout(),
+        picture::RlvPictureInfo::layout(),
+        picture::RlvPictureImage::layout(),
+        picture::RlvPictureMeta::layout(),
         ptex::RlvPtexOptions::layout(),
         ptex::RlvPtexReport::layout(),
         detail::RlvDetailInfo::layout(),
@@ -104,6 +108,7 @@ pub fn constants() -> Vec<(&'static str, i64)> {
         caster::CONSTANTS,
         layer::CONSTANTS,
         parameter::CONSTANTS,
+        picture::CONSTANTS,
         ptex::CONSTANTS,
     ]
     .concat()

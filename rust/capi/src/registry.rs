@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-const NOUNS: [&str; 11] = [
+const NOUNS: [&str; 13] = [
     "nothing",
     "context",
     "mesh",
@@ -31,6 +31,8 @@ const NOUNS: [&str; 11] = [
     "brush",
     "stroke",
     "document",
+    "picture",
+    "procedural",
 ];
 
 /// Defines the handle type of a noun.

@@ -227,6 +227,13 @@ impl<B: AsRef<[u8]>> Reader<B> {
         level > 0 && stored && !record.is_constant() && !record.has(EDITED)
     }
 
+    /// How many levels of reductions the file holds of a face: 0 for those that have none, or do not exist.
+    pub fn reduction_count(&self, face: u32) -> usize {
+        let Ok(record) = self.record(face) else { return 0 };
+        let there = |level: &usize| self.has_reduction(record, face, *level) && self.block(face, *level).is_ok();
+        (1..self.level_count()).take_while(there).count()
+    }
+
     /// Decompresses all that is stored of faces and reductions once, in a time that the length of the file bounds.
     /// Fails at the first that is damaged.
     pub fn check(&self) -> Result<()> {

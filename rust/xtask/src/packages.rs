@@ -24,6 +24,9 @@ pub const ALL: &[&str] = &[
     "pkg-config",
     "valgrind",
     "python3-venv",
+    "openimageio-tools",
+    "libopenimageio-dev",
+    "abigail-tools",
 ];
 
 /// Package lists older than this are fetched again before an installation.
