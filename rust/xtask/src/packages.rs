@@ -26,6 +26,8 @@ pub const ALL: &[&str] = &[
     "python3-venv",
     "openimageio-tools",
     "libopenimageio-dev",
+    "libembree-dev",
+    "libtbb-dev",
     "abigail-tools",
 ];
 

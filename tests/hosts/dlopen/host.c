@@ -1,5 +1,5 @@
 /* dlopen LIBRARY: a host that opens the library as it opens plugins, uses it on a thread of its own, and closes it
- * before that thread and the library's threads have ended. */
+ * before that thread and the library's threads have ended; a hundred times. */
 #define _POSIX_C_SOURCE 200809L
 #include <relievo/relievo.h>
 
@@ -40,11 +40,12 @@ static void *use(void *failed) {
     return NULL;
 }
 
-int main(int argc, char **argv) {
+/* Opens the library, uses it and closes it. */
+static int round_trip(const char *path) {
     pthread_t thread;
     int failed = 1;
     Version version = NULL;
-    library = argc == 2 ? dlopen(argv[1], RTLD_NOW | RTLD_LOCAL) : NULL;
+    library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (library == NULL) {
         fprintf(stderr, "cannot open the library: %s\n", dlerror());
         return 1;
@@ -63,5 +64,15 @@ int main(int argc, char **argv) {
     dlclose(library);
     pthread_barrier_wait(&closed);
     pthread_join(thread, NULL);
+    pthread_barrier_destroy(&used);
+    pthread_barrier_destroy(&closed);
+    return failed;
+}
+
+int main(int argc, char **argv) {
+    int failed = argc != 2;
+    for (int k = 0; k < 100 && !failed; ++k) {
+        failed = round_trip(argv[1]);
+    }
     return failed;
 }
