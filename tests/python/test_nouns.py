@@ -295,6 +295,18 @@ class Details(unittest.TestCase):
             self.assertEqual(ptex.read(other, path).face_count, 16)
             other.commit()
             numpy.testing.assert_allclose(heights(other), heights(detail), atol=2e-3)
+            faces = rl.Picture(self.context, path)
+            self.assertEqual((faces.info.image_count, faces.meta()["ptex:meshType"]), (16, "quad"))
+            self.assertEqual(faces.read(5, level=1).shape, (16, 16, 1))
+            kept = Path(folder, "height.relievo")
+            rl.Document(detail, kept).release()
+            shown = rl.Picture(self.context, kept)
+            image = shown.image(0)
+            self.assertEqual((image.side, image.columns, int(shown.meta()["faces"][0])), (32, 4, 16))
+            at = [5 // 4 * image.cell + image.gutter + 20, 5 % 4 * image.cell + image.gutter + 20]
+            centre = detail.evaluate([5], [[20.5 / 32, 20.5 / 32]], ["displacements"])["displacements"][0]
+            self.assertAlmostEqual(float(shown.read(0)[at[0], at[1], 0]), float(centre), places=4)
+            self.assertEqual(shown.read(0, 1, 3, 4, 2, 5).shape, (5, 2, 1))
 
     def test_rays_meet_the_dented_surface(self):
         detail = flat_detail(self.context)

@@ -34,6 +34,7 @@ from .error import (
 from .library import load, version
 from .mesh import Mesh
 from .parameter import Parameter
+from .picture import Picture
 from .stroke import Stroke
 from .surface import Surface
 from .tessellation import Tessellation

@@ -23,6 +23,8 @@ RLV_ERROR_CANCELLED = 7
 RLV_ERROR_INTERNAL = 8
 RLV_NO_ELEMENT = 4294967295
 RLV_LAYER_NAME_SIZE = 256
+RLV_PICTURE_NAME_SIZE = 264
+RLV_PICTURE_NONE = 4294967295
 
 
 class RlvDevice(IntEnum):
@@ -161,6 +163,29 @@ class RlvBlend(IntEnum):
     OVERLAY = 5
     MAX = 6
     MIN = 7
+
+
+class RlvPictureFormat(IntEnum):
+    DOCUMENT = 0
+    PTEX = 1
+
+
+class RlvPictureType(IntEnum):
+    U8 = 0
+    U16 = 1
+    F16 = 2
+    F32 = 3
+    I32 = 4
+    F64 = 5
+    TEXT = 6
+
+
+class RlvPictureContent(IntEnum):
+    COLOR = 0
+    DISPLACEMENT = 1
+    VECTORS = 2
+    TRACES = 3
+    NUMBERS = 4
 
 
 class RlvPtexKind(IntEnum):
@@ -863,6 +888,57 @@ class RlvLayerInfo(Structure):
     ]
 
 
+class RlvPicture(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvPictureInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("format", c_uint32),
+        ("image_count", c_uint32),
+        ("face_count", c_uint32),
+        ("tile_count", c_uint32),
+        ("meta_count", c_uint32),
+    ]
+
+
+class RlvPictureImage(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("content", c_uint32),
+        ("type", c_uint32),
+        ("channels", c_uint32),
+        ("alpha", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("level_count", c_uint32),
+        ("face", c_uint32),
+        ("columns", c_uint32),
+        ("cell", c_uint32),
+        ("side", c_uint32),
+        ("gutter", c_uint32),
+        ("is_layer", c_uint32),
+        ("blend", c_uint32),
+        ("is_visible", c_uint32),
+        ("opacity", c_float),
+        ("reserved", c_uint32),
+        ("name", c_char * RLV_PICTURE_NAME_SIZE),
+    ]
+
+
+class RlvPictureMeta(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("type", c_uint32),
+        ("count", c_size_t),
+        ("name", c_char_p),
+        ("values", c_void_p),
+    ]
+
+
 class RlvPtexOptions(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -958,6 +1034,9 @@ INIT = {
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
+    RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
+    RlvPictureImage: (ctypes.sizeof(RlvPictureImage), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0, (0,),),
+    RlvPictureMeta: (ctypes.sizeof(RlvPictureMeta), 0, 0, None, None,),
     RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
     RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
     RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
@@ -1086,6 +1165,13 @@ FUNCTIONS = {
     "rlv_layer_remove": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
     "rlv_layer_merge": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
     "rlv_layer_flatten": (RlvResult, [("detail", RlvDetail)]),
+    "rlv_picture_open": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvPicture))]),
+    "rlv_picture_retain": (RlvResult, [("picture", RlvPicture)]),
+    "rlv_picture_release": (RlvResult, [("picture", RlvPicture)]),
+    "rlv_picture_info": (RlvResult, [("picture", RlvPicture), ("out", POINTER(RlvPictureInfo))]),
+    "rlv_picture_image": (RlvResult, [("picture", RlvPicture), ("image", c_uint32), ("out", POINTER(RlvPictureImage))]),
+    "rlv_picture_meta": (RlvResult, [("picture", RlvPicture), ("index", c_uint32), ("out", POINTER(RlvPictureMeta))]),
+    "rlv_picture_read": (RlvResult, [("picture", RlvPicture), ("image", c_uint32), ("level", c_uint32), ("x", c_uint32), ("y", c_uint32), ("width", c_uint32), ("height", c_uint32), ("pixels", c_void_p), ("row_stride", c_size_t)]),
     "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
     "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
