@@ -8,8 +8,8 @@
  *
  * On a triangle mesh values are kept at the vertices of a tessellation pattern: faces and edges get blocks of them
  * where something happened, and "tile" means a face with its edges. Sizes are segments along an edge: 8, 16, 32 or 64,
- * 0 for 16. It takes strokes, imprints without rims, layers and documents; what it lacks is said below,
- * and answers RLV_ERROR_UNSUPPORTED.
+ * 0 for 16. It takes strokes, imprints, layers and documents; what it lacks is said below, and answers
+ * RLV_ERROR_UNSUPPORTED.
  *
  * Edits (imprints, blocks that are written, new poses) become visible at rlv_detail_commit: readers see what was
  * committed last, never half an edit, and do not wait. Functions marked "edits" need the detail for themselves among

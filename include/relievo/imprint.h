@@ -1,8 +1,8 @@
 /* Relievo: imprints of colliders on details.
  *
  * Where a collider overlaps a detail in the world, the surface gives way along its inward normal until it is outside
- * the collider. The overlap is divided into voxels, so the result is exact to about one voxel's diagonal. Imprints on
- * triangle meshes have no rims, and two details that press each other are both cages. */
+ * the collider. The overlap is divided into voxels, so the result is exact to about one voxel's diagonal. Two details
+ * that press each other are both cages. */
 #ifndef RELIEVO_IMPRINT_H
 #define RELIEVO_IMPRINT_H
 

@@ -117,7 +117,8 @@ RLV_API RlvResult rlv_mesh_write(RlvMesh mesh, const char *path);
 /* Makes a mesh of a mesh's triangles in which no edge is longer than longest_edge object units, which is above 0:
  * longer ones are halved from both sides, so that nothing opens, and attributes are carried along. What triangles are
  * to hold detail is as fine as that over the segments of the detail. Fails if there would be more than 2^26
- * triangles. */
+ * triangles, if they would take more than the context's memory limit, and where an edge cannot get as short because no
+ * float lies between the coordinates of its ends. */
 RLV_API RlvResult rlv_mesh_split(RlvMesh mesh, double longest_edge, RlvMesh *out);
 
 RLV_API RlvResult rlv_mesh_retain(RlvMesh mesh);

@@ -287,7 +287,7 @@ entry! {
     fn rlv_mesh_split(mesh: RlvMesh, longest_edge: f64, out: *mut RlvMesh) {
         present("out", out)?;
         let object = registry::get(mesh)?;
-        let (made, _) = split(&*try_read(&object.mesh, "mesh")?, longest_edge)?;
+        let (made, _) = split(&object.context.context, &*try_read(&object.mesh, "mesh")?, longest_edge)?;
         let handle = register(object.context.clone(), made)?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };

@@ -13,8 +13,7 @@ use relievo_tiles::triangle::{
     TriangleSnapshot, foot_at,
 };
 use relievo_tiles::{
-    Blocks, ByFormat, Channel, ColorTexel, Displaced, Field, Rgba8, Rgba16, Snapshot, StoredTexel, Texel, Vector,
-    by_format,
+    ByFormat, Channel, ColorTexel, Displaced, Field, Rgba8, Rgba16, Snapshot, Texel, Vector, by_format,
 };
 
 use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_TRACES, RLV_CHANNEL_VECTORS, missing};
@@ -235,27 +234,25 @@ impl TriangleView {
 
     /// The faces that look different than in `before`, ascending.
     pub fn shown(&self, before: &TriangleView) -> Vec<u32> {
-        fn blocks<T: StoredTexel>(
-            new: Option<&Arc<TriangleSnapshot<T>>>,
-            old: Option<&Arc<TriangleSnapshot<T>>>,
-        ) -> Vec<u32> {
-            match (new, old) {
-                (Some(new), Some(old)) => new.field().changed(old.field()),
-                (Some(new), None) => new.field().numbers(),
-                _ => Vec::new(),
+        fn shown<T: Texel>(new: &TriangleSnapshot<T>, old: Option<&Arc<TriangleSnapshot<T>>>) -> Vec<u32> {
+            let topology = new.topology();
+            match old {
+                Some(old) => new.changes(old).faces_shown(topology),
+                None => TriangleBlock::change(topology, new.blocks()).faces_shown(topology),
             }
         }
-        let topology = self.surface.topology();
-        let mut numbers = self.snapshot.field().changed(before.snapshot.field());
-        numbers.extend(match (&self.paint, &before.paint) {
-            (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => new.field().changed(old.field()),
-            (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => new.field().changed(old.field()),
-            (Some(new), _) => by_format!(new, it => it.field().numbers()),
+        let mut faces = shown(&self.snapshot, Some(&before.snapshot));
+        faces.extend(match (&self.paint, &before.paint) {
+            (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => shown(new, Some(old)),
+            (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => shown(new, Some(old)),
+            (Some(new), _) => by_format!(new, it => shown(it, None)),
             _ => Vec::new(),
         });
-        numbers.extend(blocks(self.vectors.as_ref(), before.vectors.as_ref()));
-        numbers.extend(blocks(self.traces.as_ref(), before.traces.as_ref()));
-        TriangleBlock::change(topology, numbers).faces_shown(topology)
+        faces.extend(self.vectors.iter().flat_map(|new| shown(new, before.vectors.as_ref())));
+        faces.extend(self.traces.iter().flat_map(|new| shown(new, before.traces.as_ref())));
+        faces.sort_unstable();
+        faces.dedup();
+        faces
     }
 
     /// Conservative bounds of a displaced face.

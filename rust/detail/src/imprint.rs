@@ -280,13 +280,17 @@ impl Imprinter {
         report.tested_tiles = tiles.len() as u64;
         report.tested_coefficients = dents.iter().map(|dents| u64::from(dents.tested)).sum();
         report.clamped = dents.iter().map(|dents| u64::from(dents.clamped)).sum();
+        let mut volumes = Vec::new();
         if settings.rim > 0.0 {
             let _stage = stats.begin("imprint.rim");
             dents.sort_unstable_by_key(|dents| dents.tile);
-            report.volumes = rim::raise(context, object, &mut dents, &self.voxels, settings)?;
+            volumes = rim::raise(context, object, &mut dents, &self.voxels, settings)?;
         }
         let mut stage = stats.begin("imprint.ring");
         write(context, object, &dents, settings, &mut report)?;
+        // What the budget refused moved nothing.
+        volumes.retain(|(tile, _)| report.changed.binary_search(tile).is_ok());
+        report.volumes = volumes.into_iter().map(|(_, volumes)| volumes).sum();
         stage.count("allocated", report.allocated);
         stage.count("refused", report.refused.len() as u64);
         stage.count("clamped", report.clamped);

@@ -10,6 +10,7 @@ mod layers;
 mod level;
 mod nearest;
 mod object;
+mod rim;
 mod site;
 mod smoothing;
 mod traces;

@@ -42,7 +42,7 @@ impl TriangleItem {
         let cage = match entry.longest_edge {
             None => None,
             Some(longest) => {
-                let (cage, report) = split(mesh, longest)?;
+                let (cage, report) = split(context, mesh, longest)?;
                 if report.split > 0 {
                     notes.push(format!(
                         "{} triangles with edges of up to {:.4} were split, which makes {} of all",

@@ -514,7 +514,6 @@ fn check_collider(entry: &ColliderEntry, items: &[Item]) -> Result<()> {
     let unfit = [
         (!rigid, "a surface cannot press into triangles", "press with a `mesh`"),
         (entry.tool.is_some(), "a force cannot press into triangles", "remove `tool`"),
-        (entry.settings.rim > 0.0, "triangles have no rims", "set `rim` to 0"),
     ];
     match unfit.into_iter().find(|(unfit, ..)| *unfit) {
         Some((_, what, remedy)) => Err(Error::unsupported(what).advise(remedy)),

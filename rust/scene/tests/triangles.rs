@@ -102,6 +102,35 @@ fn triangles_are_painted_sculpted_pressed_kept_and_exported() {
     assert_eq!(bytes(folder.path(), "whole", file), bytes(folder.path(), "parts", file));
 }
 
+#[test]
+fn what_is_pushed_away_rises_beside_a_track() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = SCENE.replace("voxels = 65536\n", "voxels = 65536\nrim = 0.6\nrim_width = 0.06\nrepose = 60\n");
+    let whole = run_in(folder.path(), "whole", &scene, None, 1);
+    assert!(whole.notes.iter().any(|note| note.contains("rose as rims")), "{:?}", whole.notes);
+    let mesh = points(folder.path(), "whole/mesh-000003-ground.ply");
+    let (mut deep, mut beside, mut far) = (0.0f32, [0.0f32; 2], 0.0f32);
+    for [_, y, z] in mesh.points.iter().filter(|[x, ..]| x.abs() < 0.25) {
+        let side = &mut beside[usize::from(*y > 0.0)];
+        match y.abs() {
+            y if y < 0.08 => deep = deep.min(*z),
+            y if (0.1..0.16).contains(&y) => *side = side.max(*z),
+            y if (0.17..0.19).contains(&y) => far = far.max(z.abs()),
+            _ => {}
+        }
+    }
+    assert!(
+        (deep + 0.03).abs() < 0.01 && beside.iter().all(|most| *most > 0.005) && far == 0.0,
+        "{deep} {beside:?} {far}"
+    );
+    run_in(folder.path(), "parts", &scene, Some((0, 1)), 3);
+    let rest = run_in(folder.path(), "parts", &scene, None, 2);
+    assert_eq!((rest.baked, rest.opened), (2, 2));
+    for file in ["mesh-000003-ground.ply", "beauty-000003.png"] {
+        assert_eq!(bytes(folder.path(), "parts", file), bytes(folder.path(), "whole", file), "{file}");
+    }
+}
+
 /// The same with layers and traces, which writes a document.
 fn layered() -> String {
     let object = "colour = [1, 1, 1]\ntraces = { depth = 0.02, colour = [0, 1, 0], fade = 1 }\n\
@@ -274,7 +303,6 @@ fn what_triangles_cannot_do_is_said() {
     };
     refused("longest_edge = 0.3", "isolation = 3", "`isolation` means nothing for triangles");
     refused("kind = \"triangles\"\n", "", "`longest_edge` means nothing for a Catmull-Clark surface");
-    refused("voxels = 65536\n[colliders.tool]", "voxels = 65536\n[colliders.tool]\nrim = 0.5", "no rims");
     refused("segments = 16", "segments = 12", "power of two");
     let layer = "colour = [1, 1, 1]\n[[objects.ground.layers]]\nname = \"ridge\"\ndecay = { duration = 1 }\n";
     refused("colour = [1, 1, 1]\n", layer, "cannot fade by itself");

@@ -190,12 +190,7 @@ pub(super) fn write<T: Texel>(
     let new = sets.allocate.iter().filter(|face| !field.is_allocated(**face)).count();
     let allocated = TriangleSets { allocate: sets.allocate, ..Default::default() };
     let refused = channel.apply(context, pattern, &allocated)?;
-    let kept = |edit: &ElementEdit<T>| match edit.element {
-        Element::Face(face) => channel.field().face_pattern(face) == Some(edit.pattern),
-        Element::Edge(edge) => channel.field().edge_pattern(edge) == Some(edit.pattern),
-        // A vertex that moved without all its faces would drag those along as a whole.
-        Element::Vertex(vertex) => topology.faces_around(vertex).all(|(face, _)| refused.binary_search(&face).is_err()),
-    };
+    let kept = |edit: &ElementEdit<T>| is_kept(channel.field(), &refused, edit.element, edit.pattern);
     let edits: Vec<ElementEdit<T>> = edits.into_iter().filter(kept).collect();
     let elements = Element::of_faces(&topology, tested);
     let texels = |element: &Element| element.count(element.pattern(channel.field()).unwrap_or(pattern)) as u64;
@@ -243,6 +238,19 @@ pub(super) fn write<T: Texel>(
     stage.count("allocated", report.allocated);
     stage.count("freed", report.freed);
     Ok((report, shown))
+}
+
+/// Whether an edit of `element` in `pattern` was written, where the budget refused some faces, ascending.
+pub(super) fn is_kept<T: Texel>(field: &TriangleField<T>, refused: &[u32], element: Element, pattern: Pattern) -> bool {
+    match element {
+        Element::Face(face) => field.face_pattern(face) == Some(pattern),
+        Element::Edge(edge) => field.edge_pattern(edge) == Some(pattern),
+        // A vertex that moved without all its faces would drag those along as a whole.
+        Element::Vertex(vertex) => {
+            let mut faces = field.topology().faces_around(vertex);
+            faces.all(|(face, _)| refused.binary_search(&face).is_err())
+        }
+    }
 }
 
 /// The faces that need a block for `edits`, ascending.

@@ -3,18 +3,18 @@
 //!
 //! The stages are those of [`crate::imprint`] (Schäfer et al. 2014, Real-Time Deformation of Subdivision Surfaces from
 //! Object Collisions, Sections 5 and 6); what is written and allocated is as for dabs (Schäfer et al. 2015, Local
-//! Painting and Deformation of Meshes on the GPU, Section 6). Rims are those of tiles only.
+//! Painting and Deformation of Meshes on the GPU, Section 6).
 
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Result};
 use relievo_tiles::triangle::TriangleField;
 
-use super::dab::write;
+use super::dab::{is_kept, write};
 use super::object::{TriangleGround, TriangleObject, field_length};
 use super::site::{Element, ElementEdit, Run, values};
-use super::{smoothing, traces};
+use super::{rim, smoothing, traces};
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
 use crate::frame::STILL;
@@ -26,18 +26,8 @@ use crate::obb::Obb;
 use crate::raycast::{Limits, Scratch, TileDents, cast_block};
 use crate::voxel::Voxels;
 
-/// Whether settings ask for something that triangle meshes do not have.
-pub(crate) fn check(settings: &ImprintSettings) -> Result<()> {
-    settings.check()?;
-    if settings.rim > 0.0 {
-        return Err(Error::unsupported("imprints on triangle meshes have no rims")
-            .advise("set `rim` to 0, or use a Catmull-Clark surface"));
-    }
-    Ok(())
-}
-
 impl Imprinter {
-    /// As [`Imprinter::imprint_since`] on a triangle mesh. Fails also if a rim is asked for.
+    /// As [`Imprinter::imprint_since`] on a triangle mesh.
     pub fn imprint_triangles(
         &mut self,
         context: &Context,
@@ -47,13 +37,13 @@ impl Imprinter {
         moment: Moment,
         start: Option<&TriangleField>,
     ) -> Result<Report> {
-        check(settings)?;
+        settings.check()?;
         // An undo may have put vectors back.
         object.renew_vectors(context);
         context.within(|| self.step_triangles(context, object, collider, settings, moment, start))
     }
 
-    /// As [`Imprinter::sweep`] on a triangle mesh. Fails also if a rim is asked for.
+    /// As [`Imprinter::sweep`] on a triangle mesh.
     pub fn sweep_triangles(
         &mut self,
         context: &Context,
@@ -63,7 +53,7 @@ impl Imprinter {
         settings: &ImprintSettings,
         moment: Moment,
     ) -> Result<Report> {
-        check(settings)?;
+        settings.check()?;
         object.renew_vectors(context);
         self.sweep_over(context, object, collider, motion, settings, moment, &mut Silent)
     }
@@ -96,19 +86,27 @@ impl Imprinter {
             report.triangles = collider.voxelise(context, &grid, &mut self.voxels)? as u64;
             stage.count("triangles", report.triangles);
         }
-        let edits = {
+        let mut edits = {
             let mut stage = stats.begin("imprint.raycast");
             let (edits, clamped) = cast(context, object, start, &faces, &self.voxels, settings);
             report.clamped = clamped;
             stage.count("changed", edits.iter().map(|edit| edit.count).sum());
             edits
         };
+        let mut volumes = Vec::new();
+        if settings.rim > 0.0 {
+            let _stage = stats.begin("imprint.rim");
+            volumes = rim::raise(context, object, before, &mut edits, &self.voxels, settings)?;
+        }
         let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
         object.widen(edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
         let before = object.displacement.field().clone();
         let finest = before.pattern();
         let (done, shown) = write(context, &mut object.displacement, finest, &faces, edits, false)?;
         object.touch(&shown);
+        // What the budget refused moved nothing.
+        let kept = |element: Element| is_kept(object.displacement.field(), &done.refused, element, finest);
+        report.volumes = volumes.iter().filter(|(element, _)| kept(*element)).map(|(_, volumes)| *volumes).sum();
         let mut refused = done.refused;
         if let Some(traces) = &mut object.traces {
             let fields = [&before, object.displacement.field()];

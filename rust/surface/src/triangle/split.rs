@@ -3,12 +3,13 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 9, where
 //! large input faces are subdivided until they are small enough. Edges are halved until none is too long; whether an
-//! edge is depends on its ends alone, so that both its faces agree and no cracks open. Units: object units.
+//! edge is depends on its ends alone, so that both its faces agree and no cracks open. Memory is counted before it is
+//! taken. Units: object units; bytes.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use relievo_core::{Crease, Error, Mesh, Result};
+use relievo_core::{Context, Crease, Domain, Error, Mesh, Result};
 
 use super::carried::Pieces;
 use super::topology::TriangleTopology;
@@ -38,8 +39,10 @@ struct Part {
 /// The triangles of `mesh` with no edge longer than `longest`, with all attributes and creases; polygons are fanned,
 /// holes left out.
 ///
-/// Fails as [`TriangleTopology::of_mesh`] does, if `longest` is not positive, or if there would be over 2²⁶ triangles.
-pub fn split(mesh: &Mesh, longest: f64) -> Result<(Mesh, SplitReport)> {
+/// Fails as [`TriangleTopology::of_mesh`] does, if `longest` is not positive, if there would be over 2²⁶ triangles or
+/// they would take more than the context's memory limit, or where an edge cannot get as short because no number lies
+/// between those of its ends.
+pub fn split(context: &Context, mesh: &Mesh, longest: f64) -> Result<(Mesh, SplitReport)> {
     if !(longest > 0.0 && longest.is_finite()) {
         return Err(Error::invalid(format!("edges cannot be as short as {longest}")).advise("give a length above 0"));
     }
@@ -52,9 +55,8 @@ pub fn split(mesh: &Mesh, longest: f64) -> Result<(Mesh, SplitReport)> {
     }
     let whole = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let faces = (0..).zip(topology.faces());
-    if least_count(mesh, &topology, longest) > MOST as f64 {
-        return Err(too_many(longest));
-    }
+    let check = |triangles: usize, points: usize| check_size(context, mesh, longest, triangles, points);
+    check((least_count(mesh, &topology, longest) as usize).max(topology.face_count()), points.len())?;
     let mut parts: Vec<Part> = faces.map(|(face, corners)| Part { points: *corners, face, at: whole }).collect();
     let mut report = SplitReport::default();
     for pass in 0.. {
@@ -64,7 +66,8 @@ pub fn split(mesh: &Mesh, longest: f64) -> Result<(Mesh, SplitReport)> {
         };
         let mut middles: BTreeMap<[u32; 2], u32> = BTreeMap::new();
         let mut added = Vec::new();
-        let mut marked = 0;
+        let (mut marked, mut count) = (0, parts.len());
+        let mut stuck = None;
         for part in &parts {
             let mut any = false;
             for side in 0..3 {
@@ -75,9 +78,14 @@ pub fn split(mesh: &Mesh, longest: f64) -> Result<(Mesh, SplitReport)> {
                 }
                 if far > longest {
                     any = true;
+                    count += 1;
                     middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
-                        let [a, b] = [a.min(b), a.max(b)].map(|point| points[point as usize]);
-                        added.push(std::array::from_fn(|axis| 0.5 * a[axis] + 0.5 * b[axis]));
+                        let ends = [a.min(b), a.max(b)].map(|point| points[point as usize]);
+                        let middle = std::array::from_fn(|axis| 0.5 * ends[0][axis] + 0.5 * ends[1][axis]);
+                        if stuck.is_none() && is_stuck(ends, middle, longest) {
+                            stuck = Some(middle);
+                        }
+                        added.push(middle);
                         (points.len() + added.len() - 1) as u32
                     });
                 }
@@ -90,10 +98,12 @@ pub fn split(mesh: &Mesh, longest: f64) -> Result<(Mesh, SplitReport)> {
         if middles.is_empty() {
             break;
         }
-        // Each edge has at least one triangle, which becomes one more.
-        if parts.len() + 2 * middles.len() > MOST || points.len() + added.len() > MOST {
-            return Err(too_many(longest));
+        if let Some([x, y, z]) = stuck {
+            return Err(Error::invalid(format!("an edge cannot get as short as {longest} between numbers of 32 bits"))
+                .at(format!("({x}, {y}, {z})"))
+                .advise("allow longer edges, or move the mesh nearer to the origin"));
         }
+        check(count, points.len() + added.len())?;
         for (ends, middle) in &middles {
             if let Some(sharpness) = creases.remove(ends) {
                 creases.insert([ends[0], *middle], sharpness);
@@ -101,7 +111,7 @@ pub fn split(mesh: &Mesh, longest: f64) -> Result<(Mesh, SplitReport)> {
             }
         }
         points.extend(added);
-        let mut next = Vec::with_capacity(parts.len() + 2 * middles.len());
+        let mut next = Vec::with_capacity(count);
         for part in parts {
             cut(&part, &middles, &points, &mut next);
         }
@@ -127,8 +137,46 @@ pub fn split(mesh: &Mesh, longest: f64) -> Result<(Mesh, SplitReport)> {
     Ok((new, report))
 }
 
-fn too_many(longest: f64) -> Error {
-    Error::memory(format!("edges no longer than {longest} take over {MOST} triangles")).advise("allow longer edges")
+/// Fails if so many triangles with so many points are too many, or take too much memory.
+fn check_size(context: &Context, mesh: &Mesh, longest: f64, triangles: usize, points: usize) -> Result<()> {
+    if triangles.max(points) > MOST {
+        return Err(Error::memory(format!("edges no longer than {longest} take over {MOST} triangles"))
+            .advise("allow longer edges"));
+    }
+    let (bytes, limit) = (bytes(mesh, triangles as u64, points as u64), context.memory_limit());
+    if bytes > limit {
+        return Err(Error::memory(format!(
+            "edges no longer than {longest} take {triangles} triangles or more with {bytes} bytes, over the limit of {limit}"
+        ))
+        .advise("allow longer edges, or raise the memory limit of the context"));
+    }
+    Ok(())
+}
+
+/// What so many triangles with so many points take at most while they are made.
+fn bytes(mesh: &Mesh, triangles: u64, points: u64) -> u64 {
+    let values = |domain: Domain| -> u64 {
+        let of = mesh.attributes.iter().filter(|attribute| attribute.domain == domain);
+        of.map(|attribute| 4 * u64::from(attribute.width) + if domain == Domain::Corner { 4 } else { 0 }).sum()
+    };
+    let size = |bytes: usize| bytes as u64;
+    // Parts before and after a pass, the corners of the mesh twice, its face sizes, places and where values come from.
+    let corner =
+        size(3 * size_of::<u32>() + size_of::<(u32, [f32; 3])>() + size_of::<(usize, Option<(u32, [f32; 3])>)>());
+    let triangle = size(2 * size_of::<Part>() + size_of::<u32>()) + values(Domain::Face);
+    // Points twice, the middles that they were, and the places of those.
+    let point = size(2 * size_of::<[f32; 3]>() + 2 * size_of::<([u32; 2], u32)>() + size_of::<Option<u32>>());
+    triangles * (triangle + 3 * (corner + values(Domain::Corner))) + points * (point + values(Domain::Point))
+}
+
+/// Whether an edge with such ends stays too long however often it is halved.
+fn is_stuck(ends: [[f32; 3]; 2], middle: [f32; 3], longest: f64) -> bool {
+    let [a, b] = ends;
+    let held = |axis: usize| {
+        let far = (f64::from(a[axis]) - f64::from(b[axis])).abs();
+        far > longest && (middle[axis] == a[axis] || middle[axis] == b[axis])
+    };
+    middle == a || middle == b || (0..3).any(held)
 }
 
 /// How many triangles there will be at least, by the area of the largest with such edges.
@@ -231,9 +279,9 @@ mod tests {
 
     #[test]
     fn no_edge_is_too_long_and_nothing_opens() {
-        let mesh = sheet();
+        let (context, mesh) = (Context::serial(), sheet());
         for longest in [10.0, 2.0, 0.7, 0.11] {
-            let (new, report) = split(&mesh, longest).unwrap();
+            let (new, report) = split(&context, &mesh, longest).unwrap();
             new.check().unwrap();
             let topology = TriangleTopology::of_mesh(&new).unwrap();
             assert_eq!(report.triangles as usize, topology.face_count());
@@ -260,14 +308,18 @@ mod tests {
             let old = TriangleTopology::of_mesh(&mesh).unwrap();
             assert!((boundary(&topology, &new.points) - boundary(&old, &mesh.points)).abs() < 1e-4);
         }
-        assert_eq!(split(&mesh, 10.0).unwrap().1.split, 0);
-        assert!(split(&mesh, 0.0).is_err() && split(&mesh, f64::NAN).is_err() && split(&mesh, 1e-9).is_err());
+        assert_eq!(split(&context, &mesh, 10.0).unwrap().1.split, 0);
+        assert!(
+            split(&context, &mesh, 0.0).is_err()
+                && split(&context, &mesh, f64::NAN).is_err()
+                && split(&context, &mesh, 1e-9).is_err()
+        );
     }
 
     #[test]
     fn attributes_and_creases_are_kept() {
-        let mesh = sheet();
-        let (new, _) = split(&mesh, 0.5).unwrap();
+        let (context, mesh) = (Context::serial(), sheet());
+        let (new, _) = split(&context, &mesh, 0.5).unwrap();
         let floats = |name: &str| match &new.attribute(name).unwrap().values {
             Values::F32(values) => values.clone(),
             Values::U32(_) => panic!(),
@@ -292,5 +344,43 @@ mod tests {
             })
             .sum();
         assert!(new.creases.len() > 4 && (length - 4.00125).abs() < 1e-3, "{length}");
+    }
+
+    #[test]
+    fn what_exceeds_the_memory_limit_is_refused_before_it_is_made() {
+        use relievo_core::{ContextOptions, ErrorKind};
+        let mesh = sheet();
+        let limit = 1 << 20;
+        let small = Context::new(&ContextOptions { threads: 1, memory_limit: limit }).unwrap();
+        let (some, report) = split(&small, &mesh, 0.2).unwrap();
+        assert!(bytes(&mesh, report.triangles, some.points.len() as u64) <= limit);
+        assert_eq!(split(&Context::serial(), &mesh, 0.2).unwrap().0, some);
+        // By the area at once, and by the count on the way.
+        for longest in [1e-3, 0.06] {
+            let error = split(&small, &mesh, longest).unwrap_err();
+            assert!(error.kind == ErrorKind::Memory && error.to_string().contains("memory limit"), "{error}");
+        }
+        assert!(split(&Context::serial(), &mesh, 0.06).is_ok());
+        let none = Context::new(&ContextOptions { threads: 1, memory_limit: 100 }).unwrap();
+        assert!(split(&none, &mesh, 100.0).is_err());
+    }
+
+    #[test]
+    fn edges_between_neighbouring_numbers_are_refused() {
+        let context = Context::serial();
+        // Numbers near 2²⁰ are 1/8 apart.
+        let far = |offset: [f32; 3]| {
+            let mut mesh = sheet();
+            mesh.points.iter_mut().for_each(|p| (0..3).for_each(|axis| p[axis] += offset[axis]));
+            mesh.attributes.clear();
+            mesh
+        };
+        for offset in [[1_048_576.0, 0.0, 0.0], [1_048_576.0; 3], [0.0, -1_048_576.0, 0.0]] {
+            let error = split(&context, &far(offset), 0.1).unwrap_err();
+            assert!(error.to_string().contains("cannot get as short as 0.1"), "{error}");
+            let (mesh, _) = split(&context, &far(offset), 0.5).unwrap();
+            mesh.check().unwrap();
+        }
+        assert!(split(&context, &far([1000.0; 3]), 0.1).is_ok());
     }
 }

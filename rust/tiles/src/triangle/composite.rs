@@ -190,7 +190,11 @@ impl<T: Layered> TriangleChannel<T> {
         if all {
             blocks = (0..TriangleBlock::count(&topology)).collect();
         }
-        let TriangleChange { faces, edges, vertices } = TriangleBlock::change(&topology, blocks);
+        let TriangleChange { faces, edges, mut vertices } = TriangleBlock::change(&topology, blocks);
+        if !all {
+            vertices.retain(|vertex| !self.field.vertex(*vertex).same(before.field.vertex(*vertex)));
+            vertices.extend(&before.changed.vertices);
+        }
         let of_faces = faces.iter().copied().map(TriangleBlock::Face);
         for block in of_faces.chain(edges.iter().copied().map(TriangleBlock::Edge)) {
             if self.field.block(block).is_some()
@@ -202,5 +206,48 @@ impl<T: Layered> TriangleChannel<T> {
         self.changed.faces.extend(faces);
         self.changed.edges.extend(edges);
         self.changed.vertices.extend(vertices);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::triangle::shapes::{channel, fill, random, sets};
+    use crate::triangle::{TriangleSets, TriangleValues};
+    use half::f16;
+
+    #[test]
+    fn what_changed_is_found_vertex_by_vertex() {
+        let context = Context::serial();
+        let mut channel = channel(8, 1 << 20);
+        let pattern = channel.field().pattern();
+        channel.apply(&context, pattern, &sets(&[0, 4])).unwrap();
+        fill(&mut channel, random(7));
+        let before = channel.clone();
+        let topology = before.field().topology().clone();
+        assert_eq!(channel.field().changes(before.field()), TriangleChange::default());
+        let edge = topology.edges_of(4)[0];
+        let values = TriangleValues {
+            faces: vec![(4, vec![f16::ONE; pattern.face_values()])],
+            edges: vec![(edge, vec![f16::ONE; pattern.edge_values()])],
+            vertices: vec![(3, f16::ONE), (9, f16::NEG_ONE)],
+        };
+        channel.write(values).unwrap();
+        let expected = TriangleChange { faces: vec![4], edges: vec![edge], vertices: vec![3, 9] };
+        assert_eq!(channel.field().changes(before.field()), expected);
+        // Of all faces those at these vertices and along this edge.
+        let shown = expected.faces_shown(&topology);
+        assert!(shown.contains(&4) && shown.len() < topology.face_count(), "{shown:?}");
+        // A channel that takes the place of another counts no other vertices either.
+        let mut fresh = channel.clone();
+        fresh.commit();
+        fresh.follow(&before);
+        let mut wanted: Vec<u32> = [3, 9].into_iter().chain(before.changed.vertices.iter().copied()).collect();
+        wanted.sort_unstable();
+        wanted.dedup();
+        assert_eq!(fresh.commit().changed().vertices, wanted);
+        let gone = TriangleSets { deallocate: vec![0], ..Default::default() };
+        channel.apply(&context, pattern, &gone).unwrap();
+        assert_eq!(channel.field().changes(before.field()).faces, [0, 4]);
     }
 }

@@ -9,6 +9,7 @@ use relievo_document::{Document, Kind, Lattice, PageStore};
 use relievo_surface::TriangleTopology;
 
 use super::block::TriangleBlock;
+use super::change::TriangleChange;
 use super::channel::{TriangleChannel, TriangleOptions};
 use super::field::{CHUNK, Entry, TriangleField};
 use super::pattern::Pattern;
@@ -76,23 +77,31 @@ impl<T: StoredTexel> Blocks for TriangleField<T> {
             both.dedup();
             return both;
         };
-        let same = |a: &[T], b: &[T]| {
-            std::ptr::eq(a, b) || bytemuck::cast_slice::<T, u8>(a) == bytemuck::cast_slice::<T, u8>(b)
-        };
-        // Of one channel: what is on pages need not be read.
-        let related = self.pager.as_ref().zip(other.pager.as_ref()).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
-        let faces = differing(&self.faces, &other.faces, related).map(TriangleBlock::Face);
-        let edges = differing(&self.edges, &other.edges, related).map(TriangleBlock::Edge);
-        let chunks = (0..).zip(self.vertices().zip(other.vertices()));
-        let vertices =
-            chunks.filter(|(_, (a, b))| !same(a, b)).map(|(chunk, _): (u32, _)| TriangleBlock::Vertices(chunk));
-        faces.chain(edges).chain(vertices).map(|block| block.number(self.topology())).collect()
+        self.changes(other).blocks(self.topology())
     }
 
     fn is_shaped_as(&self, other: &dyn Blocks) -> bool {
         let any: &dyn Any = other;
         any.downcast_ref::<Self>()
             .is_some_and(|other| self.pattern() == other.pattern() && self.blank().same(other.blank()))
+    }
+}
+
+impl<T: Texel> TriangleField<T> {
+    /// What is not, to the bit, as in `other`, which is over the same mesh; what both share costs next to nothing.
+    pub fn changes(&self, other: &Self) -> TriangleChange {
+        // Of one channel: what is on pages need not be read.
+        let related = self.pager.as_ref().zip(other.pager.as_ref()).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
+        let chunks = (0..).step_by(CHUNK).zip(self.vertices().zip(other.vertices()));
+        let vertices = chunks.filter(|(_, (a, b))| !std::ptr::eq::<[T]>(*a, *b)).flat_map(|(first, (a, b))| {
+            let differing = (first..).zip(a.iter().zip(b)).filter(|(_, (a, b))| !a.same(**b));
+            differing.map(|(vertex, _): (u32, _)| vertex)
+        });
+        TriangleChange {
+            faces: differing(&self.faces, &other.faces, related).collect(),
+            edges: differing(&self.edges, &other.edges, related).collect(),
+            vertices: vertices.collect(),
+        }
     }
 }
 
