@@ -111,7 +111,7 @@ static void rim(RlvContext context, RlvSurface surface, RlvMesh ball) {
     CHECK_OK(rlv_imprint_run(detail, collider, &settings, NULL, &report));
     CHECK_OK(rlv_detail_commit(detail, NULL));
     /* The lens of two balls of radius 1 and 0.4 whose centres are 1.3 apart. */
-    CHECK_NEAR(report.pushed_volume, 0.00878, 0.0012);
+    CHECK_NEAR(report.pushed_volume, 0.00856, 0.001);
     CHECK_NEAR(report.raised_volume, 0.75 * report.pushed_volume, 0.02 * report.pushed_volume);
     CHECK_NEAR(radius(detail, 1, 0, 0, &hit), 0.9, 0.02);
     CHECK(radius(detail, 0.9578f, 0.2873f, 0.0f, &hit) > 1.005f);
