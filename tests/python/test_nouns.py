@@ -233,6 +233,8 @@ class Details(unittest.TestCase):
         detail.commit()
         follow.update()
         numpy.testing.assert_allclose(follow.positions(), start, atol=1e-6)
+        follow.update()
+        self.assertEqual(follow.changed_ranges().shape, (0, 2))
 
     def test_documents_undo_to_the_bit_and_open_again(self):
         with tempfile.TemporaryDirectory() as folder:

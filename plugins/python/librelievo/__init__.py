@@ -9,7 +9,7 @@ try:
 except ImportError:
     raise ImportError("librelievo needs NumPy; install it with `python -m pip install numpy`") from None
 
-from . import abi, bake, brush, collider, document, imprint, ptex, stroke
+from . import abi, bake, brush, caster, collider, document, imprint, ptex, stroke, tessellation
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel
 from .abi import RlvParameterKind as ParameterKind

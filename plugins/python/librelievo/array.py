@@ -51,7 +51,8 @@ def writing(out, count, kind, width, name):
         view = out
     if not isinstance(view, numpy.ndarray) or view.dtype != kind or view.shape != shape:
         raise Invalid(f"{name}: an array of {numpy.dtype(kind)} of the shape {shape} is needed")
-    inner = not width or view.strides[1] == view.itemsize or width == 1
+    # NumPy gives empty arrays no strides.
+    inner = width < 2 or not count or view.strides[1] == view.itemsize
     if not view.flags.writeable or not inner or (count > 1 and view.strides[0] < view.itemsize * max(width, 1)):
         raise Invalid(f"{name}: the array must be writable and packed within a value")
     return out, view.__array_interface__["data"][0], view.strides[0] if count > 1 else 0

@@ -1,39 +1,123 @@
-//! The Python package and the Blender extension: the wheel is made, and tested with PyPI's bpy and Debian's Blender.
+//! `cargo xtask blender`: the extension for Blender 4.2 and later and the add-on for Blender 3.4, as zip files that
+//! bring the library; and their tests and those of the Python package, in PyPI's bpy and in Debian's Blender.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::stage::{Outcome, call, root, target};
-use crate::wheel;
+use crate::stage::{Outcome, call, cargo, root, target};
+use crate::wheel::{self, copy, environment};
 
 /// What the tests are run with; bpy 5.0 needs Python 3.11.
 const PACKAGES: &[&str] = &["bpy==5.0.1", "numpy==1.26.4"];
 
-/// Makes the wheel and runs `tests/python` with what it holds.
-pub fn run() -> Outcome {
-    let wheel = wheel::make()?;
-    let folder = target().join("blender");
-    let python = wheel::environment(&folder.join("bpy"), PACKAGES)?;
-    let site = folder.join("wheel");
-    unpack(&python, &wheel, &site)?;
-    python_tests(&python, &site)
+/// What was made of the add-on.
+struct Made {
+    /// A Python with bpy.
+    python: PathBuf,
+    /// The wheel's packages, unpacked.
+    site: PathBuf,
+    /// The zip file for Blender 4.2 and later.
+    extension: PathBuf,
+    /// The zip file for Blender 3.4.
+    addon: PathBuf,
+    /// The folder that the second one was made of.
+    folder: PathBuf,
 }
 
-/// Unpacks a wheel, which is all that installing a package without scripts is.
-fn unpack(python: &Path, wheel: &Path, site: &Path) -> Outcome {
-    if site.exists() {
-        std::fs::remove_dir_all(site).map_err(|error| format!("{}: {error}", site.display()))?;
+/// Builds the library and makes the zip files, or runs their tests too.
+pub fn run(is_test: bool) -> Outcome {
+    call(cargo().args(["build", "--release", "--package", "relievo-capi", "--package", "relievo-cli"]))?;
+    if is_test {
+        return test();
     }
-    let install = ["-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--disable-pip-version-check"];
-    call(Command::new(python).args(install).arg("--target").arg(site).arg(wheel))
+    let made = make()?;
+    println!("{}\n{}", made.extension.display(), made.addon.display());
+    Ok(())
 }
 
-fn python_tests(python: &Path, site: &Path) -> Outcome {
-    let tests = root().join("tests/python");
+/// Makes everything of the library that was built and runs `tests/python` and `tests/blender`.
+pub fn test() -> Outcome {
+    let made = make()?;
     for name in ["test_abi.py", "test_nouns.py", "test_wheel.py"] {
-        let mut command = Command::new(python);
-        command.arg(tests.join(name)).env("PYTHONPATH", site).env_remove("RELIEVO_LIBRARY");
-        call(command.env_remove("RELIEVO_EMBREE").env("PYTHONDONTWRITEBYTECODE", "1"))?;
+        let mut command = clean(&made.python);
+        call(command.arg(root().join("tests/python").join(name)).env("PYTHONPATH", &made.site))?;
+    }
+    let scripts = made.folder.parent().and_then(Path::parent).unwrap_or(&made.folder);
+    for name in ["test_addon.py", "test_install.py"] {
+        let file = root().join("tests/blender").join(name);
+        let mut bpy = clean(&made.python);
+        let mut blender = clean(Path::new("blender"));
+        blender.args(["--background", "--factory-startup", "--python-exit-code", "1", "--python"]);
+        for command in [&mut bpy, &mut blender] {
+            command
+                .arg(&file)
+                .env("BLENDER_USER_SCRIPTS", scripts)
+                .env("RELIEVO_COMMAND", target().join("release/relievo"));
+            command.env("RELIEVO_EXTENSION", &made.extension).env("RELIEVO_ADDON", &made.addon);
+            call(command)?;
+        }
+    }
+    Ok(())
+}
+
+/// A command without what would lead it to another library than the one that is tested.
+fn clean(program: &Path) -> Command {
+    let mut command = Command::new(program);
+    for name in ["RELIEVO_LIBRARY", "RELIEVO_EMBREE", "PYTHONPATH"] {
+        command.env_remove(name);
+    }
+    command.env("PYTHONDONTWRITEBYTECODE", "1");
+    command
+}
+
+fn make() -> Result<Made, String> {
+    let wheel = wheel::make()?;
+    let base = target().join("blender");
+    let python = environment(&base.join("bpy"), PACKAGES)?;
+    let site = base.join("site");
+    let install = ["-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--disable-pip-version-check"];
+    renew(&site)?;
+    call(Command::new(&python).args(install).arg("--target").arg(&site).arg(&wheel))?;
+    let version = env!("CARGO_PKG_VERSION");
+    let source = root().join("plugins/blender");
+
+    let extension = base.join("extension/relievo");
+    renew(&extension)?;
+    copy_files(&source, &extension)?;
+    copy(&wheel, &extension.join("wheels").join(wheel.file_name().unwrap_or_default()))?;
+    let folder = base.join("scripts/addons/relievo");
+    renew(&folder)?;
+    copy_files(&source, &folder)?;
+    for part in ["librelievo", "librelievo.libs"] {
+        copy_files(&site.join(part), &folder.join(part))?;
+    }
+    let zip = |folder: &Path, name: String| {
+        let path = base.join(name);
+        call(Command::new(&python).args(["-m", "zipfile", "--create"]).arg(&path).arg(folder))?;
+        Ok::<_, String>(path)
+    };
+    Ok(Made {
+        extension: zip(&extension, format!("relievo-{version}-blender-4.2.zip"))?,
+        addon: zip(&folder, format!("relievo-{version}-blender-3.4.zip"))?,
+        python,
+        site,
+        folder,
+    })
+}
+
+/// Removes a folder with all that is in it.
+fn renew(folder: &Path) -> Outcome {
+    match std::fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(format!("{}: {error}", folder.display())),
+        _ => Ok(()),
+    }
+}
+
+/// Copies the files of a folder, without folders in it.
+pub fn copy_files(from: &Path, to: &Path) -> Outcome {
+    let entries = std::fs::read_dir(from).map_err(|error| format!("{}: {error}", from.display()))?;
+    for path in entries.flatten().map(|entry| entry.path()).filter(|path| path.is_file()) {
+        copy(&path, &to.join(path.file_name().unwrap_or_default()))?;
     }
     Ok(())
 }

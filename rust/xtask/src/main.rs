@@ -1,4 +1,4 @@
-//! What a contributor types: `cargo xtask setup`, `demo`, `test`, `fuzz`, `wheel`, `notices` and `bench`.
+//! What a contributor types: `cargo xtask setup`, `demo`, `test`, `fuzz`, `wheel`, `blender`, `notices` and `bench`.
 
 mod bench;
 mod blender;
@@ -52,6 +52,12 @@ enum Task {
     },
     /// Builds the Python package as a wheel that carries the library and all that it needs
     Wheel,
+    /// Makes the Blender extension and the add-on for Blender 3.4, with the library
+    Blender {
+        /// Runs the tests of both and of the Python package too
+        #[arg(long)]
+        test: bool,
+    },
     /// Writes the licences of the crates that are linked
     Notices {
         /// The file
@@ -75,6 +81,7 @@ fn main() -> ExitCode {
         Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
         Task::Wheel => wheel::run(),
         Task::Notices { file } => licences::write(&file),
+        Task::Blender { test } => blender::run(test),
         Task::Bench { name, json } => bench::run(&name, json),
     };
     match outcome {

@@ -29,6 +29,8 @@ pub const ALL: &[&str] = &[
     "libembree-dev",
     "libtbb-dev",
     "abigail-tools",
+    "python3-numpy",
+    "blender",
 ];
 
 /// Package lists older than this are fetched again before an installation.

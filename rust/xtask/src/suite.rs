@@ -29,7 +29,7 @@ pub fn run(yes: bool) -> Outcome {
             stages.run("hosts: tests", 4, || ctest(&["--label-exclude", "valgrind"]));
             stages.run("Valgrind", 2, || ctest(&["--label-regex", "valgrind"]));
         }
-        stages.run("Blender", 3, blender::run);
+        stages.run("Blender", 3, blender::test);
         stages.run("fuzz", 4, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(SEED))));
     }
     stages.finish()

@@ -7,6 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::blender::copy_files;
 use crate::stage::{Outcome, call, cargo, root, target};
 
 /// Where the oldest system that can use the wheel stands: that of Debian 12.
@@ -38,7 +39,7 @@ pub fn make() -> Result<PathBuf, String> {
             std::fs::remove_dir_all(made).map_err(|error| format!("{}: {error}", made.display()))?;
         }
     }
-    copy_folder(&root().join("plugins/python/librelievo"), &package)?;
+    copy_files(&root().join("plugins/python/librelievo"), &package)?;
     for file in ["pyproject.toml", "README.md"] {
         copy(&root().join("plugins/python").join(file), &source.join(file))?;
     }
@@ -108,13 +109,4 @@ fn only_file(folder: &Path) -> Result<PathBuf, String> {
 pub fn copy(from: &Path, to: &Path) -> Outcome {
     let made = to.parent().map_or(Ok(()), std::fs::create_dir_all);
     made.and_then(|()| std::fs::copy(from, to)).map(|_| ()).map_err(|error| format!("{}: {error}", from.display()))
-}
-
-/// Copies the files of a folder that has no others.
-fn copy_folder(from: &Path, to: &Path) -> Outcome {
-    let entries = std::fs::read_dir(from).map_err(|error| format!("{}: {error}", from.display()))?;
-    for path in entries.flatten().map(|entry| entry.path()).filter(|path| path.is_file()) {
-        copy(&path, &to.join(path.file_name().unwrap_or_default()))?;
-    }
-    Ok(())
 }

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Relievo in Blender: imprints of moving objects, painting and sculpting on tiles, and their results.
+
+An extension for Blender 4.2 and later, and an add-on for 3.4. Where the native library cannot be used, the add-on is
+there all the same and its panel says what is missing.
+"""
+
+bl_info = {
+    "name": "Relievo",
+    "author": "The Relievo developers",
+    "version": (0, 1, 0),
+    "blender": (3, 4, 0),
+    "location": "View3D > Sidebar > Relievo",
+    "description": "Surfaces that take imprints, paint and sculpting",
+    "category": "Mesh",
+}
+
+from . import native, preferences
+
+# In the order in which they are registered.
+MODULES = ["settings", "handler", "imprint", "brush", "layer", "result", "scene", "panel"]
+_registered = []
+
+
+def register():
+    import importlib
+
+    preferences.register()
+    _registered.append(preferences)
+    names = MODULES if native.problem() is None else ["missing"]
+    for name in names:
+        module = importlib.import_module(f".{name}", __package__)
+        module.register()
+        _registered.append(module)
+
+
+def unregister():
+    while _registered:
+        _registered.pop().unregister()
+    native.forget()

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes between Blender and the library, as whole arrays of 32-bit numbers.
+
+Blender keeps positions as an attribute since 3.5; `foreach_get` copies it as it lies, some hundred times faster than
+vertex by vertex, which 3.4 has to do.
+"""
+
+import bpy
+import librelievo as rl
+import numpy
+
+from . import native
+
+
+def get_points(mesh, out=None):
+    """Positions (n, 3)."""
+    count = len(mesh.vertices)
+    if out is None or len(out) != count:
+        out = numpy.empty((count, 3), numpy.float32)
+    positions = mesh.attributes.get("position")
+    if positions is not None:
+        positions.data.foreach_get("vector", out.reshape(-1))
+    else:
+        mesh.vertices.foreach_get("co", out.reshape(-1))
+    return out
+
+
+def set_points(mesh, points):
+    """Moves all points."""
+    positions = mesh.attributes.get("position")
+    if positions is not None:
+        positions.data.foreach_set("vector", points.reshape(-1))
+    else:
+        mesh.vertices.foreach_set("co", points.reshape(-1))
+    mesh.update()
+
+
+def get_corners(mesh):
+    """The point of every corner."""
+    corners = numpy.empty(len(mesh.loops), numpy.int32)
+    attribute = mesh.attributes.get(".corner_vert")
+    if attribute is not None:
+        attribute.data.foreach_get("value", corners)
+    else:
+        mesh.loops.foreach_get("vertex_index", corners)
+    return corners.view(numpy.uint32)
+
+
+def get_sizes(mesh):
+    """The corners of every face."""
+    sizes = numpy.empty(len(mesh.polygons), numpy.int32)
+    mesh.polygons.foreach_get("loop_total", sizes)
+    return sizes.view(numpy.uint32)
+
+
+def get_creases(mesh):
+    """Sharp edges with their sharpness, and sharp points with theirs, as Blender's subdivision takes them: 0 to 10 by
+    the square of the crease."""
+    edges = _numbers(mesh, "crease_edge", mesh.edges, "crease")
+    layers = getattr(mesh, "vertex_creases", None) or ()
+    points = _numbers(mesh, "crease_vert", layers[0].data if len(layers) else (), "value")
+    pairs = numpy.empty((0, 2), numpy.uint32)
+    strong = numpy.flatnonzero(edges > 0)
+    if len(strong):
+        ends = numpy.empty(2 * len(mesh.edges), numpy.int32)
+        mesh.edges.foreach_get("vertices", ends)
+        pairs = ends.reshape(-1, 2)[strong].astype(numpy.uint32)
+    tips = numpy.flatnonzero(points > 0)
+    return (pairs, edges[strong] ** 2 * 10), (tips.astype(numpy.uint32), points[tips] ** 2 * 10)
+
+
+def _numbers(mesh, name, elements, field):
+    """A float attribute, or the field that Blender 3.4 has instead."""
+    attribute = mesh.attributes.get(name)
+    if attribute is not None:
+        values = numpy.empty(len(attribute.data), numpy.float32)
+        attribute.data.foreach_get("value", values)
+        return values
+    if len(elements) and hasattr(elements[0], field):
+        values = numpy.empty(len(elements), numpy.float32)
+        elements.foreach_get(field, values)
+        return values
+    return numpy.zeros(0, numpy.float32)
+
+
+def get_uvs(mesh):
+    """Texture coordinates of every corner of the active layer, or None."""
+    layer = mesh.uv_layers.active
+    if layer is None or not len(mesh.loops):
+        return None
+    uvs = numpy.empty((len(mesh.loops), 2), numpy.float32)
+    attribute = mesh.attributes.get(layer.name)
+    if attribute is not None and attribute.data_type == "FLOAT2":
+        attribute.data.foreach_get("vector", uvs.reshape(-1))
+    else:
+        layer.data.foreach_get("uv", uvs.reshape(-1))
+    return uvs
+
+
+def to_native(mesh, attributes=True):
+    """A mesh of the library, with creases and texture coordinates."""
+    creases, tips = get_creases(mesh) if attributes else (None, None)
+    made = rl.Mesh(
+        native.context(),
+        get_points(mesh),
+        get_corners(mesh),
+        get_sizes(mesh),
+        creases=creases if creases and len(creases[0]) else None,
+        sharp_points=tips if tips and len(tips[0]) else None,
+    )
+    uvs = get_uvs(mesh) if attributes else None
+    if uvs is not None:
+        # Corners of a point with the same coordinates share them, so that they are subdivided as one.
+        values, indices = _welded(get_corners(mesh), uvs)
+        made.add_attribute("uv", values, "corner", indices=indices)
+    return made
+
+
+def _welded(corners, uvs):
+    keys = numpy.empty(len(corners), [("point", numpy.uint32), ("u", numpy.float32), ("v", numpy.float32)])
+    keys["point"], keys["u"], keys["v"] = corners, uvs[:, 0], uvs[:, 1]
+    _, first, indices = numpy.unique(keys, return_index=True, return_inverse=True)
+    return uvs[first], indices.reshape(-1).astype(numpy.uint32)
+
+
+def fill(mesh, made):
+    """Puts the triangles of a library's mesh into an empty one of Blender, with texture coordinates."""
+    points, corners = made.points(), made.triangles().reshape(-1).astype(numpy.int32)
+    count = len(corners) // 3
+    mesh.vertices.add(len(points))
+    mesh.loops.add(len(corners))
+    mesh.polygons.add(count)
+    mesh.polygons.foreach_set("loop_start", numpy.arange(0, 3 * count, 3, dtype=numpy.int32))
+    if bpy.app.version < (4, 0):
+        mesh.polygons.foreach_set("loop_total", numpy.full(count, 3, numpy.int32))
+    mesh.loops.foreach_set("vertex_index", corners)
+    mesh.update(calc_edges=True)
+    if "uv" in made.attribute_names():
+        uv = made.attribute("uv")
+        values = uv.values if uv.indices is None else uv.values[uv.indices]
+        layer = mesh.uv_layers.new(name="UVMap")
+        layer.data.foreach_set("uv", numpy.ascontiguousarray(values, numpy.float32).reshape(-1))
+    mesh.polygons.foreach_set("use_smooth", numpy.ones(count, bool))
+    set_points(mesh, points)
+
+
+def color_attribute(mesh):
+    """The attribute that colours go to, made if it is missing."""
+    found = mesh.attributes.get("Relievo")
+    if found is None:
+        found = mesh.attributes.new("Relievo", "FLOAT_COLOR", "POINT")
+    return found
+
+
+def matrix_of(matrix):
+    """A matrix of Blender as rows of doubles."""
+    return numpy.array([list(row) for row in matrix])

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The native library: what is missing if it cannot be used, and the context that all documents share."""
+
+import importlib
+import sys
+
+_context = None
+
+
+def _package():
+    """librelievo: the one that Blender's extensions bring as a wheel, or the folder beside this file."""
+    try:
+        return importlib.import_module("librelievo")
+    except ModuleNotFoundError as missing:
+        if missing.name != "librelievo":
+            raise
+    inside = importlib.import_module(f"{__package__}.librelievo")
+    # The modules of the add-on import it by its own name.
+    sys.modules["librelievo"] = inside
+    for name, module in list(sys.modules.items()):
+        if name.startswith(f"{__package__}.librelievo."):
+            sys.modules[name.removeprefix(f"{__package__}.")] = module
+    return inside
+
+
+def problem():
+    """Why the library cannot be used, a sentence for the user, or None."""
+    try:
+        _package().load()
+    except ModuleNotFoundError as missing:
+        if missing.name.endswith("librelievo"):
+            return "The package librelievo is missing; install the add-on from its zip file, which brings it"
+        return f"{missing.name} is missing, which Relievo needs"
+    except ImportError as failure:
+        return str(failure)
+    return None
+
+
+def context():
+    """The context of this session, with the device and threads of the preferences."""
+    global _context
+    if _context is None:
+        from . import preferences
+
+        options = preferences.get()
+        _context = _package().Context(device=options.device.lower(), threads=options.threads)
+    return _context
+
+
+def forget():
+    """Lets the context go; objects that were made with it keep it."""
+    global _context
+    _context = None

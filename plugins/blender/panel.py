@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panels in the sidebar, made from the library's tables of parameters."""
+
+import bpy
+import librelievo as rl
+from librelievo import abi
+
+from . import state
+
+
+class Panel:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Relievo"
+
+    @classmethod
+    def poll(cls, context):
+        active = state.source_of(context.active_object)
+        return active is not None and active.type == "MESH"
+
+    def column(self):
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        return self.layout.column()
+
+
+def draw_table(layout, group):
+    """Every parameter of a group that was made from a table."""
+    for parameter in group.table:
+        layout.prop(group, parameter.name)
+
+
+class RELIEVO_PT_surface(Panel, bpy.types.Panel):
+    bl_label = "Relievo"
+    bl_idname = "RELIEVO_PT_surface"
+
+    def draw(self, context):
+        target, column = state.source_of(context.active_object), self.column()
+        options = target.relievo
+        column.label(text=target.name, icon="MESH_DATA")
+        settings = column.column()
+        settings.enabled = not options.uid
+        settings.prop(options, "kind")
+        settings.prop(options, "tile_size" if options.kind == "CATMULL_CLARK" else "segments")
+        settings.prop(context.scene.relievo, "traces")
+        if options.kind == "CATMULL_CLARK":
+            column.prop(options, "cells")
+        made = state.existing(target)
+        if made is not None:
+            info = made.detail.info
+            column.label(text=f"{info.allocated_count} of {info.tile_count} tiles, {info.bytes / 2**20:.1f} MiB")
+        if options.uid:
+            column.operator("relievo.clear")
+
+
+class RELIEVO_PT_brush(Panel, bpy.types.Panel):
+    bl_label = "Brush"
+    bl_parent_id = "RELIEVO_PT_surface"
+
+    def draw(self, context):
+        group, column = context.scene.relievo.brush, self.column()
+        for name in ("paint_mode", "color", "sculpt_mode", "height", "falloff"):
+            column.prop(group, name)
+        draw_table(column, group.settings)
+
+
+class RELIEVO_PT_stamp(Panel, bpy.types.Panel):
+    bl_label = "Stamp"
+    bl_parent_id = "RELIEVO_PT_brush"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        group, column = context.scene.relievo.brush, self.column()
+        column.template_ID(group, "stamp", open="image.open")
+        draw_table(column, group.stamp_settings)
+
+
+class RELIEVO_PT_layers(Panel, bpy.types.Panel):
+    bl_label = "Layers"
+    bl_parent_id = "RELIEVO_PT_surface"
+
+    def draw(self, context):
+        column = self.column()
+        made = state.existing(state.source_of(context.active_object))
+        try:
+            layers = list(made.detail.layers) if made else []
+        except rl.Busy:
+            column.label(text="At work")
+            return
+        for layer in reversed(layers):
+            row = column.row(align=True)
+            icon = "BRUSH_DATA" if layer.kind == abi.RlvLayerKind.COLOR else "MOD_DISPLACE"
+            active = row.operator("relievo.layer_change", text=layer.name, icon=icon, depress=bool(layer.is_active))
+            active.layer, active.action = layer.id, "ACTIVATE"
+            row.operator("relievo.layer_set", text=f"{layer.opacity:.2f}").layer = layer.id
+            for action, icon in (("UP", "TRIA_UP"), ("DOWN", "TRIA_DOWN"), ("MERGE", "FULLSCREEN_EXIT"), ("REMOVE", "X")):
+                change = row.operator("relievo.layer_change", text="", icon=icon)
+                change.layer, change.action = layer.id, action
+        row = column.row(align=True)
+        for kind, label in (("DISPLACEMENT", "Add displacement"), ("COLOR", "Add colour")):
+            added = row.operator("relievo.layer_add", text=label)
+            added.kind, added.name = kind, "Relief" if kind == "DISPLACEMENT" else "Paint"
+
+
+class RELIEVO_PT_imprint(Panel, bpy.types.Panel):
+    bl_label = "Imprint"
+    bl_parent_id = "RELIEVO_PT_surface"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        column = self.column()
+        draw_table(column, context.scene.relievo.imprint)
+        column.operator("relievo.imprint", text="Imprint").cache = False
+        column.operator("relievo.imprint", text="Bake to cache").cache = True
+
+
+class RELIEVO_PT_result(Panel, bpy.types.Panel):
+    bl_label = "Result"
+    bl_parent_id = "RELIEVO_PT_surface"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        column = self.column()
+        column.operator("relievo.result_mesh")
+        column.prop(context.scene.relievo, "image_size")
+        column.operator("relievo.result_image", text="Displacement image").quantity = "DISPLACEMENT"
+        column.operator("relievo.result_image", text="Colour image").quantity = "COLOR"
+        for name in ("result_color", "result_ptex", "result_document", "export_scene"):
+            column.operator(f"relievo.{name}")
+
+
+CLASSES = [
+    RELIEVO_PT_surface,
+    RELIEVO_PT_brush,
+    RELIEVO_PT_stamp,
+    RELIEVO_PT_layers,
+    RELIEVO_PT_imprint,
+    RELIEVO_PT_result,
+]
+
+
+def register():
+    for kind in CLASSES:
+        bpy.utils.register_class(kind)
+
+
+def unregister():
+    for kind in reversed(CLASSES):
+        bpy.utils.unregister_class(kind)

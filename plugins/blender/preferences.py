@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Preferences: device, threads, and where baked caches go."""
+
+from types import SimpleNamespace
+
+import bpy
+
+from . import native
+
+
+def _anew(_self, _context):
+    native.forget()
+
+
+class RelievoPreferences(bpy.types.AddonPreferences):
+    bl_idname = __package__
+
+    device: bpy.props.EnumProperty(
+        name="Device",
+        description="What computes",
+        items=[("CPU", "CPU", "The processor"), ("AUTO", "Automatic", "The best there is")],
+        default="CPU",
+        update=_anew,
+    )
+    threads: bpy.props.IntProperty(
+        name="Threads", description="Threads that work, 0 for one per core", min=0, max=1024, default=0, update=_anew
+    )
+    cache_folder: bpy.props.StringProperty(
+        name="Cache folder",
+        description="Where baked caches and images go; // is the folder of the .blend file",
+        subtype="DIR_PATH",
+        default="//relievo_cache",
+    )
+
+    def draw(self, _context):
+        problem = native.problem()
+        if problem:
+            self.layout.label(text=problem, icon="ERROR")
+        for name in ("device", "threads", "cache_folder"):
+            self.layout.prop(self, name)
+
+
+DEFAULTS = SimpleNamespace(device="CPU", threads=0, cache_folder="//relievo_cache")
+
+
+def get():
+    """The preferences, or their defaults where the add-on was not enabled by Blender."""
+    addon = bpy.context.preferences.addons.get(__package__)
+    return addon.preferences if addon and addon.preferences else DEFAULTS
+
+
+def register():
+    bpy.utils.register_class(RelievoPreferences)
+
+
+def unregister():
+    bpy.utils.unregister_class(RelievoPreferences)

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings of objects and scenes. Those of brushes, stamps and imprints are made from the library's own tables, so that
+they never lag behind it."""
+
+import bpy
+import librelievo as rl
+from librelievo import abi, brush, imprint
+
+SIZES = [(str(2**n), str(2**n), f"{2**n} numbers along an edge of a face") for n in range(3, 9)]
+CELLS = [(str(2**n), str(2**n), f"{2**n} cells along an edge of a face") for n in range(0, 9)]
+
+
+def choices(enum):
+    """The values of an enum of the library as Blender lists them."""
+    return [(value.name, value.name.replace("_", " ").capitalize(), "") for value in enum]
+
+
+def property_of(parameter):
+    """A property of Blender for a parameter of the library: its type, range, default, unit and help."""
+    label = parameter.name.replace("_", " ").capitalize()
+    help_text = parameter.help + (f" ({parameter.unit})" if parameter.unit else "")
+    common = {"name": label, "description": help_text}
+    if parameter.kind == rl.ParameterKind.BOOL:
+        return bpy.props.BoolProperty(default=bool(parameter.value), **common)
+    if parameter.kind == rl.ParameterKind.U32:
+        # Blender's integers have 31 bits.
+        top = min(int(parameter.max), 2**31 - 1)
+        return bpy.props.IntProperty(default=int(parameter.value), min=int(parameter.min), max=top, **common)
+    extra = {"subtype": "ANGLE"} if parameter.unit == "rad" and abs(parameter.max) <= 1000 else {}
+    floats = {"min": parameter.min, "max": parameter.max, "default": parameter.value, "precision": 3}
+    return bpy.props.FloatProperty(**floats, **extra, **common)
+
+
+def group_of(name, table):
+    """A class of properties from a table of parameters."""
+    annotations = {parameter.name: property_of(parameter) for parameter in table}
+    return type(name, (bpy.types.PropertyGroup,), {"__annotations__": annotations, "table": table})
+
+
+def values(group):
+    """What a group made from a table holds, as the library takes it."""
+    return {parameter.name: getattr(group, parameter.name) for parameter in group.table}
+
+
+RelievoBrushSettings = group_of("RelievoBrushSettings", brush.params())
+RelievoStampSettings = group_of("RelievoStampSettings", brush.stamp_params())
+RelievoImprintSettings = group_of("RelievoImprintSettings", imprint.params())
+
+
+class RelievoBrush(bpy.types.PropertyGroup):
+    """What the brush tools do."""
+
+    paint_mode: bpy.props.EnumProperty(name="Mode", items=choices(abi.RlvPaintMode))
+    sculpt_mode: bpy.props.EnumProperty(name="Mode", items=choices(abi.RlvSculptMode))
+    falloff: bpy.props.EnumProperty(name="Falloff", items=choices(abi.RlvFalloff), default="SMOOTH")
+    color: bpy.props.FloatVectorProperty(
+        name="Colour", subtype="COLOR", size=4, min=0, max=10000, soft_max=1, default=(0.6, 0.03, 0.02, 1)
+    )
+    height: bpy.props.FloatProperty(name="Height", description="What a dab raises, object units", default=0.1)
+    stamp: bpy.props.PointerProperty(name="Stamp", description="Image of the brush", type=bpy.types.Image)
+    settings: bpy.props.PointerProperty(type=RelievoBrushSettings)
+    stamp_settings: bpy.props.PointerProperty(type=RelievoStampSettings)
+
+
+class RelievoStroke(bpy.types.PropertyGroup):
+    """A stroke that was made: what its brush was and its points, as JSON."""
+
+    text: bpy.props.StringProperty()
+
+
+class RelievoObject(bpy.types.PropertyGroup):
+    """What an object keeps in the file. `revision` names the state of its detail; Blender's undo brings it back, and
+    the detail follows."""
+
+    format: bpy.props.IntProperty(description="Version of what is kept here")
+    uid: bpy.props.StringProperty()
+    revision: bpy.props.IntProperty()
+    source: bpy.props.PointerProperty(
+        name="Source", description="The object whose result this is", type=bpy.types.Object
+    )
+    result: bpy.props.PointerProperty(name="Result", description="The displaced mesh", type=bpy.types.Object)
+    strokes: bpy.props.CollectionProperty(type=RelievoStroke)
+    kind: bpy.props.EnumProperty(
+        name="Surface",
+        description="What is painted, sculpted and dented",
+        items=[
+            ("CATMULL_CLARK", "Subdivision surface", "The limit surface with the mesh as its cage"),
+            ("TRIANGLES", "Triangles", "The triangles of the mesh as they are"),
+        ],
+    )
+    tile_size: bpy.props.EnumProperty(
+        name="Tile size", description="Numbers kept along an edge of a face", items=SIZES, default="64"
+    )
+    segments: bpy.props.EnumProperty(
+        name="Segments", description="Segments along an edge of a triangle", items=SIZES[:4], default="16"
+    )
+    cells: bpy.props.EnumProperty(
+        name="Cells", description="Cells of the result along an edge of a face", items=CELLS, default="16"
+    )
+
+
+class RelievoScene(bpy.types.PropertyGroup):
+    """What tools and bakes of a scene use."""
+
+    brush: bpy.props.PointerProperty(type=RelievoBrush)
+    imprint: bpy.props.PointerProperty(type=RelievoImprintSettings)
+    image_size: bpy.props.IntProperty(name="Image size", description="Pixels", min=16, max=16384, default=1024)
+    traces: bpy.props.BoolProperty(
+        name="Traces", description="Keep where and how deep contact was, for bakes", default=False
+    )
+
+
+CLASSES = [
+    RelievoBrushSettings,
+    RelievoStampSettings,
+    RelievoImprintSettings,
+    RelievoBrush,
+    RelievoStroke,
+    RelievoObject,
+    RelievoScene,
+]
+
+
+def register():
+    for kind in CLASSES:
+        bpy.utils.register_class(kind)
+    bpy.types.Object.relievo = bpy.props.PointerProperty(type=RelievoObject)
+    bpy.types.Scene.relievo = bpy.props.PointerProperty(type=RelievoScene)
+
+
+def unregister():
+    del bpy.types.Object.relievo, bpy.types.Scene.relievo
+    for kind in reversed(CLASSES):
+        bpy.utils.unregister_class(kind)

@@ -1,0 +1,95 @@
+"""What the tests of the add-on share: enabling it, objects, and strokes. They run in PyPI's bpy and in Blender's own
+Python (`blender --background --python FILE`)."""
+
+import os
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import bpy
+import numpy
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tests" / "python"))
+
+import shapes
+
+
+def enable():
+    """Enables the add-on that BLENDER_USER_SCRIPTS has."""
+    bpy.ops.preferences.addon_enable(module="relievo")
+    assert "relievo" in bpy.context.preferences.addons, "the add-on is not there"
+    import relievo
+
+    problem = relievo.native.problem()
+    assert problem is None, problem
+    return relievo
+
+
+def empty():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    return enable()
+
+
+def add(name, points, corners, size, uvs=None):
+    """An object of faces with `size` corners."""
+    mesh = bpy.data.meshes.new(name)
+    faces = numpy.asarray(corners).reshape(-1, size).tolist()
+    mesh.from_pydata(points.tolist(), [], faces)
+    if uvs is not None:
+        layer = mesh.uv_layers.new(name="UVMap")
+        layer.data.foreach_set("uv", uvs[numpy.asarray(corners)].astype(numpy.float32).ravel())
+    made = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(made)
+    bpy.context.view_layer.update()
+    return made
+
+
+def field(cells=4, name="field"):
+    points, corners, uvs = shapes.grid(cells)
+    return add(name, points, corners, 4, uvs)
+
+
+def ball(radius=0.3, name="ball", rings=16):
+    points, corners = shapes.ball(radius, rings=rings)
+    return add(name, points, corners, 3)
+
+
+def select(active, *others):
+    for other in bpy.context.view_layer.objects:
+        other.select_set(False)
+    for other in [active, *others]:
+        other.select_set(True)
+    bpy.context.view_layer.objects.active = active
+
+
+def draw(active, points, action="SCULPT", **settings):
+    """Draws a stroke by the operator."""
+    import json
+
+    select(active)
+    group = bpy.context.scene.relievo.brush
+    for name, value in settings.items():
+        setattr(group if hasattr(group, name) else group.settings, name, value)
+    return bpy.ops.relievo.stroke(action=action, points=json.dumps(points))
+
+
+def positions(target):
+    found = numpy.empty((len(target.data.vertices), 3), numpy.float32)
+    target.data.vertices.foreach_get("co", found.ravel())
+    return found
+
+
+def main():
+    """Runs the tests of the file that is run, under Blender too, whose own arguments come before `--`."""
+    arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
+    outcome = unittest.main(module="__main__", argv=[sys.argv[0], *arguments], exit=False)
+    sys.stdout.flush()
+    if not outcome.result.wasSuccessful():
+        # Blender's own interpreter does not end with the status of SystemExit.
+        os._exit(1)
+
+
+def folder():
+    return tempfile.TemporaryDirectory()

@@ -1,0 +1,377 @@
+"""The add-on in Blender, without a window: what operators make, what undo brings back, what files keep."""
+
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+import bpy
+import numpy
+
+sys.path.append(str(Path(__file__).resolve().parent))
+
+import host
+
+
+def digest(relievo, target):
+    """What the detail of an object comes to."""
+    state = relievo.state.of(target)
+    tiles = numpy.repeat(numpy.arange(state.detail.info.tile_count), 9)
+    uvs = numpy.tile([[u, v] for u in (0.1, 0.3, 0.5) for v in (0.1, 0.3, 0.5)], (len(tiles) // 9, 1))
+    found = state.detail.evaluate(tiles, uvs, ["positions", "colors"])
+    return found["positions"].tobytes() + found["colors"].tobytes()
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.relievo = host.empty()
+
+
+class Strokes(Case):
+    def test_a_stroke_raises_the_result_and_paint_colours_it(self):
+        field = host.field()
+        self.assertEqual(host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]], radius=0.3, height=0.2), {"FINISHED"})
+        result = field.relievo.result
+        self.assertEqual(result.parent, field)
+        heights = host.positions(result)[:, 2]
+        self.assertGreater(heights.max(), 0.15)
+        self.assertEqual(len(heights), (4 * 16 + 1) ** 2)
+        host.draw(field, [[-0.5, -0.25, 0], [0.5, -0.25, 0]], "PAINT", color=(1, 0, 0, 1))
+        colors = numpy.empty((len(heights), 4), numpy.float32)
+        result.data.attributes["Relievo"].data.foreach_get("color", colors.ravel())
+        numpy.testing.assert_allclose(colors.min(0)[1:3], 0, atol=0.05)
+        self.assertEqual(len(field.relievo.strokes), 2)
+        self.assertEqual(len(json.loads(field.relievo.strokes[0].text)["points"]), 2)
+
+    def test_symmetry_and_pressure(self):
+        field = host.field()
+        field.relievo.cells = "32"
+        host.draw(field, [[0.5, 0.2, 0, 1.0], [0.5, 0.3, 0, 0.5]], radius=0.2, symmetry_x=True)
+        points = host.positions(field.relievo.result)
+        left, right = points[points[:, 0] < -0.01], points[points[:, 0] > 0.01]
+        self.assertGreater(left[:, 2].max(), 0.05)
+        self.assertAlmostEqual(float(left[:, 2].max()), float(right[:, 2].max()), delta=2e-3)
+
+    def test_triangles_and_the_active_result(self):
+        ball = host.ball(1.0)
+        ball.relievo.kind = "TRIANGLES"
+        host.draw(ball, [[0, -1, 0], [0.3, -0.95, 0]], radius=0.2)
+        result = ball.relievo.result
+        self.assertGreater(numpy.linalg.norm(host.positions(result), axis=1).max(), 1.05)
+        before = digest(self.relievo, ball)
+        host.draw(result, [[0, 1, 0], [0.3, 0.95, 0]], radius=0.2)
+        self.assertNotEqual(digest(self.relievo, ball), before)
+
+    def test_what_cannot_be_done_is_said(self):
+        field = host.field()
+        for points in ("nonsense", "[]", "[[1]]", '[[0, 0, 0, 7]]', '[["a", 0, 0]]', "[[NaN, 0, 0]]"):
+            host.select(field)
+            with self.assertRaises(RuntimeError) as caught:
+                bpy.ops.relievo.stroke(action="SCULPT", points=points)
+            self.assertNotIn("Traceback", str(caught.exception))
+        self.assertEqual(len(field.relievo.strokes), 0)
+        host.draw(field, [[0, 0, 0], [0.1, 0, 0]])
+        field.data.from_pydata([], [], [])
+        other = bpy.data.meshes.new("other")
+        other.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+        field.data = other
+        with self.assertRaisesRegex(RuntimeError, "other faces"):
+            host.draw(field, [[0, 0, 0], [0.1, 0, 0]])
+
+
+class Undo(Case):
+    def test_two_hundred_random_steps(self):
+        """Strokes, imprints and layers on two objects, undone and made again at random: the details are always what
+        they were at that step."""
+        context = bpy.context
+        context.preferences.edit.undo_steps = 256
+        fields = [host.field(name="a"), host.field(name="b")]
+        fields[1].location.x = 4
+        chance = random.Random(7)
+        bpy.ops.ed.undo_push(message="start")
+
+        def objects():
+            return [bpy.data.objects["a"], bpy.data.objects["b"]]
+
+        def states():
+            return [digest(self.relievo, target) for target in objects()]
+
+        steps, place = [states()], 0
+        bpy.ops.ed.undo_push(message="states")
+        edits = undone = redone = 0
+        for _ in range(200):
+            choice = chance.random()
+            if choice < 0.4 and place > 0:
+                bpy.ops.ed.undo()
+                place, undone = place - 1, undone + 1
+            elif choice < 0.75 and place + 1 < len(steps):
+                bpy.ops.ed.redo()
+                place, redone = place + 1, redone + 1
+            else:
+                target = chance.choice(objects())
+                x, y = chance.uniform(-0.8, 0.8), chance.uniform(-0.8, 0.8)
+                x += target.location.x
+                if chance.random() < 0.15:
+                    host.select(target)
+                    bpy.ops.relievo.layer_add(name="Layer", kind="DISPLACEMENT")
+                else:
+                    action = chance.choice(["SCULPT", "PAINT"])
+                    host.draw(target, [[x, y, 0], [x + 0.1, y, 0]], action, radius=0.25)
+                bpy.ops.ed.undo_push(message="edit")
+                place, edits = place + 1, edits + 1
+                steps[place:] = [states()]
+            self.assertEqual(states(), steps[place])
+        self.assertGreater(min(edits, undone, redone), 20)
+
+
+class Documents(Case):
+    def test_duplicates_get_their_own(self):
+        field = host.field()
+        host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
+        copy = field.copy()
+        bpy.context.scene.collection.objects.link(copy)
+        self.assertEqual(copy.relievo.uid, field.relievo.uid)
+        before = digest(self.relievo, field)
+        self.assertEqual(digest(self.relievo, copy), before)
+        self.assertNotEqual(copy.relievo.uid, field.relievo.uid)
+        host.draw(copy, [[0.5, 0.5, 0], [0.7, 0.5, 0]])
+        self.assertEqual(digest(self.relievo, field), before)
+        self.assertNotEqual(digest(self.relievo, copy), before)
+
+    def test_files_keep_documents_strokes_and_history(self):
+        with host.folder() as folder:
+            path = os.path.join(folder, "scene.blend")
+            field = host.field()
+            host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
+            host.draw(field, [[0, 0.5, 0], [0.2, 0.5, 0]], "PAINT")
+            before = digest(self.relievo, field)
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            bpy.ops.wm.read_factory_settings(use_empty=True)
+            self.relievo = host.enable()
+            bpy.ops.wm.open_mainfile(filepath=path)
+            field = bpy.data.objects["field"]
+            self.assertEqual(digest(self.relievo, field), before)
+            self.assertEqual(len(field.relievo.strokes), 2)
+            self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 2)
+            # An object that is appended beside it gets a document of its own.
+            other_path = shutil.copy(path, os.path.join(folder, "other.blend"))
+            with bpy.data.libraries.load(other_path) as (_there, wanted):
+                wanted.objects = ["field"]
+            other = wanted.objects[0]
+            bpy.context.scene.collection.objects.link(other)
+            host.draw(other, [[-0.5, -0.5, 0], [-0.3, -0.5, 0]])
+            self.assertNotEqual(other.relievo.uid, field.relievo.uid)
+            self.assertEqual(digest(self.relievo, field), before)
+            self.assertNotEqual(digest(self.relievo, other), before)
+
+    def test_a_newer_file_is_refused_and_a_damaged_one_too(self):
+        field = host.field()
+        host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
+        field.relievo.format = self.relievo.state.FORMAT + 1
+        with self.assertRaisesRegex(RuntimeError, "newer Relievo add-on"):
+            host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
+        field.relievo.format = self.relievo.state.FORMAT
+        self.relievo.state.pack_all()
+        self.relievo.state.forget_all()
+        packed = bytes(field["relievo_document"])
+        for length in (0, 20, len(packed) // 8, len(packed) - 1):
+            field["relievo_document"] = packed[:length]
+            with self.assertRaises(RuntimeError) as caught:
+                host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
+            self.assertNotIn("Traceback", str(caught.exception))
+        field["relievo_document"], field["relievo_history"] = packed, "no JSON"
+        with self.assertRaises(RuntimeError) as caught:
+            host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
+        self.assertNotIn("Traceback", str(caught.exception))
+
+
+class Imprints(Case):
+    def moving_ball(self, deforming=False):
+        ball = host.ball(0.3)
+        for frame, x in ((1, -0.6), (5, 0.6)):
+            ball.location = (x, 0.25, 0.2)
+            ball.keyframe_insert("location", frame=frame)
+        bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 5
+        bpy.context.scene.relievo.imprint.voxels = 2**18
+        return ball
+
+    def test_a_moving_ball_leaves_a_track_of_its_depth(self):
+        field, ball = host.field(), self.moving_ball()
+        field.relievo.cells = "32"
+        host.select(field, ball)
+        self.assertEqual(bpy.ops.relievo.imprint(), {"FINISHED"})
+        points = host.positions(field.relievo.result)
+        row = points[numpy.abs(points[:, 1] - 0.25) < 1e-4]
+        inside = row[numpy.abs(row[:, 0]) < 0.5]
+        numpy.testing.assert_allclose(inside[:, 2], -0.1, atol=0.015)
+        self.assertLess(numpy.abs(row[numpy.abs(row[:, 0]) > 0.95][:, 2]).max(), 0.01)
+        state = self.relievo.state.of(field)
+        self.assertEqual(state.document.info.undo_count, 1)
+
+    def test_a_deforming_presser_follows_its_armature_and_shape_keys(self):
+        field = host.field()
+        ball = host.ball(0.3)
+        ball.location = (0, 0.25, 0.5)
+        ball.shape_key_add(name="rest")
+        low = ball.shape_key_add(name="low")
+        for point in low.data:
+            point.co.z -= 0.3
+        low.value = 0.0
+        low.keyframe_insert("value", frame=1)
+        low.value = 1.0
+        low.keyframe_insert("value", frame=3)
+        bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 3
+        bpy.context.scene.relievo.imprint.voxels = 2**18
+        host.select(field, ball)
+        bpy.ops.relievo.imprint()
+        self.assertAlmostEqual(float(host.positions(field.relievo.result)[:, 2].min()), -0.1, delta=0.015)
+
+    def test_an_active_object_that_is_skinned_keeps_its_pose(self):
+        field, ball = host.field(), self.moving_ball()
+        field.modifiers.new("lift", "SIMPLE_DEFORM").angle = 0.0
+        lift = field.modifiers.new("displace", "DISPLACE")
+        lift.strength, lift.mid_level, lift.direction = 0.05, 0.0, "Z"
+        host.select(field, ball)
+        bpy.ops.relievo.imprint()
+        heights = host.positions(field.relievo.result)[:, 2]
+        self.assertAlmostEqual(float(heights.max()), 0.05, delta=0.01)
+        self.assertAlmostEqual(float(heights.min()), -0.1, delta=0.03)
+
+    def test_a_bake_plays_without_the_addon_from_a_relative_path(self):
+        with host.folder() as folder:
+            field, ball = host.field(), self.moving_ball()
+            path = os.path.join(folder, "baked.blend")
+            host.select(field, ball)
+            with self.assertRaisesRegex(RuntimeError, "Save the .blend file first"):
+                bpy.ops.relievo.imprint(cache=True)
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            self.assertEqual(bpy.ops.relievo.imprint(cache=True, images=True, image_size=64), {"FINISHED"})
+            last = host.positions(field.relievo.result)
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            moved = os.path.join(folder, "moved")
+            os.mkdir(moved)
+            for name in ("baked.blend", "relievo_cache"):
+                os.rename(os.path.join(folder, name), os.path.join(moved, name))
+            bpy.ops.preferences.addon_disable(module="relievo")
+            bpy.ops.wm.open_mainfile(filepath=os.path.join(moved, "baked.blend"))
+            self.assertFalse(hasattr(bpy.types.Object, "relievo"))
+            result = bpy.data.objects["field Relievo"]
+            self.assertTrue(result.modifiers[0].filepath.startswith("//relievo_cache"))
+            lowest = {}
+            for frame in range(1, 6):
+                bpy.context.scene.frame_set(frame)
+                played = result.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+                points = numpy.empty((len(played.vertices), 3), numpy.float32)
+                played.vertices.foreach_get("co", points.ravel())
+                lowest[frame] = points
+            numpy.testing.assert_allclose(lowest[5], last, atol=1e-6)
+            dented = [int((points[:, 2] < -0.02).sum()) for points in lowest.values()]
+            self.assertEqual(dented, sorted(dented))
+            self.assertGreater(dented[-1], 2 * dented[0])
+            image = bpy.data.objects["field"].active_material.node_tree.nodes["Relievo displacement"].image
+            self.assertEqual(image.source, "SEQUENCE")
+            self.assertTrue(image.filepath.startswith("//relievo_cache"))
+            self.assertEqual(len(list(Path(moved, "relievo_cache").glob("field_000?.exr"))), 5)
+
+    def test_nothing_that_presses_and_a_cancelled_bake(self):
+        field, ball = host.field(), self.moving_ball()
+        host.select(field)
+        with self.assertRaisesRegex(RuntimeError, "Select the objects that press"):
+            bpy.ops.relievo.imprint()
+        host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
+        before = digest(self.relievo, field)
+        host.select(field, ball)
+        bpy.context.view_layer.update()
+        from relievo import imprint
+
+        operator = type("Operator", (), dict(vars(imprint.RELIEVO_OT_imprint)))
+        made = object.__new__(operator)
+        made.frame_start = made.frame_end = -1
+        made.cache = made.images = False
+        work = operator.steps(made, bpy.context)
+        for _ in range(3):
+            next(work)[1]()
+        work.close()
+        self.assertEqual(digest(self.relievo, field), before)
+
+
+class Results(Case):
+    def painted(self):
+        field = host.field()
+        host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]], radius=0.3, height=0.2, falloff="CONSTANT")
+        host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]], "PAINT", radius=0.3, color=(1, 0, 0, 1))
+        return field
+
+    def test_images_are_wired_relative_and_hold_the_displacement(self):
+        with host.folder() as folder:
+            field = self.painted()
+            bpy.ops.wm.save_as_mainfile(filepath=os.path.join(folder, "images.blend"))
+            bpy.context.scene.relievo.image_size = 64
+            self.assertEqual(bpy.ops.relievo.result_image(quantity="DISPLACEMENT"), {"FINISHED"})
+            self.assertEqual(bpy.ops.relievo.result_image(quantity="COLOR"), {"FINISHED"})
+            nodes = field.active_material.node_tree.nodes
+            image = nodes["Relievo displacement"].image
+            self.assertTrue(image.filepath.startswith("//relievo_cache"), image.filepath)
+            self.assertEqual(tuple(image.size), (64, 64))
+            pixels = numpy.empty(64 * 64 * image.channels, numpy.float32)
+            image.pixels.foreach_get(pixels)
+            pixels = pixels.reshape(64, 64, image.channels)[:, :, 0]
+            # v is 0 in Blender's lowest row, as in ours.
+            top = host.positions(field.relievo.result)[:, 2].max()
+            self.assertAlmostEqual(float(pixels[40, 32]), float(top), delta=0.02)
+            self.assertAlmostEqual(float(pixels[10, 32]), 0.0, delta=0.01)
+
+    def test_colours_ptex_and_documents(self):
+        with host.folder() as folder:
+            field = self.painted()
+            self.assertEqual(bpy.ops.relievo.result_color(), {"FINISHED"})
+            colors = numpy.empty((len(field.data.loops), 4), numpy.float32)
+            field.data.attributes["Relievo colour"].data.foreach_get("color", colors.ravel())
+            heights = host.positions(field)
+            self.assertEqual(heights.shape[0], 25)
+            corners = self.relievo.mesh.get_corners(field.data)
+            near = numpy.abs(heights[corners][:, 1] - 0.0) < 0.3
+            self.assertEqual(bpy.ops.relievo.result_ptex(filepath=os.path.join(folder, "a.ptx")), {"FINISHED"})
+            path = os.path.join(folder, "a.relievo")
+            self.assertEqual(bpy.ops.relievo.result_document(filepath=path), {"FINISHED"})
+            import librelievo as rl
+
+            made = rl.document.mesh(self.relievo.native.context(), path)
+            self.assertEqual(made.info.face_count, 16)
+            self.assertTrue(near.any() and (colors[:, 3] > 0.99).all())
+
+    def test_every_parameter_of_the_library_is_a_property(self):
+        import librelievo as rl
+
+        scene = bpy.context.scene.relievo
+        for group, table in (
+            (scene.brush.settings, rl.brush.params()),
+            (scene.brush.stamp_settings, rl.brush.stamp_params()),
+            (scene.imprint, rl.imprint.params()),
+        ):
+            for parameter in table:
+                found = group.bl_rna.properties[parameter.name]
+                self.assertIn(parameter.help, found.description)
+                self.assertAlmostEqual(float(getattr(group, parameter.name)), float(parameter.value), places=5)
+
+    def test_a_scene_file_runs_without_blender(self):
+        command = os.environ.get("RELIEVO_COMMAND")
+        if not command:
+            self.skipTest("skipped: RELIEVO_COMMAND names no `relievo`")
+        with host.folder() as folder:
+            field = self.painted()
+            ball = Imprints.moving_ball(self)
+            host.select(field, ball)
+            path = os.path.join(folder, "scene.toml")
+            for start in ("STROKES", "DOCUMENT"):
+                self.assertEqual(bpy.ops.relievo.export_scene(filepath=path, start=start), {"FINISHED"})
+                checked = subprocess.run([command, "check", path], capture_output=True, text=True)
+                self.assertEqual(checked.returncode, 0, checked.stderr)
+
+
+if __name__ == "__main__":
+    host.main()

@@ -1,0 +1,186 @@
+"""The panels and the tools in a real window, driven by simulated events: a stroke of the sculpt tool, its undo and redo
+by the keyboard, a stroke of paint, an imprint that runs in steps. Needs a display, `--enable-event-simulate` and a
+folder for screenshots in RELIEVO_SCREENSHOTS:
+
+    xvfb-run --server-args "-screen 0 1200x800x24" blender --factory-startup --enable-event-simulate \\
+        --window-geometry 0 0 1200 800 --python tests/blender/window.py
+"""
+
+import os
+import sys
+import traceback
+from pathlib import Path
+
+import bpy
+import numpy
+
+sys.path.append(str(Path(__file__).resolve().parent))
+
+import host
+
+FOLDER = os.environ.get("RELIEVO_SCREENSHOTS", "")
+
+
+def area():
+    return next(found for found in bpy.context.window_manager.windows[0].screen.areas if found.type == "VIEW_3D")
+
+
+def region():
+    return next(found for found in area().regions if found.type == "WINDOW")
+
+
+def override():
+    window = bpy.context.window_manager.windows[0]
+    return bpy.context.temp_override(window=window, area=area(), region=region())
+
+
+def event(kind, value="NOTHING", x=0.5, y=0.5, **keys):
+    """An event at a place of the view, 0 to 1."""
+    window, place = bpy.context.window_manager.windows[0], region()
+    at = (int(place.x + x * place.width), int(place.y + y * place.height))
+    window.event_simulate(type=kind, value=value, x=at[0], y=at[1], **keys)
+
+
+def drag(start, end, steps=8):
+    """A drag of the left button, an event per turn of the main loop."""
+    event("MOUSEMOVE", x=start[0], y=start[1])
+    yield
+    event("LEFTMOUSE", "PRESS", x=start[0], y=start[1])
+    yield
+    for step in range(1, steps + 1):
+        share = step / steps
+        event("MOUSEMOVE", x=start[0] + share * (end[0] - start[0]), y=start[1] + share * (end[1] - start[1]))
+        yield
+    event("LEFTMOUSE", "RELEASE", x=end[0], y=end[1])
+    yield
+
+
+def heights():
+    return host.positions(bpy.data.objects["field"].relievo.result)[:, 2]
+
+
+def screenshot(name):
+    if FOLDER:
+        with override():
+            bpy.ops.screen.screenshot(filepath=os.path.join(FOLDER, name))
+
+
+def open_tab():
+    """Presses the tab of our panels, the second one of the sidebar where others are gone."""
+    side = next(found for found in area().regions if found.type == "UI")
+    window = bpy.context.window_manager.windows[0]
+    at = {"x": side.x + side.width - 10, "y": side.y + side.height - 75}
+    window.event_simulate(type="MOUSEMOVE", value="NOTHING", **at)
+    yield
+    for value in ("PRESS", "RELEASE"):
+        window.event_simulate(type="LEFTMOUSE", value=value, **at)
+        yield
+
+
+def only_our_panels():
+    """Takes the tabs of others away, so that the sidebar shows ours."""
+    for name in dir(bpy.types):
+        kind = getattr(bpy.types, name)
+        if getattr(kind, "bl_space_type", "") == "VIEW_3D" and getattr(kind, "bl_region_type", "") == "UI":
+            if not name.startswith("RELIEVO") and isinstance(kind, type) and issubclass(kind, bpy.types.Panel):
+                try:
+                    bpy.utils.unregister_class(kind)
+                except RuntimeError:
+                    pass
+
+
+def play():
+    relievo = host.enable()
+    for target in list(bpy.data.objects):
+        bpy.data.objects.remove(target)
+    field = host.field(8)
+    field.relievo.cells = "32"
+    host.select(field)
+    only_our_panels()
+    space = area().spaces.active
+    space.show_region_ui = True
+    space.shading.type, space.shading.color_type = "SOLID", "VERTEX"
+    with override():
+        bpy.ops.view3d.view_axis(type="TOP")
+        bpy.ops.view3d.view_all()
+        bpy.ops.wm.tool_set_by_id(name="relievo.sculpt_tool")
+        bpy.ops.ed.undo_push(message="field")
+    group = bpy.context.scene.relievo.brush
+    group.settings.radius, group.height = 0.15, 0.05
+    for _ in range(20):
+        yield
+    yield from open_tab()
+    yield from drag((0.4, 0.45), (0.55, 0.55))
+    for _ in range(5):
+        yield
+    assert heights().max() > 0.04, heights().max()
+    assert len(bpy.data.objects["field"].relievo.strokes) == 1
+    raised = heights()
+    screenshot("sculpt.png")
+    for value, wanted in (("undo", None), ("redo", raised)):
+        event("Z", "PRESS", ctrl=True, shift=value == "redo")
+        yield
+        event("Z", "RELEASE", ctrl=True, shift=value == "redo")
+        for _ in range(10):
+            yield
+        field = bpy.data.objects["field"]
+        if wanted is None:
+            assert len(field.relievo.strokes) == 0, "the stroke is not undone"
+            state = relievo.state.of(field)
+            assert state.position == 0, state.position
+        else:
+            assert len(field.relievo.strokes) == 1
+            numpy.testing.assert_array_equal(heights(), wanted)
+    with override():
+        bpy.ops.wm.tool_set_by_id(name="relievo.paint_tool")
+    for _ in range(5):
+        yield
+    yield from drag((0.42, 0.58), (0.56, 0.42))
+    for _ in range(5):
+        yield
+    field = bpy.data.objects["field"]
+    assert relievo.state.of(field).detail.info.painted_count > 0
+    # A ball that moves, in steps off the main thread.
+    ball = host.ball(0.3)
+    for frame, x in ((1, -0.6), (6, 0.6)):
+        ball.location = (x, -0.6, 0.2)
+        ball.keyframe_insert("location", frame=frame)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 6
+    bpy.context.scene.relievo.imprint.voxels = 2**18
+    host.select(field, ball)
+    with override():
+        answer = bpy.ops.relievo.imprint("INVOKE_DEFAULT")
+    assert answer == {"RUNNING_MODAL"}, answer
+    for _ in range(400):
+        yield
+        if heights().min() < -0.08 and relievo.state.of(field).document.info.is_open == 0:
+            break
+    assert heights().min() < -0.08, heights().min()
+    ball.hide_set(True)
+    for _ in range(10):
+        yield
+    screenshot("imprint.png")
+
+
+def run():
+    # The splash screen would take the first press.
+    bpy.context.preferences.view.show_splash = False
+    work = play()
+
+    def turn():
+        try:
+            next(work)
+        except StopIteration:
+            print("window: passed")
+            sys.stdout.flush()
+            os._exit(0)
+        except BaseException:
+            traceback.print_exc()
+            screenshot("failed.png")
+            os._exit(1)
+        return 0.03
+
+    bpy.app.timers.register(turn, first_interval=1.0)
+
+
+run()
