@@ -122,10 +122,11 @@ typedef struct RlvStampSettings {
 
 #define RLV_STAMP_SETTINGS_INIT {sizeof(RlvStampSettings), 0.0f, 1.0f, 0, 0, 0.5f, 2.0f}
 
-/* The fields of RlvBrushSettings in order: a table that lives as long as the process, and its length. */
+/* The fields of RlvBrushSettings in order: a table that lives as long as the process, and its length. No failure of its
+ * own. */
 RLV_API RlvResult rlv_brush_params(const RlvParameter **params, size_t *count);
 
-/* The fields of RlvStampSettings in order. */
+/* The fields of RlvStampSettings in order. The table lives as long as the process. No failure of its own. */
 RLV_API RlvResult rlv_brush_stamp_params(const RlvParameter **params, size_t *count);
 
 /* Makes a brush. settings may be NULL for the defaults. Fails if a number is out of its range. */
@@ -135,15 +136,19 @@ RLV_API RlvResult rlv_brush_create(RlvContext context, const RlvBrushOptions *op
 RLV_API RlvResult rlv_brush_retain(RlvBrush brush);
 RLV_API RlvResult rlv_brush_release(RlvBrush brush);
 
-/* Mutates the brush: gives it other options and settings; stamp and curves stay. Strokes that were begun do not
- * change. */
+/* Mutates the brush: gives it other options and settings; stamp and curves stay. Strokes that were begun do not change.
+ * Fails, and changes nothing, as rlv_brush_create does. */
 RLV_API RlvResult rlv_brush_set(RlvBrush brush, const RlvBrushOptions *options, const RlvBrushSettings *settings);
 
 /* Mutates the brush: what pressure is taken as for an RlvCurve. points are count pairs of a pressure and what it is
- * taken as, both 0 to 1, with growing pressures; straight lines join them. count 0 takes pressure as it is. */
+ * taken as, both 0 to 1, with growing pressures; straight lines join them. count 0 takes pressure as it is. Fails, and
+ * changes nothing, if there is no such curve, a number is not 0 to 1, the pressures do not ascend, or there are more
+ * than 256. */
 RLV_API RlvResult rlv_brush_set_curve(RlvBrush brush, uint32_t curve, const double *points, size_t count);
 
-/* Mutates the brush: gives it an image, or none for NULL. settings may be NULL for the defaults. */
+/* Mutates the brush: gives it an image, or none for NULL. settings may be NULL for the defaults. Fails if the image is
+ * empty or too large, a number is not finite or beyond what stamps may hold, or the image does not have the channel;
+ * after a failure the brush has the image that it had. */
 RLV_API RlvResult rlv_brush_set_stamp(RlvBrush brush, const RlvStampOptions *options, const RlvStampSettings *settings);
 
 #endif

@@ -50,13 +50,15 @@ typedef struct RlvRayArrays {
 RLV_API RlvResult rlv_caster_create_mesh(RlvContext context, RlvMesh mesh, RlvCaster *out);
 
 /* Makes a caster for a detail as it was committed last, in object space: the triangles that rlv_tessellate_detail makes
- * with these options, NULL for the defaults. A hit is as exact as they are; its place can be evaluated. */
+ * with these options, NULL for the defaults. A hit is as exact as they are; its place can be evaluated. Fails as
+ * rlv_caster_create_mesh and rlv_tessellate_detail do. */
 RLV_API RlvResult rlv_caster_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvCaster *out);
 
 RLV_API RlvResult rlv_caster_retain(RlvCaster caster);
 RLV_API RlvResult rlv_caster_release(RlvCaster caster);
 
-/* Casts rays. */
+/* Casts rays. A ray that is not finite, has no direction or is too long for Embree hits nothing. Fails if min_distance
+ * is negative or above max_distance. */
 RLV_API RlvResult rlv_caster_cast(RlvCaster caster, const RlvRayArrays *arrays);
 
 #endif

@@ -32,30 +32,37 @@ typedef struct RlvToolSettings {
 #define RLV_TOOL_SETTINGS_INIT {sizeof(RlvToolSettings), 1.0f, 1.0f}
 
 /* Makes a collider of a mesh, which may be released or changed afterwards. matrix is twelve doubles, the affine map
- * from object space to the world in columns: three for the linear part, then the translation; NULL for the identity. */
+ * from object space to the world in columns: three for the linear part, then the translation; NULL for the identity.
+ * Fails if the mesh has no triangles, a number is not finite, or the matrix is singular. */
 RLV_API RlvResult rlv_collider_create_mesh(RlvContext context, RlvMesh mesh, const double *matrix, RlvCollider *out);
 
 /* Makes a collider of the triangles of a limit surface in its present pose; options as for rlv_tessellate_surface.
- * Triangles should be smaller than a voxel of the imprint. */
+ * Triangles should be smaller than a voxel of the imprint. Fails as rlv_tessellate_surface and rlv_collider_create_mesh
+ * do. */
 RLV_API RlvResult rlv_collider_create_surface(RlvSurface surface, const RlvTessellateOptions *options,
                                               const double *matrix, RlvCollider *out);
 
 /* Makes a collider of a detail as it was committed last, at its place in the world, displacement included. For two
- * details that deform each other: make a collider of each, imprint each with a share of its own, commit both. */
+ * details that deform each other: make a collider of each, imprint each with a share of its own, commit both. Fails as
+ * rlv_tessellate_detail and rlv_collider_create_mesh do. */
 RLV_API RlvResult rlv_collider_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvCollider *out);
 
 RLV_API RlvResult rlv_collider_retain(RlvCollider collider);
 RLV_API RlvResult rlv_collider_release(RlvCollider collider);
 
+/* What the collider is, and where. No failure of its own. */
 RLV_API RlvResult rlv_collider_info(RlvCollider collider, RlvColliderInfo *out);
 
-/* Mutating. Moves the collider; matrix as for rlv_collider_create_mesh. */
+/* Mutating. Moves the collider; matrix as for rlv_collider_create_mesh. Fails, and changes nothing, if the matrix is
+ * singular or not finite. */
 RLV_API RlvResult rlv_collider_set_transform(RlvCollider collider, const double *matrix);
 
-/* Mutating. Deforms the collider: count is its number of points, in the order of the mesh it was made from. */
+/* Mutating. Deforms the collider: count is its number of points, in the order of the mesh it was made from. Fails, and
+ * changes nothing, if count is another number or a coordinate is not finite. */
 RLV_API RlvResult rlv_collider_set_points(RlvCollider collider, const float *points, size_t count, size_t stride);
 
-/* The fields of RlvToolSettings in order: a table that lives as long as the process, and its length. */
+/* The fields of RlvToolSettings in order: a table that lives as long as the process, and its length. No failure of its
+ * own. */
 RLV_API RlvResult rlv_collider_press_params(const RlvParameter **params, size_t *count);
 
 /* Mutating. Places a tool as a pen presses it: turned as it is, its foremost point against the normal at the place,

@@ -13,6 +13,9 @@
  *   while it is being changed.
  * - Arrays are pointer, count and stride in bytes from one element to the next, 0 for packed. They are borrowed for the
  *   call. NULL is allowed where the count is 0 or the header says so. Floats must be finite.
+ * - Every function fails at handles that are none, at NULL and counts of 0 where the header does not allow them, at
+ *   floats that are not finite, at numbers of enums that it does not know, and at a struct_size that it does not know.
+ *   "No failure of its own" in the headers says that it fails at nothing else.
  * - Structs that begin with struct_size are started from their RLV_..._INIT and may grow in later versions.
  * - Callbacks run on the thread that made the call, must not throw, and may call into the library. */
 #ifndef RELIEVO_CONTEXT_H
@@ -77,18 +80,19 @@ RLV_API RlvResult rlv_context_create(const RlvContextOptions *options, RlvContex
 RLV_API RlvResult rlv_context_retain(RlvContext context);
 RLV_API RlvResult rlv_context_release(RlvContext context);
 
+/* What the context is: its device, threads, limits and the level of its instructions. No failure of its own. */
 RLV_API RlvResult rlv_context_info(RlvContext context, RlvContextInfo *out);
 
 /* Sets where log texts of calls on objects of this context go. NULL, the initial state, is silence. The callback runs
- * on the thread that made the logging call; user must stay valid until another callback or NULL is set and the calls
- * in progress have returned. */
+ * on the thread that made the logging call; user must stay valid until another callback or NULL is set and the calls in
+ * progress have returned. No failure of its own. */
 RLV_API RlvResult rlv_context_set_log(RlvContext context, RlvLog callback, void *user);
 
 /* Time and counts per stage since the last reset, ordered by stage and quantity. Writes up to capacity rows to stats
  * and their number to count. stats may be NULL to ask for the number. Fails if there are more rows than capacity. */
 RLV_API RlvResult rlv_context_stats(RlvContext context, RlvContextStat *stats, size_t capacity, size_t *count);
 
-/* Forgets the statistics. */
+/* Forgets the statistics. No failure of its own. */
 RLV_API RlvResult rlv_context_reset_stats(RlvContext context);
 
 #endif

@@ -140,16 +140,19 @@ typedef struct RlvDetailTileInfo {
 
 /* Makes a detail of zero displacement on the surface in its present pose; rlv_surface_set_points does not concern it
  * afterwards, rlv_detail_set_points does. options may be NULL. matrix is twelve doubles, the affine map from object
- * space to the world in columns: three for the linear part, then the translation; NULL for the identity. */
+ * space to the world in columns: three for the linear part, then the translation; NULL for the identity. Fails if a
+ * tile size is not one of those allowed, a face does not exist, or the matrix is singular. */
 RLV_API RlvResult rlv_detail_create(RlvSurface surface, const RlvDetailOptions *options, const double *matrix,
                                     RlvDetail *out);
 
 RLV_API RlvResult rlv_detail_retain(RlvDetail detail);
 RLV_API RlvResult rlv_detail_release(RlvDetail detail);
 
+/* The detail as it was committed last. No failure of its own. */
 RLV_API RlvResult rlv_detail_info(RlvDetail detail, RlvDetailInfo *out);
 
-/* Edits. Sets the bytes that tiles may occupy. Tiles that are allocated stay, even beyond it, unless they page. */
+/* Edits. Sets the bytes that tiles may occupy. Tiles that are allocated stay, even beyond it, unless they page. No
+ * failure of its own. */
 RLV_API RlvResult rlv_detail_set_budget(RlvDetail detail, uint64_t budget);
 
 /* Edits. If page is not 0, tiles of all channels and layers that were edited longest ago leave memory when a budget is
@@ -183,7 +186,8 @@ RLV_API RlvResult rlv_detail_set_decay(RlvDetail detail, const RlvDecayOptions *
  * while edits fade. Time stamps that their budget refuses are logged; what was edited there stays. */
 RLV_API RlvResult rlv_detail_advance(RlvDetail detail, double time);
 
-/* A channel as it was committed last. */
+/* A channel as it was committed last. Fails if there is no such channel; one that the detail could have and has not is
+ * no failure. */
 RLV_API RlvResult rlv_detail_channel_info(RlvDetail detail, uint32_t channel, RlvChannelInfo *out);
 
 /* Edits. Gives faces another number of coefficients along their edges, of displacement and traces; pairs of a face and
@@ -191,17 +195,21 @@ RLV_API RlvResult rlv_detail_channel_info(RlvDetail detail, uint32_t channel, Rl
  * RLV_ERROR_MEMORY, and changes nothing, if the budget does not allow it, and on triangle meshes. */
 RLV_API RlvResult rlv_detail_set_face_sizes(RlvDetail detail, const uint32_t *face_sizes, size_t count, size_t stride);
 
-/* Edits. Moves the detail; matrix as for rlv_detail_create. */
+/* Edits. Moves the detail; matrix as for rlv_detail_create. Fails, and changes nothing, if the matrix is singular or
+ * not finite. */
 RLV_API RlvResult rlv_detail_set_transform(RlvDetail detail, const double *matrix);
 
-/* Edits. Poses an animated cage: count is its number of points. Displacements stay. */
+/* Edits. Poses an animated cage: count is its number of points. Displacements stay. Fails, and changes nothing, if
+ * count is another number or a coordinate is not finite. */
 RLV_API RlvResult rlv_detail_set_points(RlvDetail detail, const float *points, size_t count, size_t stride);
 
-/* Edits. Makes all edits since the last commit visible, and says what changed. out may be NULL. */
+/* Edits. Makes all edits since the last commit visible, and says what changed. out may be NULL. Fails, once, if a tile
+ * that was paged could not be read back, and names it. */
 RLV_API RlvResult rlv_detail_commit(RlvDetail detail, RlvDetailChanges *out);
 
 /* The tiles that changed with the last commit, ascending, so that a host can refit what it made of them. Writes up to
- * capacity numbers to tiles and their number to count. tiles may be NULL to ask for the number. */
+ * capacity numbers to tiles and their number to count. tiles may be NULL to ask for the number. Fails if capacity is
+ * too small for them. */
 RLV_API RlvResult rlv_detail_changed_tiles(RlvDetail detail, uint32_t *tiles, size_t capacity, size_t *count);
 
 /* The faces, ascending, that have tiles which a budget refused at the last stroke, imprint, change of layers or of
@@ -209,7 +217,8 @@ RLV_API RlvResult rlv_detail_changed_tiles(RlvDetail detail, uint32_t *tiles, si
  * to ask for the number. */
 RLV_API RlvResult rlv_detail_refused_faces(RlvDetail detail, uint32_t *faces, size_t capacity, size_t *count);
 
-/* A tile of a channel as it was committed last. Its bounds are those of the surface with all its displacements. */
+/* A tile of a channel as it was committed last. Its bounds are those of the surface with all its displacements. Fails
+ * if there is no such channel or tile. */
 RLV_API RlvResult rlv_detail_tile_info(RlvDetail detail, uint32_t channel, uint32_t tile, RlvDetailTileInfo *out);
 
 /* Copies the block of a tile as it was committed last, for caches and files: see RlvChannel. Writes its bytes and their

@@ -63,47 +63,52 @@ typedef struct RlvTransferReport {
 #define RLV_TRANSFER_REPORT_INIT {sizeof(RlvTransferReport), 0, 0.0, 0.0, 0.0, 0.0, 0.0}
 
 /* Follows a detail from now on. path is the file (UTF-8), which is written at once and replaces what is there; NULL for
- * no file. memory is the bytes that edits may occupy before the oldest go to the file, or a temporary one; 0 for
- * 256 MiB. */
+ * no file. memory is the bytes that edits may occupy before the oldest go to the file, or a temporary one; 0 for 256
+ * MiB. Fails if the file cannot be written or another program works on it. */
 RLV_API RlvResult rlv_document_create(RlvDetail detail, const char *path, uint64_t memory, RlvDocument *out);
 
 /* Opens a file and gives the detail its layers, in place of those it has, and its history. The detail's cage must have
  * the faces that the document was made on; the message of a refusal says what differs. Notes, such as of an edit that
  * was under way when the host was killed, go to the context's log. The file is this document's alone until it is
- * released. */
+ * released. Fails if the file cannot be read, is damaged or newer, is of another mesh, holds more than the budget of
+ * the detail, or another program works on it. */
 RLV_API RlvResult rlv_document_open(RlvDetail detail, const char *path, uint64_t memory, RlvDocument *out);
 
 RLV_API RlvResult rlv_document_retain(RlvDocument document);
 RLV_API RlvResult rlv_document_release(RlvDocument document);
 
+/* How many edits the document has. No failure of its own. */
 RLV_API RlvResult rlv_document_info(RlvDocument document, RlvDocumentInfo *out);
 
 /* Begins an edit. input says what it is going to be, in whatever words the host understands again; it is what the file
- * tells of an edit that was never ended. It may be NULL. */
+ * tells of an edit that was never ended. It may be NULL. Fails if one is under way. */
 RLV_API RlvResult rlv_document_begin(RlvDocument document, const char *input);
 
 /* Ends the edit: it is confirmed, and what was undone before it cannot be made again. changes may be NULL. If the file
  * cannot be written it fails, and the detail is as it was when the edit began. */
 RLV_API RlvResult rlv_document_end(RlvDocument document, RlvDocumentChanges *changes);
 
-/* Takes the edit that was begun back, as if it had not been. */
+/* Takes the edit that was begun back, as if it had not been. Fails if none is. */
 RLV_API RlvResult rlv_document_abandon(RlvDocument document);
 
 /* Undoes the last edit: every block is as it was before it, to the bit. changes may be NULL. Fails, and changes
  * nothing, if an edit is under way or the detail was edited outside of edits. */
 RLV_API RlvResult rlv_document_undo(RlvDocument document, RlvDocumentChanges *changes);
 
-/* Makes the edit that was undone last again. */
+/* Makes the edit that was undone last again. changes may be NULL. Fails as rlv_document_undo does. */
 RLV_API RlvResult rlv_document_redo(RlvDocument document, RlvDocumentChanges *changes);
 
-/* Writes the detail with its history to a file and keeps edits there from now on. */
+/* Writes the detail with its history to a file and keeps edits there from now on. Fails if an edit is under way or the
+ * file cannot be written; edits then go to where they went. */
 RLV_API RlvResult rlv_document_save(RlvDocument document, const char *path);
 
-/* Waits until all edits are on the disk, where a failure of power does not reach them. */
+/* Waits until all edits are on the disk, where a failure of power does not reach them. Fails if the file cannot be
+ * written. */
 RLV_API RlvResult rlv_document_sync(RlvDocument document);
 
 /* Folds the history of a file that no document has open into its layers, but for the last keep edits. What is seen
- * stays the same. The file is replaced as a whole or not at all. */
+ * stays the same. The file is replaced as a whole or not at all. Fails if the file cannot be read or written, is
+ * damaged, or a program works on it. */
 RLV_API RlvResult rlv_document_compact(RlvContext context, const char *path, size_t keep);
 
 /* The mesh that a document was made on, as far as the file has it: points, faces and holes, but no creases and no
@@ -112,7 +117,9 @@ RLV_API RlvResult rlv_document_mesh(RlvContext context, const char *path, RlvMes
 
 /* Takes the layers of the document at path to another mesh and writes them as the document at to_path: every texel
  * takes what the nearest place of the old surface that faces the same way has. Both are seen without their
- * displacement. options, progress and report may be NULL; what should be known goes to the context's log. */
+ * displacement. options, progress and report may be NULL; what should be known goes to the context's log. Fails if the
+ * document cannot be read or is damaged, it has no points and options name no mesh, a mesh cannot be subdivided, the
+ * context's memory limit is too small, progress asks to stop, or the file cannot be written. */
 RLV_API RlvResult rlv_document_transfer(RlvContext context, const char *path, RlvMesh to, const char *to_path,
                                         const RlvTransferOptions *options, RlvProgress progress, void *user,
                                         RlvTransferReport *report);

@@ -37,7 +37,7 @@ typedef struct RlvError {
  * failure on this thread. */
 RLV_API const char *rlv_last_error(void);
 
-/* The last failed call on this thread, in parts. */
+/* The last failed call on this thread, in parts. No failure of its own. */
 RLV_API RlvResult rlv_error_get(RlvError *out);
 
 #endif

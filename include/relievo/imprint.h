@@ -64,7 +64,8 @@ typedef struct RlvImprintReport {
 
 #define RLV_IMPRINT_REPORT_INIT {sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
-/* The fields of RlvImprintSettings in order: a table that lives as long as the process, and its length. */
+/* The fields of RlvImprintSettings in order: a table that lives as long as the process, and its length. No failure of
+ * its own. */
 RLV_API RlvResult rlv_imprint_params(const RlvParameter **params, size_t *count);
 
 /* Edits the detail: presses the collider into it where both are. settings and moment may be NULL for the defaults,
@@ -78,7 +79,8 @@ RLV_API RlvResult rlv_imprint_run(RlvDetail detail, RlvCollider collider, const 
  * many that no point of it travels further than a quarter of the smallest edge of its box between two of them, but no
  * more than the settings allow. So a fast wheel leaves a track and not dots. from and to are matrices as for
  * rlv_collider_create_mesh; the collider is at to afterwards. progress may be NULL; it is asked before every sub-step,
- * and while it runs the detail and the collider are busy. If it cancels, both are as before the call. */
+ * and while it runs the detail and the collider are busy. If it cancels, both are as before the call. Fails, and
+ * changes nothing, as rlv_imprint_run does, if a matrix is singular, and if progress asks to stop. */
 RLV_API RlvResult rlv_imprint_sweep(RlvDetail detail, RlvCollider collider, const double *from, const double *to,
                                     const RlvImprintSettings *settings, const RlvImprintMoment *moment,
                                     RlvProgress progress, void *user, RlvImprintReport *report);

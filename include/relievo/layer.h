@@ -56,25 +56,27 @@ typedef struct RlvLayerInfo {
 
 #define RLV_LAYER_INFO_INIT {sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0f, 0, 0, {0}}
 
-/* How many layers there are. */
+/* How many layers there are. No failure of its own. */
 RLV_API RlvResult rlv_layer_count(RlvDetail detail, size_t *count);
 
-/* The layer at an index: those of displacement from the lowest, then those of colour. */
+/* The layer at an index: those of displacement from the lowest, then those of colour. Fails if there is none. */
 RLV_API RlvResult rlv_layer_info(RlvDetail detail, size_t index, RlvLayerInfo *out);
 
 /* Adds a layer above those of its kind and makes it the active one; writes its number. The name is 1 to 255 bytes of
  * UTF-8 that no other layer has. Fails if the detail has no colours and the layer is of colour. */
 RLV_API RlvResult rlv_layer_add(RlvDetail detail, const char *name, const RlvLayerOptions *options, uint32_t *out);
 
-/* Changes how a layer is seen: blend, is_visible and opacity of the options. */
+/* Changes how a layer is seen: blend, is_visible and opacity of the options. Fails, and changes nothing, if there is no
+ * such layer, its kind has no such blend mode, or the opacity is not 0 to 1. */
 RLV_API RlvResult rlv_layer_set(RlvDetail detail, uint32_t id, const RlvLayerOptions *options);
 
-/* Makes a layer the one that edits of its kind go to. */
+/* Makes a layer the one that edits of its kind go to. Fails if there is none. */
 RLV_API RlvResult rlv_layer_set_active(RlvDetail detail, uint32_t id);
 
+/* Gives a layer another name, as for rlv_layer_add. Fails if there is no such layer or another has the name. */
 RLV_API RlvResult rlv_layer_rename(RlvDetail detail, uint32_t id, const char *name);
 
-/* Puts a layer at a place among those of its kind, 0 the lowest. */
+/* Puts a layer at a place among those of its kind, 0 the lowest. Fails if there is no such layer or place. */
 RLV_API RlvResult rlv_layer_place(RlvDetail detail, uint32_t id, size_t place);
 
 /* Removes a layer with all that is on it. Fails if it is the last of its kind. */
@@ -84,7 +86,8 @@ RLV_API RlvResult rlv_layer_remove(RlvDetail detail, uint32_t id);
  * where no one layer would look so, or one of them is hidden. */
 RLV_API RlvResult rlv_layer_merge(RlvDetail detail, uint32_t id);
 
-/* Makes one layer of displacement and one of colour of all: what is seen, to the bit. */
+/* Makes one layer of displacement and one of colour of all: what is seen, to the bit. What the budget refuses stays as
+ * it was and goes to the log. No failure of its own. */
 RLV_API RlvResult rlv_layer_flatten(RlvDetail detail);
 
 #endif

@@ -111,7 +111,8 @@ RLV_API RlvResult rlv_mesh_create(RlvContext context, const RlvMeshArrays *array
  * names are opened only below its own folder, and the message of a refusal names the line or element. */
 RLV_API RlvResult rlv_mesh_read(RlvContext context, const char *path, RlvMesh *out);
 
-/* Writes a mesh as OBJ, PLY or GLB, as the extension of the path says. The file appears whole or not at all. */
+/* Writes a mesh as OBJ, PLY or GLB, as the extension of the path says. The file appears whole or not at all. Fails if
+ * the extension is another, the format cannot hold the mesh, or the file cannot be written. */
 RLV_API RlvResult rlv_mesh_write(RlvMesh mesh, const char *path);
 
 /* Makes a mesh of a mesh's triangles in which no edge is longer than longest_edge object units, which is above 0:
@@ -124,35 +125,39 @@ RLV_API RlvResult rlv_mesh_split(RlvMesh mesh, double longest_edge, RlvMesh *out
 RLV_API RlvResult rlv_mesh_retain(RlvMesh mesh);
 RLV_API RlvResult rlv_mesh_release(RlvMesh mesh);
 
+/* How large the mesh is. No failure of its own. */
 RLV_API RlvResult rlv_mesh_info(RlvMesh mesh, RlvMeshInfo *out);
 
 /* Mutating. Moves the points: count is the mesh's number of points, three floats each. Surfaces that were made from the
- * mesh keep theirs; see rlv_surface_set_points. */
+ * mesh keep theirs; see rlv_surface_set_points. Fails, and changes nothing, if count is another number or a coordinate
+ * is not finite. */
 RLV_API RlvResult rlv_mesh_set_points(RlvMesh mesh, const float *points, size_t count, size_t stride);
 
-/* Mutating. Adds an attribute. */
+/* Mutating. Adds an attribute. Fails, and changes nothing, if the mesh has one of that name, the number of values is
+ * not that of the domain, or an index is out of range. */
 RLV_API RlvResult rlv_mesh_add_attribute(RlvMesh mesh, const RlvAttributeArrays *arrays);
 
-/* Writes the positions; capacity is in points and at least the number of points. */
+/* Writes the positions; capacity is in points and at least the number of points. Fails, and writes nothing, if there is
+ * not enough room. */
 RLV_API RlvResult rlv_mesh_get_points(RlvMesh mesh, float *points, size_t capacity, size_t stride);
 
 /* Writes the size of every face and the point of every corner, packed. Either array may be NULL if it is not wanted;
- * capacities are in elements. */
+ * capacities are in elements. Fails, and writes nothing, if there is not enough room. */
 RLV_API RlvResult rlv_mesh_get_faces(RlvMesh mesh, uint32_t *face_sizes, size_t face_capacity, uint32_t *corners,
                                      size_t corner_capacity);
 
 /* Writes the faces as triangles of three points each, fanned from the first corner of each face; holes are left out.
- * capacity is in triangles. */
+ * capacity is in triangles. Fails, and writes nothing, if there is not enough room. */
 RLV_API RlvResult rlv_mesh_get_triangles(RlvMesh mesh, uint32_t *triangles, size_t capacity, size_t stride);
 
 /* The index of the attribute called name, RLV_ERROR_NOT_FOUND if there is none. */
 RLV_API RlvResult rlv_mesh_find_attribute(RlvMesh mesh, const char *name, uint32_t *out);
 
-/* What attribute index, counted from 0, is. */
+/* What attribute index, counted from 0, is. Fails if there is none. */
 RLV_API RlvResult rlv_mesh_attribute_info(RlvMesh mesh, uint32_t index, RlvAttributeInfo *out);
 
 /* Writes the numbers of attribute index, packed, and its indices if it has any. Either array may be NULL. capacities
- * are in numbers and in indices. */
+ * are in numbers and in indices. Fails, and writes nothing, if there is no such attribute or not enough room. */
 RLV_API RlvResult rlv_mesh_get_attribute(RlvMesh mesh, uint32_t index, void *values, size_t number_capacity,
                                          uint32_t *indices, size_t index_capacity);
 

@@ -77,15 +77,18 @@ RLV_API RlvResult rlv_surface_create(RlvContext context, RlvMesh cage, const Rlv
 RLV_API RlvResult rlv_surface_retain(RlvSurface surface);
 RLV_API RlvResult rlv_surface_release(RlvSurface surface);
 
+/* The surface in its present pose. No failure of its own. */
 RLV_API RlvResult rlv_surface_info(RlvSurface surface, RlvSurfaceInfo *out);
 
 /* Mutating. Poses an animated cage: count is its number of points. The topology is not made again. Calls that started
- * before go on with the pose they started with. */
+ * before go on with the pose they started with. Fails, and changes nothing, if count is another number or a coordinate
+ * is not finite. */
 RLV_API RlvResult rlv_surface_set_points(RlvSurface surface, const float *points, size_t count, size_t stride);
 
+/* Which face a tile is of, and where it is in the present pose. Fails if there is no such tile. */
 RLV_API RlvResult rlv_surface_tile_info(RlvSurface surface, uint32_t tile, RlvTileInfo *out);
 
-/* The tiles of a face of the cage: the first and how many. */
+/* The tiles of a face of the cage: the first and how many. Fails if there is no such face. */
 RLV_API RlvResult rlv_surface_face_tiles(RlvSurface surface, uint32_t face, uint32_t *first, uint32_t *count);
 
 #endif

@@ -31,7 +31,8 @@ RLV_API RlvResult rlv_tessellate_surface(RlvSurface surface, const RlvTessellate
 
 /* The same for the displaced surface as it was committed last, in object space. If it has colours the mesh has them as
  * the point attribute "color", 3 floats; if it has traces, as "contact", "depth" and "age", one float each, as
- * RlvEvaluateArrays has them. Cells are as fine as the texels of all that the detail has. */
+ * RlvEvaluateArrays has them. Cells are as fine as the texels of all that the detail has. Fails as
+ * rlv_tessellate_surface does. */
 RLV_API RlvResult rlv_tessellate_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvMesh *out);
 
 /* Triangles of a detail that follow its commits: after rlv_detail_commit, rlv_tessellation_update renews the points of
@@ -66,12 +67,13 @@ typedef struct RlvTessellationChanges {
 #define RLV_TESSELLATION_CHANGES_INIT {sizeof(RlvTessellationChanges), 0, 0, 0, {0}, {0}}
 
 /* Makes the triangles of the detail as it was committed last. Options, failures and the order of points and triangles
- * are those of rlv_tessellate_detail. It keeps the detail alive. */
+ * are those of rlv_tessellate_detail. It keeps the detail alive. Fails as rlv_tessellate_detail does. */
 RLV_API RlvResult rlv_tessellation_create(RlvDetail detail, const RlvTessellateOptions *options, RlvTessellation *out);
 
 RLV_API RlvResult rlv_tessellation_retain(RlvTessellation tessellation);
 RLV_API RlvResult rlv_tessellation_release(RlvTessellation tessellation);
 
+/* How many points and triangles there are. No failure of its own. */
 RLV_API RlvResult rlv_tessellation_info(RlvTessellation tessellation, RlvTessellationInfo *out);
 
 /* Brings the points to the detail's last commit, however many there were since the last update. Costs what changed,
@@ -82,12 +84,12 @@ RLV_API RlvResult rlv_tessellation_update(RlvTessellation tessellation, RlvTesse
 
 /* The ranges of points that the last update wrote, as pairs of the first point and the number of points, ascending and
  * apart from one another; all points before the first update. Writes up to capacity pairs to ranges and their number to
- * count. ranges may be NULL to ask for the number. */
+ * count. ranges may be NULL to ask for the number. Fails if capacity is too small for them. */
 RLV_API RlvResult rlv_tessellation_changed_ranges(RlvTessellation tessellation, uint32_t *ranges, size_t capacity,
                                                   size_t *count);
 
 /* Copies positions and unit normals of count points from first on, three floats each. Strides are in bytes, 0 for
- * packed; either array may be NULL. */
+ * packed; either array may be NULL. Fails, and writes nothing, if there are not as many points. */
 RLV_API RlvResult rlv_tessellation_get_points(RlvTessellation tessellation, size_t first, size_t count,
                                               float *positions, size_t position_stride, float *normals,
                                               size_t normal_stride);
@@ -102,7 +104,7 @@ RLV_API RlvResult rlv_tessellation_get_traces(RlvTessellation tessellation, size
                                               size_t stride);
 
 /* A copy of all triangles with their attributes as a mesh, as rlv_tessellate_detail makes it: for the start, and for
- * when they were rebuilt. */
+ * when they were rebuilt. No failure of its own. */
 RLV_API RlvResult rlv_tessellation_mesh(RlvTessellation tessellation, RlvMesh *out);
 
 #endif

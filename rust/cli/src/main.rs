@@ -9,6 +9,7 @@ mod doc;
 mod export;
 mod import;
 mod info;
+mod manual;
 mod new;
 mod run;
 mod schema;
@@ -49,6 +50,9 @@ enum Command {
     Stroke(stroke::Arguments),
     /// Looks after documents.
     Doc(doc::Arguments),
+    /// Writes the manual pages of all commands.
+    #[command(hide = true)]
+    Manual(manual::Arguments),
 }
 
 /// What a command ends with.
@@ -64,6 +68,7 @@ fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),
         Command::Doc(arguments) => doc::run(&arguments),
+        Command::Manual(arguments) => manual::run(&arguments),
     };
     outcome.unwrap_or_else(|failure| {
         let text = failure.to_string();

@@ -1,8 +1,10 @@
-//! What a contributor types: `cargo xtask setup`, `demo`, `test`, `fuzz`, `wheel`, `blender`, `notices` and `bench`.
+//! What a contributor types: `cargo xtask setup`, `demo`, `test`, `bench`, and what makes packages and pages.
 
 mod bench;
 mod blender;
 mod demo;
+mod dist;
+mod docs;
 mod fuzz;
 mod licences;
 mod packages;
@@ -58,6 +60,10 @@ enum Task {
         #[arg(long)]
         test: bool,
     },
+    /// Writes a page for each noun of the C ABI, and fails where something is left unsaid
+    Docs,
+    /// Makes the archive and the Debian package
+    Dist,
     /// Writes the licences of the crates that are linked
     Notices {
         /// The file
@@ -80,6 +86,8 @@ fn main() -> ExitCode {
         Task::Test { yes } => suite::run(yes),
         Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
         Task::Wheel => wheel::run(),
+        Task::Docs => docs::run(),
+        Task::Dist => dist::run(),
         Task::Notices { file } => licences::write(&file),
         Task::Blender { test } => blender::run(test),
         Task::Bench { name, json } => bench::run(&name, json),

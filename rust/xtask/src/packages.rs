@@ -31,6 +31,8 @@ pub const ALL: &[&str] = &[
     "abigail-tools",
     "python3-numpy",
     "blender",
+    "dpkg-dev",
+    "mmdebstrap",
 ];
 
 /// Package lists older than this are fetched again before an installation.

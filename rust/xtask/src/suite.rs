@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::stage::{Outcome, Stages, call, cargo, output, root, target};
-use crate::{blender, fuzz, licences, packages, wheel};
+use crate::{blender, dist, docs, fuzz, licences, packages, wheel};
 
 /// Seconds each fuzz target runs; `cargo xtask fuzz` runs them for longer.
 const FUZZ_SECONDS: u32 = 12;
@@ -22,6 +22,7 @@ pub fn run(yes: bool) -> Outcome {
         && stages.run("build", 12, || call(cargo().args(["build", "--release", "--workspace", "--all-targets"])));
     if ready {
         stages.run("licences", 1, licences::check);
+        stages.run("pages", 1, docs::run);
         stages.run("Rust tests", 6, || call(tests().arg("--workspace")));
         stages.run("lower levels", 2, lower_levels);
         stages.run("Embree 4", 1, embree_4);
@@ -29,6 +30,7 @@ pub fn run(yes: bool) -> Outcome {
             stages.run("hosts: tests", 4, || ctest(&["--label-exclude", "valgrind"]));
             stages.run("Valgrind", 2, || ctest(&["--label-regex", "valgrind"]));
         }
+        stages.run("packages", 3, dist::test);
         stages.run("Blender", 3, blender::test);
         stages.run("fuzz", 4, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(SEED))));
     }

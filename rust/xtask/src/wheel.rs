@@ -96,7 +96,7 @@ fn licences(folder: &Path) -> Outcome {
 }
 
 /// The file of a folder that has one.
-fn only_file(folder: &Path) -> Result<PathBuf, String> {
+pub fn only_file(folder: &Path) -> Result<PathBuf, String> {
     let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut files: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     match files.pop() {
