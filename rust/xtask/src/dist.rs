@@ -16,12 +16,12 @@ pub struct Packages {
     pub debian: PathBuf,
 }
 
-/// Builds the library and the command, and makes the packages.
-pub fn run() -> Outcome {
+/// Builds the library and the command, and makes the packages; uses them too for a `check`.
+pub fn run(check: bool) -> Outcome {
     call(cargo().args(["build", "--release", "--package", "relievo-capi", "--package", "relievo-cli"]))?;
     let made = make()?;
     println!("{}\n{}", made.archive.display(), made.debian.display());
-    Ok(())
+    if check { test_made(&made) } else { Ok(()) }
 }
 
 /// Makes the packages of what was built.
@@ -58,10 +58,14 @@ fn pack(folder: &Path, built: &Path, generator: &str, options: &[&str]) -> Resul
     only_file(&out)
 }
 
-/// Makes the packages, and uses each where nothing else of ours is: the archive in a prefix of its own, the Debian
-/// package in a bare Debian 12.
+/// Makes the packages and uses each.
 pub fn test() -> Outcome {
-    let made = make()?;
+    test_made(&make()?)
+}
+
+/// Uses each package where nothing else of ours is: the archive in a prefix of its own, the Debian package in a bare
+/// Debian 12.
+fn test_made(made: &Packages) -> Outcome {
     test_archive(&made.archive)?;
     test_debian(&made.debian)
 }

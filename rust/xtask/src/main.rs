@@ -63,7 +63,11 @@ enum Task {
     /// Writes a page for each noun of the C ABI, and fails where something is left unsaid
     Docs,
     /// Makes the archive and the Debian package
-    Dist,
+    Dist {
+        /// Uses each of them too, where nothing else of ours is
+        #[arg(long)]
+        check: bool,
+    },
     /// Writes the licences of the crates that are linked
     Notices {
         /// The file
@@ -87,7 +91,7 @@ fn main() -> ExitCode {
         Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
         Task::Wheel => wheel::run(),
         Task::Docs => docs::run(),
-        Task::Dist => dist::run(),
+        Task::Dist { check } => dist::run(check),
         Task::Notices { file } => licences::write(&file),
         Task::Blender { test } => blender::run(test),
         Task::Bench { name, json } => bench::run(&name, json),
