@@ -100,12 +100,13 @@ RLV_API RlvResult rlv_picture_open(RlvContext context, const char *path, RlvPict
 RLV_API RlvResult rlv_picture_retain(RlvPicture picture);
 RLV_API RlvResult rlv_picture_release(RlvPicture picture);
 
+/* What the file is, and how much is in it. No failure of its own. */
 RLV_API RlvResult rlv_picture_info(RlvPicture picture, RlvPictureInfo *out);
 
-/* What an image is. */
+/* What an image is. Fails if there is none. */
 RLV_API RlvResult rlv_picture_image(RlvPicture picture, uint32_t image, RlvPictureImage *out);
 
-/* What is said of the whole file, one thing at an index. */
+/* What is said of the whole file, one thing at an index. Fails if there is none. */
 RLV_API RlvResult rlv_picture_meta(RlvPicture picture, uint32_t index, RlvPictureMeta *out);
 
 /* Copies width by height pixels of a level of an image, from (x, y) on, row by row; row 0 of a cell or a face is v = 0.

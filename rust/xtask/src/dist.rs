@@ -16,12 +16,12 @@ pub struct Packages {
     pub debian: PathBuf,
 }
 
-/// Builds the library and the command, and makes the packages; uses them too for a `check`.
-pub fn run(check: bool) -> Outcome {
+/// Builds the library and the command, and makes the packages; uses them too for a `test`.
+pub fn run(test: bool) -> Outcome {
     call(cargo().args(["build", "--release", "--package", "relievo-capi", "--package", "relievo-cli"]))?;
     let made = make()?;
     println!("{}\n{}", made.archive.display(), made.debian.display());
-    if check { test_made(&made) } else { Ok(()) }
+    if test { test_made(&made) } else { Ok(()) }
 }
 
 /// Makes the packages of what was built.

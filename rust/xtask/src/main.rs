@@ -66,7 +66,7 @@ enum Task {
     Dist {
         /// Uses each of them too, where nothing else of ours is
         #[arg(long)]
-        check: bool,
+        test: bool,
     },
     /// Writes the licences of the crates that are linked
     Notices {
@@ -91,7 +91,7 @@ fn main() -> ExitCode {
         Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
         Task::Wheel => wheel::run(),
         Task::Docs => docs::run(),
-        Task::Dist { check } => dist::run(check),
+        Task::Dist { test } => dist::run(test),
         Task::Notices { file } => licences::write(&file),
         Task::Blender { test } => blender::run(test),
         Task::Bench { name, json } => bench::run(&name, json),
