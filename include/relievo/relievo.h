@@ -17,6 +17,7 @@
 #include "relievo/mesh.h"
 #include "relievo/parameter.h"
 #include "relievo/picture.h"
+#include "relievo/procedural.h"
 #include "relievo/ptex.h"
 #include "relievo/stroke.h"
 #include "relievo/surface.h"

@@ -317,6 +317,23 @@ class Details(unittest.TestCase):
         numpy.testing.assert_allclose(hits["position"][0], [0.1, 0.2, 0], atol=1e-5)
         self.assertTrue(numpy.isinf(hits["distance"][1]))
 
+    def test_a_procedural_has_primitives_and_says_what_is_at_hits(self):
+        detail = flat_detail(self.context)
+        made = rl.Procedural(detail, coarse=16)
+        self.assertEqual((made.info.primitive_count, made.info.cell_count), (16, 16 * 256))
+        table = made.table
+        self.assertEqual((table.primitive_count, table.time_step_count), (16, 1))
+        self.assertTrue(table.data and table.intersect)
+        found = made.evaluate([5, 6], [[0.5, 0.5], [0.0, 0.25]])
+        self.assertEqual(found["tiles"].tolist(), [5, 6])
+        expected = detail.evaluate([5, 6], [[0.5, 0.5], [0.0, 0.25]], ["positions", "normals"])
+        numpy.testing.assert_array_equal(found["positions"], expected["positions"])
+        numpy.testing.assert_array_equal(found["normals"], expected["normals"])
+        moving = made.moving(detail)
+        self.assertEqual(moving.info.time_step_count, 2)
+        with self.assertRaises(rl.Invalid):
+            made.evaluate([16], [[0.5, 0.5]])
+
     def test_an_object_that_is_at_work_is_busy_and_two_threads_draw_on_two_details(self):
         details = [flat_detail(self.context, tile_size=32) for _ in range(2)]
         brush = rl.Brush(self.context, {"radius": 0.3}, action="sculpt")

@@ -35,6 +35,7 @@ from .library import load, version
 from .mesh import Mesh
 from .parameter import Parameter
 from .picture import Picture
+from .procedural import Procedural
 from .stroke import Stroke
 from .surface import Surface
 from .tessellation import Tessellation

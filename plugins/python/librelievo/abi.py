@@ -939,6 +939,77 @@ class RlvPictureMeta(Structure):
     ]
 
 
+class RlvProcedural(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvProceduralOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("coarse", c_uint32),
+        ("fine", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvProceduralInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("primitive_count", c_uint32),
+        ("time_step_count", c_uint32),
+        ("step", c_float),
+        ("cell_count", c_uint64),
+        ("bytes", c_uint64),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+RlvProceduralBounds = ctypes.CFUNCTYPE(None, c_void_p, c_uint32, c_uint32, c_float_p)
+
+RlvProceduralIntersect = ctypes.CFUNCTYPE(None, c_void_p, c_int32_p, c_uint32, c_uint32, c_uint32, c_void_p, c_uint32)
+
+RlvProceduralOccluded = ctypes.CFUNCTYPE(None, c_void_p, c_int32_p, c_uint32, c_void_p, c_uint32)
+
+
+class RlvProceduralTable(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("primitive_count", c_uint32),
+        ("time_step_count", c_uint32),
+        ("reserved", c_uint32),
+        ("data", c_void_p),
+        ("tiles", c_uint32_p),
+        ("bounds", RlvProceduralBounds),
+        ("intersect", RlvProceduralIntersect),
+        ("occluded", RlvProceduralOccluded),
+    ]
+
+
+class RlvProceduralHits(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("primitives", c_uint32_p),
+        ("primitive_stride", c_size_t),
+        ("uvs", c_float_p),
+        ("uv_stride", c_size_t),
+        ("times", c_float_p),
+        ("time_stride", c_size_t),
+        ("tiles", c_uint32_p),
+        ("tile_stride", c_size_t),
+        ("positions", c_float_p),
+        ("position_stride", c_size_t),
+        ("normals", c_float_p),
+        ("normal_stride", c_size_t),
+        ("colors", c_float_p),
+        ("color_stride", c_size_t),
+    ]
+
+
 class RlvPtexOptions(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1037,6 +1108,10 @@ INIT = {
     RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
     RlvPictureImage: (ctypes.sizeof(RlvPictureImage), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0, (0,),),
     RlvPictureMeta: (ctypes.sizeof(RlvPictureMeta), 0, 0, None, None,),
+    RlvProceduralOptions: (ctypes.sizeof(RlvProceduralOptions), 0, 0, 0,),
+    RlvProceduralInfo: (ctypes.sizeof(RlvProceduralInfo), 0, 0, 0.0, 0, 0, (0,), (0,),),
+    RlvProceduralTable: (ctypes.sizeof(RlvProceduralTable), 0, 0, 0, None, None, None, None, None,),
+    RlvProceduralHits: (ctypes.sizeof(RlvProceduralHits), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
     RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
     RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
     RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
@@ -1172,6 +1247,13 @@ FUNCTIONS = {
     "rlv_picture_image": (RlvResult, [("picture", RlvPicture), ("image", c_uint32), ("out", POINTER(RlvPictureImage))]),
     "rlv_picture_meta": (RlvResult, [("picture", RlvPicture), ("index", c_uint32), ("out", POINTER(RlvPictureMeta))]),
     "rlv_picture_read": (RlvResult, [("picture", RlvPicture), ("image", c_uint32), ("level", c_uint32), ("x", c_uint32), ("y", c_uint32), ("width", c_uint32), ("height", c_uint32), ("pixels", c_void_p), ("row_stride", c_size_t)]),
+    "rlv_procedural_create": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvProceduralOptions)), ("out", POINTER(RlvProcedural))]),
+    "rlv_procedural_create_moving": (RlvResult, [("begin", RlvProcedural), ("end", RlvDetail), ("out", POINTER(RlvProcedural))]),
+    "rlv_procedural_retain": (RlvResult, [("procedural", RlvProcedural)]),
+    "rlv_procedural_release": (RlvResult, [("procedural", RlvProcedural)]),
+    "rlv_procedural_info": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralInfo))]),
+    "rlv_procedural_table": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralTable))]),
+    "rlv_procedural_evaluate": (RlvResult, [("procedural", RlvProcedural), ("hits", POINTER(RlvProceduralHits))]),
     "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
     "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),

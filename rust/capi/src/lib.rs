@@ -28,6 +28,7 @@ pub mod layer;
 pub mod mesh;
 pub mod parameter;
 pub mod picture;
+pub mod procedural;
 pub mod ptex;
 pub mod registry;
 pub mod shape;
@@ -69,6 +70,10 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         picture::RlvPictureInfo::layout(),
         picture::RlvPictureImage::layout(),
         picture::RlvPictureMeta::layout(),
+        procedural::RlvProceduralOptions::layout(),
+        procedural::RlvProceduralInfo::layout(),
+        procedural::RlvProceduralTable::layout(),
+        procedural::RlvProceduralHits::layout(),
         ptex::RlvPtexOptions::layout(),
         ptex::RlvPtexReport::layout(),
         detail::RlvDetailInfo::layout(),

@@ -103,13 +103,20 @@ fn run_with(tests: &[(PathBuf, PathBuf)], variable: &str, value: &OsStr) -> Outc
 
 /// Configures and builds the C and C++ hosts of `tests/`.
 fn build_hosts() -> Outcome {
+    build_host("all")
+}
+
+/// Configures the hosts of `tests/` and builds the one called `name`.
+pub fn build_host(name: &str) -> Outcome {
     let folder = target().join("hosts");
     let mut configure = Command::new("cmake");
     configure.arg("-S").arg(root().join("tests")).arg("-B").arg(&folder);
     configure.args(["-G", "Ninja", "-DCMAKE_BUILD_TYPE=RelWithDebInfo"]);
     configure.arg(format!("-DRELIEVO_LIBRARY_DIR={}", target().join("release").display()));
     call(&mut configure)?;
-    call(Command::new("cmake").arg("--build").arg(&folder))
+    let mut build = Command::new("cmake");
+    build.arg("--build").arg(&folder).args(["--target", name]);
+    call(&mut build)
 }
 
 fn ctest(labels: &[&str]) -> Outcome {

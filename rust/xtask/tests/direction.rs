@@ -12,7 +12,7 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-testing"],
     &["relievo-surface"],
     &["relievo-tiles"],
-    &["relievo-render"],
+    &["relievo-render", "relievo-procedural"],
     &["relievo-detail"],
     &["relievo-bake"],
     &["relievo-scene"],
