@@ -391,7 +391,7 @@ impl Carry<'_> {
             given_sizes: Vec::new(),
             ..head.clone()
         };
-        let read = |tile| Ok(field.bytes(tile).unwrap_or_default().to_vec());
+        let read = |tile| Ok(field.bytes(tile).unwrap_or_default().into_owned());
         made.pack_layer(context, own, &field.numbers(), read)?;
         let area = |tile: &u32| self.old_areas.get(*tile as usize).copied().unwrap_or(0.0);
         let held: Vec<u32> = from.allocated().collect();

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, TryLockError};
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, Error, ErrorKind, Result};
-use relievo_detail::{Canvas, DisplacedObject, Imprinter, LayeredObject, TriangleObject, refusal};
+use relievo_detail::{Canvas, DisplacedObject, FadingObject, Imprinter, LayeredObject, TriangleObject, refusal};
 use relievo_document::{PageFile, PageStore};
 use relievo_tiles::trace::Trace;
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
@@ -481,11 +481,12 @@ entry! {
                 .advise("put back blocks of an earlier time in a new detail"));
         }
         let context = &object.context.context;
-        let refused = match &mut editor.object {
-            Object::Tiles(displaced) => displaced.stamp(context).len(),
-            Object::Triangles(displaced) => displaced.stamp(context)?.len(),
-        };
-        each!(&mut editor.object, displaced => displaced.advance(context, time))?;
+        let refused = each!(&mut editor.object, displaced => {
+            displaced.settle(context)?;
+            let refused = displaced.stamp(context)?.len();
+            displaced.advance(context, time)?;
+            refused
+        });
         // The log may call back.
         drop(editor);
         if refused > 0 {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec4, Vec3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_detail::{DisplacedObject, TriangleObject};
+use relievo_detail::{DisplacedObject, FadingObject, TriangleObject};
 use relievo_surface::{Place, Surface, SurfaceOptions, TriangleSurface};
 use relievo_tiles::displaced::Points;
 use relievo_tiles::trace::{Mark, Trace};
@@ -564,10 +564,7 @@ impl View {
                 limits(object.vectors()),
                 limits(object.traces()),
             ],
-            stamp_bytes: object.fading().map_or(0, |fading| {
-                fading.displacement.bytes()
-                    + fading.paint.as_ref().map_or(0, |paint| by_format!(paint, it => it.bytes()))
-            }),
+            stamp_bytes: object.fading().map_or(0, |fading| fading.bytes()),
         }))
     }
 }

@@ -5,25 +5,153 @@
 //! they hold of the texels is brought to the object's time when it is put back. Units: seconds, bytes.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Debug;
 use std::sync::Arc;
 
-use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_document::head::STAMPS_OF;
 use relievo_document::{Document, Head, Kind, Stamps};
-use relievo_tiles::{Blocks, Channel, Decay, DecayOptions, Field, Rgba8, Rgba16, StoredTexel};
+use relievo_tiles::{Blocks, Channel, Decay, DecayOptions, Displacement, Field, Paint, Rgba16, StoredTexel};
 
 use crate::history::{BlockState, LayerState};
-use crate::layered::LayeredObject;
-use crate::layers::{Absorb, Stack};
-use crate::object::DisplacedObject;
+use crate::layered::{LayeredObject, Layers};
+use crate::layers::{Absorb, LayerChannel, Stack};
+
+/// The stamps of a channel that layers are kept in.
+pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {
+    /// No stamps yet, for a channel that is `field`; they may occupy `budget` bytes. Fails if the times are none or the
+    /// budget does not hold what every channel needs.
+    fn new(field: &C::Field, options: DecayOptions, budget: u64) -> Result<Self>;
+
+    /// When edits fade.
+    fn options(&self) -> DecayOptions;
+
+    /// Makes edits fade otherwise, those that were made too. Fails if the times are none.
+    fn set_options(&mut self, options: DecayOptions) -> Result<()>;
+
+    /// Bytes of the stamps and what they belong to.
+    fn bytes(&self) -> u64;
+
+    /// The newest stamp there is.
+    fn newest(&self) -> Option<f32>;
+
+    /// The tiles or faces that hold nothing but what fades, beginning with those whose newest stamp is oldest, each
+    /// behind a number that grows with that stamp.
+    fn oldest(&self) -> Vec<(u64, u32)>;
+
+    /// Stamps with `time` all in which `channel` now differs from `before`. Returns the tiles or faces, ascending, that
+    /// the budget refused.
+    fn stamp(&mut self, context: &Context, before: &C::Field, channel: &C, time: f64) -> Result<Vec<u32>>;
+
+    /// Brings `channel` to what is left of it at `time`, and gives back what has faded. Returns the tiles or faces that
+    /// look different.
+    fn fade(&mut self, context: &Context, channel: &mut C, time: f64) -> Result<Vec<u32>>;
+
+    /// As [`Self::fade`] without giving anything back, after stamps and `restored` blocks of the channel were put back.
+    fn bring(&mut self, context: &Context, channel: &mut C, time: f64, restored: &[u32]) -> Result<Vec<u32>>;
+
+    /// The blocks that hold stamps, ascending.
+    fn stamped(&self) -> Vec<u32>;
+
+    /// The blocks whose stamps changed since this was called last, ascending.
+    fn take_changed(&mut self) -> Vec<u32>;
+
+    /// The stamps of a block as bytes, with what they belong to; `None` if there are none.
+    fn read(&self, block: u32) -> Option<Vec<u8>>;
+
+    /// Puts back what [`Self::read`] gave, of a channel that is `field`. Fails if it does not fit.
+    fn write(&mut self, field: &C::Field, block: u32, bytes: Option<&[u8]>) -> Result<()>;
+
+    /// As [`Self::write`], whatever the budget says.
+    fn restore(&mut self, field: &C::Field, block: u32, bytes: Option<&[u8]>) -> Result<()>;
+
+    /// What documents say of the stamps of the layer `layer`.
+    fn head(&self, layer: u32) -> Stamps;
+
+    /// The stamps as histories and documents see them.
+    fn blocks(&self, field: &C::Field) -> Arc<dyn Blocks>;
+
+    /// The stamps that `document` has as the layer called `name`, for a channel that is `field`, in `budget` bytes.
+    /// Fails if there is no such layer, it is damaged, or `budget` is too small.
+    fn stored(context: &Context, document: &Document, name: &str, field: &C::Field, budget: u64) -> Result<Self>;
+}
+
+impl<T: Absorb> LayerDecay<Channel<T>> for Decay<T> {
+    fn new(field: &Field<T>, options: DecayOptions, budget: u64) -> Result<Self> {
+        Decay::new(field.tile_count(), options, budget)
+    }
+
+    fn options(&self) -> DecayOptions {
+        Decay::options(self)
+    }
+
+    fn set_options(&mut self, options: DecayOptions) -> Result<()> {
+        Decay::set_options(self, options)
+    }
+
+    fn bytes(&self) -> u64 {
+        Decay::bytes(self)
+    }
+
+    fn newest(&self) -> Option<f32> {
+        Decay::newest(self)
+    }
+
+    fn oldest(&self) -> Vec<(u64, u32)> {
+        Decay::oldest(self)
+    }
+
+    fn stamp(&mut self, context: &Context, before: &Field<T>, channel: &Channel<T>, time: f64) -> Result<Vec<u32>> {
+        Ok(Decay::stamp(self, context, before, channel, time))
+    }
+
+    fn fade(&mut self, context: &Context, channel: &mut Channel<T>, time: f64) -> Result<Vec<u32>> {
+        Ok(Decay::fade(self, context, channel, time)?.changed)
+    }
+
+    fn bring(&mut self, context: &Context, channel: &mut Channel<T>, time: f64, restored: &[u32]) -> Result<Vec<u32>> {
+        Decay::bring(self, context, channel, time, restored)
+    }
+
+    fn stamped(&self) -> Vec<u32> {
+        Decay::stamped(self).collect()
+    }
+
+    fn take_changed(&mut self) -> Vec<u32> {
+        Decay::take_changed(self)
+    }
+
+    fn read(&self, tile: u32) -> Option<Vec<u8>> {
+        Decay::read(self, tile)
+    }
+
+    fn write(&mut self, field: &Field<T>, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        Decay::write(self, field, tile, bytes)
+    }
+
+    fn restore(&mut self, field: &Field<T>, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        Decay::restore(self, field, tile, bytes)
+    }
+
+    fn head(&self, layer: u32) -> Stamps {
+        Decay::head(self, layer)
+    }
+
+    fn blocks(&self, field: &Field<T>) -> Arc<dyn Blocks> {
+        Arc::new(Decay::blocks(self, field))
+    }
+
+    fn stored(context: &Context, document: &Document, name: &str, field: &Field<T>, budget: u64) -> Result<Self> {
+        Decay::stored(context, document, name, field, budget)
+    }
+}
 
 /// The stamps of an object.
-#[derive(Debug, Default)]
-pub struct Fading {
-    displacement: Vec<Faded<f16>>,
-    paint: Vec<Faded<Rgba8>>,
-    half_paint: Vec<Faded<Rgba16>>,
+#[derive(Debug)]
+pub struct Fading<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: LayerChannel = Paint<Rgba16>> {
+    displacement: Vec<Faded<H>>,
+    paint: Vec<Faded<C>>,
+    half_paint: Vec<Faded<W>>,
     /// How the object's own displacement and colours, the lowest layers, fade.
     own: Option<(DecayOptions, u64)>,
     lost: u64,
@@ -32,45 +160,52 @@ pub struct Fading {
 
 /// The stamps of a layer.
 #[derive(Debug)]
-struct Faded<T> {
+struct Faded<C: LayerChannel> {
     /// The number of the layer, and that of its stamps as a layer of documents.
     layer: u32,
     number: u32,
-    decay: Decay<T>,
+    decay: C::Decay,
     /// What has been stamped.
-    stamped: Field<T>,
+    stamped: C::Field,
 }
 
 /// A kind of layers that fade, and the channel to which they come.
-struct Kept<'a, T: Absorb> {
-    faded: &'a mut Vec<Faded<T>>,
-    stack: &'a mut Stack<Channel<T>>,
-    composite: &'a mut Channel<T>,
+struct Kept<'a, C: LayerChannel> {
+    faded: &'a mut Vec<Faded<C>>,
+    stack: &'a mut Stack<C>,
+    composite: &'a mut C,
 }
 
-impl<T: Absorb> Kept<'_, T> {
-    /// Stamps what was edited since it was last done. Returns the tiles that budgets refused, and how many were lost.
-    fn stamp(&mut self, context: &Context, time: f64) -> (Vec<u32>, u64) {
-        let (mut refused, mut lost) = (Vec::new(), 0);
+impl<C: LayerChannel> Kept<'_, C> {
+    fn kind(&self) -> Kind {
+        C::Texel::KIND
+    }
+
+    /// Stamps what was edited since it was last done. Returns the tiles or faces that budgets refused, and those that
+    /// were lost.
+    fn stamp(&mut self, context: &Context, time: f64) -> Result<[Vec<u32>; 2]> {
+        let (mut refused, mut lost) = (Vec::new(), Vec::new());
         for faded in &mut *self.faded {
             let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) else { continue };
-            let mut left = faded.decay.stamp(context, &faded.stamped, channel, time);
-            // Those that have no room take that of the oldest, unless these were edited now.
-            let mut oldest = faded.decay.oldest();
-            oldest.retain(|(_, tile)| channel.field().version(*tile) == faded.stamped.version(*tile));
-            while !left.is_empty() && !oldest.is_empty() {
-                let gone: Vec<u32> = oldest.drain(..left.len().min(oldest.len())).map(|(_, tile)| tile).collect();
-                if channel.lose_tiles(context, &gone).is_err() {
-                    break;
+            let mut left = faded.decay.stamp(context, &faded.stamped, channel, time)?;
+            if !left.is_empty() {
+                // Those that have no room take that of the oldest, unless these were edited now.
+                let mut oldest = faded.decay.oldest();
+                oldest.retain(|(_, tile)| !C::is_edited(channel.field(), &faded.stamped, *tile));
+                while !left.is_empty() && !oldest.is_empty() {
+                    let gone: Vec<u32> = oldest.drain(..left.len().min(oldest.len())).map(|(_, tile)| tile).collect();
+                    if channel.lose_all(context, &gone).is_err() {
+                        break;
+                    }
+                    left = faded.decay.stamp(context, &faded.stamped, channel, time)?;
                 }
-                left = faded.decay.stamp(context, &faded.stamped, channel, time);
             }
             refused.extend(left);
-            lost += channel.take_lost().len() as u64;
+            lost.extend(channel.take_lost());
             faded.stamped = channel.field().clone();
         }
         self.name_expendable();
-        (refused, lost)
+        Ok([refused, lost])
     }
 
     /// Says which tiles may be lost: of a layer that fades those that hold nothing else, of the composite those that
@@ -97,7 +232,7 @@ impl<T: Absorb> Kept<'_, T> {
         }
         for (id, named) in ids.iter().zip(&named) {
             if let Some(channel) = self.stack.channel(*id, self.composite) {
-                ages.retain(|tile, _| named.contains(tile) || !channel.field().is_allocated(*tile));
+                ages.retain(|tile, _| named.contains(tile) || !C::is_allocated(channel.field(), *tile));
             }
         }
         let mut tiles: Vec<(u64, u32)> = ages.into_iter().map(|(tile, age)| (age, tile)).collect();
@@ -105,13 +240,15 @@ impl<T: Absorb> Kept<'_, T> {
         self.composite.set_expendable(&tiles.into_iter().map(|(_, tile)| tile).collect::<Vec<_>>());
     }
 
-    fn fade(&mut self, context: &Context, time: f64) -> Result<()> {
+    /// Returns the tiles or faces that look different.
+    fn fade(&mut self, context: &Context, time: f64) -> Result<Vec<u32>> {
+        let mut shown = Vec::new();
         for faded in &mut *self.faded {
             if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
-                faded.decay.fade(context, channel, time)?;
+                shown.extend(faded.decay.fade(context, channel, time)?);
             }
         }
-        Ok(())
+        Ok(shown)
     }
 
     fn take_as_stamped(&mut self) {
@@ -131,7 +268,7 @@ impl<T: Absorb> Kept<'_, T> {
         match (options, there) {
             (Some((options, _)), Some(at)) => self.faded[at].decay.set_options(options)?,
             (Some((options, budget)), None) => {
-                let decay = Decay::new(channel.field().tile_count(), options, budget)?;
+                let decay = C::Decay::new(channel.field(), options, budget)?;
                 let stamped = channel.field().clone();
                 self.faded.push(Faded { layer, number, decay, stamped });
             }
@@ -145,11 +282,11 @@ impl<T: Absorb> Kept<'_, T> {
     /// Puts back stamps, and brings their layers to `time`, whose blocks were put back.
     fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: &[BlockState], time: f64) -> Result<()> {
         if let Some(heads) = heads {
-            let gone = |faded: &Faded<T>| !heads.iter().any(|head| head.id == faded.number);
+            let gone = |faded: &Faded<C>| !heads.iter().any(|head| head.id == faded.number);
             let gone: Vec<u32> = self.faded.iter().filter(|faded| gone(faded)).map(|faded| faded.layer).collect();
             self.faded.retain(|faded| !gone.contains(&faded.layer));
             for head in heads {
-                let Some(stamps) = head.stamps.filter(|stamps| stamps.texel == T::KIND) else { continue };
+                let Some(stamps) = head.stamps.filter(|stamps| stamps.texel == C::Texel::KIND) else { continue };
                 let options = DecayOptions { delay: stamps.delay, duration: stamps.duration };
                 let budget = self.composite.budget();
                 self.set(stamps.layer, head.id, Some((options, budget)))?;
@@ -184,11 +321,10 @@ impl<T: Absorb> Kept<'_, T> {
         let mut newest: Option<f32> = None;
         for layer in document.layers() {
             let Some(Stamps { layer: of, texel, .. }) = layer.head().stamps else { continue };
-            let Some(channel) = self.stack.channel_mut(of, self.composite).filter(|_| texel == T::KIND) else {
-                continue;
-            };
+            let there = self.stack.channel_mut(of, self.composite);
+            let Some(channel) = there.filter(|_| texel == C::Texel::KIND) else { continue };
             let stamped = channel.field().clone();
-            let decay = Decay::stored(context, document, layer.name(), &stamped, budget)?;
+            let decay = C::Decay::stored(context, document, layer.name(), &stamped, budget)?;
             newest = newest.into_iter().chain(decay.newest()).reduce(f32::max);
             self.faded.retain(|faded| faded.layer != of);
             self.faded.push(Faded { layer: of, number: layer.id(), decay, stamped });
@@ -225,7 +361,7 @@ impl<T: Absorb> Kept<'_, T> {
 
 /// The stamps of `tile`, for caches: of the only layer that fades, or of all one after the other, each behind its
 /// length. `None` if there are none.
-fn read<T: StoredTexel>(list: &[Faded<T>], tile: u32) -> Option<Vec<u8>> {
+fn read<C: LayerChannel>(list: &[Faded<C>], tile: u32) -> Option<Vec<u8>> {
     if let [only] = list {
         return only.decay.read(tile);
     }
@@ -240,21 +376,16 @@ fn read<T: StoredTexel>(list: &[Faded<T>], tile: u32) -> Option<Vec<u8>> {
     any.then_some(all)
 }
 
-fn stamped<T: StoredTexel>(list: &[Faded<T>]) -> Vec<u32> {
-    sorted(list.iter().flat_map(|faded| faded.decay.stamped().collect::<Vec<_>>()).collect())
+fn stamped<C: LayerChannel>(list: &[Faded<C>]) -> Vec<u32> {
+    sorted(list.iter().flat_map(|faded| faded.decay.stamped()).collect())
 }
 
 /// The layers of stamps as documents have them; those of `states` that they belong to are marked.
-fn add_states<T: Absorb>(
-    list: &[Faded<T>],
-    stack: &Stack<Channel<T>>,
-    composite: &Channel<T>,
-    states: &mut Vec<LayerState>,
-) {
+fn add_states<C: LayerChannel>(list: &[Faded<C>], stack: &Stack<C>, composite: &C, states: &mut Vec<LayerState>) {
     for faded in list {
         let Some(channel) = stack.channel(faded.layer, composite) else { continue };
         states.iter_mut().filter(|state| state.id == faded.layer).for_each(|state| state.fades = true);
-        let blocks: Arc<dyn Blocks> = Arc::new(faded.decay.blocks(channel.field()));
+        let blocks = faded.decay.blocks(channel.field());
         let name = format!("{STAMPS_OF}{}", faded.layer);
         let stamps = Some(faded.decay.head(faded.layer));
         states.push(LayerState { stamps, fades: true, ..LayerState::new(faded.number, &name, blocks) });
@@ -270,25 +401,32 @@ fn sorted(mut tiles: Vec<u32>) -> Vec<u32> {
 /// Does the same for displacement and colours, of which an object has those of one format.
 macro_rules! each_kind {
     ($object:expr, $kept:ident => $work:expr) => {{
-        let DisplacedObject { fading, layers, displacement, paint, half_paint, .. } = &mut *$object;
-        let Fading { displacement: faded, paint: faded_paint, half_paint: faded_half_paint, .. } = fading;
+        let own = $object.channels_mut(false);
+        let Layers { displacement: stack, colors, half_colors, fading, .. } = own.layers;
         #[allow(unused_mut)]
-        let mut $kept = Kept { faded, stack: &mut layers.displacement, composite: displacement };
+        let mut $kept = Kept { faded: &mut fading.displacement, stack, composite: own.displacement };
         $work;
-        if let (Some(stack), Some(composite)) = (&mut layers.colors, paint) {
+        if let (Some(stack), Some(composite)) = (colors, own.paint) {
             #[allow(unused_mut)]
-            let mut $kept = Kept { faded: faded_paint, stack, composite };
+            let mut $kept = Kept { faded: &mut fading.paint, stack, composite };
             $work;
         }
-        if let (Some(stack), Some(composite)) = (&mut layers.half_colors, half_paint) {
+        if let (Some(stack), Some(composite)) = (half_colors, own.half_paint) {
             #[allow(unused_mut)]
-            let mut $kept = Kept { faded: faded_half_paint, stack, composite };
+            let mut $kept = Kept { faded: &mut fading.half_paint, stack, composite };
             $work;
         }
     }};
 }
 
-impl Fading {
+impl<H: LayerChannel, C: LayerChannel, W: LayerChannel> Default for Fading<H, C, W> {
+    fn default() -> Self {
+        let (displacement, paint, half_paint) = (Vec::new(), Vec::new(), Vec::new());
+        Self { displacement, paint, half_paint, own: None, lost: 0, unstamped: 0 }
+    }
+}
+
+impl<H: LayerChannel, C: LayerChannel, W: LayerChannel> Fading<H, C, W> {
     /// Bytes of all stamps and the texels they belong to.
     pub fn bytes(&self) -> u64 {
         let displacement: u64 = self.displacement.iter().map(|faded| faded.decay.bytes()).sum();
@@ -327,18 +465,24 @@ impl Fading {
     }
 }
 
-impl DisplacedObject {
+/// The stamps of an object of the kind `O`.
+pub type FadingOf<O> =
+    Fading<<O as LayeredObject>::Displacement, <O as LayeredObject>::Paint, <O as LayeredObject>::HalfPaint>;
+
+/// An object whose edits may fade: every one that has layers.
+pub trait FadingObject: LayeredObject {
     /// Makes edits of the object's own displacement and colours, the lowest layers, fade from now on; what was edited
-    /// before stays. Stamps may occupy `budget` bytes for each of the two. Fails if the times are none.
-    pub fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {
+    /// before stays. Stamps may occupy `budget` bytes for each of the two. Fails if the times are none, or the budget
+    /// does not hold what every channel needs.
+    fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {
         options.check()?;
-        self.fading.own = Some((options, budget));
+        self.channels_mut(false).layers.fading.own = Some((options, budget));
         self.fade_own()
     }
 
     /// Gives the lowest layers the decay of the object, if it has one and they have none.
-    pub(crate) fn fade_own(&mut self) -> Result<()> {
-        let Some(own) = self.fading.own else { return Ok(()) };
+    fn fade_own(&mut self) -> Result<()> {
+        let Some(own) = self.channels().layers.fading.own else { return Ok(()) };
         let first = self.free_number();
         each_kind!(self, kept => {
             if let Some(lowest) = kept.stack.layers().first().map(|layer| layer.id()) {
@@ -349,11 +493,11 @@ impl DisplacedObject {
     }
 
     /// Makes edits of the layer `id` fade from now on, or stay; those that were made before too, if they have been
-    /// stamped. Its stamps may occupy `budget` bytes. Where that or the budget of the layer is full, the tiles of the
-    /// layer whose newest edit is oldest are lost to make room, see [`Self::take_lost`].
+    /// stamped. Its stamps may occupy `budget` bytes. Where that or the budget of the layer is full, the tiles or faces
+    /// of the layer whose newest edit is oldest are lost to make room, see [`Self::take_lost`].
     ///
     /// Fails, and changes nothing, if the times are none or there is no such layer.
-    pub fn set_layer_decay(
+    fn set_layer_decay(
         &mut self,
         context: &Context,
         id: u32,
@@ -362,7 +506,7 @@ impl DisplacedObject {
     ) -> Result<()> {
         options.map_or(Ok(()), |options| options.check())?;
         self.settle(context)?;
-        self.stamp(context);
+        self.stamp(context)?;
         let number = self.free_number();
         let mut done = Err(Error::invalid(format!("there is no layer with the number {id}")));
         each_kind!(self, kept => {
@@ -374,174 +518,190 @@ impl DisplacedObject {
     }
 
     /// The stamps, if edits of any layer fade.
-    pub fn fading(&self) -> Option<&Fading> {
-        (!self.fading.is_empty()).then_some(&self.fading)
+    fn fading(&self) -> Option<&FadingOf<Self>> {
+        let fading = &self.channels().layers.fading;
+        (!fading.is_empty()).then_some(fading)
     }
 
     /// Stamps what was edited since it was last done with the object's time; [`LayeredObject::settle`] is to be done
-    /// before. Returns the tiles, ascending, whose stamps their budget refused; what was edited there stays.
-    pub fn stamp(&mut self, context: &Context) -> Vec<u32> {
-        if self.fading.is_empty() {
-            return Vec::new();
+    /// before. Returns the tiles or faces, ascending, whose stamps their budget refused; what was edited there stays.
+    fn stamp(&mut self, context: &Context) -> Result<Vec<u32>> {
+        if self.channels().layers.fading.is_empty() {
+            return Ok(Vec::new());
         }
-        let (time, mut refused, mut lost) = (self.time, Vec::new(), 0);
+        let (time, mut refused, mut lost, mut gone) = (self.edit_time(), Vec::new(), 0, Vec::new());
         each_kind!(self, kept => {
-            let (left, gone) = kept.stamp(context, time);
+            let is_color = kept.kind().is_color();
+            let [left, over] = kept.stamp(context, time)?;
             refused.extend(left);
-            lost += gone;
+            lost += over.len() as u64;
+            if !is_color {
+                gone = over;
+            }
         });
-        self.fading.lost += lost;
-        sorted(refused)
+        self.channels_mut(false).layers.fading.lost += lost;
+        self.note_shown(&gone);
+        Ok(sorted(refused))
     }
 
-    /// How many tiles of layers that fade were lost since this was called last, because a budget had no room for
-    /// others.
-    pub fn take_lost(&mut self) -> u64 {
-        std::mem::take(&mut self.fading.lost)
+    /// How many tiles or faces of layers that fade were lost since this was called last, because a budget had no room
+    /// for others.
+    fn take_lost(&mut self) -> u64 {
+        std::mem::take(&mut self.channels_mut(false).layers.fading.lost)
     }
 
-    /// How many tiles got no stamps since this was called last, because their budget refused them: [`Self::stamp`] says
-    /// so itself, histories and documents do it unasked.
-    pub fn take_unstamped(&mut self) -> u64 {
-        std::mem::take(&mut self.fading.unstamped)
+    /// How many tiles or faces got no stamps since this was called last, because their budget refused them:
+    /// [`Self::stamp`] says so itself, histories and documents do it unasked.
+    fn take_unstamped(&mut self) -> u64 {
+        std::mem::take(&mut self.channels_mut(false).layers.fading.unstamped)
     }
 
     /// Comes to `time` in seconds: what was edited fades as it should, and edits are made then from now on. The time
     /// never goes back, except to be that of stamps that were put back.
     ///
-    /// Fails, as [`Self::set_time`] does, if the time is not finite.
-    pub fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
-        if self.fading.is_empty() {
-            return self.set_time(time);
+    /// Fails if the time is not finite.
+    fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
+        if self.channels().layers.fading.is_empty() {
+            return self.set_edit_time(time);
         }
         let _stage = context.stats().begin("decay");
         self.settle(context)?;
-        self.stamp(context);
-        self.set_time(time)?;
-        each_kind!(self, kept => kept.fade(context, time)?);
+        self.stamp(context)?;
+        self.set_edit_time(time)?;
+        let mut shown = Vec::new();
+        each_kind!(self, kept => {
+            let is_color = kept.kind().is_color();
+            let faded = kept.fade(context, time)?;
+            if !is_color {
+                shown = faded;
+            }
+        });
+        self.note_shown(&shown);
         self.settle(context)?;
         self.take_as_stamped();
         Ok(())
     }
 
     /// Notes that nothing of what there is now waits for a stamp, as after channels and stamps were put back.
-    pub fn take_as_stamped(&mut self) {
+    fn take_as_stamped(&mut self) {
         each_kind!(self, kept => kept.take_as_stamped());
     }
 
-    /// The stamps of `tile` of all layers of a kind, as caches keep them; `None` if there are none.
-    pub fn read_stamps(&self, kind: Kind, tile: u32) -> Option<Vec<u8>> {
+    /// The stamps of `block` of all layers of a kind, as caches keep them; `None` if there are none.
+    fn read_stamps(&self, kind: Kind, block: u32) -> Option<Vec<u8>> {
+        let own = self.channels();
         match kind.is_color() {
-            true if self.half_paint.is_some() => read(&self.fading.half_paint, tile),
-            true => read(&self.fading.paint, tile),
-            false => read(&self.fading.displacement, tile),
+            true if own.half_paint.is_some() => read(&own.layers.fading.half_paint, block),
+            true => read(&own.layers.fading.paint, block),
+            false => read(&own.layers.fading.displacement, block),
         }
     }
 
     /// Puts back what [`Self::read_stamps`] gave of the same layers, after their blocks; [`Self::take_as_stamped`] is
     /// to follow. Fails if they do not fit.
-    pub fn write_stamps(&mut self, kind: Kind, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+    fn write_stamps(&mut self, kind: Kind, block: u32, bytes: Option<&[u8]>) -> Result<()> {
         each_kind!(self, kept => {
             if kept.kind().is_color() == kind.is_color() {
-                kept.write(tile, bytes)?;
+                kept.write(block, bytes)?;
             }
         });
         Ok(())
     }
 
-    /// The tiles with stamps of a kind of layers, ascending.
-    pub fn stamped_tiles(&self, kind: Kind) -> Vec<u32> {
+    /// The blocks with stamps of a kind of layers, ascending.
+    fn stamped_blocks(&self, kind: Kind) -> Vec<u32> {
+        let own = self.channels();
         match kind.is_color() {
-            true if self.half_paint.is_some() => stamped(&self.fading.half_paint),
-            true => stamped(&self.fading.paint),
-            false => stamped(&self.fading.displacement),
+            true if own.half_paint.is_some() => stamped(&own.layers.fading.half_paint),
+            true => stamped(&own.layers.fading.paint),
+            false => stamped(&own.layers.fading.displacement),
         }
     }
 
-    /// The tiles of a kind of layers whose stamps changed since this was called last, ascending.
-    pub fn commit_stamps(&mut self, kind: Kind) -> Vec<u32> {
-        let mut tiles = Vec::new();
+    /// The blocks of a kind of layers whose stamps changed since this was called last, ascending.
+    fn commit_stamps(&mut self, kind: Kind) -> Vec<u32> {
+        let mut blocks = Vec::new();
         each_kind!(self, kept => {
             if kept.kind().is_color() == kind.is_color() {
-                tiles = kept.take_changed();
+                blocks = kept.take_changed();
             }
         });
-        tiles
-    }
-
-    /// Adds the layers of stamps to `states`, and says of the others which fade.
-    pub(crate) fn add_stamp_states(&self, states: &mut Vec<LayerState>) {
-        add_states(&self.fading.displacement, &self.layers.displacement, &self.displacement, states);
-        if let (Some(stack), Some(paint)) = (&self.layers.colors, &self.paint) {
-            add_states(&self.fading.paint, stack, paint, states);
-        }
-        if let (Some(stack), Some(paint)) = (&self.layers.half_colors, &self.half_paint) {
-            add_states(&self.fading.half_paint, stack, paint, states);
-        }
-    }
-
-    /// Makes edits of `layers` stay, because they have become others.
-    pub(crate) fn stop_fading(&mut self, layers: &[u32]) {
-        each_kind!(self, kept => {
-            kept.faded.retain(|faded| !layers.contains(&faded.layer));
-            kept.name_expendable();
-        });
-    }
-
-    /// Puts back stamps of a history, whose layers were put back, and brings these to the object's time.
-    pub(crate) fn put_stamps(
-        &mut self,
-        context: &Context,
-        heads: Option<&[Head]>,
-        blocks: &[BlockState],
-    ) -> Result<()> {
-        let knows = heads.is_some_and(|heads| heads.iter().any(|head| head.stamps.is_some()));
-        if self.fading.is_empty() && !knows {
-            return Ok(());
-        }
-        let time = self.time;
-        each_kind!(self, kept => kept.restore(context, heads, blocks, time)?);
-        self.settle(context)?;
-        self.take_as_stamped();
-        Ok(())
-    }
-
-    /// Takes over the stamps of `document`, whose layers were taken over, and its time, if it has any. Layers that were
-    /// there before have the numbers that `moved` says now.
-    pub(crate) fn find_stamps(
-        &mut self,
-        context: &Context,
-        document: &Document,
-        budget: u64,
-        moved: &[(u32, u32)],
-    ) -> Result<()> {
-        let mut newest: Option<f32> = None;
-        let mut number = self.free_number().max(document.free_id());
-        each_kind!(self, kept => {
-            kept.follow(moved, &mut number);
-            let found = kept.take_up(context, document, budget)?;
-            newest = newest.into_iter().chain(found).reduce(f32::max);
-        });
-        self.fade_own()?;
-        if document.layers().iter().any(|layer| layer.kind() == Kind::Stamps) {
-            // Edits of the journal may be later than what the document says.
-            let time = newest.map_or(document.time, |newest| document.time.max(f64::from(newest)));
-            self.set_time(time)?;
-            each_kind!(self, kept => kept.bring(context, time)?);
-            self.settle(context)?;
-        }
-        self.take_as_stamped();
-        Ok(())
+        blocks
     }
 }
 
-impl<T: Absorb> Kept<'_, T> {
-    fn kind(&self) -> Kind {
-        T::KIND
-    }
+impl<O: LayeredObject> FadingObject for O {}
 
+/// Adds the layers of stamps to `states`, and says of the others which fade.
+pub(crate) fn add_stamp_states(object: &impl LayeredObject, states: &mut Vec<LayerState>) {
+    let own = object.channels();
+    let fading = &own.layers.fading;
+    add_states(&fading.displacement, &own.layers.displacement, own.displacement, states);
+    if let (Some(stack), Some(paint)) = (&own.layers.colors, own.paint) {
+        add_states(&fading.paint, stack, paint, states);
+    }
+    if let (Some(stack), Some(paint)) = (&own.layers.half_colors, own.half_paint) {
+        add_states(&fading.half_paint, stack, paint, states);
+    }
+}
+
+/// Makes edits of `layers` stay, because they have become others.
+pub(crate) fn stop_fading(object: &mut impl LayeredObject, layers: &[u32]) {
+    each_kind!(object, kept => {
+        kept.faded.retain(|faded| !layers.contains(&faded.layer));
+        kept.name_expendable();
+    });
+}
+
+/// Puts back stamps of a history, whose layers were put back, and brings these to the object's time.
+pub(crate) fn put_stamps(
+    object: &mut impl LayeredObject,
+    context: &Context,
+    heads: Option<&[Head]>,
+    blocks: &[BlockState],
+) -> Result<()> {
+    let knows = heads.is_some_and(|heads| heads.iter().any(|head| head.stamps.is_some()));
+    if object.channels().layers.fading.is_empty() && !knows {
+        return Ok(());
+    }
+    let time = object.edit_time();
+    each_kind!(object, kept => kept.restore(context, heads, blocks, time)?);
+    object.settle(context)?;
+    object.take_as_stamped();
+    Ok(())
+}
+
+/// Takes over the stamps of `document`, whose layers were taken over, and its time, if it has any. Layers that were
+/// there before have the numbers that `moved` says now.
+pub(crate) fn find_stamps(
+    object: &mut impl LayeredObject,
+    context: &Context,
+    document: &Document,
+    budget: u64,
+    moved: &[(u32, u32)],
+) -> Result<()> {
+    let mut newest: Option<f32> = None;
+    let mut number = object.free_number().max(document.free_id());
+    each_kind!(object, kept => {
+        kept.follow(moved, &mut number);
+        let found = kept.take_up(context, document, budget)?;
+        newest = newest.into_iter().chain(found).reduce(f32::max);
+    });
+    object.fade_own()?;
+    if document.layers().iter().any(|layer| layer.kind() == Kind::Stamps) {
+        // Edits of the journal may be later than what the document says.
+        let time = newest.map_or(document.time, |newest| document.time.max(f64::from(newest)));
+        object.set_edit_time(time)?;
+        each_kind!(object, kept => kept.bring(context, time)?);
+        object.settle(context)?;
+    }
+    object.take_as_stamped();
+    Ok(())
+}
+
+impl<C: LayerChannel> Kept<'_, C> {
     fn bring(&mut self, context: &Context, time: f64) -> Result<()> {
-        for faded in &*self.faded {
+        for faded in &mut *self.faded {
             if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
                 faded.decay.bring(context, channel, time, &[])?;
             }

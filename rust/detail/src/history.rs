@@ -5,6 +5,7 @@
 //! [`relievo_document::edit`]. Edits stay in memory up to a budget; beyond it the oldest are read back from the
 //! journal of the document, or from a temporary file where there is no document. Units: bytes.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -298,7 +299,7 @@ impl History {
         let state = |(layer, block): &(u32, u32)| BlockState {
             layer: *layer,
             block: *block,
-            bytes: find(&open.before, *layer).and_then(|layer| layer.blocks.bytes(*block)).map(<[u8]>::to_vec),
+            bytes: find(&open.before, *layer).and_then(|layer| layer.blocks.bytes(*block)).map(Cow::into_owned),
         };
         let heads: Option<Vec<Head>> = layers.then(|| open.before.iter().map(LayerState::head).collect());
         // What cannot be read stays what it is.
@@ -407,6 +408,7 @@ impl History {
             let delta = &deltas[index];
             let there = find(&states, delta.layer);
             let state = there.and_then(|layer| layer.blocks.bytes(delta.block));
+            let state = state.as_deref();
             let blank = edit.blank(delta.layer).or(there.map(|layer| layer.blocks.blank()));
             let bytes = edit.apply(delta, direction, state, blank.unwrap_or(&[]))?;
             Ok(BlockState { layer: delta.layer, block: delta.block, bytes })

@@ -10,6 +10,7 @@ use relievo_tiles::{
     Blocks, ByFormat, Channel, ColorTexel, Displacement, Paint, Rgba8, Rgba16, Traces, VectorDisplacement,
 };
 
+use crate::fading::{Fading, FadingObject, add_stamp_states, find_stamps, put_stamps, stop_fading};
 use crate::history::{BlockState, LayerState, LayerStates, Recorded};
 use crate::layers::{BlockChannel, LayerChannel, Stack};
 use crate::object::DisplacedObject;
@@ -31,6 +32,8 @@ pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: La
     pub(crate) colors: Option<Stack<C>>,
     /// Those of colour, if it has colours of half floats; then it has no others.
     pub(crate) half_colors: Option<Stack<W>>,
+    /// The stamps of those that fade.
+    pub(crate) fading: Fading<H, C, W>,
     /// The numbers of its traces and of its vectors.
     others: [u32; 2],
     /// What [`LayeredObject::read_sizes`] gave when sizes were committed.
@@ -43,6 +46,7 @@ impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Default for
             displacement: Stack::new(DISPLACEMENT, "displacement", f16::ZERO),
             colors: None,
             half_colors: None,
+            fading: Fading::default(),
             others: [TRACES, VECTORS],
             sizes: Vec::new(),
         }
@@ -149,45 +153,14 @@ pub trait LayeredObject: Sized {
     /// Faces of the surface.
     fn face_count(&self) -> usize;
 
-    /// Fails if the object cannot have more layers.
-    fn check_addable(&self) -> Result<()> {
-        Ok(())
-    }
-
-    /// Fails if edits of the object cannot be undone.
-    fn check_recordable(&self) -> Result<()> {
-        Ok(())
-    }
-
-    /// The numbers of layers of stamps.
-    fn stamp_numbers(&self) -> Vec<u32> {
-        Vec::new()
-    }
-
-    /// Stamps what was edited of layers that fade.
-    fn stamp_edits(&mut self, _: &Context) {}
-
     /// When edits are made now, in seconds.
-    fn edit_time(&self) -> f64 {
-        0.0
-    }
+    fn edit_time(&self) -> f64;
 
-    /// Adds the layers of stamps to `states`, and says of the others which fade.
-    fn add_stamps(&self, _: &mut LayerStates) {}
+    /// When edits are made from now on, in seconds. Fails if the time is not finite.
+    fn set_edit_time(&mut self, time: f64) -> Result<()>;
 
-    /// Makes edits of `layers` stay, because they have become others.
-    fn stop(&mut self, _: &[u32]) {}
-
-    /// Puts back stamps of a history, whose layers were put back.
-    fn restore_stamps(&mut self, _: &Context, _: Option<&[Head]>, _: &[BlockState]) -> Result<()> {
-        Ok(())
-    }
-
-    /// Takes over the stamps that `document` has of the layers that were taken over, in `budget` bytes each. Layers
-    /// that stayed have the numbers that `moved` says now. Returns whether the object can have stamps.
-    fn take_up_stamps(&mut self, _: &Context, _: &Document, _budget: u64, _moved: &[(u32, u32)]) -> Result<bool> {
-        Ok(false)
-    }
+    /// Notes that displacement looks different in and around tiles or faces, because it has faded or was lost.
+    fn note_shown(&mut self, _tiles: &[u32]) {}
 
     /// What it holds in layers.
     #[allow(clippy::type_complexity)]
@@ -274,7 +247,6 @@ pub trait LayeredObject: Sized {
         size: u32,
     ) -> Result<(u32, Vec<u32>)> {
         self.check_name(name)?;
-        self.check_addable().map_err(|error| error.at(format!("layer `{name}`")))?;
         self.settle(context)?;
         if self.layers().len() >= MAX_LAYERS {
             return Err(Error::invalid(format!("an object has at most {MAX_LAYERS} layers")));
@@ -295,7 +267,7 @@ pub trait LayeredObject: Sized {
     /// A number that no layer has.
     fn free_number(&self) -> u32 {
         let numbers = self.layers().into_iter().map(|layer| layer.id).chain(self.channels().layers.others);
-        numbers.chain(self.stamp_numbers()).map(|id| id + 1).max().unwrap_or(0).max(ADDED)
+        numbers.chain(self.channels().layers.fading.numbers()).map(|id| id + 1).max().unwrap_or(0).max(ADDED)
     }
 
     /// Fails unless a layer can be called so.
@@ -358,7 +330,7 @@ pub trait LayeredObject: Sized {
     /// Removes a layer with all that is on it. Fails if there is no such layer, or it is the last of its kind.
     fn remove_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         let done = edit_either!(self, context, id, |stack, composite| stack.remove(context, composite, id))?;
-        self.stop(&[id]);
+        stop_fading(self, &[id]);
         Ok(done)
     }
 
@@ -370,7 +342,7 @@ pub trait LayeredObject: Sized {
         let below = before.iter().zip(before.iter().skip(1)).find(|(_, upper)| upper.id == id);
         let ids = [id, below.map_or(id, |(lower, _)| lower.id)];
         let done = edit_either!(self, context, id, |stack, composite| stack.merge_down(context, composite, id))?;
-        self.stop(&ids);
+        stop_fading(self, &ids);
         Ok(done)
     }
 
@@ -382,7 +354,7 @@ pub trait LayeredObject: Sized {
             let layers = self.layers().into_iter().filter(|layer| layer.kind.is_color() == is_color);
             let ids: Vec<u32> = layers.map(|layer| layer.id).collect();
             if ids.len() > 1 {
-                self.stop(&ids);
+                stop_fading(self, &ids);
             }
         }
         let layers = self.channels_mut(false).layers;
@@ -459,7 +431,7 @@ pub trait LayeredObject: Sized {
         if let Some(channel) = others.1 {
             add(vectors, "vectors", Arc::new(channel.field().clone()));
         }
-        self.add_stamps(&mut states);
+        add_stamp_states(self, &mut states);
         states
     }
 
@@ -469,7 +441,7 @@ pub trait LayeredObject: Sized {
         document.time = self.edit_time();
         for state in self.layer_states() {
             let tiles = state.blocks.numbers();
-            let read = |tile| Ok(state.blocks.try_bytes(tile)?.unwrap_or_default().to_vec());
+            let read = |tile| Ok(state.blocks.try_bytes(tile)?.unwrap_or_default().into_owned());
             document.pack_layer(context, state.head(), &tiles, read)?;
         }
         Ok(())
@@ -595,10 +567,8 @@ pub trait LayeredObject: Sized {
         let layers = self.layers();
         let colors_before = layers.iter().filter(|layer| layer.kind.is_color()).count();
         let before: Vec<u32> = layers.into_iter().map(|layer| layer.id).collect();
-        let mut stamps = Vec::new();
         for layer in document.layers() {
             if layer.kind() == Kind::Stamps {
-                stamps.push(layer.name().to_string());
                 continue;
             }
             match self.stored(context, document, layer, budget)? {
@@ -661,18 +631,16 @@ pub trait LayeredObject: Sized {
             old.truncate(after.len());
         }
         let moved: Vec<(u32, u32)> = old.into_iter().zip(after.into_iter().map(|layer| layer.id)).collect();
-        if !self.take_up_stamps(context, document, budget, &moved)? {
-            unknown.extend(stamps);
-        }
+        find_stamps(self, context, document, budget, &moved)?;
         Ok(unknown)
     }
 }
 
 impl<O: LayeredObject> Recorded for O {
     fn states(&mut self, context: &Context) -> Result<LayerStates> {
-        self.check_recordable()?;
         self.settle(context)?;
-        self.stamp_edits(context);
+        let refused = self.stamp(context)?.len();
+        self.channels_mut(false).layers.fading.refuse(refused);
         // What is lost for want of room changes what is seen.
         self.settle(context)?;
         Ok(self.layer_states())
@@ -693,7 +661,7 @@ impl<O: LayeredObject> Recorded for O {
         let (traces, vectors) = self.others_mut();
         traces.map_or(Ok(()), |traces| put_whole(traces, ids[0], head(ids[0]), &blocks))?;
         vectors.map_or(Ok(()), |vectors| put_whole(vectors, ids[1], head(ids[1]), &blocks))?;
-        self.restore_stamps(context, heads, &blocks)
+        put_stamps(self, context, heads, &blocks)
     }
 }
 
@@ -798,39 +766,12 @@ impl LayeredObject for DisplacedObject {
         self.surface().topology().face_count()
     }
 
-    fn stamp_numbers(&self) -> Vec<u32> {
-        self.fading.numbers()
-    }
-
-    fn stamp_edits(&mut self, context: &Context) {
-        let refused = self.stamp(context).len();
-        self.fading.refuse(refused);
-    }
-
     fn edit_time(&self) -> f64 {
         self.time()
     }
 
-    fn add_stamps(&self, states: &mut LayerStates) {
-        self.add_stamp_states(states);
-    }
-
-    fn stop(&mut self, layers: &[u32]) {
-        self.stop_fading(layers);
-    }
-
-    fn restore_stamps(&mut self, context: &Context, heads: Option<&[Head]>, blocks: &[BlockState]) -> Result<()> {
-        self.put_stamps(context, heads, blocks)
-    }
-
-    fn take_up_stamps(
-        &mut self,
-        context: &Context,
-        document: &Document,
-        budget: u64,
-        moved: &[(u32, u32)],
-    ) -> Result<bool> {
-        self.find_stamps(context, document, budget, moved).map(|()| true)
+    fn set_edit_time(&mut self, time: f64) -> Result<()> {
+        self.set_time(time)
     }
 
     fn channels(&self) -> Channels<&Displacement, &Option<Paint>, &Option<Paint<Rgba16>>, &Layers> {

@@ -15,8 +15,9 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::{Blend, Head, PageStore, Settings};
 use relievo_tiles::composite::{blended, resampled};
 use relievo_tiles::spline::coarsen_block;
-use relievo_tiles::{Blocks, Channel, Field, Layered, Rgba8, Rgba16, Sets, Sheet, StoredTexel};
+use relievo_tiles::{Blocks, Channel, Decay, Field, Layered, Rgba8, Rgba16, Sets, Sheet, StoredTexel};
 
+use crate::fading::LayerDecay;
 use crate::history::LayerState;
 
 /// A channel whose blocks can be read and put back by number, whatever they are blocks of.
@@ -60,6 +61,8 @@ pub trait BlockChannel: Debug + Send + Sync {
 pub trait LayerChannel: BlockChannel + Clone {
     /// What it holds.
     type Texel: Layered;
+    /// The stamps of it, where its edits fade.
+    type Decay: LayerDecay<Self>;
 
     /// A channel over the surface of `field` with the sizes that `face_sizes` has for every face, without blocks.
     fn sized(field: &Self::Field, face_sizes: &[u32], blank: Self::Texel, budget: u64) -> Result<Self>;
@@ -86,18 +89,27 @@ pub trait LayerChannel: BlockChannel + Clone {
     /// Takes the place of `before`: what differs counts as changed.
     fn follow(&mut self, before: &Self);
 
-    /// The blocks that were lost since this was called last, because the budget had no room for others.
-    fn take_lost(&mut self) -> Vec<u32> {
-        Vec::new()
-    }
+    /// Whether `field` has a block for a tile or a face.
+    fn is_allocated(field: &Self::Field, tile: u32) -> bool;
 
-    /// Loses those of `blocks` that fade and were not edited since that was said.
-    fn lose(&mut self, _: &Context, _blocks: &[u32]) -> Result<()> {
-        Ok(())
-    }
+    /// Whether a tile, or a face with what would be lost with it, was edited between `before` and `field`.
+    fn is_edited(field: &Self::Field, before: &Self::Field, tile: u32) -> bool;
 
-    /// Takes `blocks` away from `field`.
-    fn forget(_: &mut Self::Field, _blocks: &[u32]) {}
+    /// Names tiles or faces that may be lost where the budget refuses others, the first of them first, unless they are
+    /// edited meanwhile.
+    fn set_expendable(&mut self, tiles: &[u32]);
+
+    /// The tiles or faces that were lost since this was called last, because the budget had no room for others.
+    fn take_lost(&mut self) -> Vec<u32>;
+
+    /// Loses those of `tiles` that fade and were not edited since that was said.
+    fn lose(&mut self, context: &Context, tiles: &[u32]) -> Result<()>;
+
+    /// Loses `tiles`, whether they fade or not. Fails, and changes nothing, if one does not exist.
+    fn lose_all(&mut self, context: &Context, tiles: &[u32]) -> Result<()>;
+
+    /// Takes `tiles` away from `field`.
+    fn forget(field: &mut Self::Field, tiles: &[u32]);
 
     /// Whether edits are made on the composite.
     const THROUGH_COMPOSITE: bool;
@@ -293,6 +305,7 @@ impl<T: StoredTexel> BlockChannel for Channel<T> {
 
 impl<T: Absorb> LayerChannel for Channel<T> {
     type Texel = T;
+    type Decay = Decay<T>;
 
     const THROUGH_COMPOSITE: bool = T::THROUGH_COMPOSITE;
 
@@ -318,16 +331,32 @@ impl<T: Absorb> LayerChannel for Channel<T> {
         Channel::follow(self, before);
     }
 
+    fn is_allocated(field: &Field<T>, tile: u32) -> bool {
+        field.is_allocated(tile)
+    }
+
+    fn is_edited(field: &Field<T>, before: &Field<T>, tile: u32) -> bool {
+        field.version(tile) != before.version(tile)
+    }
+
+    fn set_expendable(&mut self, tiles: &[u32]) {
+        Channel::set_expendable(self, tiles);
+    }
+
     fn take_lost(&mut self) -> Vec<u32> {
         Channel::take_lost(self)
     }
 
-    fn lose(&mut self, context: &Context, blocks: &[u32]) -> Result<()> {
-        Channel::lose_expendable(self, context, blocks)
+    fn lose(&mut self, context: &Context, tiles: &[u32]) -> Result<()> {
+        Channel::lose_expendable(self, context, tiles)
     }
 
-    fn forget(field: &mut Field<T>, blocks: &[u32]) {
-        field.forget(blocks);
+    fn lose_all(&mut self, context: &Context, tiles: &[u32]) -> Result<()> {
+        Channel::lose_tiles(self, context, tiles)
+    }
+
+    fn forget(field: &mut Field<T>, tiles: &[u32]) {
+        field.forget(tiles);
     }
 
     fn absorb(

@@ -61,7 +61,7 @@ pub use contact::Contact;
 pub use curve::Curve;
 pub use dab::{Action, Dab, DabReport};
 pub use dda::Exit;
-pub use fading::Fading;
+pub use fading::{Fading, FadingObject, LayerDecay};
 pub use falloff::Falloff;
 pub use grid::Grid;
 pub use hierarchy::{Bounds, Hierarchy, Region};

@@ -13,7 +13,7 @@ use relievo_tiles::{
     VectorDisplacement,
 };
 
-use crate::fading::Fading;
+use crate::fading::FadingObject;
 use crate::fit::Fit;
 use crate::ground::Ground;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
@@ -36,7 +36,6 @@ pub struct DisplacedObject {
     /// What tiles page to.
     pub(crate) pages: Option<Arc<dyn PageStore>>,
     pub(crate) time: f64,
-    pub(crate) fading: Fading,
     pub(crate) transform: DAffine3,
     pub(crate) hierarchy: Hierarchy,
     /// Boxes that follow the displacement, once brushes need them.
@@ -86,7 +85,6 @@ impl DisplacedObject {
             layers: Layers::default(),
             pages: None,
             time: 0.0,
-            fading: Fading::default(),
             transform,
             hierarchy,
             fit: None,
@@ -218,7 +216,7 @@ impl DisplacedObject {
         (self.layers.half_colors, self.half_paint) = (None, None);
         self.layers.colors = Some(layered::colors(paint.field().blank()));
         self.paint = Some(paint);
-        self.fading.forget_colors();
+        self.layers.fading.forget_colors();
         self.fade_own()
     }
 
@@ -228,7 +226,7 @@ impl DisplacedObject {
         (self.layers.colors, self.paint) = (None, None);
         self.layers.half_colors = Some(layered::colors(paint.field().blank()));
         self.half_paint = Some(paint);
-        self.fading.forget_colors();
+        self.layers.fading.forget_colors();
         self.fade_own()
     }
 

@@ -4,7 +4,7 @@
 
 mod bend;
 mod dab;
-pub mod fading;
+mod fading;
 pub(crate) mod imprint;
 mod layers;
 mod level;
@@ -15,6 +15,5 @@ mod site;
 mod smoothing;
 mod traces;
 
-pub use fading::TriangleFading;
 pub(crate) use object::TriangleGround;
 pub use object::TriangleObject;

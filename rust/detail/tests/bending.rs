@@ -391,7 +391,7 @@ fn strokes_are_the_same_however_they_come_and_on_any_number_of_threads() {
             }
             let states = object.states(&context).unwrap();
             let blocks = states.iter().flat_map(|state| {
-                state.blocks.numbers().into_iter().map(|tile| state.blocks.bytes(tile).unwrap_or_default().to_vec())
+                state.blocks.numbers().into_iter().map(|tile| state.blocks.bytes(tile).unwrap_or_default().into_owned())
             });
             blocks.collect::<Vec<_>>()
         };

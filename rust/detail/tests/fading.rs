@@ -1,38 +1,119 @@
 //! Layers that fade: documents that are opened again go on fading as if they had never been closed, histories restore
-//! stamps to the bit, and full budgets lose what is oldest.
+//! stamps to the bit, and full budgets lose what is oldest. On Catmull-Clark surfaces and on triangle meshes.
 
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec4};
 use relievo_core::{Context, Mesh};
 use relievo_detail::{
-    Action, Brush, Dab, DisplacedObject, Falloff, History, LayeredObject, PaintMode, Recorded, SculptMode,
+    Action, Brush, Dab, DabReport, DisplacedObject, FadingObject, Falloff, History, LayeredObject, PaintMode, Recorded,
+    SculptMode, TriangleObject,
 };
 use relievo_document::{Document, Kind, PageFile, Settings};
-use relievo_surface::{Surface, SurfaceOptions};
+use relievo_surface::{Surface, SurfaceOptions, TriangleSurface};
 use relievo_testing::{Random, grid};
+use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
 use relievo_tiles::{ChannelOptions, DecayOptions, Displacement, Paint};
 
 const LIMIT: u64 = 1 << 30;
 const DECAY: DecayOptions = DecayOptions { delay: 1.0, duration: 6.0 };
 
-fn mesh() -> Mesh {
-    grid(4, false, &[2, 2, 1, 2, 0, 2], false)
+const COLOR: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
+
+/// What fades: an object over either kind of surface.
+trait Subject: LayeredObject {
+    fn mesh() -> Mesh;
+
+    /// An object that can be painted, without decay.
+    fn bare(context: &Context, mesh: &Mesh, budget: u64) -> Self;
+
+    fn dab(&mut self, context: &Context, dab: &Dab) -> DabReport;
+
+    fn empty(mesh: &Mesh) -> Document;
+
+    /// What is seen.
+    fn store_seen(&self, context: &Context, document: &mut Document);
+
+    /// Bytes of displacement and colours.
+    fn bytes(&self) -> u64;
 }
 
-fn bare(context: &Context, mesh: &Mesh, budget: u64) -> DisplacedObject {
-    let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
-    let options = ChannelOptions { size: 16, budget, ..ChannelOptions::default() };
-    let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
-    let paint = Paint::of_color(surface.topology().clone(), Vec4::new(0.5, 0.25, 0.125, 1.0), &options).unwrap();
-    let mut object = DisplacedObject::new(context, surface, &mesh.points, displacement, DAffine3::IDENTITY).unwrap();
-    object.set_paint(paint).unwrap();
-    object
+impl Subject for DisplacedObject {
+    fn mesh() -> Mesh {
+        grid(4, false, &[2, 2, 1, 2, 0, 2], false)
+    }
+
+    fn bare(context: &Context, mesh: &Mesh, budget: u64) -> Self {
+        let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
+        let options = ChannelOptions { size: 16, budget, ..ChannelOptions::default() };
+        let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
+        let paint = Paint::of_color(surface.topology().clone(), COLOR, &options).unwrap();
+        let placed = DisplacedObject::new(context, surface, &mesh.points, displacement, DAffine3::IDENTITY);
+        let mut object = placed.unwrap();
+        object.set_paint(paint).unwrap();
+        object
+    }
+
+    fn dab(&mut self, context: &Context, dab: &Dab) -> DabReport {
+        dab.apply(context, self).unwrap()
+    }
+
+    fn empty(mesh: &Mesh) -> Document {
+        Document::new(mesh, "baseline").unwrap()
+    }
+
+    fn store_seen(&self, context: &Context, document: &mut Document) {
+        self.displacement().field().store(context, document, "displacement").unwrap();
+        self.paint().unwrap().field().store(context, document, "colour").unwrap();
+    }
+
+    fn bytes(&self) -> u64 {
+        self.displacement().bytes() + self.paint().unwrap().bytes()
+    }
+}
+
+impl Subject for TriangleObject {
+    fn mesh() -> Mesh {
+        let side = 5u32;
+        let points = (0..side * side).map(|k| [(k % side) as f32, (k / side) as f32, 0.0]).collect();
+        let triangles: Vec<[u32; 3]> = (0..16)
+            .map(|k| k / 4 * side + k % 4)
+            .flat_map(|a| [[a, a + 1, a + side + 1], [a, a + side + 1, a + side]])
+            .collect();
+        Mesh::from_triangles(points, &triangles)
+    }
+
+    fn bare(context: &Context, mesh: &Mesh, budget: u64) -> Self {
+        let surface = TriangleSurface::new(context, mesh).unwrap();
+        let topology = surface.topology().clone();
+        let options = TriangleOptions { segments: 16, budget };
+        let displacement = TriangleChannel::displacement(topology.clone(), &options).unwrap();
+        let mut object = TriangleObject::new(context, surface, displacement, DAffine3::IDENTITY).unwrap();
+        object.set_paint(TriangleChannel::of_color(topology, COLOR, &options).unwrap()).unwrap();
+        object
+    }
+
+    fn dab(&mut self, context: &Context, dab: &Dab) -> DabReport {
+        TriangleObject::dab(self, context, dab).unwrap()
+    }
+
+    fn empty(mesh: &Mesh) -> Document {
+        Document::of_triangles(mesh, "baseline").unwrap()
+    }
+
+    fn store_seen(&self, context: &Context, document: &mut Document) {
+        self.displacement().field().store(context, document, "displacement").unwrap();
+        self.paint().unwrap().field().store(context, document, "colour").unwrap();
+    }
+
+    fn bytes(&self) -> u64 {
+        self.displacement().bytes() + self.paint().unwrap().bytes()
+    }
 }
 
 /// Fading as a whole, or in one layer of each kind over others that stay.
-fn object(context: &Context, mesh: &Mesh, layered: bool) -> DisplacedObject {
-    let mut object = bare(context, mesh, LIMIT);
+fn object<O: Subject>(context: &Context, mesh: &Mesh, layered: bool) -> O {
+    let mut object = O::bare(context, mesh, LIMIT);
     if !layered {
         object.set_decay(DECAY, LIMIT).unwrap();
         return object;
@@ -60,24 +141,23 @@ fn dab(random: &mut Random) -> Dab {
     Dab { brush, action, strength: 1.0 }
 }
 
-fn document(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> Document {
+fn document<O: Subject>(context: &Context, mesh: &Mesh, object: &mut O) -> Document {
     object.states(context).unwrap();
-    let mut document = Document::new(mesh, "baseline").unwrap();
+    let mut document = O::empty(mesh);
     object.store(context, &mut document).unwrap();
     document
 }
 
 /// All layers, their stamps, the time, and what is seen.
-fn state(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> [Vec<u8>; 2] {
+fn state<O: Subject>(context: &Context, mesh: &Mesh, object: &mut O) -> [Vec<u8>; 2] {
     let layers = document(context, mesh, object).to_bytes().unwrap();
-    let mut seen = Document::new(mesh, "baseline").unwrap();
-    object.displacement().field().store(context, &mut seen, "displacement").unwrap();
-    object.paint().unwrap().field().store(context, &mut seen, "colour").unwrap();
+    let mut seen = O::empty(mesh);
+    object.store_seen(context, &mut seen);
     [layers, seen.to_bytes().unwrap()]
 }
 
 /// The stamps alone.
-fn stamps(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> Vec<(u32, u32, Vec<u8>)> {
+fn stamps<O: Subject>(context: &Context, mesh: &Mesh, object: &mut O) -> Vec<(u32, u32, Vec<u8>)> {
     let document = document(context, mesh, object);
     let layers = document.layers().iter().filter(|layer| layer.kind() == Kind::Stamps);
     let blocks = layers.flat_map(|layer| {
@@ -89,11 +169,16 @@ fn stamps(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> Vec<(
 
 #[test]
 fn documents_that_are_opened_again_fade_as_if_they_had_never_been_closed() {
-    let (context, mesh) = (Context::serial(), mesh());
+    opened_again::<DisplacedObject>();
+    opened_again::<TriangleObject>();
+}
+
+fn opened_again<O: Subject>() {
+    let (context, mesh) = (Context::serial(), O::mesh());
     for layered in [false, true] {
         let mut random = Random(3);
-        let mut whole = object(&context, &mesh, layered);
-        let mut parts = object(&context, &mesh, layered);
+        let [mut whole, mut parts]: [O; 2] = [(); 2].map(|()| object(&context, &mesh, layered));
+        let bytes = whole.bytes();
         let (mut saved, mut stamped) = (0, 0);
         for frame in 0..60 {
             let time = 0.25 * f64::from(frame);
@@ -101,25 +186,25 @@ fn documents_that_are_opened_again_fade_as_if_they_had_never_been_closed() {
             for object in [&mut whole, &mut parts] {
                 object.advance(&context, time).unwrap();
                 if let Some(dab) = &dab {
-                    dab.apply(&context, object).unwrap();
+                    object.dab(&context, dab);
                 }
                 object.settle(&context).unwrap();
-                assert!(object.stamp(&context).is_empty());
+                assert!(object.stamp(&context).unwrap().is_empty());
             }
             let [a, b] = [&mut whole, &mut parts].map(|object| state(&context, &mesh, object));
             assert!(a == b, "{layered} {frame}");
             stamped = stamped.max(stamps(&context, &mesh, &mut whole).len());
             if frame % 7 == 5 {
-                let bytes = document(&context, &mesh, &mut parts).to_bytes().unwrap();
-                let document = Document::parse(&bytes, LIMIT).unwrap();
-                parts = bare(&context, &mesh, LIMIT);
+                let file = document(&context, &mesh, &mut parts).to_bytes().unwrap();
+                let document = Document::parse(&file, LIMIT).unwrap();
+                parts = O::bare(&context, &mesh, LIMIT);
                 assert!(parts.take_up(&context, &document, LIMIT).unwrap().is_empty());
                 for name in ["tracks", "frost"] {
                     if let Some(id) = parts.layer(name) {
                         parts.set_active_layer(&context, id).unwrap();
                     }
                 }
-                assert_eq!(parts.time(), time);
+                assert_eq!(parts.edit_time(), time);
                 let reopened = state(&context, &mesh, &mut parts);
                 assert!(reopened == a, "{layered} {frame}");
                 saved += 1;
@@ -127,37 +212,43 @@ fn documents_that_are_opened_again_fade_as_if_they_had_never_been_closed() {
         }
         assert!(stamped > 10 && saved > 7);
         assert!(stamps(&context, &mesh, &mut whole).is_empty(), "all has faded");
-        assert_eq!(whole.displacement().bytes() + whole.paint().unwrap().bytes(), 0);
+        assert_eq!(whole.bytes(), bytes);
     }
 }
 
 /// What histories restore: all layers; and with one plain layer what is seen, which is then that layer. Corners of
 /// composites are rounded in the order in which tiles changed.
-fn restored(context: &Context, mesh: &Mesh, object: &mut DisplacedObject, layered: bool) -> Vec<Vec<u8>> {
+fn restored<O: Subject>(context: &Context, mesh: &Mesh, object: &mut O, layered: bool) -> Vec<Vec<u8>> {
     state(context, mesh, object).into_iter().take(if layered { 1 } else { 2 }).collect()
 }
 
 #[test]
 fn undo_restores_stamps_whatever_has_faded_since() {
-    let (context, mesh) = (Context::serial(), mesh());
+    undone::<DisplacedObject>();
+    undone::<TriangleObject>();
+}
+
+fn undone<O: Subject>() {
+    let (context, mesh) = (Context::serial(), O::mesh());
     for layered in [false, true] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.relievo");
         let mut random = Random(8);
         let dabs: Vec<Dab> = (0..24).map(|_| dab(&mut random)).collect();
         let time = |edit: usize| 0.1 * edit as f64;
-        let mut object = object(&context, &mesh, layered);
+        let mut object: O = object(&context, &mesh, layered);
+        let bytes = object.bytes();
         let mut history = History::new(LIMIT);
         history.save(&path, &document(&context, &mesh, &mut object)).unwrap();
         let mut before = vec![stamps(&context, &mesh, &mut object)];
-        let make = |object: &mut DisplacedObject, edit: usize| {
+        let make = |object: &mut O, edit: usize| {
             object.advance(&context, time(edit)).unwrap();
-            dabs[edit].apply(&context, object).unwrap();
+            object.dab(&context, &dabs[edit]);
         };
         for edit in 0..dabs.len() {
             object.advance(&context, time(edit)).unwrap();
             history.begin(&context, &mut object, "dab").unwrap();
-            dabs[edit].apply(&context, &mut object).unwrap();
+            object.dab(&context, &dabs[edit]);
             if history.end(&context, &mut object).unwrap().is_some() {
                 before.push(stamps(&context, &mesh, &mut object));
             }
@@ -179,7 +270,7 @@ fn undo_restores_stamps_whatever_has_faded_since() {
             history.undo(&context, &mut object).unwrap().unwrap();
         }
         let count = before.len() - 1 - 6;
-        let mut other = self::object(&context, &mesh, layered);
+        let mut other: O = self::object(&context, &mesh, layered);
         let mut made = 0;
         for edit in 0..dabs.len() {
             let there = stamps(&context, &mesh, &mut other);
@@ -195,7 +286,7 @@ fn undo_restores_stamps_whatever_has_faded_since() {
         drop(history);
         // So does the journal, whose edits come to the time of the object.
         let (document, mut history) = History::open(&path, LIMIT, LIMIT).unwrap();
-        let mut opened = bare(&context, &mesh, LIMIT);
+        let mut opened = O::bare(&context, &mesh, LIMIT);
         opened.take_up(&context, &document, LIMIT).unwrap();
         opened.advance(&context, 4.5).unwrap();
         let [a, b] = [&mut object, &mut opened].map(|object| restored(&context, &mesh, object, layered));
@@ -209,7 +300,7 @@ fn undo_restores_stamps_whatever_has_faded_since() {
         while history.redo(&context, &mut opened).unwrap().is_some() {}
         opened.advance(&context, 101.0).unwrap();
         assert!(stamps(&context, &mesh, &mut opened).is_empty());
-        assert_eq!(opened.displacement().bytes() + opened.paint().unwrap().bytes(), 0, "{layered}");
+        assert_eq!(opened.bytes(), bytes, "{layered}");
     }
 }
 
@@ -238,13 +329,13 @@ fn full_budgets_lose_the_oldest_tiles_of_layers_that_fade_alone() {
     // Room for three tiles, or for the stamps of three.
     for (budget, stamp_budget) in [(3 * TILE, LIMIT), (LIMIT, 3 * 3 * TILE)] {
         let run = || {
-            let mut object = bare(&context, &mesh, budget);
+            let mut object = DisplacedObject::bare(&context, &mesh, budget);
             object.set_decay(DecayOptions { delay: 1e3, duration: 1.0 }, stamp_budget).unwrap();
             let (mut lost, mut seen) = (0, Vec::new());
             for (time, number) in [0, 4, 2, 0, 6, 7].into_iter().enumerate() {
                 object.advance(&context, time as f64).unwrap();
                 let report = at(number).apply(&context, &mut object).unwrap();
-                assert!(report.refused.is_empty() && object.stamp(&context).is_empty());
+                assert!(report.refused.is_empty() && object.stamp(&context).unwrap().is_empty());
                 lost += object.take_lost();
                 seen.push(object.displacement().field().allocated().collect::<Vec<_>>());
             }
@@ -259,7 +350,7 @@ fn full_budgets_lose_the_oldest_tiles_of_layers_that_fade_alone() {
         assert_eq!(run(), (lost, seen));
     }
     // What does not fade is refused as ever.
-    let mut object = bare(&context, &mesh, 3 * TILE);
+    let mut object = DisplacedObject::bare(&context, &mesh, 3 * TILE);
     for number in [0, 4, 2] {
         at(number).apply(&context, &mut object).unwrap();
     }
@@ -272,13 +363,13 @@ fn full_budgets_lose_the_oldest_tiles_of_layers_that_fade_alone() {
 fn tiles_of_layers_that_fade_page_before_any_is_lost() {
     let (context, mesh) = (Context::serial(), row());
     let made = |budget: u64, file: Option<PageFile>| {
-        let mut object = bare(&context, &mesh, budget);
+        let mut object = DisplacedObject::bare(&context, &mesh, budget);
         object.set_decay(DECAY, LIMIT).unwrap();
         object.page_to(file.map(|file| Arc::new(file) as _)).unwrap();
         for (time, number) in [0, 4, 2, 0, 6, 7].into_iter().enumerate() {
             object.advance(&context, 0.5 * time as f64).unwrap();
             assert!(at(number).apply(&context, &mut object).unwrap().refused.is_empty());
-            assert!(object.stamp(&context).is_empty());
+            assert!(object.stamp(&context).unwrap().is_empty());
             object.commit_displacement();
         }
         object
@@ -307,13 +398,13 @@ fn a_layer_that_fades_makes_room_for_itself_and_never_loses_what_is_below() {
             _ => Action::Paint { mode: PaintMode::Mix, color: [0.9, 0.1, 0.2, 1.0] },
         };
         let at = |tile: u32| Dab { action, ..at(tile) };
-        let whole = bare(&context, &mesh, LIMIT);
+        let whole = DisplacedObject::bare(&context, &mesh, LIMIT);
         let tile = match kind {
             Kind::Scalar => whole.displacement().field().tile_bytes(0),
             _ => whole.paint().unwrap().field().tile_bytes(0),
         };
         let made = |dabs: &[(u32, f64)]| {
-            let mut object = bare(&context, &mesh, 3 * tile);
+            let mut object = DisplacedObject::bare(&context, &mesh, 3 * tile);
             at(0).apply(&context, &mut object).unwrap();
             let settings = Settings { opacity, ..Settings::of(kind) };
             let (id, _) = object.add_layer(&context, kind, "tracks", settings, 16).unwrap();
@@ -321,7 +412,7 @@ fn a_layer_that_fades_makes_room_for_itself_and_never_loses_what_is_below() {
             for (number, time) in dabs {
                 object.advance(&context, *time).unwrap();
                 assert!(at(*number).apply(&context, &mut object).unwrap().refused.is_empty(), "{kind:?} {number}");
-                assert!(object.stamp(&context).is_empty());
+                assert!(object.stamp(&context).unwrap().is_empty());
                 object.settle(&context).unwrap();
             }
             (object, id)

@@ -6,8 +6,8 @@ use std::fmt::Debug;
 use glam::{DAffine3, DVec3, Vec4};
 use relievo_core::{Context, Mesh};
 use relievo_detail::{
-    Action, Canvas, DisplacedObject, Falloff, History, LayeredObject, PaintMode, Recorded, Stroke, StrokePoint,
-    StrokeSettings, TriangleObject,
+    Action, Canvas, DisplacedObject, FadingObject, Falloff, History, LayeredObject, PaintMode, Recorded, Stroke,
+    StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_document::{Blend, Document, Kind, Settings};
 use relievo_surface::{Place, Surface, SurfaceOptions, TriangleSurface};

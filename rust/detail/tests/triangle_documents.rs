@@ -3,8 +3,8 @@
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, Mesh};
 use relievo_detail::{
-    Action, Brush, Collider, Dab, Falloff, History, ImprintSettings, Imprinter, LayeredObject, Moment, PaintMode,
-    Recorded, SculptMode, Stroke, StrokePoint, StrokeSettings, TriangleObject,
+    Action, Brush, Collider, Dab, FadingObject, Falloff, History, ImprintSettings, Imprinter, LayeredObject, Moment,
+    PaintMode, Recorded, SculptMode, Stroke, StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_document::{Blend, Document, Kind, Settings, examine};
 use relievo_surface::TriangleSurface;
@@ -402,27 +402,4 @@ fn painting_on_a_transparent_layer_covers_what_is_below() {
     let half = nearest(&object, 0.5 * (Vec4::new(0.8, 0.05, 0.02, 1.0) + BASE));
     assert!(half >= whole, "{half} {whole}");
     assert_eq!(nearest(&object, Vec4::new(0.8, 0.05, 0.02, 1.0)), 0);
-}
-
-#[test]
-fn edits_that_fade_have_neither_layers_nor_undo() {
-    let (context, mesh) = (Context::serial(), sail(2));
-    let mut object = object(&context, &mesh, 16, 1 << 24);
-    let mut history = History::new(LIMIT);
-    history.begin(&context, &mut object, "stays").unwrap();
-    object.dab(&context, &dab_at(1.6, 1.6, 0.3, draw(0.1))).unwrap();
-    history.end(&context, &mut object).unwrap();
-    object.set_decay(DecayOptions { delay: 1.0, duration: 1.0 }, 1 << 24).unwrap();
-    let kept = bytes(&context, &mesh, &object);
-    let error = history.begin(&context, &mut object, "fades").unwrap_err();
-    assert!(error.to_string().contains("cannot be undone"), "{error}");
-    let added = object.add_layer(&context, Kind::Scalar, "other", Settings::of(Kind::Scalar), 16);
-    assert!(added.unwrap_err().to_string().contains("one layer"));
-    // A document has them as they are, without their stamps.
-    object.dab(&context, &dab_at(0.4, 0.4, 0.3, draw(0.1))).unwrap();
-    object.advance(&context, 0.5).unwrap();
-    let document = stored(&context, &mesh, &object);
-    assert!(document.layers().iter().all(|layer| layer.kind() != Kind::Stamps));
-    object.advance(&context, 9.0).unwrap();
-    assert!(bytes(&context, &mesh, &object) == kept && document.to_bytes().unwrap() != kept);
 }

@@ -15,6 +15,7 @@
 //! difference, with the highest bit set if it is both states instead, one after the other (u32 each); the differences
 //! (zstd each).
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use relievo_core::budget::Budget;
@@ -45,16 +46,16 @@ pub enum Direction {
 }
 
 /// A block that an edit changed.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Change<'a> {
     /// The number of its layer.
     pub layer: u32,
     /// The number of the block: of a tile, an edge or a face.
     pub block: u32,
     /// Its bytes before, if it was there.
-    pub before: Option<&'a [u8]>,
+    pub before: Option<Cow<'a, [u8]>>,
     /// Its bytes after, if it is there.
-    pub after: Option<&'a [u8]>,
+    pub after: Option<Cow<'a, [u8]>>,
     /// The texel that blocks read as that are not there.
     pub blank: &'a [u8],
     /// Whether the block may change otherwise than by edits, because its layer fades.
@@ -120,7 +121,7 @@ impl Edit {
         out.u32(u32::try_from(count).map_err(|_| Error::unsupported("an edit changed 4294967296 blocks or more"))?);
         let packed = context.map(count, |index| {
             let Change { layer, block, before, after, blank, fades } = change(index);
-            let states = [before, after];
+            let states = [before.as_deref(), after.as_deref()];
             let length = states.iter().flatten().map(|state| state.len()).max().unwrap_or(0);
             if length > MAX_BLOCK as usize {
                 let what = format!("block {block} has {length} bytes, more than an edit can keep");
@@ -129,8 +130,8 @@ impl Edit {
             let difference = if fades {
                 states.into_iter().flatten().collect::<Vec<_>>().concat()
             } else {
-                let mut difference = state_bytes(before, blank, length);
-                xor(&mut difference, &state_bytes(after, blank, length));
+                let mut difference = state_bytes(states[0], blank, length);
+                xor(&mut difference, &state_bytes(states[1], blank, length));
                 difference
             };
             let crcs = states.map(|state| state.map_or(0, crc32fast::hash));
@@ -332,8 +333,8 @@ mod tests {
             let change = |index: usize| Change {
                 layer: 3,
                 block: index as u32,
-                before: states[index].0.as_deref(),
-                after: states[index].1.as_deref(),
+                before: states[index].0.as_deref().map(Cow::Borrowed),
+                after: states[index].1.as_deref().map(Cow::Borrowed),
                 blank: &blank,
                 fades: false,
             };
@@ -352,6 +353,7 @@ mod tests {
     }
 
     fn change<'a>(before: Option<&'a [u8]>, after: Option<&'a [u8]>, fades: bool) -> Change<'a> {
+        let [before, after] = [before, after].map(|state| state.map(Cow::Borrowed));
         Change { layer: 0, block: 0, before, after, blank: &[0, 0], fades }
     }
 

@@ -13,8 +13,8 @@ use relievo_core::{Context, Error, Result};
 use relievo_detail::overlap::overlap;
 use relievo_detail::tool::{foremost, pressed};
 use relievo_detail::{
-    Collider, Deformable, DisplacedObject, Grid, ImprintSettings, Imprinter, LayeredObject, Moment, Motion, Obb, Pose,
-    Report, StrokeReport,
+    Collider, Deformable, DisplacedObject, FadingObject, Grid, ImprintSettings, Imprinter, LayeredObject, Moment,
+    Motion, Obb, Pose, Report, StrokeReport,
 };
 
 use crate::blocks;
@@ -141,6 +141,9 @@ impl Baker {
             if let Some(item) = world.triangles_mut(object) {
                 changes.refusals.add(object, &item.object.settle(context)?);
                 changes.unstamped += item.object.stamp(context)?.len() as u64;
+                changes.lost += item.object.take_lost();
+                // What was lost changes what is seen.
+                item.object.settle(context)?;
                 changes.written.push(item.commit(context)?);
                 continue;
             }
@@ -149,7 +152,7 @@ impl Baker {
                 continue;
             };
             changes.refusals.add(object, &surface.settle(context)?);
-            changes.unstamped += surface.stamp(context).len() as u64;
+            changes.unstamped += surface.stamp(context)?.len() as u64;
             changes.lost += surface.take_lost();
             // What was lost changes what is seen.
             surface.settle(context)?;

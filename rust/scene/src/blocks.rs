@@ -1,7 +1,7 @@
 //! The blocks of a surface, layer by layer, as caches keep them.
 
 use relievo_core::{Error, Result};
-use relievo_detail::{DisplacedObject, LayeredObject};
+use relievo_detail::{DisplacedObject, FadingObject, LayeredObject};
 use relievo_document::Kind;
 
 use crate::cache::Layer;
@@ -42,8 +42,8 @@ pub fn allocated(surface: &DisplacedObject) -> Vec<(Layer, u32)> {
     add(Layer::Paint, &mut surface.painted_tiles().into_iter());
     add(Layer::Traces, &mut surface.traces().into_iter().flat_map(|traces| traces.field().allocated()));
     add(Layer::Vectors, &mut surface.vectors().into_iter().flat_map(|vectors| vectors.field().allocated()));
-    add(Layer::DisplacementStamps, &mut surface.stamped_tiles(Kind::Scalar).into_iter());
-    add(Layer::PaintStamps, &mut surface.stamped_tiles(Kind::Rgba8).into_iter());
+    add(Layer::DisplacementStamps, &mut surface.stamped_blocks(Kind::Scalar).into_iter());
+    add(Layer::PaintStamps, &mut surface.stamped_blocks(Kind::Rgba8).into_iter());
     list
 }
 

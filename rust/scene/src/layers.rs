@@ -1,7 +1,7 @@
 //! `[[objects.NAME.layers]]` of a scene file: read, and made.
 
 use relievo_core::{Context, Result};
-use relievo_detail::{DisplacedObject, LayeredObject};
+use relievo_detail::{FadingObject, LayeredObject};
 use relievo_document::{Blend, Kind, Settings};
 use relievo_tiles::DecayOptions;
 
@@ -56,8 +56,14 @@ pub(crate) fn read_decay(reader: &mut Reader, table: Table) -> Option<DecayOptio
 
 impl LayerEntry {
     /// As [`Self::make`], with the decay of the layer, whose stamps may occupy `budget` bytes.
-    pub(crate) fn make_fading(&self, context: &Context, object: &mut DisplacedObject, budget: u64) -> Result<()> {
-        self.make(context, object, self.size)?;
+    pub(crate) fn make_fading(
+        &self,
+        context: &Context,
+        object: &mut impl LayeredObject,
+        size: u32,
+        budget: u64,
+    ) -> Result<()> {
+        self.make(context, object, size)?;
         match (self.decay, object.layer(&self.name.text)) {
             (Some(decay), Some(id)) => object.set_layer_decay(context, id, Some(decay), budget),
             _ => Ok(()),

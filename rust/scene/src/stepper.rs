@@ -6,8 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Progress};
-use relievo_detail::Volumes;
-use relievo_tiles::by_format;
+use relievo_detail::{FadingObject, Volumes};
 
 use crate::bake::{self, Baker, Changes};
 use crate::cache::{Cache, Frame, Identity, State};
@@ -310,8 +309,7 @@ impl Stepper {
                 let vectors = object.vectors().map(|it| (it.bytes(), it.full_bytes(), it.allocated_count()));
                 let own = (displacement.bytes(), displacement.full_bytes(), displacement.allocated_count());
                 if let Some(fading) = object.fading() {
-                    let paint = fading.paint.as_ref().map_or(0, |stamps| by_format!(stamps, it => it.bytes()));
-                    self.summary.tile_bytes[0] += fading.displacement.bytes() + paint;
+                    self.summary.tile_bytes[0] += fading.bytes();
                 }
                 let channels = [Some(own), paint, halves, traces, vectors].into_iter();
                 for (bytes, full, count) in channels.flatten() {

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use glam::{DAffine3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_detail::{LayeredObject, TriangleObject};
-use relievo_document::PageFile;
+use relievo_detail::{FadingObject, LayeredObject, TriangleObject};
+use relievo_document::{Kind, PageFile};
 use relievo_render as render;
 use relievo_surface::TriangleSurface;
 use relievo_surface::triangle::split;
+use relievo_tiles::Mark;
 use relievo_tiles::triangle::{TriangleBlock, TriangleChannel, TriangleOptions};
-use relievo_tiles::{Mark, by_format};
 
 use crate::cache::Layer;
 use crate::description::{DetailEntry, ObjectEntry, TrianglesEntry};
@@ -90,13 +90,8 @@ impl TriangleItem {
             Layer::Paint => self.object.read_paint(block),
             Layer::Traces => Ok(self.object.traces().map(|traces| traces.read(block)).transpose()?.flatten()),
             Layer::Vectors => Ok(self.object.vectors().map(|vectors| vectors.read(block)).transpose()?.flatten()),
-            Layer::DisplacementStamps => {
-                self.object.fading().map_or(Ok(None), |fading| fading.displacement.read(block))
-            }
-            Layer::PaintStamps => {
-                let stamps = self.object.fading().and_then(|fading| fading.paint.as_ref());
-                stamps.map_or(Ok(None), |stamps| by_format!(stamps, it => it.read(block)))
-            }
+            Layer::DisplacementStamps => Ok(self.object.read_stamps(Kind::Scalar, block)),
+            Layer::PaintStamps => Ok(self.object.read_stamps(Kind::Rgba8, block)),
             // Faces never have other sizes.
             Layer::Sizes => Ok(None),
         }
@@ -110,11 +105,8 @@ impl TriangleItem {
             Layer::Paint => self.object.write_paint(block, bytes),
             Layer::Traces => self.object.traces_mut().ok_or_else(missing)?.write_block(block, bytes),
             Layer::Vectors => self.object.vectors_mut().ok_or_else(missing)?.write_block(block, bytes),
-            Layer::DisplacementStamps => self.object.fading_mut().ok_or_else(missing)?.displacement.write(block, bytes),
-            Layer::PaintStamps => {
-                let stamps = self.object.fading_mut().and_then(|fading| fading.paint.as_mut());
-                by_format!(stamps.ok_or_else(missing)?, it => it.write(block, bytes))
-            }
+            Layer::DisplacementStamps => self.object.write_stamps(Kind::Scalar, block, bytes),
+            Layer::PaintStamps => self.object.write_stamps(Kind::Rgba8, block, bytes),
             Layer::Sizes => Err(missing()),
         }
     }
@@ -128,11 +120,10 @@ impl TriangleItem {
             displacement.chain(paint).chain(traces.map(|block| (Layer::Traces, block))).collect();
         let vectors = self.object.vectors().into_iter().flat_map(TriangleChannel::blocks);
         all.extend(vectors.map(|block| (Layer::Vectors, block)));
-        if let Some(fading) = self.object.fading() {
-            all.extend(fading.displacement.blocks().into_iter().map(|block| (Layer::DisplacementStamps, block)));
-            let paint = fading.paint.iter().flat_map(|stamps| by_format!(stamps, it => it.blocks()));
-            all.extend(paint.map(|block| (Layer::PaintStamps, block)));
-        }
+        let stamps = self.object.stamped_blocks(Kind::Scalar);
+        all.extend(stamps.into_iter().map(|block| (Layer::DisplacementStamps, block)));
+        let stamps = self.object.stamped_blocks(Kind::Rgba8);
+        all.extend(stamps.into_iter().map(|block| (Layer::PaintStamps, block)));
         all
     }
 
@@ -150,11 +141,10 @@ impl TriangleItem {
         let traced = traced.into_iter().flatten().map(|block| (Layer::Traces, block));
         let mut all: Vec<(Layer, u32)> = sculpted.chain(painted).chain(traced).collect();
         all.extend(bent.into_iter().flatten().map(|block| (Layer::Vectors, block)));
-        if let Some(fading) = self.object.fading_mut() {
-            all.extend(fading.displacement.take_changed().into_iter().map(|block| (Layer::DisplacementStamps, block)));
-            let paint = fading.paint.iter_mut().flat_map(|stamps| by_format!(stamps, it => it.take_changed()));
-            all.extend(paint.map(|block| (Layer::PaintStamps, block)));
-        }
+        let stamps = self.object.commit_stamps(Kind::Scalar);
+        all.extend(stamps.into_iter().map(|block| (Layer::DisplacementStamps, block)));
+        let stamps = self.object.commit_stamps(Kind::Rgba8);
+        all.extend(stamps.into_iter().map(|block| (Layer::PaintStamps, block)));
         Ok(all)
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::canvas::Canvas;
-use relievo_detail::{Action, Collider, DisplacedObject, Stamp, TriangleObject};
+use relievo_detail::{Action, Collider, DisplacedObject, FadingObject, Stamp, TriangleObject};
 use relievo_document::PageFile;
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint, Traces, VectorDisplacement};
@@ -107,7 +107,7 @@ impl World {
                         }
                         for layer in &object.layers {
                             layer
-                                .make(context, &mut item.object, object.detail.segments)
+                                .make_fading(context, &mut item.object, object.detail.segments, object.detail.budget)
                                 .map_err(|error| refuse(Diagnostic::from_error(layer.name.span.clone(), &error)))?;
                         }
                         item.keep(object).map_err(fault)?;
@@ -144,7 +144,7 @@ impl World {
                             }
                             for layer in &object.layers {
                                 layer
-                                    .make_fading(context, &mut item, object.detail.budget)
+                                    .make_fading(context, &mut item, layer.size, object.detail.budget)
                                     .map_err(|error| refuse(Diagnostic::from_error(layer.name.span.clone(), &error)))?;
                             }
                             if let Some(decay) = object.decay {
@@ -189,7 +189,11 @@ impl World {
         });
         let stamps = stamps.collect::<std::result::Result<_, _>>()?;
         let start = transforms.clone();
-        let begun = items.iter().map(|item| if let Item::Surface(surface) = item { surface.time() } else { 0.0 });
+        let begun = items.iter().map(|item| match item {
+            Item::Surface(surface) => surface.time(),
+            Item::Triangles(item) => item.object.time(),
+            Item::Mesh(_) => 0.0,
+        });
         let begun = begun.collect();
         Ok(Self { begun, stamps, physics, assets, items, colliders, documents, transforms, start, scene, time: 0.0 })
     }
@@ -309,7 +313,7 @@ impl World {
     pub(crate) fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
         self.begun.iter().zip(&mut self.items).try_for_each(|(begun, item)| match item {
             Item::Surface(surface) => surface.advance(context, begun + time),
-            Item::Triangles(item) => item.object.advance(context, time),
+            Item::Triangles(item) => item.object.advance(context, begun + time),
             Item::Mesh(_) => Ok(()),
         })
     }
@@ -318,7 +322,7 @@ impl World {
     pub(crate) fn set_time(&mut self, time: f64) -> Result<()> {
         self.begun.iter().zip(&mut self.items).try_for_each(|(begun, item)| match item {
             Item::Surface(surface) => surface.set_time(begun + time),
-            Item::Triangles(item) => item.object.set_time(time),
+            Item::Triangles(item) => item.object.set_time(begun + time),
             Item::Mesh(_) => Ok(()),
         })
     }
@@ -489,10 +493,6 @@ impl World {
 
 /// Fails if an object shows triangles whose points move and which are to be split.
 fn check_triangles(object: &ObjectEntry, entry: &TrianglesEntry, animated: bool) -> Result<()> {
-    if let Some(layer) = object.layers.iter().find(|layer| layer.decay.is_some()) {
-        let what = format!("layer `{}` of triangles cannot fade by itself", layer.name.text);
-        return Err(Error::unsupported(what).advise("give `decay` to the object, without layers"));
-    }
     if !animated || entry.longest_edge.is_none() {
         return Ok(());
     }

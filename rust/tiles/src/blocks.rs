@@ -1,6 +1,7 @@
 //! The blocks of a channel at one moment as histories and documents see them: bytes by number, whatever the texels.
 
 use std::any::Any;
+use std::borrow::Cow;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -34,10 +35,10 @@ pub trait Blocks: Any + Debug + Send + Sync {
     }
 
     /// The block with a number, if it is there.
-    fn bytes(&self, block: u32) -> Option<&[u8]>;
+    fn bytes(&self, block: u32) -> Option<Cow<'_, [u8]>>;
 
     /// As [`Self::bytes`]. Fails if the block is on a page that cannot be read.
-    fn try_bytes(&self, block: u32) -> Result<Option<&[u8]>> {
+    fn try_bytes(&self, block: u32) -> Result<Option<Cow<'_, [u8]>>> {
         Ok(self.bytes(block))
     }
 
@@ -69,12 +70,12 @@ impl<T: StoredTexel> Blocks for Field<T> {
         if self.given() == self.classes() { Vec::new() } else { face_sizes(self.topology(), self.given()) }
     }
 
-    fn bytes(&self, block: u32) -> Option<&[u8]> {
-        self.block(block).map(bytemuck::cast_slice)
+    fn bytes(&self, block: u32) -> Option<Cow<'_, [u8]>> {
+        self.block(block).map(|texels| Cow::Borrowed(bytemuck::cast_slice(texels)))
     }
 
-    fn try_bytes(&self, block: u32) -> Result<Option<&[u8]>> {
-        Ok(self.try_block(block)?.map(bytemuck::cast_slice))
+    fn try_bytes(&self, block: u32) -> Result<Option<Cow<'_, [u8]>>> {
+        Ok(self.try_block(block)?.map(|texels| Cow::Borrowed(bytemuck::cast_slice(texels))))
     }
 
     fn numbers(&self) -> Vec<u32> {

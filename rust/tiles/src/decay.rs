@@ -9,6 +9,7 @@
 //! its own.
 
 use std::any::Any;
+use std::borrow::Cow;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
@@ -385,8 +386,8 @@ impl<T: StoredTexel> Blocks for StampBlocks<T> {
         self.field.given_sizes()
     }
 
-    fn bytes(&self, block: u32) -> Option<&[u8]> {
-        self.pages.entry(block).map(|entry| bytemuck::cast_slice(&entry.texels))
+    fn bytes(&self, block: u32) -> Option<Cow<'_, [u8]>> {
+        self.pages.entry(block).map(|entry| Cow::Borrowed(bytemuck::cast_slice(&entry.texels)))
     }
 
     fn numbers(&self) -> Vec<u32> {
@@ -430,8 +431,13 @@ fn age<T: Texel>(texels: &[T], stamps: &[f32], stride: usize, blank: T) -> u64 {
             }
         }
     }
+    order(newest)
+}
+
+/// A number that grows with `stamp`.
+pub(crate) fn order(stamp: f32) -> u64 {
     // Floats of one sign are ordered as their bits are.
-    let bits = newest.to_bits();
+    let bits = stamp.to_bits();
     u64::from(if bits >> 31 == 0 { bits | 1 << 31 } else { !bits })
 }
 

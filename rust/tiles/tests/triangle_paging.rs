@@ -1,6 +1,7 @@
 //! Paging of triangle meshes against channels without a budget: whatever is edited, read, undone, composed or taken
 //! away, both hold the same to the bit, and the budget holds after every edit.
 
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -187,7 +188,7 @@ fn run<T: StoredTexel + Debug>(
                 let before = [pair.paging.field().clone(), pair.model.field().clone()];
                 pair.both(|channel| edit(&context, channel, &mut Random(state | 1), &texel));
                 let differing = Blocks::changed(pair.model.field(), &before[1]);
-                let bytes = |block: u32| before[1].bytes(block).map(<[u8]>::to_vec);
+                let bytes = |block: u32| before[1].bytes(block).map(Cow::into_owned);
                 let mut back: Vec<(u32, Option<Vec<u8>>)> =
                     differing.iter().map(|block| (*block, bytes(*block))).collect();
                 back.sort_by_key(|(_, bytes)| bytes.is_some());

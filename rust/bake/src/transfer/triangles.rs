@@ -220,7 +220,7 @@ impl Carry<'_> {
         channel.write(TriangleValues { faces, edges, vertices })?;
         let field = channel.field();
         let head = Head { blank: Blocks::blank(field).to_vec(), face_sizes: field.face_sizes(), ..head.clone() };
-        let read = |block| Ok(field.bytes(block).unwrap_or_default().to_vec());
+        let read = |block| Ok(field.bytes(block).unwrap_or_default().into_owned());
         made.pack_layer(context, head, &field.numbers(), read)?;
         Ok([area(old, &held), area(old, &beyond(context, old, &held, &nearby[1], reach))])
     }

@@ -188,7 +188,13 @@ pub(super) fn write<T: Texel>(
     let field = channel.field();
     let sets = Sets::scan(context, &candidates, |face| field.face_pattern(face).is_some_and(|own| own >= pattern));
     let new = sets.allocate.iter().filter(|face| !field.is_allocated(**face)).count();
-    let allocated = TriangleSets { allocate: sets.allocate, ..Default::default() };
+    // The edges that are edited need one of their faces.
+    let along = edits.iter().filter_map(|edit| match edit.element {
+        Element::Edge(edge) => Some(topology.faces_along(edge).map(|(face, _)| face)),
+        _ => None,
+    });
+    let modify = sets.modify.iter().copied().chain(along.flatten()).collect();
+    let allocated = TriangleSets { allocate: sets.allocate, modify, ..Default::default() };
     let refused = channel.apply(context, pattern, &allocated)?;
     let kept = |edit: &ElementEdit<T>| is_kept(channel.field(), &refused, edit.element, edit.pattern);
     let edits: Vec<ElementEdit<T>> = edits.into_iter().filter(kept).collect();

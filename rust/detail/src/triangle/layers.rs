@@ -9,8 +9,8 @@ use relievo_core::{Context, Result};
 use relievo_document::{PageStore, Settings};
 use relievo_tiles::triangle::composite::blended;
 use relievo_tiles::triangle::{
-    Pattern, TriangleBlock, TriangleChange, TriangleChannel, TriangleField, TriangleOptions, TriangleSets,
-    TriangleSheet, TriangleValues,
+    Pattern, TriangleBlock, TriangleChange, TriangleChannel, TriangleDecay, TriangleField, TriangleSets, TriangleSheet,
+    TriangleValues,
 };
 use relievo_tiles::{Layered, StoredTexel};
 
@@ -55,23 +55,13 @@ impl<T: StoredTexel> BlockChannel for TriangleChannel<T> {
 
     /// Blocks say their level by their length; what changes is the number of segments of the finest.
     fn reshape(&mut self, sizes: &[u32], _: &[u32]) -> Result<()> {
-        let field = TriangleChannel::field(self);
-        let segments = sizes.first().copied().unwrap_or(field.pattern().segments());
-        if segments == field.pattern().segments() {
-            return Ok(());
-        }
-        let options = TriangleOptions { segments, budget: u64::MAX };
-        let mut fresh = Self::blank(field.topology().clone(), field.blank(), &options)?;
-        fresh.page_to(self.page_store().cloned())?;
-        fresh.keep(field)?;
-        TriangleChannel::set_budget(&mut fresh, TriangleChannel::budget(self));
-        *self = fresh;
-        Ok(())
+        sizes.first().map_or(Ok(()), |segments| self.set_segments(*segments))
     }
 }
 
 impl<T: Absorb> LayerChannel for TriangleChannel<T> {
     type Texel = T;
+    type Decay = TriangleDecay<T>;
 
     const THROUGH_COMPOSITE: bool = T::THROUGH_COMPOSITE;
 
@@ -101,6 +91,34 @@ impl<T: Absorb> LayerChannel for TriangleChannel<T> {
 
     fn follow(&mut self, before: &Self) {
         TriangleChannel::follow(self, before);
+    }
+
+    fn is_allocated(field: &TriangleField<T>, face: u32) -> bool {
+        field.is_allocated(face)
+    }
+
+    fn is_edited(field: &TriangleField<T>, before: &TriangleField<T>, face: u32) -> bool {
+        field.is_edited(before, face)
+    }
+
+    fn set_expendable(&mut self, faces: &[u32]) {
+        TriangleChannel::set_expendable(self, faces);
+    }
+
+    fn take_lost(&mut self) -> Vec<u32> {
+        TriangleChannel::take_lost(self)
+    }
+
+    fn lose(&mut self, _: &Context, faces: &[u32]) -> Result<()> {
+        self.lose_expendable(faces)
+    }
+
+    fn lose_all(&mut self, _: &Context, faces: &[u32]) -> Result<()> {
+        self.lose_faces(faces)
+    }
+
+    fn forget(field: &mut TriangleField<T>, faces: &[u32]) {
+        field.forget(faces);
     }
 
     fn absorb(
@@ -193,7 +211,8 @@ impl<T: Layered> Room<T> for TriangleChannel<T> {
         for level in [2, 1, 0] {
             let pattern: Pattern = finest.coarser(level);
             let allocate = faces.iter().copied().filter(|face| wanted(*face) == pattern).collect();
-            refused.extend(self.apply(context, pattern, &TriangleSets { allocate, ..Default::default() })?);
+            let sets = TriangleSets { allocate, modify: faces.clone(), ..Default::default() };
+            refused.extend(self.apply(context, pattern, &sets)?);
         }
         refused.sort_unstable();
         Ok(refused)

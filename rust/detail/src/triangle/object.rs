@@ -8,12 +8,12 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::{self as document, Document, Kind, PageStore};
 use relievo_surface::{TriangleSurface, TriangleTopology};
 use relievo_tiles::triangle::{
-    FaceRates, Offset, TriangleBlock, TriangleChannel, TriangleDisplaced, TriangleField, TriangleNormals,
-    TrianglePiece, TriangleSnapshot,
+    FaceRates, Offset, TriangleBlock, TriangleChange, TriangleChannel, TriangleDisplaced, TriangleField,
+    TriangleNormals, TrianglePiece, TriangleSnapshot,
 };
 use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, StoredTexel, Texel, Trace, Vector, by_format};
 
-use super::fading::TriangleFading;
+use crate::fading::FadingObject;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::layered::{self, Channels, LayeredObject, Layers, Stored};
 use crate::obb::Obb;
@@ -36,7 +36,6 @@ pub struct TriangleObject {
     pub(super) half_paint: Option<TriangleChannel<Rgba16>>,
     pub(super) layers: Layers<TriangleChannel, TriangleChannel<Rgba8>, TriangleChannel<Rgba16>>,
     pub(super) traces: Option<TriangleChannel<Trace>>,
-    pub(super) fading: Option<TriangleFading>,
     /// What blocks page to.
     pages: Option<Arc<dyn PageStore>>,
     pub(super) vectors: Option<TriangleChannel<Vector>>,
@@ -76,7 +75,6 @@ impl TriangleObject {
         Ok(Self {
             layers: Layers::default(),
             traces: None,
-            fading: None,
             pages: None,
             vectors: None,
             offsets: None,
@@ -159,7 +157,8 @@ impl TriangleObject {
         (self.layers.half_colors, self.half_paint) = (None, None);
         self.layers.colors = Some(layered::colors(paint.field().blank()));
         self.paint = Some(paint);
-        Ok(())
+        self.layers.fading.forget_colors();
+        self.fade_own()
     }
 
     /// As [`Self::set_paint`] with colours of half floats, which may be brighter than 1.
@@ -169,7 +168,8 @@ impl TriangleObject {
         (self.layers.colors, self.paint) = (None, None);
         self.layers.half_colors = Some(layered::colors(paint.field().blank()));
         self.half_paint = Some(paint);
-        Ok(())
+        self.layers.fading.forget_colors();
+        self.fade_own()
     }
 
     /// When edits are made now, in seconds.
@@ -401,6 +401,8 @@ impl TriangleObject {
     /// Brings the normals up to date.
     pub fn renew(&mut self, context: &Context) -> Result<()> {
         self.renew_vectors(context);
+        let lost = self.displacement.lost().to_vec();
+        self.note_shown(&lost);
         let displaced = TriangleDisplaced::new(&self.surface, self.displacement.field())?;
         let displaced = match &self.offsets {
             Some((offsets, _)) => displaced.with_vectors(offsets)?,
@@ -478,21 +480,19 @@ impl LayeredObject for TriangleObject {
         self.surface.topology().face_count()
     }
 
-    fn check_addable(&self) -> Result<()> {
-        if self.fading.is_some() {
-            return Err(Error::unsupported("edits of triangle meshes that fade are on one layer")
-                .advise("leave out the layers or the decay"));
-        }
-        Ok(())
+    fn edit_time(&self) -> f64 {
+        self.time()
     }
 
-    /// Blocks fade between edits, so that what an edit changed would not fit them any more.
-    fn check_recordable(&self) -> Result<()> {
-        if self.fading.is_some() {
-            return Err(Error::unsupported("edits of triangle meshes that fade cannot be undone")
-                .advise("leave out the history or the decay"));
-        }
-        Ok(())
+    fn set_edit_time(&mut self, time: f64) -> Result<()> {
+        self.set_time(time)
+    }
+
+    fn note_shown(&mut self, faces: &[u32]) {
+        let topology = self.surface.topology();
+        let vertices = faces.iter().flat_map(|face| topology.face(*face)).collect();
+        let shown = TriangleChange { vertices, ..Default::default() }.faces_shown(topology);
+        self.touch(&shown);
     }
 
     fn channels(

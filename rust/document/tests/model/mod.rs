@@ -55,8 +55,8 @@ impl Model {
         Edit::encode(&Context::serial(), layers, keys.len(), |index| Change {
             layer: keys[index].0,
             block: keys[index].1,
-            before: self.blocks.get(&keys[index]).map(Vec::as_slice),
-            after: after.blocks.get(&keys[index]).map(Vec::as_slice),
+            before: self.blocks.get(&keys[index]).map(|bytes| bytes.as_slice().into()),
+            after: after.blocks.get(&keys[index]).map(|bytes| bytes.as_slice().into()),
             blank: &[0, 0],
             fades: false,
         })

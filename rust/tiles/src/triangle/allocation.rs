@@ -52,10 +52,7 @@ impl<T: Texel> TriangleChannel<T> {
             return Err(Error::invalid(format!("the mesh has no level of {} segments", pattern.segments()))
                 .advise(format!("use {finest}, {} or {}", finest / 2, finest / 4)));
         }
-        let count = self.field.topology().face_count();
-        if let Some(face) = sets.allocate.iter().chain(&sets.deallocate).find(|face| **face as usize >= count) {
-            return Err(Error::invalid(format!("face {face} does not exist")).advise(format!("use 0 to {}", count - 1)));
-        }
+        self.check_faces(sets.allocate.iter().chain(&sets.deallocate))?;
         self.report_fault()?;
         if self.paging.count > 0 {
             let coarser = |face: &&u32| self.field.face_pattern(**face).is_none_or(|own| own < pattern);
@@ -64,7 +61,7 @@ impl<T: Texel> TriangleChannel<T> {
         }
         self.revision += 1;
         self.deallocate(&sets.deallocate);
-        let refused = self.allocate(context, pattern, &sets.allocate);
+        let refused = self.allocate(context, pattern, sets);
         self.trim();
         Ok(refused)
     }
@@ -91,15 +88,29 @@ impl<T: Texel> TriangleChannel<T> {
         self.heap.free(&freed);
     }
 
-    fn allocate(&mut self, context: &Context, pattern: Pattern, faces: &[u32]) -> Vec<u32> {
+    /// Fails if one of `faces` does not exist.
+    pub(super) fn check_faces<'a>(&self, faces: impl IntoIterator<Item = &'a u32>) -> Result<()> {
+        let count = self.field.topology().face_count();
+        match faces.into_iter().find(|face| **face as usize >= count) {
+            Some(face) => {
+                Err(Error::invalid(format!("face {face} does not exist")).advise(format!("use 0 to {}", count - 1)))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn allocate(&mut self, context: &Context, pattern: Pattern, sets: &TriangleSets) -> Vec<u32> {
         let coarser = |own: Option<Pattern>| own.is_none_or(|own| own < pattern);
         let mut faces: Vec<u32> =
-            faces.iter().copied().filter(|face| coarser(self.field.face_pattern(*face))).collect();
+            sets.allocate.iter().copied().filter(|face| coarser(self.field.face_pattern(*face))).collect();
         faces.sort_unstable();
         faces.dedup();
         let (wanted, refused) = match self.clear_the_way(pattern, &faces) {
             Some(granted) => granted,
-            None => self.granted(pattern, &faces, self.heap.bytes()),
+            None => {
+                self.lose_for(pattern, &faces, sets);
+                self.granted(pattern, &faces, self.heap.bytes())
+            }
         };
         let field = &self.field;
         let blocks = context.map(wanted.len(), |index| values_of(field, wanted[index].class, wanted[index].element));
@@ -125,15 +136,50 @@ impl<T: Texel> TriangleChannel<T> {
             |block: &TriangleBlock| self.field.block(*block).map_or(0, |entry| self.heap.bytes_of(entry.id.class));
         // Together with what the faces have, on pages too.
         let granted = self.granted(pattern, faces, there.iter().map(size).sum());
-        let more: u64 = granted.0.iter().map(|wanted| self.heap.bytes_of(wanted.class)).sum();
-        let less: u64 = granted.0.iter().map(|wanted| self.bytes_here(wanted.block())).sum();
         let keep: Vec<u32> = there.iter().map(|block| block.number(self.field.topology())).collect();
-        self.make_room(more.saturating_sub(less), &keep).then_some(granted)
+        self.make_room(self.more_bytes(&granted.0), &keep).then_some(granted)
+    }
+
+    /// Bytes that the heap hands out for `wanted` beyond what it takes back.
+    fn more_bytes(&self, wanted: &[Wanted]) -> u64 {
+        let more: u64 = wanted.iter().map(|wanted| self.heap.bytes_of(wanted.class)).sum();
+        let less: u64 = wanted.iter().map(|wanted| self.bytes_here(wanted.block())).sum();
+        more.saturating_sub(less)
+    }
+
+    /// Loses faces until `faces` of `sets` have room for blocks of `pattern`, as far as there are any.
+    fn lose_for(&mut self, pattern: Pattern, faces: &[u32], sets: &TriangleSets) {
+        if self.expendable.is_empty() || faces.is_empty() {
+            return;
+        }
+        let mut used = [sets.allocate.as_slice(), &sets.modify].concat();
+        used.sort_unstable();
+        self.expendable.retain(|face| used.binary_search(&face.face).is_err());
+        // An edge that goes with a face may be one that is wanted.
+        loop {
+            let needed = self.more_bytes(&self.granted_within(u64::MAX, pattern, faces, 0).0);
+            let full = |own: &Self| own.heap.bytes().saturating_add(needed) > own.heap.budget();
+            if !full(self) {
+                return;
+            }
+            while full(self) {
+                let Some(face) = self.expendable.pop() else { return };
+                // What is on a page takes no room.
+                if self.bytes_here(TriangleBlock::Face(face.face)) > 0 && face.is_untouched(&self.field) {
+                    self.lose(&[face.face]);
+                }
+            }
+        }
     }
 
     /// The blocks of those of `faces` that fit the budget beside `bytes`, among which is what they have, and the other
     /// faces.
-    fn granted(&self, pattern: Pattern, faces: &[u32], mut bytes: u64) -> (Vec<Wanted>, Vec<u32>) {
+    fn granted(&self, pattern: Pattern, faces: &[u32], bytes: u64) -> (Vec<Wanted>, Vec<u32>) {
+        self.granted_within(self.heap.budget(), pattern, faces, bytes)
+    }
+
+    /// As [`Self::granted`] within another budget.
+    fn granted_within(&self, budget: u64, pattern: Pattern, faces: &[u32], mut bytes: u64) -> (Vec<Wanted>, Vec<u32>) {
         let coarser = |own: Option<Pattern>| own.is_none_or(|own| own < pattern);
         let (mut refused, mut wanted) = (Vec::new(), Vec::new());
         let mut edges = BTreeMap::new();
@@ -153,7 +199,7 @@ impl<T: Texel> TriangleChannel<T> {
             let less = replaced + new.iter().map(old).sum::<u64>();
             // What is replaced is smaller.
             let then = bytes.saturating_add(more - less);
-            if then > self.heap.budget() {
+            if then > budget {
                 refused.push(face);
                 continue;
             }
@@ -168,26 +214,49 @@ impl<T: Texel> TriangleChannel<T> {
     /// Gives edges blocks as fine as those of their faces, and takes those away that no face uses: after blocks were
     /// put back of which some are lost. Fails if the budget does not allow it.
     pub(super) fn mend(&mut self, context: &Context) -> Result<()> {
+        let topology = self.field.topology();
+        let of_faces = self.field.allocated().flat_map(|face| topology.edges_of(face));
+        let edges: BTreeSet<u32> = self.field.allocated_edges().chain(of_faces).collect();
+        self.mend_edges(context, &edges)
+    }
+
+    /// As [`Self::mend`], whatever the budget says, around `blocks` that were put back: what was there beside them then
+    /// may have been given back since.
+    pub(super) fn mend_around(&mut self, context: &Context, blocks: &[u32]) -> Result<()> {
+        let topology = self.field.topology();
+        let change = TriangleBlock::change(topology, blocks.iter().copied());
+        let of_faces = change.faces.iter().flat_map(|face| topology.edges_of(*face));
+        let edges: BTreeSet<u32> = change.edges.iter().copied().chain(of_faces).collect();
+        self.without_budget(|own| own.mend_edges(context, &edges))
+    }
+
+    /// Does something while the budget allows everything.
+    pub(super) fn without_budget<R>(&mut self, work: impl FnOnce(&mut Self) -> R) -> R {
+        let budget = self.budget();
+        self.set_budget(u64::MAX);
+        let done = work(self);
+        self.set_budget(budget);
+        done
+    }
+
+    fn mend_edges(&mut self, context: &Context, edges: &BTreeSet<u32>) -> Result<()> {
         let topology = self.field.topology().clone();
-        let unused = |edge: &u32| !topology.faces_along(*edge).any(|(face, _)| self.field.is_allocated(face));
-        let unused: Vec<u32> = self.field.allocated_edges().filter(unused).collect();
         self.revision += 1;
-        for edge in unused {
-            let freed = self.take_block(TriangleBlock::Edge(edge));
-            self.heap.free(freed.as_slice());
-            self.changed.edges.push(edge);
-        }
-        let mut wanted: BTreeMap<u32, Pattern> = BTreeMap::new();
-        for face in self.field.allocated() {
-            let Some(pattern) = self.field.face_pattern(face) else { continue };
-            for edge in topology.edges_of(face) {
-                if self.field.edge_pattern(edge).is_none_or(|own| own < pattern) {
-                    let finest = wanted.entry(edge).or_insert(pattern);
-                    *finest = pattern.max(*finest);
+        let mut wanted: Vec<(u32, Pattern)> = Vec::new();
+        for edge in edges {
+            let finest = topology.faces_along(*edge).filter_map(|(face, _)| self.field.face_pattern(face)).max();
+            let own = self.field.edge_pattern(*edge);
+            match finest {
+                Some(finest) if own < Some(finest) => wanted.push((*edge, finest)),
+                None if own.is_some() => {
+                    let freed = self.take_block(TriangleBlock::Edge(*edge));
+                    self.heap.free(freed.as_slice());
+                    self.changed.edges.push(*edge);
                 }
+                _ => {}
             }
         }
-        let set = self.set_edges(context, &wanted.into_iter().collect::<Vec<_>>());
+        let set = self.set_edges(context, &wanted);
         self.trim();
         self.report_fault()?;
         match set {

@@ -44,6 +44,8 @@ impl TriangleChange {
 pub struct TriangleSets {
     /// Faces that need a block, with their edges.
     pub allocate: Vec<u32>,
+    /// Faces with a block that is going to be written, so that it makes no room for others.
+    pub modify: Vec<u32>,
     /// Faces whose block, and that of edges no other face uses, goes back to the heap.
     pub deallocate: Vec<u32>,
 }

@@ -19,6 +19,7 @@ use relievo_surface::TriangleTopology;
 
 use super::block::TriangleBlock;
 use super::change::{TriangleChange, TriangleSnapshot, TriangleValues};
+use super::expendable::Expendable;
 use super::field::{Entry, TriangleClass, TriangleField};
 use super::pattern::Pattern;
 use crate::heap::{Class, Heap};
@@ -50,6 +51,9 @@ pub struct TriangleChannel<T = f16> {
     pub(super) revision: u64,
     /// Faces, edges and vertices changed since the last commit, with repetition.
     pub(super) changed: TriangleChange,
+    /// Faces that may be lost where the budget refuses others, the last first.
+    pub(super) expendable: Vec<Expendable<T>>,
+    pub(super) lost: Vec<u32>,
 }
 
 impl<T: Texel> Clone for TriangleChannel<T> {
@@ -60,6 +64,8 @@ impl<T: Texel> Clone for TriangleChannel<T> {
             paging: self.paging.clone(),
             revision: self.revision,
             changed: self.changed.clone(),
+            expendable: self.expendable.clone(),
+            lost: self.lost.clone(),
         };
         copy.fork();
         copy
@@ -100,6 +106,8 @@ impl<T: Texel> TriangleChannel<T> {
             paging: Paging::default(),
             revision: 0,
             changed: TriangleChange::default(),
+            expendable: Vec::new(),
+            lost: Vec::new(),
         })
     }
 

@@ -4,13 +4,17 @@
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 7.2, as
 //! on tiles, see [`crate::decay`]. The edited values and their stamps are two channels more over the same triangles, so
 //! that what a finer pattern finds between stamped values is stamped too. Bytes: those of [`super::channel`] for values
-//! and for stamps of 8 bytes, of the faces that hold a stamp. Units: seconds.
+//! and for stamps of 4 bytes, of the faces that hold a stamp. Units: seconds.
 
+use std::any::Any;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use relievo_core::{Context, Error, Result};
+use relievo_document::{Document, Kind, Stamps};
 use relievo_surface::TriangleTopology;
 
 use super::allocation::values_of;
@@ -20,40 +24,34 @@ use super::channel::{TriangleChannel, TriangleOptions};
 use super::field::{TriangleClass, TriangleField};
 use super::pattern::Pattern;
 use crate::blocks::Blocks;
-use crate::decay::{DecayOptions, Faded};
+use crate::decay::{DecayOptions, Faded, PERMANENT, order};
 use crate::stored::StoredTexel;
 use crate::texel::Texel;
 
-/// When a value was edited.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Stamp {
-    /// 1 where it was, 0 where it does not fade; between them where stamps are interpolated.
-    pub share: f32,
-    /// When, in seconds, times the share.
-    pub moment: f32,
-}
+/// When a value was edited, in seconds; [`PERMANENT`] where it does not fade.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Stamp(pub f32);
 
 impl Stamp {
-    fn at(time: f64) -> Self {
-        Self { share: 1.0, moment: time as f32 }
-    }
+    const NONE: Self = Self(PERMANENT);
 
-    fn time(self) -> Option<f32> {
-        (self.share > 0.0).then(|| self.moment / self.share)
+    fn is_none(self) -> bool {
+        self == Self::NONE
     }
 }
 
+/// As a value it is a share and the time times that, so that means of it are those of the times that there are.
 impl Texel for Stamp {
     type Value = DVec3;
     type Difference = Self;
 
     fn value(self) -> DVec3 {
-        DVec3::new(f64::from(self.share), f64::from(self.moment), 0.0)
+        if self.is_none() { DVec3::ZERO } else { DVec3::new(1.0, f64::from(self.0), 0.0) }
     }
 
     fn nearest(value: DVec3) -> Self {
-        Self { share: value.x as f32, moment: value.y as f32 }
+        if value.x > 0.0 { Self((value.y / value.x) as f32) } else { Self::NONE }
     }
 
     fn flipped(self) -> Self {
@@ -61,7 +59,7 @@ impl Texel for Stamp {
     }
 
     fn all_finite(texels: &[Self]) -> bool {
-        texels.iter().all(|stamp| stamp.share.is_finite() && stamp.moment.is_finite())
+        texels.iter().all(|stamp| stamp.0.is_finite())
     }
 }
 
@@ -72,7 +70,14 @@ pub struct TriangleDecay<T> {
     /// The values as they were edited.
     edited: TriangleChannel<T>,
     stamps: TriangleChannel<Stamp>,
+    /// Of the faces that hold nothing but what fades, a number that grows with the newest stamp.
+    ages: BTreeMap<u32, u64>,
+    /// Blocks that were put back one by one, around which some may be missing.
+    torn: Vec<u32>,
 }
+
+/// Values of an element, those that it was edited to, and their stamps.
+type Stamped<T> = (Element, Vec<T>, Vec<T>, Vec<Stamp>);
 
 /// The elements of a mesh that have values.
 #[derive(Clone, Copy, Debug)]
@@ -87,6 +92,18 @@ impl Element {
         let faces = change.faces.iter().copied().map(Self::Face);
         let edges = change.edges.iter().copied().map(Self::Edge);
         faces.chain(edges).chain(change.vertices.iter().copied().map(Self::Vertex)).collect()
+    }
+
+    fn change(elements: impl Iterator<Item = Self>) -> TriangleChange {
+        let mut change = TriangleChange::default();
+        for element in elements {
+            match element {
+                Self::Face(face) => change.faces.push(face),
+                Self::Edge(edge) => change.edges.push(edge),
+                Self::Vertex(vertex) => change.vertices.push(vertex),
+            }
+        }
+        change
     }
 
     /// What `field` holds of it.
@@ -127,20 +144,31 @@ fn listed<T: Texel>(values: impl Iterator<Item = (Element, Vec<T>)>) -> Triangle
 }
 
 impl<T: StoredTexel> TriangleDecay<T> {
-    /// No stamps yet, for a channel; values and stamps may occupy `budget` bytes each. Fails if the times are none, or
-    /// the budget does not hold the vertices.
-    pub fn new(channel: &TriangleChannel<T>, options: DecayOptions, budget: u64) -> Result<Self> {
+    /// No stamps yet, for a channel that is `field`; values and stamps may occupy `budget` bytes together. Fails if the
+    /// times are none, or the budget does not hold the vertices.
+    pub fn new(field: &TriangleField<T>, options: DecayOptions, budget: u64) -> Result<Self> {
         options.check()?;
-        let field = channel.field();
-        let sizes = TriangleOptions { segments: field.pattern().segments(), budget };
-        let edited = TriangleChannel::blank(field.topology().clone(), field.blank(), &sizes)?;
-        let stamps = TriangleChannel::blank(field.topology().clone(), Stamp::default(), &sizes)?;
-        Ok(Self { options, edited, stamps })
+        // They have the same blocks, so that both are full at once.
+        let values = budget / (size_of::<T>() + size_of::<Stamp>()) as u64;
+        let sizes = |bytes: usize| TriangleOptions {
+            segments: field.pattern().segments(),
+            budget: values.saturating_mul(bytes as u64),
+        };
+        let edited = TriangleChannel::blank(field.topology().clone(), field.blank(), &sizes(size_of::<T>()))?;
+        let stamps = TriangleChannel::blank(field.topology().clone(), Stamp::NONE, &sizes(size_of::<Stamp>()))?;
+        Ok(Self { options, edited, stamps, ages: BTreeMap::new(), torn: Vec::new() })
     }
 
     /// When edits fade.
     pub fn options(&self) -> DecayOptions {
         self.options
+    }
+
+    /// Makes edits fade otherwise, those that were made too. Fails if the times are none.
+    pub fn set_options(&mut self, options: DecayOptions) -> Result<()> {
+        options.check()?;
+        self.options = options;
+        Ok(())
     }
 
     /// Bytes of the stamps and the values they belong to.
@@ -153,8 +181,85 @@ impl<T: StoredTexel> TriangleDecay<T> {
         self.stamps.field()
     }
 
+    /// The newest stamp there is.
+    pub fn newest(&self) -> Option<f32> {
+        let field = self.stamps.field();
+        let faces = field.allocated().filter_map(|face| field.face(face));
+        let edges = field.allocated_edges().filter_map(|edge| field.edge(edge));
+        let stamps = faces.chain(edges).chain(field.vertices()).flatten();
+        stamps.filter(|stamp| !stamp.is_none()).map(|stamp| stamp.0).max_by(f32::total_cmp)
+    }
+
+    /// The faces that hold nothing but what fades, on their edges and at their corners neither, beginning with those
+    /// whose newest stamp is oldest, each behind a number that grows with that stamp.
+    pub fn oldest(&self) -> Vec<(u64, u32)> {
+        let mut ages: Vec<(u64, u32)> = self.ages.iter().map(|(face, age)| (*age, *face)).collect();
+        ages.sort_unstable();
+        ages
+    }
+
     fn topology(&self) -> Arc<TriangleTopology> {
         self.stamps.field().topology().clone()
+    }
+
+    /// Follows a channel that is `field`: to other segments, and where faces have become coarser or were given back.
+    fn follow(&mut self, context: &Context, field: &TriangleField<T>) -> Result<()> {
+        let segments = field.pattern().segments();
+        if segments != self.stamps.field().pattern().segments() {
+            self.edited.set_segments(segments)?;
+            self.stamps.set_segments(segments)?;
+            self.torn = self.stamps.blocks();
+            self.ages.clear();
+        }
+        let torn = std::mem::take(&mut self.torn);
+        if !torn.is_empty() {
+            self.edited.mend_around(context, &torn)?;
+            self.stamps.mend_around(context, &torn)?;
+        }
+        let gone = |face: &u32| self.stamps.field().face_pattern(*face) > field.face_pattern(*face);
+        let gone: Vec<u32> = self.stamps.field().allocated().filter(gone).collect();
+        self.deallocate(context, &gone)?;
+        let topology = self.topology();
+        let mut stale = TriangleBlock::change(&topology, torn).faces_shown(&topology);
+        stale.extend(gone);
+        self.age(&stale, field);
+        Ok(())
+    }
+
+    /// Finds out how old `faces` are.
+    fn age(&mut self, faces: &[u32], field: &TriangleField<T>) {
+        for face in faces {
+            match self.age_of(*face, field) {
+                Some(age) => self.ages.insert(*face, age),
+                None => self.ages.remove(face),
+            };
+        }
+    }
+
+    /// A number that grows with the newest stamp of a face, its edges and its corners; `None` if something there does
+    /// not fade, or nothing can.
+    fn age_of(&self, face: u32, field: &TriangleField<T>) -> Option<u64> {
+        let (stamps, topology, blank) = (self.stamps.field(), field.topology(), field.blank());
+        if !stamps.is_allocated(face) {
+            return None;
+        }
+        let edges = topology.edges_of(face).map(TriangleBlock::Edge);
+        let mut newest = f32::NEG_INFINITY;
+        let mut take = |value: T, stamp: Stamp| {
+            if !stamp.is_none() {
+                newest = newest.max(stamp.0);
+            }
+            !stamp.is_none() || value.is_blank(blank)
+        };
+        for block in edges.into_iter().chain([TriangleBlock::Face(face)]) {
+            let (values, times) = (field.held(block)?, stamps.held(block)?);
+            let fades = values.iter().zip(times).all(|(value, stamp)| take(*value, *stamp));
+            if !fades || values.len() != times.len() {
+                return None;
+            }
+        }
+        let fades = topology.face(face).into_iter().all(|vertex| take(field.vertex(vertex), stamps.vertex(vertex)));
+        fades.then(|| order(newest))
     }
 
     /// Stamps with `time` all values in which `channel` now differs from `before`. Returns the faces, ascending, that
@@ -167,11 +272,8 @@ impl<T: StoredTexel> TriangleDecay<T> {
         time: f64,
     ) -> Result<Vec<u32>> {
         let (topology, after) = (self.topology(), channel.field());
-        let gone = |face: &u32| self.stamps.field().face_pattern(*face) > after.face_pattern(*face);
-        let gone: Vec<u32> = self.stamps.field().allocated().filter(gone).collect();
-        self.deallocate(context, gone)?;
-        let mut change = TriangleBlock::change(&topology, after.changed(before));
-        change.vertices.retain(|vertex| !after.vertex(*vertex).same(before.vertex(*vertex)));
+        self.follow(context, after)?;
+        let change = after.changes(before);
         let mut faces: Vec<u32> = change.faces.iter().copied().filter(|face| after.is_allocated(*face)).collect();
         let held =
             |edge: &u32| topology.faces_along(*edge).map(|(face, _)| face).find(|face| after.is_allocated(*face));
@@ -194,6 +296,8 @@ impl<T: StoredTexel> TriangleDecay<T> {
         refused.sort_unstable();
         let (edited, stamps) = (self.edited.field(), self.stamps.field());
         let elements = Element::of(&change);
+        let blank = after.blank();
+        let bare = |vertex: u32| topology.faces_around(vertex).all(|(face, _)| !after.is_allocated(face));
         let stamped = context.map(elements.len(), |index| {
             let element = elements[index];
             let (new, old) = (element.held(after)?, element.read(before, after)?);
@@ -204,64 +308,76 @@ impl<T: StoredTexel> TriangleDecay<T> {
             }
             for (at, (new, old)) in new.iter().zip(&old).enumerate() {
                 if !new.same(*old) {
-                    (values[at], times[at]) = (*new, Stamp::at(time));
-                } else if times[at].share == 0.0 && !matches!(element, Element::Vertex(_)) {
+                    (values[at], times[at]) = (*new, Stamp(time as f32));
+                } else if times[at].is_none() && !matches!(element, Element::Vertex(_)) {
                     // For what a finer pattern finds between it and what is stamped.
                     values[at] = *new;
                 }
+            }
+            // What has become blank with all around it has nothing left to fade.
+            if let Element::Vertex(vertex) = element
+                && new.iter().all(|value| value.same(blank))
+                && bare(vertex)
+            {
+                (values, times) = (new, vec![Stamp::NONE]);
             }
             Some((element, values, times))
         });
         let stamped: Vec<_> = stamped.into_iter().flatten().collect();
         self.edited.write(listed(stamped.iter().map(|(element, values, _)| (*element, values.clone()))))?;
         self.stamps.write(listed(stamped.into_iter().map(|(element, _, times)| (element, times))))?;
+        self.age(&change.faces_shown(&topology), after);
         Ok(refused)
+    }
+
+    /// What is left of elements at `time` where something has faded.
+    fn faded(&self, context: &Context, field: &TriangleField<T>, time: f64) -> Vec<Stamped<T>> {
+        let (edited, stamps) = (self.edited.field(), self.stamps.field());
+        let mut held = TriangleBlock::change(&self.topology(), stamps.blocks());
+        held.vertices.retain(|vertex| !stamps.vertex(*vertex).is_none());
+        let elements = Element::of(&held);
+        let (options, blank) = (self.options, field.blank());
+        let faded = context.map(elements.len(), |index| {
+            let element = elements[index];
+            let times = element.held(stamps)?;
+            let share = |stamp: Stamp| if stamp.is_none() { 1.0 } else { options.share(stamp.0, time) };
+            if times.iter().all(|stamp| share(*stamp) >= 1.0) {
+                return None;
+            }
+            let (mut values, from) = (element.held(field)?, element.held(edited)?);
+            if values.len() != times.len() || from.len() != times.len() {
+                return None;
+            }
+            for ((value, from), stamp) in values.iter_mut().zip(&from).zip(&times) {
+                let share = share(*stamp);
+                if share < 1.0 {
+                    let (low, high) = (blank.value(), from.value());
+                    *value = if share > 0.0 { T::nearest(low + (high - low) * share) } else { blank };
+                }
+            }
+            Some((element, values, from, times))
+        });
+        faded.into_iter().flatten().collect()
     }
 
     /// Brings the values of `channel` to what is left of them at `time`, which never goes back. Returns the faces that
     /// look different, and those that were given back.
     pub fn fade(&mut self, context: &Context, channel: &mut TriangleChannel<T>, time: f64) -> Result<Faded> {
         let topology = self.topology();
-        let gone = |face: &u32| self.stamps.field().face_pattern(*face) > channel.field().face_pattern(*face);
-        let gone: Vec<u32> = self.stamps.field().allocated().filter(gone).collect();
-        self.deallocate(context, gone)?;
-        let (field, edited, stamps) = (channel.field(), self.edited.field(), self.stamps.field());
-        let mut held = TriangleBlock::change(&topology, stamps.blocks());
-        held.vertices.retain(|vertex| stamps.vertex(*vertex).share > 0.0);
-        let elements = Element::of(&held);
-        let (options, blank) = (self.options, field.blank());
-        let faded = context.map(elements.len(), |index| {
-            let element = elements[index];
-            let (mut values, mut from, mut times) =
-                (element.held(field)?, element.held(edited)?, element.held(stamps)?);
-            if values.len() != times.len() || from.len() != times.len() {
-                return None;
-            }
-            let mut any = false;
-            for (at, stamp) in times.iter_mut().enumerate() {
-                let share = stamp.time().map_or(1.0, |stamp| options.share(stamp, time));
-                if share < 1.0 {
-                    any = true;
-                    let (low, high) = (blank.value(), from[at].value());
-                    values[at] = if share > 0.0 { T::nearest(low + (high - low) * share) } else { blank };
+        self.follow(context, channel.field())?;
+        let mut faded = self.faded(context, channel.field(), time);
+        let change = Element::change(faded.iter().map(|(element, ..)| *element));
+        channel.write(listed(faded.iter_mut().map(|(element, values, ..)| (*element, std::mem::take(values)))))?;
+        // What has faded is done with.
+        let blank = channel.field().blank();
+        for (_, _, from, times) in &mut faded {
+            for (from, stamp) in from.iter_mut().zip(times) {
+                if !stamp.is_none() && self.options.share(stamp.0, time) <= 0.0 {
+                    (*stamp, *from) = (Stamp::NONE, blank);
                 }
-                if share <= 0.0 {
-                    (*stamp, from[at]) = (Stamp::default(), blank);
-                }
-            }
-            any.then_some((element, values, from, times))
-        });
-        let faded: Vec<_> = faded.into_iter().flatten().collect();
-        let mut change = TriangleChange::default();
-        for (element, ..) in &faded {
-            match element {
-                Element::Face(face) => change.faces.push(*face),
-                Element::Edge(edge) => change.edges.push(*edge),
-                Element::Vertex(vertex) => change.vertices.push(*vertex),
             }
         }
-        channel.write(listed(faded.iter().map(|(element, values, ..)| (*element, values.clone()))))?;
-        self.edited.write(listed(faded.iter().map(|(element, _, from, _)| (*element, from.clone()))))?;
+        self.edited.write(listed(faded.iter_mut().map(|(element, _, from, _)| (*element, std::mem::take(from)))))?;
         self.stamps.write(listed(faded.into_iter().map(|(element, _, _, times)| (element, times))))?;
         let mut changed = change.faces_shown(&topology);
         let done = self.stamps.reclaim(context, &changed)?;
@@ -280,18 +396,51 @@ impl<T: StoredTexel> TriangleDecay<T> {
         changed.extend(around.faces_shown(&topology));
         changed.sort_unstable();
         changed.dedup();
+        self.age(&changed, channel.field());
         Ok(Faded { changed, freed })
     }
 
-    fn deallocate(&mut self, context: &Context, faces: Vec<u32>) -> Result<()> {
-        let sets = TriangleSets { deallocate: faces, ..Default::default() };
+    /// As [`Self::fade`] without giving anything back, so that stamps stay what they are: after stamps, and the blocks
+    /// `restored` of the channel, were put back, which may be those of another time. Returns the faces that look
+    /// different.
+    pub fn bring(
+        &mut self,
+        context: &Context,
+        channel: &mut TriangleChannel<T>,
+        time: f64,
+        restored: &[u32],
+    ) -> Result<Vec<u32>> {
+        let topology = self.topology();
+        channel.mend_around(context, restored)?;
+        self.follow(context, channel.field())?;
+        let faded = self.faded(context, channel.field(), time);
+        let mut shown = Element::change(faded.iter().map(|(element, ..)| *element)).faces_shown(&topology);
+        channel.write(listed(faded.into_iter().map(|(element, values, ..)| (element, values))))?;
+        // A vertex that is not blank would drag along a face that was given back since.
+        let mut change = TriangleBlock::change(&topology, restored.iter().copied());
+        shown.extend(change.faces_shown(&topology));
+        let field = channel.field();
+        change.vertices.retain(|vertex| !field.vertex(*vertex).is_blank(field.blank()));
+        let around = change.vertices.iter().flat_map(|vertex| topology.faces_around(*vertex)).map(|(face, _)| face);
+        let bare: BTreeSet<u32> = around.filter(|face| !field.is_allocated(*face)).collect();
+        if !bare.is_empty() {
+            let sets = TriangleSets { allocate: bare.into_iter().collect(), ..Default::default() };
+            let pattern = field.pattern();
+            channel.without_budget(|channel| channel.apply(context, pattern, &sets))?;
+        }
+        self.age(&shown, channel.field());
+        Ok(shown)
+    }
+
+    fn deallocate(&mut self, context: &Context, faces: &[u32]) -> Result<()> {
+        let sets = TriangleSets { deallocate: faces.to_vec(), ..Default::default() };
         let pattern = self.stamps.field().pattern();
         self.stamps.apply(context, pattern, &sets)?;
         self.edited.apply(context, pattern, &sets).map(drop)
     }
 
     /// The numbers of the blocks that hold stamps, ascending.
-    pub fn blocks(&self) -> Vec<u32> {
+    pub fn stamped(&self) -> Vec<u32> {
         self.stamps.blocks()
     }
 
@@ -305,37 +454,134 @@ impl<T: StoredTexel> TriangleDecay<T> {
         blocks
     }
 
-    /// The stamps of a block as bytes: all values, then all stamps; `None` if there are none. Fails if there is no such
-    /// block.
-    pub fn read(&self, block: u32) -> Result<Option<Vec<u8>>> {
-        let Some(stamps) = self.stamps.read(block)? else { return Ok(None) };
-        let field = self.edited.field();
-        let values = match TriangleBlock::of(field.topology(), block) {
-            Some(TriangleBlock::Face(face)) => field.face(face),
-            Some(TriangleBlock::Edge(edge)) => field.edge(edge),
-            Some(TriangleBlock::Vertices(chunk)) => field.chunk(chunk),
-            None => None,
-        };
-        let mut bytes = bytemuck::cast_slice::<T, u8>(values.unwrap_or(&[])).to_vec();
-        bytes.extend(stamps);
-        Ok(Some(bytes))
+    /// The stamps of a block as bytes: all values, then all stamps; `None` if there are none.
+    pub fn read(&self, block: u32) -> Option<Vec<u8>> {
+        stamped_bytes(self.edited.field(), self.stamps.field(), block)
     }
 
     /// Puts back what [`Self::read`] gave. Fails if there is no such block, the bytes are not those of one, a number is
     /// not finite, or the budget does not allow it.
     pub fn write(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()> {
-        let Some(bytes) = bytes else {
-            self.stamps.write_block(block, None)?;
-            return self.edited.write_block(block, None);
-        };
         let each = size_of::<T>() + size_of::<Stamp>();
-        if bytes.len() % each != 0 {
+        if let Some(bytes) = bytes.filter(|bytes| bytes.len() % each != 0) {
             let what = format!("stamps of {} bytes cannot be put back", bytes.len());
             return Err(Error::invalid(what).at(format!("block {block}")));
         }
-        let (values, stamps) = bytes.split_at(bytes.len() / each * size_of::<T>());
-        self.edited.write_block(block, Some(values))?;
-        self.stamps.write_block(block, Some(stamps))
+        let both = bytes.map(|bytes| bytes.split_at(bytes.len() / each * size_of::<T>()));
+        self.stamps.write_block(block, both.map(|(_, stamps)| stamps))?;
+        self.torn.push(block);
+        let edited = self.edited.write_block(block, both.map(|(values, _)| values));
+        if edited.is_err() {
+            self.stamps.write_block(block, None)?;
+        }
+        edited
+    }
+
+    /// As [`Self::write`], whatever the budget says.
+    pub fn restore(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()> {
+        let budgets = (self.edited.budget(), self.stamps.budget());
+        self.edited.set_budget(u64::MAX);
+        self.stamps.set_budget(u64::MAX);
+        let done = self.write(block, bytes);
+        self.edited.set_budget(budgets.0);
+        self.stamps.set_budget(budgets.1);
+        done
+    }
+
+    /// What documents say of the stamps of a channel, the layer `layer`.
+    pub fn head(&self, layer: u32) -> Stamps {
+        let DecayOptions { delay, duration } = self.options;
+        Stamps { layer, texel: T::KIND, delay, duration }
+    }
+
+    /// The stamps as histories and documents see them.
+    pub fn blocks(&self) -> TriangleStamps<T> {
+        let blank = [bytemuck::bytes_of(&T::zeroed()), &PERMANENT.to_le_bytes()].concat();
+        TriangleStamps { edited: self.edited.field().clone(), stamps: self.stamps.field().clone(), blank }
+    }
+
+    /// The stamps that `document` has as the layer called `name`, for a channel that is `field` now, in `budget` bytes.
+    ///
+    /// Fails if there is no such layer of these values, it is damaged, or `budget` is too small.
+    pub fn stored(
+        context: &Context,
+        document: &Document,
+        name: &str,
+        field: &TriangleField<T>,
+        budget: u64,
+    ) -> Result<Self> {
+        let place = |error: Error| error.at(format!("layer `{name}`"));
+        let layer = document.layer(name).ok_or_else(|| place(Error::invalid("there is no such layer")))?;
+        let stamps = layer.head().stamps.filter(|stamps| stamps.texel == T::KIND);
+        let stamps = stamps.ok_or_else(|| place(Error::invalid("its times are those of other texels")))?;
+        let Stamps { delay, duration, .. } = stamps;
+        let mut decay = Self::new(field, DecayOptions { delay, duration }, budget)?;
+        let unpacked = context.map(layer.blocks().len(), |at| layer.unpack(document.topology(), at));
+        for (block, bytes) in layer.blocks().iter().zip(unpacked) {
+            decay.write(block.tile(), Some(&bytes?)).map_err(place)?;
+        }
+        Ok(decay)
+    }
+}
+
+/// The stamps of a channel over triangles at one moment, with the values they belong to.
+#[derive(Clone, Debug)]
+pub struct TriangleStamps<T> {
+    edited: TriangleField<T>,
+    stamps: TriangleField<Stamp>,
+    blank: Vec<u8>,
+}
+
+/// All values of a block and then all stamps, if it holds a stamp.
+fn stamped_bytes<T: Texel>(edited: &TriangleField<T>, stamps: &TriangleField<Stamp>, block: u32) -> Option<Vec<u8>> {
+    let block = TriangleBlock::of(stamps.topology(), block)?;
+    let stamps = stamps.held(block)?;
+    let values = match block {
+        TriangleBlock::Face(face) => edited.face(face),
+        TriangleBlock::Edge(edge) => edited.edge(edge),
+        TriangleBlock::Vertices(chunk) => edited.chunk(chunk),
+    };
+    let values = values.filter(|values| values.len() == stamps.len())?;
+    Some([bytemuck::cast_slice::<T, u8>(values), bytemuck::cast_slice::<Stamp, u8>(stamps)].concat())
+}
+
+impl<T: StoredTexel> Blocks for TriangleStamps<T> {
+    fn kind(&self) -> Kind {
+        Kind::Stamps
+    }
+
+    fn blank(&self) -> &[u8] {
+        &self.blank
+    }
+
+    fn face_sizes(&self) -> Vec<u32> {
+        self.edited.face_sizes()
+    }
+
+    fn bytes(&self, block: u32) -> Option<Cow<'_, [u8]>> {
+        stamped_bytes(&self.edited, &self.stamps, block).map(Cow::Owned)
+    }
+
+    fn numbers(&self) -> Vec<u32> {
+        self.stamps.blocks()
+    }
+
+    fn changed(&self, other: &dyn Blocks) -> Vec<u32> {
+        let any: &dyn Any = other;
+        let blocks: BTreeSet<u32> = match any.downcast_ref::<Self>() {
+            Some(other) => {
+                let topology = self.stamps.topology();
+                let edited = self.edited.changes(&other.edited).blocks(topology);
+                edited.into_iter().chain(self.stamps.changes(&other.stamps).blocks(topology)).collect()
+            }
+            None => self.numbers().into_iter().chain(other.numbers()).collect(),
+        };
+        blocks.into_iter().filter(|block| self.bytes(*block) != other.bytes(*block)).collect()
+    }
+
+    fn is_shaped_as(&self, other: &dyn Blocks) -> bool {
+        let any: &dyn Any = other;
+        any.downcast_ref::<Self>().is_some_and(|other| self.edited.is_shaped_as(&other.edited))
     }
 }
 
@@ -364,15 +610,15 @@ mod tests {
     fn what_was_edited_fades_linearly_and_gives_all_bytes_back() {
         let context = Context::serial();
         let mut channel = channel();
-        let mut decay = TriangleDecay::new(&channel, TIMES, 1 << 20).unwrap();
+        let mut decay = TriangleDecay::new(channel.field(), TIMES, 1 << 20).unwrap();
         let (bytes, stamped) = (channel.bytes(), decay.bytes());
         let vertices = channel.field().topology().vertex_count() as u64;
-        assert_eq!(stamped, vertices * 10);
+        assert_eq!(stamped, vertices * 6);
         let start = channel.field().clone();
         edit(&context, &mut channel, 16, &[0, 1, 4], 3);
         assert!(decay.stamp(&context, &start, &channel, 10.0).unwrap().is_empty());
         let edges = channel.field().allocated_edges().count() as u64;
-        assert_eq!(decay.bytes(), stamped + 10 * (3 * 169 + 15 * edges));
+        assert_eq!(decay.bytes(), stamped + 6 * (3 * 169 + 15 * edges));
         let edited = channel.field().clone();
         let sum = |field: &TriangleField| -> f64 {
             let blocks = field.allocated().filter_map(|face| field.face(face));
@@ -388,7 +634,7 @@ mod tests {
         let faded = decay.fade(&context, &mut channel, 13.0).unwrap();
         assert_eq!(faded.freed, [0, 1, 4]);
         assert_eq!((channel.bytes(), decay.bytes()), (bytes, stamped));
-        assert!(channel.field().blocks().is_empty() && decay.blocks().is_empty());
+        assert!(channel.field().blocks().is_empty() && decay.stamped().is_empty());
     }
 
     #[test]
@@ -397,7 +643,7 @@ mod tests {
         let mut channel = channel();
         edit(&context, &mut channel, 16, &[0, 7], 5);
         let old = channel.field().clone();
-        let mut decay = TriangleDecay::new(&channel, TIMES, 1 << 20).unwrap();
+        let mut decay = TriangleDecay::new(channel.field(), TIMES, 1 << 20).unwrap();
         let mut block = old.face(7).unwrap().to_vec();
         block[3] = f16::from_f32(8.0);
         let write = |channel: &mut TriangleChannel, block: &[f16]| {
@@ -414,7 +660,7 @@ mod tests {
         assert_eq!([value(&channel, 3), value(&channel, 4)], [4.0, -8.0]);
         decay.fade(&context, &mut channel, 9.0).unwrap();
         assert_eq!([value(&channel, 3), value(&channel, 4)], [0.0, 0.0]);
-        assert!(decay.blocks().is_empty());
+        assert!(decay.stamped().is_empty());
         for (at, then) in old.face(7).unwrap().iter().enumerate().filter(|(at, _)| ![3, 4].contains(at)) {
             assert_eq!(channel.field().face(7).unwrap()[at], *then);
         }
@@ -428,7 +674,7 @@ mod tests {
         let options = TriangleOptions { segments: 32, budget: 1 << 20 };
         let grey = Vec4::new(0.2, 0.2, 0.2, 1.0);
         let mut one = TriangleChannel::<Rgba8>::of_color(topology, grey, &options).unwrap();
-        let mut first = TriangleDecay::new(&one, TIMES, 1 << 20).unwrap();
+        let mut first = TriangleDecay::new(one.field(), TIMES, 1 << 20).unwrap();
         let start = one.field().clone();
         one.apply(&context, Pattern::new(8).unwrap(), &shapes::sets(&[2, 3])).unwrap();
         let red = Rgba8::of_color(Vec4::new(0.9, 0.1, 0.0, 1.0));
@@ -439,11 +685,11 @@ mod tests {
         let between = one.field().clone();
         one.apply(&context, Pattern::new(32).unwrap(), &shapes::sets(&[2])).unwrap();
         first.stamp(&context, &between, &one, 0.5).unwrap();
-        let (mut two, mut second) = (one.clone(), TriangleDecay::new(&one, TIMES, 1 << 20).unwrap());
-        for block in first.blocks() {
-            second.write(block, first.read(block).unwrap().as_deref()).unwrap();
+        let (mut two, mut second) = (one.clone(), TriangleDecay::new(one.field(), TIMES, 1 << 20).unwrap());
+        for block in first.stamped() {
+            second.write(block, first.read(block).as_deref()).unwrap();
         }
-        assert_eq!((second.blocks(), second.bytes()), (first.blocks(), first.bytes()));
+        assert_eq!((second.stamped(), second.bytes()), (first.stamped(), first.bytes()));
         for time in [1.2, 1.5, 2.0, 2.25] {
             first.fade(&context, &mut one, time).unwrap();
         }
@@ -459,7 +705,7 @@ mod tests {
         first.fade(&context, &mut one, 4.0).unwrap();
         assert!(one.blocks().is_empty(), "{:?}", one.blocks());
         assert!(second.write(0, Some(&[0; 7])).is_err() && second.write(u32::MAX, None).is_err());
-        assert!(second.write(0, Some(&[0xff; 12 * 37])).is_err());
+        assert!(second.write(0, Some(&[0xff; 8 * 37])).is_err());
     }
 
     #[test]
@@ -467,7 +713,7 @@ mod tests {
         let context = Context::serial();
         let mut channel = channel();
         let vertices = channel.field().topology().vertex_count() as u64;
-        let mut decay = TriangleDecay::new(&channel, TIMES, 8 * (vertices + 169 + 45)).unwrap();
+        let mut decay = TriangleDecay::new(channel.field(), TIMES, 6 * (vertices + 169 + 45)).unwrap();
         let start = channel.field().clone();
         edit(&context, &mut channel, 16, &[0, 7, 12], 9);
         let refused = decay.stamp(&context, &start, &channel, 0.0).unwrap();
@@ -476,7 +722,7 @@ mod tests {
         decay.fade(&context, &mut channel, 99.0).unwrap();
         assert!(channel.field().face(0).is_none_or(|block| block.iter().all(|value| value.to_f32() == 0.0)));
         assert_eq!(channel.field().face(7), edited.face(7));
-        assert!(TriangleDecay::new(&channel, TIMES, 8 * vertices - 1).is_err());
-        assert!(TriangleDecay::new(&channel, DecayOptions { delay: 0.0, duration: 0.0 }, 1 << 20).is_err());
+        assert!(TriangleDecay::new(channel.field(), TIMES, 6 * vertices - 1).is_err());
+        assert!(TriangleDecay::new(channel.field(), DecayOptions { delay: 0.0, duration: 0.0 }, 1 << 20).is_err());
     }
 }

@@ -36,7 +36,7 @@ pub(crate) fn channel(segments: u32, budget: u64) -> TriangleChannel {
 
 /// Faces to be given blocks.
 pub(crate) fn sets(allocate: &[u32]) -> TriangleSets {
-    TriangleSets { allocate: allocate.to_vec(), deallocate: Vec::new() }
+    TriangleSets { allocate: allocate.to_vec(), ..TriangleSets::default() }
 }
 
 /// Numbers below what is asked for.

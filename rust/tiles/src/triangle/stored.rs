@@ -2,6 +2,7 @@
 //! edge that the mesh has at its finest as the size of every face.
 
 use std::any::Any;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use relievo_core::{Context, Error, Result};
@@ -56,13 +57,14 @@ impl<T: StoredTexel> Blocks for TriangleField<T> {
         any.downcast_ref::<Self>().is_some_and(|other| other.pattern() == self.pattern())
     }
 
-    fn bytes(&self, block: u32) -> Option<&[u8]> {
-        self.held(TriangleBlock::of(self.topology(), block)?).map(bytemuck::cast_slice)
+    fn bytes(&self, block: u32) -> Option<Cow<'_, [u8]>> {
+        let values = self.held(TriangleBlock::of(self.topology(), block)?)?;
+        Some(Cow::Borrowed(bytemuck::cast_slice(values)))
     }
 
-    fn try_bytes(&self, block: u32) -> Result<Option<&[u8]>> {
+    fn try_bytes(&self, block: u32) -> Result<Option<Cow<'_, [u8]>>> {
         let Some(block) = TriangleBlock::of(self.topology(), block) else { return Ok(None) };
-        Ok(self.try_held(block)?.map(bytemuck::cast_slice))
+        Ok(self.try_held(block)?.map(|values| Cow::Borrowed(bytemuck::cast_slice(values))))
     }
 
     fn numbers(&self) -> Vec<u32> {
@@ -173,22 +175,41 @@ impl<T: StoredTexel> TriangleChannel<T> {
         channel.mend(context).map_err(place)?;
         Ok(Some(channel))
     }
+}
 
+impl<T: Texel> TriangleChannel<T> {
     /// The blocks of `before` that this channel can have too are put into it.
     pub fn keep(&mut self, before: &TriangleField<T>) -> Result<()> {
         let pattern = self.field().pattern();
         let fits = |own: Option<Pattern>| own.is_none_or(|own| own <= pattern && own >= pattern.coarser(2));
         let topology = before.topology();
         for number in before.blocks() {
-            let own = match TriangleBlock::of(topology, number) {
-                Some(TriangleBlock::Face(face)) => before.face_pattern(face),
-                Some(TriangleBlock::Edge(edge)) => before.edge_pattern(edge),
-                _ => None,
+            let Some(block) = TriangleBlock::of(topology, number) else { continue };
+            let own = match block {
+                TriangleBlock::Face(face) => before.face_pattern(face),
+                TriangleBlock::Edge(edge) => before.edge_pattern(edge),
+                TriangleBlock::Vertices(_) => None,
             };
             if fits(own) {
-                self.write_block(number, before.try_bytes(number)?)?;
+                self.write_block(number, before.try_held(block)?.map(bytemuck::cast_slice))?;
             }
         }
+        Ok(())
+    }
+
+    /// Changes the segments that an edge has at its finest. Blocks that had more than that, or less than a quarter of
+    /// it, go. Fails, and changes nothing, if the segments are none of those allowed, or a page cannot be read.
+    pub fn set_segments(&mut self, segments: u32) -> Result<()> {
+        if segments == self.field().pattern().segments() {
+            return Ok(());
+        }
+        let field = self.field();
+        let options = TriangleOptions { segments, budget: u64::MAX };
+        let mut fresh = Self::blank(field.topology().clone(), field.blank(), &options)?;
+        fresh.page_to(self.page_store().cloned())?;
+        fresh.keep(field)?;
+        fresh.set_budget(self.budget());
+        *self = fresh;
         Ok(())
     }
 }
