@@ -4,16 +4,16 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec4};
-use relievo_core::{Context, Mesh};
+use relievo_core::{Context, ContextOptions, Mesh, Result};
 use relievo_detail::{
     Action, Brush, Dab, DabReport, DisplacedObject, FadingObject, Falloff, History, LayeredObject, PaintMode, Recorded,
     SculptMode, TriangleObject,
 };
-use relievo_document::{Document, Kind, PageFile, Settings};
+use relievo_document::{Document, Kind, PageFile, PageStore, Settings};
 use relievo_surface::{Surface, SurfaceOptions, TriangleSurface};
 use relievo_testing::{Random, grid};
-use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
-use relievo_tiles::{ChannelOptions, DecayOptions, Displacement, Paint};
+use relievo_tiles::triangle::{TriangleChannel, TriangleField, TriangleOptions};
+use relievo_tiles::{ChannelOptions, DecayOptions, Displacement, Paint, Texel};
 
 const LIMIT: u64 = 1 << 30;
 const DECAY: DecayOptions = DecayOptions { delay: 1.0, duration: 6.0 };
@@ -24,8 +24,26 @@ const COLOR: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
 trait Subject: LayeredObject {
     fn mesh() -> Mesh;
 
-    /// An object that can be painted, without decay.
-    fn bare(context: &Context, mesh: &Mesh, budget: u64) -> Self;
+    /// Eight faces in a row, of which those of triangles do not touch.
+    fn row() -> Mesh;
+
+    /// An object that can be painted, with colours of half floats if `halves`, without decay.
+    fn made(context: &Context, mesh: &Mesh, budget: u64, halves: bool) -> Self;
+
+    fn bare(context: &Context, mesh: &Mesh, budget: u64) -> Self {
+        Self::made(context, mesh, budget, false)
+    }
+
+    /// Bytes of `count` tiles or faces of a kind, and of stamps of displacement.
+    fn room(&self, kind: Kind, count: u64) -> u64;
+
+    fn stamp_room(&self, count: u64) -> u64;
+
+    /// The tiles or faces that have displacement.
+    fn allocated(&self) -> Vec<u32>;
+
+    /// Bytes of displacement in memory, and blocks of it on pages.
+    fn resident(&self) -> [u64; 2];
 
     fn dab(&mut self, context: &Context, dab: &Dab) -> DabReport;
 
@@ -43,15 +61,45 @@ impl Subject for DisplacedObject {
         grid(4, false, &[2, 2, 1, 2, 0, 2], false)
     }
 
-    fn bare(context: &Context, mesh: &Mesh, budget: u64) -> Self {
+    fn row() -> Mesh {
+        let points = (0..18).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
+        let corners = (0..8).flat_map(|i| [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1]).collect();
+        Mesh::new(points, vec![4; 8], corners)
+    }
+
+    fn made(context: &Context, mesh: &Mesh, budget: u64, halves: bool) -> Self {
         let surface = Surface::new(context, mesh, &SurfaceOptions::default()).unwrap();
         let options = ChannelOptions { size: 16, budget, ..ChannelOptions::default() };
-        let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
-        let paint = Paint::of_color(surface.topology().clone(), COLOR, &options).unwrap();
+        let topology = surface.topology().clone();
+        let displacement = Displacement::new(topology.clone(), &options).unwrap();
         let placed = DisplacedObject::new(context, surface, &mesh.points, displacement, DAffine3::IDENTITY);
         let mut object = placed.unwrap();
-        object.set_paint(paint).unwrap();
+        match halves {
+            true => object.set_half_paint(Paint::of_color(topology, COLOR, &options).unwrap()).unwrap(),
+            false => object.set_paint(Paint::of_color(topology, COLOR, &options).unwrap()).unwrap(),
+        }
         object
+    }
+
+    fn room(&self, kind: Kind, count: u64) -> u64 {
+        let tile = match kind {
+            Kind::Scalar => self.displacement().field().tile_bytes(0),
+            Kind::Rgba8 => self.paint().unwrap().field().tile_bytes(0),
+            _ => self.half_paint().unwrap().field().tile_bytes(0),
+        };
+        count * tile
+    }
+
+    fn stamp_room(&self, count: u64) -> u64 {
+        3 * self.room(Kind::Scalar, count)
+    }
+
+    fn allocated(&self) -> Vec<u32> {
+        self.displacement().field().allocated().collect()
+    }
+
+    fn resident(&self) -> [u64; 2] {
+        [self.displacement().resident_bytes(), self.displacement().paged_count() as u64]
     }
 
     fn dab(&mut self, context: &Context, dab: &Dab) -> DabReport {
@@ -64,7 +112,10 @@ impl Subject for DisplacedObject {
 
     fn store_seen(&self, context: &Context, document: &mut Document) {
         self.displacement().field().store(context, document, "displacement").unwrap();
-        self.paint().unwrap().field().store(context, document, "colour").unwrap();
+        match (self.paint(), self.half_paint()) {
+            (Some(paint), _) => paint.field().store(context, document, "colour").unwrap(),
+            (_, paint) => paint.unwrap().field().store(context, document, "colour").unwrap(),
+        }
     }
 
     fn bytes(&self) -> u64 {
@@ -83,14 +134,41 @@ impl Subject for TriangleObject {
         Mesh::from_triangles(points, &triangles)
     }
 
-    fn bare(context: &Context, mesh: &Mesh, budget: u64) -> Self {
+    fn row() -> Mesh {
+        let corners = [[0.05, 0.1], [0.95, 0.1], [0.5, 0.95]];
+        let points = (0..24).map(|i| [corners[i % 3][0] + (i / 3) as f32, corners[i % 3][1], 0.0]).collect();
+        let triangles: Vec<[u32; 3]> = (0..8).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        Mesh::from_triangles(points, &triangles)
+    }
+
+    fn made(context: &Context, mesh: &Mesh, budget: u64, halves: bool) -> Self {
         let surface = TriangleSurface::new(context, mesh).unwrap();
         let topology = surface.topology().clone();
         let options = TriangleOptions { segments: 16, budget };
         let displacement = TriangleChannel::displacement(topology.clone(), &options).unwrap();
         let mut object = TriangleObject::new(context, surface, displacement, DAffine3::IDENTITY).unwrap();
-        object.set_paint(TriangleChannel::of_color(topology, COLOR, &options).unwrap()).unwrap();
+        match halves {
+            true => object.set_half_paint(TriangleChannel::of_color(topology, COLOR, &options).unwrap()).unwrap(),
+            false => object.set_paint(TriangleChannel::of_color(topology, COLOR, &options).unwrap()).unwrap(),
+        }
         object
+    }
+
+    fn room(&self, kind: Kind, count: u64) -> u64 {
+        let vertices = self.surface().topology().vertex_count() as u64;
+        kind.texel() as u64 * (vertices + count * (169 + 3 * 15))
+    }
+
+    fn stamp_room(&self, count: u64) -> u64 {
+        3 * self.room(Kind::Scalar, count)
+    }
+
+    fn allocated(&self) -> Vec<u32> {
+        self.displacement().field().allocated().collect()
+    }
+
+    fn resident(&self) -> [u64; 2] {
+        [self.displacement().resident_bytes(), self.displacement().paged().len() as u64]
     }
 
     fn dab(&mut self, context: &Context, dab: &Dab) -> DabReport {
@@ -103,7 +181,10 @@ impl Subject for TriangleObject {
 
     fn store_seen(&self, context: &Context, document: &mut Document) {
         self.displacement().field().store(context, document, "displacement").unwrap();
-        self.paint().unwrap().field().store(context, document, "colour").unwrap();
+        match (self.paint(), self.half_paint()) {
+            (Some(paint), _) => paint.field().store(context, document, "colour").unwrap(),
+            (_, paint) => paint.unwrap().field().store(context, document, "colour").unwrap(),
+        }
     }
 
     fn bytes(&self) -> u64 {
@@ -127,8 +208,13 @@ fn object<O: Subject>(context: &Context, mesh: &Mesh, layered: bool) -> O {
 }
 
 fn dab(random: &mut Random) -> Dab {
+    dab_above(random, 0.0)
+}
+
+/// A dab whose centre has at least so large a y.
+fn dab_above(random: &mut Random, low: f64) -> Dab {
     let mut place = || 4.0 * f64::from(random.unit());
-    let center = DVec3::new(place(), place(), 0.0);
+    let center = DVec3::new(place(), place().max(low), 0.0);
     let half = DVec3::new(0.4, 0.4, 1.0) * (0.5 + f64::from(random.unit()));
     let brush = Brush::on_surface(center, DVec3::Z, DVec3::X, half, Falloff::Smooth).unwrap();
     let color = [random.unit(), random.unit(), random.unit(), 1.0];
@@ -304,14 +390,7 @@ fn undone<O: Subject>() {
     }
 }
 
-/// Eight quads in a row.
-fn row() -> Mesh {
-    let points = (0..18).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
-    let corners = (0..8).flat_map(|i| [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1]).collect();
-    Mesh::new(points, vec![4; 8], corners)
-}
-
-/// A dab in the middle of one of them.
+/// A dab in the middle of a face of a row.
 fn at(tile: u32) -> Dab {
     let center = DVec3::new(f64::from(tile) + 0.5, 0.5, 0.0);
     let half = DVec3::new(0.3, 0.3, 1.0);
@@ -319,25 +398,28 @@ fn at(tile: u32) -> Dab {
     Dab { brush, action: Action::Sculpt { mode: SculptMode::Draw, height: 0.1 }, strength: 1.0 }
 }
 
-/// Bytes of a tile of displacement.
-const TILE: u64 = 2 * 18 * 18;
-
 #[test]
 fn full_budgets_lose_the_oldest_tiles_of_layers_that_fade_alone() {
-    let context = Context::serial();
-    let mesh = row();
+    oldest_are_lost::<DisplacedObject>();
+    oldest_are_lost::<TriangleObject>();
+}
+
+fn oldest_are_lost<O: Subject>() {
+    let (context, mesh) = (Context::serial(), O::row());
+    let whole = O::bare(&context, &mesh, LIMIT);
+    let budget = whole.room(Kind::Scalar, 3);
     // Room for three tiles, or for the stamps of three.
-    for (budget, stamp_budget) in [(3 * TILE, LIMIT), (LIMIT, 3 * 3 * TILE)] {
+    for (budget, stamp_budget) in [(budget, LIMIT), (LIMIT, whole.stamp_room(3))] {
         let run = || {
-            let mut object = DisplacedObject::bare(&context, &mesh, budget);
+            let mut object = O::bare(&context, &mesh, budget);
             object.set_decay(DecayOptions { delay: 1e3, duration: 1.0 }, stamp_budget).unwrap();
             let (mut lost, mut seen) = (0, Vec::new());
             for (time, number) in [0, 4, 2, 0, 6, 7].into_iter().enumerate() {
                 object.advance(&context, time as f64).unwrap();
-                let report = at(number).apply(&context, &mut object).unwrap();
-                assert!(report.refused.is_empty() && object.stamp(&context).unwrap().is_empty());
+                assert!(object.dab(&context, &at(number)).refused.is_empty());
+                assert!(object.stamp(&context).unwrap().is_empty());
                 lost += object.take_lost();
-                seen.push(object.displacement().field().allocated().collect::<Vec<_>>());
+                seen.push(object.allocated());
             }
             (lost, seen)
         };
@@ -350,32 +432,38 @@ fn full_budgets_lose_the_oldest_tiles_of_layers_that_fade_alone() {
         assert_eq!(run(), (lost, seen));
     }
     // What does not fade is refused as ever.
-    let mut object = DisplacedObject::bare(&context, &mesh, 3 * TILE);
+    let mut object = O::bare(&context, &mesh, budget);
     for number in [0, 4, 2] {
-        at(number).apply(&context, &mut object).unwrap();
+        object.dab(&context, &at(number));
     }
     object.set_decay(DECAY, LIMIT).unwrap();
-    assert_eq!(at(6).apply(&context, &mut object).unwrap().refused, [6]);
-    assert_eq!((object.take_lost(), object.displacement().allocated_count()), (0, 3));
+    assert_eq!(object.dab(&context, &at(6)).refused, [6]);
+    assert_eq!((object.take_lost(), object.allocated().len()), (0, 3));
 }
 
 #[test]
 fn tiles_of_layers_that_fade_page_before_any_is_lost() {
-    let (context, mesh) = (Context::serial(), row());
+    paged_first::<DisplacedObject>(DisplacedObject::page_to);
+    paged_first::<TriangleObject>(TriangleObject::page_to);
+}
+
+fn paged_first<O: Subject>(page_to: fn(&mut O, Option<Arc<dyn PageStore>>) -> Result<()>) {
+    let (context, mesh) = (Context::serial(), O::row());
+    let budget = O::bare(&context, &mesh, LIMIT).room(Kind::Scalar, 3);
     let made = |budget: u64, file: Option<PageFile>| {
-        let mut object = DisplacedObject::bare(&context, &mesh, budget);
+        let mut object = O::bare(&context, &mesh, budget);
         object.set_decay(DECAY, LIMIT).unwrap();
-        object.page_to(file.map(|file| Arc::new(file) as _)).unwrap();
+        page_to(&mut object, file.map(|file| Arc::new(file) as _)).unwrap();
         for (time, number) in [0, 4, 2, 0, 6, 7].into_iter().enumerate() {
             object.advance(&context, 0.5 * time as f64).unwrap();
-            assert!(at(number).apply(&context, &mut object).unwrap().refused.is_empty());
+            assert!(object.dab(&context, &at(number)).refused.is_empty());
             assert!(object.stamp(&context).unwrap().is_empty());
             object.commit_displacement();
         }
         object
     };
-    let (mut small, mut large) = (made(3 * TILE, Some(PageFile::new(None))), made(LIMIT, None));
-    assert_eq!((small.take_lost(), small.displacement().paged_count()), (0, 2));
+    let (mut small, mut large) = (made(budget, Some(PageFile::new(None))), made(LIMIT, None));
+    assert!(small.take_lost() == 0 && small.resident()[1] >= 2);
     // What is on pages fades as all does, until nothing is left.
     for time in [2.5, 4.0, 6.0, 10.0] {
         let [a, b] = [&mut small, &mut large].map(|object| {
@@ -384,34 +472,36 @@ fn tiles_of_layers_that_fade_page_before_any_is_lost() {
         });
         assert!(a == b, "{time}");
         small.commit_displacement();
-        assert!(small.displacement().resident_bytes() <= 3 * TILE, "{time}");
+        assert!(small.resident()[0] <= budget, "{time}");
     }
-    assert_eq!((small.displacement().allocated_count(), small.fading().unwrap().bytes()), (0, 0));
+    assert!(small.allocated().is_empty() && stamps(&context, &mesh, &mut small).is_empty());
 }
 
 #[test]
 fn a_layer_that_fades_makes_room_for_itself_and_never_loses_what_is_below() {
-    let (context, mesh) = (Context::serial(), row());
-    for (kind, opacity) in [(Kind::Scalar, 1.0), (Kind::Scalar, 0.3), (Kind::Rgba8, 0.5)] {
+    room_for_itself::<DisplacedObject>();
+    room_for_itself::<TriangleObject>();
+}
+
+fn room_for_itself<O: Subject>() {
+    let (context, mesh) = (Context::serial(), O::row());
+    for (kind, opacity) in [(Kind::Scalar, 1.0), (Kind::Scalar, 0.3), (Kind::Rgba8, 0.5), (Kind::Rgba16, 0.5)] {
         let action = match kind {
             Kind::Scalar => Action::Sculpt { mode: SculptMode::Draw, height: 0.1 },
             _ => Action::Paint { mode: PaintMode::Mix, color: [0.9, 0.1, 0.2, 1.0] },
         };
         let at = |tile: u32| Dab { action, ..at(tile) };
-        let whole = DisplacedObject::bare(&context, &mesh, LIMIT);
-        let tile = match kind {
-            Kind::Scalar => whole.displacement().field().tile_bytes(0),
-            _ => whole.paint().unwrap().field().tile_bytes(0),
-        };
+        let bare = |budget: u64| O::made(&context, &mesh, budget, kind == Kind::Rgba16);
+        let budget = bare(LIMIT).room(kind, 3);
         let made = |dabs: &[(u32, f64)]| {
-            let mut object = DisplacedObject::bare(&context, &mesh, 3 * tile);
-            at(0).apply(&context, &mut object).unwrap();
+            let mut object = bare(budget);
+            object.dab(&context, &at(0));
             let settings = Settings { opacity, ..Settings::of(kind) };
             let (id, _) = object.add_layer(&context, kind, "tracks", settings, 16).unwrap();
             object.set_layer_decay(&context, id, Some(DecayOptions { delay: 1e3, duration: 1.0 }), LIMIT).unwrap();
             for (number, time) in dabs {
                 object.advance(&context, *time).unwrap();
-                assert!(at(*number).apply(&context, &mut object).unwrap().refused.is_empty(), "{kind:?} {number}");
+                assert!(object.dab(&context, &at(*number)).refused.is_empty(), "{kind:?} {number}");
                 assert!(object.stamp(&context).unwrap().is_empty());
                 object.settle(&context).unwrap();
             }
@@ -424,7 +514,110 @@ fn a_layer_that_fades_makes_room_for_itself_and_never_loses_what_is_below() {
         assert!(a == b, "{kind:?} {opacity}");
         // Merged with what is below, it stays as that does.
         object.merge_layer(&context, id).unwrap();
-        assert_eq!(at(2).apply(&context, &mut object).unwrap().refused, [2]);
+        assert_eq!(object.dab(&context, &at(2)).refused, [2]);
         assert_eq!(object.take_lost(), 0);
+    }
+}
+
+#[test]
+fn a_layer_of_half_floats_that_fades_alone_loses_its_oldest_tiles() {
+    half_floats_are_lost::<DisplacedObject>();
+    half_floats_are_lost::<TriangleObject>();
+}
+
+fn half_floats_are_lost<O: Subject>() {
+    let (context, mesh) = (Context::serial(), O::row());
+    let action = Action::Paint { mode: PaintMode::Mix, color: [7.5, 0.1, 0.2, 1.0] };
+    let budget = O::made(&context, &mesh, LIMIT, true).room(Kind::Rgba16, 3);
+    let made = |tiles: &[u32]| {
+        let mut object = O::made(&context, &mesh, budget, true);
+        object.set_decay(DECAY, LIMIT).unwrap();
+        for (time, number) in tiles.iter().enumerate() {
+            object.advance(&context, time as f64 / tiles.len() as f64).unwrap();
+            assert!(object.dab(&context, &Dab { action, ..at(*number) }).refused.is_empty());
+            assert!(object.stamp(&context).unwrap().is_empty());
+        }
+        object
+    };
+    let mut object = made(&[0, 4, 2, 0, 6, 7]);
+    assert_eq!((object.take_lost(), object.painted_tiles()), (2, made(&[0, 6, 7]).painted_tiles()));
+    object.advance(&context, 8.0).unwrap();
+    assert!(object.painted_tiles().is_empty() && stamps(&context, &mesh, &mut object).is_empty());
+}
+
+/// Neighbours share edges and corners, so that a face that is lost leaves none of its own, and never more than fades.
+#[test]
+fn faces_that_are_lost_take_their_edges_and_corners_and_nothing_that_stays() {
+    let mesh = TriangleObject::mesh();
+    let run = |threads: usize, layered: bool| {
+        let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
+        let budget = TriangleObject::bare(&context, &mesh, LIMIT).room(Kind::Rgba8, 13);
+        let mut object = TriangleObject::bare(&context, &mesh, budget);
+        let stays = Dab { strength: 1.0, ..at(1) };
+        let paint = Dab { action: Action::Paint { mode: PaintMode::Mix, color: [0.0, 0.0, 1.0, 1.0] }, ..at(2) };
+        for dab in [stays, paint] {
+            assert!(object.dab(&context, &dab).unwrap().refused.is_empty());
+        }
+        object.settle(&context).unwrap();
+        let kept: Vec<u32> = object.displacement().field().allocated().collect();
+        let painted: Vec<u32> = object.paint().unwrap().field().allocated().collect();
+        let before = object.displacement().field().clone();
+        if layered {
+            for (kind, name) in [(Kind::Scalar, "tracks"), (Kind::Rgba8, "frost")] {
+                let (id, _) = object.add_layer(&context, kind, name, Settings::of(kind), 16).unwrap();
+                object.set_layer_decay(&context, id, Some(DECAY), LIMIT).unwrap();
+            }
+        } else {
+            object.set_decay(DECAY, LIMIT).unwrap();
+        }
+        let (mut random, mut lost, mut history) = (Random(5), 0, History::new(LIMIT));
+        for edit in 0..60 {
+            object.advance(&context, 0.05 * f64::from(edit)).unwrap();
+            let there = state(&context, &mesh, &mut object);
+            history.begin(&context, &mut object, "dab").unwrap();
+            // What stays is left alone.
+            object.dab(&context, &dab_above(&mut random, 2.2)).unwrap();
+            let changed = history.end(&context, &mut object).unwrap().is_some();
+            object.commit(&context).unwrap();
+            lost += object.take_lost();
+            check_closed(object.displacement().field());
+            check_closed(object.paint().unwrap().field());
+            assert!(object.displacement().bytes() <= budget && object.paint().unwrap().bytes() <= budget);
+            // What was lost comes back with undo.
+            if changed && edit % 7 == 3 && !layered {
+                history.undo(&context, &mut object).unwrap().unwrap();
+                assert!(state(&context, &mesh, &mut object) == there, "{edit}");
+                history.redo(&context, &mut object).unwrap().unwrap();
+            }
+        }
+        assert!(lost > 20, "{lost}");
+        let field = object.displacement().field();
+        for face in &kept {
+            assert!(field.face(*face).is_some() && field.face(*face) == before.face(*face), "{face}");
+        }
+        assert!(painted.iter().all(|face| object.paint().unwrap().field().is_allocated(*face)));
+        // When all has faded, what stays is there and nothing else.
+        object.advance(&context, 100.0).unwrap();
+        object.settle(&context).unwrap();
+        assert_eq!(object.displacement().field().allocated().collect::<Vec<_>>(), kept);
+        assert!(stamps(&context, &mesh, &mut object).is_empty());
+        (lost, state(&context, &mesh, &mut object))
+    };
+    for layered in [false, true] {
+        assert!(run(1, layered) == run(3, layered));
+    }
+}
+
+/// Faces have edges, edges faces, and vertices that are not blank faces all around.
+fn check_closed<T: Texel>(field: &TriangleField<T>) {
+    let topology = field.topology();
+    for face in field.allocated() {
+        assert!(topology.edges_of(face).iter().all(|edge| field.edge_pattern(*edge) >= field.face_pattern(face)));
+    }
+    for edge in field.allocated_edges() {
+        assert!(topology.faces_along(edge).any(|(face, _)| field.is_allocated(face)), "edge {edge}");
+    }
+    for vertex in (0..topology.vertex_count() as u32).filter(|vertex| !field.vertex(*vertex).same(field.blank())) {
+        assert!(topology.faces_around(vertex).all(|(face, _)| field.is_allocated(face)), "vertex {vertex}");
     }
 }

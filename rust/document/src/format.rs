@@ -16,7 +16,7 @@
 //! kind the number of the layer that fades, the kind of its texels, and for how many seconds an edit stays and then
 //! fades (f32 each). Its blocks have all texels as they were when they were edited last and then all times (f32), rings
 //! included, which mean nothing; so the fade goes on as if it had not been interrupted, whatever is left of it in the
-//! blocks of the layer itself.
+//! blocks of the layer itself. On triangles they are blocks of faces, edges and vertices, as the layer has them.
 //!
 //! Version 2 has no times, no stamps, nothing in heads after the sizes, and does not say what blocks belong to: always
 //! tiles. Version 1 has no points, no numbers and settings of layers, and no journal. The same document always makes

@@ -20,7 +20,7 @@ use glam::DAffine3;
 use relievo_core::{Context, Error, Result};
 
 const MAGIC: [u8; 8] = *b"RLVCACHE";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const EXTENSION: &str = "rlvcache";
 /// No block is larger: a tile of 256² coefficients with ring and mips takes less.
 const MAX_BLOCK: u64 = 1 << 22;

@@ -86,6 +86,14 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
     let mut world = World::new(context, scene, &allowed)?;
     let (mut done, mut refusals) = (StrokeReport::default(), Refusals::default());
     strokes::make_due(context, &mut world, |_| true, &mut done, &mut refusals)?;
+    // What a document brought goes on fading, and what was added to it.
+    if let Some(surface) = world.surface_mut(0) {
+        surface.states(context)?;
+    }
+    if let Some(item) = world.triangles_mut(0) {
+        item.object.states(context)?;
+        item.object.renew(context)?;
+    }
     for path in &wanted.outputs {
         write(context, &world, path)?;
     }

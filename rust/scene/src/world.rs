@@ -230,7 +230,7 @@ impl World {
     }
 
     /// The triangle mesh of an object, if it shows one that may be displaced, for writing.
-    pub(crate) fn triangles_mut(&mut self, object: usize) -> Option<&mut TriangleItem> {
+    pub fn triangles_mut(&mut self, object: usize) -> Option<&mut TriangleItem> {
         match self.items.get_mut(object) {
             Some(Item::Triangles(item)) => Some(item),
             _ => None,

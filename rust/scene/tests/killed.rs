@@ -1,4 +1,5 @@
-//! Pictures of strokes that were made in one go and of the same strokes by programs that were killed and begun again.
+//! Pictures of strokes that were made in one go and of the same strokes by programs that were killed and begun again;
+//! and what is left of strokes that fade, on both kinds of surfaces.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -7,8 +8,8 @@ use glam::DVec3;
 use relievo_core::Context;
 use relievo_core::progress::Silent;
 use relievo_detail::{
-    Action, DisplacedObject, Falloff, History, LayeredObject, PaintMode, SculptMode, Stroke, StrokePoint,
-    StrokeSettings,
+    Action, Canvas, DisplacedObject, FadingObject, Falloff, History, LayeredObject, PaintMode, Recorded, SculptMode,
+    Stroke, StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_document::Document;
 use relievo_scene::file::{parse, read_file};
@@ -64,11 +65,122 @@ fn surface(world: &mut World) -> &mut DisplacedObject {
     world.surface_mut(0).unwrap()
 }
 
+/// When a stroke that fades is made, seconds.
+fn time(number: usize) -> f64 {
+    0.25 * number as f64
+}
+
+/// An object whose edits fade, some of them before all strokes are made.
+trait Fades: LayeredObject + Canvas {
+    const SCENE: &str;
+
+    fn of(world: &mut World) -> &mut Self;
+
+    fn empty(world: &World) -> Document;
+}
+
+impl Fades for DisplacedObject {
+    const SCENE: &str = "decay = { delay = 0.2, duration = 1.1 }\n";
+
+    fn of(world: &mut World) -> &mut Self {
+        world.surface_mut(0).unwrap()
+    }
+
+    fn empty(world: &World) -> Document {
+        Document::new(world.cage(0), "baseline").unwrap()
+    }
+}
+
+impl Fades for TriangleObject {
+    const SCENE: &str = "decay = { delay = 0.2, duration = 1.1 }\n[surfaces.ground]\nkind = \"triangles\"\n";
+
+    fn of(world: &mut World) -> &mut Self {
+        &mut world.triangles_mut(0).unwrap().object
+    }
+
+    fn empty(world: &World) -> Document {
+        Document::of_triangles(world.cage(0), "baseline").unwrap()
+    }
+}
+
+fn fading_world<O: Fades>(context: &Context) -> World {
+    let scene = match O::SCENE.split_once("[surfaces.ground]\n") {
+        None => SCENE.replace("surface = \"ground\"\n", &format!("surface = \"ground\"\n{}", O::SCENE)),
+        Some((decay, kind)) => SCENE
+            .replace("mesh = \"ground\"\n", &format!("mesh = \"ground\"\n{kind}"))
+            .replace("surface = \"ground\"\n", &format!("surface = \"ground\"\n{decay}")),
+    };
+    World::new(context, parse(Path::new("fading.toml"), &scene).unwrap(), &[]).unwrap()
+}
+
+/// What there is of it at `time`, with its stamps.
+fn faded<O: Fades>(context: &Context, world: &mut World, time: f64) -> Document {
+    let mut document = O::empty(world);
+    let object = O::of(world);
+    object.advance(context, time).unwrap();
+    object.states(context).unwrap();
+    object.store(context, &mut document).unwrap();
+    document
+}
+
+fn make_fading<O: Fades>(context: &Context, world: &mut World, number: usize) {
+    let object = O::of(world);
+    object.advance(context, time(number)).unwrap();
+    stroke(number).apply(context, object).unwrap();
+}
+
+/// As the process that is killed makes it: from the document, to which it goes.
+fn go_on_fading<O: Fades>(context: &Context, path: &Path) {
+    let mut world = fading_world::<O>(context);
+    let (document, mut history) = History::open(path, LIMIT, LIMIT).unwrap();
+    assert!(O::of(&mut world).take_up(context, &document, LIMIT).unwrap().is_empty());
+    for number in history.undo_count()..STROKES {
+        O::of(&mut world).advance(context, time(number)).unwrap();
+        history.begin(context, O::of(&mut world), &format!("stroke {number}")).unwrap();
+        make_fading::<O>(context, &mut world, number);
+        history.end(context, O::of(&mut world)).unwrap().unwrap();
+    }
+}
+
+/// Runs the process again and again until it has made all strokes: each may write so much, and is killed at the byte
+/// after that. `None` if that cannot be.
+fn kill(path: &Path, what: &str) -> Option<u64> {
+    let mut kills = 0;
+    loop {
+        let length = std::fs::metadata(path).unwrap().len();
+        let bytes = length + 4000 + 977 * kills;
+        let status = Command::new("prlimit")
+            .arg(format!("--fsize={bytes}"))
+            .args(["--core=0", "--"])
+            .arg(std::env::current_exe().unwrap())
+            .args(["--exact", "strokes_until_it_is_killed", "--test-threads=1"])
+            .env("RELIEVO_TEST_STROKES", path)
+            .env("RELIEVO_TEST_FADING", what)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status();
+        let Ok(status) = status else {
+            println!("skipped: kills at a byte need `prlimit`");
+            return None;
+        };
+        if status.success() {
+            return Some(kills);
+        }
+        kills += 1;
+        assert!(kills < 200, "it gets no further");
+    }
+}
+
 /// The process that is killed: it makes the strokes that are still to be made.
 #[test]
 fn strokes_until_it_is_killed() {
     let Some(path) = std::env::var_os("RELIEVO_TEST_STROKES") else { return };
     let context = Context::serial();
+    match std::env::var("RELIEVO_TEST_FADING").as_deref() {
+        Ok("tiles") => return go_on_fading::<DisplacedObject>(&context, Path::new(&path)),
+        Ok("triangles") => return go_on_fading::<TriangleObject>(&context, Path::new(&path)),
+        _ => {}
+    }
     let mut world = world(&context);
     let (document, mut history) = History::open(Path::new(&path), LIMIT, LIMIT).unwrap();
     let surface = surface(&mut world);
@@ -107,34 +219,54 @@ fn pictures_are_the_same_after_kills_in_the_middle_of_strokes() {
     }
     let expected = document(&context, &mut whole);
     expected.write(&at_once).unwrap();
-    let mut kills = 0;
-    loop {
-        let length = std::fs::metadata(&killed).unwrap().len();
-        // Each may write so much, and is killed at the byte after that.
-        let bytes = length + 4000 + 977 * kills;
-        let status = Command::new("prlimit")
-            .arg(format!("--fsize={bytes}"))
-            .args(["--core=0", "--"])
-            .arg(std::env::current_exe().unwrap())
-            .args(["--exact", "strokes_until_it_is_killed", "--test-threads=1"])
-            .env("RELIEVO_TEST_STROKES", &killed)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .status();
-        let Ok(status) = status else {
-            println!("skipped: kills at a byte need `prlimit`");
-            return;
-        };
-        if status.success() {
-            break;
-        }
-        kills += 1;
-        assert!(kills < 200, "it gets no further");
-    }
+    let Some(kills) = kill(&killed, "") else { return };
     assert!(kills > 3, "{kills}");
     let found = Document::open(&killed, LIMIT).unwrap();
     assert_eq!(found.layers(), expected.layers());
     let [a, b, c] = [&at_once, &killed, &bare].map(|path| picture(folder.path(), path));
     // To the bit, which is nearer than one in 255.
     assert!(a == b && a != c);
+}
+
+fn fades_on_after_kills<O: Fades>(what: &str) {
+    let context = Context::serial();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("killed.relievo");
+    let mut whole = fading_world::<O>(&context);
+    faded::<O>(&context, &mut whole, 0.0).write(&path).unwrap();
+    for number in 0..STROKES {
+        make_fading::<O>(&context, &mut whole, number);
+    }
+    let Some(kills) = kill(&path, what) else { return };
+    assert!(kills > 3, "{kills}");
+    // With all edits of the journal, whatever of them has faded.
+    let mut opened = fading_world::<O>(&context);
+    let (document, mut history) = History::open(&path, LIMIT, LIMIT).unwrap();
+    O::of(&mut opened).take_up(&context, &document, LIMIT).unwrap();
+    assert_eq!(O::of(&mut opened).edit_time(), time(STROKES - 1));
+    for after in [0.1, 0.5] {
+        let time = time(STROKES - 1) + after;
+        let [a, b] = [&mut whole, &mut opened].map(|world| faded::<O>(&context, world, time));
+        assert!(a.layers().iter().any(|layer| layer.name().starts_with("stamps") && !layer.blocks().is_empty()));
+        assert!(a.to_bytes().unwrap() == b.to_bytes().unwrap(), "{what} {after}");
+    }
+    // Undone to the start and made again, it is what it was.
+    let end = time(STROKES);
+    let there = faded::<O>(&context, &mut opened, end);
+    while history.undo(&context, O::of(&mut opened)).unwrap().is_some() {}
+    let start = faded::<O>(&context, &mut opened, end);
+    assert!(start.layers().iter().all(|layer| layer.blocks().is_empty()));
+    while history.redo(&context, O::of(&mut opened)).unwrap().is_some() {}
+    let again = faded::<O>(&context, &mut opened, end);
+    assert!(again.to_bytes().unwrap() == there.to_bytes().unwrap());
+}
+
+#[test]
+fn tiles_fade_on_after_kills_as_if_there_had_been_none() {
+    fades_on_after_kills::<DisplacedObject>("tiles");
+}
+
+#[test]
+fn triangles_fade_on_after_kills_as_if_there_had_been_none() {
+    fades_on_after_kills::<TriangleObject>("triangles");
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Values};
-use relievo_document::Document;
+use relievo_document::{Document, Kind};
 use relievo_scene::file::read_file;
 use relievo_scene::replay::{Replay, replay};
 use relievo_scene::stepper::{RunOptions, run};
@@ -289,6 +289,44 @@ fn a_list_of_strokes_is_replayed_on_triangles_and_on_a_document_of_them() {
 }
 
 #[test]
+fn strokes_on_a_document_that_fades_fade_too() {
+    let folder = tempfile::tempdir().unwrap();
+    for kind in ["", "kind = \"triangles\"\n"] {
+        let scene = format!(
+            "version = 1\n[meshes.ground]\nfile = \"mesh.obj\"\n[surfaces.ground]\nmesh = \"ground\"\n{kind}\
+             [objects.ground]\nsurface = \"ground\"\ndecay = {{ delay = 0.1, duration = 0.3 }}\n\
+             [details]\nsegments = 16\ntile_size = 32\n[output]\nframes = 4\npicture_frames = \"none\"\n\
+             mesh = \"none\"\ndocuments = \"last\"\n"
+        );
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("mesh.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
+        run_in(folder.path(), "begun", &scene, None, 1);
+        let list = "version = 1\n[[strokes]]\nsculpt = \"draw\"\nheight = 0.01\nradius = 0.2\n\
+                    points = [{ position = [0.3, 0.5, 0] }, { position = [0.7, 0.5, 0] }]\n";
+        std::fs::write(at("list.toml"), list).unwrap();
+        let wanted = Replay {
+            mesh: at("mesh.obj"),
+            triangles: false,
+            strokes: at("list.toml"),
+            document: Some(at("begun").join("document-000003-ground.relievo")),
+            outputs: vec![at("added.relievo")],
+            allowed: Vec::new(),
+        };
+        replay(&Context::serial(), &wanted).unwrap();
+        let added = Document::open(&at("added.relievo"), 1 << 30).unwrap();
+        let blocks = |kind: Kind| added.layers().iter().find(|layer| layer.kind() == kind).unwrap().blocks().len();
+        assert!(blocks(Kind::Scalar) > 0 && blocks(Kind::Stamps) > 0, "{kind}");
+        // A scene that goes on from there loses it.
+        let from = "surface = \"ground\"\ndocument = \"added.relievo\"\n";
+        let later = scene.replace("surface = \"ground\"\n", from).replace("frames = 4", "frames = 12");
+        let summary = run_in(folder.path(), "later", &later, None, 1);
+        assert_eq!(summary.tiles[0], 0, "{kind}");
+        std::fs::remove_dir_all(at("later")).unwrap();
+        std::fs::remove_dir_all(at("begun")).unwrap();
+    }
+}
+
+#[test]
 fn what_triangles_cannot_do_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |from: &str, to: &str, expected: &str| {
@@ -304,6 +342,4 @@ fn what_triangles_cannot_do_is_said() {
     refused("longest_edge = 0.3", "isolation = 3", "`isolation` means nothing for triangles");
     refused("kind = \"triangles\"\n", "", "`longest_edge` means nothing for a Catmull-Clark surface");
     refused("segments = 16", "segments = 12", "power of two");
-    let layer = "colour = [1, 1, 1]\n[[objects.ground.layers]]\nname = \"ridge\"\ndecay = { duration = 1 }\n";
-    refused("colour = [1, 1, 1]\n", layer, "cannot fade by itself");
 }
