@@ -8,7 +8,7 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
-use relievo_detail::StrokeReport;
+use relievo_detail::{Recorded, StrokeReport};
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 use relievo_meshio::Instance;

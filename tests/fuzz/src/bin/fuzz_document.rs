@@ -119,8 +119,8 @@ fn file(data: &[u8]) -> Vec<u8> {
                 let change = |_| Change {
                     layer: layer.id(),
                     block: tile,
-                    before: (chosen & 1 == 0).then_some(states[0].as_slice()),
-                    after: (chosen & 1 == 1 || chosen & 2 == 2).then_some(states[1].as_slice()),
+                    before: (chosen & 1 == 0).then(|| states[0].as_slice().into()),
+                    after: (chosen & 1 == 1 || chosen & 2 == 2).then(|| states[1].as_slice().into()),
                     blank,
                     fades: chosen & 4 == 4,
                 };
