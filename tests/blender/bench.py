@@ -1,0 +1,110 @@
+"""Figures of the add-on in a host: a mesh of a million points into the library and a result of as many points back, and
+what an event of the brush tool costs on a surface of 200,000 faces. Milliseconds, the best of several; one line each,
+`name milliseconds goal`. Run it as the tests are run."""
+
+import statistics
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import numpy
+
+sys.path.append(str(Path(__file__).resolve().parent))
+
+import host
+import shapes
+
+relievo = host.empty()
+
+import librelievo as rl
+from relievo import mesh, state, view
+
+
+def grid(cells, name):
+    """A grid of quads as an object, made without lists."""
+    points, corners, _ = shapes.grid(cells)
+    made = bpy.data.meshes.new(name)
+    count = cells * cells
+    made.vertices.add(len(points))
+    made.loops.add(len(corners))
+    made.polygons.add(count)
+    made.polygons.foreach_set("loop_start", numpy.arange(0, 4 * count, 4, dtype=numpy.int32))
+    if bpy.app.version < (4, 0):
+        made.polygons.foreach_set("loop_total", numpy.full(count, 4, numpy.int32))
+    made.loops.foreach_set("vertex_index", corners.astype(numpy.int32))
+    made.update(calc_edges=True)
+    mesh.set_points(made, points)
+    target = bpy.data.objects.new(name, made)
+    bpy.context.scene.collection.objects.link(target)
+    return target
+
+
+def best(work, times=5):
+    took = []
+    for _ in range(times):
+        start = time.perf_counter()
+        work()
+        took.append(time.perf_counter() - start)
+    return 1000 * min(took)
+
+
+def report(name, milliseconds, goal=""):
+    print(f"{name}\t{milliseconds:.2f}\t{goal}", flush=True)
+
+
+def million():
+    target = grid(999, "million")
+    whole = best(lambda: mesh.to_native(target.data, attributes=False).release(), 3)
+    made = mesh.to_native(target.data, attributes=False)
+    buffer = numpy.empty((len(target.data.vertices), 3), numpy.float32)
+    into = best(lambda: made.set_points(mesh.get_points(target.data, buffer)))
+    # A result of as many points: 250,000 faces of two by two cells.
+    cage = grid(499, "cage")
+    with mesh.to_native(cage.data, attributes=False) as low:
+        surface = rl.Surface(relievo.native.context(), low)
+    detail = rl.Detail(surface, tile_size=8)
+    follow = rl.Tessellation(detail, coarse=2, fine=2)
+    count = follow.info.point_count
+    result = bpy.data.meshes.new("result")
+    result.vertices.add(count)
+    positions = numpy.empty((count, 3), numpy.float32)
+    back = best(lambda: mesh.set_points(result, follow.positions(out=positions)))
+    report("a million points in and back", into + back, 60)
+    report("a million points in", into)
+    report(f"{count} points back", back)
+    report("a mesh of a million points in, faces too", whole)
+
+
+def brush():
+    target = grid(447, "brush")
+    target.relievo.tile_size, target.relievo.cells = "8", "1"
+    scene = bpy.context.scene.relievo.brush
+    scene.settings.radius, scene.height = 0.05, 0.02
+    made = state.of(target)
+    view.ensure(target, made)
+    caster = made.pick()
+    for action in ("SCULPT", "PAINT"):
+        from relievo import brush as tool
+
+        kind = tool.RELIEVO_OT_stroke
+        brush, _ = tool.brush_of(bpy.context.scene, action)
+        drawn = rl.Stroke(made.detail, brush)
+        took = []
+        for step in range(60):
+            x = -0.6 + 0.02 * step
+            start = time.perf_counter()
+            hit = caster.cast([[x, 0.1, 1.0]], [[0, 0, -1]])[0]
+            drawn.extend([[*hit["position"].astype(float), 1.0, -1.0]])
+            made.detail.commit()
+            view.refresh(target, made)
+            took.append(1000 * (time.perf_counter() - start))
+        drawn.end()
+        drawn.release()
+        assert kind.bl_idname == "relievo.stroke"
+        report(f"an event of the brush, {action.lower()}, median", statistics.median(took[5:]), 8)
+        report(f"an event of the brush, {action.lower()}, longest", max(took[5:]))
+
+
+million()
+brush()
