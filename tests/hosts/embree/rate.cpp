@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <limits>
 #include <string>
 #include <vector>
@@ -50,9 +50,8 @@ RTCScene scene_of(RTCDevice device, RTCGeometry geometry) {
     return scene;
 }
 
-double seconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+/// Of the processor: all that is measured runs on one thread, and others may be busy.
+double seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 /// Million rays a second.
 double cast_all(RTCScene scene, const std::vector<RTCRayHit> &rays, bool shadow) {
@@ -255,7 +254,7 @@ int main(int argc, char **argv) {
          ours * 10 <= theirs);
     line("memory, with the detail", double(ours + int64_t(kept.bytes)) / count, double(theirs) / count, "Embree triangles",
          "B/cell", "ratio <= 0.1", (ours + int64_t(kept.bytes)) * 10 <= theirs);
-    line("making the procedural", 1e9 * made / count, 0.0, "", "ns/cell", "", true);
+    line("making the procedural, all threads", 1e9 * made / count, 0.0, "", "ns/cell", "", true);
     RlvContextInfo context_info = RLV_CONTEXT_INFO_INIT;
     const double call = nanoseconds([&] { CHECK_OK(rlv_context_info(context, &context_info)); });
     line("rlv_context_info", call, 0.0, "", "ns", "<= 50", call <= 50.0);
