@@ -11,6 +11,7 @@ mod import;
 mod info;
 mod manual;
 mod new;
+mod povray;
 mod run;
 mod schema;
 mod stroke;
@@ -50,6 +51,8 @@ enum Command {
     Stroke(stroke::Arguments),
     /// Looks after documents.
     Doc(doc::Arguments),
+    /// Writes scenes for other programs.
+    Export(povray::Arguments),
     /// Writes the manual pages of all commands.
     #[command(hide = true)]
     Manual(manual::Arguments),
@@ -68,6 +71,7 @@ fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),
         Command::Doc(arguments) => doc::run(&arguments),
+        Command::Export(arguments) => povray::run(&arguments),
         Command::Manual(arguments) => manual::run(&arguments),
     };
     outcome.unwrap_or_else(|failure| {

@@ -1,7 +1,7 @@
 //! `relievo run`
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -50,8 +50,15 @@ pub struct Arguments {
     rebake: bool,
 }
 
+/// The folder that is named after a scene.
+pub(crate) fn folder_of(scene: &Path) -> PathBuf {
+    let mut name = scene.file_stem().unwrap_or_default().to_os_string();
+    name.push("-out");
+    PathBuf::from(name)
+}
+
 /// `A..B`, `A..=B` or `A`.
-fn range(text: &str) -> Result<(u32, u32), String> {
+pub(crate) fn range(text: &str) -> Result<(u32, u32), String> {
     let number = |text: &str| text.trim().parse::<u32>().map_err(|_| format!("{text:?} is no frame number"));
     let (from, to) = match text.split_once("..") {
         Some((from, to)) => (number(from)?, number(to.trim_start_matches('='))?),
@@ -69,11 +76,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let context = Context::new(&ContextOptions { threads: arguments.threads, memory_limit: arguments.memory_limit })?;
     let scene = relievo_scene::file::read_file(&arguments.scene)?;
-    let out = arguments.out.clone().unwrap_or_else(|| {
-        let mut name = arguments.scene.file_stem().unwrap_or_default().to_os_string();
-        name.push("-out");
-        PathBuf::from(name)
-    });
+    let out = arguments.out.clone().unwrap_or_else(|| folder_of(&arguments.scene));
     let options = RunOptions {
         out: out.clone(),
         frames: arguments.frames,

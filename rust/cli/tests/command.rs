@@ -46,6 +46,14 @@ fn a_new_scene_checks_runs_and_leaves_only_results_on_standard_output() {
     assert!(compare.status.success(), "{compare:?}");
     let found: serde_json::Value = serde_json::from_slice(&compare.stdout).unwrap();
     assert_eq!(found["flip_mean"], 0.0);
+    // The last frame, from the cache, and one that is asked for.
+    let export = relievo(folder.path(), &["export", "pov", "scene.toml"]);
+    assert!(export.status.success() && text(&export.stdout) == "scene-out/scene-000013.pov\n", "{export:?}");
+    let pov = std::fs::read_to_string(folder.path().join("scene-out/scene-000013.pov")).unwrap();
+    assert!(pov.contains("#version 3.7;") && pov.contains("camera {") && pov.contains("mesh2 {"));
+    let export = relievo(folder.path(), &["export", "pov", "scene.toml", "--out", "scene-out", "--frames", "3..4"]);
+    assert!(export.status.success() && text(&export.stdout).lines().count() == 2, "{export:?}");
+    assert_eq!(relievo(folder.path(), &["export", "pov", "none.toml"]).status.code(), Some(1));
 }
 
 #[test]

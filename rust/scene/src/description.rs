@@ -489,6 +489,8 @@ pub struct OutputEntry {
     pub tiles: When,
     /// Frames whose documents are written.
     pub documents: When,
+    /// Frames that are written as scenes for POV-Ray.
+    pub povray: When,
     /// Stops.
     pub exposure: f64,
 }

@@ -7,8 +7,8 @@ use relievo_core::{Context, Mesh, Result, Values};
 use relievo_detail::DisplacedObject;
 use relievo_meshio::Instance;
 use relievo_render::{Channel, Content, Layer, Samples, Value, write_exr, write_png};
-use relievo_tiles::by_format;
 use relievo_tiles::triangle::TriangleTessellation;
+use relievo_tiles::{Tessellation, by_format};
 
 use crate::description::Up;
 use crate::output::Folder;
@@ -73,6 +73,16 @@ pub(crate) fn displaced_mesh(
     index: usize,
     surface: &DisplacedObject,
 ) -> Result<Mesh> {
+    Ok(tessellated(context, world, index, surface)?.0.mesh)
+}
+
+/// As [`displaced_mesh`], with the tile of every triangle, and how finely tiles are divided.
+pub(crate) fn tessellated(
+    context: &Context,
+    world: &World,
+    index: usize,
+    surface: &DisplacedObject,
+) -> Result<(Tessellation, Rates)> {
     let scene = &world.scene;
     let displaced = surface.displaced()?;
     let coat = world.coat(index);
@@ -87,7 +97,7 @@ pub(crate) fn displaced_mesh(
     if let Some(traces) = surface.traces() {
         tessellation.trace(traces.field(), surface.time());
     }
-    Ok(tessellation.mesh)
+    Ok((tessellation, rates))
 }
 
 /// The displaced triangle mesh that an object shows, in its own space, with its colours and traces.

@@ -18,6 +18,7 @@ pub mod output;
 pub mod paths;
 pub mod physics;
 pub mod picture;
+mod povray;
 mod reader;
 pub mod refusals;
 pub mod replay;

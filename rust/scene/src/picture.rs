@@ -181,7 +181,7 @@ impl Studio {
     /// Renders `kind`, one of the scene's pictures, at `time` seconds.
     pub fn render(&mut self, context: &Context, world: &World, kind: &str, time: f64) -> Result<render::Frame> {
         let scene = &world.scene;
-        let mut view = render::View::new(self.camera(world, time)?);
+        let mut view = render::View::new(camera(world, &self.automatic, time)?);
         view.settings = scene.output.settings;
         view.lights = lights(scene);
         match kind {
@@ -199,26 +199,26 @@ impl Studio {
         }
         Ok(frame)
     }
+}
 
-    fn camera(&self, world: &World, time: f64) -> Result<render::Camera> {
-        let entry = &world.scene.camera;
-        let view = view_at(entry, time);
-        let shift = entry.follow.and_then(|object| world.items().get(object)).map_or(DVec3::ZERO, |item| match item {
-            Item::Surface(surface) => surface.transform().translation,
-            Item::Triangles(item) => item.object.transform().translation,
-            Item::Mesh(item) => item.transform.translation,
-        });
-        // Without a place of its own the camera looks from the automatic direction, at a given target too.
-        let automatic = &self.automatic;
-        let (place, middle) = (automatic.position.unwrap_or(DVec3::ONE), automatic.target.unwrap_or(DVec3::ZERO));
-        let target = view.target.map_or(middle, |target| target + shift);
-        let position = view.position.map_or(target + (place - middle), |position| position + shift);
-        let up = world.scene.up.direction();
-        // Straight from above the up direction says nothing.
-        let along = (target - position).normalize_or_zero().dot(up).abs() > 1.0 - 1e-9;
-        let up = if along { up.any_orthogonal_vector() } else { up };
-        render::Camera::look_at(position, target, up, view.fov)
-    }
+/// The camera of `world` at `time` seconds. Where the scene does not say, it looks as `automatic` does.
+pub(crate) fn camera(world: &World, automatic: &View, time: f64) -> Result<render::Camera> {
+    let entry = &world.scene.camera;
+    let view = view_at(entry, time);
+    let shift = entry.follow.and_then(|object| world.items().get(object)).map_or(DVec3::ZERO, |item| match item {
+        Item::Surface(surface) => surface.transform().translation,
+        Item::Triangles(item) => item.object.transform().translation,
+        Item::Mesh(item) => item.transform.translation,
+    });
+    // Without a place of its own the camera looks from the automatic direction, at a given target too.
+    let (place, middle) = (automatic.position.unwrap_or(DVec3::ONE), automatic.target.unwrap_or(DVec3::ZERO));
+    let target = view.target.map_or(middle, |target| target + shift);
+    let position = view.position.map_or(target + (place - middle), |position| position + shift);
+    let up = world.scene.up.direction();
+    // Straight from above the up direction says nothing.
+    let along = (target - position).normalize_or_zero().dot(up).abs() > 1.0 - 1e-9;
+    let up = if along { up.any_orthogonal_vector() } else { up };
+    render::Camera::look_at(position, target, up, view.fov)
 }
 
 /// The camera at `time`: positions follow a cubic through the keyframes, so that it does not jerk.
@@ -255,7 +255,7 @@ fn view_at(entry: &CameraEntry, time: f64) -> View {
 
 /// A view from the front, the side and above that sees everything within `bounds`. They must not depend on the frame
 /// that is drawn first, or runs of other frames would show other views.
-fn automatic_view(scene: &Scene, bounds: Option<(DVec3, DVec3)>) -> View {
+pub(crate) fn automatic_view(scene: &Scene, bounds: Option<(DVec3, DVec3)>) -> View {
     let fov = scene.camera.views.first().map_or(0.7, |view| view.fov);
     let (target, radius) =
         bounds.map_or((DVec3::ZERO, 1.0), |(low, high)| ((low + high) * 0.5, ((high - low) * 0.5).length()));
@@ -269,7 +269,8 @@ fn automatic_view(scene: &Scene, bounds: Option<(DVec3, DVec3)>) -> View {
     View { time: 0.0, position: Some(position), target: Some(target), fov }
 }
 
-fn lights(scene: &Scene) -> render::Lights {
+/// What lights a scene.
+pub(crate) fn lights(scene: &Scene) -> render::Lights {
     let sun = render::Sun {
         direction: scene.sun.direction.as_vec3().to_array(),
         irradiance: scene.sun.radiance,

@@ -694,7 +694,14 @@ pub static OUTPUT: Section = Section {
             "",
             "Frames whose surfaces are written as documents (.relievo), which objects can start from",
         ),
-        key("exposure", Kind::Number(-20.0, 20.0), "0", "stops", "Brightness of PNG pictures"),
+        key("povray", Kind::Choice(WHEN), "\"none\"", "", "Frames that are written as scenes for POV-Ray 3.7 (.pov)"),
+        key(
+            "exposure",
+            Kind::Number(-20.0, 20.0),
+            "0",
+            "stops",
+            "Brightness of PNG pictures, and of lights in scenes for POV-Ray",
+        ),
     ],
     parameters: relievo_render::Settings::PARAMETERS,
 };

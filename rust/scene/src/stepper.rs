@@ -16,6 +16,7 @@ use crate::documents;
 use crate::export;
 use crate::output::Folder;
 use crate::picture::Studio;
+use crate::povray;
 use crate::refusals::Refusals;
 use crate::trace::Trace;
 use crate::world::{Item, World};
@@ -254,6 +255,9 @@ impl Stepper {
         }
         if documents.includes(frame, last) {
             self.summary.files.extend(documents::write(context, &self.world, &self.folder, frame)?);
+        }
+        if self.world.scene.output.povray.includes(frame, last) {
+            self.summary.files.push(povray::write(context, &self.world, &self.folder, frame)?);
         }
         Ok(())
     }

@@ -65,7 +65,7 @@ pub(crate) fn read_output(reader: &mut Reader, table: Table) -> OutputEntry {
         _ => When::Never,
     };
     let (picture_frames, mesh, tiles) = (when("picture_frames"), when("mesh"), when("tiles"));
-    let documents = when("documents");
+    let (documents, povray) = (when("documents"), when("povray"));
     let mut settings = relievo_render::Settings::default();
     reader.parameters(table, |parameter, value| {
         // The reader has checked the value.
@@ -83,6 +83,7 @@ pub(crate) fn read_output(reader: &mut Reader, table: Table) -> OutputEntry {
         settings,
         tiles,
         documents,
+        povray,
         exposure: reader.number(table, "exposure"),
     }
 }

@@ -33,6 +33,7 @@ pub const ALL: &[&str] = &[
     "blender",
     "dpkg-dev",
     "mmdebstrap",
+    "povray",
 ];
 
 /// Package lists older than this are fetched again before an installation.
