@@ -113,15 +113,17 @@ RLV_API RlvResult rlv_procedural_create(RlvDetail detail, const RlvProceduralOpt
 
 /* Makes the primitives of a surface that moves, from what begin was made of to the detail as it was committed last:
  * another pose, or other displacement, of the same cage. Corners go straight from one to the other; cells are as fine as
- * the finer of both. begin stays as it is; if it moves itself, its beginning counts. */
+ * the finer of both. begin stays as it is; if it moves itself, its beginning counts.
+ * Fails as rlv_procedural_create does, and if end is of another cage. */
 RLV_API RlvResult rlv_procedural_create_moving(RlvProcedural begin, RlvDetail end, RlvProcedural *out);
 
 RLV_API RlvResult rlv_procedural_retain(RlvProcedural procedural);
 RLV_API RlvResult rlv_procedural_release(RlvProcedural procedural);
 
+/* What the primitives are and take. No failure of its own. */
 RLV_API RlvResult rlv_procedural_info(RlvProcedural procedural, RlvProceduralInfo *out);
 
-/* The functions and what they work on. */
+/* The functions and what they work on. No failure of its own. */
 RLV_API RlvResult rlv_procedural_table(RlvProcedural procedural, RlvProceduralTable *out);
 
 /* What is at hits. Of a surface that moves it is blended between both moments. Fails without writing if a primitive does
