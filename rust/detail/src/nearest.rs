@@ -30,6 +30,8 @@ pub struct SurfacePoint {
 const CELLS: u32 = 8;
 /// Tiles that are looked at closely.
 const CLOSEST: usize = 4;
+/// Shares of the reach within which the place is looked for first.
+const NEARER: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
 /// The parameter difference that tangents are taken over.
 const STEP: f32 = 1.0 / 512.0;
 /// Steps toward the place.
@@ -54,6 +56,24 @@ impl DisplacedObject {
         if !point.is_finite() || !within.is_finite() || within < 0.0 {
             return Ok(None);
         }
+        // Whatever is found within a box around the point is the nearest if it is no further than the box reaches, so
+        // that a point on a surface of many tiles costs a few of them.
+        for share in NEARER {
+            if let Some(found) = self.nearest_within(context, displaced, point, share * within)? {
+                return Ok(Some(found));
+            }
+        }
+        self.nearest_within(context, displaced, point, within)
+    }
+
+    /// The nearest place of the tiles in reach.
+    fn nearest_within(
+        &self,
+        context: &Context,
+        displaced: &Displaced<'_>,
+        point: DVec3,
+        within: f64,
+    ) -> Result<Option<SurfacePoint>> {
         let around = Obb { center: point, axes: DMat3::IDENTITY, half: DVec3::splat(within) };
         let mut tiles = self.tiles_near(context, &around);
         tiles.sort_unstable();
