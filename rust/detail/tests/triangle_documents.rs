@@ -3,8 +3,8 @@
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, Mesh};
 use relievo_detail::{
-    Action, Brush, Collider, Dab, FadingObject, Falloff, History, ImprintSettings, Imprinter, LayeredObject, Moment,
-    PaintMode, Recorded, SculptMode, Stroke, StrokePoint, StrokeSettings, TriangleObject,
+    Action, Brush, Collider, Dab, Falloff, History, ImprintSettings, Imprinter, LayeredObject, Moment, PaintMode,
+    Recorded, SculptMode, Stroke, StrokePoint, StrokeSettings, TriangleObject,
 };
 use relievo_document::{Blend, Document, Kind, Settings, examine};
 use relievo_surface::TriangleSurface;
@@ -12,7 +12,7 @@ use relievo_testing::Random;
 use relievo_tiles::triangle::{
     FaceRates, Node, Pattern, TriangleChannel, TriangleField, TriangleOptions, TriangleSets,
 };
-use relievo_tiles::{ColorTexel, DecayOptions, Rgba8, Rgba16, Trace};
+use relievo_tiles::{ColorTexel, Rgba8, Rgba16, Trace};
 
 const LIMIT: u64 = 1 << 30;
 const BASE: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
