@@ -303,7 +303,9 @@ static void traces(RlvContext context, RlvSurface surface) {
 
 /* Edits of triangles fade linearly and give their blocks back. */
 static void decay(RlvContext context, RlvSurface surface) {
-    RlvDetail detail = RLV_NULL;
+    RlvDetail detail = RLV_NULL, reopened = RLV_NULL;
+    RlvDocument document = RLV_NULL;
+    char path[80];
     RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
     RlvDecayOptions times = RLV_DECAY_OPTIONS_INIT;
     RlvDetailInfo start = RLV_DETAIL_INFO_INIT, info = RLV_DETAIL_INFO_INIT;
@@ -321,8 +323,6 @@ static void decay(RlvContext context, RlvSurface surface) {
     times.delay = 1.0f;
     CHECK_OK(rlv_detail_set_decay(detail, &times));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_set_decay(detail, &times), "already");
-    CHECK_OK(rlv_layer_add(detail, "more", &layer, &id));
-    CHECK_OK(rlv_layer_remove(detail, id));
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK_OK(rlv_detail_info(detail, &start));
     draw.action = RLV_BRUSH_SCULPT;
@@ -345,6 +345,37 @@ static void decay(RlvContext context, RlvSurface surface) {
     CHECK_OK(rlv_detail_info(detail, &info));
     CHECK(look(detail, 20, 0, 0, 0).displacement == 0.0f && info.allocated_count == 0);
     CHECK(info.bytes == start.bytes && info.stamp_bytes == start.stamp_bytes);
+    /* Over a layer that fades, one that stays, which gets the edits then; the document keeps the stamps of the first. */
+    CHECK_OK(rlv_document_create(detail, NULL, 0, &document));
+    CHECK_OK(rlv_document_begin(document, "fades"));
+    CHECK_OK(rlv_stroke_run(detail, brush, &point, 1, 0, NULL));
+    CHECK_OK(rlv_document_end(document, NULL));
+    CHECK_OK(rlv_document_undo(document, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK(look(detail, 20, 0, 0, 0).displacement == 0.0f);
+    CHECK_OK(rlv_document_redo(document, NULL));
+    CHECK_OK(rlv_document_begin(document, "stays"));
+    CHECK_OK(rlv_layer_add(detail, "more", &layer, &id));
+    CHECK_OK(rlv_stroke_run(detail, brush, &point, 1, 0, NULL));
+    CHECK_OK(rlv_document_end(document, NULL));
+    snprintf(path, sizeof path, "fading-triangles-%p.relievo", (void *)&context);
+    CHECK_OK(rlv_document_save(document, path));
+    CHECK_OK(rlv_document_release(document));
+    CHECK_OK(rlv_detail_advance(detail, 5.5));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    const float left = look(detail, 20, 0, 0, 0).displacement;
+    CHECK_NEAR(left, 1.5 * fresh, 0.1 * fresh);
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &reopened));
+    CHECK_OK(rlv_document_open(reopened, path, 0, &document));
+    CHECK_OK(rlv_detail_advance(reopened, 5.5));
+    CHECK_OK(rlv_detail_commit(reopened, NULL));
+    CHECK(look(reopened, 20, 0, 0, 0).displacement == left);
+    CHECK_OK(rlv_detail_advance(reopened, 9.0));
+    CHECK_OK(rlv_detail_commit(reopened, NULL));
+    CHECK_NEAR(look(reopened, 20, 0, 0, 0).displacement, fresh, 0.1 * fresh);
+    CHECK_OK(rlv_document_release(document));
+    CHECK_OK(rlv_detail_release(reopened));
+    remove(path);
     CHECK_OK(rlv_brush_release(brush));
     CHECK_OK(rlv_detail_release(detail));
 }

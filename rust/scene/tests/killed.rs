@@ -250,10 +250,15 @@ fn fades_on_after_kills<O: Fades>(what: &str) {
         assert!(a.layers().iter().any(|layer| layer.name().starts_with("stamps") && !layer.blocks().is_empty()));
         assert!(a.to_bytes().unwrap() == b.to_bytes().unwrap(), "{what} {after}");
     }
-    // Nothing is left when all is undone.
+    // Undone to the start and made again, it is what it was.
+    let end = time(STROKES - 1) + 0.6;
+    let there = faded::<O>(&context, &mut opened, end);
     while history.undo(&context, O::of(&mut opened)).unwrap().is_some() {}
-    let start = faded::<O>(&context, &mut opened, time(STROKES + 2));
+    let start = faded::<O>(&context, &mut opened, end);
     assert!(start.layers().iter().all(|layer| layer.blocks().is_empty()));
+    while history.redo(&context, O::of(&mut opened)).unwrap().is_some() {}
+    let again = faded::<O>(&context, &mut opened, end);
+    assert!(again.to_bytes().unwrap() == there.to_bytes().unwrap());
 }
 
 #[test]
