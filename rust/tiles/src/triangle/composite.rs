@@ -194,6 +194,9 @@ impl<T: Layered> TriangleChannel<T> {
         if !all {
             vertices.retain(|vertex| !self.field.vertex(*vertex).same(before.field.vertex(*vertex)));
             vertices.extend(&before.changed.vertices);
+            // Each once, or channels that follow each other in turn double their lists.
+            vertices.sort_unstable();
+            vertices.dedup();
         }
         let of_faces = faces.iter().copied().map(TriangleBlock::Face);
         for block in of_faces.chain(edges.iter().copied().map(TriangleBlock::Edge)) {
