@@ -106,7 +106,7 @@ fn test_debian(package: &Path) -> Outcome {
     let name = package.file_name().unwrap_or_default().to_string_lossy();
     let mut bare = Command::new("mmdebstrap");
     bare.args(["--quiet", "--variant=apt"]).arg(into(package)).arg(into(&root().join(SCENE)));
-    bare.arg(hook(&format!("chroot \"$1\" apt-get install --yes --quiet=2 /tmp/{name}")));
+    bare.arg(hook(&format!("chroot \"$1\" apt-get install --yes --install-recommends --quiet=2 /tmp/{name}")));
     bare.arg(hook("chroot \"$1\" sh -c 'cd /tmp && relievo run press.toml --frames 0..1 --out out && ls out/*.png'"));
     call(bare.args(["bookworm", "/dev/null"]))
 }
