@@ -1,6 +1,7 @@
-//! Dependencies between our crates point one way: a crate may use those of lower layers, and none of its own.
+//! Dependencies between our crates point one way: a crate may use those of lower layers, and none of its own. And what
+//! is built twice is built of the same.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 use serde_json::Value;
@@ -29,10 +30,7 @@ const APART: &[&str] = &["xtask"];
 
 #[test]
 fn dependencies_point_down_the_layers() {
-    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.toml");
-    let arguments = ["metadata", "--format-version", "1", "--no-deps", "--manifest-path", manifest];
-    let output = Command::new(env!("CARGO")).args(arguments).output().expect("cargo metadata runs");
-    let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON");
+    let metadata = metadata("Cargo.toml");
     let layer: BTreeMap<_, _> =
         LAYERS.iter().enumerate().flat_map(|(layer, names)| names.iter().map(move |name| (*name, layer))).collect();
     let mut seen = 0;
@@ -54,6 +52,24 @@ fn dependencies_point_down_the_layers() {
         }
     }
     assert!(seen > 0, "no dependency between our crates was seen");
+}
+
+#[test]
+fn the_abi_that_is_fuzzed_has_the_dependencies_of_the_abi() {
+    let used = |manifest: &str, package: &str| -> BTreeSet<String> {
+        let metadata = metadata(manifest);
+        let found = list(&metadata["packages"]).iter().find(|it| text(&it["name"]) == package).expect("the package");
+        let used = list(&found["dependencies"]).iter().filter(|used| used["kind"].is_null());
+        used.map(|used| text(&used["name"]).to_owned()).collect()
+    };
+    assert_eq!(used("tests/fuzz/abi/Cargo.toml", "relievo-fuzz-abi"), used("Cargo.toml", "relievo-capi"));
+}
+
+fn metadata(manifest: &str) -> Value {
+    let path = format!("{}/../../{manifest}", env!("CARGO_MANIFEST_DIR"));
+    let arguments = ["metadata", "--format-version", "1", "--no-deps", "--manifest-path", &path];
+    let output = Command::new(env!("CARGO")).args(arguments).output().expect("cargo metadata runs");
+    serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON")
 }
 
 fn list(value: &Value) -> &[Value] {
