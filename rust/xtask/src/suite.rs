@@ -19,18 +19,18 @@ const SEED: u32 = 1;
 pub fn run(yes: bool) -> Outcome {
     let mut stages = Stages::default();
     let ready = stages.run("set-up", 6, || packages::install(packages::ALL, yes))
-        && stages.run("build", 12, || call(cargo().args(["build", "--release", "--workspace", "--all-targets"])));
+        && stages.run("build", 14, || call(cargo().args(["build", "--release", "--workspace", "--all-targets"])));
     if ready {
         stages.run("licences", 1, licences::check);
         stages.run("pages", 1, docs::run);
-        stages.run("Rust tests", 6, || call(tests().arg("--workspace")));
+        stages.run("Rust tests", 2, || call(tests().arg("--workspace")));
         stages.run("lower levels", 2, lower_levels);
         stages.run("Embree 4", 1, embree_4);
-        if stages.run("hosts: build", 2, build_hosts) {
-            stages.run("hosts: tests", 4, || ctest(&["--label-exclude", "valgrind"]));
+        if stages.run("hosts: build", 1, build_hosts) {
+            stages.run("hosts: tests", 1, || ctest(&["--label-exclude", "valgrind"]));
             stages.run("Valgrind", 2, || ctest(&["--label-regex", "valgrind"]));
         }
-        stages.run("packages", 3, dist::test);
+        stages.run("packages", 2, dist::test);
         stages.run("Blender", 3, blender::test);
         stages.run("fuzz", 4, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(SEED))));
     }
