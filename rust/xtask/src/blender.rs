@@ -4,8 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::files::{copy, copy_files, remove};
 use crate::stage::{Outcome, call, cargo, root, target};
-use crate::wheel::{self, copy, environment};
+use crate::wheel::{self, environment};
 
 /// What the tests are run with; bpy 5.0 needs Python 3.11.
 const PACKAGES: &[&str] = &["bpy==5.0.1", "numpy==1.26.4"];
@@ -76,17 +77,17 @@ fn make() -> Result<Made, String> {
     let python = environment(&base.join("bpy"), PACKAGES)?;
     let site = base.join("site");
     let install = ["-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--disable-pip-version-check"];
-    renew(&site)?;
+    remove(&site)?;
     call(Command::new(&python).args(install).arg("--target").arg(&site).arg(&wheel))?;
     let version = env!("CARGO_PKG_VERSION");
     let source = root().join("plugins/blender");
 
     let extension = base.join("extension/relievo");
-    renew(&extension)?;
+    remove(&extension)?;
     copy_files(&source, &extension)?;
     copy(&wheel, &extension.join("wheels").join(wheel.file_name().unwrap_or_default()))?;
     let folder = base.join("scripts/addons/relievo");
-    renew(&folder)?;
+    remove(&folder)?;
     copy_files(&source, &folder)?;
     for part in ["librelievo", "librelievo.libs"] {
         copy_files(&site.join(part), &folder.join(part))?;
@@ -103,21 +104,4 @@ fn make() -> Result<Made, String> {
         site,
         folder,
     })
-}
-
-/// Removes a folder with all that is in it.
-fn renew(folder: &Path) -> Outcome {
-    match std::fs::remove_dir_all(folder) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(format!("{}: {error}", folder.display())),
-        _ => Ok(()),
-    }
-}
-
-/// Copies the files of a folder, without folders in it.
-pub fn copy_files(from: &Path, to: &Path) -> Outcome {
-    let entries = std::fs::read_dir(from).map_err(|error| format!("{}: {error}", from.display()))?;
-    for path in entries.flatten().map(|entry| entry.path()).filter(|path| path.is_file()) {
-        copy(&path, &to.join(path.file_name().unwrap_or_default()))?;
-    }
-    Ok(())
 }

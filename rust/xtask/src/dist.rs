@@ -6,9 +6,10 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::files::{only_file, remove, strip};
 use crate::licences;
+use crate::packages;
 use crate::stage::{Outcome, call, cargo, root, target};
-use crate::wheel::{copy, only_file};
 
 /// What is handed out, by its file.
 pub struct Packages {
@@ -29,8 +30,7 @@ pub fn make() -> Result<Packages, String> {
     let folder = target().join("dist");
     let built = folder.join("built");
     for name in ["librelievo.so", "relievo"] {
-        copy(&target().join("release").join(name), &built.join(name))?;
-        call(Command::new("strip").arg("--strip-unneeded").arg(built.join(name)))?;
+        strip(&target().join("release").join(name), &built.join(name))?;
     }
     call(Command::new(built.join("relievo")).arg("manual").arg(built.join("man")))?;
     licences::write(&built.join("third-party.txt"))?;
@@ -44,17 +44,14 @@ pub fn make() -> Result<Packages, String> {
 /// Has CPack make one package.
 fn pack(folder: &Path, built: &Path, generator: &str, options: &[&str]) -> Result<PathBuf, String> {
     let (build, out) = (folder.join(generator), folder.join(format!("{generator}-package")));
-    if out.exists() {
-        std::fs::remove_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
-    }
+    remove(&out)?;
     let mut configure = Command::new("cmake");
     configure.arg("-S").arg(root()).arg("-B").arg(&build).args(["-G", "Ninja"]).args(options);
     configure.arg(format!("-DRELIEVO_LIBRARY_DIR={}", built.display()));
     call(configure.arg(format!("-DRELIEVO_EXTRAS_DIR={}", built.display())))?;
     call(Command::new("cpack").current_dir(&build).args(["-G", generator, "-B"]).arg(&out))?;
     // CPack leaves its working folder beside the package.
-    let work = out.join("_CPack_Packages");
-    std::fs::remove_dir_all(&work).map_err(|error| format!("{}: {error}", work.display()))?;
+    remove(&out.join("_CPack_Packages"))?;
     only_file(&out)
 }
 
@@ -72,9 +69,7 @@ fn test_made(made: &Packages) -> Outcome {
 
 fn test_archive(archive: &Path) -> Outcome {
     let folder = target().join("dist/prefix");
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    }
+    remove(&folder)?;
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     call(Command::new("tar").arg("-xzf").arg(archive).arg("--strip-components=1").arg("-C").arg(&folder))?;
     for file in
@@ -86,9 +81,10 @@ fn test_archive(archive: &Path) -> Outcome {
     }
     let consumer = root().join("tests/hosts/pkg-config-consumer/run.sh");
     call(Command::new("sh").arg(consumer).arg(&folder).arg(target().join("dist/consumer")).arg("cc"))?;
+    let out = target().join("dist/run");
+    remove(&out)?;
     let mut run = Command::new(folder.join("bin/relievo"));
-    run.arg("run").arg(root().join(SCENE)).args(["--frames", "0..1", "--out"]).arg(target().join("dist/run"));
-    call(&mut run)
+    call(run.arg("run").arg(root().join(SCENE)).args(["--frames", "0..1", "--out"]).arg(out))
 }
 
 /// What the packages are tried with: it makes pictures, so that Embree is found too.
@@ -96,8 +92,7 @@ const SCENE: &str = "examples/scenes/press.toml";
 
 /// Installs the package with what it depends on into a bare system, and runs a scene there.
 fn test_debian(package: &Path) -> Outcome {
-    let user = std::fs::metadata("/proc/self").map(|process| std::os::unix::fs::MetadataExt::uid(&process));
-    if user.ok() != Some(0) {
+    if !packages::is_root() {
         println!("skipped: only root can make a bare Debian to install the package in");
         return Ok(());
     }

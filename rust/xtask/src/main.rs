@@ -5,6 +5,7 @@ mod blender;
 mod demo;
 mod dist;
 mod docs;
+mod files;
 mod fuzz;
 mod licences;
 mod packages;

@@ -56,8 +56,7 @@ pub fn install(packages: &[&'static str], yes: bool) -> Outcome {
     }
     let line = format!("apt-get install --no-install-recommends {}", missing.join(" "));
     println!("missing Debian packages; to install:\n\n    {line}\n");
-    let root = std::fs::metadata("/proc/self").is_ok_and(|process| process.uid() == 0);
-    let prefix: &[&str] = match (root, std::io::stdin().is_terminal()) {
+    let prefix: &[&str] = match (is_root(), std::io::stdin().is_terminal()) {
         (true, _) => &[],
         (false, true) if yes || agreed()? => &["sudo"],
         (false, false) if yes => &["sudo", "--non-interactive"],
@@ -75,6 +74,11 @@ pub fn install(packages: &[&'static str], yes: bool) -> Outcome {
         Some(name) => Err(format!("apt-get went well, but {name} is still not installed")),
         None => Ok(()),
     }
+}
+
+/// Whether this runs as root.
+pub fn is_root() -> bool {
+    std::fs::metadata("/proc/self").is_ok_and(|process| process.uid() == 0)
 }
 
 fn installed(package: &str) -> bool {

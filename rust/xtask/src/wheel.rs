@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::blender::copy_files;
+use crate::files::{copy, copy_files, only_file, remove, strip};
 use crate::stage::{Outcome, call, cargo, root, target};
 
 /// Where the oldest system that can use the wheel stands: that of Debian 12.
@@ -35,9 +35,7 @@ pub fn make() -> Result<PathBuf, String> {
     let plain = folder.join("plain");
     let dist = folder.join("dist");
     for made in [&source, &plain, &dist] {
-        if made.exists() {
-            std::fs::remove_dir_all(made).map_err(|error| format!("{}: {error}", made.display()))?;
-        }
+        remove(made)?;
     }
     copy_files(&root().join("plugins/python/librelievo"), &package)?;
     for file in ["pyproject.toml", "README.md"] {
@@ -47,8 +45,7 @@ pub fn make() -> Result<PathBuf, String> {
     let version = env!("CARGO_PKG_VERSION");
     let minor = version.rsplit_once('.').map_or(version, |(minor, _)| minor);
     let library = package.join(format!("librelievo.so.{minor}"));
-    copy(&target().join("release/librelievo.so"), &library)?;
-    call(Command::new("strip").arg("--strip-unneeded").arg(&library))?;
+    strip(&target().join("release/librelievo.so"), &library)?;
     let embree = package.join(EMBREE);
     copy(Path::new("/usr/lib/x86_64-linux-gnu/libembree3.so.3"), &embree)?;
     let tools = python.parent().unwrap_or(&folder).to_path_buf();
@@ -93,20 +90,4 @@ fn licences(folder: &Path) -> Outcome {
     }
     copy(Path::new("/usr/share/common-licenses/GPL-3"), &folder.join("GPL-3"))?;
     copy(Path::new("/usr/share/common-licenses/Apache-2.0"), &folder.join("Apache-2.0"))
-}
-
-/// The file of a folder that has one.
-pub fn only_file(folder: &Path) -> Result<PathBuf, String> {
-    let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let mut files: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
-    match files.pop() {
-        Some(file) if files.is_empty() => Ok(file),
-        _ => Err(format!("{}: one file was to be there", folder.display())),
-    }
-}
-
-/// Copies a file, with the folder it goes to.
-pub fn copy(from: &Path, to: &Path) -> Outcome {
-    let made = to.parent().map_or(Ok(()), std::fs::create_dir_all);
-    made.and_then(|()| std::fs::copy(from, to)).map(|_| ()).map_err(|error| format!("{}: {error}", from.display()))
 }
