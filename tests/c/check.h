@@ -66,4 +66,19 @@ static inline RlvMesh check_plane(RlvContext context, uint32_t columns, uint32_t
     return mesh;
 }
 
+/* Paints or sculpts a line on a plane, from (0.3, 1, 0) to (x, y, 0). */
+static inline void check_stroke(RlvContext context, RlvDetail detail, uint32_t action, double x, double y, float radius) {
+    RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    const RlvStrokePoint points[2] = {{{0.3, 1.0, 0.0}, 1.0, -1.0}, {{x, y, 0.0}, 1.0, -1.0}};
+    RlvBrush brush = RLV_NULL;
+    options.action = action;
+    options.color[1] = 0.2f;
+    options.height = 0.2f;
+    settings.radius = radius;
+    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
+    CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, NULL));
+    CHECK_OK(rlv_brush_release(brush));
+}
+
 #endif

@@ -4,20 +4,6 @@
 
 enum { SIDE = 32, CELL = 40, GUTTER = 4, COLUMNS = 3 };
 
-static void stroke(RlvContext context, RlvDetail detail, uint32_t action) {
-    RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
-    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
-    const RlvStrokePoint points[2] = {{{0.3, 1.0, 0}, 1.0, -1.0}, {{1.8, 1.6, 0}, 1.0, -1.0}};
-    RlvBrush brush = RLV_NULL;
-    options.action = action;
-    options.color[1] = 0.2f;
-    options.height = 0.2f;
-    settings.radius = 0.6f;
-    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
-    CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, NULL));
-    CHECK_OK(rlv_brush_release(brush));
-}
-
 /* A name for a file of this process. */
 static void name_file(char *out, size_t size, const char *extension, const void *unique) {
     snprintf(out, size, "picture-%p.%s", unique, extension);
@@ -227,8 +213,8 @@ int main(void) {
     options.tile_size = paint.tile_size = SIDE;
     CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
     CHECK_OK(rlv_detail_add_paint(detail, &paint));
-    stroke(context, detail, RLV_BRUSH_PAINT);
-    stroke(context, detail, RLV_BRUSH_SCULPT);
+    check_stroke(context, detail, RLV_BRUSH_PAINT, 1.8, 1.6, 0.6f);
+    check_stroke(context, detail, RLV_BRUSH_SCULPT, 1.8, 1.6, 0.6f);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     name_file(path, sizeof path, "relievo", &context);
     name_file(ptex, sizeof ptex, "ptx", &context);

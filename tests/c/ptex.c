@@ -27,20 +27,6 @@ static Middle middle(RlvDetail detail, int painted) {
     return out;
 }
 
-static void stroke(RlvContext context, RlvDetail detail, uint32_t action) {
-    RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
-    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
-    const RlvStrokePoint points[2] = {{{0.3, 1.0, 0}, 1.0, -1.0}, {{2.6, 1.9, 0}, 1.0, -1.0}};
-    RlvBrush brush = RLV_NULL;
-    options.action = action;
-    options.color[1] = 0.2f;
-    options.height = 0.2f;
-    settings.radius = 0.5f;
-    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
-    CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, NULL));
-    CHECK_OK(rlv_brush_release(brush));
-}
-
 int main(void) {
     RlvContext context = RLV_NULL;
     RlvSurface surface = RLV_NULL, other = RLV_NULL;
@@ -63,8 +49,8 @@ int main(void) {
     CHECK_OK(rlv_detail_add_paint(detail, &paint));
     CHECK_OK(rlv_detail_add_vectors(detail, &vectors));
     CHECK_OK(rlv_detail_add_traces(detail, 0));
-    stroke(context, detail, RLV_BRUSH_PAINT);
-    stroke(context, detail, RLV_BRUSH_SCULPT);
+    check_stroke(context, detail, RLV_BRUSH_PAINT, 2.6, 1.9, 0.5f);
+    check_stroke(context, detail, RLV_BRUSH_SCULPT, 2.6, 1.9, 0.5f);
     for (size_t texel = 0; texel < 100; ++texel) {
         const unsigned char value[6] = {0x00, 0x34, 0x00, 0xb8, 0, 0};
         memcpy(block + 6 * texel, value, 6);

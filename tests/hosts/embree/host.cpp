@@ -1,10 +1,7 @@
 // A host with an Embree scene of its own, in which a detail is user geometry: hits, silhouettes, packets, motion blur,
 // attributes and memory, held against Embree's own triangles of the same surface.
-#include "../../c/check.h"
+#include "renderer.h"
 
-#include <embree3/rtcore.h>
-
-#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -13,80 +10,7 @@
 
 namespace {
 
-// ---------------------------------------------------------------------------------------------------------------------
-// The whole of what a host writes.
-
-struct Geometry {
-    RlvProceduralTable table = RLV_PROCEDURAL_TABLE_INIT;
-};
-
-void bounds(const RTCBoundsFunctionArguments *args) {
-    const RlvProceduralTable &table = static_cast<Geometry *>(args->geometryUserPtr)->table;
-    table.bounds(table.data, args->primID, args->timeStep, reinterpret_cast<float *>(args->bounds_o));
-}
-
-void intersect(const RTCIntersectFunctionNArguments *args) {
-    const RlvProceduralTable &table = static_cast<Geometry *>(args->geometryUserPtr)->table;
-    table.intersect(table.data, args->valid, args->primID, args->geomID, args->context->instID[0], args->rayhit, args->N);
-}
-
-void occluded(const RTCOccludedFunctionNArguments *args) {
-    const RlvProceduralTable &table = static_cast<Geometry *>(args->geometryUserPtr)->table;
-    table.occluded(table.data, args->valid, args->primID, args->ray, args->N);
-}
-
-// ---------------------------------------------------------------------------------------------------------------------
-
-std::atomic<int64_t> device_bytes{0};
-
-bool count_bytes(void *, ssize_t bytes, bool) {
-    device_bytes += bytes;
-    return true;
-}
-
-RTCScene scene_of(RTCDevice device, RTCGeometry geometry) {
-    RTCScene scene = rtcNewScene(device);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene);
-    CHECK(rtcGetDeviceError(device) == RTC_ERROR_NONE);
-    return scene;
-}
-
-RTCScene scene_of(RTCDevice device, Geometry &made, RlvProcedural procedural) {
-    CHECK_OK(rlv_procedural_table(procedural, &made.table));
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(geometry, made.table.primitive_count);
-    rtcSetGeometryTimeStepCount(geometry, made.table.time_step_count);
-    rtcSetGeometryUserData(geometry, &made);
-    rtcSetGeometryBoundsFunction(geometry, bounds, nullptr);
-    rtcSetGeometryIntersectFunction(geometry, intersect);
-    rtcSetGeometryOccludedFunction(geometry, occluded);
-    return scene_of(device, geometry);
-}
-
-/// Embree's triangles of the detail, and how many.
-RTCScene triangles_of(RTCDevice device, RlvDetail detail, uint32_t cells, size_t *count) {
-    RlvTessellateOptions options = RLV_TESSELLATE_OPTIONS_INIT;
-    RlvMeshInfo info = RLV_MESH_INFO_INIT;
-    RlvMesh mesh = RLV_NULL;
-    options.coarse = options.fine = cells;
-    CHECK_OK(rlv_tessellate_detail(detail, &options, &mesh));
-    CHECK_OK(rlv_mesh_info(mesh, &info));
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto *points = static_cast<float *>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 16,
-                                                                 info.point_count + 1));
-    auto *corners = static_cast<uint32_t *>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, info.triangle_count));
-    CHECK_OK(rlv_mesh_get_points(mesh, points, info.point_count, 16));
-    CHECK_OK(rlv_mesh_get_triangles(mesh, corners, info.triangle_count, 0));
-    CHECK_OK(rlv_mesh_release(mesh));
-    *count = info.triangle_count;
-    return scene_of(device, geometry);
-}
-
-/// A cube's cage, each face of side x side quads, which is round in the limit.
+/// A cube's cage, shifted along x, which is round in the limit.
 RlvMesh cube(RlvContext context, float shift) {
     const float points[8][3] = {{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {1, 1, -1},
                                 {-1, -1, 1},  {1, -1, 1},  {-1, 1, 1},  {1, 1, 1}};
@@ -423,7 +347,7 @@ int main() {
     CHECK(info.cell_count == 6 * 128 * 128 && info.time_step_count == 1 && info.step > 0.0f && info.step < 2e-5f);
     size_t triangle_count = 0;
     const int64_t before = device_bytes;
-    RTCScene triangles = triangles_of(device, detail, 128, &triangle_count);
+    RTCScene triangles = triangles_of(device, detail, 128, 16, &triangle_count);
     const int64_t between = device_bytes;
     RTCScene scene = scene_of(device, geometry, uniform);
     const int64_t ours = device_bytes - between + int64_t(info.bytes), theirs = between - before;

@@ -1,11 +1,8 @@
 // rate [--json]: the ray rate and memory of a detail as user geometry beside Embree's own triangles of the same cells, and
 // what a call of the library costs. One line per figure: `cargo xtask bench hosts` runs it.
-#include "../../c/check.h"
-
-#include <embree3/rtcore.h>
+#include "renderer.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <ctime>
@@ -18,37 +15,6 @@ namespace {
 constexpr uint32_t CELLS = 128;
 constexpr size_t RAYS = 1 << 18;
 constexpr int RUNS = 5;
-
-std::atomic<int64_t> device_bytes{0};
-
-bool count_bytes(void *, ssize_t bytes, bool) {
-    device_bytes += bytes;
-    return true;
-}
-
-void bounds(const RTCBoundsFunctionArguments *args) {
-    const auto *table = static_cast<RlvProceduralTable *>(args->geometryUserPtr);
-    table->bounds(table->data, args->primID, args->timeStep, reinterpret_cast<float *>(args->bounds_o));
-}
-
-void intersect(const RTCIntersectFunctionNArguments *args) {
-    const auto *table = static_cast<RlvProceduralTable *>(args->geometryUserPtr);
-    table->intersect(table->data, args->valid, args->primID, args->geomID, args->context->instID[0], args->rayhit, args->N);
-}
-
-void occluded(const RTCOccludedFunctionNArguments *args) {
-    const auto *table = static_cast<RlvProceduralTable *>(args->geometryUserPtr);
-    table->occluded(table->data, args->valid, args->primID, args->ray, args->N);
-}
-
-RTCScene scene_of(RTCDevice device, RTCGeometry geometry) {
-    RTCScene scene = rtcNewScene(device);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene);
-    return scene;
-}
 
 /// Of the processor: all that is measured runs on one thread, and others may be busy.
 double seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
@@ -194,40 +160,20 @@ int main(int argc, char **argv) {
     RTCDevice device = rtcNewDevice("threads=1");
     rtcSetDeviceMemoryMonitorFunction(device, count_bytes, nullptr);
 
-    RlvTessellateOptions finest = RLV_TESSELLATE_OPTIONS_INIT;
-    RlvMeshInfo mesh_info = RLV_MESH_INFO_INIT;
-    RlvMesh mesh = RLV_NULL;
-    finest.coarse = finest.fine = CELLS;
-    CHECK_OK(rlv_tessellate_detail(detail, &finest, &mesh));
-    CHECK_OK(rlv_mesh_info(mesh, &mesh_info));
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto *points = static_cast<float *>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, mesh_info.point_count + 1));
-    auto *corners = static_cast<uint32_t *>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh_info.triangle_count));
-    CHECK_OK(rlv_mesh_get_points(mesh, points, mesh_info.point_count, 0));
-    CHECK_OK(rlv_mesh_get_triangles(mesh, corners, mesh_info.triangle_count, 0));
-    CHECK_OK(rlv_mesh_release(mesh));
-    RTCScene triangles = scene_of(device, geometry);
+    size_t count_of_triangles = 0;
+    RTCScene triangles = triangles_of(device, detail, CELLS, 12, &count_of_triangles);
     const int64_t theirs = device_bytes;
 
     RlvProceduralOptions cells = RLV_PROCEDURAL_OPTIONS_INIT;
     RlvProceduralInfo info = RLV_PROCEDURAL_INFO_INIT;
-    RlvProceduralTable table = RLV_PROCEDURAL_TABLE_INIT;
+    Geometry geometry;
     RlvProcedural procedural = RLV_NULL;
     cells.coarse = cells.fine = CELLS;
     const double start = seconds();
     CHECK_OK(rlv_procedural_create(detail, &cells, &procedural));
     const double made = seconds() - start;
     CHECK_OK(rlv_procedural_info(procedural, &info));
-    CHECK_OK(rlv_procedural_table(procedural, &table));
-    geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(geometry, table.primitive_count);
-    rtcSetGeometryUserData(geometry, &table);
-    rtcSetGeometryBoundsFunction(geometry, bounds, nullptr);
-    rtcSetGeometryIntersectFunction(geometry, intersect);
-    rtcSetGeometryOccludedFunction(geometry, occluded);
-    RTCScene scene = scene_of(device, geometry);
+    RTCScene scene = scene_of(device, geometry, procedural);
     const int64_t hierarchy = device_bytes - theirs, ours = hierarchy + int64_t(info.bytes);
     RlvDetailInfo kept = RLV_DETAIL_INFO_INIT;
     CHECK_OK(rlv_detail_info(detail, &kept));

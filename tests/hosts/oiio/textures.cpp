@@ -18,20 +18,6 @@ namespace {
 
 constexpr int SIDE = 32, TILES = 9;
 
-void stroke(RlvContext context, RlvDetail detail, uint32_t action) {
-    RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
-    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
-    RlvStrokePoint points[2] = {{{0.3, 1.0, 0}, 1.0, -1.0}, {{1.8, 1.6, 0}, 1.0, -1.0}};
-    RlvBrush brush = RLV_NULL;
-    options.action = action;
-    options.color[1] = 0.2f;
-    options.height = 0.2f;
-    settings.radius = 0.6f;
-    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
-    CHECK_OK(rlv_stroke_run(detail, brush, points, 2, 0, nullptr));
-    CHECK_OK(rlv_brush_release(brush));
-}
-
 /// A place on the surface and what the detail has there.
 struct Known {
     uint32_t tile;
@@ -151,8 +137,8 @@ int main(int argc, char **argv) {
     options.tile_size = paint.tile_size = SIDE;
     CHECK_OK(rlv_detail_create(surface, &options, nullptr, &detail));
     CHECK_OK(rlv_detail_add_paint(detail, &paint));
-    stroke(context, detail, RLV_BRUSH_PAINT);
-    stroke(context, detail, RLV_BRUSH_SCULPT);
+    check_stroke(context, detail, RLV_BRUSH_PAINT, 1.8, 1.6, 0.6f);
+    check_stroke(context, detail, RLV_BRUSH_SCULPT, 1.8, 1.6, 0.6f);
     CHECK_OK(rlv_detail_commit(detail, nullptr));
     CHECK_OK(rlv_document_create(detail, document_path.c_str(), 0, &document));
     CHECK_OK(rlv_document_release(document));
