@@ -59,8 +59,7 @@ class RELIEVO_OT_stroke(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        active = state.source_of(context.active_object)
-        return active is not None and active.type == "MESH" and active.mode == "OBJECT"
+        return state.is_editable(context)
 
     def begin(self, context):
         """What every stroke starts with; an error is reported."""

@@ -74,8 +74,7 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        active = state.source_of(context.active_object)
-        return active is not None and active.type == "MESH" and active.mode == "OBJECT"
+        return state.is_editable(context)
 
     def steps(self, context):
         scene, target = context.scene, state.source_of(context.active_object)

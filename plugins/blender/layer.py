@@ -23,8 +23,7 @@ class LayerOperator:
 
     @classmethod
     def poll(cls, context):
-        active = state.source_of(context.active_object)
-        return active is not None and active.type == "MESH" and active.mode == "OBJECT"
+        return state.is_editable(context)
 
     def execute(self, context):
         target = state.source_of(context.active_object)
@@ -107,12 +106,4 @@ class RELIEVO_OT_layer_set(LayerOperator, bpy.types.Operator):
 
 CLASSES = [RELIEVO_OT_layer_add, RELIEVO_OT_layer_change, RELIEVO_OT_layer_set]
 
-
-def register():
-    for kind in CLASSES:
-        bpy.utils.register_class(kind)
-
-
-def unregister():
-    for kind in reversed(CLASSES):
-        bpy.utils.unregister_class(kind)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -44,8 +44,7 @@ class ResultOperator:
 
     @classmethod
     def poll(cls, context):
-        active = state.source_of(context.active_object)
-        return active is not None and active.type == "MESH" and active.mode == "OBJECT"
+        return state.is_editable(context)
 
     def execute(self, context):
         target = state.source_of(context.active_object)
@@ -186,12 +185,4 @@ CLASSES = [
     RELIEVO_OT_clear,
 ]
 
-
-def register():
-    for kind in CLASSES:
-        bpy.utils.register_class(kind)
-
-
-def unregister():
-    for kind in reversed(CLASSES):
-        bpy.utils.unregister_class(kind)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

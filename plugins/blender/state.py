@@ -147,6 +147,12 @@ def source_of(target):
     return target
 
 
+def is_editable(context):
+    """Whether operators may edit what is active."""
+    active = source_of(context.active_object)
+    return active is not None and active.type == "MESH" and active.mode == "OBJECT"
+
+
 def of(target):
     """The state of an object, made where there is none yet."""
     if target is None or target.type != "MESH":
