@@ -11,6 +11,7 @@ mod evaluate;
 mod face_varying;
 mod grid;
 mod patch;
+mod place;
 pub mod topology;
 pub mod triangle;
 
@@ -19,6 +20,7 @@ pub use cone::Cone;
 pub use evaluate::{Order, Sample, SampleSlices, Samples};
 pub use grid::{Destination, Grid, Placement};
 pub use patch::{Patch, PatchForm};
+pub use place::Place;
 pub use relievo_opensubdiv::BoundaryRule;
-pub use topology::{Incidence, Link, Place, RingClass, Segment, Side, TileTopology};
+pub use topology::{Incidence, Link, RingClass, Segment, Side, TileTopology};
 pub use triangle::{TriangleSide, TriangleSurface, TriangleTopology};
