@@ -14,8 +14,9 @@ use relievo_document::{Document, Head, Kind, Stamps};
 use relievo_tiles::{Blocks, Channel, Decay, DecayOptions, Displacement, Field, Paint, Rgba16, StoredTexel};
 
 use crate::history::{BlockState, LayerState};
+use crate::layer_channel::{Absorb, LayerChannel};
 use crate::layered::{LayeredObject, Layers};
-use crate::layers::{Absorb, LayerChannel, Stack};
+use crate::layers::Stack;
 
 /// The stamps of a channel that layers are kept in.
 pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {

@@ -12,7 +12,8 @@ use relievo_tiles::{
 
 use crate::fading::{Fading, FadingObject, add_stamp_states, find_stamps, put_stamps, stop_fading};
 use crate::history::{BlockState, LayerState, LayerStates, Recorded};
-use crate::layers::{BlockChannel, LayerChannel, Stack};
+use crate::layer_channel::{BlockChannel, LayerChannel};
+use crate::layers::Stack;
 use crate::object::DisplacedObject;
 
 /// The numbers of the layers that every object may have.

@@ -8,7 +8,7 @@ use relievo_tiles::triangle::{TriangleChannel, TriangleDecay, TriangleField};
 use relievo_tiles::{Blocks, DecayOptions};
 
 use crate::fading::LayerDecay;
-use crate::layers::Absorb;
+use crate::layer_channel::Absorb;
 
 impl<T: Absorb> LayerDecay<TriangleChannel<T>> for TriangleDecay<T> {
     fn new(field: &TriangleField<T>, options: DecayOptions, budget: u64) -> Result<Self> {
