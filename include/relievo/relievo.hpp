@@ -873,6 +873,149 @@ public:
     }
 };
 
+/// What is at hits of a procedural, one element per hit; colours are empty unless they were asked for.
+struct ShadedHits {
+    std::vector<std::uint32_t> tiles;
+    std::vector<Float3> positions, normals;
+    std::vector<std::array<float, 4>> colors;
+};
+
+/// A hit as the functions of the table write it; its time is 0 to 1 over the interval of the motion.
+struct ProceduralHit {
+    std::uint32_t primitive;
+    Float2 uv;
+    float time = 0.0f;
+};
+
+/// See relievo/procedural.h.
+class Procedural : public Reference<RlvProcedural, rlv_procedural_retain, rlv_procedural_release> {
+public:
+    using Reference::Reference;
+
+    static Procedural create(const Detail &detail,
+                             const RlvProceduralOptions &options = RLV_PROCEDURAL_OPTIONS_INIT) {
+        Procedural made;
+        check(rlv_procedural_create(detail.get(), &options, made.out()));
+        return made;
+    }
+
+    /// One that moves from what begin was made of to a detail as it was committed last.
+    static Procedural create_moving(const Procedural &begin, const Detail &end) {
+        Procedural made;
+        check(rlv_procedural_create_moving(begin.get(), end.get(), made.out()));
+        return made;
+    }
+
+    RlvProceduralInfo info() const {
+        RlvProceduralInfo info = RLV_PROCEDURAL_INFO_INIT;
+        check(rlv_procedural_info(get(), &info));
+        return info;
+    }
+
+    /// The functions for a renderer's callbacks, valid as long as a reference lives.
+    RlvProceduralTable table() const {
+        RlvProceduralTable table = RLV_PROCEDURAL_TABLE_INIT;
+        check(rlv_procedural_table(get(), &table));
+        return table;
+    }
+
+    ShadedHits evaluate(const std::vector<ProceduralHit> &hits, bool colors = false) const {
+        ShadedHits made;
+        if (hits.empty()) {
+            return made;
+        }
+        RlvProceduralHits arrays = RLV_PROCEDURAL_HITS_INIT;
+        made.tiles.resize(hits.size());
+        made.positions.resize(hits.size());
+        made.normals.resize(hits.size());
+        arrays.count = hits.size();
+        arrays.primitives = &hits.front().primitive;
+        arrays.uvs = hits.front().uv.data();
+        arrays.times = &hits.front().time;
+        arrays.primitive_stride = arrays.uv_stride = arrays.time_stride = sizeof(ProceduralHit);
+        arrays.tiles = made.tiles.data();
+        arrays.positions = made.positions.front().data();
+        arrays.normals = made.normals.front().data();
+        if (colors) {
+            made.colors.resize(hits.size());
+            arrays.colors = made.colors.front().data();
+        }
+        check(rlv_procedural_evaluate(get(), &arrays));
+        return made;
+    }
+};
+
+/// Something that is said of the whole file of a picture.
+struct PictureMeta {
+    std::string name;
+    /// Empty if it is numbers.
+    std::string text;
+    /// Empty if it is a text.
+    std::vector<double> numbers;
+};
+
+/// See relievo/picture.h.
+class Picture : public Reference<RlvPicture, rlv_picture_retain, rlv_picture_release> {
+public:
+    using Reference::Reference;
+
+    static Picture open(const Context &context, const std::string &path) {
+        Picture made;
+        check(rlv_picture_open(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    RlvPictureInfo info() const {
+        RlvPictureInfo info = RLV_PICTURE_INFO_INIT;
+        check(rlv_picture_info(get(), &info));
+        return info;
+    }
+
+    RlvPictureImage image(std::uint32_t index) const {
+        RlvPictureImage image = RLV_PICTURE_IMAGE_INIT;
+        check(rlv_picture_image(get(), index, &image));
+        return image;
+    }
+
+    std::vector<PictureMeta> meta() const {
+        std::vector<PictureMeta> all(info().meta_count);
+        for (std::uint32_t index = 0; index < all.size(); ++index) {
+            RlvPictureMeta meta = RLV_PICTURE_META_INIT;
+            check(rlv_picture_meta(get(), index, &meta));
+            all[index].name = meta.name;
+            switch (meta.type) {
+            case RLV_PICTURE_TEXT:
+                all[index].text.assign(static_cast<const char *>(meta.values), meta.count);
+                break;
+            case RLV_PICTURE_I32: all[index].numbers = numbers<std::int32_t>(meta); break;
+            case RLV_PICTURE_F32: all[index].numbers = numbers<float>(meta); break;
+            default: all[index].numbers = numbers<double>(meta); break;
+            }
+        }
+        return all;
+    }
+
+    /// The bytes of a whole level, row by row, without padding.
+    std::vector<unsigned char> read(std::uint32_t index, std::uint32_t level = 0) const {
+        const RlvPictureImage image = this->image(index);
+        if (level >= image.level_count) {
+            throw Error(RLV_ERROR_INVALID, "read: there is no such level", "there is no such level", "read",
+                        "levels are counted from 0 to image().level_count - 1");
+        }
+        const std::uint32_t width = image.width >> level, height = image.height >> level;
+        const std::size_t number = image.type == RLV_PICTURE_U8 ? 1 : image.type == RLV_PICTURE_F32 ? 4 : 2;
+        std::vector<unsigned char> pixels(number * image.channels * width * height);
+        check(rlv_picture_read(get(), index, level, 0, 0, width, height, pixels.data(), 0));
+        return pixels;
+    }
+
+private:
+    template <class Number> static std::vector<double> numbers(const RlvPictureMeta &meta) {
+        const Number *const first = static_cast<const Number *>(meta.values);
+        return std::vector<double>(first, first + meta.count);
+    }
+};
+
 } // namespace relievo
 
 #endif

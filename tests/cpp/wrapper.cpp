@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <stdexcept>
 
 #define CHECK(condition)                                                              \
@@ -203,7 +204,40 @@ int main() {
     std::snprintf(name, sizeof name, "wrapper-%p.relievo", static_cast<const void *>(&map));
     relievo::Document::create(other, name);
     CHECK(relievo::transfer(context, name, moved, name).layer_count == 1);
-    CHECK(relievo::Document::mesh(context, name).info().face_count == 2 && std::remove(name) == 0);
+    CHECK(relievo::Document::mesh(context, name).info().face_count == 2);
+    // The document as a picture, and the detail as primitives of a renderer.
+    other.commit();
+    const auto picture = relievo::Picture::open(context, name);
+    const auto image = picture.image(0);
+    CHECK(picture.info().tile_count == 2 && image.content == RLV_PICTURE_DISPLACEMENT && image.side == 16);
+    const auto pixels = picture.read(0), halves = picture.read(0, 1);
+    CHECK(pixels.size() == std::size_t{4} * image.width * image.height && halves.size() == pixels.size() / 4);
+    const auto first_pixel = (image.gutter + image.side / 2) * (image.width + 1);
+    const float *const heights = reinterpret_cast<const float *>(pixels.data());
+    CHECK(std::abs(heights[first_pixel] - other.evaluate({{0, {0.53f, 0.53f}}}).displacements[0]) < 1e-2f);
+    const auto meta = picture.meta();
+    CHECK(meta[0].name == "writer" && !meta[0].text.empty() && meta[2].name == "faces" && meta[2].numbers[0] == 2.0);
+    try {
+        picture.read(0, 9);
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.place() == "read");
+    }
+    CHECK(std::remove(name) == 0);
+    const auto procedural = relievo::Procedural::create(detail);
+    const auto table = procedural.table();
+    CHECK(table.primitive_count == procedural.info().primitive_count && table.primitive_count >= 2);
+    float ray[20] = {0.5f, 0.5f, 3.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0.0f, INFINITY};
+    const std::int32_t valid = -1;
+    for (std::uint32_t primitive = 0; primitive < table.primitive_count; ++primitive) {
+        table.intersect(table.data, &valid, primitive, 0, 0, ray, 1);
+    }
+    std::uint32_t met = 0;
+    std::memcpy(&met, ray + 17, 4);
+    const auto shaded = procedural.evaluate({{met, {ray[15], ray[16]}}});
+    CHECK(shaded.tiles[0] == 0 && std::abs(shaded.positions[0][2] - (3.0f - ray[8])) < 1e-3f && shaded.colors.empty());
+    CHECK(relievo::Procedural::create_moving(procedural, detail).info().time_step_count == 2);
+    CHECK(procedural.evaluate({}).tiles.empty());
 
     const auto hit = relievo::Caster::create(detail).cast({{{0.5f, 0.5f, 3.0f}, {0, 0, -1}}});
     CHECK(hit[0].tile == 0 && std::abs(hit[0].position[2] - dent.displacements[0]) < 1e-3f);
