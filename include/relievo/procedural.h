@@ -12,7 +12,25 @@
  *                                 args->rayhit, args->N)
  *     occluded   table->occluded(table->data, args->valid, args->primID, args->ray, args->N)
  * The hit has the place in the tile as u and v, and du x dv of its triangle as Ng. rlv_procedural_evaluate says the
- * rest of the hits that are shaded: tile, point, smooth normal, colour.
+ * rest of the hits that are shaded: tile, point, smooth normal, colour. Since 4.3 hits of Embree end with a number more,
+ * instPrimID, which renderers with arrays of instances set themselves.
+ *
+ * Filter functions: Embree calls none for user geometry, and those functions that call them belong to the renderer's
+ * Embree, so it asks them itself, hit by hit. In intersect, for every ray i with valid[i]:
+ *     RTCRayHit one = ray i alone
+ *     loop: one.hit.geomID = RTC_INVALID_GEOMETRY_ID, table->intersect(..., &one, 1); if that is still so, no hit: done
+ *           RTCFilterFunctionNArguments filter = {&valid, args->geometryUserPtr, args->context, &one.ray, &one.hit, 1}
+ *           Embree 3: rtcFilterIntersection(args, &filter), which asks the geometry's and the context's filter
+ *           Embree 4: rtcInvokeIntersectFilterFromGeometry(args, &filter), which asks the geometry's; then the
+ *                     renderer's own, if it has one for the call, which no callback is told of
+ *           if valid is not 0, the hit counts: ray i gets far and the hit of one; done
+ *           one.ray.tnear = nextafterf(one.ray.tfar, INFINITY), one.ray.tfar = that of ray i
+ * In occluded the same with table->intersect on a copy of the ray, rtcFilterOcclusion or
+ * rtcInvokeOccludedFilterFromGeometry; a hit that counts makes far of ray i minus infinity.
+ *
+ * Triangle meshes: the tile is the triangle, u and v are the barycentric coordinates of its second and third corner. A
+ * triangle with displacement, or beside one, has three squares of cells around its corners; one without is a single
+ * primitive of 200 bytes.
  *
  * Tiles of different rates meet without cracks: the finer one follows the chords of the coarser one. Corners of cells are
  * rounded to RlvProceduralInfo.step, about a millionth of the extent. */
@@ -28,9 +46,10 @@ typedef struct RlvProcedural {
 typedef struct RlvProceduralOptions {
     uint32_t struct_size;
     uint32_t coarse; /* cells along an edge of the cage where there is no displacement: a power of two from 4 to 512, 0
-                        for 16 */
+                        for 16. Of no effect on triangle meshes, which are flat there. */
     uint32_t fine;   /* cells along an edge where there is displacement, at most; there are as many as coefficients
-                        otherwise. A power of two from 4 to 512, 0 for 256. Tiles have at least 4 cells a side. */
+                        otherwise. A power of two from 4 to 512, 0 for 256. Tiles have at least 4 cells a side, triangles
+                        with displacement 8 along an edge. */
     uint32_t reserved;
 } RlvProceduralOptions;
 
@@ -41,7 +60,7 @@ typedef struct RlvProceduralInfo {
     uint32_t primitive_count;
     uint32_t time_step_count; /* 1, or 2 if it moves */
     float step;               /* what corners are rounded to, object units */
-    uint64_t cell_count;      /* two triangles each */
+    uint64_t cell_count;      /* two triangles each; 16 for a flat triangle */
     uint64_t bytes;           /* it occupies, besides the detail */
     float low[3];             /* bounds at all times, object units */
     float high[3];
@@ -107,7 +126,6 @@ typedef struct RlvProceduralHits {
     {sizeof(RlvProceduralHits), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0}
 
 /* Makes the primitives of a detail as it was committed last, in object space. options may be NULL. Fails with
- * RLV_ERROR_UNSUPPORTED for a triangle mesh, whose triangles (rlv_tessellate_detail) are what it is, and with
  * RLV_ERROR_MEMORY if it does not fit the context's memory limit while it is made. */
 RLV_API RlvResult rlv_procedural_create(RlvDetail detail, const RlvProceduralOptions *options, RlvProcedural *out);
 
@@ -127,7 +145,8 @@ RLV_API RlvResult rlv_procedural_info(RlvProcedural procedural, RlvProceduralInf
 RLV_API RlvResult rlv_procedural_table(RlvProcedural procedural, RlvProceduralTable *out);
 
 /* What is at hits. Of a surface that moves it is blended between both moments. Fails without writing if a primitive does
- * not exist, u or v is not 0 to 1, or colours are wanted of a detail without any. */
+ * not exist, u or v is not 0 to 1 or they make more than 1 in a triangle, or colours are wanted of a detail without
+ * any. */
 RLV_API RlvResult rlv_procedural_evaluate(RlvProcedural procedural, const RlvProceduralHits *hits);
 
 #endif

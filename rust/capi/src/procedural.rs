@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use glam::Vec3;
-use relievo_core::{Error, Result};
+use relievo_core::{Context, Error, Result};
 use relievo_procedural::{BlockRay, MAX_CELLS, Procedural, procedural_rates};
 use relievo_surface::{Place, TileTopology};
 
@@ -14,8 +14,8 @@ use crate::context::ContextObject;
 use crate::descriptor::{read_descriptor, read_optional, write_descriptor};
 use crate::detail::{RLV_CHANNEL_COLOR, RlvDetail, missing};
 use crate::registry::{self, handle};
-use crate::shape::only_cages;
-use crate::view::{Layers, Looked, TileView, View, Wanted};
+use crate::shape::SLACK;
+use crate::view::{Layers, Looked, TileView, TriangleView, View, Wanted};
 
 handle!(RlvProcedural, 12, ProceduralObject);
 
@@ -118,11 +118,11 @@ impl Cells {
     }
 }
 
-fn tiles(view: &View) -> Result<&TileView> {
-    match &view.layers {
-        Layers::Tiles(tiles) => Ok(tiles),
-        Layers::Triangles(_) => Err(only_cages("procedural")),
-    }
+/// What another cage at the end is told.
+fn other_cage() -> Error {
+    Error::invalid("the detail at the end is of another cage")
+        .at("end")
+        .advise("use a detail of the same faces, posed otherwise")
 }
 
 /// Whether tiles meet alike.
@@ -130,31 +130,51 @@ fn is_same(a: &TileTopology, b: &TileTopology) -> bool {
     a.tile_count() == b.tile_count() && (0..a.tile_count() as u32).all(|tile| a.links(tile) == b.links(tile))
 }
 
+/// The primitives of tiles.
+fn of_tiles(context: &Context, begin: &TileView, end: Option<&TileView>, cells: Cells) -> Result<Procedural> {
+    if end.is_some_and(|end| !is_same(begin.surface.topology(), end.surface.topology())) {
+        return Err(other_cage());
+    }
+    // Colours and traces need no cells of their own: they are looked up.
+    let density = |view: &TileView, tile: u32| {
+        let vectors = view.vectors.as_ref().map_or(0, |vectors| vectors.field().density(tile));
+        view.snapshot.field().density(tile).max(vectors)
+    };
+    let rates = procedural_rates(begin.surface.topology(), |tile| {
+        let there = density(begin, tile).max(end.map_or(0, |end| density(end, tile)));
+        there.clamp(cells.coarse, cells.fine)
+    });
+    let moved = end.map(TileView::displaced).transpose()?;
+    Procedural::new(context, &begin.displaced()?, moved.as_ref(), &rates)
+}
+
+/// The primitives of triangles.
+fn of_triangles(
+    context: &Context,
+    begin: &TriangleView,
+    end: Option<&TriangleView>,
+    cells: Cells,
+) -> Result<Procedural> {
+    if end.is_some_and(|end| begin.surface.topology().faces() != end.surface.topology().faces()) {
+        return Err(other_cage());
+    }
+    let moved = end.map(TriangleView::displaced).transpose()?;
+    Procedural::of_triangles(context, &begin.displaced()?, moved.as_ref(), cells.fine)
+}
+
 impl ProceduralObject {
     fn new(context: Arc<ContextObject>, begin: Arc<View>, end: Option<Arc<View>>, cells: Cells) -> Result<Self> {
-        let first = tiles(&begin)?;
-        let second = end.as_deref().map(tiles).transpose()?;
-        if let Some(second) = second
-            && !is_same(first.surface.topology(), second.surface.topology())
-        {
-            return Err(Error::invalid("the detail at the end is of another cage")
-                .at("end")
-                .advise("use a detail of the same faces, posed otherwise"));
-        }
-        // Colours and traces need no cells of their own: they are looked up.
-        let density = |view: &TileView, tile: u32| {
-            let vectors = view.vectors.as_ref().map_or(0, |vectors| vectors.field().density(tile));
-            view.snapshot.field().density(tile).max(vectors)
-        };
-        let rates = procedural_rates(first.surface.topology(), |tile| {
-            let there = density(first, tile).max(second.map_or(0, |second| density(second, tile)));
-            there.clamp(cells.coarse, cells.fine)
-        });
-        let displaced = first.displaced()?;
-        let moved = second.map(TileView::displaced).transpose()?;
         let executor = &context.context;
         let made =
-            executor.stats().time("procedural", || Procedural::new(executor, &displaced, moved.as_ref(), &rates))?;
+            executor.stats().time("procedural", || match (&begin.layers, end.as_ref().map(|end| &end.layers)) {
+                (Layers::Tiles(begin), None) => of_tiles(executor, begin, None, cells),
+                (Layers::Tiles(begin), Some(Layers::Tiles(end))) => of_tiles(executor, begin, Some(end), cells),
+                (Layers::Triangles(begin), None) => of_triangles(executor, begin, None, cells),
+                (Layers::Triangles(begin), Some(Layers::Triangles(end))) => {
+                    of_triangles(executor, begin, Some(end), cells)
+                }
+                _ => Err(other_cage()),
+            })?;
         Ok(Self { context, begin, end, cells, made })
     }
 }
@@ -408,6 +428,7 @@ entry! {
         if colors.is_some() && !(object.begin.has_paint() && object.end.as_ref().is_none_or(|end| end.has_paint())) {
             return Err(missing(RLV_CHANNEL_COLOR).at("colors"));
         }
+        let most = if matches!(object.begin.layers, Layers::Triangles(_)) { 1.0 + SLACK } else { 2.0 };
         for (index, (primitive, uv)) in primitives.iter().zip(uvs.iter()).enumerate() {
             let known = object.made.tiles().len();
             if primitive as usize >= known {
@@ -415,10 +436,10 @@ entry! {
                     .at(format!("hit {index}"))
                     .advise(format!("there are {known}")));
             }
-            if !uv.iter().all(|value| (0.0..=1.0).contains(value)) {
+            if !uv.iter().all(|value| (0.0..=1.0).contains(value)) || uv[0] + uv[1] > most {
                 return Err(Error::invalid(format!("({}, {}) is outside the tile", uv[0], uv[1]))
                     .at(format!("hit {index}"))
-                    .advise("use u and v from 0 to 1"));
+                    .advise("use u and v as a hit has them"));
             }
         }
         let wanted = Wanted { colors: colors.is_some(), ..Wanted::default() };

@@ -10,6 +10,8 @@
 use relievo_core::dispatch_simd;
 use relievo_core::simd::Arithmetic;
 
+use crate::square::Chart;
+
 /// Cells along the side of a block at most.
 pub(crate) const BLOCK: u32 = 16;
 /// Cells along the side of a leaf.
@@ -39,7 +41,7 @@ pub struct BlockRay {
 pub struct BlockHit {
     /// In multiples of the direction.
     pub distance: f32,
-    /// Parameters in the tile.
+    /// Parameters in the tile; of a triangle the barycentric coordinates of its second and third corner.
     pub uv: [f32; 2],
     /// Normal of the triangle, du × dv, of any length.
     pub normal: [f32; 3],
@@ -60,15 +62,17 @@ pub(crate) struct Pose {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Header {
     pub tile: u32,
-    /// Its first cell in the tile.
+    /// Its first cell in its square.
     pub column: u16,
     pub row: u16,
-    /// Cells along the side of the tile.
+    /// Cells along the side of its square.
     pub rate: u16,
     /// Cells along its own side: 4, 8 or 16.
     pub edge: u8,
     /// Whether it lies on an edge that a coarser tile rules, where corners are on its chords but for rounding.
     pub is_seam: bool,
+    /// How what is met lies in the tile.
+    pub chart: Chart,
     /// Its first number among the corners of a pose, and its first number among the boxes.
     pub corners: u64,
     pub boxes: u64,

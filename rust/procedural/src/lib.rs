@@ -1,21 +1,23 @@
 //! A displaced surface as primitives for a renderer's own ray hierarchy: blocks of cells with tight bounds, which are
 //! intersected on demand (`block.rs`).
 //!
-//! Every tile is a lattice of cells, as fine as its coefficients. Along an edge where tiles of different rate meet, the
-//! finer one has its corners on the chords of the coarser one, so that nothing opens. A primitive is a block of at most
-//! 16 by 16 cells. A second moment makes it move: corners and bounds go straight from one place to the other. Units:
-//! object units; time from 0 to 1 between the moments.
+//! Every tile is a square of cells, as fine as its coefficients (`tiles.rs`), every triangle three (`faces.rs`). A
+//! primitive is a block of at most 16 by 16 cells. A second moment makes it move: corners and bounds go straight from one
+//! place to the other. Units: object units; time from 0 to 1 between the moments.
 
 mod block;
+mod faces;
+mod square;
+mod tiles;
 
 use relievo_core::simd::Level;
 use relievo_core::{Context, Error, Result};
-use relievo_surface::{Grid, Link, Placement, TileTopology};
-
-use relievo_tiles::{Displaced, Points};
 
 use crate::block::{BLOCK, CORNERS, Header, LANES, LEAF, MAX_OFFSET, Pose, Stored, View, intersect};
 pub use crate::block::{BlockHit, BlockRay, MIN_RATE};
+pub use crate::faces::MAX_SEGMENTS;
+use crate::square::{Chart, Lattice, Square};
+pub use crate::tiles::procedural_rates;
 
 /// The largest number of cells along a tile.
 pub const MAX_CELLS: u32 = 512;
@@ -40,83 +42,79 @@ pub struct Procedural {
     begin: Moment,
     end: Option<Moment>,
     tiles: Vec<u32>,
+    /// Whether squares are other than tiles.
+    has_charts: bool,
 }
-
-/// Cells along every tile, from those along an edge of the cage: powers of two from 4 to 512, half for sub-tiles; 0 for
-/// holes.
-pub fn procedural_rates(topology: &TileTopology, cells: impl Fn(u32) -> u32) -> Vec<u32> {
-    let rate = |tile: u32| {
-        if topology.is_hole(tile) {
-            return 0;
-        }
-        let cells = cells(tile) >> u32::from(topology.is_sub(tile));
-        cells.clamp(MIN_RATE, MAX_CELLS).next_power_of_two()
-    };
-    (0..topology.tile_count() as u32).map(rate).collect()
-}
-
-/// The lattice of a tile: (rate + 1)² corners, row by row.
-type Lattice = Vec<[f32; 3]>;
 
 impl Procedural {
-    /// The primitives of a surface with `rates[tile]` cells along each tile ([`procedural_rates`]); if `end` is given,
-    /// of one that moves from the first to the second.
+    /// The primitives of squares, of which `lattice` makes the corners, at the end if its second argument is true.
     ///
-    /// Fails if the surfaces have other tiles than there are rates, or it does not fit the memory limit.
-    pub fn new(context: &Context, begin: &Displaced<'_>, end: Option<&Displaced<'_>>, rates: &[u32]) -> Result<Self> {
-        let topology = begin.field().topology();
-        let fits = |displaced: &Displaced<'_>| displaced.field().tile_count() == rates.len();
-        if !fits(begin) || !end.is_none_or(fits) {
-            return Err(Error::invalid("the surface at the end has other tiles than at the beginning")
-                .advise("use the same cage in another pose"));
-        }
-        let moments = 1 + u64::from(end.is_some());
+    /// Fails if it does not fit the memory limit.
+    fn of_squares(
+        context: &Context,
+        squares: &[Square],
+        moves: bool,
+        lattice: impl Fn(&Square, bool) -> Result<Lattice> + Sync,
+    ) -> Result<Self> {
+        let moments = 1 + u64::from(moves);
         // While it is made, corners are there as floats too.
-        let bytes: u64 = rates.iter().map(|rate| 40 * u64::from(*rate).pow(2)).sum::<u64>().saturating_mul(moments);
+        let bytes: u64 = squares.iter().map(|square| 40 * u64::from(square.rate).pow(2)).sum::<u64>();
+        let bytes = bytes.saturating_mul(moments);
         if bytes > context.memory_limit() {
             return Err(Error::memory(format!("the procedural takes {bytes} bytes while it is made"))
                 .advise("use fewer cells or raise the memory limit of the context"));
         }
-        let sides: Vec<Sides> = (0..rates.len() as u32).map(|tile| Sides::of(topology, rates, tile)).collect();
-        let first = lattices(context, begin, rates, &sides)?;
-        let second = end.map(|end| lattices(context, end, rates, &sides)).transpose()?;
+        let lattices = |at_end: bool| -> Result<Vec<Lattice>> {
+            let made = context.map(squares.len(), |index| -> Result<Lattice> {
+                let mut made = lattice(&squares[index], at_end)?;
+                squares[index].chords(&mut made);
+                Ok(made)
+            });
+            made.into_iter().collect()
+        };
+        let first = lattices(false)?;
+        let second = moves.then(|| lattices(true)).transpose()?;
         let all = || first.iter().chain(second.iter().flatten());
-        let (origin, step) = scale(all().flatten(), all().zip(rates.iter().chain(rates)));
-        let mut headers = Vec::new();
+        let (origin, step) = scale(all().flatten(), all().zip(squares.iter().chain(squares)));
+        let mut blocks = Vec::new();
         let (mut corners, mut boxes) = (0_u64, 0_u64);
-        for (tile, rate) in (0_u32..).zip(rates).filter(|(_, rate)| **rate > 0) {
-            let edge = BLOCK.min(*rate);
-            for row in (0..*rate).step_by(edge as usize) {
-                for column in (0..*rate).step_by(edge as usize) {
-                    let [down, right, up, left] =
-                        sides[tile as usize].0.each_ref().map(|ruled| ruled.iter().any(|cells| *cells > 0));
+        for (index, square) in squares.iter().enumerate() {
+            let rate = square.rate;
+            let edge = BLOCK.min(rate);
+            let [down, right, up, left] = square.seams();
+            for row in (0..rate).step_by(edge as usize) {
+                for column in (0..rate).step_by(edge as usize) {
                     let is_seam = (row == 0 && down)
-                        || (column + edge == *rate && right)
-                        || (row + edge == *rate && up)
+                        || (column + edge == rate && right)
+                        || (row + edge == rate && up)
                         || (column == 0 && left);
-                    headers.push(Header {
-                        tile,
+                    let header = Header {
+                        tile: square.tile,
                         column: column as u16,
                         row: row as u16,
-                        rate: *rate as u16,
+                        rate: rate as u16,
                         edge: edge as u8,
                         is_seam,
+                        chart: square.chart,
                         corners,
                         boxes,
-                    });
+                    };
+                    blocks.push((index, header));
                     corners += Header::corner_numbers(edge) as u64;
                     boxes += 6 * Header::leaves(edge) as u64;
                 }
             }
         }
-        if u32::try_from(headers.len()).is_err() {
+        if u32::try_from(blocks.len()).is_err() {
             return Err(Error::unsupported("a procedural of 2^32 blocks or more").advise("use fewer cells"));
         }
-        let begin = Moment::of(context, &headers, &first, origin, step)?;
+        let begin = Moment::of(context, &blocks, &first, origin, step)?;
         drop(first);
-        let end = second.map(|second| Moment::of(context, &headers, &second, origin, step)).transpose()?;
+        let end = second.map(|second| Moment::of(context, &blocks, &second, origin, step)).transpose()?;
+        let headers: Vec<Header> = blocks.into_iter().map(|(_, header)| header).collect();
         let tiles = headers.iter().map(|header| header.tile).collect();
-        Ok(Self { level: context.level(), origin, step, headers, begin, end, tiles })
+        let has_charts = squares.iter().any(|square| square.chart != Chart::Tile);
+        Ok(Self { level: context.level(), origin, step, headers, begin, end, tiles, has_charts })
     }
 
     /// The tile of every primitive.
@@ -183,7 +181,19 @@ impl Procedural {
 
     /// Where a ray meets a primitive first; `None` if it does not, or there is no such primitive.
     pub fn intersect(&self, primitive: u32, ray: &BlockRay) -> Option<BlockHit> {
+        if self.has_charts {
+            return self.intersect_part(primitive, ray);
+        }
         intersect(self.level, &self.view(primitive)?, ray, self.origin, false)
+    }
+
+    /// As [`Self::intersect`], of a primitive that may be a part of its tile. By itself, since the few instructions more
+    /// cost tiles three rays in a hundred.
+    #[inline(never)]
+    fn intersect_part(&self, primitive: u32, ray: &BlockRay) -> Option<BlockHit> {
+        let view = self.view(primitive)?;
+        let hit = intersect(self.level, &view, ray, self.origin, false)?;
+        Some(BlockHit { uv: view.header.chart.place(hit.uv), ..hit })
     }
 
     /// Whether a ray meets a primitive.
@@ -192,69 +202,11 @@ impl Procedural {
     }
 }
 
-/// How many cells along each edge of a tile a coarser neighbour rules, half by half; 0 where none does.
-struct Sides([[u32; 2]; 4]);
-
-impl Sides {
-    fn of(topology: &TileTopology, rates: &[u32], tile: u32) -> Self {
-        let rate = rates[tile as usize];
-        let half = rate / 2;
-        let of = |tile: u32| rates.get(tile as usize).copied().filter(|rate| *rate > 0).unwrap_or(u32::MAX);
-        // The cells of a neighbour along half of the edge, if they are fewer than its own.
-        let ruled = |cells: u32| if cells < half { cells } else { 0 };
-        Self([0, 1, 2, 3].map(|edge| match topology.link(tile, edge) {
-            Link::Boundary | Link::Pinned { .. } => [0; 2],
-            Link::Whole { side, .. } => [ruled(of(side.tile) / 2); 2],
-            // Half of this edge is a quarter of the other's.
-            Link::Half { side, .. } => [ruled(of(side.tile) / 4); 2],
-            Link::Halves { first, second, .. } => [ruled(of(first.tile)), ruled(of(second.tile))],
-        }))
-    }
-}
-
-/// The lattices of all tiles, those of holes empty.
-fn lattices(context: &Context, displaced: &Displaced<'_>, rates: &[u32], sides: &[Sides]) -> Result<Vec<Lattice>> {
-    let made = context.map(rates.len(), |tile| -> Result<Lattice> {
-        let rate = rates[tile];
-        if rate == 0 {
-            return Ok(Vec::new());
-        }
-        let mut points = Points::default();
-        displaced.grid(context, tile as u32, &Grid::whole(rate, Placement::Lattice), &mut points)?;
-        chords(&mut points.p, rate, &sides[tile]);
-        Ok(points.p)
-    });
-    made.into_iter().collect()
-}
-
-/// Puts corners on edges that a coarser tile rules on its chords.
-fn chords(lattice: &mut [[f32; 3]], rate: u32, sides: &Sides) {
-    let (n, stride) = (rate as usize, rate as usize + 1);
-    for (edge, halves) in sides.0.iter().enumerate() {
-        let at = |k: usize| match edge {
-            0 => k,
-            1 => k * stride + n,
-            2 => n * stride + n - k,
-            _ => (n - k) * stride,
-        };
-        for (half, cells) in halves.iter().enumerate().filter(|(_, cells)| **cells > 0) {
-            let length = n / 2 / *cells as usize;
-            for start in (half * n / 2..(half + 1) * n / 2).step_by(length) {
-                let (a, b) = (lattice[at(start)], lattice[at(start + length)]);
-                for k in 1..length {
-                    let t = k as f32 / length as f32;
-                    lattice[at(start + k)] = [0, 1, 2].map(|axis| a[axis] + t * (b[axis] - a[axis]));
-                }
-            }
-        }
-    }
-}
-
 /// The origin and the step of all corners: a power of two, at which every block's offsets fit 16 bits and coordinates
 /// are exact.
 fn scale<'a>(
     points: impl Iterator<Item = &'a [f32; 3]>,
-    tiles: impl Iterator<Item = (&'a Lattice, &'a u32)>,
+    lattices: impl Iterator<Item = (&'a Lattice, &'a Square)>,
 ) -> ([f32; 3], f32) {
     let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for point in points {
@@ -272,10 +224,11 @@ fn scale<'a>(
     let origin = if farthest <= 4.0 * extent { [0.0; 3] } else { [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis])) };
     let reach = if farthest <= 4.0 * extent { farthest } else { extent };
     let mut widest = 0.0_f32;
-    for (lattice, rate) in tiles {
-        let (stride, edge) = (*rate as usize + 1, BLOCK.min(*rate) as usize);
-        for row in (0..*rate as usize).step_by(edge.max(1)) {
-            for column in (0..*rate as usize).step_by(edge) {
+    for (lattice, square) in lattices {
+        let (rate, edge) = (square.rate as usize, BLOCK.min(square.rate) as usize);
+        let stride = rate + 1;
+        for row in (0..rate).step_by(edge) {
+            for column in (0..rate).step_by(edge) {
                 let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
                 for corners in lattice.chunks_exact(stride).skip(row).take(edge + 1) {
                     for corner in &corners[column..=column + edge] {
@@ -294,22 +247,29 @@ fn scale<'a>(
 }
 
 impl Moment {
-    fn of(context: &Context, headers: &[Header], lattices: &[Lattice], origin: [f32; 3], step: f32) -> Result<Self> {
+    /// Of blocks, each with the number of its lattice.
+    fn of(
+        context: &Context,
+        blocks: &[(usize, Header)],
+        lattices: &[Lattice],
+        origin: [f32; 3],
+        step: f32,
+    ) -> Result<Self> {
         /// Blocks of one item of parallel work.
         const CHUNK: usize = 64;
-        let parts = context.map(headers.len().div_ceil(CHUNK), |chunk| {
+        let parts = context.map(blocks.len().div_ceil(CHUNK), |chunk| {
             let mut part = Self::default();
-            for header in headers.iter().skip(chunk * CHUNK).take(CHUNK) {
-                part.add(header, &lattices[header.tile as usize], origin, step)?;
+            for (lattice, header) in blocks.iter().skip(chunk * CHUNK).take(CHUNK) {
+                part.add(header, &lattices[*lattice], origin, step)?;
             }
             Ok(part)
         });
         let mut all = Self::default();
-        let blocks = |edge: &Header| u32::from(edge.edge);
-        let numbers: usize = headers.iter().map(|header| Header::corner_numbers(blocks(header))).sum();
+        let edges = || blocks.iter().map(|(_, header)| u32::from(header.edge));
+        let numbers: usize = edges().map(Header::corner_numbers).sum();
         all.corners.reserve_exact(numbers + LANES);
-        all.boxes.reserve_exact(headers.iter().map(|header| 6 * Header::leaves(blocks(header))).sum());
-        all.poses.reserve_exact(headers.len());
+        all.boxes.reserve_exact(edges().map(|edge| 6 * Header::leaves(edge)).sum());
+        all.poses.reserve_exact(blocks.len());
         for part in parts {
             let part: Self = part?;
             all.poses.extend(part.poses);

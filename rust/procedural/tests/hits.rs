@@ -4,9 +4,13 @@
 use glam::Vec3;
 use half::f16;
 use relievo_core::{Context, ContextOptions, Mesh};
-use relievo_procedural::{BlockHit, BlockRay, Procedural, procedural_rates};
-use relievo_surface::{Place, Surface, SurfaceOptions};
+use relievo_procedural::{BlockHit, BlockRay, MAX_SEGMENTS, Procedural, procedural_rates};
+use relievo_surface::{Place, Surface, SurfaceOptions, TriangleSurface};
 use relievo_testing::{Random, grid};
+use relievo_tiles::triangle::{
+    FaceRates, Pattern, TriangleChannel, TriangleDisplaced, TriangleNormals, TriangleOptions, TriangleSets,
+    TriangleTessellation, TriangleValues, edge_foot, foot_at,
+};
 use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Sets};
 
 fn surface(mesh: &Mesh) -> Surface {
@@ -31,6 +35,39 @@ fn dented(surface: &Surface, depth: f32) -> Displacement {
     });
     displacement.settle(&context, &changes.unwrap()).unwrap();
     displacement
+}
+
+/// The triangles of a closed tube, and heights in some of them, of 8, 16 or 32 segments a side.
+fn dented_triangles(depth: f32, sizes: &[u32]) -> (Mesh, TriangleSurface, TriangleChannel) {
+    let context = Context::serial();
+    let quads = grid(4, true, &[2], false);
+    let mesh = Mesh::from_triangles(quads.points.clone(), &quads.triangles());
+    let surface = TriangleSurface::new(&context, &mesh).unwrap();
+    let topology = surface.topology().clone();
+    let options = TriangleOptions { segments: 32, budget: 1 << 24 };
+    let mut channel = TriangleChannel::displacement(topology.clone(), &options).unwrap();
+    for face in (0..topology.face_count() as u32).filter(|face| face * 7 % 5 < 2) {
+        let pattern = Pattern::new(sizes[face as usize % sizes.len()]).unwrap();
+        channel.apply(&context, pattern, &TriangleSets { allocate: vec![face], ..Default::default() }).unwrap();
+    }
+    let field = channel.field().clone();
+    let wave = |p: Vec3| f16::from_f32(depth * (3.0 * p.x).sin() * (2.0 * p.y + p.z).cos());
+    let inside = |face: u32| {
+        let corners = surface.corner_points(face).map(Vec3::from);
+        let place = |at: &[f32; 3]| wave(corners[0] * at[0] + corners[1] * at[1] + corners[2] * at[2]);
+        (face, field.face_pattern(face).unwrap().places().iter().map(place).collect())
+    };
+    let along = |edge: u32| {
+        let segments = field.edge_pattern(edge).unwrap().segments();
+        (edge, (1..segments).map(|step| wave(edge_foot(&surface, edge, step, segments).point)).collect())
+    };
+    let (faces, edges) = (field.allocated().map(inside).collect(), field.allocated_edges().map(along).collect());
+    // A vertex of which all faces have blocks moves too.
+    let inner = |vertex: &u32| topology.faces_around(*vertex).all(|(face, _)| field.is_allocated(face));
+    let vertices = (0..topology.vertex_count() as u32).filter(inner);
+    let vertices = vertices.map(|vertex| (vertex, wave(Vec3::from(surface.points()[vertex as usize]))));
+    channel.write(TriangleValues { faces, edges, vertices: vertices.collect() }).unwrap();
+    (mesh, surface, channel)
 }
 
 /// The nearest hit over all primitives whose bounds the ray meets, and its primitive.
@@ -125,6 +162,76 @@ fn nothing_slips_between_tiles_of_different_rates() {
             // From the middle of the tube, which is narrower in the limit, to everywhere.
             let ray = ray(&mut random, Vec3::new(2.0, 0.0, 0.0), 1.0);
             assert!(cast(&procedural, &ray).is_some(), "{seed} {ray:?}");
+        }
+    }
+}
+
+#[test]
+fn rays_meet_the_triangles_of_triangle_meshes() {
+    let context = Context::serial();
+    let (mesh, surface, channel) = dented_triangles(0.05, &[32]);
+    let displaced = TriangleDisplaced::new(&surface, channel.field()).unwrap();
+    let procedural = Procedural::of_triangles(&context, &displaced, None, MAX_SEGMENTS).unwrap();
+    let normals = TriangleNormals::of(&context, &displaced).unwrap();
+    let rates = |face: u32| FaceRates::of(channel.field(), face);
+    let triangles = TriangleTessellation::new(&context, &displaced, &normals, &mesh, rates).unwrap();
+    let (mut random, mut hits, mut apart, mut off) = (Random(3), 0, 0, 0);
+    for _ in 0..1500 {
+        let ray = ray(&mut random, Vec3::new(9.0, 2.0, 3.0), 2.0);
+        match (cast(&procedural, &ray), trace(&triangles.mesh, &ray)) {
+            (Some((primitive, hit)), Some(distance)) => {
+                hits += 1;
+                let face = procedural.tiles()[primitive as usize];
+                let [u, v] = hit.uv;
+                assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.000001, "{hit:?}");
+                let at = [1.0 - u - v, u, v].map(|share| share.max(0.0));
+                let foot = foot_at(&surface, face, at);
+                let point = foot.point + displaced.offset(face, at, foot.normal);
+                let met = Vec3::from(ray.origin) + hit.distance * Vec3::from(ray.direction);
+                off += usize::from(met.distance(point) > 2e-3);
+                // Faces beside those with blocks are fans of a few triangles there.
+                let same = (f64::from(hit.distance) - distance).abs() < 1e-3 || !channel.field().is_allocated(face);
+                apart += usize::from(!same);
+            }
+            (None, None) => {}
+            _ => apart += 1,
+        }
+    }
+    assert!(hits > 350 && apart < 8 && off < hits / 20, "{hits} {apart} {off}");
+    // Flat triangles face outwards as the mesh does.
+    let options = TriangleOptions { segments: 32, budget: 1 << 20 };
+    let flat = TriangleChannel::displacement(surface.topology().clone(), &options).unwrap();
+    let displaced = TriangleDisplaced::new(&surface, flat.field()).unwrap();
+    let procedural = Procedural::of_triangles(&context, &displaced, None, MAX_SEGMENTS).unwrap();
+    assert_eq!(procedural.tiles().len(), surface.topology().face_count());
+    let mut hits = 0;
+    for _ in 0..300 {
+        let ray = ray(&mut random, Vec3::new(9.0, 2.0, 3.0), 2.0);
+        let (found, wanted) = (cast(&procedural, &ray), trace(&mesh, &ray));
+        let Some((face, hit)) = found else { continue };
+        let [a, b, c] = surface.corner_points(face).map(Vec3::from);
+        let flat = (b - a).cross(c - a).normalize();
+        assert!(Vec3::from(hit.normal).normalize().dot(flat) > 0.999);
+        let met = a + hit.uv[0] * (b - a) + hit.uv[1] * (c - a);
+        assert!((Vec3::from(ray.origin) + hit.distance * Vec3::from(ray.direction)).distance(met) < 1e-4);
+        hits += usize::from(wanted.is_some_and(|distance| (f64::from(hit.distance) - distance).abs() < 1e-4));
+    }
+    assert!(hits > 60, "{hits}");
+}
+
+#[test]
+fn nothing_slips_between_triangles_of_different_rates() {
+    let context = Context::serial();
+    for sizes in [&[8, 32, 16][..], &[32, 8], &[16]] {
+        let (_, surface, channel) = dented_triangles(0.05, sizes);
+        let displaced = TriangleDisplaced::new(&surface, channel.field()).unwrap();
+        for most in [8, 16, MAX_SEGMENTS] {
+            let procedural = Procedural::of_triangles(&context, &displaced, None, most).unwrap();
+            let mut random = Random(u64::from(most));
+            for _ in 0..600 {
+                let ray = ray(&mut random, Vec3::new(2.0, 0.0, 0.0), 1.0);
+                assert!(cast(&procedural, &ray).is_some(), "{sizes:?} {most} {ray:?}");
+            }
         }
     }
 }

@@ -1,5 +1,5 @@
-// A host with an Embree scene of its own, in which a detail is user geometry: hits, silhouettes, packets, motion blur,
-// attributes and memory, held against Embree's own triangles of the same surface.
+// A host with an Embree scene of its own, of version 3 or 4, in which a detail is user geometry: hits, silhouettes,
+// packets, motion blur, filter functions, attributes and memory, held against Embree's own triangles of the same surface.
 #include "renderer.h"
 
 #include <cmath>
@@ -85,12 +85,16 @@ RTCRayHit prepared(const Ray &ray, float time) {
     return out;
 }
 
-RTCRayHit cast(RTCScene scene, const Ray &ray, float time = 0.0f) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+RTCRayHit cast(RTCScene scene, const Ray &ray, float time = 0.0f, RTCFilterFunctionN filter = nullptr) {
     RTCRayHit out = prepared(ray, time);
-    rtcIntersect1(scene, &context, &out);
+    trace(scene, out, filter);
     return out;
+}
+
+bool is_occluded(RTCScene scene, const Ray &ray, float time = 0.0f, RTCFilterFunctionN filter = nullptr) {
+    RTCRay out = prepared(ray, time).ray;
+    shadow(scene, out, filter);
+    return out.tfar < 0.0f;
 }
 
 bool is_hit(const RTCRayHit &ray) { return ray.hit.geomID != RTC_INVALID_GEOMETRY_ID; }
@@ -102,11 +106,7 @@ void check_hits(RTCScene procedural, RTCScene triangles, const std::vector<Ray> 
     size_t hits = 0, grazing = 0, different = 0;
     for (const Ray &ray : rays) {
         const RTCRayHit ours = cast(procedural, ray), theirs = cast(triangles, ray);
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        RTCRay shadow = prepared(ray, 0.0f).ray;
-        rtcOccluded1(procedural, &context, &shadow);
-        CHECK((shadow.tfar < 0.0f) == is_hit(ours));
+        CHECK(is_occluded(procedural, ray) == is_hit(ours));
         if (is_hit(ours) != is_hit(theirs)) {
             ++grazing;
             continue;
@@ -133,45 +133,91 @@ void check_hits(RTCScene procedural, RTCScene triangles, const std::vector<Ray> 
     }
 }
 
-/// Packets find to the bit what single rays find.
-template <int N, class Packet, class Cast>
-void check_packets(RTCScene scene, const std::vector<Ray> &rays, float time, Cast cast_packet) {
+/// Packets find to the bit what single rays find, and shadows where these hit.
+template <int N> void check_packets(RTCScene scene, const std::vector<Ray> &rays, float time) {
+    // A later Embree has a number more.
+    constexpr int KINDS = RAY + HIT + 1;
     for (size_t first = 0; first + N <= rays.size(); first += N) {
-        alignas(64) Packet packet = {};
+        alignas(64) float numbers[KINDS * N], shadows[RAY * N];
         alignas(64) int valid[N];
-        auto *numbers = reinterpret_cast<float *>(&packet);
         for (int k = 0; k < N; ++k) {
             // Every fifth lane is off.
             valid[k] = (first + size_t(k)) % 5 == 4 ? 0 : -1;
             const RTCRayHit one = prepared(rays[first + size_t(k)], time);
-            float single[20];
-            std::memcpy(single, &one.ray, 48);
-            std::memcpy(single + 12, &one.hit, 32);
-            for (int kind = 0; kind < 20; ++kind) {
+            float single[KINDS];
+            std::memset(single, 0xff, sizeof single);
+            std::memcpy(single, &one.ray, 4 * RAY);
+            std::memcpy(single + RAY, &one.hit, 4 * HIT);
+            for (int kind = 0; kind < KINDS; ++kind) {
                 numbers[kind * N + k] = single[kind];
             }
+            for (int kind = 0; kind < int(RAY); ++kind) {
+                shadows[kind * N + k] = single[kind];
+            }
         }
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        cast_packet(valid, scene, &context, &packet);
+        trace_packet<N>(valid, scene, numbers);
+        shadow_packet<N>(valid, scene, shadows);
         for (int k = 0; k < N; ++k) {
             const RTCRayHit one = valid[k] ? cast(scene, rays[first + size_t(k)], time)
                                            : prepared(rays[first + size_t(k)], time);
-            float single[20], lane[20];
-            std::memcpy(single, &one.ray, 48);
-            std::memcpy(single + 12, &one.hit, 32);
-            for (int kind = 0; kind < 20; ++kind) {
+            float single[RAY + HIT], lane[RAY + HIT];
+            std::memcpy(single, &one.ray, 4 * RAY);
+            std::memcpy(single + RAY, &one.hit, 4 * HIT);
+            for (int kind = 0; kind < int(RAY + HIT); ++kind) {
                 lane[kind] = numbers[kind * N + k];
             }
             CHECK(std::memcmp(single, lane, sizeof single) == 0);
+            CHECK((shadows[8 * N + k] < 0.0f) == is_hit(one));
         }
     }
 }
 
 void check_all_packets(RTCScene scene, const std::vector<Ray> &rays, float time) {
-    check_packets<4, RTCRayHit4>(scene, rays, time, rtcIntersect4);
-    check_packets<8, RTCRayHit8>(scene, rays, time, rtcIntersect8);
-    check_packets<16, RTCRayHit16>(scene, rays, time, rtcIntersect16);
+    check_packets<4>(scene, rays, time);
+    check_packets<8>(scene, rays, time);
+    check_packets<16>(scene, rays, time);
+}
+
+/// Refuses hits on fronts.
+void refuse_fronts(const RTCFilterFunctionNArguments *args) {
+    const float *const ray = reinterpret_cast<const float *>(args->ray), *const hit = reinterpret_cast<const float *>(args->hit);
+    CHECK(args->N == 1 && args->valid[0] == -1);
+    if (ray[4] * hit[0] + ray[5] * hit[1] + ray[6] * hit[2] < 0.0f) {
+        args->valid[0] = 0;
+    }
+}
+
+void refuse_all(const RTCFilterFunctionNArguments *args) { args->valid[0] = 0; }
+
+/// Filter functions of the geometry and of the call are asked about hits, and rays go on behind what they refuse.
+void check_filters(RTCDevice device, RTCScene plain, RlvProcedural procedural, const std::vector<Ray> &rays) {
+    Geometry through, open;
+    RTCScene backs = scene_of(device, through, procedural, refuse_fronts, true);
+    RTCScene all = scene_of(device, open, procedural, nullptr, true);
+    size_t passed = 0;
+    for (const Ray &ray : rays) {
+        RTCRayHit wanted = cast(plain, ray);
+        const RTCRayHit same = cast(all, ray);
+        CHECK(std::memcmp(&wanted.hit, &same.hit, 4 * HIT) == 0);
+        while (is_hit(wanted) && wanted.hit.Ng_x * ray.direction[0] + wanted.hit.Ng_y * ray.direction[1] +
+                                         wanted.hit.Ng_z * ray.direction[2] < 0.0f) {
+            const float far = wanted.ray.tfar;
+            wanted = prepared(ray, 0.0f);
+            wanted.ray.tnear = std::nextafter(far, INFINITY);
+            trace(plain, wanted);
+        }
+        for (const RTCRayHit &found : {cast(backs, ray), cast(all, ray, 0.0f, refuse_fronts)}) {
+            CHECK(is_hit(found) == is_hit(wanted) && found.ray.tfar == wanted.ray.tfar);
+            CHECK(!is_hit(found) || std::memcmp(&found.hit, &wanted.hit, 4 * HIT) == 0);
+        }
+        CHECK(is_occluded(backs, ray) == is_hit(wanted) && is_occluded(all, ray, 0.0f, refuse_fronts) == is_hit(wanted));
+        CHECK(!is_hit(cast(all, ray, 0.0f, refuse_all)) && !is_occluded(all, ray, 0.0f, refuse_all));
+        passed += is_hit(wanted);
+    }
+    CHECK(passed > rays.size() / 4);
+    check_all_packets(backs, rays, 0.0f);
+    rtcReleaseScene(backs);
+    rtcReleaseScene(all);
 }
 
 /// The attributes at hits are those of the detail.
@@ -281,11 +327,7 @@ void check_garbage(RlvContext context, RlvProcedural procedural, RlvDetail detai
         kind.kind = triangles ? RLV_SURFACE_TRIANGLES : RLV_SURFACE_CATMULL_CLARK;
         CHECK_OK(rlv_surface_create(context, plane, &kind, &surface));
         CHECK_OK(rlv_detail_create(surface, nullptr, nullptr, &other));
-        if (triangles) {
-            CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_procedural_create(other, nullptr, &none), "procedural");
-        } else {
-            CHECK_FAILS(RLV_ERROR_INVALID, rlv_procedural_create_moving(procedural, other, &none), "end");
-        }
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_procedural_create_moving(procedural, other, &none), "end");
         CHECK_OK(rlv_detail_release(other));
         CHECK_OK(rlv_surface_release(surface));
     }
@@ -316,6 +358,89 @@ void edit(RlvContext context, RlvDetail detail) {
         CHECK_OK(rlv_brush_release(brush));
     }
     CHECK_OK(rlv_detail_commit(detail, nullptr));
+}
+
+/// A detail of a triangle mesh: the triangles that it is tessellated as, in less memory, closed and moving.
+void check_triangle_mesh(RlvContext context, RTCDevice device, const std::vector<Ray> &rays) {
+    RlvSurface ball = RLV_NULL, surface = RLV_NULL;
+    RlvMesh round = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    RlvProcedural procedural = RLV_NULL, moving = RLV_NULL;
+    RlvTessellateOptions rough = RLV_TESSELLATE_OPTIONS_INIT;
+    RlvSurfaceOptions kind = RLV_SURFACE_OPTIONS_INIT;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvProceduralInfo info = RLV_PROCEDURAL_INFO_INIT;
+    const RlvMesh cage = cube(context, 0.0f);
+    CHECK_OK(rlv_surface_create(context, cage, nullptr, &ball));
+    rough.coarse = rough.fine = 4;
+    CHECK_OK(rlv_tessellate_surface(ball, &rough, &round));
+    kind.kind = RLV_SURFACE_TRIANGLES;
+    CHECK_OK(rlv_surface_create(context, round, &kind, &surface));
+    options.tile_size = 32;
+    CHECK_OK(rlv_detail_create(surface, &options, nullptr, &detail));
+    CHECK_OK(rlv_detail_add_paint(detail, nullptr));
+    edit(context, detail);
+    CHECK_OK(rlv_procedural_create(detail, nullptr, &procedural));
+    CHECK_OK(rlv_procedural_info(procedural, &info));
+    Geometry geometry, motion;
+    size_t triangle_count = 0;
+    const int64_t before = device_bytes;
+    RTCScene triangles = triangles_of(device, detail, 0, 16, &triangle_count);
+    const int64_t between = device_bytes;
+    RTCScene scene = scene_of(device, geometry, procedural);
+    const int64_t ours = device_bytes - between + int64_t(info.bytes), theirs = between - before;
+    if (ours * 6 > theirs) {
+        fprintf(stderr, "%lld bytes where %zu triangles take %lld\n", (long long)ours, triangle_count, (long long)theirs);
+        exit(1);
+    }
+    check_hits(scene, triangles, rays, 2e-3f);
+    check_all_packets(scene, std::vector<Ray>(rays.begin(), rays.begin() + 2000), 0.0f);
+    check_attributes(scene, procedural, detail, rays);
+    check_filters(device, scene, procedural, std::vector<Ray>(rays.begin(), rays.begin() + 500));
+    Random random;
+    for (int k = 0; k < 20000; ++k) {
+        const Ray ray = {{0.1f * random.next(), 0.1f * random.next(), 0.1f * random.next()},
+                         {random.next() - 0.5f, random.next() - 0.5f, random.next() - 0.5f}};
+        CHECK(is_hit(cast(scene, ray)));
+    }
+    // Half of a square is no triangle.
+    const uint32_t first = 0;
+    const float outside[2] = {0.75f, 0.5f};
+    RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT;
+    hits.count = 1;
+    hits.primitives = &first;
+    hits.uvs = outside;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_procedural_evaluate(procedural, &hits), "outside");
+
+    RlvMeshInfo mesh = RLV_MESH_INFO_INIT;
+    CHECK_OK(rlv_mesh_info(round, &mesh));
+    std::vector<float> points(3 * mesh.point_count);
+    CHECK_OK(rlv_mesh_get_points(round, points.data(), mesh.point_count, 0));
+    for (size_t k = 0; k < points.size(); k += 3) {
+        points[k] += 1.0f;
+    }
+    CHECK_OK(rlv_detail_set_points(detail, points.data(), mesh.point_count, 0));
+    CHECK_OK(rlv_detail_commit(detail, nullptr));
+    CHECK_OK(rlv_procedural_create_moving(procedural, detail, &moving));
+    RTCScene blurred = scene_of(device, motion, moving);
+    size_t grazing = 0;
+    for (size_t k = 0; k < 2000; ++k) {
+        Ray shifted = rays[k];
+        shifted.origin[0] += 0.375f;
+        const RTCRayHit still = cast(scene, rays[k]), now = cast(blurred, shifted, 0.375f);
+        grazing += is_hit(still) != is_hit(now) || (is_hit(still) && std::fabs(still.ray.tfar - now.ray.tfar) > 1e-3f);
+    }
+    CHECK(grazing < 20);
+    for (RTCScene made : {blurred, scene, triangles}) {
+        rtcReleaseScene(made);
+    }
+    CHECK_OK(rlv_procedural_release(moving));
+    CHECK_OK(rlv_procedural_release(procedural));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_surface_release(ball));
+    CHECK_OK(rlv_mesh_release(round));
+    CHECK_OK(rlv_mesh_release(cage));
 }
 
 } // namespace
@@ -359,6 +484,7 @@ int main() {
     check_hits(scene, triangles, rays, 2e-3f);
     check_all_packets(scene, rays, 0.0f);
     check_attributes(scene, uniform, detail, rays);
+    check_filters(device, scene, uniform, std::vector<Ray>(rays.begin(), rays.begin() + 2000));
     check_garbage(context, uniform, detail);
     rtcReleaseScene(scene);
 
@@ -378,11 +504,13 @@ int main() {
     // From many threads at once.
     std::vector<std::thread> threads;
     for (int k = 0; k < 4; ++k) {
-        threads.emplace_back([&] { check_packets<8, RTCRayHit8>(scene, std::vector<Ray>(rays.begin(), rays.begin() + 800), 0.0f, rtcIntersect8); });
+        threads.emplace_back([&] { check_packets<8>(scene, std::vector<Ray>(rays.begin(), rays.begin() + 800), 0.0f); });
     }
     for (std::thread &thread : threads) {
         thread.join();
     }
+
+    check_triangle_mesh(context, device, rays);
 
     // Moves by one to the right, and loses nothing: at both ends what stands there, between them on the way.
     float points[8][3];

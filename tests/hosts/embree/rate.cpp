@@ -20,16 +20,14 @@ constexpr int RUNS = 5;
 double seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 /// Million rays a second.
-double cast_all(RTCScene scene, const std::vector<RTCRayHit> &rays, bool shadow) {
+double cast_all(RTCScene scene, const std::vector<RTCRayHit> &rays, bool is_shadow) {
     const double start = seconds();
     for (const RTCRayHit &ray : rays) {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
         RTCRayHit own = ray;
-        if (shadow) {
-            rtcOccluded1(scene, &context, &own.ray);
+        if (is_shadow) {
+            shadow(scene, own.ray);
         } else {
-            rtcIntersect1(scene, &context, &own);
+            trace(scene, own);
         }
     }
     return 1e-6 * double(rays.size()) / (seconds() - start);
