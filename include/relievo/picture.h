@@ -9,6 +9,11 @@
  *     x = (t % columns) * cell + gutter + u * side        y = (t / columns) * cell + gutter + v * side
  * in pixels of level 0 from the first corner of the first pixel; divided by width and height it holds for all levels.
  *
+ * In a document of a triangle mesh the tiles are its triangles, u and v the barycentric coordinates of the second and
+ * third corner, so that a triangle is the half u + v <= 1 of its cell. What is beyond that diagonal continues it, as the
+ * gutter does. Values are sampled as far apart as they are kept along the edges; vectors are in the frame of the
+ * triangle, along its first edge. What is said of the file has "surface": "triangles", or else "catmull-clark".
+ *
  * A Ptex file has an image for every face, with the reductions that the file holds as further levels. */
 #ifndef RELIEVO_PICTURE_H
 #define RELIEVO_PICTURE_H
@@ -50,7 +55,7 @@ typedef struct RlvPictureInfo {
     uint32_t format;      /* RlvPictureFormat */
     uint32_t image_count; /* at least 1 */
     uint32_t face_count;  /* of the mesh, or of the Ptex file */
-    uint32_t tile_count;  /* tiles of the mesh; as many as faces of a Ptex file */
+    uint32_t tile_count;  /* tiles of the mesh, or its triangles; as many as faces of a Ptex file */
     uint32_t meta_count;  /* see rlv_picture_meta */
 } RlvPictureInfo;
 
@@ -94,7 +99,7 @@ typedef struct RlvPictureMeta {
 
 /* Opens a file by what is in it, not by its name. It may be hostile: the context's memory limit bounds what is made of
  * it. Layers are unpacked when they are first read. Fails with RLV_ERROR_UNSUPPORTED if it is neither a document nor
- * Ptex, or a document of a triangle mesh, whose values are no picture. */
+ * Ptex. */
 RLV_API RlvResult rlv_picture_open(RlvContext context, const char *path, RlvPicture *out);
 
 RLV_API RlvResult rlv_picture_retain(RlvPicture picture);

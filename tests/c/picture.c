@@ -42,8 +42,10 @@ static void pixel(RlvPicture picture, uint32_t image, uint32_t level, uint32_t x
 
 /* What bilinear look-up gives at a place of a tile. */
 static float look_up(RlvPicture picture, uint32_t image, uint32_t channel, uint32_t tile, float u, float v) {
-    const float x = (float)(tile % COLUMNS * CELL + GUTTER) + u * SIDE - 0.5f;
-    const float y = (float)(tile / COLUMNS * CELL + GUTTER) + v * SIDE - 0.5f;
+    RlvPictureImage at = RLV_PICTURE_IMAGE_INIT;
+    CHECK_OK(rlv_picture_image(picture, image, &at));
+    const float x = (float)(tile % at.columns * at.cell + at.gutter) + u * (float)at.side - 0.5f;
+    const float y = (float)(tile / at.columns * at.cell + at.gutter) + v * (float)at.side - 0.5f;
     const float s = x - floorf(x), t = y - floorf(y);
     float corners[4][4];
     for (uint32_t k = 0; k < 4; ++k) {
@@ -51,6 +53,114 @@ static float look_up(RlvPicture picture, uint32_t image, uint32_t channel, uint3
     }
     return (1 - t) * ((1 - s) * corners[0][channel] + s * corners[1][channel]) +
            t * ((1 - s) * corners[2][channel] + s * corners[3][channel]);
+}
+
+/* A document of triangles: the middles of texels and their places on the sides have what the detail has, elsewhere it is
+ * near, and both faces of a side agree. */
+static void check_triangles(RlvContext context, const char *path) {
+    enum { SEGMENTS = 16, FACES = 18, RUN = 24, PLACES = 6 * RUN };
+    RlvSurface surface = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    RlvDocument document = RLV_NULL;
+    RlvPicture picture = RLV_NULL;
+    RlvSurfaceOptions kind = RLV_SURFACE_OPTIONS_INIT;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvPaintOptions paint = RLV_PAINT_OPTIONS_INIT;
+    RlvLayerOptions half = RLV_LAYER_OPTIONS_INIT;
+    RlvPictureInfo info = RLV_PICTURE_INFO_INIT;
+    RlvPictureImage image = RLV_PICTURE_IMAGE_INIT;
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    uint32_t layer = 0;
+    RlvMesh plane = check_plane(context, 3, 3);
+    kind.kind = RLV_SURFACE_TRIANGLES;
+    options.tile_size = paint.tile_size = SEGMENTS;
+    CHECK_OK(rlv_surface_create(context, plane, &kind, &surface));
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    CHECK_OK(rlv_detail_add_paint(detail, &paint));
+    CHECK_OK(rlv_detail_add_vectors(detail, NULL));
+    check_stroke(context, detail, RLV_BRUSH_PAINT, 1.8, 1.6, 0.6f);
+    check_stroke(context, detail, RLV_BRUSH_SCULPT, 1.8, 1.6, 0.6f);
+    /* Two layers of displacement, one of which counts half. */
+    half.tile_size = SEGMENTS;
+    half.opacity = 0.5f;
+    CHECK_OK(rlv_layer_add(detail, "half", &half, &layer));
+    CHECK_OK(rlv_layer_set_active(detail, layer));
+    check_stroke(context, detail, RLV_BRUSH_SCULPT, 1.2, 2.6, 0.4f);
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_document_create(detail, path, 0, &document));
+    CHECK_OK(rlv_document_release(document));
+
+    CHECK_OK(rlv_picture_open(context, path, &picture));
+    CHECK_OK(rlv_picture_info(picture, &info));
+    CHECK(info.format == RLV_PICTURE_DOCUMENT && info.face_count == FACES && info.tile_count == FACES);
+    CHECK(info.image_count == 5);
+    CHECK_OK(rlv_picture_image(picture, 1, &image));
+    CHECK(image.content == RLV_PICTURE_DISPLACEMENT && image.is_layer == 0 && image.level_count == 2);
+    CHECK(image.columns == 5 && image.side == SEGMENTS && image.cell == 20 && image.width == 100 && image.height == 80);
+    CHECK_OK(rlv_picture_image(picture, 4, &image));
+    CHECK(image.content == RLV_PICTURE_VECTORS && image.channels == 3);
+
+    static uint32_t tiles[PLACES];
+    static float uvs[PLACES][2], heights[PLACES], colors[PLACES][4];
+    uint32_t random = 1;
+    for (uint32_t k = 0; k < PLACES; ++k) {
+        uint32_t at[2];
+        tiles[k] = k % FACES;
+        for (int axis = 0; axis < 2; ++axis) {
+            random = random * 1664525u + 1013904223u;
+            at[axis] = (random >> 8) % SEGMENTS;
+        }
+        const float middle = ((float)at[0] + 0.5f) / SEGMENTS;
+        switch (k / RUN) {
+        case 0: uvs[k][0] = middle, uvs[k][1] = 0.0f; break;
+        case 1: uvs[k][0] = 0.0f, uvs[k][1] = middle; break;
+        case 2: uvs[k][0] = middle, uvs[k][1] = 1.0f - middle; break;
+        default: {
+            /* Middles of texels, and then places between them. */
+            const float add = k / RUN == 3 ? 0.5f : (float)(random >> 24) / 256.0f;
+            uvs[k][0] = ((float)at[0] + add) / SEGMENTS;
+            uvs[k][1] = ((float)at[1] + add) / SEGMENTS;
+            if (uvs[k][0] + uvs[k][1] > 1.0f) {
+                uvs[k][0] = 1.0f - uvs[k][0];
+                uvs[k][1] = 1.0f - uvs[k][1];
+            }
+        }
+        }
+    }
+    arrays.count = PLACES;
+    arrays.tiles = tiles;
+    arrays.uvs = uvs[0];
+    arrays.displacements = heights;
+    arrays.colors = colors[0];
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    float highest = 0.0f;
+    for (uint32_t k = 0; k < PLACES; ++k) {
+        CHECK_NEAR(look_up(picture, 1, 0, tiles[k], uvs[k][0], uvs[k][1]), heights[k], k / RUN < 4 ? 1e-5 : 1.5e-2);
+        for (uint32_t channel = 0; channel < 4; ++channel) {
+            const float found = look_up(picture, 0, channel, tiles[k], uvs[k][0], uvs[k][1]);
+            CHECK_NEAR(found, colors[k][channel], k / RUN < 4 ? 2e-3 : 4e-2);
+        }
+        highest = fmaxf(highest, fabsf(heights[k]));
+    }
+    CHECK(highest > 0.05f);
+    /* The diagonal of the quad in the middle: the last side of one triangle, the first of the other; at any place. */
+    for (uint32_t k = 0; k <= 24; ++k) {
+        const float along = (float)k / 24.0f;
+        const float across = look_up(picture, 1, 0, 8, 0.0f, along);
+        CHECK_NEAR(across, look_up(picture, 1, 0, 9, along, 0.0f), k == 0 || k == 24 ? 1e-5 : 1e-3);
+    }
+    /* A level is the mean of the one before in the triangle. */
+    float mean = 0.0f, found[4];
+    for (uint32_t k = 0; k < 4; ++k) {
+        pixel(picture, 1, 0, 3 * 20 + 2 + 4 + k % 2, 20 + 2 + 6 + k / 2, found);
+        mean += 0.25f * found[0];
+    }
+    pixel(picture, 1, 1, 3 * 10 + 1 + 2, 10 + 1 + 3, found);
+    CHECK_NEAR(found[0], mean, 1e-6);
+    CHECK_OK(rlv_picture_release(picture));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(plane));
 }
 
 static void check_document(RlvContext context, RlvDetail detail, const char *path) {
@@ -206,7 +316,7 @@ int main(void) {
     RlvPicture picture = RLV_NULL;
     RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
     RlvPaintOptions paint = RLV_PAINT_OPTIONS_INIT;
-    char path[64], ptex[64], damaged[64];
+    char path[64], ptex[64], damaged[64], triangles[80];
     CHECK_OK(rlv_context_create(NULL, &context));
     RlvMesh plane = check_plane(context, 3, 3);
     CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
@@ -225,6 +335,10 @@ int main(void) {
     check_document(context, detail, path);
     check_ptex(context, ptex);
     check_damage(context, path, damaged);
+    name_file(triangles, sizeof triangles, "triangles.relievo", &context);
+    check_triangles(context, triangles);
+    check_damage(context, triangles, damaged);
+    remove(triangles);
     check_damage(context, ptex, damaged);
 
     CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_picture_open(context, "nowhere.relievo", &picture), "nowhere.relievo");

@@ -9,7 +9,10 @@
 //!
 //! Colours are linear and multiplied by alpha. Displacements are values at the centres of texels ([`crate::prefilter`]),
 //! in object units, and beside an edge as far beyond its value as the last texel is before it, so that look-up gives
-//! the value of the edge from both sides. Units: texels; object units; seconds.
+//! the value of the edge from both sides. Triangles of triangle meshes have cells too (`mosaic/faces.rs`). Units: texels;
+//! object units; seconds.
+
+mod faces;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,12 +20,13 @@ use std::sync::Arc;
 use half::f16;
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::{Document, Kind, Layer};
-use relievo_surface::TileTopology;
+use relievo_surface::{TileTopology, TriangleTopology};
 use relievo_tiles::heap::{MAX_SIZE, MIN_SIZE};
 use relievo_tiles::texel::Vector;
 use relievo_tiles::trace::Trace;
 use relievo_tiles::{Channel, ColorTexel, Field, Rgba8, Rgba16, StoredTexel};
 
+use self::faces::Faces;
 use crate::opened::{channel, composite, is_plain};
 use crate::prefilter::{self, SplineTexel};
 
@@ -128,17 +132,14 @@ pub struct Shown {
 /// What a document can show: of every kind what its layers come to, and then each of them if that is not the same;
 /// colours come first. Layers of a kind that are kept in different formats are shown one by one.
 ///
-/// Fails if the document is of a triangle mesh or has nothing to show.
+/// Fails if the document has nothing to show.
 pub fn shown(document: &Document) -> Result<Vec<Shown>> {
     let topology = document.topology();
-    if topology.is_of_triangles() {
-        return Err(Error::unsupported(
-            "the document is of a triangle mesh, whose values lie at vertices and are no picture",
-        )
-        .advise("bake it to texture coordinates with `relievo doc export`"));
-    }
-    let tiles = topology.tile_count();
+    let tiles = tile_count(document);
     let side = |layer: &Layer| {
+        if topology.is_of_triangles() {
+            return faces::segments(layer).unwrap_or(MIN_SIZE);
+        }
         let of_tile = |tile: u32| {
             let (face, is_part) = topology.face_of(tile)?;
             let size = *layer.face_sizes().get(face as usize)?;
@@ -176,9 +177,28 @@ pub fn shown(document: &Document) -> Result<Vec<Shown>> {
     }
 }
 
-/// How the tiles of a document's mesh meet. Fails if the mesh is none.
-pub fn topology(document: &Document) -> Result<Arc<TileTopology>> {
+/// How the tiles, or the triangles, of a document's mesh meet.
+#[derive(Clone, Debug)]
+pub enum Meeting {
+    /// Of a Catmull-Clark surface.
+    Tiles(Arc<TileTopology>),
+    /// Of a triangle mesh.
+    Triangles(Arc<TriangleTopology>),
+}
+
+/// The tiles of a document's mesh; of a triangle mesh the triangles.
+pub fn tile_count(document: &Document) -> u32 {
     let topology = document.topology();
+    if topology.is_of_triangles() { topology.face_count() as u32 } else { topology.tile_count() }
+}
+
+/// How the tiles of a document's mesh meet. Fails if the mesh is none.
+pub fn meeting(document: &Document) -> Result<Meeting> {
+    let topology = document.topology();
+    if topology.is_of_triangles() {
+        let mesh = document.mesh().ok_or_else(crate::transfer::without_points)?;
+        return Ok(Meeting::Triangles(Arc::new(TriangleTopology::of_mesh(&mesh)?)));
+    }
     let mut points = document.points().to_vec();
     if points.is_empty() {
         let corners = topology.corners();
@@ -192,7 +212,7 @@ pub fn topology(document: &Document) -> Result<Arc<TileTopology>> {
     let mut mesh = Mesh::new(points, topology.face_sizes().to_vec(), topology.corners().to_vec());
     mesh.holes = topology.holes().to_vec();
     mesh.check()?;
-    Ok(Arc::new(TileTopology::new(&mesh)?))
+    Ok(Meeting::Tiles(Arc::new(TileTopology::new(&mesh)?)))
 }
 
 /// The texels behind a mosaic.
@@ -203,6 +223,7 @@ enum Texels {
     Heights(Channel<f16>),
     Vectors(Channel<Vector>),
     Traces(Channel<Trace>),
+    Faces(Box<dyn Faces>),
 }
 
 /// A picture of layers, of which any part of any level can be read. It does not change.
@@ -214,12 +235,19 @@ pub struct Mosaic {
 
 impl Mosaic {
     /// Unpacks the layers. Fails if they are damaged or do not fit the memory limit.
-    pub fn new(context: &Context, document: &Document, topology: &Arc<TileTopology>, shown: &Shown) -> Result<Self> {
+    pub fn new(context: &Context, document: &Document, meeting: &Meeting, shown: &Shown) -> Result<Self> {
         let layers: Vec<&Layer> = shown.layers.iter().filter_map(|index| document.layers().get(*index)).collect();
         let Some(first) = layers.first() else {
             return Err(Error::internal("a picture has layers"));
         };
         let alone = shown.is_alone;
+        let topology = match meeting {
+            Meeting::Tiles(topology) => topology,
+            Meeting::Triangles(topology) => {
+                let texels = Texels::Faces(faces::unpacked(context, document, topology, &layers, alone)?);
+                return Ok(Self { shown: shown.clone(), texels });
+            }
+        };
         let texels = match first.kind() {
             Kind::Rgba8 => Texels::Bytes(composite(context, document, topology, &layers, alone)?),
             Kind::Rgba16 => Texels::Halves(composite(context, document, topology, &layers, alone)?),
@@ -258,6 +286,10 @@ impl Mosaic {
             }
             Texels::Traces(traces) => {
                 Ok(self.assemble(level, columns, rows, |tile| planes(traces.field(), tile, marks)))
+            }
+            Texels::Faces(values) => {
+                let shown = if self.shown.kind == Tesserae::Traces { faces::marks } else { faces::plain };
+                Ok(self.assemble(level, columns, rows, |tile| faces::cell(values.as_ref(), tile, cells.side, shown)))
             }
         }
     }

@@ -111,22 +111,15 @@ pub fn transfer_watched(
             report.notes.extend(document.fit(from)?);
             from
         }
-        None if document.points().is_empty() => {
-            return Err(Error::invalid("the document does not have the points of its mesh")
-                .advise("name the mesh it was made on with --from"));
-        }
         None => {
-            let points = document.points().to_vec();
-            let mut mesh = Mesh::new(points, topology.face_sizes().to_vec(), topology.corners().to_vec());
-            mesh.holes = topology.holes().to_vec();
-            if topology.sharpness() != relievo_document::topology::sharpness(&mesh) {
+            stored = document.mesh().ok_or_else(without_points)?;
+            if topology.sharpness() != relievo_document::topology::sharpness(&stored) {
                 report.notes.push(
                     "the old mesh had creases, which the document does not hold; name that mesh with --from if they \
                      matter"
                         .into(),
                 );
             }
-            stored = mesh;
             &stored
         }
     };
@@ -194,6 +187,12 @@ pub fn transfer_watched(
         report.layers.push((head.name.clone(), lost));
     }
     Ok((made, report))
+}
+
+/// What is said of a document without the points of its mesh.
+pub(crate) fn without_points() -> Error {
+    Error::invalid("the document does not have the points of its mesh")
+        .advise("name the mesh it was made on with --from")
 }
 
 fn checked_reach(reach: f64) -> Result<f64> {

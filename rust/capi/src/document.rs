@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use relievo_bake::transfer::transfer_watched;
-use relievo_core::{Context, Error, ErrorKind, Mesh, Result};
+use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_detail::history::Changed;
 use relievo_detail::{History, LayeredObject, Recorded};
 use relievo_document::Document;
@@ -274,7 +274,7 @@ entry! {
         // SAFETY: the caller gives a NUL-terminated text.
         let path = unsafe { text("path", path) }?;
         let document = Document::open(Path::new(path), context.context.memory_limit())?;
-        let mesh = mesh_of(&document).ok_or_else(|| {
+        let mesh = document.mesh().ok_or_else(|| {
             Error::new(ErrorKind::NotFound, "the document does not have the points of its mesh").at(path)
         })?;
         let handle = mesh::register(context, mesh)?;
@@ -331,15 +331,6 @@ entry! {
         // SAFETY: as above.
         unsafe { write_descriptor(report, report_made) }
     }
-}
-
-/// The mesh that a document holds, if it holds points.
-fn mesh_of(document: &Document) -> Option<Mesh> {
-    let topology = document.topology();
-    let points = Some(document.points()).filter(|points| !points.is_empty())?;
-    let mut mesh = Mesh::new(points.to_vec(), topology.face_sizes().to_vec(), topology.corners().to_vec());
-    mesh.holes = topology.holes().to_vec();
-    Some(mesh)
 }
 
 /// A history that is not ended is given up: what its edit did stays, unrecorded, as if the program had been killed.

@@ -6,11 +6,10 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use relievo_bake::mosaic::{self, Mosaic, Shown, Tesserae};
+use relievo_bake::mosaic::{self, Meeting, Mosaic, Shown, Tesserae};
 use relievo_core::{Error, ErrorKind, Result};
 use relievo_document::Document;
 use relievo_ptex::{BorderMode, DataType, MeshType, MetaValue, Reader};
-use relievo_surface::TileTopology;
 
 use crate::array::{fixed, present, put, text};
 use crate::context::{ContextObject, RlvContext};
@@ -100,7 +99,7 @@ enum File {
 /// A document and what of it was read.
 struct Pages {
     document: Document,
-    topology: Arc<TileTopology>,
+    meeting: Meeting,
     images: Vec<(Shown, OnceLock<Result<Mosaic>>)>,
 }
 
@@ -143,8 +142,9 @@ impl Meta {
             Self::count("faces", topology.face_count()),
             Self::count("corners", topology.corners().len()),
             Self::count("holes", topology.holes().len()),
-            Self::count("tiles", topology.tile_count() as usize),
+            Self::count("tiles", mosaic::tile_count(document) as usize),
             Self::text("fingerprint", &format!("{:016x}", topology.fingerprint())),
+            Self::text("surface", if topology.is_of_triangles() { "triangles" } else { "catmull-clark" }),
         ];
         all.extend(document.notes.iter().enumerate().map(|(index, note)| Self::text(&format!("note{index}"), note)));
         all
@@ -204,9 +204,9 @@ impl PictureObject {
         let (file, meta) = if magic.starts_with(b"RLVDOC") {
             let document = Document::open(Path::new(path), limit)?;
             let images = mosaic::shown(&document)?.into_iter().map(|shown| (shown, OnceLock::new())).collect();
-            let topology = mosaic::topology(&document)?;
+            let meeting = mosaic::meeting(&document)?;
             let meta = Meta::of_document(&document);
-            (File::Document(Pages { document, topology, images }), meta)
+            (File::Document(Pages { document, meeting, images }), meta)
         } else if magic.starts_with(b"Ptex") {
             let reader = Reader::open(Path::new(path), limit)?;
             if reader.face_count() == 0 {
@@ -246,7 +246,7 @@ impl PictureObject {
         match &self.file {
             File::Document(pages) => {
                 let (shown, made) = pages.images.get(image as usize).ok_or_else(|| self.missing(image))?;
-                let make = || Mosaic::new(&self.context.context, &pages.document, &pages.topology, shown);
+                let make = || Mosaic::new(&self.context.context, &pages.document, &pages.meeting, shown);
                 made.get_or_init(make).as_ref().map_err(Clone::clone)?.read(level, columns, rows)
             }
             File::Ptex(reader) => read_ptex(reader, image, level, columns, rows),
@@ -386,8 +386,8 @@ entry! {
         let picture = registry::get(picture)?;
         let (format, face_count, tile_count) = match &picture.file {
             File::Document(pages) => {
-                let topology = pages.document.topology();
-                (RLV_PICTURE_DOCUMENT, topology.face_count() as u32, topology.tile_count())
+                let faces = pages.document.topology().face_count() as u32;
+                (RLV_PICTURE_DOCUMENT, faces, mosaic::tile_count(&pages.document))
             }
             File::Ptex(reader) => (RLV_PICTURE_PTEX, reader.face_count(), reader.face_count()),
         };

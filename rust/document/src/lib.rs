@@ -104,6 +104,15 @@ impl Document {
         &self.points
     }
 
+    /// The mesh it was made on, without what sharpened it; `None` if the document does not have its points.
+    pub fn mesh(&self) -> Option<Mesh> {
+        let points = Some(self.points()).filter(|points| !points.is_empty())?;
+        let [sizes, corners] = [self.topology.face_sizes(), self.topology.corners()].map(<[u32]>::to_vec);
+        let mut mesh = Mesh::new(points.to_vec(), sizes, corners);
+        mesh.holes = self.topology.holes().to_vec();
+        Some(mesh)
+    }
+
     /// Its layers, from the lowest to the highest, in the order they were added.
     pub fn layers(&self) -> &[Layer] {
         &self.layers

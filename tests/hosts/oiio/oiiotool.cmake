@@ -28,6 +28,9 @@ prints(COMMAND ${OIIOTOOL} --info -v -a ${FOLDER}/painted.relievo PATTERNS
   "channel list: displacement" "relievo:faces: 9" "relievo:side: 32" "relievo:gutter: 4" "relievo:kind: \"color\""
   "relievo:opacity: 1" "oiio:ColorSpace: \"Linear\"")
 prints(COMMAND ${IINFO} ${FOLDER}/painted.relievo PATTERNS "2 subimages" "120 x  120")
+prints(COMMAND ${OIIOTOOL} --info -v -a ${FOLDER}/triangles.relievo PATTERNS
+  "200 x  160, 4 channel, half relievo" "200 x  160, 1 channel, float relievo" "MIP-map levels: 200x160 100x80 50x40"
+  "relievo:surface: \"triangles\"" "relievo:faces: 18" "relievo:side: 32" "relievo:gutter: 4")
 prints(COMMAND ${IINFO} ${FOLDER}/painted.ptx PATTERNS "9 subimages" "32 x   32, 4 channel, uint8 relievo")
 # A copy in another format has the same numbers.
 prints(COMMAND ${OIIOTOOL} ${FOLDER}/painted.relievo --subimage 1 -d float -o ${FOLDER}/copy.tif)

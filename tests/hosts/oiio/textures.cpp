@@ -1,6 +1,6 @@
 // OpenImageIO's texture system looks documents and Ptex files up through the plugin of OIIO_LIBRARY_PATH: what it finds
 // is what the detail has there, from many threads at once, and damaged files are errors. Writes painted.relievo,
-// painted.ptx and damaged.relievo to the folder it is given, for oiiotool to read afterwards.
+// triangles.relievo, painted.ptx and damaged.relievo to the folder it is given, for oiiotool to read afterwards.
 #include "../../c/check.h"
 
 #include <OpenImageIO/imageio.h>
@@ -16,7 +16,7 @@ using namespace OIIO;
 
 namespace {
 
-constexpr int SIDE = 32, TILES = 9;
+constexpr int SIDE = 32, TILES = 9, TRIANGLES = 18;
 
 /// A place on the surface and what the detail has there.
 struct Known {
@@ -27,18 +27,22 @@ struct Known {
 };
 
 /// Places in all tiles: centres of texels, on edges and at random.
-std::vector<Known> known_places(RlvDetail detail) {
+std::vector<Known> known_places(RlvDetail detail, int tiles) {
     std::vector<Known> all;
     uint32_t random = 1;
     for (uint32_t k = 0; k < 600; ++k) {
         Known known = {};
-        known.tile = k % TILES;
+        known.tile = k % uint32_t(tiles);
         for (float &parameter : known.uv) {
             random = random * 1664525u + 1013904223u;
             parameter = (0.5f + float((random >> 8) % SIDE)) / SIDE;
         }
         if (k % 4 == 0) {
             known.uv[0] = k % 8 == 0 ? 0.0f : 1.0f;
+        }
+        if (tiles != TILES && known.uv[0] + known.uv[1] > 1.0f) {
+            known.uv[0] = 1.0f - known.uv[0];
+            known.uv[1] = 1.0f - known.uv[1];
         }
         all.push_back(known);
     }
@@ -57,7 +61,7 @@ std::vector<Known> known_places(RlvDetail detail) {
 struct Cells {
     int columns = 0, cell = 0, side = 0, gutter = 0, width = 0, height = 0;
 
-    Cells(TextureSystem *textures, const std::string &path, int subimage) {
+    Cells(TextureSystem *textures, const std::string &path, int subimage, int tiles) {
         ImageSpec spec;
         CHECK(textures->get_imagespec(ustring(path), subimage, spec));
         columns = spec.get_int_attribute("relievo:columns");
@@ -66,8 +70,9 @@ struct Cells {
         gutter = spec.get_int_attribute("relievo:gutter");
         width = spec.width;
         height = spec.height;
-        CHECK(columns == 3 && cell == 40 && side == SIDE && gutter == 4);
-        CHECK(spec.get_int_attribute("relievo:faces") == TILES && spec.get_int_attribute("relievo:tiles") == TILES);
+        CHECK(columns == (tiles == TILES ? 3 : 5) && cell == 40 && side == SIDE && gutter == 4);
+        CHECK(spec.get_int_attribute("relievo:faces") == tiles && spec.get_int_attribute("relievo:tiles") == tiles);
+        CHECK(spec.get_string_attribute("relievo:surface") == (tiles == TILES ? "catmull-clark" : "triangles"));
         CHECK(!spec.get_string_attribute("relievo:writer").empty());
     }
 
@@ -80,8 +85,8 @@ struct Cells {
 };
 
 /// The largest differences of displacement and colour between the texture system and the detail.
-void compare(TextureSystem *textures, const std::string &path, const std::vector<Known> &places) {
-    const Cells cells(textures, path, 0);
+void compare(TextureSystem *textures, const std::string &path, const std::vector<Known> &places, int tiles) {
+    const Cells cells(textures, path, 0, tiles);
     TextureOpt options;
     options.mipmode = TextureOpt::MipModeNoMIP;
     options.interpmode = TextureOpt::InterpBilinear;
@@ -143,7 +148,24 @@ int main(int argc, char **argv) {
     CHECK_OK(rlv_document_create(detail, document_path.c_str(), 0, &document));
     CHECK_OK(rlv_document_release(document));
     CHECK_OK(rlv_ptex_write(detail, RLV_CHANNEL_COLOR, ptex_path.c_str(), nullptr, nullptr));
-    const std::vector<Known> places = known_places(detail);
+    const std::vector<Known> places = known_places(detail, TILES);
+    // The same on the triangles of the plane.
+    const std::string triangles_path = folder + "/triangles.relievo";
+    RlvSurface flat = RLV_NULL;
+    RlvDetail faces = RLV_NULL;
+    RlvSurfaceOptions kind = RLV_SURFACE_OPTIONS_INIT;
+    kind.kind = RLV_SURFACE_TRIANGLES;
+    CHECK_OK(rlv_surface_create(context, plane, &kind, &flat));
+    CHECK_OK(rlv_detail_create(flat, &options, nullptr, &faces));
+    CHECK_OK(rlv_detail_add_paint(faces, &paint));
+    check_stroke(context, faces, RLV_BRUSH_PAINT, 1.8, 1.6, 0.6f);
+    check_stroke(context, faces, RLV_BRUSH_SCULPT, 1.8, 1.6, 0.6f);
+    CHECK_OK(rlv_detail_commit(faces, nullptr));
+    CHECK_OK(rlv_document_create(faces, triangles_path.c_str(), 0, &document));
+    CHECK_OK(rlv_document_release(document));
+    const std::vector<Known> of_triangles = known_places(faces, TRIANGLES);
+    CHECK_OK(rlv_detail_release(faces));
+    CHECK_OK(rlv_surface_release(flat));
 
     // From eight threads at once, over a cache so small that tiles come and go, and files are opened again.
     TextureSystem *textures = TextureSystem::create(false);
@@ -151,7 +173,8 @@ int main(int argc, char **argv) {
     std::vector<std::thread> threads;
     for (int k = 0; k < 8; ++k) {
         threads.emplace_back([&, k] {
-            compare(textures, document_path, places);
+            compare(textures, document_path, places, TILES);
+            compare(textures, triangles_path, of_triangles, TRIANGLES);
             if (k == 0) {
                 textures->invalidate(ustring(document_path));
             }

@@ -44,8 +44,7 @@ pub(super) fn transfer(
             from
         }
         None => {
-            let topology = document.topology();
-            stored = Mesh::new(document.points().to_vec(), topology.face_sizes().to_vec(), topology.corners().to_vec());
+            stored = document.mesh().ok_or_else(super::without_points)?;
             &stored
         }
     };
