@@ -66,6 +66,27 @@ static inline RlvMesh check_plane(RlvContext context, uint32_t columns, uint32_t
     return mesh;
 }
 
+/* A closed box over the square from (low, low) to (high, high), from the height bottom to 1. */
+static inline RlvMesh check_box(RlvContext context, float low, float high, float bottom) {
+    static const uint32_t corners[24] = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 1, 3, 7, 5, 3, 2, 6, 7, 2, 0, 4, 6};
+    float points[24];
+    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
+    RlvMesh mesh = RLV_NULL;
+    for (int k = 0; k < 8; ++k) {
+        points[3 * k] = k & 1 ? high : low;
+        points[3 * k + 1] = k & 2 ? high : low;
+        points[3 * k + 2] = k & 4 ? 1.0f : bottom;
+    }
+    arrays.points = points;
+    arrays.point_count = 8;
+    arrays.face_size = 4;
+    arrays.face_count = 6;
+    arrays.corners = corners;
+    arrays.corner_count = 24;
+    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
+    return mesh;
+}
+
 /* Paints or sculpts a line on a plane, from (0.3, 1, 0) to (x, y, 0). */
 static inline void check_stroke(RlvContext context, RlvDetail detail, uint32_t action, double x, double y, float radius) {
     RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;

@@ -1,0 +1,366 @@
+/* What a host may hand over by mistake to layers, documents, pictures and procedurals, of tiles and of triangles: NULL,
+ * handles that are dead, of another noun or made up, descriptors of other sizes, numbers that are none, and two threads
+ * at once. All is an error by the rules of the headers, or done. */
+#include "ball.h"
+
+#include <pthread.h>
+
+/* An entry of the list below: whatever the handle, NULL is given for all that is written or read. */
+typedef RlvResult (*ByHandle)(uint64_t id);
+
+static RlvResult count_layers(uint64_t id) { size_t count; return rlv_layer_count((RlvDetail){id}, &count); }
+static RlvResult layer_info(uint64_t id) { RlvLayerInfo out = RLV_LAYER_INFO_INIT; return rlv_layer_info((RlvDetail){id}, 0, &out); }
+static RlvResult add_layer(uint64_t id) {
+    RlvLayerOptions options = RLV_LAYER_OPTIONS_INIT;
+    uint32_t out = 0;
+    return rlv_layer_add((RlvDetail){id}, "a", &options, &out);
+}
+static RlvResult set_layer(uint64_t id) { RlvLayerOptions options = RLV_LAYER_OPTIONS_INIT; return rlv_layer_set((RlvDetail){id}, 0, &options); }
+static RlvResult activate(uint64_t id) { return rlv_layer_set_active((RlvDetail){id}, 0); }
+static RlvResult rename_layer(uint64_t id) { return rlv_layer_rename((RlvDetail){id}, 0, "b"); }
+static RlvResult place_layer(uint64_t id) { return rlv_layer_place((RlvDetail){id}, 0, 0); }
+static RlvResult remove_layer(uint64_t id) { return rlv_layer_remove((RlvDetail){id}, 0); }
+static RlvResult merge_layer(uint64_t id) { return rlv_layer_merge((RlvDetail){id}, 0); }
+static RlvResult flatten(uint64_t id) { return rlv_layer_flatten((RlvDetail){id}); }
+static RlvResult create_document(uint64_t id) { RlvDocument out; return rlv_document_create((RlvDetail){id}, NULL, 0, &out); }
+static RlvResult open_document(uint64_t id) { RlvDocument out; return rlv_document_open((RlvDetail){id}, "a.relievo", 0, &out); }
+static RlvResult retain_document(uint64_t id) { return rlv_document_retain((RlvDocument){id}); }
+static RlvResult release_document(uint64_t id) { return rlv_document_release((RlvDocument){id}); }
+static RlvResult document_info(uint64_t id) { RlvDocumentInfo out = RLV_DOCUMENT_INFO_INIT; return rlv_document_info((RlvDocument){id}, &out); }
+static RlvResult begin(uint64_t id) { return rlv_document_begin((RlvDocument){id}, "edit"); }
+static RlvResult end(uint64_t id) { return rlv_document_end((RlvDocument){id}, NULL); }
+static RlvResult abandon(uint64_t id) { return rlv_document_abandon((RlvDocument){id}); }
+static RlvResult undo(uint64_t id) { return rlv_document_undo((RlvDocument){id}, NULL); }
+static RlvResult redo(uint64_t id) { return rlv_document_redo((RlvDocument){id}, NULL); }
+static RlvResult save(uint64_t id) { return rlv_document_save((RlvDocument){id}, "garbage.relievo"); }
+static RlvResult sync_document(uint64_t id) { return rlv_document_sync((RlvDocument){id}); }
+static RlvResult compact(uint64_t id) { return rlv_document_compact((RlvContext){id}, "garbage.relievo", 0); }
+static RlvResult document_mesh(uint64_t id) { RlvMesh out; return rlv_document_mesh((RlvContext){id}, "garbage.relievo", &out); }
+static RlvResult transfer(uint64_t id) {
+    return rlv_document_transfer((RlvContext){id}, "garbage.relievo", (RlvMesh){id}, "b.relievo", NULL, NULL, NULL, NULL);
+}
+static RlvResult open_picture(uint64_t id) { RlvPicture out; return rlv_picture_open((RlvContext){id}, "garbage.relievo", &out); }
+static RlvResult retain_picture(uint64_t id) { return rlv_picture_retain((RlvPicture){id}); }
+static RlvResult release_picture(uint64_t id) { return rlv_picture_release((RlvPicture){id}); }
+static RlvResult picture_info(uint64_t id) { RlvPictureInfo out = RLV_PICTURE_INFO_INIT; return rlv_picture_info((RlvPicture){id}, &out); }
+static RlvResult picture_image(uint64_t id) { RlvPictureImage out = RLV_PICTURE_IMAGE_INIT; return rlv_picture_image((RlvPicture){id}, 0, &out); }
+static RlvResult picture_meta(uint64_t id) { RlvPictureMeta out = RLV_PICTURE_META_INIT; return rlv_picture_meta((RlvPicture){id}, 0, &out); }
+static RlvResult read_picture(uint64_t id) { float out[4]; return rlv_picture_read((RlvPicture){id}, 0, 0, 0, 0, 1, 1, out, 0); }
+static RlvResult create_procedural(uint64_t id) { RlvProcedural out; return rlv_procedural_create((RlvDetail){id}, NULL, &out); }
+static RlvResult create_moving(uint64_t id) { RlvProcedural out; return rlv_procedural_create_moving((RlvProcedural){id}, (RlvDetail){id}, &out); }
+static RlvResult retain_procedural(uint64_t id) { return rlv_procedural_retain((RlvProcedural){id}); }
+static RlvResult release_procedural(uint64_t id) { return rlv_procedural_release((RlvProcedural){id}); }
+static RlvResult procedural_info(uint64_t id) { RlvProceduralInfo out = RLV_PROCEDURAL_INFO_INIT; return rlv_procedural_info((RlvProcedural){id}, &out); }
+static RlvResult procedural_table(uint64_t id) { RlvProceduralTable out = RLV_PROCEDURAL_TABLE_INIT; return rlv_procedural_table((RlvProcedural){id}, &out); }
+static RlvResult evaluate(uint64_t id) { RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT; return rlv_procedural_evaluate((RlvProcedural){id}, &hits); }
+
+/* The nouns whose handles a function takes. */
+enum { CONTEXT, DETAIL, DOCUMENT, PICTURE, PROCEDURAL, NOUNS };
+
+static const struct {
+    ByHandle call;
+    int noun;
+} FUNCTIONS[] = {
+    {count_layers, DETAIL},       {layer_info, DETAIL},          {add_layer, DETAIL},           {set_layer, DETAIL},
+    {activate, DETAIL},           {rename_layer, DETAIL},        {place_layer, DETAIL},         {remove_layer, DETAIL},
+    {merge_layer, DETAIL},        {flatten, DETAIL},             {create_document, DETAIL},     {open_document, DETAIL},
+    {retain_document, DOCUMENT},  {release_document, DOCUMENT},  {document_info, DOCUMENT},     {begin, DOCUMENT},
+    {end, DOCUMENT},              {abandon, DOCUMENT},           {undo, DOCUMENT},              {redo, DOCUMENT},
+    {save, DOCUMENT},             {sync_document, DOCUMENT},     {compact, CONTEXT},            {document_mesh, CONTEXT},
+    {transfer, CONTEXT},          {open_picture, CONTEXT},       {retain_picture, PICTURE},     {release_picture, PICTURE},
+    {picture_info, PICTURE},      {picture_image, PICTURE},      {picture_meta, PICTURE},       {read_picture, PICTURE},
+    {create_procedural, DETAIL},  {create_moving, PROCEDURAL},   {retain_procedural, PROCEDURAL},
+    {release_procedural, PROCEDURAL}, {procedural_info, PROCEDURAL}, {procedural_table, PROCEDURAL}, {evaluate, PROCEDURAL},
+};
+
+/* What is garbage to one host is another's object: all that is there. */
+typedef struct Objects {
+    RlvDetail detail;
+    RlvDocument document;
+    RlvPicture picture;
+    RlvProcedural procedural;
+    char path[64];
+} Objects;
+
+static Objects make(RlvContext context, uint32_t kind, const char *name) {
+    Objects made;
+    RlvSurface surface = RLV_NULL;
+    RlvSurfaceOptions how = RLV_SURFACE_OPTIONS_INIT;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvDocument file = RLV_NULL;
+    RlvMesh plane = check_plane(context, 3, 3);
+    memset(&made, 0, sizeof made);
+    snprintf(made.path, sizeof made.path, "garbage-%s-%p.relievo", name, (void *)&made);
+    how.kind = kind;
+    options.tile_size = 16;
+    CHECK_OK(rlv_surface_create(context, plane, &how, &surface));
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &made.detail));
+    CHECK_OK(rlv_detail_add_paint(made.detail, NULL));
+    check_stroke(context, made.detail, RLV_BRUSH_SCULPT, 1.8, 1.6, 0.6f);
+    CHECK_OK(rlv_detail_commit(made.detail, NULL));
+    CHECK_OK(rlv_document_create(made.detail, made.path, 0, &file));
+    CHECK_OK(rlv_document_release(file));
+    CHECK_OK(rlv_document_create(made.detail, NULL, 0, &made.document));
+    CHECK_OK(rlv_picture_open(context, made.path, &made.picture));
+    CHECK_OK(rlv_procedural_create(made.detail, NULL, &made.procedural));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(plane));
+    return made;
+}
+
+static void release(Objects objects) {
+    CHECK_OK(rlv_document_release(objects.document));
+    CHECK_OK(rlv_picture_release(objects.picture));
+    CHECK_OK(rlv_procedural_release(objects.procedural));
+    CHECK_OK(rlv_detail_release(objects.detail));
+    remove(objects.path);
+}
+
+static void check_handles(RlvContext context, Objects objects) {
+    const Objects dead = make(context, RLV_SURFACE_CATMULL_CLARK, "dead");
+    release(dead);
+    const uint64_t alive[NOUNS] = {context.id, objects.detail.id, objects.document.id, objects.picture.id, objects.procedural.id};
+    const uint64_t others[] = {0, 1, UINT64_MAX, dead.detail.id, dead.document.id, dead.picture.id, dead.procedural.id,
+                               objects.detail.id ^ (UINT64_C(1) << 40), objects.picture.id + 1};
+    for (size_t k = 0; k < sizeof FUNCTIONS / sizeof *FUNCTIONS; ++k) {
+        for (int noun = 0; noun < NOUNS; ++noun) {
+            if (noun != FUNCTIONS[k].noun) {
+                CHECK(FUNCTIONS[k].call(alive[noun]) == RLV_ERROR_INVALID && rlv_last_error()[0] != 0);
+            }
+        }
+        for (size_t other = 0; other < sizeof others / sizeof *others; ++other) {
+            CHECK(FUNCTIONS[k].call(others[other]) == RLV_ERROR_INVALID && rlv_last_error()[0] != 0);
+        }
+    }
+}
+
+static void check_null(RlvContext context, Objects objects) {
+    RlvLayerOptions layer = RLV_LAYER_OPTIONS_INIT;
+    RlvDocument document;
+    RlvPicture picture;
+    RlvProcedural procedural;
+    const float uv[2] = {0.5f, 0.25f};
+    const uint32_t first = 0;
+    uint32_t id;
+    RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT;
+    const RlvDetail detail = objects.detail;
+    CHECK(rlv_layer_count(detail, NULL) == RLV_ERROR_INVALID && rlv_layer_info(detail, 0, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_layer_add(detail, NULL, &layer, &id) == RLV_ERROR_INVALID);
+    CHECK(rlv_layer_add(detail, "a", NULL, &id) == RLV_ERROR_INVALID);
+    CHECK(rlv_layer_add(detail, "\xff", &layer, &id) == RLV_ERROR_INVALID && rlv_layer_add(detail, "", &layer, &id) == RLV_ERROR_INVALID);
+    CHECK(rlv_layer_set(detail, 0, NULL) == RLV_ERROR_INVALID && rlv_layer_rename(detail, 0, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_document_create(detail, NULL, 0, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_document_open(detail, NULL, 0, &document) == RLV_ERROR_INVALID);
+    CHECK(rlv_document_open(detail, objects.path, 0, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_document_info(objects.document, NULL) == RLV_ERROR_INVALID && rlv_document_save(objects.document, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_document_compact(context, NULL, 0) == RLV_ERROR_INVALID && rlv_document_mesh(context, objects.path, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_document_begin(objects.document, "\xc3\x28") == RLV_ERROR_INVALID);
+    CHECK(rlv_picture_open(context, NULL, &picture) == RLV_ERROR_INVALID && rlv_picture_open(context, objects.path, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_picture_info(objects.picture, NULL) == RLV_ERROR_INVALID && rlv_picture_image(objects.picture, 0, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_picture_meta(objects.picture, 0, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_picture_read(objects.picture, 0, 0, 0, 0, 1, 1, NULL, 0) == RLV_ERROR_INVALID);
+    CHECK(rlv_procedural_create(detail, NULL, NULL) == RLV_ERROR_INVALID && rlv_procedural_evaluate(objects.procedural, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_procedural_create_moving(objects.procedural, detail, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_procedural_info(objects.procedural, NULL) == RLV_ERROR_INVALID && rlv_procedural_table(objects.procedural, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_procedural_create_moving(objects.procedural, (RlvDetail)RLV_NULL, &procedural) == RLV_ERROR_INVALID);
+    hits.count = 1;
+    hits.uvs = uv;
+    CHECK(rlv_procedural_evaluate(objects.procedural, &hits) == RLV_ERROR_INVALID);
+    hits.primitives = &first;
+    hits.uvs = NULL;
+    CHECK(rlv_procedural_evaluate(objects.procedural, &hits) == RLV_ERROR_INVALID);
+    /* Nothing wanted is nothing written. */
+    hits.uvs = uv;
+    CHECK_OK(rlv_procedural_evaluate(objects.procedural, &hits));
+    hits.count = SIZE_MAX;
+    CHECK(rlv_procedural_evaluate(objects.procedural, &hits) == RLV_ERROR_INVALID);
+}
+
+static void check_sizes(RlvContext context, Objects objects) {
+    const uint32_t wrong[] = {0, 3, 65537, UINT32_MAX};
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k) {
+        RlvLayerOptions layer = RLV_LAYER_OPTIONS_INIT;
+        RlvLayerInfo layer_info_out = RLV_LAYER_INFO_INIT;
+        RlvDocumentInfo document = RLV_DOCUMENT_INFO_INIT;
+        RlvDocumentChanges changes = RLV_DOCUMENT_CHANGES_INIT;
+        RlvTransferOptions options = RLV_TRANSFER_OPTIONS_INIT;
+        RlvPictureInfo picture = RLV_PICTURE_INFO_INIT;
+        RlvPictureImage image = RLV_PICTURE_IMAGE_INIT;
+        RlvPictureMeta meta = RLV_PICTURE_META_INIT;
+        RlvProceduralOptions cells = RLV_PROCEDURAL_OPTIONS_INIT;
+        RlvProceduralInfo about = RLV_PROCEDURAL_INFO_INIT;
+        RlvProceduralTable table = RLV_PROCEDURAL_TABLE_INIT;
+        RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT;
+        RlvProcedural none = RLV_NULL;
+        uint32_t id = 0;
+        layer.struct_size = layer_info_out.struct_size = document.struct_size = changes.struct_size = wrong[k];
+        options.struct_size = picture.struct_size = image.struct_size = meta.struct_size = wrong[k];
+        cells.struct_size = about.struct_size = table.struct_size = hits.struct_size = wrong[k];
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_layer_add(objects.detail, "a", &layer, &id), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_layer_set(objects.detail, 0, &layer), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_layer_info(objects.detail, 0, &layer_info_out), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_info(objects.document, &document), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_undo(objects.document, &changes), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, objects.path, (RlvMesh)RLV_NULL, "b.relievo", &options, NULL, NULL, NULL), "");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_picture_info(objects.picture, &picture), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_picture_image(objects.picture, 0, &image), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_picture_meta(objects.picture, 0, &meta), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_procedural_create(objects.detail, &cells, &none), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_procedural_info(objects.procedural, &about), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_procedural_table(objects.procedural, &table), "struct_size");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_procedural_evaluate(objects.procedural, &hits), "struct_size");
+        CHECK(none.id == 0 && id == 0);
+    }
+}
+
+static void check_numbers(Objects objects) {
+    const float bad[] = {NAN, INFINITY, -INFINITY, -1.0f, 2.0f};
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; ++k) {
+        RlvLayerOptions layer = RLV_LAYER_OPTIONS_INIT;
+        RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT;
+        const uint32_t first = 0;
+        const float uv[2] = {0.25f, bad[k]}, good[2] = {0.25f, 0.25f};
+        float position[3] = {7, 7, 7};
+        uint32_t id = 0;
+        layer.opacity = bad[k];
+        CHECK(rlv_layer_add(objects.detail, "a", &layer, &id) == RLV_ERROR_INVALID && id == 0);
+        hits.count = 1;
+        hits.primitives = &first;
+        hits.uvs = uv;
+        hits.positions = position;
+        CHECK(rlv_procedural_evaluate(objects.procedural, &hits) == RLV_ERROR_INVALID && position[0] == 7);
+        /* Times are held within the interval. */
+        hits.uvs = good;
+        hits.times = &bad[k];
+        CHECK_OK(rlv_procedural_evaluate(objects.procedural, &hits));
+        CHECK(isfinite(position[0]) && position[0] != 7);
+    }
+    const uint32_t cells[] = {1, 2, 3, 5, 513, 1024, UINT32_MAX};
+    for (size_t k = 0; k < sizeof cells / sizeof *cells; ++k) {
+        RlvProceduralOptions options = RLV_PROCEDURAL_OPTIONS_INIT;
+        RlvProcedural none = RLV_NULL;
+        options.coarse = cells[k];
+        CHECK(rlv_procedural_create(objects.detail, &options, &none) == RLV_ERROR_INVALID && none.id == 0);
+    }
+    RlvLayerOptions layer = RLV_LAYER_OPTIONS_INIT;
+    uint32_t id = 0;
+    layer.tile_size = 9;
+    CHECK(rlv_layer_add(objects.detail, "a", &layer, &id) == RLV_ERROR_INVALID);
+    layer.tile_size = 16;
+    layer.kind = 77;
+    CHECK(rlv_layer_add(objects.detail, "a", &layer, &id) == RLV_ERROR_INVALID);
+    layer.kind = RLV_LAYER_DISPLACEMENT;
+    layer.blend = 77;
+    CHECK(rlv_layer_add(objects.detail, "a", &layer, &id) == RLV_ERROR_INVALID && id == 0);
+}
+
+/* Whatever a renderer hands to the functions of the table. */
+static void check_table(Objects objects) {
+    RlvProceduralTable table = RLV_PROCEDURAL_TABLE_INIT;
+    const float bad[] = {NAN, INFINITY, -INFINITY, 0.0f, 1e38f, -1e-40f};
+    float box[8], rays[40];
+    int32_t valid[2] = {-1, 0};
+    CHECK_OK(rlv_procedural_table(objects.procedural, &table));
+    for (uint32_t k = 0; k < 6 * 9; ++k) {
+        memset(rays, 0, sizeof rays);
+        rays[0] = rays[2] = 1.5f, rays[4] = 3.0f, rays[12] = -1.0f, rays[16] = INFINITY;
+        rays[2 * (k / 6)] = bad[k % 6];
+        for (uint32_t primitive = 0; primitive < 4; ++primitive) {
+            const uint32_t which = primitive < 2 ? primitive : primitive == 2 ? table.primitive_count : UINT32_MAX;
+            table.intersect(table.data, valid, which, 0, 0, rays, 2);
+            table.occluded(table.data, valid, which, rays, 2);
+            table.bounds(table.data, which, primitive, box);
+        }
+        CHECK(rays[1] == 0.0f && rays[17] == 0.0f); /* the ray that is off */
+    }
+    table.intersect(NULL, valid, 0, 0, 0, rays, 1);
+    table.intersect(table.data, NULL, 0, 0, 0, rays, 1);
+    table.intersect(table.data, valid, 0, 0, 0, NULL, 1);
+    table.occluded(table.data, NULL, 0, rays, 1);
+    table.bounds(table.data, 0, 0, NULL);
+}
+
+enum { ROUNDS = 12 };
+
+/* Edits a document and its layers as if it were alone. */
+static void *edit(void *user) {
+    const Objects *objects = user;
+    for (int round = 0; round < ROUNDS; ++round) {
+        RlvLayerOptions options = RLV_LAYER_OPTIONS_INIT;
+        char name[32];
+        uint32_t id = 0;
+        RlvResult results[8];
+        snprintf(name, sizeof name, "%p %d", (void *)&options, round);
+        options.tile_size = 16;
+        results[0] = rlv_document_begin(objects->document, name);
+        results[1] = rlv_layer_add(objects->detail, name, &options, &id);
+        results[2] = rlv_layer_set_active(objects->detail, id);
+        results[3] = round % 3 ? rlv_document_end(objects->document, NULL) : rlv_document_abandon(objects->document);
+        results[4] = rlv_document_undo(objects->document, NULL);
+        results[5] = rlv_document_redo(objects->document, NULL);
+        results[6] = rlv_layer_remove(objects->detail, id);
+        results[7] = rlv_detail_commit(objects->detail, NULL);
+        for (int k = 0; k < 8; ++k) {
+            CHECK(results[k] == RLV_OK || results[k] == RLV_ERROR_BUSY || results[k] == RLV_ERROR_INVALID);
+        }
+    }
+    return NULL;
+}
+
+/* Reads meanwhile. */
+static void *look(void *user) {
+    const Objects *objects = user;
+    for (int round = 0; round < ROUNDS; ++round) {
+        RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT;
+        RlvProcedural own = RLV_NULL;
+        const uint32_t first = 0;
+        const float uv[2] = {0.25f, 0.25f};
+        float position[3], pixel[4];
+        size_t count = 0;
+        hits.count = 1;
+        hits.primitives = &first;
+        hits.uvs = uv;
+        hits.positions = position;
+        CHECK_OK(rlv_procedural_evaluate(objects->procedural, &hits));
+        CHECK_OK(rlv_picture_read(objects->picture, 0, 0, 5, 5, 1, 1, pixel, 0));
+        CHECK_OK(rlv_procedural_create(objects->detail, NULL, &own));
+        CHECK_OK(rlv_procedural_release(own));
+        const RlvResult result = rlv_layer_count(objects->detail, &count);
+        CHECK((result == RLV_OK && count > 0) || result == RLV_ERROR_BUSY);
+    }
+    return NULL;
+}
+
+static void check_threads(Objects objects) {
+    pthread_t threads[4];
+    for (int k = 0; k < 4; ++k) {
+        CHECK(pthread_create(&threads[k], NULL, k < 2 ? edit : look, &objects) == 0);
+    }
+    for (int k = 0; k < 4; ++k) {
+        CHECK(pthread_join(threads[k], NULL) == 0);
+    }
+    /* It can be used as before. */
+    const RlvResult result = rlv_document_abandon(objects.document);
+    CHECK(result == RLV_OK || result == RLV_ERROR_INVALID);
+    CHECK_OK(rlv_detail_commit(objects.detail, NULL));
+}
+
+int main(void) {
+    RlvContext context = RLV_NULL;
+    RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
+    options.threads = 2;
+    CHECK_OK(rlv_context_create(&options, &context));
+    const uint32_t kinds[2] = {RLV_SURFACE_CATMULL_CLARK, RLV_SURFACE_TRIANGLES};
+    for (int k = 0; k < 2; ++k) {
+        const Objects objects = make(context, kinds[k], k ? "triangles" : "tiles");
+        check_handles(context, objects);
+        check_null(context, objects);
+        check_sizes(context, objects);
+        check_numbers(objects);
+        check_table(objects);
+        check_threads(objects);
+        release(objects);
+    }
+    CHECK_OK(rlv_context_release(context));
+    return 0;
+}
