@@ -13,8 +13,6 @@ const PACKAGES: &[&str] = &["bpy==5.0.1", "numpy==1.26.4"];
 
 /// What was made of the add-on.
 struct Made {
-    /// A Python with bpy.
-    python: PathBuf,
     /// The wheel's packages, unpacked.
     site: PathBuf,
     /// The zip file for Blender 4.2 and later.
@@ -31,22 +29,28 @@ pub fn run(is_test: bool) -> Outcome {
     if is_test {
         return test();
     }
-    let made = make()?;
-    println!("{}\n{}", made.extension.display(), made.addon.display());
+    zips()?.iter().for_each(|zip| println!("{}", zip.display()));
     Ok(())
+}
+
+/// Makes the zip files of the library that was built.
+pub fn zips() -> Result<[PathBuf; 2], String> {
+    let made = make()?;
+    Ok([made.extension, made.addon])
 }
 
 /// Makes everything of the library that was built and runs `tests/python` and `tests/blender`.
 pub fn test() -> Outcome {
     let made = make()?;
+    let python = environment(&target().join("blender/bpy"), PACKAGES)?;
     for name in ["test_abi.py", "test_nouns.py", "test_wheel.py"] {
-        let mut command = clean(&made.python);
+        let mut command = clean(&python);
         call(command.arg(root().join("tests/python").join(name)).env("PYTHONPATH", &made.site))?;
     }
     let scripts = made.folder.parent().and_then(Path::parent).unwrap_or(&made.folder);
     for name in ["test_addon.py", "test_install.py"] {
         let file = root().join("tests/blender").join(name);
-        let mut bpy = clean(&made.python);
+        let mut bpy = clean(&python);
         let mut blender = clean(Path::new("blender"));
         blender.args(["--background", "--factory-startup", "--python-exit-code", "1", "--python"]);
         for command in [&mut bpy, &mut blender] {
@@ -59,6 +63,12 @@ pub fn test() -> Outcome {
         }
     }
     Ok(())
+}
+
+/// The Embree that bpy carries.
+pub fn embree() -> Result<PathBuf, String> {
+    let python = environment(&target().join("blender/bpy"), PACKAGES)?;
+    wheel::found(&python, "platlib", "bpy/lib/libembree4.so.4")
 }
 
 /// A command without what would lead it to another library than the one that is tested.
@@ -74,7 +84,7 @@ fn clean(program: &Path) -> Command {
 fn make() -> Result<Made, String> {
     let wheel = wheel::make()?;
     let base = target().join("blender");
-    let python = environment(&base.join("bpy"), PACKAGES)?;
+    let python = wheel::tools()?;
     let site = base.join("site");
     let install = ["-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--disable-pip-version-check"];
     remove(&site)?;
@@ -100,7 +110,6 @@ fn make() -> Result<Made, String> {
     Ok(Made {
         extension: zip(&extension, format!("relievo-{version}-blender-4.2.zip"))?,
         addon: zip(&folder, format!("relievo-{version}-blender-3.4.zip"))?,
-        python,
         site,
         folder,
     })

@@ -1,32 +1,47 @@
 //! `cargo xtask dist`: what is handed out. An archive and a Debian package of the library, its headers and package files,
-//! the command with its manual pages, and the licences of what is linked. CPack makes them by the install rules of
-//! `CMakeLists.txt`.
+//! the command with its manual pages, and the licences of what is linked; the same of the plugin for OpenImageIO; the zip
+//! files for Blender. CPack makes the first two by the install rules of `CMakeLists.txt` and of the plugin's.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::files::{only_file, remove, strip};
-use crate::licences;
-use crate::packages;
-use crate::stage::{Outcome, call, cargo, root, target};
+use crate::files::{copy, only_file, remove, strip};
+use crate::stage::{Outcome, call, cargo, output, root, target};
+use crate::{blender, licences, packages};
 
-/// What is handed out, by its file.
-pub struct Packages {
-    pub archive: PathBuf,
-    pub debian: PathBuf,
+/// An archive and a Debian package of the same.
+struct Pair {
+    archive: PathBuf,
+    debian: PathBuf,
 }
 
-/// Builds the library and the command, and makes the packages; uses them too for a `test`.
+/// What is handed out, by its files.
+struct Packages {
+    library: Pair,
+    openimageio: Pair,
+}
+
+/// Builds the library and the command, and makes the packages and the zip files for Blender; uses the packages too for a
+/// `test`.
 pub fn run(test: bool) -> Outcome {
     call(cargo().args(["build", "--release", "--package", "relievo-capi", "--package", "relievo-cli"]))?;
     let made = make()?;
-    println!("{}\n{}", made.archive.display(), made.debian.display());
+    let zips = blender::zips()?;
+    let Packages { library, openimageio } = &made;
+    let packages = [&library.archive, &library.debian, &openimageio.archive, &openimageio.debian];
+    let folder = target().join("dist/packages");
+    remove(&folder)?;
+    for file in packages.into_iter().chain(&zips) {
+        let to = folder.join(file.file_name().unwrap_or_default());
+        copy(file, &to)?;
+        println!("{}", to.display());
+    }
     if test { test_made(&made) } else { Ok(()) }
 }
 
 /// Makes the packages of what was built.
-pub fn make() -> Result<Packages, String> {
+fn make() -> Result<Packages, String> {
     let folder = target().join("dist");
     let built = folder.join("built");
     for name in ["librelievo.so", "relievo"] {
@@ -34,25 +49,65 @@ pub fn make() -> Result<Packages, String> {
     }
     call(Command::new(built.join("relievo")).arg("manual").arg(built.join("man")))?;
     licences::write(&built.join("third-party.txt"))?;
-    Ok(Packages {
-        archive: pack(&folder, &built, "TGZ", &["-DCMAKE_INSTALL_LIBDIR=lib"])?,
+    let define = |name: &str, value: &Path| format!("-D{name}={}", value.display());
+    let library = pair(
+        &folder,
+        "library",
+        &root(),
+        &[define("RELIEVO_LIBRARY_DIR", &built), define("RELIEVO_EXTRAS_DIR", &built)],
+    )?;
+    // The plugin is built with what the archive has, as anybody else's is.
+    unpack(&library.archive, &prefix())?;
+    let found = [define("CMAKE_PREFIX_PATH", &prefix()), "-DCMAKE_BUILD_TYPE=Release".into()];
+    let openimageio = pair(&folder, "openimageio", &root().join("plugins/oiio"), &found)?;
+    Ok(Packages { library, openimageio })
+}
+
+/// Has CPack make both packages of a CMake project.
+fn pair(folder: &Path, name: &str, source: &Path, options: &[String]) -> Result<Pair, String> {
+    Ok(Pair {
+        archive: pack(folder, &format!("{name}-archive"), source, "TGZ", options, "-DCMAKE_INSTALL_LIBDIR=lib")?,
         // On Debian libraries are in a folder of the architecture, which CMake finds out for this prefix.
-        debian: pack(&folder, &built, "DEB", &["-DCMAKE_INSTALL_PREFIX=/usr"])?,
+        debian: pack(folder, &format!("{name}-debian"), source, "DEB", options, "-DCMAKE_INSTALL_PREFIX=/usr")?,
     })
 }
 
 /// Has CPack make one package.
-fn pack(folder: &Path, built: &Path, generator: &str, options: &[&str]) -> Result<PathBuf, String> {
-    let (build, out) = (folder.join(generator), folder.join(format!("{generator}-package")));
+fn pack(
+    folder: &Path,
+    name: &str,
+    source: &Path,
+    generator: &str,
+    options: &[String],
+    place: &str,
+) -> Result<PathBuf, String> {
+    let (build, out) = (folder.join(name), folder.join(format!("{name}-package")));
     remove(&out)?;
     let mut configure = Command::new("cmake");
-    configure.arg("-S").arg(root()).arg("-B").arg(&build).args(["-G", "Ninja"]).args(options);
-    configure.arg(format!("-DRELIEVO_LIBRARY_DIR={}", built.display()));
-    call(configure.arg(format!("-DRELIEVO_EXTRAS_DIR={}", built.display())))?;
+    configure.arg("-S").arg(source).arg("-B").arg(&build).args(["-G", "Ninja", place]).args(options);
+    call(&mut configure)?;
+    call(Command::new("cmake").arg("--build").arg(&build))?;
     call(Command::new("cpack").current_dir(&build).args(["-G", generator, "-B"]).arg(&out))?;
     // CPack leaves its working folder beside the package.
     remove(&out.join("_CPack_Packages"))?;
     only_file(&out)
+}
+
+/// Where the archives are unpacked to.
+fn prefix() -> PathBuf {
+    target().join("dist/prefix")
+}
+
+/// Unpacks an archive to a folder that is made anew.
+fn unpack(archive: &Path, folder: &Path) -> Outcome {
+    remove(folder)?;
+    unpack_beside(archive, folder)
+}
+
+/// Unpacks an archive to a folder that may be there.
+fn unpack_beside(archive: &Path, folder: &Path) -> Outcome {
+    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    call(Command::new("tar").arg("-xzf").arg(archive).arg("--strip-components=1").arg("-C").arg(folder))
 }
 
 /// Makes the packages and uses each.
@@ -60,18 +115,16 @@ pub fn test() -> Outcome {
     test_made(&make()?)
 }
 
-/// Uses each package where nothing else of ours is: the archive in a prefix of its own, the Debian package in a bare
+/// Uses each package where nothing else of ours is: the archives in a prefix of their own, the Debian packages in a bare
 /// Debian 12.
 fn test_made(made: &Packages) -> Outcome {
-    test_archive(&made.archive)?;
-    test_debian(&made.debian)
+    test_archives(made)?;
+    test_debian(made)
 }
 
-fn test_archive(archive: &Path) -> Outcome {
-    let folder = target().join("dist/prefix");
-    remove(&folder)?;
-    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    call(Command::new("tar").arg("-xzf").arg(archive).arg("--strip-components=1").arg("-C").arg(&folder))?;
+fn test_archives(made: &Packages) -> Outcome {
+    let folder = prefix();
+    unpack(&made.library.archive, &folder)?;
     for file in
         ["share/man/man1/relievo-run.1", "share/doc/relievo/third-party.txt", "lib/cmake/Relievo/RelievoConfig.cmake"]
     {
@@ -84,24 +137,41 @@ fn test_archive(archive: &Path) -> Outcome {
     let out = target().join("dist/run");
     remove(&out)?;
     let mut run = Command::new(folder.join("bin/relievo"));
-    call(run.arg("run").arg(root().join(SCENE)).args(["--frames", "0..1", "--out"]).arg(out))
+    call(run.arg("run").arg(root().join(SCENE)).args(["--frames", "0..1", "--out"]).arg(out))?;
+    unpack_beside(&made.openimageio.archive, &folder)?;
+    let mut info = Command::new("oiiotool");
+    info.env("OIIO_LIBRARY_PATH", folder.join("lib/relievo")).args(["--info", "-v"]).arg(root().join(DOCUMENT));
+    let text = output(&mut info)?;
+    if text.contains(SHOWN) { Ok(()) } else { Err(format!("oiiotool does not print {SHOWN}: {text}")) }
 }
 
 /// What the packages are tried with: it makes pictures, so that Embree is found too.
 const SCENE: &str = "examples/scenes/press.toml";
 
-/// Installs the package with what it depends on into a bare system, and runs a scene there.
-fn test_debian(package: &Path) -> Outcome {
+/// What the plugin is tried with, and what is printed of it.
+const DOCUMENT: &str = "tests/golden/document-3.relievo";
+const SHOWN: &str = "relievo:faces:";
+
+/// Installs the packages with what they depend on into a bare system, runs a scene there and looks into a document.
+fn test_debian(made: &Packages) -> Outcome {
     if !packages::is_root() {
-        println!("skipped: only root can make a bare Debian to install the package in");
+        println!("skipped: only root can make a bare Debian to install the packages in");
         return Ok(());
     }
     let hook = |line: &str| OsString::from(format!("--customize-hook={line}"));
     let into = |file: &Path| hook(&format!("copy-in '{}' /tmp", file.display()));
-    let name = package.file_name().unwrap_or_default().to_string_lossy();
+    let name = |file: &Path| format!("/tmp/{}", file.file_name().unwrap_or_default().to_string_lossy());
+    let (library, plugin) = (&made.library.debian, &made.openimageio.debian);
     let mut bare = Command::new("mmdebstrap");
-    bare.args(["--quiet", "--variant=apt"]).arg(into(package)).arg(into(&root().join(SCENE)));
-    bare.arg(hook(&format!("chroot \"$1\" apt-get install --yes --install-recommends --quiet=2 /tmp/{name}")));
+    bare.args(["--quiet", "--variant=apt"]).arg(into(library)).arg(into(plugin));
+    bare.arg(into(&root().join(SCENE))).arg(into(&root().join(DOCUMENT)));
+    let install =
+        |file: &Path, more: &str| hook(&format!("chroot \"$1\" apt-get install --yes {more} --quiet=2 {}", name(file)));
+    bare.arg(install(library, "--install-recommends"));
     bare.arg(hook("chroot \"$1\" sh -c 'cd /tmp && relievo run press.toml --frames 0..1 --out out && ls out/*.png'"));
+    // Not all that the tools recommend.
+    bare.arg(install(plugin, "--no-install-recommends openimageio-tools"));
+    let look = format!("OIIO_LIBRARY_PATH=$(echo /usr/lib/*/relievo) oiiotool --info -v {}", name(Path::new(DOCUMENT)));
+    bare.arg(hook(&format!("chroot \"$1\" sh -c '{look} | grep {SHOWN}'")));
     call(bare.args(["bookworm", "/dev/null"]))
 }

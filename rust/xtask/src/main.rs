@@ -63,7 +63,7 @@ enum Task {
     },
     /// Writes a page for each noun of the C ABI, and fails where something is left unsaid
     Docs,
-    /// Makes the archive and the Debian package
+    /// Makes the archives and the Debian packages, and the zip files for Blender
     Dist {
         /// Uses each of them too, where nothing else of ours is
         #[arg(long)]

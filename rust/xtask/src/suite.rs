@@ -60,17 +60,31 @@ fn lower_levels() -> Outcome {
     if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
 }
 
-/// An Embree 4 as PyPI has it, and the crates whose tests are run with it.
-const EMBREE_4: (&str, [&str; 2]) = ("embreex==4.4.0.post1", ["native/embree", "render"]);
+/// An Embree 4 as PyPI has it.
+const EMBREE_4: &str = "embreex==4.4.0.post1";
+/// Another TBB than Debian's, as PyPI has it.
+const OTHER_TBB: &str = "tbb==2022.3.1";
+/// The crates whose tests are run with other Embrees than Debian's.
+const CASTING: [&str; 2] = ["native/embree", "render"];
 
-/// Runs the tests of what casts rays with Embree 4, in place of the system's Embree 3.
+/// Runs the tests of what casts rays with Embree 4, in place of the system's Embree 3: with PyPI's, and with the one that
+/// bpy carries.
 fn embree_4() -> Outcome {
-    let (package, crates) = EMBREE_4;
-    let python = wheel::environment(&target().join("embree4"), &[package])?;
-    let find =
-        "import glob, sysconfig; print(glob.glob(sysconfig.get_path('platlib') + '/embreex.libs/libembree4*')[0])";
-    let library = output(Command::new(python).args(["-c", find]))?;
-    run_with(&built_tests(&crates)?, "RELIEVO_EMBREE", library.trim().as_ref())
+    let built = built_tests(&CASTING)?;
+    let [pypi, carried] = [embree_4_library()?, blender::embree()?];
+    let failed: Vec<_> =
+        [pypi, carried].iter().filter_map(|it| run_with(&built, "RELIEVO_EMBREE", it.as_ref()).err()).collect();
+    if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
+}
+
+fn embree_4_library() -> Result<PathBuf, String> {
+    let python = wheel::environment(&target().join("embree4"), &[EMBREE_4])?;
+    wheel::found(&python, "platlib", "embreex.libs/libembree4*")
+}
+
+fn other_tbb_library() -> Result<PathBuf, String> {
+    let python = wheel::environment(&target().join("tbb"), &[OTHER_TBB])?;
+    wheel::found(&python, "data", "lib/libtbb.so.12")
 }
 
 /// The executables of the tests of crates, each with the folder it runs in, as the stages before built them.
@@ -113,6 +127,8 @@ pub fn build_host(name: &str) -> Outcome {
     configure.arg("-S").arg(root().join("tests")).arg("-B").arg(&folder);
     configure.args(["-G", "Ninja", "-DCMAKE_BUILD_TYPE=RelWithDebInfo"]);
     configure.arg(format!("-DRELIEVO_LIBRARY_DIR={}", target().join("release").display()));
+    configure.arg(format!("-DEMBREE4_LIBRARY={}", embree_4_library()?.display()));
+    configure.arg(format!("-DOTHER_TBB_LIBRARY={}", other_tbb_library()?.display()));
     call(&mut configure)?;
     let mut build = Command::new("cmake");
     build.arg("--build").arg(&folder).args(["--target", name]);

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::files::{copy, copy_files, only_file, remove, strip};
-use crate::stage::{Outcome, call, cargo, root, target};
+use crate::stage::{Outcome, call, cargo, output, root, target};
 
 /// Where the oldest system that can use the wheel stands: that of Debian 12.
 const PLATFORM: &str = "manylinux_2_36_x86_64";
@@ -26,10 +26,15 @@ pub fn run() -> Outcome {
     Ok(())
 }
 
+/// The Python that packs.
+pub fn tools() -> Result<PathBuf, String> {
+    environment(&target().join("wheel/tools"), TOOLS)
+}
+
 /// Makes the wheel of the library that was built; returns its path.
 pub fn make() -> Result<PathBuf, String> {
     let folder = target().join("wheel");
-    let python = environment(&folder.join("tools"), TOOLS)?;
+    let python = tools()?;
     let source = folder.join("source");
     let package = source.join("librelievo");
     let plain = folder.join("plain");
@@ -78,6 +83,12 @@ pub fn environment(folder: &Path, packages: &[&str]) -> Result<PathBuf, String> 
     )?;
     std::fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}", stamp.display()))?;
     Ok(python)
+}
+
+/// The one file of an environment that matches a pattern in a folder of `sysconfig`.
+pub fn found(python: &Path, folder: &str, pattern: &str) -> Result<PathBuf, String> {
+    let find = format!("import glob, sysconfig; print(glob.glob(sysconfig.get_path('{folder}') + '/{pattern}')[0])");
+    Ok(PathBuf::from(output(Command::new(python).args(["-c", &find]))?.trim()))
 }
 
 /// Our licences, and those of the libraries that are carried as Debian has them.
