@@ -25,7 +25,7 @@ pub fn run(yes: bool) -> Outcome {
         stages.run("pages", 1, docs::run);
         stages.run("Rust tests", 2, || call(tests().arg("--workspace")));
         stages.run("lower levels", 2, lower_levels);
-        stages.run("Embree 4", 1, embree_4);
+        stages.run("Embree 4", 2, embree_4);
         if stages.run("hosts: build", 1, build_hosts) {
             stages.run("hosts: tests", 1, || ctest(&["--label-exclude", "valgrind"]));
             stages.run("Valgrind", 2, || ctest(&["--label-regex", "valgrind"]));
