@@ -20,11 +20,13 @@ pub struct Arguments {
 #[derive(clap::Subcommand)]
 enum What {
     /// Writes frames of a scene as scenes for POV-Ray 3.7: camera, light, and displaced surfaces as geometry.
-    Pov(Pov),
+    Pov(Frames),
+    /// Writes frames of a scene as Python scripts that make them in Blender 3.4 and later, with their arrays beside them.
+    Blender(Frames),
 }
 
 #[derive(clap::Args)]
-struct Pov {
+struct Frames {
     /// The scene file.
     scene: PathBuf,
     /// Folder for everything that is written, with the cache of frames; left out, one named after the scene.
@@ -42,12 +44,15 @@ struct Pov {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let What::Pov(arguments) = &arguments.what;
+    let (arguments, povray, blender) = match &arguments.what {
+        What::Pov(arguments) => (arguments, When::Every, When::Never),
+        What::Blender(arguments) => (arguments, When::Never, When::Every),
+    };
     let context = Context::new(&ContextOptions { threads: 0, memory_limit: arguments.memory_limit })?;
     let mut scene = relievo_scene::file::read_file(&arguments.scene)?;
     let output = &mut scene.output;
     (output.picture_frames, output.mesh, output.tiles) = (When::Never, When::Never, When::Never);
-    (output.documents, output.povray) = (When::Never, When::Every);
+    (output.documents, output.povray, output.blender) = (When::Never, povray, blender);
     let last = output.frames - 1;
     let options = RunOptions {
         out: arguments.out.clone().unwrap_or_else(|| folder_of(&arguments.scene)),

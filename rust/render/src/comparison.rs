@@ -8,7 +8,7 @@ use std::path::Path;
 use relievo_core::{Error, Result};
 
 use crate::color::srgb_byte;
-use crate::exr_file::{COLOR, DEPTH, NORMAL, read_exr};
+use crate::exr_file::{COLOR, DEPTH, Layer, NORMAL, read_exr};
 use crate::image::Image;
 use crate::png_file::read_png;
 
@@ -20,6 +20,8 @@ pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 pub struct Picture {
     /// Scene-linear Rec.709 colour, three channels.
     pub color: Image,
+    /// Opacity, if the file has it.
+    pub alpha: Option<Image>,
     /// Depth, infinite where nothing is, if the file has it.
     pub depth: Option<Image>,
     /// Normals, zero where nothing is, if the file has them.
@@ -42,6 +44,8 @@ pub struct Comparison {
     pub flip: Spread,
     /// The FLIP error of every pixel, one channel.
     pub flip_map: Image,
+    /// Root of the mean squared difference of display colours, 0 to 1, over pixels that are not empty in both.
+    pub rms: f64,
     /// Structural similarity of luminance (Wang et al. 2004, Section III.B), 1 for equal pictures.
     pub ssim: f64,
     /// Differences of depth relative to the reference's, where both have one.
@@ -53,8 +57,8 @@ pub struct Comparison {
 }
 
 impl Picture {
-    /// Reads a PNG, or an EXR with `R G B` and perhaps `Z` and `normal.X normal.Y normal.Z`, told apart by their first
-    /// bytes.
+    /// Reads a PNG, or an EXR with `R G B` and perhaps `A`, `Z` and `normal.X normal.Y normal.Z`, told apart by their
+    /// first bytes. The names that Blender gives to its passes of colour, depth and normals will do too.
     ///
     /// # Errors
     /// The file is missing, damaged, neither of both, has no colour, or would take more than `memory_limit` bytes.
@@ -69,19 +73,64 @@ impl Picture {
         match start {
             [0x89, b'P', b'N', b'G'] => {
                 let image = read_png(path, memory_limit)?;
-                Ok(Self { color: opaque(&image)?, depth: None, normal: None })
+                Ok(Self { color: opaque(&image)?, alpha: alpha(&image)?, depth: None, normal: None })
             }
             [0x76, 0x2F, 0x31, 0x01] => {
                 let layers = read_exr(path, memory_limit)?;
-                let layer = layers.first().ok_or_else(|| place(Error::invalid("the EXR has no layer")))?;
-                let color = layer.image(&COLOR).or_else(|| layer.image(&["Y", "Y", "Y"])).ok_or_else(|| {
-                    place(Error::invalid("the EXR has no colour").advise("give it the channels R, G and B, or Y"))
-                })?;
-                Ok(Self { color, depth: layer.image(&DEPTH), normal: layer.image(&NORMAL) })
+                Self::of_layers(&layers).map_err(place)
             }
             _ => Err(place(Error::unsupported("the file is neither a PNG nor an EXR"))),
         }
     }
+
+    /// The picture that layers of an EXR file have together.
+    fn of_layers(layers: &[Layer]) -> Result<Self> {
+        let first = layers.first().ok_or_else(|| Error::invalid("the EXR has no layer"))?;
+        let find = |names: &[&str], pass: &str, parts: &[&str]| {
+            first.image(names).or_else(|| layers.iter().find_map(|layer| pass_image(layer, pass, parts)))
+        };
+        let color = find(&COLOR, "Combined", &["R", "G", "B"]).or_else(|| first.image(&["Y", "Y", "Y"]));
+        let color = color
+            .ok_or_else(|| Error::invalid("the EXR has no colour").advise("give it the channels R, G and B, or Y"))?;
+        let alpha = find(&["A"], "Combined", &["A"]);
+        let mut depth = find(&DEPTH, "Depth", &["Z"]).or_else(|| find(&DEPTH, "Depth", &["V"]));
+        let normal = find(&NORMAL, "Normal", &["X", "Y", "Z"]);
+        let size = |image: &Image| (image.width(), image.height());
+        if [&alpha, &depth, &normal].into_iter().flatten().any(|image| size(image) != size(&color)) {
+            return Err(Error::unsupported("the layers of the EXR differ in size"));
+        }
+        if let Some(depth) = &mut depth {
+            // Some renderers have a large number where nothing is, or any.
+            let opacities = alpha.iter().flat_map(|alpha| alpha.data().iter().copied()).chain(std::iter::repeat(1.0));
+            for (depth, opacity) in depth.data_mut().iter_mut().zip(opacities) {
+                if *depth >= FARTHEST || opacity <= 0.5 {
+                    *depth = f32::INFINITY;
+                }
+            }
+        }
+        Ok(Self { color, alpha, depth, normal })
+    }
+
+    /// Which pixels show a surface: those that have a depth, or else are opaque for more than half; `None` if the picture
+    /// does not say.
+    pub fn covered(&self) -> Option<Vec<bool>> {
+        let by_depth = self.depth.as_ref().map(|depth| depth.data().iter().map(|depth| depth.is_finite()).collect());
+        let opaque = |alpha: &Image| alpha.data().iter().map(|alpha| *alpha > 0.5).collect();
+        by_depth.or_else(|| self.alpha.as_ref().map(opaque))
+    }
+}
+
+/// The depth from which on nothing is seen: what Blender writes there.
+const FARTHEST: f32 = 1e10;
+
+/// The picture of channels that are called `View.Pass.Part`, of whatever view.
+fn pass_image(layer: &Layer, pass: &str, parts: &[&str]) -> Option<Image> {
+    let end = format!("{pass}.{}", parts.first()?);
+    let fits = |name: &str| name.strip_suffix(end.as_str()).is_some_and(|view| view.is_empty() || view.ends_with('.'));
+    let found = &layer.channels.iter().find(|channel| fits(&channel.name))?.name;
+    let start = found.strip_suffix(parts.first()?)?;
+    let names: Vec<String> = parts.iter().map(|part| format!("{start}{part}")).collect();
+    layer.image(&names.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 /// A picture as three channels: grey is repeated, and what is transparent is seen over black.
@@ -96,18 +145,33 @@ fn opaque(image: &Image) -> Result<Image> {
     Image::from_data(image.width(), image.height(), 3, data.collect())
 }
 
+/// The opacity of a picture, if it has one.
+fn alpha(image: &Image) -> Result<Option<Image>> {
+    let channels = image.channels() as usize;
+    if !channels.is_multiple_of(2) {
+        return Ok(None);
+    }
+    let data = image.data().iter().skip(channels - 1).step_by(channels).copied().collect();
+    Image::from_data(image.width(), image.height(), 1, data).map(Some)
+}
+
+/// Fails unless both pictures have the same size, which is returned.
+pub(crate) fn check_sizes(reference: &Picture, test: &Picture) -> Result<[u32; 2]> {
+    let size = |picture: &Picture| [picture.color.width(), picture.color.height()];
+    let ([width, height], [other_width, other_height]) = (size(reference), size(test));
+    if size(reference) == size(test) {
+        return Ok([width, height]);
+    }
+    Err(Error::invalid(format!("{width}×{height} against {other_width}×{other_height} pixels"))
+        .advise("compare pictures of the same size"))
+}
+
 /// Compares a picture with a reference of the same size, seen with so many pixels per degree.
 ///
 /// # Errors
 /// The sizes differ, or `pixels_per_degree` is not in 1..=1000.
 pub fn compare(reference: &Picture, test: &Picture, pixels_per_degree: f32) -> Result<Comparison> {
-    let size = |picture: &Picture| (picture.color.width(), picture.color.height());
-    let (width, height) = size(reference);
-    if size(test) != (width, height) {
-        let (other_width, other_height) = size(test);
-        return Err(Error::invalid(format!("{width}×{height} against {other_width}×{other_height} pixels"))
-            .advise("compare pictures of the same size"));
-    }
+    let [width, height] = check_sizes(reference, test)?;
     if !(1.0..=1000.0).contains(&pixels_per_degree) {
         return Err(Error::invalid(format!("{pixels_per_degree} pixels per degree")).advise("use 1 to 1000"));
     }
@@ -137,10 +201,17 @@ pub fn compare(reference: &Picture, test: &Picture, pixels_per_degree: f32) -> R
         _ => None,
     };
     let flip_map = Image::from_data(width, height, 1, errors)?;
-    Ok(Comparison { flip, flip_map, ssim: ssim(&a, &b, width as usize, height as usize), depth, normal, uncovered })
+    let ssim = ssim(&a, &b, width as usize, height as usize);
+    let rms = rms(&a, &b, reference.covered().zip(test.covered()));
+    Ok(Comparison { flip, flip_map, rms, ssim, depth, normal, uncovered })
 }
 
 impl Comparison {
+    /// The peak signal-to-noise ratio of display colours, in decibels; infinite for equal pictures.
+    pub fn psnr(&self) -> f64 {
+        -20.0 * self.rms.log10()
+    }
+
     /// The FLIP errors in colours from black over purple and orange to white.
     pub fn error_picture(&self) -> Result<Image> {
         let (width, height) = (self.flip_map.width(), self.flip_map.height());
@@ -149,6 +220,18 @@ impl Comparison {
         let data = bytes.iter().map(|byte| crate::color::decode_srgb(f32::from(*byte) / 255.0)).collect();
         Image::from_data(width, height, 3, data)
     }
+}
+
+/// The root of the mean squared difference of bytes, as a share of their range; where both pictures say that nothing is,
+/// pixels do not count.
+fn rms(a: &[u8], b: &[u8], covered: Option<(Vec<bool>, Vec<bool>)>) -> f64 {
+    let counts = |pixel: usize| covered.as_ref().is_none_or(|(a, b)| a[pixel] || b[pixel]);
+    let (mut sum, mut count) = (0.0, 0u64);
+    for (_, (a, b)) in a.iter().zip(b).enumerate().filter(|(at, _)| counts(at / 3)) {
+        sum += ((f64::from(*a) - f64::from(*b)) / 255.0).powi(2);
+        count += 1;
+    }
+    (sum / count.max(1) as f64).sqrt()
 }
 
 fn spread(values: impl Iterator<Item = f64>) -> Spread {
@@ -163,7 +246,7 @@ fn spread(values: impl Iterator<Item = f64>) -> Spread {
 
 /// The angle between two vectors, from the lengths of their difference and sum, which is exact for small angles too;
 /// `None` if either is zero.
-fn angle(a: &[f32], b: &[f32]) -> Option<f64> {
+pub(crate) fn angle(a: &[f32], b: &[f32]) -> Option<f64> {
     let wide = |v: &[f32]| glam::DVec3::from_slice(&[f64::from(v[0]), f64::from(v[1]), f64::from(v[2])]);
     let (a, b) = (wide(a).try_normalize()?, wide(b).try_normalize()?);
     Some(2.0 * (a - b).length().atan2((a + b).length()))
@@ -232,7 +315,7 @@ mod tests {
                 depth.data_mut()[(y * width + x) as usize] = 4.0 * (1.0 + change(x, y));
             }
         }
-        Picture { color, depth: Some(depth), normal: Some(normal) }
+        Picture { color, alpha: None, depth: Some(depth), normal: Some(normal) }
     }
 
     #[test]
@@ -242,7 +325,7 @@ mod tests {
         let none = Spread::default();
         assert_eq!((found.flip, found.depth, found.normal), (none, Some(none), Some(none)));
         assert_eq!(found.uncovered, Some(0));
-        assert!((found.ssim - 1.0).abs() < 1e-12);
+        assert!((found.ssim - 1.0).abs() < 1e-12 && found.rms == 0.0 && found.psnr() == f64::INFINITY);
         assert!(found.flip_map.data().iter().all(|error| *error == 0.0));
     }
 
@@ -299,13 +382,53 @@ mod tests {
     }
 
     #[test]
+    fn names_of_passes_and_opacity_say_what_is_covered() {
+        let picture = picture(|_, _| 0.0);
+        let mut depth = picture.depth.clone().unwrap();
+        depth.data_mut()[..2].copy_from_slice(&[1e10, 3.0]);
+        let mut alpha = Image::from_data(48, 32, 1, vec![1.0; 48 * 32]).unwrap();
+        alpha.data_mut()[1] = 0.0;
+        let layer = |name: &str, parts: &[&str], images: &[&Image]| {
+            let mut layer =
+                Layer { name: Some(name.into()), width: 48, height: 32, channels: Vec::new(), attributes: Vec::new() };
+            let mut parts = parts.iter();
+            for image in images {
+                let names: Vec<String> =
+                    parts.by_ref().take(image.channels() as usize).map(|part| format!("{name}.{part}")).collect();
+                layer.add(&names.iter().map(String::as_str).collect::<Vec<_>>(), image);
+            }
+            layer
+        };
+        let layers = [
+            layer("View.Combined", &["R", "G", "B", "A"], &[&picture.color, &alpha]),
+            layer("View.Depth", &["Z"], &[&depth]),
+            layer("View.Normal", &["X", "Y", "Z"], &[picture.normal.as_ref().unwrap()]),
+        ];
+        let read = Picture::of_layers(&layers).unwrap();
+        assert_eq!((&read.color, &read.normal), (&picture.color, &picture.normal));
+        let covered = read.covered().unwrap();
+        assert!(!covered[0] && !covered[1] && covered[2..].iter().all(|covered| *covered));
+        assert_eq!(Picture { depth: None, ..read }.covered().unwrap()[..2], [true, false]);
+        let odd = [layers[0].clone(), Layer { width: 32, height: 48, ..layers[1].clone() }];
+        assert!(Picture::of_layers(&odd).is_err());
+    }
+
+    #[test]
+    fn the_root_of_squares_is_over_what_is_covered() {
+        let (a, b) = ([0, 0, 0, 255, 255, 255], [51, 51, 51, 255, 255, 255]);
+        assert!((rms(&a, &b, None) - 0.2 / 2.0_f64.sqrt()).abs() < 1e-12);
+        assert!((rms(&a, &b, Some((vec![true, false], vec![false; 2]))) - 0.2).abs() < 1e-12);
+        assert_eq!(rms(&a, &b, Some((vec![false; 2], vec![false; 2]))), 0.0);
+    }
+
+    #[test]
     fn sizes_and_distances_that_cannot_be_used_are_refused() {
         let picture = picture(|_, _| 0.0);
-        let small = Picture { color: Image::new(4, 4, 3).unwrap(), depth: None, normal: None };
+        let small = Picture { color: Image::new(4, 4, 3).unwrap(), alpha: None, depth: None, normal: None };
         assert!(compare(&picture, &small, PIXELS_PER_DEGREE).unwrap_err().to_string().contains("4×4"));
         assert!(compare(&small, &small, f32::NAN).is_err());
         assert_eq!(compare(&small, &small, 67.0).unwrap().flip.max, 0.0);
-        let dot = Picture { color: Image::new(1, 1, 3).unwrap(), depth: None, normal: None };
+        let dot = Picture { color: Image::new(1, 1, 3).unwrap(), alpha: None, depth: None, normal: None };
         assert_eq!(compare(&dot, &dot, 67.0).unwrap().flip.max, 0.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Legends drawn into pictures: a swatch and a label per colour, in letters of five by seven dots.
+//! Text and legends drawn into pictures: a swatch and a label per colour, in letters of five by seven dots.
 
 use crate::color::Color;
 use crate::image::Image;
@@ -100,14 +100,18 @@ pub fn draw_legend(image: &mut Image, entries: &[(Color, &str)]) {
     for (row, (color, label)) in (0..lines).zip(entries) {
         let y = top + margin + row * line;
         fill(image, [left + margin, y, 8 * dot, 7 * dot], *color);
-        let mut x = left + margin + 12 * dot;
-        for letter in label.chars() {
-            if x + LETTER.0 * dot + margin > right {
-                break;
-            }
-            draw_letter(image, x, y, dot, letter);
-            x += (LETTER.0 + 1) * dot;
+        draw_text(image, [left + margin + 12 * dot, y], dot, right.saturating_sub(margin), label);
+    }
+}
+
+/// Draws a line of text whose top left corner is at (x, y) in dots of `dot` pixels, as much of it as ends before `right`.
+pub(crate) fn draw_text(image: &mut Image, [mut x, y]: [u32; 2], dot: u32, right: u32, text: &str) {
+    for letter in text.chars() {
+        if x + LETTER.0 * dot > right {
+            break;
         }
+        draw_letter(image, x, y, dot, letter);
+        x += (LETTER.0 + 1) * dot;
     }
 }
 

@@ -491,6 +491,8 @@ pub struct OutputEntry {
     pub documents: When,
     /// Frames that are written as scenes for POV-Ray.
     pub povray: When,
+    /// Frames that are written as scripts for Blender.
+    pub blender: When,
     /// Stops.
     pub exposure: f64,
 }

@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use glam::{DAffine3, DMat3, DVec3};
-use relievo_core::{Context, Mesh, Result, Values};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use relievo_core::{Attribute, Context, Domain, Mesh, Result, Values};
 use relievo_detail::DisplacedObject;
 use relievo_meshio::Instance;
 use relievo_render::{Channel, Content, Layer, Samples, Value, write_exr, write_png};
 use relievo_tiles::triangle::TriangleTessellation;
-use relievo_tiles::{Tessellation, by_format};
+use relievo_tiles::{Mark, Tessellation, by_format};
 
-use crate::description::Up;
+use crate::description::{ObjectEntry, TintEntry, Up};
 use crate::output::Folder;
 use crate::picture::Studio;
 use crate::tessellation::Rates;
@@ -112,6 +112,38 @@ pub(crate) fn triangle_mesh(context: &Context, world: &World, index: usize, item
         whole.trace(traces.field(), object.time());
     }
     Ok(whole.mesh)
+}
+
+/// The colours of the points of a mesh: what is painted, under the tint of traces.
+pub(crate) fn point_colors(entry: &ObjectEntry, base: [f32; 3], mesh: &Mesh, painted: bool) -> Option<Vec<[f32; 3]>> {
+    let painted = floats(mesh, "color", Domain::Point, 3).filter(|_| painted);
+    let tint: Option<(&TintEntry, [&[f32]; 3])> = entry.traces.as_ref().and_then(|tint| {
+        let [contact, depth, age] = ["contact", "depth", "age"].map(|name| floats(mesh, name, Domain::Point, 1));
+        Some((tint, [contact?, depth?, age?]))
+    });
+    if painted.is_none() && tint.is_none() {
+        return None;
+    }
+    let color = |point: usize| {
+        let under = painted.map_or(base, |colors| [0, 1, 2].map(|channel| colors[3 * point + channel]));
+        let Some((tint, [contact, depth, age])) = tint else { return under };
+        // Ages are counted back from now.
+        let time = (age[point] >= 0.0).then_some(-age[point]);
+        tint.over(Vec3::from(under), &Mark { contact: contact[point], depth: depth[point], time }, 0.0)
+    };
+    Some((0..mesh.points.len()).map(color).collect())
+}
+
+/// The values of an attribute of floats.
+pub(crate) fn floats<'a>(mesh: &'a Mesh, name: &str, domain: Domain, width: u32) -> Option<&'a [f32]> {
+    match mesh.attribute(name) {
+        Some(Attribute { domain: own, width: found, values: Values::F32(values), .. })
+            if *own == domain && *found as u32 == width =>
+        {
+            Some(values)
+        }
+        _ => None,
+    }
 }
 
 /// The rotation that brings `up` to y, which glTF has up.

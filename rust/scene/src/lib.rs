@@ -2,6 +2,7 @@
 
 pub mod assets;
 pub mod bake;
+mod blender;
 mod blocks;
 mod bodies;
 pub mod cache;

@@ -11,15 +11,14 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::PathBuf;
 
-use glam::{DAffine3, DVec3, Vec3};
-use relievo_core::{Attribute, Context, Domain, Mesh, Result, Values};
+use glam::{DAffine3, DVec3};
+use relievo_core::{Context, Domain, Mesh, Result, Values};
 use relievo_render::color::{decode_srgb, encode_srgb};
-use relievo_render::{Camera, Lights, Material};
+use relievo_render::{Camera, Lights, Material, Sky};
 use relievo_surface::{PatchForm, Place};
-use relievo_tiles::Mark;
 
-use crate::description::{ObjectEntry, TintEntry};
-use crate::export::{tessellated, triangle_mesh};
+use crate::description::ObjectEntry;
+use crate::export::{floats, point_colors, tessellated, triangle_mesh};
 use crate::output::Folder;
 use crate::picture::{automatic_view, camera, lights};
 use crate::world::{Item, World};
@@ -115,7 +114,7 @@ impl<'a> Shown<'a> {
     }
 
     fn of_mesh(entry: &'a ObjectEntry, material: Material, transform: DAffine3, mesh: Mesh, painted: bool) -> Self {
-        let colors = colors(entry, material.base_color, &mesh, painted);
+        let colors = point_colors(entry, material.base_color, &mesh, painted);
         let triangles = fans(&mesh);
         Self { name: &entry.name.text, material, transform, mesh, triangles, colors, patches: Vec::new(), steps: 0 }
     }
@@ -126,7 +125,11 @@ impl<'a> Shown<'a> {
         }
         // A union of one is warned about.
         let kind = if self.patches.is_empty() { "object" } else { "union" };
-        writeln!(out, "\n// {}\n{kind} {{", printable(self.name))?;
+        let columns = [self.transform.matrix3.x_axis, self.transform.matrix3.y_axis, self.transform.matrix3.z_axis];
+        let numbers = columns.into_iter().chain([self.transform.translation]).flat_map(|column| column.to_array());
+        let numbers: Vec<String> = numbers.map(|number| number.to_string()).collect();
+        writeln!(out, "\n// {}\n#declare Object_Place = transform {{", printable(self.name))?;
+        writeln!(out, "  matrix <{}>\n}}\n{kind} {{", numbers.join(", "))?;
         if !self.triangles.is_empty() {
             self.write_mesh(out)?;
         }
@@ -138,9 +141,7 @@ impl<'a> Shown<'a> {
             writeln!(out, "  {} }}", texture(*color, &self.material))?;
         }
         writeln!(out, "{}", texture(self.material.base_color, &self.material))?;
-        let columns = [self.transform.matrix3.x_axis, self.transform.matrix3.y_axis, self.transform.matrix3.z_axis];
-        let numbers = columns.into_iter().chain([self.transform.translation]).flat_map(|column| column.to_array());
-        writeln!(out, "matrix <{}>\n}}", numbers.map(|number| number.to_string()).collect::<Vec<_>>().join(", "))
+        writeln!(out, "transform {{ Object_Place }}\n}}")
     }
 
     fn write_mesh(&self, out: &mut impl Write) -> std::io::Result<()> {
@@ -177,38 +178,6 @@ impl<'a> Shown<'a> {
             list(out, "uv_indices", coordinates.indices.iter().map(|indices| vector(*indices)))?;
         }
         writeln!(out, "}}")
-    }
-}
-
-/// The colours of the points of a mesh: what is painted, under the tint of traces.
-fn colors(entry: &ObjectEntry, base: [f32; 3], mesh: &Mesh, painted: bool) -> Option<Vec<[f32; 3]>> {
-    let painted = floats(mesh, "color", Domain::Point, 3).filter(|_| painted);
-    let tint: Option<(&TintEntry, [&[f32]; 3])> = entry.traces.as_ref().and_then(|tint| {
-        let [contact, depth, age] = ["contact", "depth", "age"].map(|name| floats(mesh, name, Domain::Point, 1));
-        Some((tint, [contact?, depth?, age?]))
-    });
-    if painted.is_none() && tint.is_none() {
-        return None;
-    }
-    let color = |point: usize| {
-        let under = painted.map_or(base, |colors| [0, 1, 2].map(|channel| colors[3 * point + channel]));
-        let Some((tint, [contact, depth, age])) = tint else { return under };
-        // Ages are counted back from now.
-        let time = (age[point] >= 0.0).then_some(-age[point]);
-        tint.over(Vec3::from(under), &Mark { contact: contact[point], depth: depth[point], time }, 0.0)
-    };
-    Some((0..mesh.points.len()).map(color).collect())
-}
-
-/// The values of an attribute of floats.
-fn floats<'a>(mesh: &'a Mesh, name: &str, domain: Domain, width: u32) -> Option<&'a [f32]> {
-    match mesh.attribute(name) {
-        Some(Attribute { domain: own, width: found, values: Values::F32(values), .. })
-            if *own == domain && *found as u32 == width =>
-        {
-            Some(values)
-        }
-        _ => None,
     }
 }
 
@@ -309,17 +278,23 @@ impl Palette {
     }
 }
 
-/// A Lambertian texture with a highlight. POV-Ray's lights bring π times less than ours, which are irradiances; its
+/// Textures of surfaces: Lambert's reflection with a highlight. A file that includes the scene may have other ones, by a
+/// macro of this name of its own, to which `Object_Place` says where the object is.
+const TEXTURES: &str = "\
+#ifndef (Surface_Texture)
+#macro Surface_Texture(Color, Specular, Roughness)
+  texture { pigment { rgb Color } finish { ambient 0 diffuse 1 specular Specular roughness Roughness } }
+#end
+#end
+";
+
+/// The call of the macro of textures. POV-Ray's lights bring π times less than ours, which are irradiances; its
 /// highlight is Blinn's, here as wide and, seen straight on, as bright as the GGX lobe of the ray caster.
 fn texture([r, g, b]: [f32; 3], material: &Material) -> String {
     let alpha = material.roughness.max(0.05).powi(2);
     let exponent = (2.0 / (alpha * alpha) - 2.0).max(1.0);
     let specular = material.specular * (exponent + 2.0) / 8.0;
-    let gloss = match material.specular > 0.0 {
-        true => format!(" specular {specular} roughness {}", 1.0 / exponent),
-        false => String::new(),
-    };
-    format!("texture {{ pigment {{ rgb <{r}, {g}, {b}> }} finish {{ ambient 0 diffuse 1{gloss} }} }}")
+    format!("Surface_Texture(<{r}, {g}, {b}>, {specular}, {})", 1.0 / exponent)
 }
 
 fn write_head(
@@ -331,8 +306,7 @@ fn write_head(
     (low, high): (DVec3, DVec3),
 ) {
     let exposed = |color: [f32; 3]| color.map(|value| f64::from(value) * exposure);
-    let sky = [lights.sky.zenith, lights.sky.horizon, lights.sky.ground].map(exposed);
-    let dark = sky.iter().flatten().all(|value| *value == 0.0);
+    let dark = is_dark(&lights.sky);
     let _ = writeln!(
         out,
         "// Written by Relievo. Render with: povray +W{width} +H{height} +A +I<this file>\n#version 3.7;\n\
@@ -344,12 +318,14 @@ fn write_head(
         out.push_str("    recursion_limit 2 low_error_factor 0.5 gray_threshold 0 brightness 1 }\n");
     }
     out.push_str("}\n");
+    out.push_str(TEXTURES);
     let half = (0.5 * view.fov).tan();
     let [right, up, back] = [view.axes.x_axis, view.axes.y_axis, view.axes.z_axis];
     let right = right * (2.0 * half * f64::from(width) / f64::from(height));
     let _ = writeln!(
         out,
-        "camera {{ perspective\n  location {}\n  direction {}\n  right {}\n  up {}\n}}",
+        "#declare Camera_Place = {};\n#declare Camera_Direction = {};\n\
+         camera {{ perspective\n  location Camera_Place\n  direction Camera_Direction\n  right {}\n  up {}\n}}",
         vector(view.eye.to_array()),
         vector((-back).to_array()),
         vector(right.to_array()),
@@ -371,29 +347,37 @@ fn write_head(
         let _ = writeln!(out, "\n  parallel point_at {} }}", vector(middle.to_array()));
     }
     if !dark {
-        write_sky(out, DVec3::from(lights.sky.up.map(f64::from)), sky);
+        write_sky(out, &lights.sky, exposure);
     }
 }
 
-/// Steps of the sky's colours above and below the horizon.
-const STEPS: i32 = 16;
-
-/// The background, which goes from the horizon to the zenith with the root of the height, and to the ground within an
-/// eighth of it.
-fn write_sky(out: &mut String, up: DVec3, [zenith, horizon, ground]: [[f64; 3]; 3]) {
-    let mix = |a: [f64; 3], b: [f64; 3], share: f64| [0, 1, 2].map(|k| a[k] + (b[k] - a[k]) * share);
-    let up = vector(up.normalize_or(DVec3::Z).to_array());
+fn write_sky(out: &mut String, sky: &Sky, exposure: f64) {
+    let up = vector(DVec3::from(sky.up.map(f64::from)).normalize_or(DVec3::Z).to_array());
     let _ = writeln!(out, "sky_sphere {{ pigment {{ gradient {up} color_map {{");
-    let mut entry = |height: f64, color: [f64; 3]| {
-        let _ = writeln!(out, "  [{} color rgb {}]", 0.5 + 0.5 * height, vector(color));
-    };
-    entry(-1.0, ground);
-    entry(-0.125, ground);
-    for step in 0..=STEPS {
-        let share = f64::from(step) / f64::from(STEPS);
-        entry(share * share, mix(horizon, zenith, share));
+    for (height, color) in sky_stops(sky) {
+        let color = vector(color.map(|value| value * exposure));
+        let _ = writeln!(out, "  [{} color rgb {color}]", 0.5 + 0.5 * height);
     }
     let _ = writeln!(out, "}} scale 2 translate -{up} }} }}");
+}
+
+/// Whether the sky brings no light.
+pub(crate) fn is_dark(sky: &Sky) -> bool {
+    [sky.zenith, sky.horizon, sky.ground].iter().flatten().all(|value| *value == 0.0)
+}
+
+/// Steps of the sky's colours above the horizon.
+const STEPS: i32 = 16;
+
+/// The sky as colours at sines of elevations, ascending from −1, linear in between: it goes from the horizon to the zenith
+/// with the root of the sine, and to the ground within an eighth of it.
+pub(crate) fn sky_stops(sky: &Sky) -> Vec<(f64, [f64; 3])> {
+    let [zenith, horizon, ground] = [sky.zenith, sky.horizon, sky.ground].map(|color| color.map(f64::from));
+    let above = (0..=STEPS).map(|step| {
+        let share = f64::from(step) / f64::from(STEPS);
+        (share * share, [0, 1, 2].map(|k| horizon[k] + (zenith[k] - horizon[k]) * share))
+    });
+    [(-1.0, ground), (-0.125, ground)].into_iter().chain(above).collect()
 }
 
 fn vector<T: std::fmt::Display>(values: [T; 3]) -> String {

@@ -696,6 +696,13 @@ pub static OUTPUT: Section = Section {
         ),
         key("povray", Kind::Choice(WHEN), "\"none\"", "", "Frames that are written as scenes for POV-Ray 3.7 (.pov)"),
         key(
+            "blender",
+            Kind::Choice(WHEN),
+            "\"none\"",
+            "",
+            "Frames that are written as scripts that make them in Blender (.py, with .bin beside it)",
+        ),
+        key(
             "exposure",
             Kind::Number(-20.0, 20.0),
             "0",

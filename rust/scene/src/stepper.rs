@@ -9,6 +9,7 @@ use relievo_core::{Context, Error, Progress};
 use relievo_detail::{FadingObject, Volumes};
 
 use crate::bake::{self, Baker, Changes};
+use crate::blender;
 use crate::cache::{Cache, Frame, Identity, State};
 use crate::description::Scene;
 use crate::diagnostic::Failure;
@@ -258,6 +259,9 @@ impl Stepper {
         }
         if self.world.scene.output.povray.includes(frame, last) {
             self.summary.files.push(povray::write(context, &self.world, &self.folder, frame)?);
+        }
+        if self.world.scene.output.blender.includes(frame, last) {
+            self.summary.files.extend(blender::write(context, &self.world, &self.folder, frame)?);
         }
         Ok(())
     }

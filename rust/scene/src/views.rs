@@ -65,7 +65,7 @@ pub(crate) fn read_output(reader: &mut Reader, table: Table) -> OutputEntry {
         _ => When::Never,
     };
     let (picture_frames, mesh, tiles) = (when("picture_frames"), when("mesh"), when("tiles"));
-    let (documents, povray) = (when("documents"), when("povray"));
+    let (documents, povray, blender) = (when("documents"), when("povray"), when("blender"));
     let mut settings = relievo_render::Settings::default();
     reader.parameters(table, |parameter, value| {
         // The reader has checked the value.
@@ -84,6 +84,7 @@ pub(crate) fn read_output(reader: &mut Reader, table: Table) -> OutputEntry {
         tiles,
         documents,
         povray,
+        blender,
         exposure: reader.number(table, "exposure"),
     }
 }
