@@ -46,6 +46,20 @@ fn a_new_scene_checks_runs_and_leaves_only_results_on_standard_output() {
     assert!(compare.status.success(), "{compare:?}");
     let found: serde_json::Value = serde_json::from_slice(&compare.stdout).unwrap();
     assert_eq!(found["flip_mean"], 0.0);
+    // Two rows of three pictures, and their sheet.
+    let row = [picture, picture, picture];
+    let names =
+        ["--row", "One", "--row", "Two", "--names", "A,B,C", "--sheet", "sheet.png", "--width", "400", "--json"];
+    let compare = relievo(folder.path(), &[&["compare"][..], &row, &row, &names].concat());
+    assert!(compare.status.success(), "{compare:?}");
+    let found: serde_json::Value = serde_json::from_slice(&compare.stdout).unwrap();
+    assert_eq!((found.as_array().unwrap().len(), &found[3]["row"], &found[3]["psnr"]), (4, &"Two".into(), &().into()));
+    assert!(folder.path().join("sheet.png").exists());
+    // A picture without depths is not within a limit of depths.
+    let compare = relievo(folder.path(), &["compare", picture, picture, "--max-depth", "1"]);
+    assert_eq!(compare.status.code(), Some(3));
+    let compare = relievo(folder.path(), &[&["compare"][..], &row, &["--row", "a", "--row", "b"]].concat());
+    assert!(compare.status.code() == Some(1) && text(&compare.stderr).contains("3 pictures"), "{compare:?}");
     // The last frame, from the cache, and one that is asked for.
     let export = relievo(folder.path(), &["export", "pov", "scene.toml"]);
     assert!(export.status.success() && text(&export.stdout) == "scene-out/scene-000013.pov\n", "{export:?}");
@@ -54,6 +68,18 @@ fn a_new_scene_checks_runs_and_leaves_only_results_on_standard_output() {
     let export = relievo(folder.path(), &["export", "pov", "scene.toml", "--out", "scene-out", "--frames", "3..4"]);
     assert!(export.status.success() && text(&export.stdout).lines().count() == 2, "{export:?}");
     assert_eq!(relievo(folder.path(), &["export", "pov", "none.toml"]).status.code(), Some(1));
+    let export = relievo(folder.path(), &["export", "blender", "scene.toml"]);
+    let files = "scene-out/scene-000013.py\nscene-out/scene-000013.bin\n";
+    assert!(export.status.success() && text(&export.stdout) == files, "{export:?}");
+    let script = std::fs::read_to_string(folder.path().join("scene-out/scene-000013.py")).unwrap();
+    let (_, rest) = script.split_once("r'''").unwrap();
+    let scene: serde_json::Value = serde_json::from_str(rest.split_once("'''").unwrap().0).unwrap();
+    let bytes = std::fs::metadata(folder.path().join("scene-out/scene-000013.bin")).unwrap().len();
+    let (objects, mut end) = (scene["objects"].as_array().unwrap(), 0);
+    for array in objects.iter().flat_map(|object| object["mesh"].as_object().unwrap().values()) {
+        end = end.max(array[0].as_u64().unwrap() + 4 * array[1].as_u64().unwrap());
+    }
+    assert!(objects.len() == 2 && end == bytes && scene["sky"].is_object(), "{end} of {bytes}");
 }
 
 #[test]

@@ -42,7 +42,7 @@ pub fn zips() -> Result<[PathBuf; 2], String> {
 /// Makes everything of the library that was built and runs `tests/python` and `tests/blender`.
 pub fn test() -> Outcome {
     let made = make()?;
-    let python = environment(&target().join("blender/bpy"), PACKAGES)?;
+    let python = python()?;
     for name in ["test_abi.py", "test_nouns.py", "test_wheel.py"] {
         let mut command = clean(&python);
         call(command.arg(root().join("tests/python").join(name)).env("PYTHONPATH", &made.site))?;
@@ -67,12 +67,16 @@ pub fn test() -> Outcome {
 
 /// The Embree that bpy carries.
 pub fn embree() -> Result<PathBuf, String> {
-    let python = environment(&target().join("blender/bpy"), PACKAGES)?;
-    wheel::found(&python, "platlib", "bpy/lib/libembree4.so.4")
+    wheel::found(&python()?, "platlib", "bpy/lib/libembree4.so.4")
+}
+
+/// A Python with bpy.
+pub fn python() -> Result<PathBuf, String> {
+    environment(&target().join("blender/bpy"), PACKAGES)
 }
 
 /// A command without what would lead it to another library than the one that is tested.
-fn clean(program: &Path) -> Command {
+pub fn clean(program: &Path) -> Command {
     let mut command = Command::new(program);
     for name in ["RELIEVO_LIBRARY", "RELIEVO_EMBREE", "PYTHONPATH"] {
         command.env_remove(name);

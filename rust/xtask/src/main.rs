@@ -2,6 +2,7 @@
 
 mod bench;
 mod blender;
+mod comparison;
 mod demo;
 mod dist;
 mod docs;
@@ -61,6 +62,12 @@ enum Task {
         #[arg(long)]
         test: bool,
     },
+    /// Renders scenes in our ray caster, in Cycles and in POV-Ray, and compares what is seen
+    Comparison {
+        /// Writes the contact sheet to this PNG file
+        #[arg(long, value_name = "FILE")]
+        sheet: Option<PathBuf>,
+    },
     /// Writes a page for each noun of the C ABI, and fails where something is left unsaid
     Docs,
     /// Makes the archives and the Debian packages, and the zip files for Blender
@@ -91,6 +98,7 @@ fn main() -> ExitCode {
         Task::Test { yes } => suite::run(yes),
         Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
         Task::Wheel => wheel::run(),
+        Task::Comparison { sheet } => comparison::run(sheet.as_deref()),
         Task::Docs => docs::run(),
         Task::Dist { test } => dist::run(test),
         Task::Notices { file } => licences::write(&file),

@@ -1,0 +1,117 @@
+//! `cargo xtask comparison`: the scenes of `tests/hosts/comparison` in our ray caster, in Cycles and in POV-Ray, with
+//! the same camera and light; silhouettes, depths and normals held against their goals.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::blender;
+use crate::files::remove;
+use crate::stage::{Outcome, call, cargo, root, target};
+
+/// A scene, by its file's name.
+struct Scene {
+    name: &'static str,
+    label: &'static str,
+    /// Depths that nothing in it is nearer and farther than, in scene units: what 16 bits are spread over.
+    depths: [f64; 2],
+}
+
+const SCENES: [Scene; 3] = [
+    Scene { name: "cage", label: "Limit surface of a creased cage", depths: [5.0, 9.5] },
+    Scene { name: "terrain", label: "A dented terrain", depths: [4.0, 9.5] },
+    Scene { name: "idol", label: "A painted and sculpted model", depths: [4.0, 7.0] },
+];
+/// Pixels of the pictures, as the scenes have it.
+const SIZE: [&str; 2] = ["640", "480"];
+/// Goals: pixels that one picture alone covers, as a share of those covered; differences of depth inside, as a share of
+/// how far depths are apart; the median of angles between normals inside, in degrees.
+const GOALS: [(&str, &str); 3] = [("--max-silhouette", "0.002"), ("--max-depth", "0.0001"), ("--max-normal", "0.5")];
+
+/// Builds the command and compares; `sheet` is where the contact sheet goes, as a PNG file.
+pub fn run(sheet: Option<&Path>) -> Outcome {
+    call(cargo().args(["build", "--release", "--package", "relievo-cli"]))?;
+    compare(sheet)
+}
+
+/// Compares with the command that was built.
+pub fn test() -> Outcome {
+    compare(None)
+}
+
+fn compare(sheet: Option<&Path>) -> Outcome {
+    if Command::new("povray").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_err() {
+        println!("skipped: povray is not installed");
+        return Ok(());
+    }
+    let python = match blender::python() {
+        Ok(python) => python,
+        Err(error) => {
+            println!("skipped: there is no bpy: {error}");
+            return Ok(());
+        }
+    };
+    let source = root().join("tests/hosts/comparison");
+    let folder = target().join("comparison");
+    remove(&folder)?;
+    let relievo = target().join("release/relievo");
+    let outs = SCENES.map(|scene| folder.join(scene.name));
+    let mut cycles = blender::clean(&python);
+    cycles.arg(source.join("cycles.py"));
+    for (scene, out) in SCENES.iter().zip(&outs) {
+        let file = source.join(scene.name).with_extension("toml");
+        call(Command::new(&relievo).arg("run").arg(file).arg("--out").arg(out).stdout(Stdio::null()))?;
+        cycles.arg(out.join("scene-000000.py")).arg(out.join("cycles.exr"));
+    }
+    call(cycles.stdout(Stdio::null()))?;
+    let mut compare = Command::new(&relievo);
+    compare
+        .args(["compare", "--names", "RELIEVO,CYCLES,POV-RAY"])
+        .args(GOALS.iter().flat_map(|(key, most)| [key, most]));
+    for (scene, out) in SCENES.iter().zip(&outs) {
+        povray(&source, scene, out)?;
+        compare.args(["--row", scene.label]);
+    }
+    for out in &outs {
+        compare.args(["beauty-000000.exr", "cycles.exr", "povray.exr"].map(|name| out.join(name)));
+    }
+    let sheet = sheet.map_or_else(|| folder.join("sheet.png"), |path| path.to_path_buf());
+    call(compare.arg("--sheet").arg(&sheet))?;
+    println!("{}", sheet.display());
+    Ok(())
+}
+
+/// Renders colours, depths and normals of a scene by POV-Ray, and puts them into one EXR file.
+fn povray(source: &Path, scene: &Scene, out: &Path) -> Outcome {
+    let [near, far] = scene.depths;
+    let passes: [(&str, PathBuf); 3] = [
+        ("color", out.join("scene-000000.pov")),
+        ("depth", source.join("depth.pov")),
+        ("normal", source.join("normal.pov")),
+    ];
+    for (name, file) in passes {
+        let joined = |start: &str, path: &Path| [OsString::from(start), path.into()].into_iter().collect::<OsString>();
+        let mut command = Command::new("povray");
+        command
+            .arg(joined("+I", &file))
+            .arg(joined("+L", out))
+            .arg(joined("+O", &out.join(name).with_extension("png")));
+        command.args([format!("+W{}", SIZE[0]), format!("+H{}", SIZE[1])]);
+        // Sixteen bits of linear light, transparent where nothing is.
+        command.args(["-D", "-A", "-V", "-GA", "+FN16", "+UA", "File_Gamma=1"]);
+        command.args([format!("Declare=Near={near}"), format!("Declare=Far={far}")]);
+        call(command.stderr(Stdio::null()))?;
+    }
+    let mut join = Command::new("oiiotool");
+    join.arg(out.join("color.png")).args(["--ch", "R,G,B,A"]);
+    join.arg(out.join("depth.png")).args([
+        "--ch",
+        "Z=R",
+        "--mulc",
+        &(far - near).to_string(),
+        "--addc",
+        &near.to_string(),
+    ]);
+    join.arg(out.join("normal.png")).args(["--ch", "normal.X=R,normal.Y=G,normal.Z=B", "--mulc", "2", "--subc", "1"]);
+    call(join.args(["--chappend", "--chappend", "-d", "float", "-o"]).arg(out.join("povray.exr")))
+}
