@@ -18,9 +18,9 @@ struct Scene {
 }
 
 const SCENES: [Scene; 3] = [
-    Scene { name: "cage", label: "Limit surface of a creased cage", depths: [5.0, 9.5] },
-    Scene { name: "terrain", label: "A dented terrain", depths: [4.0, 9.5] },
-    Scene { name: "idol", label: "A painted and sculpted model", depths: [4.0, 7.0] },
+    Scene { name: "cage", label: "Limit surface of a creased cage", depths: [5.0, 9.0] },
+    Scene { name: "terrain", label: "A dented terrain", depths: [3.5, 8.5] },
+    Scene { name: "idol", label: "A painted and sculpted model", depths: [4.5, 6.5] },
 ];
 /// Pixels of the pictures, as the scenes have it.
 const SIZE: [&str; 2] = ["640", "480"];
@@ -57,7 +57,7 @@ fn compare(sheet: Option<&Path>) -> Outcome {
     let relievo = target().join("release/relievo");
     let outs = SCENES.map(|scene| folder.join(scene.name));
     let mut cycles = blender::clean(&python);
-    cycles.arg(source.join("cycles.py"));
+    cycles.arg(source.join("render_cycles.py"));
     for (scene, out) in SCENES.iter().zip(&outs) {
         let file = source.join(scene.name).with_extension("toml");
         call(Command::new(&relievo).arg("run").arg(file).arg("--out").arg(out).stdout(Stdio::null()))?;
@@ -104,14 +104,8 @@ fn povray(source: &Path, scene: &Scene, out: &Path) -> Outcome {
     }
     let mut join = Command::new("oiiotool");
     join.arg(out.join("color.png")).args(["--ch", "R,G,B,A"]);
-    join.arg(out.join("depth.png")).args([
-        "--ch",
-        "Z=R",
-        "--mulc",
-        &(far - near).to_string(),
-        "--addc",
-        &near.to_string(),
-    ]);
+    join.arg(out.join("depth.png")).args(["--dup", "--ch", "Z=R", "--swap", "--ch", "Z=G", "--div"]);
+    join.args(["--mulc", &(far - near).to_string(), "--addc", &near.to_string()]);
     join.arg(out.join("normal.png")).args(["--ch", "normal.X=R,normal.Y=G,normal.Z=B", "--mulc", "2", "--subc", "1"]);
     call(join.args(["--chappend", "--chappend", "-d", "float", "-o"]).arg(out.join("povray.exr")))
 }
