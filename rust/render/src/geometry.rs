@@ -123,7 +123,7 @@ mod tests {
     use super::*;
     use crate::image::Image;
 
-    const SIDE: u32 = 64;
+    const SIDE: u32 = 256;
 
     /// A sphere of radius 1 seen along −z from a distance of `distance`, in parallel rays over a square of 2.5, with its
     /// normals turned about x by `turn` radians.
@@ -154,8 +154,8 @@ mod tests {
         let found = compare_geometry(&picture, &picture, None).unwrap().unwrap();
         assert_eq!((found.alone, found.silhouette()), (0, 0.0));
         assert_eq!((found.depth, found.normal), (Some(Quantiles::default()), Some(Quantiles::default())));
-        // π/6.25 of the picture, of which the rim is not inside.
-        let expected = std::f64::consts::PI / 6.25 * 64.0 * 64.0;
+        // π/6.25 of the picture, of which the steep half is not inside.
+        let expected = std::f64::consts::PI / 6.25 * f64::from(SIDE * SIDE);
         assert!((found.covered as f64 / expected - 1.0).abs() < 0.01, "{found:?}");
         assert!(found.inside < found.covered && found.inside > found.covered / 4, "{found:?}");
         assert!((found.extent - 0.95).abs() < 0.05, "{found:?}");
@@ -181,12 +181,14 @@ mod tests {
         let moved = sphere(5.0, pixel, 0.0);
         let found = compare_geometry(&reference, &moved, None).unwrap().unwrap();
         // A disc that moves by a pixel loses and wins one in each row that it has.
-        assert_eq!(found.alone, 2 * 52, "{found:?}");
+        let covered = reference.covered().unwrap();
+        let rows = covered.chunks(SIDE as usize).filter(|row| row.contains(&true)).count() as u64;
+        assert_eq!(found.alone, 2 * rows, "{found:?}");
         let alpha = reference.depth.as_ref().unwrap().data().iter().map(|z| f32::from(u8::from(z.is_finite())));
         let alpha = Image::from_data(SIDE, SIDE, 1, alpha.collect()).unwrap();
         let flat = Picture { alpha: Some(alpha), depth: None, normal: None, ..reference.clone() };
         let found = compare_geometry(&flat, &moved, None).unwrap().unwrap();
-        assert_eq!((found.alone, found.depth, found.normal), (2 * 52, None, None));
+        assert_eq!((found.alone, found.depth, found.normal), (2 * rows, None, None));
         let unknown = Picture { alpha: None, ..flat };
         assert_eq!(compare_geometry(&unknown, &moved, None).unwrap(), None);
     }
@@ -203,7 +205,8 @@ mod tests {
             Picture { color, alpha: None, depth: Some(depth), normal: Some(normal) }
         };
         let inside = |picture: &Picture| compare_geometry(picture, picture, Some(1.0)).unwrap().unwrap().inside;
-        let (all, without) = (62 * 62, 60 * 62);
+        let side = u64::from(SIDE - 2);
+        let (all, without) = (side * side, side * (side - 2));
         assert_eq!(inside(&plane(0.0, false)), all);
         assert_eq!(inside(&plane(0.009, false)), all);
         assert_eq!(inside(&plane(0.02, false)), without);

@@ -19,7 +19,7 @@ struct Scene {
 
 const SCENES: [Scene; 3] = [
     Scene { name: "cage", label: "Limit surface of a creased cage", depths: [5.0, 9.0] },
-    Scene { name: "terrain", label: "A dented terrain", depths: [3.5, 8.5] },
+    Scene { name: "terrain", label: "A dented terrain", depths: [3.0, 6.0] },
     Scene { name: "idol", label: "A painted and sculpted model", depths: [4.5, 6.5] },
 ];
 /// Pixels of the pictures, as the scenes have it.
