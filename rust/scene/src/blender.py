@@ -3,6 +3,7 @@ import json
 import math
 from pathlib import Path
 
+import bmesh
 import bpy
 import numpy
 from mathutils import Matrix
@@ -90,8 +91,14 @@ def creases(made, data):
         made.attributes.new("crease_vert", "FLOAT", "POINT").data.foreach_set("value", numpy.sqrt(of_points))
         return
     made.edges.foreach_set("crease", numpy.sqrt(of_edges))
-    made.vertex_creases_ensure()
-    made.vertex_creases[0].data.foreach_set("value", numpy.sqrt(of_points))
+    if of_points.any():
+        editable = bmesh.new()
+        editable.from_mesh(made)
+        layer = editable.verts.layers.crease.verify()
+        for vertex, value in zip(editable.verts, numpy.sqrt(of_points).tolist()):
+            vertex[layer] = value
+        editable.to_mesh(made)
+        editable.free()
 
 
 def add(scene, entry):
@@ -119,7 +126,7 @@ def camera(scene):
     scene.collection.objects.link(made)
     made.matrix_world = Matrix(entry["matrix"])
     scene.camera = made
-    # Everything is between a hundredth of the way to what is nearest, or so, and far away.
+    # From a thousandth of the way to the farthest object to a thousand times it.
     eye = made.matrix_world.translation
     middles = [Matrix(entry["matrix"]).translation for entry in SCENE["objects"]]
     distance = max([(middle - eye).length for middle in middles], default=1.0) or 1.0
