@@ -85,6 +85,17 @@ RLV_API RlvResult rlv_imprint_sweep(RlvDetail detail, RlvCollider collider, cons
                                     const RlvImprintSettings *settings, const RlvImprintMoment *moment,
                                     RlvProgress progress, void *user, RlvImprintReport *report);
 
+/* As rlv_imprint_sweep, for a collider that also deforms: from_points and to_points are its count points in object space
+ * at either place, in the order of the mesh it was made from, stride bytes apart, 0 for packed; between the two they
+ * move on lines, which the number of sub-steps takes into account. The collider has to_points afterwards. Edits the
+ * detail, and mutates the collider, on the calling thread. Fails, and changes nothing, as rlv_imprint_sweep does, if
+ * count is another number than the collider's points, and if a coordinate is not finite. */
+RLV_API RlvResult rlv_imprint_sweep_points(RlvDetail detail, RlvCollider collider, const double *from, const double *to,
+                                           const float *from_points, const float *to_points, size_t count,
+                                           size_t stride, const RlvImprintSettings *settings,
+                                           const RlvImprintMoment *moment, RlvProgress progress, void *user,
+                                           RlvImprintReport *report);
+
 /* Edits both details: presses them into each other where they are. The first gives way by its share of the penetration,
  * then the second to what the first has become, by its share of what remains (1 to leave no overlap). Settings and
  * moment may be NULL for the defaults, reports may be NULL; a share of 0.5 for the first and 1 for the second shares

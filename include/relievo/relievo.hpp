@@ -593,6 +593,25 @@ inline RlvImprintReport sweep(const Detail &detail, const Collider &collider, co
     return report;
 }
 
+/// The same for a collider that deforms: its points at either place, as many as it has.
+inline RlvImprintReport sweep(const Detail &detail, const Collider &collider, const Matrix &from, const Matrix &to,
+                              const std::vector<std::array<float, 3>> &from_points,
+                              const std::vector<std::array<float, 3>> &to_points,
+                              const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
+                              const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT,
+                              const Progress &progress = nullptr) {
+    if (from_points.size() != to_points.size()) {
+        throw std::invalid_argument("sweep: a collider has as many points before as after");
+    }
+    Watch watch(progress);
+    RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
+    watch.check(rlv_imprint_sweep_points(
+        detail.get(), collider.get(), from.data(), to.data(), reinterpret_cast<const float *>(from_points.data()),
+        reinterpret_cast<const float *>(to_points.data()), from_points.size(), 0, &settings, &moment, watch.callback(),
+        &watch, &report));
+    return report;
+}
+
 /// Bakes to files; see relievo/bake.h.
 inline RlvBakeReport bake(const Detail &detail, const RlvBakeOptions &options, const std::string &path,
                           const Progress &progress = nullptr) {

@@ -18,7 +18,7 @@ bl_info = {
 from . import native, preferences
 
 # In the order in which they are registered.
-MODULES = ["settings", "handler", "imprint", "brush", "layer", "result", "scene", "panel"]
+MODULES = ["settings", "handler", "imprint", "preview", "brush", "layer", "result", "scene", "panel"]
 _registered = []
 
 

@@ -3,49 +3,47 @@
 undo, and kept in the file with its points."""
 
 import json
+import threading
 import time
 
 import bpy
 import librelievo as rl
 import numpy
 from bpy_extras import view3d_utils
-from librelievo import stroke
 
-from . import native, settings, state, view
-
-
-def brush_of(scene, action):
-    """The brush that the scene's settings say, and those settings as they are kept with a stroke."""
-    group = scene.relievo.brush
-    mode = group.paint_mode if action == "PAINT" else group.sculpt_mode
-    options = {
-        "action": action.lower(),
-        "mode": mode.lower(),
-        "falloff": group.falloff.lower(),
-        "color": list(group.color),
-        "height": group.height,
-    }
-    values = settings.values(group.settings)
-    made = rl.Brush(native.context(), values, **options)
-    image = group.stamp
-    if image is not None and image.size[0]:
-        width, height = image.size
-        pixels = numpy.empty(width * height * image.channels, numpy.float32)
-        image.pixels.foreach_get(pixels)
-        # Blender has the lowest row first.
-        pixels = pixels.reshape(height, width, image.channels)[::-1]
-        made.set_stamp(pixels, settings.values(group.stamp_settings))
-    return made, {"options": options, "settings": values, "stamp": image.name if image else None}
+from . import job, settings, state, stroke, view
 
 
-def keep(target, kept, points):
-    """Keeps a stroke in the object."""
-    entry = target.relievo.strokes.add()
-    rows = [[round(float(number), 6) for number in row] for row in points]
-    entry.text = json.dumps({**kept, "points": rows})
+def active_layer(made, kept):
+    """The name of the layer that a stroke goes to."""
+    kind = rl.abi.RlvLayerKind.COLOR if kept["options"]["action"] == "paint" else rl.abi.RlvLayerKind.DISPLACEMENT
+    return next((layer.name for layer in made.detail.layers if layer.kind == kind and layer.is_active), None)
 
 
-class RELIEVO_OT_stroke(bpy.types.Operator):
+class RELIEVO_OT_prepare(job.Steps, bpy.types.Operator):
+    """Make the detail of the active object ready for the brush"""
+
+    bl_idname = "relievo.prepare"
+    bl_label = "Prepare"
+    bl_options = {"REGISTER", "UNDO"}
+
+    failures = (state.Refused, rl.RelievoError, OSError)
+
+    @classmethod
+    def poll(cls, context):
+        return state.is_editable(context)
+
+    def steps(self, context):
+        target = state.source_of(context.active_object)
+        made = yield from state.opening(target)
+        state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
+        yield from view.ensuring(target, made)
+        yield 0.8, 1.0, lambda _progress: made.pick()
+        made.record(target)
+        self.warn(made.take_notes())
+
+
+class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
     """Draw a stroke on the active object"""
 
     bl_idname = "relievo.stroke"
@@ -57,73 +55,88 @@ class RELIEVO_OT_stroke(bpy.types.Operator):
         name="Points", description="JSON list of points: x, y, z in the world, pressure, seconds", options={"SKIP_SAVE"}
     )
 
+    failures = (state.Refused, rl.RelievoError, OSError)
+
     @classmethod
     def poll(cls, context):
         return state.is_editable(context)
 
-    def begin(self, context):
-        """What every stroke starts with; an error is reported."""
-        self.target = state.source_of(context.active_object)
-        try:
-            made = state.of(self.target)
-            state.place(made, self.target)
-            self.brush, self.kept = brush_of(context.scene, self.action)
-            view.ensure(self.target, made)
-            made.document.begin(json.dumps(self.kept))
-        except (state.Refused, rl.RelievoError) as failure:
-            self.report({"ERROR"}, str(failure))
-            return None
-        self.drawn = []
-        return made
+    def begin(self, context, made, target):
+        """What every stroke starts with. Returns the brush."""
+        self.target, self.drawn = target, []
+        points = state.posed_points(target, context.evaluated_depsgraph_get())
+        state.place(made, target, points)
+        self.kept, self.pixels = stroke.describe(context.scene, self.action)
+        self.kept["matrix"] = state.world(target).tolist()
+        self.kept["is_posed"] = not numpy.array_equal(points, made.rest)
+        self.kept["layer"], self.kept["layers"] = active_layer(made, self.kept), state.layers_of(made.detail)
+        if stroke.bends(self.kept):
+            made.add_vectors()
+        return stroke.brush(self.kept, self.pixels)
 
-    def finish(self, made):
+    def keep(self, made):
         # What the panel of the last operation makes the stroke again with.
         self.points = json.dumps(self.drawn)
-        made.end(self.target)
-        keep(self.target, self.kept, self.drawn)
-        view.refresh(self.target, made)
+        made.record(self.target)
+        stroke.keep(self.target, self.kept, self.pixels, self.drawn, made.revision)
 
-    def abandon(self, made):
-        made.document.abandon()
-        made.detail.commit()
-        view.refresh(self.target, made)
-
-    def execute(self, context):
+    def steps(self, context):
+        """The whole stroke at once."""
         try:
-            points = stroke.points_of(json.loads(self.points))
+            points = rl.stroke.points_of(json.loads(self.points))
         except (ValueError, rl.RelievoError) as failure:
-            self.report({"ERROR"}, f"The points are not a list of x, y, z, pressure and time: {failure}")
-            return {"CANCELLED"}
-        made = self.begin(context)
-        if made is None:
-            return {"CANCELLED"}
-        try:
-            stroke.run(made.detail, self.brush, points)
-        except rl.RelievoError as failure:
-            self.abandon(made)
-            self.report({"ERROR"}, str(failure))
-            return {"CANCELLED"}
+            raise state.Refused(f"The points are not a list of x, y, z, pressure and time: {failure}") from None
+        target = state.source_of(context.active_object)
+        made = yield from state.opening(target)
+        self.warn(made.take_notes())
+        brush = self.begin(context, made, target)
+        text = json.dumps(self.kept)
+
+        def draw(_progress):
+            with made.edit(text):
+                rl.stroke.run(made.detail, brush, points)
+
+        yield 0.3, 0.8, draw
         self.drawn = points.tolist()
-        self.finish(made)
-        return {"FINISHED"}
+        self.keep(made)
+        yield from view.ensuring(target, made)
 
     def invoke(self, context, event):
         if self.points or context.region_data is None:
-            return self.execute(context)
-        made = self.begin(context)
-        if made is None:
+            return super().invoke(context, event)
+        if job.is_busy():
             return {"CANCELLED"}
-        self.state, self.start = made, time.perf_counter()
-        self.caster = made.pick()
-        self.world = state.world(self.target)
-        self.inverse = state.inverse(self.world)
-        self.stroke = rl.Stroke(made.detail, self.brush)
+        job.interrupt()
+        target = state.source_of(context.active_object)
+        if not state.is_ready(target) or not state.is_used(target.relievo.result):
+            # On a large mesh this takes longer than a hand waits.
+            if bpy.ops.relievo.prepare("INVOKE_DEFAULT") != {"FINISHED"}:
+                self.report({"INFO"}, f"{target.name} is being prepared; draw when that is done")
+                return {"CANCELLED"}
+        try:
+            made = state.of(target)
+            brush = self.begin(context, made, target)
+            view.ensure(target, made)
+            made.document.begin(json.dumps(self.kept))
+            self.state, self.start = made, time.perf_counter()
+            self.caster = made.pick()
+            self.world = state.world(self.target)
+            self.inverse = numpy.linalg.inv(self.world)
+            self.stroke = rl.Stroke(made.detail, brush)
+        except (state.Refused, rl.RelievoError) as failure:
+            self.report({"ERROR"}, str(failure))
+            return {"CANCELLED"}
         self.times = []
-        self.extend(context, event)
+        try:
+            self.extend(context, event)
+        except rl.RelievoError as failure:
+            return self.cancelled(failure)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
+        if self._timer is not None:
+            return super().modal(context, event)
         if event.type in {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}:
             begun = time.perf_counter()
             try:
@@ -137,18 +150,31 @@ class RELIEVO_OT_stroke(bpy.types.Operator):
             try:
                 if self.drawn:
                     self.stroke.end()
+                self.stroke.release()
+                if not self.drawn:
+                    return self.cancelled(None)
+                self.state.end()
             except rl.RelievoError as failure:
                 return self.cancelled(failure)
-            self.stroke.release()
-            self.finish(self.state)
+            self.keep(self.state)
+            view.refresh(self.target, self.state)
+            # The next press meets the surface as it is now.
+            threading.Thread(target=self.state.try_pick, daemon=True).start()
             return {"FINISHED"}
         if event.type == "ESC":
             return self.cancelled(None)
         return {"RUNNING_MODAL"}
 
+    def cancel(self, context):
+        if self._timer is not None:
+            super().cancel(context)
+        else:
+            self.cancelled(None)
+
     def cancelled(self, failure):
         self.stroke.release()
-        self.abandon(self.state)
+        self.state.abandon()
+        view.refresh(self.target, self.state)
         if failure is not None:
             self.report({"ERROR"}, str(failure))
         return {"CANCELLED"}
@@ -177,6 +203,50 @@ class RELIEVO_OT_stroke(bpy.types.Operator):
         if not numpy.isfinite(hit["distance"]):
             return None
         return (self.world @ [*hit["position"].astype(float), 1.0])[:3].tolist()
+
+
+class RELIEVO_OT_replay(job.Steps, bpy.types.Operator):
+    """Make the strokes that the object keeps again, on a new document. Imprints are not kept as strokes. This cannot be
+    undone"""
+
+    bl_idname = "relievo.replay"
+    bl_label = "Make strokes again"
+    bl_options = {"REGISTER"}
+
+    failures = (state.Refused, rl.RelievoError, OSError)
+
+    @classmethod
+    def poll(cls, context):
+        active = state.source_of(context.active_object)
+        return state.is_editable(context) and len(active.relievo.strokes) > 0
+
+    def steps(self, context):
+        target = state.source_of(context.active_object)
+        state.check(target)
+        state.forget(target)
+        made = yield from state.opening(target)
+        made.record(target)
+        state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
+        yield from view.ensuring(target, made)
+        self.warn(made.take_notes())
+
+
+class RELIEVO_OT_curves(bpy.types.Operator):
+    """Give the brush curves of what pressure is taken as"""
+
+    bl_idname = "relievo.curves"
+    bl_label = "Pressure curves"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        group = context.scene.relievo.brush
+        if group.curves is None:
+            group.curves = bpy.data.node_groups.new("Relievo pressure", "ShaderNodeTree")
+        for name in settings.CURVES:
+            if name not in settings.curve_nodes(group):
+                node = group.curves.nodes.new("ShaderNodeFloatCurve")
+                node.name = node.label = name
+        return {"FINISHED"}
 
 
 class PaintTool(bpy.types.WorkSpaceTool):
@@ -218,8 +288,12 @@ def draw_header(context, layout, mode):
     layout.prop(group.settings, "strength")
 
 
+CLASSES = [RELIEVO_OT_prepare, RELIEVO_OT_stroke, RELIEVO_OT_replay, RELIEVO_OT_curves]
+
+
 def register():
-    bpy.utils.register_class(RELIEVO_OT_stroke)
+    for kind in CLASSES:
+        bpy.utils.register_class(kind)
     if not bpy.app.background:
         bpy.utils.register_tool(PaintTool, separator=True, group=True)
         bpy.utils.register_tool(SculptTool, after={PaintTool.bl_idname})
@@ -229,4 +303,5 @@ def unregister():
     if not bpy.app.background:
         bpy.utils.unregister_tool(SculptTool)
         bpy.utils.unregister_tool(PaintTool)
-    bpy.utils.unregister_class(RELIEVO_OT_stroke)
+    for kind in reversed(CLASSES):
+        bpy.utils.unregister_class(kind)

@@ -73,7 +73,8 @@ def play(result, path, first):
     modifier.cache_format = "PC2"
     modifier.filepath = relative(path)
     modifier.interpolation = "NONE"
-    modifier.frame_start = 0
+    # The modifier counts samples and does not look at the file's first frame.
+    modifier.frame_start = first
     modifier.time_mode, modifier.play_mode = "FRAME", "SCENE"
     modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
 

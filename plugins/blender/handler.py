@@ -1,25 +1,39 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handlers: documents follow Blender's undo and are put into the file when it is saved."""
+"""Handlers: documents follow Blender's undo and are put into the file when it is saved; baked frames and previews follow
+the frame."""
 
 import bpy
 from bpy.app.handlers import persistent
 
-from . import state
+from . import playback, preview, state
 
 
 @persistent
 def after_undo(*_):
     state.follow_all()
+    preview.undone()
 
 
 @persistent
 def before_save(*_):
+    preview.pause()
     state.pack_all()
+
+
+@persistent
+def after_save(*_):
+    preview.resume()
+
+
+@persistent
+def before_load(*_):
+    preview.end()
 
 
 @persistent
 def after_load(*_):
     state.forget_all()
+    preview.undone()
     newer = [target.name for target in bpy.data.objects if target.relievo.format > state.FORMAT]
     if newer:
         print(f"Relievo: {', '.join(newer)}: edited with a newer add-on; update it to edit them")
@@ -29,7 +43,15 @@ PLACES = [
     ("undo_post", after_undo),
     ("redo_post", after_undo),
     ("save_pre", before_save),
+    ("save_post", after_save),
+    ("load_pre", before_load),
     ("load_post", after_load),
+    ("frame_change_post", playback.frame_changed),
+    ("frame_change_post", preview.frame_changed),
+    ("depsgraph_update_post", preview.graph_updated),
+    ("render_init", playback.render_begins),
+    ("render_complete", playback.render_ends),
+    ("render_cancel", playback.render_ends),
 ]
 
 
@@ -39,6 +61,7 @@ def register():
 
 
 def unregister():
+    preview.end()
     for name, function in PLACES:
         getattr(bpy.app.handlers, name).remove(function)
     state.forget_all()

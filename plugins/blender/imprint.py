@@ -9,47 +9,56 @@ import librelievo as rl
 import numpy
 from librelievo import bake, imprint
 
-from . import cache, job, material, mesh, native, settings, state, view
+from . import cache, job, material, mesh, native, playback, settings, state, view
 
 
 class Presser:
-    """An object that presses: its collider, where it was and how it was posed in the frame before."""
+    """An object that presses: its collider, and where and how it was posed in the frame before and is in this one."""
 
     def __init__(self, target, depsgraph):
         self.target = target
-        evaluated = target.evaluated_get(depsgraph)
-        posed = evaluated.to_mesh()
-        if posed is None or not len(posed.polygons):
-            raise state.Refused(f"{target.name} has no faces to press with")
-        try:
-            with mesh.to_native(posed, attributes=False) as made:
-                self.collider = rl.Collider(native.context(), made, state.world(target))
-            self.points = mesh.get_points(posed)
-        finally:
-            evaluated.to_mesh_clear()
-        self.before = self.now = state.world(target)
-        self.posed = self.points
+        self.collider = self.source = self.topology = None
+        self.read(depsgraph)
 
     def read(self, depsgraph):
         """Where and how it is in this frame."""
         evaluated = self.target.evaluated_get(depsgraph)
         posed = evaluated.to_mesh()
         try:
-            points = mesh.get_points(posed)
+            if posed is None or not len(posed.polygons):
+                raise state.Refused(f"{self.target.name} has no faces to press with")
+            points, topology = mesh.get_points(posed), state.topology_of(posed)
+            if topology != self.topology:
+                # Another mesh, say of a modifier: it presses where it is, since nothing tells where its points were.
+                self.source, self.topology = mesh.to_native(posed, attributes=False), topology
+                self.points = points
+                self.now = mesh.matrix_of(evaluated.matrix_world)
         finally:
             evaluated.to_mesh_clear()
-        if len(points) != len(self.points):
-            raise state.Refused(f"{self.target.name} has other points than in the first frame, which colliders cannot have")
-        self.before, self.now, self.posed = self.now, state.world(self.target), points
+        self.before_points, self.points = self.points, points
+        self.before, self.now = self.now, mesh.matrix_of(evaluated.matrix_world)
 
-    def press(self, detail, options, moment, progress):
-        """Presses it in along its way, or where it is if it deforms."""
-        if numpy.array_equal(self.points, self.posed):
-            return imprint.sweep(detail, self.collider, self.before, self.now, options, moment, progress)
-        self.collider.set_points(self.posed)
-        self.points = self.posed
-        self.collider.set_transform(self.now)
-        return imprint.run(detail, self.collider, options, moment)
+    def press(self, detail, options, moment, progress, carried=None):
+        """Presses it in along its way, without Blender's data. `carried` is how the surface moved meanwhile."""
+        if self.source is not None:
+            self.collider = rl.Collider(native.context(), self.source, self.now)
+            self.source = None
+        before = self.before if carried is None else carried @ self.before
+        if numpy.array_equal(self.before_points, self.points):
+            return imprint.sweep(detail, self.collider, before, self.now, options, moment, progress)
+        places = (before, self.before_points), (self.now, self.points)
+        return imprint.sweep_points(detail, self.collider, *places, options, moment, progress)
+
+
+def pressers_of(context, target):
+    """The objects that are selected to press into another one."""
+    return [
+        other
+        for other in context.selected_objects
+        if other.type in {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+        and state.source_of(other) != target
+        and other.relievo.source is None
+    ]
 
 
 class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
@@ -78,68 +87,90 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
 
     def steps(self, context):
         scene, target = context.scene, state.source_of(context.active_object)
-        pressers = [
-            other
-            for other in context.selected_objects
-            if other.type == "MESH" and state.source_of(other) not in (target,) and other.relievo.source is None
-        ]
+        pressers = pressers_of(context, target)
         if not pressers:
             raise state.Refused("Select the objects that press, then the one that they dent as the last")
         first = scene.frame_start if self.frame_start < 0 else self.frame_start
         last = scene.frame_end if self.frame_end < 0 else self.frame_end
-        made = state.of(target)
+        if context.screen is not None and context.screen.is_animation_playing:
+            bpy.ops.screen.animation_cancel(restore_frame=False)
+        made = yield from state.opening(target)
+        self.warn(made.take_notes())
         options, now = settings.values(scene.relievo.imprint), scene.frame_current
-        result = view.ensure(target, made)
-        cache.stop(result)
+        result = yield from view.ensuring(target, made)
         points = cache.PointCache(cache.path_of(target, ".pc2"), first) if self.cache else None
         pictures = cache.path_of(target, "_####.exr") if self.images else None
+        self.size = self.image_size
         fps = scene.render.fps / scene.render.fps_base
+        kept = playback.pause(target)
         made.document.begin(f"imprint of {', '.join(other.name for other in pressers)}, frames {first} to {last}")
         try:
+            for frame in range(simulated_from(scene, first), first):
+                # Simulations come to a frame only through those before it.
+                scene.frame_set(frame)
+                yield 0.0, 0.0, lambda _progress: None
             scene.frame_set(first)
-            colliders = [Presser(other, context.evaluated_depsgraph_get()) for other in pressers]
+            depsgraph = context.evaluated_depsgraph_get()
+            colliders = [Presser(other, depsgraph) for other in pressers]
+            before = None
             for frame in range(first, last + 1):
                 scene.frame_set(frame)
                 depsgraph = context.evaluated_depsgraph_get()
                 for collider in colliders:
                     collider.read(depsgraph)
-                state.place(made, target, state.posed_points(target, depsgraph))
-                yield (
-                    (frame - first) / (last - first + 1),
-                    lambda frame=frame: self.press(made, colliders, options, frame, frame / fps, pictures),
-                )
-                view.refresh(target, made)
+                place = mesh.matrix_of(target.evaluated_get(depsgraph).matrix_world)
+                carried = None if before is None else place @ numpy.linalg.inv(before)
+                before, pose = place, state.posed_points(target, depsgraph)
+
+                def work(progress, frame=frame, place=place, pose=pose, carried=carried):
+                    made.detail.set_transform(place)
+                    made.set_pose(pose)
+                    self.press(made, colliders, options, (frame, frame / fps, carried), pictures, progress)
+
+                span = last - first + 1
+                yield (frame - first) / span, (frame - first + 1) / span, work
+                yield from view.refreshing(target, made)
                 if points is not None:
                     points.add(made.positions)
-            made.end(target)
+            made.end()
         except BaseException:
-            made.document.abandon()
-            made.detail.commit()
+            made.abandon()
             if points is not None:
                 points.abandon()
             scene.frame_set(now)
             view.refresh(target, made)
+            playback.resume(target, kept)
             raise
+        made.record(target)
         scene.frame_set(now)
+        view.refresh(target, made)
         if points is not None:
             points.close()
-            cache.play(result, points.path, first)
+            playback.begin(target, points.path)
         if pictures is not None:
             material.displace(target, pictures, (first, last))
 
-    def press(self, made, colliders, options, frame, time, pictures):
+    def press(self, made, colliders, options, moment, pictures, progress):
         """One frame, without Blender's data."""
+        frame, time, carried = moment
         if made.detail.channel_info("traces").is_there:
             with contextlib.suppress(rl.Invalid):
                 made.detail.advance(time)
         for index, collider in enumerate(colliders):
-            moment = {"pair": index, "frame": max(frame, 0)}
-            collider.press(made.detail, options, moment, None)
+            which = {"pair": index, "frame": max(frame, 0)}
+            collider.press(made.detail, options, which, progress, carried)
         made.detail.commit()
         if pictures is not None:
-            size = self.image_size
             path = pictures.replace("####", f"{frame:04d}")
-            bake.write(made.detail, path, quantity="displacement", width=size, height=size)
+            bake.write(made.detail, path, progress, quantity="displacement", width=self.size, height=self.size)
+
+
+def simulated_from(scene, first):
+    """The frame at which what leads to `first` begins."""
+    world = scene.rigidbody_world
+    if world is None or not world.enabled or world.point_cache.is_baked:
+        return first
+    return min(first, world.point_cache.frame_start)
 
 
 def register():

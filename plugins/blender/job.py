@@ -1,53 +1,123 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Long work in steps. A generator reads and writes Blender's data and yields what is to be done without it; that runs on
-a thread of its own while a window is there, and in place under `blender -b`. The generator is told how far it came."""
+"""Long work in steps. A generator reads and writes Blender's data and yields what is to be done without it: where that
+begins and ends, as shares of the whole, and a function that takes a progress callback. The functions run on a thread of
+their own while a window is there, and in place under `blender -b`."""
 
 import threading
+import time
 
 import bpy
+from bpy_extras.io_utils import ExportHelper
+
+# What the main thread may wait for a step before it lets Blender go on, seconds: a frame.
+FRAME = 1 / 60
+
+
+def run(steps):
+    """Does all of a generator in place, and returns what it returns."""
+    try:
+        _first, _last, function = next(steps)
+        while True:
+            try:
+                function(None)
+            except BaseException as failure:
+                _first, _last, function = steps.throw(failure)
+            else:
+                _first, _last, function = next(steps)
+    except StopIteration as end:
+        return end.value
 
 
 class Worker:
-    """One thread that runs one function at a time."""
+    """A generator whose functions run on a thread, one after the other."""
 
-    def __init__(self):
-        self.thread = self.failure = None
+    def __init__(self, steps):
+        self.steps, self.thread, self.failure, self.value = steps, None, None, None
+        self.share, self.span = 0.0, (0.0, 0.0)
+        self.is_cancelled = self.is_done = False
 
-    def start(self, function):
-        self.failure = None
+    def progress(self, fraction, _stage=None):
+        """What functions tell how far they came; the answer is whether to go on."""
+        first, last = self.span
+        self.share = first + fraction * (last - first)
+        return not self.is_cancelled
 
-        def work():
+    def advance(self, patience=0.0):
+        """Goes on as far as it can within `patience` seconds; raises what the generator raises. Says whether it has
+        ended."""
+        until = time.perf_counter() + patience
+        while not self.is_done:
+            if self.thread is not None:
+                self.thread.join(max(0.0, until - time.perf_counter()))
+                if self.thread.is_alive():
+                    return False
+                self.thread = None
+            if self.is_cancelled:
+                # What was begun is taken back: the generator sees GeneratorExit.
+                self.is_done = True
+                self.steps.close()
+                return True
+            failure, self.failure = self.failure, None
             try:
-                function()
-            except BaseException as failure:
-                self.failure = failure
+                first, last, function = self.steps.throw(failure) if failure else next(self.steps)
+            except StopIteration as end:
+                self.is_done, self.value = True, end.value
+                return True
+            except BaseException:
+                self.is_done = True
+                raise
+            self.span, self.share = (first, last), first
+            self.thread = threading.Thread(target=self._work, args=(function,), daemon=True)
+            self.thread.start()
+        return True
 
-        self.thread = threading.Thread(target=work, daemon=True)
-        self.thread.start()
+    def _work(self, function):
+        try:
+            function(self.progress)
+        except BaseException as failure:
+            self.failure = failure
 
-    @property
-    def is_busy(self):
-        return self.thread is not None and self.thread.is_alive()
-
-    def join(self):
+    def stop(self):
+        """Cancels and waits."""
+        self.is_cancelled = True
         if self.thread is not None:
             self.thread.join()
+        self.advance()
+
+
+_working = []
+
+
+def is_busy():
+    """Whether an operator is at work on a thread."""
+    return bool(_working)
+
+
+# Functions that stop what works unasked, called before an operator begins.
+interrupts = []
+
+
+def interrupt():
+    """Stops what works unasked, such as a preview."""
+    for function in interrupts:
+        function()
 
 
 class Steps:
-    """An operator whose work is `steps(context)`, a generator that yields a fraction and a function without bpy. What
-    it raises is reported; Esc cancels it, which it sees as GeneratorExit."""
+    """An operator whose work is `steps(context)`. What it raises of `failures` is reported; Esc cancels it."""
 
     _timer = None
+    failures = ()
+
+    def warn(self, notes):
+        """Tells what should be known."""
+        for note in notes:
+            self.report({"WARNING"}, note)
 
     def execute(self, context):
-        steps = self.steps(context)
+        interrupt()
         try:
-            for _fraction, function in steps:
-                try:
-                    function()
-                except BaseException as failure:
-                    steps.throw(failure)
+            run(self.steps(context))
         except self.failures as failure:
             self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}
@@ -56,38 +126,80 @@ class Steps:
     def invoke(self, context, _event):
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        self.work, self.worker = self.steps(context), Worker()
+        if is_busy():
+            self.report({"ERROR"}, "Relievo is at work; wait for it, or cancel it with Esc")
+            return {"CANCELLED"}
+        interrupt()
+        self.work = Worker(self.steps(context))
+        try:
+            # What is quick needs no timer.
+            if self.work.advance(FRAME):
+                return {"FINISHED"}
+        except self.failures as failure:
+            self.report({"ERROR"}, str(failure))
+            return {"CANCELLED"}
+        _working.append(self.work)
         context.window_manager.progress_begin(0, 100)
         self._timer = context.window_manager.event_timer_add(0.02, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        if event.type == "ESC":
-            self.worker.join()
-            self.work.close()
-            return self.done(context, {"CANCELLED"})
-        if event.type != "TIMER" or self.worker.is_busy:
+        if event.type == "ESC" and event.value == "PRESS":
+            self.work.is_cancelled = True
+        if event.type != "TIMER":
             # The file must not be changed under the work.
             return {"RUNNING_MODAL"}
+        answer = {"CANCELLED"} if self.work.is_cancelled else {"FINISHED"}
         try:
-            if self.worker.failure is not None:
-                failure, self.worker.failure = self.worker.failure, None
-                fraction, function = self.work.throw(failure)
-            else:
-                fraction, function = next(self.work)
-        except StopIteration:
-            return self.done(context, {"FINISHED"})
+            if self.work.advance():
+                return self.done(context, answer)
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
+            if not self.work.is_cancelled:
+                self.report({"ERROR"}, str(failure))
             return self.done(context, {"CANCELLED"})
-        context.window_manager.progress_update(100 * fraction)
-        self.worker.start(function)
+        except BaseException:
+            self.done(context, {"CANCELLED"})
+            raise
+        share = int(100 * self.work.share)
+        context.window_manager.progress_update(share)
+        if context.workspace is not None:
+            what = "being cancelled" if self.work.is_cancelled else f"{share} %, Esc cancels"
+            context.workspace.status_text_set(f"{self.bl_label}: {what}")
         return {"RUNNING_MODAL"}
 
+    def cancel(self, context):
+        """Blender ends it, say because the window closes."""
+        self.work.stop()
+        self.done(context, {"CANCELLED"})
+
     def done(self, context, answer):
+        if self.work in _working:
+            _working.remove(self.work)
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
         for area in context.screen.areas if context.screen else []:
             area.tag_redraw()
         return answer
+
+
+class FileSteps(Steps, ExportHelper):
+    """The same for operators that ask for a file first."""
+
+    is_confirmed: bpy.props.BoolProperty(options={"HIDDEN", "SKIP_SAVE"})
+
+    def invoke(self, context, event):
+        if self.is_confirmed:
+            return Steps.invoke(self, context, event)
+        return ExportHelper.invoke(self, context, event)
+
+    def execute(self, context):
+        if bpy.app.background or context.window is None or self.is_confirmed:
+            return Steps.execute(self, context)
+        # The file was chosen in a dialog, which cannot go on in the background itself.
+        group, name = self.bl_idname.split("_OT_") if "_OT_" in self.bl_idname else self.bl_idname.split(".")
+        keywords = self.as_keywords(ignore=("check_existing", "filter_glob", "is_confirmed"))
+        answer = getattr(getattr(bpy.ops, group.lower()), name)("INVOKE_DEFAULT", is_confirmed=True, **keywords)
+        return answer & {"FINISHED", "CANCELLED"} or {"FINISHED"}

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Layers of the active object's detail. Every change is one edit and one step of undo."""
 
+from types import SimpleNamespace
+
 import bpy
 import librelievo as rl
 from librelievo import abi
 
-from . import settings, state, view
+from . import job, settings, state, view
 
 ACTIONS = [
     ("ACTIVATE", "Make active", "Strokes and imprints go to this layer"),
@@ -16,26 +18,30 @@ ACTIONS = [
 ]
 
 
-class LayerOperator:
-    """An operator that edits layers."""
+class LayerOperator(job.Steps):
+    """An operator that edits layers; `change` needs nothing of Blender."""
 
     bl_options = {"REGISTER", "UNDO"}
+    failures = (state.Refused, rl.RelievoError, OSError)
 
     @classmethod
     def poll(cls, context):
         return state.is_editable(context)
 
-    def execute(self, context):
+    def steps(self, context):
         target = state.source_of(context.active_object)
-        try:
-            made = state.of(target)
-            with made.edit(target, self.bl_label):
-                self.change(made.detail.layers)
-            view.refresh(target, made)
-        except (state.Refused, rl.RelievoError) as failure:
-            self.report({"ERROR"}, str(failure))
-            return {"CANCELLED"}
-        return {"FINISHED"}
+        made = yield from state.opening(target)
+        self.warn(made.take_notes())
+        # On a thread the operator's properties are not to be read.
+        text, wanted = self.bl_label, SimpleNamespace(**self.as_keywords())
+
+        def work(_progress):
+            with made.edit(text):
+                self.change(made.detail.layers, wanted)
+
+        yield 0.2, 0.8, work
+        made.record(target)
+        yield from view.refreshing(target, made)
 
 
 class RELIEVO_OT_layer_add(LayerOperator, bpy.types.Operator):
@@ -47,12 +53,13 @@ class RELIEVO_OT_layer_add(LayerOperator, bpy.types.Operator):
     name: bpy.props.StringProperty(name="Name", default="Layer")
     kind: bpy.props.EnumProperty(name="Kind", items=settings.choices(abi.RlvLayerKind))
 
-    def change(self, layers):
+    @staticmethod
+    def change(layers, wanted):
         names = {layer.name for layer in layers}
-        name, number = self.name, 2
+        name, number = wanted.name, 2
         while name in names:
-            name, number = f"{self.name} {number}", number + 1
-        layers.add(name, kind=self.kind.lower())
+            name, number = f"{wanted.name} {number}", number + 1
+        layers.add(name, kind=wanted.kind.lower())
 
 
 class RELIEVO_OT_layer_change(LayerOperator, bpy.types.Operator):
@@ -64,25 +71,43 @@ class RELIEVO_OT_layer_change(LayerOperator, bpy.types.Operator):
     layer: bpy.props.IntProperty(name="Layer")
     action: bpy.props.EnumProperty(name="Action", items=ACTIONS)
 
-    def change(self, layers):
-        if self.action == "ACTIVATE":
-            layers.set_active(self.layer)
-        elif self.action == "REMOVE":
-            layers.remove(self.layer)
-        elif self.action == "MERGE":
-            layers.merge(self.layer)
+    @staticmethod
+    def change(layers, wanted):
+        if wanted.action == "ACTIVATE":
+            layers.set_active(wanted.layer)
+        elif wanted.action == "REMOVE":
+            layers.remove(wanted.layer)
+        elif wanted.action == "MERGE":
+            layers.merge(wanted.layer)
         else:
-            kind = next((layer.kind for layer in layers if layer.id == self.layer), None)
+            kind = next((layer.kind for layer in layers if layer.id == wanted.layer), None)
             stack = [layer.id for layer in layers if layer.kind == kind]
-            if self.layer in stack:
-                place = stack.index(self.layer) + (1 if self.action == "UP" else -1)
-                layers.place(self.layer, min(max(place, 0), len(stack) - 1))
+            if wanted.layer in stack:
+                place = stack.index(wanted.layer) + (1 if wanted.action == "UP" else -1)
+                layers.place(wanted.layer, min(max(place, 0), len(stack) - 1))
 
 
 class RELIEVO_OT_layer_set(LayerOperator, bpy.types.Operator):
     """Change how a layer is seen"""
 
     bl_idname = "relievo.layer_set"
+    bl_label = "Layer settings"
+
+    layer: bpy.props.IntProperty(name="Layer", options={"HIDDEN"})
+    visible: bpy.props.BoolProperty(name="Visible", default=True)
+    opacity: bpy.props.FloatProperty(name="Opacity", min=0, max=1, default=1, subtype="FACTOR")
+    blend: bpy.props.EnumProperty(name="Blend", items=settings.choices(abi.RlvBlend))
+
+    @staticmethod
+    def change(layers, wanted):
+        blend = wanted.blend.lower()
+        layers.set(wanted.layer, is_visible=wanted.visible, opacity=wanted.opacity, blend=blend)
+
+
+class RELIEVO_OT_layer_edit(bpy.types.Operator):
+    """Change how a layer is seen"""
+
+    bl_idname = "relievo.layer_edit"
     bl_label = "Layer settings"
 
     layer: bpy.props.IntProperty(name="Layer", options={"HIDDEN"})
@@ -99,11 +124,11 @@ class RELIEVO_OT_layer_set(LayerOperator, bpy.types.Operator):
                 self.blend = abi.RlvBlend(layer.blend).name
         return context.window_manager.invoke_props_dialog(self)
 
-    def change(self, layers):
-        blend = self.blend.lower()
-        layers.set(self.layer, is_visible=self.visible, opacity=self.opacity, blend=blend)
+    def execute(self, _context):
+        # A dialog cannot go on in the background itself.
+        return bpy.ops.relievo.layer_set("INVOKE_DEFAULT", **self.as_keywords()) & {"FINISHED", "CANCELLED"} or {"FINISHED"}
 
 
-CLASSES = [RELIEVO_OT_layer_add, RELIEVO_OT_layer_change, RELIEVO_OT_layer_set]
+CLASSES = [RELIEVO_OT_layer_add, RELIEVO_OT_layer_change, RELIEVO_OT_layer_set, RELIEVO_OT_layer_edit]
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

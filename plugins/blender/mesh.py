@@ -123,25 +123,37 @@ def _welded(corners, uvs):
     return uvs[first], indices.reshape(-1).astype(numpy.uint32)
 
 
-def fill(mesh, made):
-    """Puts the triangles of a library's mesh into an empty one of Blender, with texture coordinates."""
-    points, corners = made.points(), made.triangles().reshape(-1).astype(numpy.int32)
-    count = len(corners) // 3
-    mesh.vertices.add(len(points))
-    mesh.loops.add(len(corners))
-    mesh.polygons.add(count)
-    mesh.polygons.foreach_set("loop_start", numpy.arange(0, 3 * count, 3, dtype=numpy.int32))
-    if bpy.app.version < (4, 0):
-        mesh.polygons.foreach_set("loop_total", numpy.full(count, 3, numpy.int32))
-    mesh.loops.foreach_set("vertex_index", corners)
-    mesh.update(calc_edges=True)
-    if "uv" in made.attribute_names():
-        uv = made.attribute("uv")
-        values = uv.values if uv.indices is None else uv.values[uv.indices]
-        layer = mesh.uv_layers.new(name="UVMap")
-        layer.data.foreach_set("uv", numpy.ascontiguousarray(values, numpy.float32).reshape(-1))
-    mesh.polygons.foreach_set("use_smooth", numpy.ones(count, bool))
-    set_points(mesh, points)
+class Filling:
+    """The triangles of a library's mesh with their texture coordinates, as arrays that need only be written."""
+
+    def __init__(self, made):
+        self.corners = made.triangles().reshape(-1).astype(numpy.int32)
+        self.count = made.info.point_count
+        self.uvs = None
+        if "uv" in made.attribute_names():
+            uv = made.attribute("uv")
+            values = uv.values if uv.indices is None else uv.values[uv.indices]
+            self.uvs = numpy.ascontiguousarray(values, numpy.float32)
+
+    def fill(self, mesh):
+        """Puts the triangles into an empty mesh of Blender; its points are still to be set."""
+        count = len(self.corners) // 3
+        mesh.vertices.add(self.count)
+        mesh.loops.add(len(self.corners))
+        mesh.polygons.add(count)
+        mesh.polygons.foreach_set("loop_start", numpy.arange(0, 3 * count, 3, dtype=numpy.int32))
+        if bpy.app.version < (4, 0):
+            mesh.polygons.foreach_set("loop_total", numpy.full(count, 3, numpy.int32))
+        mesh.loops.foreach_set("vertex_index", self.corners)
+        mesh.polygons.foreach_set("use_smooth", numpy.ones(count, bool))
+        mesh.update(calc_edges=True)
+        if self.uvs is not None:
+            layer = mesh.uv_layers.new(name="UVMap")
+            attribute = mesh.attributes.get(layer.name)
+            if attribute is not None and attribute.data_type == "FLOAT2":
+                attribute.data.foreach_set("vector", self.uvs.reshape(-1))
+            else:
+                layer.data.foreach_set("uv", self.uvs.reshape(-1))
 
 
 def color_attribute(mesh):

@@ -5,7 +5,7 @@ import bpy
 import librelievo as rl
 from librelievo import abi
 
-from . import state
+from . import preview, settings, state
 
 
 class Panel:
@@ -38,11 +38,11 @@ class RELIEVO_PT_surface(Panel, bpy.types.Panel):
         target, column = state.source_of(context.active_object), self.column()
         options = target.relievo
         column.label(text=target.name, icon="MESH_DATA")
-        settings = column.column()
-        settings.enabled = not options.uid
-        settings.prop(options, "kind")
-        settings.prop(options, "tile_size" if options.kind == "CATMULL_CLARK" else "segments")
-        settings.prop(context.scene.relievo, "traces")
+        fixed = column.column()
+        fixed.enabled = not options.uid
+        fixed.prop(options, "kind")
+        fixed.prop(options, "tile_size" if options.kind == "CATMULL_CLARK" else "segments")
+        fixed.prop(context.scene.relievo, "traces")
         if options.kind == "CATMULL_CLARK":
             column.prop(options, "cells")
         made = state.existing(target)
@@ -51,6 +51,8 @@ class RELIEVO_PT_surface(Panel, bpy.types.Panel):
             column.label(text=f"{info.allocated_count} of {info.tile_count} tiles, {info.bytes / 2**20:.1f} MiB")
         if options.uid:
             column.operator("relievo.clear")
+        if len(options.strokes):
+            column.operator("relievo.replay")
 
 
 class RELIEVO_PT_brush(Panel, bpy.types.Panel):
@@ -62,6 +64,21 @@ class RELIEVO_PT_brush(Panel, bpy.types.Panel):
         for name in ("paint_mode", "color", "sculpt_mode", "height", "falloff"):
             column.prop(group, name)
         draw_table(column, group.settings)
+
+
+class RELIEVO_PT_pressure(Panel, bpy.types.Panel):
+    bl_label = "Pressure"
+    bl_parent_id = "RELIEVO_PT_brush"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        column = self.column()
+        nodes = settings.curve_nodes(context.scene.relievo.brush)
+        if len(nodes) < len(settings.CURVES):
+            column.operator("relievo.curves")
+        for name, node in nodes.items():
+            column.label(text=name.capitalize())
+            column.template_curve_mapping(node, "mapping")
 
 
 class RELIEVO_PT_stamp(Panel, bpy.types.Panel):
@@ -92,7 +109,7 @@ class RELIEVO_PT_layers(Panel, bpy.types.Panel):
             icon = "BRUSH_DATA" if layer.kind == abi.RlvLayerKind.COLOR else "MOD_DISPLACE"
             active = row.operator("relievo.layer_change", text=layer.name, icon=icon, depress=bool(layer.is_active))
             active.layer, active.action = layer.id, "ACTIVATE"
-            row.operator("relievo.layer_set", text=f"{layer.opacity:.2f}").layer = layer.id
+            row.operator("relievo.layer_edit", text=f"{layer.opacity:.2f}").layer = layer.id
             for action, icon in (("UP", "TRIA_UP"), ("DOWN", "TRIA_DOWN"), ("MERGE", "FULLSCREEN_EXIT"), ("REMOVE", "X")):
                 change = row.operator("relievo.layer_change", text="", icon=icon)
                 change.layer, change.action = layer.id, action
@@ -110,8 +127,13 @@ class RELIEVO_PT_imprint(Panel, bpy.types.Panel):
     def draw(self, context):
         column = self.column()
         draw_table(column, context.scene.relievo.imprint)
+        shown = preview.current()
+        column.operator("relievo.preview", depress=shown is not None)
+        if shown is not None and shown.message:
+            column.label(text=shown.message, icon="ERROR")
         column.operator("relievo.imprint", text="Imprint").cache = False
         column.operator("relievo.imprint", text="Bake to cache").cache = True
+        column.prop(state.source_of(context.active_object).relievo, "playback")
 
 
 class RELIEVO_PT_result(Panel, bpy.types.Panel):
@@ -132,6 +154,7 @@ class RELIEVO_PT_result(Panel, bpy.types.Panel):
 CLASSES = [
     RELIEVO_PT_surface,
     RELIEVO_PT_brush,
+    RELIEVO_PT_pressure,
     RELIEVO_PT_stamp,
     RELIEVO_PT_layers,
     RELIEVO_PT_imprint,

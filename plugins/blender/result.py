@@ -9,17 +9,15 @@ import bpy
 import librelievo as rl
 import numpy
 from librelievo import abi, bake, ptex
-from bpy_extras.io_utils import ExportHelper
 
-from . import cache, job, material, mesh, state, view
+from . import cache, job, material, mesh, playback, state, view
 
 
-def corner_places(target, surface):
-    """The tile and its u and v of every corner of an object's mesh."""
-    corners = mesh.get_corners(target.data)
-    sizes = mesh.get_sizes(target.data).astype(numpy.int64)
+def corner_places(corners, sizes, is_triangles):
+    """The tile and its u and v of every corner of a mesh with faces of these sizes."""
+    sizes = sizes.astype(numpy.int64)
     first = numpy.cumsum(sizes) - sizes
-    if target.relievo.kind == "TRIANGLES":
+    if is_triangles:
         # Polygons are fanned from their first corner, a tile per triangle.
         tiles_before = numpy.cumsum(sizes - 2) - (sizes - 2)
         face = numpy.repeat(numpy.arange(len(sizes)), sizes)
@@ -37,25 +35,23 @@ def corner_places(target, surface):
     return tiles.astype(numpy.uint32), uvs
 
 
-class ResultOperator:
-    """An operator on the state of the active object."""
+class ResultOperator(job.Steps):
+    """An operator on the state of the active object, in the pose of this frame."""
 
     bl_options = {"REGISTER", "UNDO"}
+    failures = (state.Refused, rl.RelievoError, OSError)
 
     @classmethod
     def poll(cls, context):
         return state.is_editable(context)
 
-    def execute(self, context):
+    def steps(self, context):
         target = state.source_of(context.active_object)
-        try:
-            made = state.of(target)
-            state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
-            self.make(context, target, made)
-        except (state.Refused, rl.RelievoError, OSError) as failure:
-            self.report({"ERROR"}, str(failure))
-            return {"CANCELLED"}
-        return {"FINISHED"}
+        made = yield from state.opening(target)
+        self.warn(made.take_notes())
+        state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
+        made.record(target)
+        yield from self.make(context, target, made)
 
 
 class RELIEVO_OT_result_mesh(ResultOperator, bpy.types.Operator):
@@ -65,16 +61,15 @@ class RELIEVO_OT_result_mesh(ResultOperator, bpy.types.Operator):
     bl_label = "Displaced mesh"
 
     def make(self, _context, target, made):
-        result = view.ensure(target, made)
-        cache.stop(result)
+        yield from view.ensuring(target, made)
+        playback.pause(target)
 
 
-class RELIEVO_OT_result_image(job.Steps, bpy.types.Operator):
+class RELIEVO_OT_result_image(ResultOperator, bpy.types.Operator):
     """Bake an image on the texture coordinates of the object, which renders without the add-on"""
 
     bl_idname = "relievo.result_image"
     bl_label = "Image"
-    bl_options = {"REGISTER", "UNDO"}
 
     quantity: bpy.props.EnumProperty(
         name="Quantity",
@@ -83,18 +78,13 @@ class RELIEVO_OT_result_image(job.Steps, bpy.types.Operator):
     )
     wire: bpy.props.BoolProperty(name="Material", description="Put it into the material", default=True)
 
-    failures = (state.Refused, rl.RelievoError, OSError)
-    poll = ResultOperator.poll
-
-    def steps(self, context):
-        target = state.source_of(context.active_object)
-        made = state.of(target)
+    def make(self, context, target, made):
         if mesh.get_uvs(target.data) is None:
             raise state.Refused(f"{target.name} has no texture coordinates; unwrap it first")
         path = cache.path_of(target, f"_{self.quantity.lower()}.exr")
-        size, quantity = context.scene.relievo.image_size, self.quantity.lower()
-        state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
-        yield 0.0, lambda: bake.write(made.detail, path, quantity=quantity, width=size, height=size)
+        size = context.scene.relievo.image_size
+        options = {"quantity": self.quantity.lower(), "width": size, "height": size}
+        yield 0.0, 1.0, lambda progress: bake.write(made.detail, path, progress, **options)
         if self.wire and self.quantity == "DISPLACEMENT":
             material.displace(target, path)
             target.hide_render = False
@@ -114,18 +104,24 @@ class RELIEVO_OT_result_color(ResultOperator, bpy.types.Operator):
     bl_label = "Colour attribute"
 
     def make(self, _context, target, made):
-        tiles, uvs = corner_places(target, made.surface)
-        colors = made.detail.evaluate(tiles, uvs, ["colors"])["colors"]
+        corners, sizes = mesh.get_corners(target.data), mesh.get_sizes(target.data)
+        found = []
+
+        def work(_progress):
+            tiles, uvs = corner_places(corners, sizes, made.kind == "TRIANGLES")
+            found.append(made.detail.evaluate(tiles, uvs, ["colors"])["colors"])
+
+        yield 0.0, 1.0, work
         name = "Relievo colour"
-        found = target.data.attributes.get(name)
-        if found is None:
-            found = target.data.attributes.new(name, "FLOAT_COLOR", "CORNER")
-        found.data.foreach_set("color", colors.reshape(-1))
+        attribute = target.data.attributes.get(name)
+        if attribute is None:
+            attribute = target.data.attributes.new(name, "FLOAT_COLOR", "CORNER")
+        attribute.data.foreach_set("color", found[0].reshape(-1))
         target.data.update()
 
 
-class FileOperator(ResultOperator, ExportHelper):
-    """An operator that writes a file."""
+class FileOperator(job.FileSteps, ResultOperator):
+    """An operator that asks for a file and writes it."""
 
     bl_options = {"REGISTER"}
 
@@ -142,7 +138,8 @@ class RELIEVO_OT_result_ptex(FileOperator, bpy.types.Operator):
     )
 
     def make(self, _context, _target, made):
-        ptex.write(made.detail, self.channel.lower(), bpy.path.abspath(self.filepath))
+        channel, path = self.channel.lower(), bpy.path.abspath(self.filepath)
+        yield 0.0, 1.0, lambda progress: ptex.write(made.detail, channel, path, progress)
 
 
 class RELIEVO_OT_result_document(FileOperator, bpy.types.Operator):
@@ -153,20 +150,29 @@ class RELIEVO_OT_result_document(FileOperator, bpy.types.Operator):
     filename_ext = ".relievo"
 
     def make(self, _context, _target, made):
-        made.document.sync()
         path = bpy.path.abspath(self.filepath)
-        shutil.copyfile(made.path, f"{path}.part")
-        os.replace(f"{path}.part", path)
+
+        def work(_progress):
+            made.document.sync()
+            shutil.copyfile(made.path, f"{path}.part")
+            os.replace(f"{path}.part", path)
+
+        yield 0.0, 1.0, work
 
 
-class RELIEVO_OT_clear(ResultOperator, bpy.types.Operator):
+class RELIEVO_OT_clear(bpy.types.Operator):
     """Forget the detail of the active object: displacement, colours, layers and strokes. This cannot be undone"""
 
     bl_idname = "relievo.clear"
     bl_label = "Clear detail"
     bl_options = {"REGISTER"}
 
+    @classmethod
+    def poll(cls, context):
+        return state.is_editable(context)
+
     def execute(self, context):
+        job.interrupt()
         target = state.source_of(context.active_object)
         result = target.relievo.result
         state.clear(target)

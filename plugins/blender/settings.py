@@ -8,6 +8,12 @@ from librelievo import abi, brush, imprint
 
 SIZES = [(str(2**n), str(2**n), f"{2**n} numbers along an edge of a face") for n in range(3, 9)]
 CELLS = [(str(2**n), str(2**n), f"{2**n} cells along an edge of a face") for n in range(0, 9)]
+# Files keep the place in the list, so what is new comes last.
+CELLS.append(("AUTO", "Automatic", "16 cells along an edge of a face, less where that is more than a million in all"))
+MOST_CELLS = 2**20
+# What pressure may be taken as, each by a curve of the brush.
+CURVES = ("size", "strength", "angle")
+CURVE_SAMPLES = 33
 
 
 def choices(enum):
@@ -15,11 +21,11 @@ def choices(enum):
     return [(value.name, value.name.replace("_", " ").capitalize(), "") for value in enum]
 
 
-def property_of(parameter):
+def property_of(parameter, **more):
     """A property of Blender for a parameter of the library: its type, range, default, unit and help."""
     label = parameter.name.replace("_", " ").capitalize()
     help_text = parameter.help + (f" ({parameter.unit})" if parameter.unit else "")
-    common = {"name": label, "description": help_text}
+    common = {"name": label, "description": help_text, **more}
     if parameter.kind == rl.ParameterKind.BOOL:
         return bpy.props.BoolProperty(default=bool(parameter.value), **common)
     if parameter.kind == rl.ParameterKind.U32:
@@ -31,9 +37,9 @@ def property_of(parameter):
     return bpy.props.FloatProperty(**floats, **extra, **common)
 
 
-def group_of(name, table):
+def group_of(name, table, **more):
     """A class of properties from a table of parameters."""
-    annotations = {parameter.name: property_of(parameter) for parameter in table}
+    annotations = {parameter.name: property_of(parameter, **more) for parameter in table}
     return type(name, (bpy.types.PropertyGroup,), {"__annotations__": annotations, "table": table})
 
 
@@ -42,9 +48,55 @@ def values(group):
     return {parameter.name: getattr(group, parameter.name) for parameter in group.table}
 
 
+def curve_nodes(group):
+    """The nodes that hold the pressure curves of a brush, by what they are for."""
+    nodes = group.curves.nodes if group.curves is not None else {}
+    return {name: nodes[name] for name in CURVES if name in nodes and hasattr(nodes[name], "mapping")}
+
+
+def curves(group):
+    """The pressure curves of a brush that are not straight: pairs of a pressure and what it is taken as."""
+    found = {}
+    for name, node in curve_nodes(group).items():
+        node.mapping.initialize()
+        curve = node.mapping.curves[0]
+        pressures = [number / (CURVE_SAMPLES - 1) for number in range(CURVE_SAMPLES)]
+        values = [min(max(node.mapping.evaluate(curve, pressure), 0.0), 1.0) for pressure in pressures]
+        if any(abs(value - pressure) > 1e-4 for value, pressure in zip(values, pressures)):
+            found[name] = [[pressure, value] for pressure, value in zip(pressures, values)]
+    return found
+
+
+def cells_of(target, tiles):
+    """Cells along an edge of a face of the result."""
+    if target.relievo.cells in {"AUTO", ""}:
+        return automatic_cells(tiles, MOST_CELLS)
+    return int(target.relievo.cells)
+
+
+def automatic_cells(tiles, most):
+    """16, or the largest power of two with which so many tiles stay below so many cells."""
+    cells = 16
+    while cells > 1 and tiles * cells * cells > most:
+        cells //= 2
+    return cells
+
+
+def _imprint_changed(group, context):
+    from . import preview
+
+    preview.settings_changed(group, context)
+
+
 RelievoBrushSettings = group_of("RelievoBrushSettings", brush.params())
 RelievoStampSettings = group_of("RelievoStampSettings", brush.stamp_params())
-RelievoImprintSettings = group_of("RelievoImprintSettings", imprint.params())
+RelievoImprintSettings = group_of("RelievoImprintSettings", imprint.params(), update=_imprint_changed)
+
+
+def _playback_changed(options, _context):
+    from . import playback
+
+    playback.changed(options.id_data)
 
 
 class RelievoBrush(bpy.types.PropertyGroup):
@@ -58,6 +110,9 @@ class RelievoBrush(bpy.types.PropertyGroup):
     )
     height: bpy.props.FloatProperty(name="Height", description="What a dab raises, object units", default=0.1)
     stamp: bpy.props.PointerProperty(name="Stamp", description="Image of the brush", type=bpy.types.Image)
+    curves: bpy.props.PointerProperty(
+        name="Pressure curves", description="What pressure is taken as for size, strength and angle", type=bpy.types.NodeTree
+    )
     settings: bpy.props.PointerProperty(type=RelievoBrushSettings)
     stamp_settings: bpy.props.PointerProperty(type=RelievoStampSettings)
 
@@ -80,6 +135,18 @@ class RelievoObject(bpy.types.PropertyGroup):
     )
     result: bpy.props.PointerProperty(name="Result", description="The displaced mesh", type=bpy.types.Object)
     strokes: bpy.props.CollectionProperty(type=RelievoStroke)
+    layers: bpy.props.StringProperty(description="The layers, as JSON, for strokes that are made again")
+    playback: bpy.props.EnumProperty(
+        name="Playback",
+        description="What shows the baked frames",
+        items=[
+            ("MODIFIER", "Mesh Cache", "Blender's own modifier, also where the add-on is not installed"),
+            ("HANDLER", "Add-on", "The add-on, which also shows what is between frames"),
+        ],
+        update=_playback_changed,
+    )
+    cache: bpy.props.StringProperty(name="Cache", description="The baked frames")
+    is_preview: bpy.props.BoolProperty(description="Whether the result shows what is not there")
     kind: bpy.props.EnumProperty(
         name="Surface",
         description="What is painted, sculpted and dented",
@@ -95,7 +162,7 @@ class RelievoObject(bpy.types.PropertyGroup):
         name="Segments", description="Segments along an edge of a triangle", items=SIZES[:4], default="16"
     )
     cells: bpy.props.EnumProperty(
-        name="Cells", description="Cells of the result along an edge of a face", items=CELLS, default="16"
+        name="Cells", description="Cells of the result along an edge of a face", items=CELLS, default="AUTO"
     )
 
 

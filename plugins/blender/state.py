@@ -17,11 +17,14 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import mesh, native
+from . import job, mesh, native, settings, stroke
 
-# Version of what objects keep; a file with a newer one is refused with a message.
-FORMAT = 1
+# Version of what objects keep; a file with a newer one is refused with a message. 2 has with every stroke where the
+# object was, pressure curves and its revision, and the layers.
+FORMAT = 2
 DOCUMENT, HISTORY = "relievo_document", "relievo_history"
+# Triangles of the picture of a surface that the pointer meets.
+PICK_CELLS = 2**19
 
 _states = {}
 
@@ -31,67 +34,193 @@ class Refused(Exception):
 
 
 class State:
-    """A detail with its document, and the revisions that the document can go to."""
+    """A detail with its document, and the revisions that the document can go to. It is made in two parts: what Blender
+    has of it on the main thread, and the native objects by `build` on any."""
 
     def __init__(self, target, uid, packed=None, history=None):
+        options, cage = target.relievo, target.data
         self.uid, self.owner = uid, target.name
         self.settings = settings_key(target)
-        cage = target.data
         self.topology = topology_of(cage)
-        options = target.relievo
-        with mesh.to_native(cage) as made:
-            self.surface = rl.Surface(native.context(), made, kind=options.kind.lower())
+        self.cage, self.kind = mesh.to_native(cage), options.kind
+        self.rest = self.pose = mesh.get_points(cage)
         triangles = options.kind == "TRIANGLES"
-        self.detail = rl.Detail(self.surface, tile_size=int(options.segments if triangles else options.tile_size))
-        size = {} if triangles else {"tile_size": int(options.tile_size)}
-        self.detail.add_paint(color=(0.8, 0.8, 0.8, 1.0), **size)
-        if bpy.context.scene.relievo.traces:
-            self.detail.add_traces()
+        self.tile_size = int(options.segments if triangles else options.tile_size)
+        self.with_traces = bpy.context.scene.relievo.traces
         self.path = os.path.join(bpy.app.tempdir or tempfile.gettempdir(), f"{uid}.relievo")
+        self.packed, self.history, self.replayed = packed, history, None
         if packed is None:
+            self.revisions, self.position = [options.revision], 0
+        else:
+            self.revisions, self.position = history["revisions"], history["position"]
+        self.counter = max(self.revisions)
+        self.packed_revision = options.revision if packed is not None else None
+        self.notes = []
+        self.surface = self.detail = self.document = None
+        self.tessellation = self.cells = self.positions = self.colors = self.filling = None
+        self.caster = None
+
+    def replay(self, target):
+        """Has the strokes that the object keeps made again by `build`, since its document is gone."""
+        self.replayed = *stroke.read_all(target), kept_layers(target), target.relievo.revision
+        self.revisions = [0]
+
+    def build(self, progress=None):
+        """Makes the native objects, without Blender's data."""
+        context = native.context()
+        self.surface = rl.Surface(context, self.cage, kind=self.kind.lower())
+        self.cage.release()
+        if progress is not None:
+            progress(0.5, "surface")
+        self.detail = rl.Detail(self.surface, tile_size=self.tile_size)
+        size = {} if self.kind == "TRIANGLES" else {"tile_size": self.tile_size}
+        self.detail.add_paint(color=(0.8, 0.8, 0.8, 1.0), **size)
+        if self.with_traces:
+            self.detail.add_traces()
+        if self.packed is None:
             self.document = rl.Document(self.detail, self.path)
-            self.revisions, self.position = [target.relievo.revision], 0
         else:
             with open(self.path, "wb") as file:
-                file.write(packed)
+                file.write(self.packed)
             self.document = rl.Document.open(self.detail, self.path)
-            self.revisions, self.position = history["revisions"], history["position"]
             if self.document.info.undo_count != self.position:
-                raise Refused(f"The document of {target.name} was cut; take an older copy of the file, or clear the detail")
+                raise Refused(
+                    f"The document of {self.owner} was cut; take an older copy of the file, make its strokes again, or "
+                    "clear the detail"
+                )
         self.detail.commit()
-        self.counter = max(self.revisions)
-        self.tessellation = self.cells = self.positions = self.colors = self.caster = None
-        self.packed_revision = target.relievo.revision if packed is not None else None
+        self.packed = self.history = None
+        if self.replayed is not None:
+            self._make_again(*self.replayed)
+            self.replayed = None
+
+    def _make_again(self, strokes, lost, layers, revision):
+        """Strokes that were kept, each an edit again, on layers of their names."""
+        made = 0
+        if any(stroke.bends(kept) for kept, _pixels in strokes):
+            self.add_vectors()
+        for kept, pixels in strokes:
+            if "matrix" in kept:
+                self.detail.set_transform(numpy.asarray(kept["matrix"], numpy.float64))
+            self._arrange(kept.get("layers", []))
+            try:
+                with self.document.edit("stroke"):
+                    rl.stroke.run(self.detail, stroke.brush(kept, pixels), kept["points"])
+            except rl.RelievoError as failure:
+                lost += 1
+                print(f"Relievo: a stroke of {self.owner} cannot be made again: {failure}")
+                continue
+            made += 1
+            self.detail.commit()
+            self._advance(kept.get("revision"))
+        self._arrange(layers)
+        self.detail.commit()
+        # The object is at the revision that it was left at.
+        self.revisions[-1] = revision
+        self.counter = max(self.counter, revision)
+        gone = f"; {lost} cannot be (see the console)" if lost else ""
+        self.notes.append(
+            f"The document of {self.owner} is gone: {made} strokes were made again{gone}. Imprints are not kept as strokes; "
+            "make them again"
+        )
+
+    def _arrange(self, wanted):
+        """Brings the layers to what was kept of them. It matters when: what is sculpted goes to a layer by its opacity."""
+        if layers_of(self.detail) == wanted:
+            return
+        with self.document.edit("layers"):
+            there = {layer.name: layer.id for layer in self.detail.layers}
+            for layer in wanted:
+                name = layer["name"]
+                if name not in there:
+                    there[name] = self.detail.layers.add(name, kind=layer["kind"])
+                options = {option: layer[option] for option in ("opacity", "blend", "is_visible")}
+                self.detail.layers.set(there[name], **options)
+                if layer["is_active"]:
+                    self.detail.layers.set_active(there[name])
+        self.detail.commit()
+        self._advance(None)
+
+    def _advance(self, revision):
+        """A revision more than there were. One that belongs to no step of Blender's has a number that no step has."""
+        if self.document.info.undo_count > self.position:
+            self.position += 1
+            known = isinstance(revision, int) and revision not in self.revisions
+            self.revisions.append(revision if known else -self.position)
+
+    @property
+    def is_built(self):
+        return self.document is not None
 
     @property
     def revision(self):
         return self.revisions[self.position]
 
+    def take_notes(self):
+        """What the user should be told, once."""
+        notes, self.notes = self.notes, []
+        return notes
+
     @contextlib.contextmanager
-    def edit(self, target, text):
-        """One edit, and one step of Blender's undo if an operator with undo makes it."""
+    def edit(self, text):
+        """One edit, and one step of Blender's undo if an operator with undo makes it: `record` then puts its revision
+        into the object. Needs nothing of Blender."""
         self.document.begin(text)
         try:
             yield
         except BaseException:
-            self.document.abandon()
-            self.detail.commit()
+            self.abandon()
             raise
-        self.end(target)
+        self.end()
 
-    def end(self, target):
-        """Ends an edit that was begun: the object gets a new revision."""
+    def end(self):
+        """Ends an edit that was begun; what was done has a new revision."""
         changes = self.document.end()
         self.detail.commit()
         if changes.is_done:
             self.counter += 1
             self.revisions[self.position + 1 :] = [self.counter]
             self.position += 1
-            target.relievo.revision = self.counter
 
-    def follow(self, target):
-        """Goes to the revision that the object has; says whether that is possible."""
-        wanted = target.relievo.revision
+    def abandon(self):
+        """Takes an edit that was begun back."""
+        self.document.abandon()
+        self.detail.commit()
+
+    def record(self, target):
+        """Puts into the object what names the state that it is in."""
+        options = target.relievo
+        if options.revision != self.revision:
+            options.revision = self.revision
+        if options.format < FORMAT:
+            options.format = FORMAT
+        layers = json.dumps(layers_of(self.detail))
+        if options.layers != layers:
+            options.layers = layers
+
+    def add_vectors(self):
+        """Gives the detail vector displacement, whose frame is that of the mesh at rest."""
+        if self.detail.channel_info("vectors").is_there:
+            return
+        posed = self.pose
+        self.set_pose(self.rest)
+        self.detail.add_vectors(**({} if self.kind == "TRIANGLES" else {"tile_size": self.tile_size}))
+        self.set_pose(posed)
+        self.detail.commit()
+        # The file is written anew, with the channel that it did not know.
+        before, self.path = self.path, f"{self.path}.vectors"
+        self.document.save(self.path)
+        with contextlib.suppress(OSError):
+            os.remove(before)
+
+    def set_pose(self, points):
+        """Poses the surface; commit to see it."""
+        if points is not self.pose and not numpy.array_equal(points, self.pose):
+            self.detail.set_points(points)
+            self.pose = points
+
+    def follow(self, wanted):
+        """Goes to a revision; says whether that is possible."""
         if wanted == self.revision:
             return True
         if wanted not in self.revisions:
@@ -114,18 +243,50 @@ class State:
 
     def pick(self):
         """A caster of the surface as it is."""
-        revision = self.detail.info.revision
-        if self.caster is None or self.caster[0] != revision:
-            cells = {} if self.settings[0] == "TRIANGLES" else {"fine": 16, "coarse": 8}
+        revision = self.detail.info.revision, self.pose
+        if self.caster is None or self.caster[0][0] != revision[0] or self.caster[0][1] is not revision[1]:
+            cells = {}
+            if self.kind != "TRIANGLES":
+                fine = settings.automatic_cells(self.detail.info.tile_count, PICK_CELLS)
+                cells = {"fine": fine, "coarse": max(1, fine // 2)}
             self.caster = revision, rl.Caster.of_detail(self.detail, **cells)
         return self.caster[1]
 
+    def try_pick(self):
+        """As `pick`, where there is nobody to tell a failure: the next press makes it, and tells."""
+        with contextlib.suppress(rl.RelievoError):
+            self.pick()
+
     def release(self):
-        for part in (self.tessellation, self.document, self.detail, self.surface):
+        for part in (self.tessellation, self.document, self.detail, self.surface, self.cage):
             if part is not None:
                 part.release()
         with contextlib.suppress(OSError):
             os.remove(self.path)
+
+
+def layers_of(detail):
+    """The layers of a detail as an object keeps them."""
+    return [
+        {
+            "name": layer.name,
+            "kind": rl.abi.RlvLayerKind(layer.kind).name.lower(),
+            "blend": rl.abi.RlvBlend(layer.blend).name.lower(),
+            "opacity": layer.opacity,
+            "is_visible": int(layer.is_visible),
+            "is_active": int(layer.is_active),
+        }
+        for layer in detail.layers
+    ]
+
+
+def kept_layers(target):
+    """The layers that an object keeps, none if they cannot be understood."""
+    try:
+        return stroke.checked_layers(json.loads(target.relievo.layers or "[]"))
+    except ValueError as failure:
+        print(f"Relievo: the layers that {target.name} keeps are damaged: {failure}")
+        return []
 
 
 def settings_key(target):
@@ -140,9 +301,14 @@ def topology_of(cage):
     return len(cage.vertices), len(cage.polygons), hash(corners.tobytes())
 
 
+def is_used(target):
+    """Whether an object is in a scene: pointers keep those that were deleted."""
+    return target is not None and bool(target.users_scene)
+
+
 def source_of(target):
     """The object that a result belongs to, or the object itself."""
-    if target is not None and target.relievo.source is not None:
+    if target is not None and is_used(target.relievo.source):
         return target.relievo.source
     return target
 
@@ -155,25 +321,73 @@ def is_editable(context):
 
 def of(target):
     """The state of an object, made where there is none yet."""
+    return job.run(opening(target))
+
+
+def is_ready(target):
+    """Whether the state of an object needs no making."""
+    state = existing(target)
+    return state is not None and state.is_built and state.revision == target.relievo.revision
+
+
+def check(target):
+    """Refuses objects that cannot be edited."""
     if target is None or target.type != "MESH":
         raise Refused("Select a mesh object")
-    options = target.relievo
-    if options.format > FORMAT:
+    if target.library is not None or target.override_library is not None:
+        raise Refused(
+            f"{target.name} is linked from another file; make it local first (Object > Relations > Make Local, All)"
+        )
+    if target.relievo.format > FORMAT:
         raise Refused(f"{target.name} was edited with a newer Relievo add-on; update it to edit this object")
+    if not target.relievo.kind:
+        raise Refused(f"{target.name} is of a kind that this Relievo add-on does not know; update it")
     if target.mode == "EDIT":
         raise Refused("Leave edit mode first")
+
+
+def opening(target):
+    """Steps (see `job`) that make the state of an object where there is none yet, and return it."""
+    check(target)
+    options = target.relievo
+    native.context()
     if options.uid:
-        _separate(target)
-    state = _states.get(options.uid) if options.uid else None
+        yield from _separating(target)
+    state = existing(target)
     if state is None:
-        state = _opened(target)
+        packed, history = kept(target)
+        if not options.uid:
+            options.uid, options.format = uuid.uuid4().hex, FORMAT
+        state = State(target, options.uid, packed, history)
+        if packed is None and (options.revision or len(options.strokes)):
+            state.replay(target)
+        yield from _building(state)
     if state.topology != topology_of(target.data):
         raise Refused(f"The mesh of {target.name} has other faces than its detail; undo that, or clear the detail")
-    state.owner = target.name
-    if not state.follow(target):
+    state.owner, wanted = target.name, options.revision
+    came = []
+    yield 0.9, 1.0, lambda _progress: came.append(state.follow(wanted))
+    if not came[0]:
         # A step whose history is gone, say from before the file was loaded: what was saved is what there is.
-        state = _reopened(target, state)
+        packed, history = kept(target)
+        if packed is None or wanted not in history["revisions"]:
+            raise Refused(f"The history of {target.name} does not reach back to this step; undo or redo further")
+        state.release()
+        del _states[state.uid]
+        state = State(target, state.uid, packed, history)
+        yield from _building(state)
+        yield 0.9, 1.0, lambda _progress: came.append(state.follow(wanted))
     return state
+
+
+def _building(state):
+    """Builds a state; it is there for others when it is whole."""
+    try:
+        yield 0.0, 0.9, state.build
+    except BaseException:
+        state.release()
+        raise
+    _states[state.uid] = state
 
 
 def kept(target):
@@ -187,55 +401,44 @@ def kept(target):
         if not 0 <= position < len(revisions) or not isinstance(packed, bytes):
             raise ValueError("a position that does not exist")
     except (ValueError, KeyError, TypeError) as failure:
-        raise Refused(f"What the file keeps of {target.name} is damaged: {failure}") from None
+        raise Refused(
+            f"What the file keeps of {target.name} is damaged: {failure}; make its strokes again, or clear the detail"
+        ) from None
     return packed, {"revisions": revisions, "position": position}
 
 
-def _opened(target):
-    options = target.relievo
-    packed, history = kept(target)
-    if not options.uid:
-        options.uid = uuid.uuid4().hex
-        options.format = FORMAT
-    if packed is not None:
-        state = State(target, options.uid, packed, history)
-    else:
-        if options.revision:
-            print(f"Relievo: {target.name} has lost its document; it begins anew")
-        state = State(target, options.uid)
-    _states[options.uid] = state
-    return state
-
-
-def _reopened(target, state):
-    packed, history = kept(target)
-    if packed is not None and target.relievo.revision in history["revisions"]:
-        state.release()
-        state = _states[state.uid] = State(target, state.uid, packed, history)
-        if state.follow(target):
-            return state
-    raise Refused(f"The history of {target.name} does not reach back to this step; undo or redo further")
-
-
-def _separate(target):
-    """Gives an object a document of its own if another one has the same uid."""
+def _owner(target):
+    """The object that has the document of a uid: the one that was edited last, else the first by name."""
     uid = target.relievo.uid
-    others = [other for other in bpy.data.objects if other.relievo.uid == uid and other != target]
-    if not others:
-        return
     state = _states.get(uid)
-    owner = state.owner if state else min(other.name for other in [*others, target])
-    if target.name == owner:
+    if state is not None and state.owner == target.name:
+        return target.name
+    holders = [other.name for other in bpy.data.objects if other.relievo.uid == uid and other.library is None]
+    if state is not None and state.owner in holders:
+        return state.owner
+    owner = min(holders)
+    if state is not None:
+        # It was renamed.
+        state.owner = owner
+    return owner
+
+
+def _separating(target):
+    """Gives an object a document of its own if another one has the same uid."""
+    options = target.relievo
+    if _owner(target) == target.name:
         return
-    target.relievo.uid = uuid.uuid4().hex
-    target.relievo.result = None
-    if state is None or target.relievo.revision not in state.revisions:
+    state = _states.get(options.uid)
+    options.uid = uuid.uuid4().hex
+    if options.result is not None and options.result.relievo.source != target:
+        options.result = None
+    if state is None or options.revision not in state.revisions:
         packed, history = kept(target)
         if packed is None:
             return
     else:
         packed, history = state.data()
-    _states[target.relievo.uid] = State(target, target.relievo.uid, packed, history)
+    yield from _building(State(target, options.uid, packed, history))
 
 
 def existing(target):
@@ -253,38 +456,51 @@ def follow_all():
     for, so that the message reaches the user."""
     for target in bpy.data.objects:
         state = existing(target)
-        if state is not None and state.owner == target.name:
-            state.follow(target)
+        if state is not None and _owner(target) == target.name:
+            try:
+                state.follow(target.relievo.revision)
+            except rl.RelievoError as failure:
+                print(f"Relievo: {target.name}: {failure}")
 
 
 def pack_all():
     """Before saving: puts documents into their objects."""
     for target in bpy.data.objects:
-        if not target.relievo.uid:
+        if not target.relievo.uid or target.library is not None:
             continue
         try:
-            _separate(target)
-        except (Refused, rl.RelievoError) as failure:
+            job.run(_separating(target))
+            state = existing(target)
+            if state is None or state.packed_revision == state.revision:
+                continue
+            packed, history = state.data()
+        except (Refused, rl.RelievoError, OSError) as failure:
             print(f"Relievo: {target.name}: {failure}")
-        state = existing(target)
-        if state is None or state.owner != target.name or state.packed_revision == state.revision:
             continue
-        packed, history = state.data()
-        target[DOCUMENT], target[HISTORY] = packed, json.dumps(history)
+        for name, value in ((DOCUMENT, packed), (HISTORY, json.dumps(history))):
+            # Blender 5.0 cuts bytes that are put over others at the first zero.
+            if name in target:
+                del target[name]
+            target[name] = value
         state.packed_revision = state.revision
 
 
-def clear(target):
-    """Forgets the detail of an object."""
+def forget(target):
+    """Lets the document of an object go, what it keeps in the file too; its strokes stay."""
     state = _states.pop(target.relievo.uid, None)
     if state is not None:
         state.release()
     for name in (DOCUMENT, HISTORY):
         if name in target:
             del target[name]
-    target.relievo.uid = ""
+
+
+def clear(target):
+    """Forgets the detail of an object."""
+    forget(target)
+    target.relievo.uid = target.relievo.layers = target.relievo.cache = ""
     target.relievo.revision = 0
-    target.relievo.strokes.clear()
+    stroke.forget(target)
 
 
 def forget_all():
@@ -295,6 +511,8 @@ def forget_all():
 
 def posed_points(target, depsgraph):
     """The points of an object as its modifiers pose it, if they keep its topology, else those of its mesh."""
+    if not target.modifiers and target.data.shape_keys is None:
+        return mesh.get_points(target.data)
     evaluated = target.evaluated_get(depsgraph)
     posed = evaluated.to_mesh()
     try:
@@ -314,7 +532,7 @@ def place(state, target, points=None):
     """Brings the detail to where the object is, and to its pose."""
     state.detail.set_transform(world(target))
     if points is not None:
-        state.detail.set_points(points)
+        state.set_pose(points)
     state.detail.commit()
 
 

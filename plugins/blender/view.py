@@ -9,13 +9,13 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import mesh
+from . import job, mesh, settings, state as states
 
 
-def ensure(target, state):
-    """The result object, made or brought up to date."""
+def ensuring(target, state):
+    """Steps that make the result object, or bring it up to date; they return it."""
     result = target.relievo.result
-    if result is None or result.name not in bpy.data.objects:
+    if not states.is_used(result):
         result = bpy.data.objects.new(f"{target.name} Relievo", bpy.data.meshes.new(f"{target.name} Relievo"))
         result.relievo.source = target
         result.parent = target
@@ -26,43 +26,68 @@ def ensure(target, state):
         target.relievo.result = result
         target.display_type = "WIRE"
         target.hide_render = True
-    refresh(target, state)
+    if result.data.users > 1:
+        # Linked duplicates share their mesh; what is written here is this object's own.
+        result.data = result.data.copy()
+    yield from refreshing(target, state)
     return result
+
+
+def ensure(target, state):
+    """The result object, made or brought up to date."""
+    return job.run(ensuring(target, state))
+
+
+def refreshing(target, state):
+    """Steps that write what changed since the last refresh to the result object, if there is one."""
+    if target.relievo.result is None:
+        return
+    cells = settings.cells_of(target, state.detail.info.tile_count)
+    yield 0.0, 1.0, lambda _progress: follow(state, cells)
+    write(target.relievo.result, state)
 
 
 def refresh(target, state):
     """Writes what changed since the last refresh to the result object, if there is one."""
-    result = target.relievo.result
-    if result is None:
-        return
-    cells = int(target.relievo.cells)
-    options = {"coarse": cells, "fine": cells, "smooth_uvs": 1} if target.relievo.kind == "CATMULL_CLARK" else {}
+    job.run(refreshing(target, state))
+
+
+def follow(state, cells):
+    """Brings the points of a state to its detail's commit, without Blender's data."""
     rebuilt = state.tessellation is None or state.cells != cells
     if rebuilt:
+        options = {} if state.kind == "TRIANGLES" else {"coarse": cells, "fine": cells, "smooth_uvs": 1}
         state.tessellation, state.cells = rl.Tessellation(state.detail, **options), cells
     else:
         rebuilt = bool(state.tessellation.update().rebuilt)
-    count = state.tessellation.info.point_count
     if rebuilt or state.positions is None:
         state.positions, state.colors = state.tessellation.positions(), None
     else:
         for first, length in state.tessellation.changed_ranges().tolist():
             state.tessellation.positions(first, length, state.positions[first : first + length])
-    data = result.data
-    if rebuilt or len(data.vertices) != count:
-        data.clear_geometry()
+    if rebuilt:
         with state.tessellation.mesh() as made:
-            mesh.fill(data, made)
-    else:
-        mesh.set_points(data, state.positions)
-    _color(data, state, count)
+            state.filling = mesh.Filling(made)
+    if state.detail.info.painted_count or state.colors is not None:
+        count = len(state.positions)
+        if state.colors is None or len(state.colors) != count:
+            state.colors = numpy.ones((count, 4), numpy.float32)
+        state.tessellation.colors(out=state.colors[:, :3])
 
 
-def _color(data, state, count):
-    """Colours, once something was painted."""
-    if not state.detail.info.painted_count and data.attributes.get("Relievo") is None:
-        return
-    if state.colors is None or len(state.colors) != count:
-        state.colors = numpy.ones((count, 4), numpy.float32)
-    state.tessellation.colors(out=state.colors[:, :3])
-    mesh.color_attribute(data).data.foreach_set("color", state.colors.reshape(-1))
+def write(result, state):
+    """Writes the points and colours of a state to a result."""
+    data = result.data
+    if state.filling is not None or len(data.vertices) != len(state.positions):
+        if state.filling is None:
+            with state.tessellation.mesh() as made:
+                state.filling = mesh.Filling(made)
+        data.clear_geometry()
+        state.filling.fill(data)
+        state.filling = None
+    mesh.set_points(data, state.positions)
+    if state.colors is None and data.attributes.get("Relievo") is not None:
+        state.colors = numpy.ones((len(state.positions), 4), numpy.float32)
+        state.tessellation.colors(out=state.colors[:, :3])
+    if state.colors is not None:
+        mesh.color_attribute(data).data.foreach_set("color", state.colors.reshape(-1))

@@ -2,6 +2,7 @@
 Python (`blender --background --python FILE`)."""
 
 import os
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -79,6 +80,38 @@ def positions(target):
     found = numpy.empty((len(target.data.vertices), 3), numpy.float32)
     target.data.vertices.foreach_get("co", found.ravel())
     return found
+
+
+def evaluated(target):
+    """The points of an object as its modifiers and the handlers have them."""
+    made = target.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    posed = made.to_mesh()
+    found = numpy.empty((len(posed.vertices), 3), numpy.float32)
+    posed.vertices.foreach_get("co", found.ravel())
+    made.to_mesh_clear()
+    return found
+
+
+def digest(relievo, target):
+    """What the detail of an object comes to."""
+    state = relievo.state.of(target)
+    tiles = numpy.repeat(numpy.arange(state.detail.info.tile_count), 9)
+    uvs = numpy.tile([[u, v] for u in (0.1, 0.3, 0.5) for v in (0.1, 0.3, 0.5)], (len(tiles) // 9, 1))
+    found = state.detail.evaluate(tiles, uvs, ["positions", "colors"])
+    return found["positions"].tobytes() + found["colors"].tobytes()
+
+
+def run(code, wanted="", **environment):
+    """Runs code in another process of this host; what it prints must have `wanted`."""
+    environment = {**os.environ, **{name: str(value) for name, value in environment.items()}}
+    if Path(sys.executable).name.startswith("python") and not bpy.app.binary_path:
+        command = [sys.executable, "-c", code]
+    else:
+        command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-expr", code]
+    outcome = subprocess.run(command, env=environment, capture_output=True, text=True)
+    said = outcome.stdout + outcome.stderr
+    assert wanted in said, said
+    return said
 
 
 def main():

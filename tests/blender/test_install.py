@@ -1,7 +1,6 @@
 """Installing the add-on from its zip file as a user does, and what it says where the library is not there."""
 
 import os
-import subprocess
 import sys
 import unittest
 from pathlib import Path
@@ -42,17 +41,6 @@ bpy.ops.preferences.addon_disable(module="relievo")
 """
 
 
-def run(code, **environment):
-    """Runs code in another process of this host."""
-    environment = {**os.environ, **{name: str(value) for name, value in environment.items()}}
-    if Path(sys.executable).name.startswith("python") and not bpy.app.binary_path:
-        command = [sys.executable, "-c", code]
-    else:
-        command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-expr", code]
-    outcome = subprocess.run(command, env=environment, capture_output=True, text=True)
-    return outcome.stdout + outcome.stderr
-
-
 class Installing(unittest.TestCase):
     def test_the_zip_file_installs_and_works(self):
         extension = bpy.app.version >= (4, 2)
@@ -68,7 +56,7 @@ class Installing(unittest.TestCase):
             for name in places.values():
                 os.makedirs(name, exist_ok=True)
             os.makedirs(os.path.join(folder, "scripts", "addons"), exist_ok=True)
-            said = run(code, **places)
+            said = host.run(code, **places)
             self.assertIn("drawn {'FINISHED'} True", said)
             self.assertIn(f"library {os.path.realpath(folder)}", said)
             self.assertNotIn("Traceback", said)
@@ -76,7 +64,7 @@ class Installing(unittest.TestCase):
     def test_a_missing_library_is_told_by_a_panel_and_no_traceback(self):
         with host.folder() as folder:
             for library in (os.path.join(folder, "none.so"), "libm.so.6"):
-                said = run(ENABLE, RELIEVO_LIBRARY=library)
+                said = host.run(ENABLE, RELIEVO_LIBRARY=library)
                 self.assertIn("Relievo cannot be used:", said)
                 self.assertIn("panel True False", said)
                 self.assertNotIn("Traceback", said)

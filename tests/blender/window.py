@@ -1,6 +1,7 @@
 """The panels and the tools in a real window, driven by simulated events: a stroke of the sculpt tool, its undo and redo
-by the keyboard, a stroke of paint, an imprint that runs in steps. Needs a display, `--enable-event-simulate` and a
-folder for screenshots in RELIEVO_SCREENSHOTS:
+by the keyboard, a stroke of paint, a live preview, an imprint that is cancelled by Esc and one that runs to its end.
+What is seen is asked of screenshots. Needs a display, `--enable-event-simulate` and a folder for screenshots in
+RELIEVO_SCREENSHOTS; `cargo xtask blender --test` runs it as
 
     xvfb-run --server-args "-screen 0 1200x800x24" blender --factory-startup --enable-event-simulate \\
         --window-geometry 0 0 1200 800 --python tests/blender/window.py
@@ -60,9 +61,34 @@ def heights():
 
 
 def screenshot(name):
-    if FOLDER:
-        with override():
-            bpy.ops.screen.screenshot(filepath=os.path.join(FOLDER, name))
+    """Writes a screenshot and returns its pixels, the lowest row first."""
+    path = os.path.join(FOLDER, name)
+    with override():
+        bpy.ops.screen.screenshot(filepath=path)
+    image = bpy.data.images.load(path)
+    width, height = image.size
+    pixels = numpy.empty(width * height * image.channels, numpy.float32)
+    image.pixels.foreach_get(pixels)
+    bpy.data.images.remove(image)
+    return pixels.reshape(height, width, -1)[:, :, :3]
+
+
+def part(pixels, place):
+    """The pixels of a region of the window."""
+    return pixels[place.y : place.y + place.height, place.x : place.x + place.width]
+
+
+def view(pixels):
+    """The pixels of the view that the sidebar and the toolbar leave."""
+    side = next(found for found in area().regions if found.type == "UI")
+    place = region()
+    right = min(place.x + place.width, side.x)
+    return pixels[place.y : place.y + place.height - 80, place.x + 100 : right]
+
+
+def reds(pixels):
+    """How many pixels are of the paint's colour."""
+    return int(((pixels[:, :, 0] > 0.35) & (pixels[:, :, 1] < 0.5 * pixels[:, :, 0])).sum())
 
 
 def open_tab():
@@ -106,9 +132,10 @@ def play():
         bpy.ops.wm.tool_set_by_id(name="relievo.sculpt_tool")
         bpy.ops.ed.undo_push(message="field")
     group = bpy.context.scene.relievo.brush
-    group.settings.radius, group.height = 0.15, 0.05
+    group.settings.radius, group.height, group.color = 0.15, 0.05, (0.9, 0.01, 0.01, 1)
     for _ in range(20):
         yield
+    before = screenshot("start.png")
     yield from open_tab()
     yield from drag((0.4, 0.45), (0.55, 0.55))
     for _ in range(5):
@@ -116,7 +143,13 @@ def play():
     assert heights().max() > 0.04, heights().max()
     assert len(bpy.data.objects["field"].relievo.strokes) == 1
     raised = heights()
-    screenshot("sculpt.png")
+    sculpted = screenshot("sculpt.png")
+    side = next(found for found in area().regions if found.type == "UI")
+    panel = part(sculpted, side)
+    # Our panel has the sidebar: what was there is gone, and rows of text and fields are.
+    assert numpy.abs(panel - part(before, side)).max(2).mean() > 0.01
+    assert (panel.max((1, 2)) - panel.min((1, 2)) > 0.3).mean() > 0.3, "the panel is empty"
+    assert (numpy.abs(view(sculpted) - view(before)).max(2) > 0.02).sum() > 500, "the stroke is not seen"
     for value, wanted in (("undo", None), ("redo", raised)):
         event("Z", "PRESS", ctrl=True, shift=value == "redo")
         yield
@@ -140,6 +173,11 @@ def play():
         yield
     field = bpy.data.objects["field"]
     assert relievo.state.of(field).detail.info.painted_count > 0
+    event("MOUSEMOVE", x=0.1, y=0.9)
+    for _ in range(5):
+        yield
+    painted = screenshot("paint.png")
+    assert reds(view(painted)) > reds(view(sculpted)) + 300, (reds(view(painted)), reds(view(sculpted)))
     # A ball that moves, in steps off the main thread.
     ball = host.ball(0.3)
     for frame, x in ((1, -0.6), (6, 0.6)):
@@ -148,9 +186,47 @@ def play():
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 6
     bpy.context.scene.relievo.imprint.voxels = 2**18
     host.select(field, ball)
+    # A preview follows the ball by Blender's own timer.
+    edits = relievo.state.of(field).document.info.undo_count
+    with override():
+        bpy.ops.relievo.preview("INVOKE_DEFAULT")
+    for height in (0.2, 0.25):
+        ball.animation_data_clear()
+        ball.location = (0.3, -0.6, height)
+        for _ in range(400):
+            yield
+            if abs(heights().min() - (height - 0.3)) < 0.02:
+                break
+        assert abs(heights().min() - (height - 0.3)) < 0.02, heights().min()
+    with override():
+        bpy.ops.relievo.preview("INVOKE_DEFAULT")
+    assert heights().min() > -0.02, heights().min()
+    assert relievo.state.of(field).document.info.undo_count == edits
+    for frame, x in ((1, -0.6), (6, 0.6)):
+        ball.location = (x, -0.6, 0.2)
+        ball.keyframe_insert("location", frame=frame)
+    host.select(field, ball)
+    # Esc takes an imprint that is under way back.
+    bpy.context.scene.frame_end = 2000
     with override():
         answer = bpy.ops.relievo.imprint("INVOKE_DEFAULT")
     assert answer == {"RUNNING_MODAL"}, answer
+    while heights().min() > -0.05:
+        yield
+    for value in ("PRESS", "RELEASE"):
+        event("ESC", value)
+        yield
+    for _ in range(200):
+        yield
+        if not relievo.job.is_busy():
+            break
+    assert not relievo.job.is_busy()
+    assert heights().min() > -0.02, heights().min()
+    assert relievo.state.of(field).document.info.undo_count == edits
+    bpy.context.scene.frame_end = 6
+    with override():
+        answer = bpy.ops.relievo.imprint("INVOKE_DEFAULT")
+    assert answer <= {"RUNNING_MODAL", "FINISHED"}, answer
     for _ in range(400):
         yield
         if heights().min() < -0.08 and relievo.state.of(field).document.info.is_open == 0:
@@ -159,7 +235,8 @@ def play():
     ball.hide_set(True)
     for _ in range(10):
         yield
-    screenshot("imprint.png")
+    dented = screenshot("imprint.png")
+    assert (numpy.abs(view(dented) - view(painted)).max(2) > 0.02).sum() > 500, "the track is not seen"
 
 
 def run():

@@ -82,6 +82,62 @@ static void sweep(RlvContext context, RlvSurface surface, RlvMesh ball) {
     CHECK_OK(rlv_detail_release(detail));
 }
 
+/* A ball whose points move as far leaves the same track, and is as it was after it was cancelled. */
+static void deform(RlvContext context, RlvSurface surface, RlvMesh ball) {
+    const double place[12] = CHECK_MOVED(1.0, 2.5, 0.85);
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvMeshInfo mesh = RLV_MESH_INFO_INIT;
+    RlvDetail detail = RLV_NULL;
+    RlvCollider collider = RLV_NULL;
+    RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
+    RlvImprintSettings settings = RLV_IMPRINT_SETTINGS_INIT;
+    options.tile_size = 32;
+    settings.voxels = 1 << 18;
+    CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    CHECK_OK(rlv_collider_create_mesh(context, ball, place, &collider));
+    CHECK_OK(rlv_mesh_info(ball, &mesh));
+    const size_t count = mesh.point_count;
+    float *from = malloc(count * 3 * sizeof(float)), *to = malloc(count * 3 * sizeof(float));
+    CHECK(from && to);
+    CHECK_OK(rlv_mesh_get_points(ball, from, count, 0));
+    for (size_t number = 0; number < 3 * count; ++number) {
+        to[number] = from[number] + (number % 3 == 0 ? 4.0f : 0.0f);
+    }
+
+    Watch impatient = {3, 0, 0.0f, detail, collider};
+    CHECK_FAILS(RLV_ERROR_CANCELLED,
+                rlv_imprint_sweep_points(detail, collider, place, place, from, to, count, 0, &settings, NULL, watch,
+                                         &impatient, &report),
+                "cancelled");
+    CHECK_FAILS(RLV_ERROR_INVALID,
+                rlv_imprint_sweep_points(detail, collider, place, place, from, to, count - 1, 0, &settings, NULL, NULL,
+                                         NULL, &report),
+                "another number of points");
+    CHECK_FAILS(RLV_ERROR_INVALID,
+                rlv_imprint_sweep_points(detail, collider, place, place, NULL, to, count, 0, &settings, NULL, NULL, NULL,
+                                         &report),
+                "from_points");
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK(displacement(detail, 14, 0.5f, 0.5f) == 0.0f);
+    /* The ball is where it was: pressed in there, it reaches nothing else. */
+    CHECK_OK(rlv_imprint_run(detail, collider, &settings, NULL, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK(displacement(detail, 15, 0.0f, 0.5f) == 0.0f);
+
+    CHECK_OK(rlv_imprint_sweep_points(detail, collider, place, place, from, to, count, 0, &settings, NULL, NULL, NULL,
+                                      &report));
+    CHECK(report.steps == 8 && report.wanted_steps == 8);
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    for (int step = 0; step < 32; ++step) {
+        float depth = displacement(detail, 14 + (uint32_t)step / 16, (float)(step % 16) / 16, 0.5f);
+        CHECK(depth < -0.1f && depth > -0.2f);
+    }
+    free(from);
+    free(to);
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_detail_release(detail));
+}
+
 /* Two bulges face to face and some way into each other share the dent. */
 static void collide(RlvContext context) {
     const double facing[12] = {1, 0, 0, 0, -1, 0, 0, 0, -1, 0, 3, -0.5};
@@ -256,6 +312,7 @@ int main(void) {
     CHECK_OK(rlv_detail_release(half));
 
     sweep(context, surface, ball);
+    deform(context, surface, ball);
     rim(context, surface, ball);
     collide(context);
 

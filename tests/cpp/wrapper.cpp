@@ -257,6 +257,13 @@ int main() {
     const auto swept = relievo::sweep(detail, collider, start, end, settings, RLV_IMPRINT_MOMENT_INIT,
                                       [&calls](float, const char *) { return ++calls > 0; });
     CHECK(swept.steps >= 1 && calls == static_cast<int>(swept.steps) + 1);
+    try {
+        const std::vector<std::array<float, 3>> none;
+        relievo::sweep(detail, collider, start, end, none, none, settings);
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(std::string(error.what()).find("number of points") != std::string::npos);
+    }
     collider.press({0.5, 0.5, 0.0}, {0, 0, 1}, 0.1);
     CHECK(collider.info().matrix[11] < 0.21);
 

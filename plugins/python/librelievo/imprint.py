@@ -2,8 +2,11 @@
 
 import ctypes
 
+import numpy
+
 from . import abi, library, parameter, record
-from .array import address, matrix
+from .array import Reading, address, matrix
+from .error import Invalid
 from .progress import watched
 
 
@@ -38,6 +41,25 @@ def sweep(detail, collider, before, after, settings=None, moment=None, progress=
     with watched(progress) as callback:
         arguments = (*options, callback, None, ctypes.byref(report))
         library.call("rlv_imprint_sweep", detail.handle, collider.handle, *arguments)
+    return record.read(report)
+
+
+def sweep_points(detail, collider, before, after, settings=None, moment=None, progress=None):
+    """The same for a collider that deforms: `before` and `after` are pairs of a matrix and all of its points."""
+    report = record.empty(abi.RlvImprintReport)
+    (before, before_points), (after, after_points) = before, after
+    before, after = matrix(before), matrix(after)
+    first, last = (
+        Reading(numpy.ascontiguousarray(points, numpy.float32), numpy.float32, 3, "points")
+        for points in (before_points, after_points)
+    )
+    if first.count != last.count:
+        raise Invalid(f"points: there are {first.count} before and {last.count} after")
+    points = (first.address, last.address, first.count, 0)
+    options = (settings_of(settings), moment_of(moment))
+    with watched(progress) as callback:
+        arguments = (address(before), address(after), *points, *options, callback, None, ctypes.byref(report))
+        library.call("rlv_imprint_sweep_points", detail.handle, collider.handle, *arguments)
     return record.read(report)
 
 

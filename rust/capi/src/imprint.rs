@@ -1,7 +1,7 @@
 //! Imprints; see `include/relievo/imprint.h`.
 
 use std::ffi::c_void;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use relievo_core::{Error, Progress, Result};
 use relievo_detail::{Deformable, ImprintSettings, LayeredObject, Moment, Motion, Pose, Report};
@@ -9,7 +9,7 @@ use relievo_tiles::trace::Trace;
 use relievo_tiles::triangle::TriangleChannel;
 use relievo_tiles::{Displacement, Traces};
 
-use crate::array::{present, put};
+use crate::array::{Input, present, put};
 use crate::collider::RlvCollider;
 use crate::context::{HostProgress, RlvProgress};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
@@ -128,6 +128,60 @@ impl Before {
     }
 }
 
+/// Moves a collider from one pose to another and presses it in on the way. After a failure both are as before.
+///
+/// # Safety
+/// The pointers are NULL or to descriptors that start with their size.
+unsafe fn sweep(
+    detail: RlvDetail,
+    collider: RlvCollider,
+    poses: [Pose; 2],
+    how: (*const RlvImprintSettings, *const RlvImprintMoment),
+    mut progress: HostProgress,
+    report: *mut RlvImprintReport,
+) -> Result<()> {
+    let detail = registry::get(detail)?;
+    let collider = registry::get(collider)?;
+    // SAFETY: promised by the caller.
+    let (settings, moment) = unsafe { (RlvImprintSettings::read(how.0)?, moment_of(how.1)?) };
+    // SAFETY: as above.
+    unsafe { check_report(report) }?;
+    let mut collider = try_write(&collider.collider, "collider")?;
+    let mut editor = detail.edit()?;
+    let Editor { object, imprinter, .. } = &mut *editor;
+    let context = &detail.context.context;
+    let [from, to] = poses;
+    let rest = from.points.is_some().then(|| Arc::from(collider.points()));
+    let motion = Motion::new(&collider, from, to)?;
+    let (before, place) = (Before::of(object), Pose { transform: *collider.transform(), points: rest });
+    let done = match object {
+        Object::Tiles(object) => {
+            imprinter.sweep_watched(context, object, &mut collider, &motion, &settings, moment, &mut progress)
+        }
+        Object::Triangles(object) => progress
+            .step(0.0, "imprint")
+            .and_then(|()| imprinter.sweep_triangles(context, object, &mut collider, &motion, &settings, moment)),
+    };
+    let done = match done.and_then(|done| Ok((each!(&mut *object, object => object.settle(context))?, done))) {
+        Ok((refused, mut done)) => {
+            done.refused.extend(refused);
+            done
+        }
+        Err(error) => {
+            before.restore(object);
+            collider.set_pose(context, &place)?;
+            return Err(error);
+        }
+    };
+    let budget = editor.budget();
+    // The log may call back.
+    drop((editor, collider));
+    progress.report(1.0, "imprint");
+    log_refusal(&detail, &done.refused, budget);
+    // SAFETY: promised by the caller.
+    unsafe { write_report(report, &done) }
+}
+
 entry! {
     fn rlv_imprint_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
@@ -185,45 +239,37 @@ entry! {
         user: *mut c_void,
         report: *mut RlvImprintReport,
     ) {
-        let detail = registry::get(detail)?;
-        let collider = registry::get(collider)?;
-        // SAFETY: the caller gives NULL or twelve doubles, and NULL or descriptors that start with their size.
-        let (from, to, settings, moment) =
-            unsafe { (transform(from)?, transform(to)?, RlvImprintSettings::read(settings)?, moment_of(moment)?) };
-        // SAFETY: as above.
-        unsafe { check_report(report) }?;
-        let mut collider = try_write(&collider.collider, "collider")?;
-        let mut editor = detail.edit()?;
-        let Editor { object, imprinter, .. } = &mut *editor;
-        let motion = Motion::new(&collider, Pose::rigid(from), Pose::rigid(to))?;
-        let (before, place) = (Before::of(object), *collider.transform());
-        let mut progress = HostProgress { callback: progress, user };
-        let context = &detail.context.context;
-        let done = match object {
-            Object::Tiles(object) => {
-                imprinter.sweep_watched(context, object, &mut collider, &motion, &settings, moment, &mut progress)
-            }
-            Object::Triangles(object) => progress.step(0.0, "imprint").and_then(|()| {
-                imprinter.sweep_triangles(context, object, &mut collider, &motion, &settings, moment)
-            }),
+        // SAFETY: the caller gives NULL or twelve doubles.
+        let poses = unsafe { [Pose::rigid(transform(from)?), Pose::rigid(transform(to)?)] };
+        // SAFETY: the caller gives NULL or descriptors that start with their size.
+        unsafe { sweep(detail, collider, poses, (settings, moment), HostProgress { callback: progress, user }, report) }
+    }
+
+    fn rlv_imprint_sweep_points(
+        detail: RlvDetail,
+        collider: RlvCollider,
+        from: *const f64,
+        to: *const f64,
+        from_points: *const f32,
+        to_points: *const f32,
+        count: usize,
+        stride: usize,
+        settings: *const RlvImprintSettings,
+        moment: *const RlvImprintMoment,
+        progress: RlvProgress,
+        user: *mut c_void,
+        report: *mut RlvImprintReport,
+    ) {
+        let limit = registry::get(collider)?.context.context.memory_limit();
+        let pose = |matrix: *const f64, name: &'static str, points: *const f32| {
+            // SAFETY: the caller gives NULL or twelve doubles, and `count` points.
+            let (transform, points) =
+                unsafe { (transform(matrix)?, Input::new(name, points.cast::<[f32; 3]>(), count, stride)?) };
+            Ok::<_, Error>(Pose { transform, points: Some(points.to_vec(name, limit)?.into()) })
         };
-        let done = match done.and_then(|done| Ok((each!(&mut *object, object => object.settle(context))?, done))) {
-            Ok((refused, mut done)) => {
-                done.refused.extend(refused);
-                done
-            }
-            Err(error) => {
-                before.restore(object);
-                collider.set_transform(place)?;
-                return Err(error);
-            }
-        };
-        let budget = editor.budget();
-        drop((editor, collider));
-        progress.report(1.0, "imprint");
-        log_refusal(&detail, &done.refused, budget);
-        // SAFETY: as above.
-        unsafe { write_report(report, &done) }
+        let poses = [pose(from, "from_points", from_points)?, pose(to, "to_points", to_points)?];
+        // SAFETY: the caller gives NULL or descriptors that start with their size.
+        unsafe { sweep(detail, collider, poses, (settings, moment), HostProgress { callback: progress, user }, report) }
     }
 
     fn rlv_imprint_collide(

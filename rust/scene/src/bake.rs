@@ -8,7 +8,7 @@
 
 use std::collections::BTreeSet;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 use relievo_core::{Context, Error, Result};
 use relievo_detail::overlap::overlap;
 use relievo_detail::tool::{foremost, pressed};
@@ -403,13 +403,12 @@ impl Way<'_> {
         if share <= 0.0 || a == b {
             return a;
         }
-        let (scale_a, turn_a, at_a) = a.to_scale_rotation_translation();
-        let (scale_b, turn_b, at_b) = b.to_scale_rotation_translation();
-        DAffine3::from_scale_rotation_translation(
-            scale_a.lerp(scale_b, share),
-            turn_a.slerp(turn_b, share),
-            at_a.lerp(at_b, share),
-        )
+        let [(turn_a, stretch_a), (turn_b, stretch_b)] = [turn_and_stretch(&a), turn_and_stretch(&b)];
+        let turn = DMat3::from_quat(turn_a.slerp(turn_b, share));
+        DAffine3 {
+            matrix3: turn * (stretch_a * (1.0 - share) + stretch_b * share),
+            translation: a.translation.lerp(b.translation, share),
+        }
     }
 
     /// The even times that the way is known at.
@@ -425,12 +424,22 @@ impl Way<'_> {
     /// Parts of the way in which the two objects turn so little that they may be taken as turning evenly.
     fn parts(&self, pair: &Pair) -> u32 {
         let turn = |pose: &[Vec<DAffine3>], object: usize| {
-            let [a, b] = [0, 1].map(|at| pose[at][object].to_scale_rotation_translation().1);
+            let [a, b] = [0, 1].map(|at| turn_and_stretch(&pose[at][object]).0);
             a.angle_between(b)
         };
         let angle: f64 = self.path.windows(2).map(|pose| turn(pose, pair.by) + turn(pose, pair.into)).sum();
         ((angle / EVEN_TURN).ceil() as u32).clamp(1, self.steps())
     }
+}
+
+/// A transform as a rotation and what comes before it: scale and shear, with zeros below the diagonal.
+fn turn_and_stretch(transform: &DAffine3) -> (DQuat, DMat3) {
+    let matrix = transform.matrix3;
+    // Gram and Schmidt; a mirroring goes along x.
+    let x = matrix.x_axis.normalize_or(DVec3::X) * matrix.determinant().signum();
+    let y = matrix.y_axis.reject_from_normalized(x).normalize_or(x.any_orthonormal_vector());
+    let turn = DMat3::from_cols(x, y, x.cross(y));
+    (DQuat::from_mat3(&turn), turn.transpose() * matrix)
 }
 
 /// How far the points of an object's mesh or cage go in a part of the way, in world units, its transform aside. No

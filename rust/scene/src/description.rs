@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use relievo_tiles::DecayOptions;
 
 use crate::diagnostic::Span;
@@ -41,7 +41,7 @@ impl Up {
     }
 }
 
-/// Where an object is: scale, then rotation about x, y and z, then translation.
+/// Where an object is: scale, then shear, then rotation about x, y and z, then translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Where its origin is.
@@ -50,6 +50,8 @@ pub struct Placement {
     pub rotation: DVec3,
     /// Size along its own axes.
     pub scale: DVec3,
+    /// How far x goes along with y, x with z, and y with z.
+    pub shear: DVec3,
 }
 
 impl Placement {
@@ -60,9 +62,17 @@ impl Placement {
             * glam::DQuat::from_rotation_x(self.rotation.x)
     }
 
+    /// Scale and shear: the transform before rotation and translation.
+    pub fn stretch(&self) -> DMat3 {
+        let [xy, xz, yz] = self.shear.to_array();
+        let shear = DMat3::from_cols(DVec3::X, DVec3::new(xy, 1.0, 0.0), DVec3::new(xz, yz, 1.0));
+        shear * DMat3::from_diagonal(self.scale)
+    }
+
     /// The transform from object to world.
     pub fn transform(&self) -> DAffine3 {
-        DAffine3::from_scale_rotation_translation(self.scale, self.quaternion(), self.translation)
+        let matrix3 = DMat3::from_quat(self.quaternion()) * self.stretch();
+        DAffine3 { matrix3, translation: self.translation }
     }
 }
 

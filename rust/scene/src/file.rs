@@ -422,11 +422,12 @@ pub(crate) fn read_placement(reader: &mut Reader, table: Table, before: Placemen
             .optional_vector(table, "rotation")
             .map_or(before.rotation, |turn| DVec3::from(turn.map(f64::to_radians))),
         scale: reader.scale(table, "scale").map_or(before.scale, DVec3::from),
+        shear: reader.optional_vector(table, "shear").map_or(before.shear, DVec3::from),
     }
 }
 
 pub(crate) const AT_ORIGIN: Placement =
-    Placement { translation: DVec3::ZERO, rotation: DVec3::ZERO, scale: DVec3::ONE };
+    Placement { translation: DVec3::ZERO, rotation: DVec3::ZERO, scale: DVec3::ONE, shear: DVec3::ZERO };
 
 fn read_object(
     reader: &mut Reader,

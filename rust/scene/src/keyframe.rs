@@ -1,4 +1,4 @@
-//! Placements between keyframes: translation, angles and scale each change evenly, so that a wheel may turn many times
+//! Placements between keyframes: translation, angles, scale and shear each change evenly, so that a wheel may turn many times
 //! between two keyframes.
 
 use crate::description::{Keyframe, Placement};
@@ -16,6 +16,7 @@ pub fn placement_at(keys: &[Keyframe], time: f64) -> Option<Placement> {
         translation: a.translation.lerp(b.translation, share),
         rotation: a.rotation.lerp(b.rotation, share),
         scale: a.scale.lerp(b.scale, share),
+        shear: a.shear.lerp(b.shear, share),
     })
 }
 
@@ -30,11 +31,24 @@ mod tests {
             translation: DVec3::X * x,
             rotation: DVec3::Y * x * 10.0,
             scale: DVec3::splat(1.0 + x),
+            shear: DVec3::Z * x,
         };
         let keys = [Keyframe { time: 1.0, placement: place(0.0) }, Keyframe { time: 3.0, placement: place(2.0) }];
         for (time, x) in [(0.0, 0.0), (1.0, 0.0), (1.5, 0.5), (3.0, 2.0), (9.0, 2.0)] {
             assert_eq!(placement_at(&keys, time), Some(place(x)), "at {time}");
         }
         assert_eq!(placement_at(&[], 1.0), None);
+    }
+
+    #[test]
+    fn a_sheared_placement_takes_x_along_with_y() {
+        let placement = Placement {
+            translation: DVec3::Z,
+            rotation: DVec3::ZERO,
+            scale: DVec3::new(1.0, 2.0, 3.0),
+            shear: DVec3::new(0.5, 0.25, 0.0),
+        };
+        let point = placement.transform().transform_point3(DVec3::new(1.0, 1.0, 1.0));
+        assert_eq!(point, DVec3::new(1.0 + 0.5 * 2.0 + 0.25 * 3.0, 2.0, 4.0));
     }
 }

@@ -5,7 +5,7 @@
 //! Steps have a fixed length and bodies are inserted in the order of the file, so a run repeats itself exactly.
 //! Lengths are in scene units, angles in radians, masses in kilograms.
 
-use glam::{DAffine3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use rapier3d::prelude::{
     Array2, Collider, ColliderBuilder, LockedAxes, PhysicsWorld, Pose, Real, RigidBody, RigidBodyBuilder,
     RigidBodyHandle, Rotation, Vector,
@@ -65,7 +65,7 @@ impl Physics {
                 continue;
             };
             let start = placement_at(&entry.keyframes, 0.0).unwrap_or(object.placement);
-            let handle = match stand_in(entry, cage, start.scale, scene.up)? {
+            let handle = match stand_in(entry, cage, &start.stretch(), scene.up)? {
                 None if entry.motion == Motion::Dynamic => {
                     return Err(Diagnostic::new(
                         entry.name.span.clone(),
@@ -99,7 +99,7 @@ impl Physics {
                     let (at, turn) = (place.translation, place.rotation);
                     let turn = DQuat::from_array(turn.to_array().map(f64::from)).normalize();
                     let at = DVec3::from_array(at.to_array().map(f64::from));
-                    DAffine3::from_scale_rotation_translation(self.rest[body.object].scale, turn, at)
+                    DAffine3 { matrix3: DMat3::from_quat(turn) * self.rest[body.object].stretch(), translation: at }
                 }
                 (None, None) => *slot,
             };
@@ -194,12 +194,13 @@ fn rigid_body(entry: &BodyEntry) -> RigidBodyBuilder {
     builder.locked_axes(locked).can_sleep(false)
 }
 
-/// What physics sees of a body, in the body's coordinates with its scale.
-fn stand_in(entry: &BodyEntry, cage: &Mesh, scale: DVec3, up: Up) -> Result<Option<Collider>, Diagnostic> {
+/// What physics sees of a body, in the body's coordinates with its scale and shear.
+fn stand_in(entry: &BodyEntry, cage: &Mesh, stretch: &DMat3, up: Up) -> Result<Option<Collider>, Diagnostic> {
     let refuse = |what: &str, remedy: &str| {
         Diagnostic::new(entry.name.span.clone(), format!("body `{}`: {what}", entry.name.text)).advise(remedy)
     };
-    let points: Vec<DVec3> = cage.points.iter().map(|point| DVec3::from_array(point.map(f64::from)) * scale).collect();
+    let points: Vec<DVec3> =
+        cage.points.iter().map(|point| *stretch * DVec3::from_array(point.map(f64::from))).collect();
     let low = points.iter().copied().reduce(DVec3::min).unwrap_or(DVec3::ZERO);
     let high = points.iter().copied().reduce(DVec3::max).unwrap_or(DVec3::ZERO);
     let (centre, half) = ((low + high) * 0.5, (high - low) * 0.5);

@@ -243,6 +243,13 @@ pub static OBJECT: Section = Section {
         key("translation", Kind::Numbers(3), "[0, 0, 0]", UNITS, "Where its origin is"),
         key("rotation", Kind::Numbers(3), "[0, 0, 0]", DEGREES, "Turn about x, then y, then z"),
         key("scale", Kind::Scale, "1", "", "Size, for all axes or for x, y and z"),
+        key(
+            "shear",
+            Kind::Numbers(3),
+            "[0, 0, 0]",
+            "",
+            "How far x goes along with y, x with z, and y with z, after scaling",
+        ),
         key("colour", Kind::Colour, "[0.6, 0.6, 0.6]", "", "Colour, linear Rec.709 or \"#rrggbb\" in sRGB"),
         key("specular", Kind::Number(0.0, 1.0), "0.02", "", "Reflectance of the glossy part seen straight on"),
         key("roughness", Kind::Number(0.0, 1.0), "0.5", "", "Roughness of the glossy part"),
@@ -361,6 +368,7 @@ pub static KEYFRAME: Section = Section {
             "Turn about x, then y, then z, which may exceed a full turn; left out, as before",
         ),
         key("scale", Kind::Scale, "", "", "Size; left out, as before"),
+        key("shear", Kind::Numbers(3), "", "", "Shear; left out, as before"),
     ],
     parameters: &[],
 };

@@ -11,6 +11,10 @@ use crate::wheel::{self, environment};
 /// What the tests are run with; bpy 5.0 needs Python 3.11.
 const PACKAGES: &[&str] = &["bpy==5.0.1", "numpy==1.26.4"];
 
+/// The tests that run in both hosts.
+const TESTS: &[&str] =
+    &["test_addon.py", "test_files.py", "test_motion.py", "test_scene.py", "test_render.py", "test_install.py"];
+
 /// What was made of the add-on.
 struct Made {
     /// The wheel's packages, unpacked.
@@ -48,7 +52,7 @@ pub fn test() -> Outcome {
         call(command.arg(root().join("tests/python").join(name)).env("PYTHONPATH", &made.site))?;
     }
     let scripts = made.folder.parent().and_then(Path::parent).unwrap_or(&made.folder);
-    for name in ["test_addon.py", "test_install.py"] {
+    for name in TESTS {
         let file = root().join("tests/blender").join(name);
         let mut bpy = clean(&python);
         let mut blender = clean(Path::new("blender"));
@@ -62,7 +66,22 @@ pub fn test() -> Outcome {
             call(command)?;
         }
     }
-    Ok(())
+    window(scripts)
+}
+
+/// Runs `tests/blender/window.py` in a real window of Debian's Blender, on a display without a screen. Its screenshots
+/// are in `target/blender/window`.
+fn window(scripts: &Path) -> Outcome {
+    let pictures = target().join("blender/window");
+    remove(&pictures)?;
+    std::fs::create_dir_all(&pictures).map_err(|error| format!("{}: {error}", pictures.display()))?;
+    let mut command = clean(Path::new("xvfb-run"));
+    // A window that hangs is ended.
+    command.args(["--auto-servernum", "--server-args", "-screen 0 1200x800x24", "timeout", "--kill-after", "10", "300"]);
+    command.args(["blender", "--factory-startup", "--enable-event-simulate", "--window-geometry", "0", "0", "1200", "800"]);
+    command.arg("--python").arg(root().join("tests/blender/window.py"));
+    command.env("BLENDER_USER_SCRIPTS", scripts).env("RELIEVO_SCREENSHOTS", &pictures).env("LIBGL_ALWAYS_SOFTWARE", "1");
+    call(&mut command)
 }
 
 /// The Embree that bpy carries.

@@ -34,6 +34,8 @@ pub const ALL: &[&str] = &[
     "dpkg-dev",
     "mmdebstrap",
     "povray",
+    "xvfb",
+    "xauth",
 ];
 
 /// Package lists older than this are fetched again before an installation.

@@ -394,12 +394,25 @@ fn press(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mut patience = bytes.int_in_range(0..=8_u32)?;
     // SAFETY: descriptors are sized, matrices have twelve numbers and vectors three.
     unsafe {
-        match bytes.int_in_range(0..=7_u8)? {
+        match bytes.int_in_range(0..=8_u8)? {
             0 => {
                 let user = (&raw mut patience).cast();
                 let [from, to] = [pointer(&places[0]), pointer(&places[1])];
                 called(rlv_imprint_sweep(
                     detail, collider, from, to, settings, &moment, Some(wait), user, &mut report,
+                ));
+            }
+            8 => {
+                let user = (&raw mut patience).cast();
+                let [from, to] = [pointer(&places[0]), pointer(&places[1])];
+                let count = bytes.int_in_range(0..=16_usize)?;
+                let mut points = [[0.0_f32; 3]; 16];
+                for value in points.as_flattened_mut() {
+                    *value = number(bytes)?;
+                }
+                let place = points.as_ptr().cast();
+                called(rlv_imprint_sweep_points(
+                    detail, collider, from, to, place, place, count, 0, settings, &moment, Some(wait), user, &mut report,
                 ));
             }
             1 => {

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes as an object keeps them: what the brush was, where the object was, and the points, as JSON with every digit,
+so that strokes that are made again are the same to the bit."""
+
+import json
+import struct
+import zlib
+
+import bpy
+import librelievo as rl
+import numpy
+
+from . import mesh, native, settings
+
+# Modes that move surfaces along all three axes, which needs a channel of its own.
+BENDING = {"pinch", "vector"}
+# What objects keep of stamps: height, width and channels, then the packed pixels, under a name with their checksum.
+STAMPS, STAMP = "relievo_stamp_", struct.Struct("<III")
+
+
+def describe(scene, action):
+    """The brush that the scene's settings say, as a stroke keeps it, and the pixels of its stamp or None."""
+    group = scene.relievo.brush
+    kept = {
+        "options": {
+            "action": action.lower(),
+            "mode": (group.paint_mode if action == "PAINT" else group.sculpt_mode).lower(),
+            "falloff": group.falloff.lower(),
+            "color": list(group.color),
+            "height": group.height,
+        },
+        "settings": settings.values(group.settings),
+        "stamp": None,
+        "curves": settings.curves(group),
+    }
+    pixels = None
+    if group.stamp is not None and group.stamp.size[0]:
+        kept["stamp"] = group.stamp.name
+        kept["stamp_settings"] = settings.values(group.stamp_settings)
+        pixels = pixels_of(group.stamp)
+    return kept, pixels
+
+
+def pixels_of(image):
+    """An image (height, width, channels) from the top row on."""
+    width, height = image.size
+    pixels = numpy.empty(width * height * image.channels, numpy.float32)
+    image.pixels.foreach_get(pixels)
+    # Blender has the lowest row first.
+    return pixels.reshape(height, width, image.channels)[::-1]
+
+
+def brush(kept, pixels):
+    """The brush of a stroke."""
+    made = rl.Brush(native.context(), kept["settings"], **kept["options"])
+    if pixels is not None:
+        made.set_stamp(pixels, kept.get("stamp_settings"))
+    for name, points in kept.get("curves", {}).items():
+        made.set_curve(name, points)
+    return made
+
+
+def bends(kept):
+    """Whether the stroke needs vector displacement."""
+    return kept["options"]["action"] == "sculpt" and kept["options"]["mode"] in BENDING
+
+
+def keep(target, kept, pixels, points, revision):
+    """Keeps a stroke that was made in an object, with the pixels of its stamp: the image may change or go."""
+    if pixels is not None:
+        pixels = numpy.ascontiguousarray(pixels, numpy.float32)
+        data = STAMP.pack(*pixels.shape) + zlib.compress(pixels.tobytes(), 1)
+        kept["stamp_key"] = f"{STAMPS}{zlib.crc32(data):08x}"
+        if kept["stamp_key"] not in target:
+            target[kept["stamp_key"]] = data
+    rows = [[float(number) for number in row] for row in points]
+    target.relievo.strokes.add().text = json.dumps({**kept, "revision": revision, "points": rows})
+
+
+def stamp_of(target, kept):
+    """The pixels of the stamp of a stroke, None for none; ValueError if they are gone."""
+    name, data = kept.get("stamp"), target.get(kept.get("stamp_key", ""))
+    if not name:
+        return None
+    if isinstance(data, bytes) and len(data) > STAMP.size:
+        height, width, channels = STAMP.unpack_from(data)
+        size = 4 * height * width * channels
+        unpack = zlib.decompressobj()
+        try:
+            values = unpack.decompress(data[STAMP.size :], size)
+        except zlib.error as failure:
+            raise ValueError(f"its stamp {name} is damaged: {failure}") from None
+        if len(values) != size or not size:
+            raise ValueError(f"its stamp {name} is damaged")
+        return numpy.frombuffer(values, numpy.float32).reshape(height, width, channels)
+    image = bpy.data.images.get(name)
+    if image is None or not image.size[0]:
+        raise ValueError(f"its stamp {name} is gone")
+    return pixels_of(image)
+
+
+def forget(target):
+    """Lets all strokes of an object go."""
+    for name in [name for name in target.keys() if name.startswith(STAMPS)]:
+        del target[name]
+    target.relievo.strokes.clear()
+
+
+def read(entry):
+    """A stroke that an object keeps; ValueError if it cannot be understood."""
+    try:
+        kept = json.loads(entry.text)
+        places = numpy.asarray(kept["points"], numpy.float64)
+        if not isinstance(kept["options"], dict) or not isinstance(kept["settings"], dict):
+            raise ValueError("no brush")
+        if places.ndim != 2 or places.shape[1] != 5 or not len(places):
+            raise ValueError("no points")
+        if "matrix" in kept and numpy.asarray(kept["matrix"], numpy.float64).shape != (4, 4):
+            raise ValueError("no place")
+        kept["options"]["action"], kept["options"]["mode"]
+        checked_layers(kept.get("layers", []))
+    except (KeyError, TypeError, AttributeError) as failure:
+        raise ValueError(f"{type(failure).__name__}: {failure}") from None
+    return kept
+
+
+def checked_layers(layers):
+    """Layers that were kept; ValueError if they cannot be understood."""
+    kinds = {kind.name.lower() for kind in rl.abi.RlvLayerKind}
+    blends = {blend.name.lower() for blend in rl.abi.RlvBlend}
+    try:
+        for layer in layers:
+            if not isinstance(layer["name"], str) or layer["kind"] not in kinds or layer["blend"] not in blends:
+                raise ValueError("an unknown layer")
+            layer["opacity"], layer["is_visible"] = float(layer["opacity"]), int(layer["is_visible"])
+            layer["is_active"] = int(layer["is_active"])
+    except (KeyError, TypeError) as failure:
+        raise ValueError(f"{type(failure).__name__}: {failure}") from None
+    return layers
+
+
+def read_all(target):
+    """The strokes of an object as pairs of what was kept and the pixels of the stamp, and how many cannot be used."""
+    found, lost = [], 0
+    for entry in target.relievo.strokes:
+        try:
+            kept = read(entry)
+            found.append((kept, stamp_of(target, kept)))
+        except ValueError as failure:
+            lost += 1
+            print(f"Relievo: a stroke of {target.name} cannot be made again: {failure}")
+    return found, lost
+
+
+def moved_points(kept, target):
+    """The points of a stroke where they are now that the object may have moved."""
+    points = numpy.asarray(kept["points"], numpy.float64)
+    if "matrix" in kept:
+        way = mesh.matrix_of(target.matrix_world) @ numpy.linalg.inv(numpy.asarray(kept["matrix"], numpy.float64))
+        places = points[:, :3] @ way[:3, :3].T + way[:3, 3]
+        points = numpy.column_stack([places, points[:, 3:]])
+    return points

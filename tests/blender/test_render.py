@@ -1,0 +1,132 @@
+"""Baked results in renders without the add-on: what is wired into a material and what the Mesh Cache plays look the same
+in Cycles whether the add-on is there or not."""
+
+import os
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+import bpy
+import numpy
+
+sys.path.append(str(Path(__file__).resolve().parent))
+
+import host
+
+RENDER = r"""
+import sys
+import bpy
+path, out, frame, addon = {path!r}, {out!r}, {frame}, {addon}
+if addon:
+    bpy.ops.preferences.addon_enable(module="relievo")
+bpy.ops.wm.open_mainfile(filepath=path)
+assert hasattr(bpy.types.Object, "relievo") == addon
+scene = bpy.context.scene
+scene.frame_set(frame)
+scene.render.filepath = out
+bpy.ops.render.render(write_still=True)
+print("rendered")
+"""
+SIZE = 48
+
+
+@unittest.skipUnless("cycles" in bpy.context.preferences.addons or hasattr(bpy.types.Scene, "cycles"), "skipped: no Cycles")
+class Renders(unittest.TestCase):
+    def setUp(self):
+        self.relievo = host.empty()
+        scene = bpy.context.scene
+        scene.render.engine = "CYCLES"
+        scene.cycles.device, scene.cycles.samples, scene.cycles.seed = "CPU", 4, 0
+        scene.cycles.use_denoising = False
+        scene.render.resolution_x = scene.render.resolution_y = SIZE
+        scene.render.resolution_percentage = 100
+        scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
+        # The picture is the height and the colour themselves: the camera looks down along z.
+        scene.view_layers[0].use_pass_z = False
+        camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+        camera.data.type, camera.data.ortho_scale = "ORTHO", 2.0
+        camera.location.z = 3
+        scene.collection.objects.link(camera)
+        scene.camera = camera
+        sun = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
+        sun.rotation_euler, sun.data.energy = (0.9, 0, 0.4), 3.0
+        scene.collection.objects.link(sun)
+
+    def render(self, path, frame, addon):
+        """A picture of a frame, by another process: rows from the top, linear."""
+        out = f"{path}.{frame}.{addon}"
+        host.run(RENDER.format(path=path, out=out, frame=frame, addon=addon), "rendered")
+        image = bpy.data.images.load(f"{out}.exr" if os.path.exists(f"{out}.exr") else out)
+        pixels = numpy.empty(SIZE * SIZE * image.channels, numpy.float32)
+        image.pixels.foreach_get(pixels)
+        bpy.data.images.remove(image)
+        return pixels.reshape(SIZE, SIZE, -1)[::-1, :, :3]
+
+    def baked(self, folder, **options):
+        field, ball = host.field(), host.ball(0.3)
+        for frame, x in ((1, -0.6), (3, 0.6)):
+            ball.location = (x, 0.25, 0.2)
+            ball.keyframe_insert("location", frame=frame)
+        ball.hide_render = True
+        scene = bpy.context.scene
+        scene.frame_start, scene.frame_end = 1, 3
+        scene.relievo.imprint.voxels = 2**18
+        path = os.path.join(folder, "baked.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        host.select(field, ball)
+        self.assertEqual(bpy.ops.relievo.imprint(**options), {"FINISHED"})
+        return path, field
+
+    def test_the_mesh_cache_renders_without_the_addon(self):
+        with host.folder() as folder:
+            path, _field = self.baked(folder, cache=True)
+            bpy.ops.wm.save_mainfile()
+            without = {frame: self.render(path, frame, False) for frame in (1, 3)}
+            numpy.testing.assert_allclose(self.render(path, 3, True), without[3], atol=1e-5)
+            self.assertGreater(float(numpy.abs(without[3] - without[1]).max()), 0.1)
+
+    def test_images_in_the_material_render_without_the_addon(self):
+        with host.folder() as folder:
+            path, field = self.baked(folder, images=True, image_size=128)
+            field.relievo.result.hide_render, field.hide_render = True, False
+            # Shading alone does not tell a displaced surface from a bumped one.
+            bpy.ops.wm.save_mainfile()
+            without = {frame: self.render(path, frame, False) for frame in (1, 3)}
+            numpy.testing.assert_allclose(self.render(path, 3, True), without[3], atol=1e-5)
+            self.assertGreater(float(numpy.abs(without[3] - without[1]).max()), 0.1)
+            # The track of the ball is where it went: x from -0.6 to 0.6 at y = 0.25, and nowhere else.
+            flat = numpy.median(without[3].reshape(-1, 3), axis=0)
+            touched = numpy.abs(without[3] - flat).max(2) > 0.05
+            rows = numpy.flatnonzero(touched.any(1))
+            height = 1.0 - 2.0 * (rows + 0.5) / SIZE
+            self.assertLess(numpy.abs(height - 0.25).max(), 0.4)
+            first = numpy.abs(without[1] - flat).max(2) > 0.05
+            self.assertGreater(touched.sum(), 1.5 * first.sum())
+            # It is the displaced mesh that the result is.
+            field.hide_render, field.relievo.result.hide_render = True, False
+            bpy.context.scene.frame_set(3)
+            bpy.ops.wm.save_as_mainfile(filepath=os.path.join(folder, "mesh.blend"))
+            mesh = self.render(os.path.join(folder, "mesh.blend"), 3, False)
+            self.assertLess(float(numpy.abs(mesh - without[3]).mean()), 0.06)
+
+    def test_colours_in_the_material_render_without_the_addon(self):
+        with host.folder() as folder:
+            field = host.field()
+            path = os.path.join(folder, "colours.blend")
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]], "PAINT", radius=0.3, color=(1, 0, 0, 1))
+            bpy.context.scene.relievo.image_size = 64
+            self.assertEqual(bpy.ops.relievo.result_image(quantity="COLOR"), {"FINISHED"})
+            field.relievo.result.hide_render = True
+            bpy.ops.wm.save_mainfile()
+            without = self.render(path, 1, False)
+            numpy.testing.assert_allclose(self.render(path, 1, True), without, atol=1e-5)
+            painted = without[int(SIZE * 0.375), SIZE // 2]
+            self.assertGreater(painted[0], 3 * painted[1])
+            plain = without[int(SIZE * 0.85), SIZE // 2]
+            self.assertLess(plain[0], 1.3 * plain[1])
+
+
+if __name__ == "__main__":
+    host.main()
