@@ -15,32 +15,30 @@ from . import job, settings, state, stroke, view
 
 
 def active_layer(made, kept):
-    """The name of the layer that a stroke goes to."""
+    """The name of the layer that a stroke goes to; vector displacement has none."""
+    if stroke.bends(kept):
+        return None
     kind = rl.abi.RlvLayerKind.COLOR if kept["options"]["action"] == "paint" else rl.abi.RlvLayerKind.DISPLACEMENT
     return next((layer.name for layer in made.detail.layers if layer.kind == kind and layer.is_active), None)
 
 
-class RELIEVO_OT_prepare(job.Steps, bpy.types.Operator):
-    """Make the detail of the active object ready for the brush"""
+def preparing(context, target):
+    """Steps that make a detail ready for the brush; they return its state."""
+    made = yield from state.opening(target)
+    state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
+    yield from view.ensuring(target, made)
+    yield 0.8, 1.0, lambda _progress: made.pick()
+    made.record(target)
+    return made
 
-    bl_idname = "relievo.prepare"
-    bl_label = "Prepare"
-    bl_options = {"REGISTER", "UNDO"}
 
-    failures = (state.Refused, rl.RelievoError, OSError)
+class Pointer:
+    """Where the pointer was at an event, and how hard it was pressed."""
 
-    @classmethod
-    def poll(cls, context):
-        return state.is_editable(context)
-
-    def steps(self, context):
-        target = state.source_of(context.active_object)
-        made = yield from state.opening(target)
-        state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
-        yield from view.ensuring(target, made)
-        yield 0.8, 1.0, lambda _progress: made.pick()
-        made.record(target)
-        self.warn(made.take_notes())
+    def __init__(self, event, start):
+        self.place = event.mouse_region_x, event.mouse_region_y
+        self.pressure = event.pressure if event.is_tablet else 1.0
+        self.time = time.perf_counter() - start
 
 
 class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
@@ -56,6 +54,8 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
     )
 
     failures = (state.Refused, rl.RelievoError, OSError)
+    # Whether the pointer draws it.
+    is_drawn = False
 
     @classmethod
     def poll(cls, context):
@@ -107,67 +107,104 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         if job.is_busy():
             return {"CANCELLED"}
         job.interrupt()
-        target = state.source_of(context.active_object)
-        if not state.is_ready(target) or not state.is_used(target.relievo.result):
-            # On a large mesh this takes longer than a hand waits.
-            if bpy.ops.relievo.prepare("INVOKE_DEFAULT") != {"FINISHED"}:
-                self.report({"INFO"}, f"{target.name} is being prepared; draw when that is done")
-                return {"CANCELLED"}
+        self.is_drawn = True
+        self.target, self.stroke, self.is_released, self.times = state.source_of(context.active_object), None, False, []
+        self.start = time.perf_counter()
+        self.pending = [Pointer(event, self.start)]
+        self.work = job.Worker(preparing(context, self.target))
+        # A large mesh is prepared on a thread; the pointer goes on meanwhile.
+        answer = self.wait(context, job.FRAME)
+        if answer == {"RUNNING_MODAL"}:
+            if self.stroke is None:
+                job.working.append(self.work)
+                self._timer = context.window_manager.event_timer_add(0.02, window=context.window)
+            context.window_manager.modal_handler_add(self)
+        return answer
+
+    def wait(self, context, patience=0.0):
+        """Goes on with what is prepared, and begins the stroke when that is done."""
         try:
-            made = state.of(target)
-            brush = self.begin(context, made, target)
-            view.ensure(target, made)
+            if not self.work.advance(patience):
+                return {"RUNNING_MODAL"}
+            self.end_wait(context)
+            if self.work.is_cancelled:
+                return {"CANCELLED"}
+            made = self.work.value
+            self.warn(made.take_notes())
+            brush = self.begin(context, made, self.target)
             made.document.begin(json.dumps(self.kept))
-            self.state, self.start = made, time.perf_counter()
-            self.caster = made.pick()
+            self.state, self.caster = made, made.pick()
             self.world = state.world(self.target)
             self.inverse = numpy.linalg.inv(self.world)
             self.stroke = rl.Stroke(made.detail, brush)
-        except (state.Refused, rl.RelievoError) as failure:
+        except self.failures as failure:
+            self.end_wait(context)
             self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}
-        self.times = []
         try:
-            self.extend(context, event)
+            for pointer in self.pending:
+                self.extend(context, pointer)
         except rl.RelievoError as failure:
             return self.cancelled(failure)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self.release() if self.is_released else {"RUNNING_MODAL"}
+
+    def end_wait(self, context):
+        if self._timer is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
+        if self.work in job.working:
+            job.working.remove(self.work)
 
     def modal(self, context, event):
-        if self._timer is not None:
+        if not self.is_drawn:
             return super().modal(context, event)
-        if event.type in {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}:
+        is_release = event.type == "LEFTMOUSE" and event.value == "RELEASE"
+        is_move = event.type in {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}
+        if self.stroke is None:
+            if event.type == "ESC":
+                self.work.is_cancelled = True
+            elif is_move and not self.is_released:
+                self.pending.append(Pointer(event, self.start))
+            self.is_released = self.is_released or is_release
+            return self.wait(context) if event.type == "TIMER" else {"RUNNING_MODAL"}
+        if is_move:
             begun = time.perf_counter()
             try:
-                self.extend(context, event)
+                self.extend(context, Pointer(event, self.start))
             except rl.RelievoError as failure:
                 return self.cancelled(failure)
             self.times.append(time.perf_counter() - begun)
             context.area.tag_redraw()
             return {"RUNNING_MODAL"}
-        if event.type == "LEFTMOUSE" and event.value == "RELEASE":
-            try:
-                if self.drawn:
-                    self.stroke.end()
-                self.stroke.release()
-                if not self.drawn:
-                    return self.cancelled(None)
-                self.state.end()
-            except rl.RelievoError as failure:
-                return self.cancelled(failure)
-            self.keep(self.state)
-            view.refresh(self.target, self.state)
-            # The next press meets the surface as it is now.
-            threading.Thread(target=self.state.try_pick, daemon=True).start()
-            return {"FINISHED"}
+        if is_release:
+            return self.release()
         if event.type == "ESC":
             return self.cancelled(None)
         return {"RUNNING_MODAL"}
 
+    def release(self):
+        """Ends the stroke."""
+        try:
+            if not self.drawn:
+                return self.cancelled(None)
+            self.stroke.end()
+            self.stroke.release()
+            self.state.end()
+        except rl.RelievoError as failure:
+            return self.cancelled(failure)
+        self.keep(self.state)
+        view.refresh(self.target, self.state)
+        # The next press meets the surface as it is now.
+        threading.Thread(target=self.state.try_pick, daemon=True).start()
+        return {"FINISHED"}
+
     def cancel(self, context):
-        if self._timer is not None:
+        """Blender ends it, say because the window closes."""
+        if not self.is_drawn:
             super().cancel(context)
+        elif self.stroke is None:
+            self.work.stop()
+            self.end_wait(context)
         else:
             self.cancelled(None)
 
@@ -179,17 +216,15 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
             self.report({"ERROR"}, str(failure))
         return {"CANCELLED"}
 
-    def extend(self, context, event):
+    def extend(self, context, pointer):
         """Goes on to where the pointer is, if that is on the surface."""
-        place = (event.mouse_region_x, event.mouse_region_y)
         region, view3d = context.region, context.region_data
-        origin = view3d_utils.region_2d_to_origin_3d(region, view3d, place)
-        direction = view3d_utils.region_2d_to_vector_3d(region, view3d, place)
+        origin = view3d_utils.region_2d_to_origin_3d(region, view3d, pointer.place)
+        direction = view3d_utils.region_2d_to_vector_3d(region, view3d, pointer.place)
         point = self.meet(origin, direction)
         if point is None:
             return
-        pressure = event.pressure if event.is_tablet else 1.0
-        row = [*point, pressure, time.perf_counter() - self.start]
+        row = [*point, pointer.pressure, pointer.time]
         self.stroke.extend([row])
         self.drawn.append(row)
         self.state.detail.commit()
@@ -288,7 +323,7 @@ def draw_header(context, layout, mode):
     layout.prop(group.settings, "strength")
 
 
-CLASSES = [RELIEVO_OT_prepare, RELIEVO_OT_stroke, RELIEVO_OT_replay, RELIEVO_OT_curves]
+CLASSES = [RELIEVO_OT_stroke, RELIEVO_OT_replay, RELIEVO_OT_curves]
 
 
 def register():

@@ -85,12 +85,13 @@ class Worker:
         self.advance()
 
 
-_working = []
+# What is at work on threads for operators.
+working = []
 
 
 def is_busy():
     """Whether an operator is at work on a thread."""
-    return bool(_working)
+    return bool(working)
 
 
 # Functions that stop what works unasked, called before an operator begins.
@@ -138,7 +139,7 @@ class Steps:
         except self.failures as failure:
             self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}
-        _working.append(self.work)
+        working.append(self.work)
         context.window_manager.progress_begin(0, 100)
         self._timer = context.window_manager.event_timer_add(0.02, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -174,8 +175,8 @@ class Steps:
         self.done(context, {"CANCELLED"})
 
     def done(self, context, answer):
-        if self.work in _working:
-            _working.remove(self.work)
+        if self.work in working:
+            working.remove(self.work)
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         if context.workspace is not None:

@@ -324,12 +324,6 @@ def of(target):
     return job.run(opening(target))
 
 
-def is_ready(target):
-    """Whether the state of an object needs no making."""
-    state = existing(target)
-    return state is not None and state.is_built and state.revision == target.relievo.revision
-
-
 def check(target):
     """Refuses objects that cannot be edited."""
     if target is None or target.type != "MESH":
