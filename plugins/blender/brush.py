@@ -25,7 +25,7 @@ def active_layer(made, kept):
 def preparing(context, target):
     """Steps that make a detail ready for the brush; they return its state."""
     made = yield from state.opening(target)
-    state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
+    yield from state.placing(made, target, context.evaluated_depsgraph_get())
     yield from view.ensuring(target, made)
     yield 0.8, 1.0, lambda _progress: made.pick()
     made.record(target)
@@ -62,13 +62,10 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         return state.is_editable(context)
 
     def begin(self, context, made, target):
-        """What every stroke starts with. Returns the brush."""
+        """What every stroke starts with, where the detail is as the object is. Returns the brush."""
         self.target, self.drawn = target, []
-        points = state.posed_points(target, context.evaluated_depsgraph_get())
-        state.place(made, target, points)
         self.kept, self.pixels = stroke.describe(context.scene, self.action)
         self.kept["matrix"] = state.world(target).tolist()
-        self.kept["is_posed"] = not numpy.array_equal(points, made.rest)
         self.kept["layer"], self.kept["layers"] = active_layer(made, self.kept), state.layers_of(made.detail)
         if stroke.bends(self.kept):
             made.add_vectors()
@@ -78,7 +75,8 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         # What the panel of the last operation makes the stroke again with.
         self.points = json.dumps(self.drawn)
         made.record(self.target)
-        stroke.keep(self.target, self.kept, self.pixels, self.drawn, made.revision)
+        pose = None if numpy.array_equal(made.pose, made.rest) else made.pose
+        stroke.keep(self.target, self.kept, self.pixels, pose, self.drawn, made.revision)
 
     def steps(self, context):
         """The whole stroke at once."""
@@ -89,6 +87,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         target = state.source_of(context.active_object)
         made = yield from state.opening(target)
         self.warn(made.take_notes())
+        yield from state.placing(made, target, context.evaluated_depsgraph_get())
         brush = self.begin(context, made, target)
         text = json.dumps(self.kept)
 
@@ -261,7 +260,7 @@ class RELIEVO_OT_replay(job.Steps, bpy.types.Operator):
         state.forget(target)
         made = yield from state.opening(target)
         made.record(target)
-        state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
+        yield from state.placing(made, target, context.evaluated_depsgraph_get())
         yield from view.ensuring(target, made)
         self.warn(made.take_notes())
 

@@ -5,11 +5,12 @@ the frame."""
 import bpy
 from bpy.app.handlers import persistent
 
-from . import playback, preview, state
+from . import job, playback, preview, state
 
 
 @persistent
 def after_undo(*_):
+    job.interrupt()
     state.follow_all()
     preview.undone()
 

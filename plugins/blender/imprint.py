@@ -30,7 +30,7 @@ class Presser:
             points, topology = mesh.get_points(posed), state.topology_of(posed)
             if topology != self.topology:
                 # Another mesh, say of a modifier: it presses where it is, since nothing tells where its points were.
-                self.source, self.topology = mesh.to_native(posed, attributes=False), topology
+                self.source, self.topology = mesh.Source(posed, attributes=False), topology
                 self.points = points
                 self.now = mesh.matrix_of(evaluated.matrix_world)
         finally:
@@ -41,7 +41,8 @@ class Presser:
     def press(self, detail, options, moment, progress, carried=None):
         """Presses it in along its way, without Blender's data. `carried` is how the surface moved meanwhile."""
         if self.source is not None:
-            self.collider = rl.Collider(native.context(), self.source, self.now)
+            with self.source.build() as made:
+                self.collider = rl.Collider(native.context(), made, self.now)
             self.source = None
         before = self.before if carried is None else carried @ self.before
         if numpy.array_equal(self.before_points, self.points):
@@ -132,9 +133,11 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
                 yield from view.refreshing(target, made)
                 if points is not None:
                     points.add(made.positions)
-            made.end()
+            yield 1.0, 1.0, lambda _progress: made.end()
         except BaseException:
-            made.abandon()
+            # The end itself may have failed, which takes it back too.
+            if made.document.info.is_open:
+                made.abandon()
             if points is not None:
                 points.abandon()
             scene.frame_set(now)
@@ -143,7 +146,6 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
             raise
         made.record(target)
         scene.frame_set(now)
-        view.refresh(target, made)
         if points is not None:
             points.close()
             playback.begin(target, points.path)

@@ -97,23 +97,29 @@ def get_uvs(mesh):
     return uvs
 
 
+class Source:
+    """What a mesh of Blender has for the library, as arrays: faces, creases and texture coordinates."""
+
+    def __init__(self, mesh, attributes=True):
+        self.points, self.corners, self.sizes = get_points(mesh), get_corners(mesh), get_sizes(mesh)
+        self.creases, self.tips = get_creases(mesh) if attributes else (None, None)
+        self.uvs = get_uvs(mesh) if attributes else None
+
+    def build(self):
+        """A mesh of the library, without Blender's data."""
+        creases, tips = ((pair if pair and len(pair[0]) else None) for pair in (self.creases, self.tips))
+        arrays = self.points, self.corners, self.sizes
+        made = rl.Mesh(native.context(), *arrays, creases=creases, sharp_points=tips)
+        if self.uvs is not None:
+            # Corners of a point with the same coordinates share them, so that they are subdivided as one.
+            values, indices = _welded(self.corners, self.uvs)
+            made.add_attribute("uv", values, "corner", indices=indices)
+        return made
+
+
 def to_native(mesh, attributes=True):
     """A mesh of the library, with creases and texture coordinates."""
-    creases, tips = get_creases(mesh) if attributes else (None, None)
-    made = rl.Mesh(
-        native.context(),
-        get_points(mesh),
-        get_corners(mesh),
-        get_sizes(mesh),
-        creases=creases if creases and len(creases[0]) else None,
-        sharp_points=tips if tips and len(tips[0]) else None,
-    )
-    uvs = get_uvs(mesh) if attributes else None
-    if uvs is not None:
-        # Corners of a point with the same coordinates share them, so that they are subdivided as one.
-        values, indices = _welded(get_corners(mesh), uvs)
-        made.add_attribute("uv", values, "corner", indices=indices)
-    return made
+    return Source(mesh, attributes).build()
 
 
 def _welded(corners, uvs):
@@ -144,8 +150,14 @@ class Filling:
         mesh.polygons.foreach_set("loop_start", numpy.arange(0, 3 * count, 3, dtype=numpy.int32))
         if bpy.app.version < (4, 0):
             mesh.polygons.foreach_set("loop_total", numpy.full(count, 3, numpy.int32))
-        mesh.loops.foreach_set("vertex_index", self.corners)
-        mesh.polygons.foreach_set("use_smooth", numpy.ones(count, bool))
+        corners = mesh.attributes.get(".corner_vert")
+        if corners is not None:
+            corners.data.foreach_set("value", self.corners)
+        else:
+            mesh.loops.foreach_set("vertex_index", self.corners)
+        if bpy.app.version < (4, 1):
+            # Later ones are smooth unless they say that they are not.
+            mesh.polygons.foreach_set("use_smooth", numpy.ones(count, bool))
         mesh.update(calc_edges=True)
         if self.uvs is not None:
             layer = mesh.uv_layers.new(name="UVMap")

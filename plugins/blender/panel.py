@@ -131,9 +131,13 @@ class RELIEVO_PT_imprint(Panel, bpy.types.Panel):
         column.operator("relievo.preview", depress=shown is not None)
         if shown is not None and shown.message:
             column.label(text=shown.message, icon="ERROR")
-        column.operator("relievo.imprint", text="Imprint").cache = False
-        column.operator("relievo.imprint", text="Bake to cache").cache = True
-        column.prop(state.source_of(context.active_object).relievo, "playback")
+        for text, cached, pictured in (("Imprint", False, False), ("Bake to cache", True, False), ("Bake images", False, True)):
+            bake = column.operator("relievo.imprint", text=text)
+            bake.cache, bake.images, bake.image_size = cached, pictured, context.scene.relievo.image_size
+        options = state.source_of(context.active_object).relievo
+        column.prop(options, "playback")
+        if options.playback == "HANDLER" and not context.scene.render.use_lock_interface:
+            column.label(text="Renders need Render > Lock Interface", icon="INFO")
 
 
 class RELIEVO_PT_result(Panel, bpy.types.Panel):

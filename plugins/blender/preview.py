@@ -75,7 +75,7 @@ class Preview:
 
     def turn(self, context, patience=0.0):
         """Goes on; says whether there is more to do."""
-        if self.is_paused or job.is_busy() or self.is_edited():
+        if self.is_paused or job.is_busy() or (self.worker is None and self.is_edited()):
             return True
         try:
             if self.worker is None:
@@ -165,6 +165,7 @@ def end():
 def pause():
     """Before a file is saved, which must hold what is there."""
     if _preview is not None:
+        interrupt()
         _preview.is_paused = True
         target = bpy.data.objects.get(_preview.target)
         if target is not None:
@@ -234,7 +235,7 @@ class RELIEVO_OT_preview(job.Steps, bpy.types.Operator):
             raise state.Refused("Select the objects that press, then the one that they dent as the last")
         made = yield from state.opening(target)
         self.warn(made.take_notes())
-        state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
+        yield from state.placing(made, target, context.evaluated_depsgraph_get())
         yield from view.ensuring(target, made)
         made.record(target)
         _preview = Preview(target, pressers)

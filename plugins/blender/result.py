@@ -49,7 +49,7 @@ class ResultOperator(job.Steps):
         target = state.source_of(context.active_object)
         made = yield from state.opening(target)
         self.warn(made.take_notes())
-        state.place(made, target, state.posed_points(target, context.evaluated_depsgraph_get()))
+        yield from state.placing(made, target, context.evaluated_depsgraph_get())
         made.record(target)
         yield from self.make(context, target, made)
 

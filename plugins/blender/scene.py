@@ -89,8 +89,8 @@ class Moving:
         if self.meshes and numpy.array_equal(points, self.meshes[-1][1]):
             self.meshes.append(self.meshes[-1])
             return
-        made = mesh.to_native(source, attributes=self.is_cage)
-        made.set_points(points)
+        made = mesh.Source(source, attributes=self.is_cage)
+        made.points = points
         self.meshes.append((made, points))
 
     @property
@@ -101,10 +101,12 @@ class Moving:
         """Writes its files, and the section that names them."""
         name = name_of(self.target)
         if not self.is_deforming:
-            self.meshes[0][0].write(os.path.join(base, f"{stem}_{name}.obj"))
+            with self.meshes[0][0].build() as made:
+                made.write(os.path.join(base, f"{stem}_{name}.obj"))
             return ["", f"[meshes.{name}]", f"file = {text(f'{stem}_{name}.obj')}"]
-        for number, (made, _points) in enumerate(self.meshes):
-            made.write(os.path.join(base, f"{stem}_{name}_{number:04d}.obj"))
+        for number, (source, _points) in enumerate(self.meshes):
+            with source.build() as made:
+                made.write(os.path.join(base, f"{stem}_{name}_{number:04d}.obj"))
         pattern = f"{stem}_{name}_####.obj"
         return ["", f"[meshes.{name}]", f"sequence = {text(pattern)}", f"count = {len(self.meshes)}"]
 
@@ -284,7 +286,7 @@ class RELIEVO_OT_export_scene(job.FileSteps, bpy.types.Operator):
         if self.start == "STROKES":
             stamps, strokes = Stamps(base, stem), []
             kept_strokes, lost = stroke.read_all(target)
-            for kept, pixels in kept_strokes:
+            for kept, pixels, _pose in kept_strokes:
                 strokes += stroke_lines(target, kept, stamps.add(kept, pixels), {layer["name"] for layer in layers})
             lines += stamps.lines + strokes
             if lost:

@@ -42,8 +42,8 @@ class State:
         self.uid, self.owner = uid, target.name
         self.settings = settings_key(target)
         self.topology = topology_of(cage)
-        self.cage, self.kind = mesh.to_native(cage), options.kind
-        self.rest = self.pose = mesh.get_points(cage)
+        self.cage, self.kind = mesh.Source(cage), options.kind
+        self.rest = self.pose = self.cage.points
         triangles = options.kind == "TRIANGLES"
         self.tile_size = int(options.segments if triangles else options.tile_size)
         self.with_traces = bpy.context.scene.relievo.traces
@@ -68,8 +68,9 @@ class State:
     def build(self, progress=None):
         """Makes the native objects, without Blender's data."""
         context = native.context()
-        self.surface = rl.Surface(context, self.cage, kind=self.kind.lower())
-        self.cage.release()
+        with self.cage.build() as cage:
+            self.surface = rl.Surface(context, cage, kind=self.kind.lower())
+        self.cage = None
         if progress is not None:
             progress(0.5, "surface")
         self.detail = rl.Detail(self.surface, tile_size=self.tile_size)
@@ -97,11 +98,12 @@ class State:
     def _make_again(self, strokes, lost, layers, revision):
         """Strokes that were kept, each an edit again, on layers of their names."""
         made = 0
-        if any(stroke.bends(kept) for kept, _pixels in strokes):
+        if any(stroke.bends(kept) for kept, _pixels, _pose in strokes):
             self.add_vectors()
-        for kept, pixels in strokes:
+        for kept, pixels, pose in strokes:
             if "matrix" in kept:
                 self.detail.set_transform(numpy.asarray(kept["matrix"], numpy.float64))
+            self.set_pose(self.rest if pose is None else pose)
             self._arrange(kept.get("layers", []))
             try:
                 with self.document.edit("stroke"):
@@ -258,7 +260,7 @@ class State:
             self.pick()
 
     def release(self):
-        for part in (self.tessellation, self.document, self.detail, self.surface, self.cage):
+        for part in (self.tessellation, self.document, self.detail, self.surface):
             if part is not None:
                 part.release()
         with contextlib.suppress(OSError):
@@ -522,14 +524,13 @@ def world(target):
     return mesh.matrix_of(target.matrix_world)
 
 
-def place(state, target, points=None):
-    """Brings the detail to where the object is, and to its pose."""
-    state.detail.set_transform(world(target))
-    if points is not None:
-        state.set_pose(points)
-    state.detail.commit()
+def placing(state, target, depsgraph):
+    """Steps that bring the detail to where the object is, and to its pose."""
+    place, pose = world(target), posed_points(target, depsgraph)
 
+    def work(_progress):
+        state.detail.set_transform(place)
+        state.set_pose(pose)
+        state.detail.commit()
 
-def inverse(matrix):
-    """The inverse of an affine matrix."""
-    return numpy.linalg.inv(matrix)
+    yield 0.0, 0.0, work

@@ -14,8 +14,8 @@ from . import mesh, native, settings
 
 # Modes that move surfaces along all three axes, which needs a channel of its own.
 BENDING = {"pinch", "vector"}
-# What objects keep of stamps: height, width and channels, then the packed pixels, under a name with their checksum.
-STAMPS, STAMP = "relievo_stamp_", struct.Struct("<III")
+# What objects keep of stamps and poses: three sizes, then the packed numbers, under a name with their checksum.
+ARRAYS, SHAPE = "relievo_array_", struct.Struct("<III")
 
 
 def describe(scene, action):
@@ -65,43 +65,69 @@ def bends(kept):
     return kept["options"]["action"] == "sculpt" and kept["options"]["mode"] in BENDING
 
 
-def keep(target, kept, pixels, points, revision):
-    """Keeps a stroke that was made in an object, with the pixels of its stamp: the image may change or go."""
-    if pixels is not None:
-        pixels = numpy.ascontiguousarray(pixels, numpy.float32)
-        data = STAMP.pack(*pixels.shape) + zlib.compress(pixels.tobytes(), 1)
-        kept["stamp_key"] = f"{STAMPS}{zlib.crc32(data):08x}"
-        if kept["stamp_key"] not in target:
-            target[kept["stamp_key"]] = data
+def keep(target, kept, pixels, pose, points, revision):
+    """Keeps a stroke that was made in an object, with the pixels of its stamp, since the image may change or go, and the
+    points of the pose that the object was drawn on, None for its mesh's own."""
+    kept["stamp_key"] = None if pixels is None else _keep_array(target, pixels)
+    kept["pose_key"] = None if pose is None else _keep_array(target, pose)
     rows = [[float(number) for number in row] for row in points]
     target.relievo.strokes.add().text = json.dumps({**kept, "revision": revision, "points": rows})
 
 
+def _keep_array(target, values):
+    """Keeps an array of numbers in an object, once however often it is used, and returns the name it has there."""
+    values = numpy.ascontiguousarray(values, numpy.float32)
+    shape = (*values.shape, *(1 for _ in range(3 - values.ndim)))
+    data = SHAPE.pack(*shape) + zlib.compress(values.tobytes(), 1)
+    name = f"{ARRAYS}{zlib.crc32(data):08x}"
+    if name not in target:
+        target[name] = data
+    return name
+
+
+def _kept_array(target, name):
+    """An array that an object keeps, of three dimensions; ValueError if it is gone or damaged."""
+    data = target.get(name)
+    if not isinstance(data, bytes) or len(data) < SHAPE.size:
+        raise ValueError(f"{name} is gone")
+    shape = SHAPE.unpack_from(data)
+    size = 4 * shape[0] * shape[1] * shape[2]
+    unpack = zlib.decompressobj()
+    try:
+        values = unpack.decompress(data[SHAPE.size :], size)
+    except zlib.error as failure:
+        raise ValueError(f"{name} is damaged: {failure}") from None
+    if len(values) != size or not size:
+        raise ValueError(f"{name} is damaged")
+    return numpy.frombuffer(values, numpy.float32).reshape(shape)
+
+
 def stamp_of(target, kept):
     """The pixels of the stamp of a stroke, None for none; ValueError if they are gone."""
-    name, data = kept.get("stamp"), target.get(kept.get("stamp_key", ""))
+    name = kept.get("stamp")
     if not name:
         return None
-    if isinstance(data, bytes) and len(data) > STAMP.size:
-        height, width, channels = STAMP.unpack_from(data)
-        size = 4 * height * width * channels
-        unpack = zlib.decompressobj()
-        try:
-            values = unpack.decompress(data[STAMP.size :], size)
-        except zlib.error as failure:
-            raise ValueError(f"its stamp {name} is damaged: {failure}") from None
-        if len(values) != size or not size:
-            raise ValueError(f"its stamp {name} is damaged")
-        return numpy.frombuffer(values, numpy.float32).reshape(height, width, channels)
+    if kept.get("stamp_key"):
+        return _kept_array(target, kept["stamp_key"])
     image = bpy.data.images.get(name)
     if image is None or not image.size[0]:
         raise ValueError(f"its stamp {name} is gone")
     return pixels_of(image)
 
 
+def pose_of(target, kept):
+    """The points of the pose that a stroke was drawn on, None for the mesh's own; ValueError if they are gone."""
+    if not kept.get("pose_key"):
+        return None
+    points = _kept_array(target, kept["pose_key"]).reshape(-1, 3)
+    if len(points) != len(target.data.vertices) or not numpy.isfinite(points).all():
+        raise ValueError("its pose has other points")
+    return points
+
+
 def forget(target):
     """Lets all strokes of an object go."""
-    for name in [name for name in target.keys() if name.startswith(STAMPS)]:
+    for name in [name for name in target.keys() if name.startswith(ARRAYS)]:
         del target[name]
     target.relievo.strokes.clear()
 
@@ -140,12 +166,13 @@ def checked_layers(layers):
 
 
 def read_all(target):
-    """The strokes of an object as pairs of what was kept and the pixels of the stamp, and how many cannot be used."""
+    """The strokes of an object, each as what was kept, the pixels of its stamp and the points of its pose, and how many
+    cannot be used."""
     found, lost = [], 0
     for entry in target.relievo.strokes:
         try:
             kept = read(entry)
-            found.append((kept, stamp_of(target, kept)))
+            found.append((kept, stamp_of(target, kept), pose_of(target, kept)))
         except ValueError as failure:
             lost += 1
             print(f"Relievo: a stroke of {target.name} cannot be made again: {failure}")

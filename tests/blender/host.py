@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 from pathlib import Path
 
@@ -80,6 +81,17 @@ def positions(target):
     found = numpy.empty((len(target.data.vertices), 3), numpy.float32)
     target.data.vertices.foreach_get("co", found.ravel())
     return found
+
+
+def operator(kind, /, **properties):
+    """What an operator's steps need of it, for driving them as a window does."""
+    made = types.SimpleNamespace(told=[], as_keywords=lambda **_: properties, bl_label=kind.bl_label, **properties)
+    made.warn = made.told.extend
+    for name in ("begin", "keep", "make", "press"):
+        if hasattr(kind, name):
+            setattr(made, name, types.MethodType(getattr(kind, name), made))
+    made.change = getattr(kind, "change", None)
+    return kind.steps(made, bpy.context)
 
 
 def evaluated(target):

@@ -6,6 +6,7 @@ import random
 import shutil
 import subprocess
 import sys
+import threading
 import unittest
 from pathlib import Path
 
@@ -290,6 +291,57 @@ class Imprints(Case):
         host.select(field)
         with self.assertRaisesRegex(RuntimeError, "Select the objects that press"):
             bpy.ops.relievo.imprint()
+
+
+class Threads(Case):
+    def test_what_takes_long_is_done_on_a_thread(self):
+        """Operators that run in a window as steps call of the library on the main thread only what is short."""
+        import librelievo as rl
+        from relievo import brush, imprint, job, layer, preview, result, scene
+
+        slow = ("surface_create", "detail_create", "document_", "tessellation_create", "tessellation_update", "imprint_run")
+        slow += ("imprint_sweep", "stroke_", "caster_create", "bake_", "ptex_", "layer_add", "layer_set", "evaluate", "surface_set")
+        slow += ("mesh_create", "collider_create", "detail_set_points", "layer_merge", "mesh_write", "layer_remove")
+        allowed = {"rlv_document_begin", "rlv_document_info", "rlv_document_release", "rlv_imprint_params", "rlv_stroke_release"}
+        main, called = threading.main_thread(), []
+        original = rl.library.call
+
+        def call(name, *arguments):
+            if threading.current_thread() is main:
+                called.append(name)
+            return original(name, *arguments)
+
+        with host.folder() as folder:
+            bpy.ops.wm.save_as_mainfile(filepath=os.path.join(folder, "threads.blend"))
+            field, ball = host.field(), host.ball(0.3)
+            host.select(field, ball)
+            points = json.dumps([[0, 0, 0], [0.2, 0, 0]])
+            options = {"frame_start": 1, "frame_end": 2, "cache": True, "images": True, "image_size": 16}
+            path = os.path.join(folder, "file")
+            work = [
+                lambda: brush.preparing(bpy.context, field),
+                lambda: host.operator(brush.RELIEVO_OT_stroke, action="PAINT", points=points),
+                lambda: host.operator(layer.RELIEVO_OT_layer_add, name="Layer", kind="DISPLACEMENT"),
+                lambda: host.operator(result.RELIEVO_OT_result_image, quantity="DISPLACEMENT", wire=True),
+                lambda: host.operator(result.RELIEVO_OT_result_color),
+                lambda: host.operator(result.RELIEVO_OT_result_ptex, channel="COLOR", filepath=path),
+                lambda: host.operator(result.RELIEVO_OT_result_document, filepath=path),
+                lambda: host.operator(imprint.RELIEVO_OT_imprint, **options),
+                lambda: preview.Preview(field, [ball]).steps(bpy.context),
+                lambda: host.operator(brush.RELIEVO_OT_replay),
+                lambda: host.operator(scene.RELIEVO_OT_export_scene, filepath=path, start="STROKES"),
+            ]
+            rl.library.call = call
+            try:
+                for begin in work:
+                    worker = job.Worker(begin())
+                    while not worker.advance(1.0):
+                        pass
+            finally:
+                rl.library.call = original
+        found = {name for name in called if name not in allowed and any(part in name for part in slow)}
+        self.assertEqual(found, set())
+        self.assertGreater(len(called), 20)
 
 
 class Results(Case):

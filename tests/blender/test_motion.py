@@ -164,11 +164,12 @@ class Following(Case):
         host.select(field, ball)
         from relievo import imprint, job
 
-        told = []
-        operator = types.SimpleNamespace(frame_start=-1, frame_end=-1, cache=False, images=False, image_size=64)
-        operator.warn, operator.press = told.extend, types.MethodType(imprint.RELIEVO_OT_imprint.press, operator)
+        def steps():
+            options = {"frame_start": -1, "frame_end": -1, "cache": False, "images": False, "image_size": 64}
+            return host.operator(imprint.RELIEVO_OT_imprint, **options)
+
         for patience in (1, 3, 6):
-            worker = job.Worker(imprint.RELIEVO_OT_imprint.steps(operator, bpy.context))
+            worker = job.Worker(steps())
             while not worker.advance() and worker.share < patience / 8:
                 pass
             self.assertFalse(worker.is_done)
@@ -176,9 +177,8 @@ class Following(Case):
             self.assertTrue(worker.is_done)
             self.assertEqual(host.digest(self.relievo, field), before)
             self.assertFalse(self.relievo.state.of(field).document.info.is_open)
-        self.assertEqual(told, [])
         # Progress goes up, and what is left alone gets to its end.
-        worker, shares = job.Worker(imprint.RELIEVO_OT_imprint.steps(operator, bpy.context)), []
+        worker, shares = job.Worker(steps()), []
         tell, worker.progress = worker.progress, lambda *told: shares.append(told[0]) or tell(*told)
         while not worker.advance(0.01):
             pass

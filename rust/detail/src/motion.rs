@@ -95,12 +95,12 @@ impl Motion {
         let mut travel = rigid_travel(&parts, &boxes, pivot);
         if from.points.is_some() || to.points.is_some() {
             let (a, b) = (points(&from), points(&to));
-            let scale = parts.map(|parts| parts.stretch.abs().to_cols_array().iter().sum::<f64>());
+            // The stretch between the two is a mean of both, so no line is longer than under one of them.
             let farthest = a.iter().zip(b.iter()).map(|(a, b)| {
-                let line: [f64; 3] = std::array::from_fn(|axis| f64::from(b[axis]) - f64::from(a[axis]));
-                DVec3::from(line).length()
+                let line = DVec3::from(b.map(f64::from)) - DVec3::from(a.map(f64::from));
+                parts.map(|parts| (parts.stretch * line).length_squared()).into_iter().fold(0.0, f64::max)
             });
-            travel += farthest.fold(0.0, f64::max) * scale[0].max(scale[1]);
+            travel += farthest.fold(0.0, f64::max).sqrt();
         }
         let edge = [(&boxes[0], &from), (&boxes[1], &to)].map(|(obb, pose)| {
             let half = obb.transformed(&pose.transform).half;
@@ -227,6 +227,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn points_that_move_together_need_the_steps_of_a_move() {
+        let collider = collider();
+        let place = DAffine3::from_scale(DVec3::splat(3.0));
+        let moved: Arc<[[f32; 3]]> = collider.points().iter().map(|[x, y, z]| [x + 4.1, *y, *z]).collect();
+        let pose = |points| Pose { transform: place, points: Some(points) };
+        let way = DAffine3::from_translation(DVec3::X * 3.0 * 4.1) * place;
+        let deformed = Motion::new(&collider, pose(collider.points().into()), pose(moved)).unwrap();
+        let pushed = Motion::new(&collider, Pose::rigid(place), Pose::rigid(way)).unwrap();
+        assert!((deformed.travel() - pushed.travel()).abs() < 1e-4);
+        assert_eq!(deformed.sub_steps(), pushed.sub_steps());
     }
 
     #[test]
