@@ -14,6 +14,12 @@ from bpy_extras import view3d_utils
 from . import job, settings, state, stroke, view
 
 
+def brush_of(scene, action):
+    """The brush that the scene's settings say, and what a stroke keeps of it with the pixels of its stamp."""
+    kept, pixels = stroke.describe(scene, action)
+    return stroke.brush(kept, pixels), (kept, pixels)
+
+
 def active_layer(made, kept):
     """The name of the layer that a stroke goes to; vector displacement has none."""
     if stroke.bends(kept):
@@ -64,12 +70,12 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
     def begin(self, context, made, target):
         """What every stroke starts with, where the detail is as the object is. Returns the brush."""
         self.target, self.drawn = target, []
-        self.kept, self.pixels = stroke.describe(context.scene, self.action)
+        brush, (self.kept, self.pixels) = brush_of(context.scene, self.action)
         self.kept["matrix"] = state.world(target).tolist()
         self.kept["layer"], self.kept["layers"] = active_layer(made, self.kept), state.layers_of(made.detail)
         if stroke.bends(self.kept):
             made.add_vectors()
-        return stroke.brush(self.kept, self.pixels)
+        return brush
 
     def keep(self, made):
         # What the panel of the last operation makes the stroke again with.
@@ -107,7 +113,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
             return {"CANCELLED"}
         job.interrupt()
         self.is_drawn = True
-        self.target, self.stroke, self.is_released, self.times = state.source_of(context.active_object), None, False, []
+        self.target, self.stroke, self.is_released = state.source_of(context.active_object), None, False
         self.start = time.perf_counter()
         self.pending = [Pointer(event, self.start)]
         self.work = job.Worker(preparing(context, self.target))
@@ -167,12 +173,10 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
             self.is_released = self.is_released or is_release
             return self.wait(context) if event.type == "TIMER" else {"RUNNING_MODAL"}
         if is_move:
-            begun = time.perf_counter()
             try:
                 self.extend(context, Pointer(event, self.start))
             except rl.RelievoError as failure:
                 return self.cancelled(failure)
-            self.times.append(time.perf_counter() - begun)
             context.area.tag_redraw()
             return {"RUNNING_MODAL"}
         if is_release:
