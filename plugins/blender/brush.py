@@ -28,10 +28,18 @@ def active_layer(made, kept):
     return next((layer.name for layer in made.detail.layers if layer.kind == kind and layer.is_active), None)
 
 
-def preparing(context, target):
-    """Steps that make a detail ready for the brush; they return its state."""
+def opening(context, target, action):
+    """Steps that make the state of an object, in its place and pose, with what the brush needs; they return it."""
     made = yield from state.opening(target)
     yield from state.placing(made, target, context.evaluated_depsgraph_get())
+    if action == "SCULPT" and context.scene.relievo.brush.sculpt_mode.lower() in stroke.BENDING:
+        yield 0.0, 0.0, lambda _progress: made.add_vectors()
+    return made
+
+
+def preparing(context, target, action):
+    """The same with all that a pointer needs to draw."""
+    made = yield from opening(context, target, action)
     yield from view.ensuring(target, made)
     yield 0.8, 1.0, lambda _progress: made.pick()
     made.record(target)
@@ -68,13 +76,11 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         return state.is_editable(context)
 
     def begin(self, context, made, target):
-        """What every stroke starts with, where the detail is as the object is. Returns the brush."""
+        """What every stroke starts with. Returns the brush."""
         self.target, self.drawn = target, []
         brush, (self.kept, self.pixels) = brush_of(context.scene, self.action)
         self.kept["matrix"] = state.world(target).tolist()
         self.kept["layer"], self.kept["layers"] = active_layer(made, self.kept), state.layers_of(made.detail)
-        if stroke.bends(self.kept):
-            made.add_vectors()
         return brush
 
     def keep(self, made):
@@ -91,9 +97,8 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         except (ValueError, rl.RelievoError) as failure:
             raise state.Refused(f"The points are not a list of x, y, z, pressure and time: {failure}") from None
         target = state.source_of(context.active_object)
-        made = yield from state.opening(target)
+        made = yield from opening(context, target, self.action)
         self.warn(made.take_notes())
-        yield from state.placing(made, target, context.evaluated_depsgraph_get())
         brush = self.begin(context, made, target)
         text = json.dumps(self.kept)
 
@@ -116,7 +121,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         self.target, self.stroke, self.is_released = state.source_of(context.active_object), None, False
         self.start = time.perf_counter()
         self.pending = [Pointer(event, self.start)]
-        self.work = job.Worker(preparing(context, self.target))
+        self.work = job.Worker(preparing(context, self.target, self.action))
         # A large mesh is prepared on a thread; the pointer goes on meanwhile.
         answer = self.wait(context, job.FRAME)
         if answer == {"RUNNING_MODAL"}:

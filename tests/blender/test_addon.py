@@ -318,9 +318,15 @@ class Threads(Case):
             points = json.dumps([[0, 0, 0], [0.2, 0, 0]])
             options = {"frame_start": 1, "frame_end": 2, "cache": True, "images": True, "image_size": 16}
             path = os.path.join(folder, "file")
+
+            def pinch():
+                bpy.context.scene.relievo.brush.sculpt_mode = "PINCH"
+                return host.operator(brush.RELIEVO_OT_stroke, action="SCULPT", points=points)
+
             work = [
-                lambda: brush.preparing(bpy.context, field),
+                lambda: brush.preparing(bpy.context, field, "PAINT"),
                 lambda: host.operator(brush.RELIEVO_OT_stroke, action="PAINT", points=points),
+                pinch,
                 lambda: host.operator(layer.RELIEVO_OT_layer_add, name="Layer", kind="DISPLACEMENT"),
                 lambda: host.operator(result.RELIEVO_OT_result_image, quantity="DISPLACEMENT", wire=True),
                 lambda: host.operator(result.RELIEVO_OT_result_color),
