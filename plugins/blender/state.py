@@ -58,7 +58,8 @@ class State:
         self.notes = []
         self.surface = self.detail = self.document = None
         self.tessellation = self.cells = self.positions = self.colors = self.filling = None
-        self.caster = None
+        # What the result object shows, and what the caster was made of.
+        self.seen = self.caster = None
 
     def replay(self, target):
         """Has the strokes that the object keeps made again by `build`, since its document is gone."""
@@ -244,15 +245,24 @@ class State:
             return file.read(), {"revisions": list(self.revisions), "position": self.position}
 
     def pick(self):
-        """A caster of the surface as it is."""
-        revision = self.detail.info.revision, self.pose
-        if self.caster is None or self.caster[0][0] != revision[0] or self.caster[0][1] is not revision[1]:
-            cells = {}
-            if self.kind != "TRIANGLES":
-                fine = settings.automatic_cells(self.detail.info.tile_count, PICK_CELLS)
-                cells = {"fine": fine, "coarse": max(1, fine // 2)}
-            self.caster = revision, rl.Caster.of_detail(self.detail, **cells)
+        """A caster of the surface as it is: of the triangles that are seen, where they are fine enough."""
+        now = self.now()
+        if self.caster is None or not _is_same(self.caster[0], now):
+            triangles = self.kind == "TRIANGLES"
+            fine = settings.automatic_cells(self.detail.info.tile_count, PICK_CELLS)
+            coarse = max(1, fine // 2)
+            if _is_same(self.seen, now) and (triangles or self.cells >= coarse):
+                with self.tessellation.mesh() as made:
+                    caster = rl.Caster(native.context(), made)
+            else:
+                options = {} if triangles else {"fine": fine, "coarse": coarse}
+                caster = rl.Caster.of_detail(self.detail, **options)
+            self.caster = now, caster
         return self.caster[1]
+
+    def now(self):
+        """The revision of the detail, and its pose."""
+        return self.detail.info.revision, self.pose
 
     def try_pick(self):
         """As `pick`, where there is nobody to tell a failure: the next press makes it, and tells."""
@@ -265,6 +275,11 @@ class State:
                 part.release()
         with contextlib.suppress(OSError):
             os.remove(self.path)
+
+
+def _is_same(before, now):
+    """Whether a revision and a pose are those that were."""
+    return before is not None and before[0] == now[0] and before[1] is now[1]
 
 
 def layers_of(detail):

@@ -63,8 +63,8 @@ def follow(state, cells):
     if rebuilt or state.positions is None:
         state.positions, state.colors = state.tessellation.positions(), None
     else:
-        for first, length in state.tessellation.changed_ranges().tolist():
-            state.tessellation.positions(first, length, state.positions[first : first + length])
+        for first, end in _spans(state.tessellation.changed_ranges()):
+            state.tessellation.positions(first, end - first, state.positions[first:end])
     if rebuilt:
         with state.tessellation.mesh() as made:
             state.filling = mesh.Filling(made)
@@ -73,6 +73,20 @@ def follow(state, cells):
         if state.colors is None or len(state.colors) != count:
             state.colors = numpy.ones((count, 4), numpy.float32)
         state.tessellation.colors(out=state.colors[:, :3])
+    state.seen = state.now()
+
+
+# Points between two ranges that are copied with them: as quick as another call.
+GAP = 4096
+
+
+def _spans(ranges):
+    """The ends of few spans that hold all ranges."""
+    if not len(ranges):
+        return []
+    firsts, ends = ranges[:, 0].astype(numpy.int64), ranges.sum(1, dtype=numpy.int64)
+    cuts = numpy.flatnonzero(firsts[1:] - ends[:-1] > GAP)
+    return zip(firsts[[0, *(cuts + 1)]].tolist(), ends[[*cuts, -1]].tolist())
 
 
 def write(result, state):

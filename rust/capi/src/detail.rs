@@ -582,7 +582,10 @@ entry! {
             }
             bring_rings(context, displaced.paint_mut(), &colors)?;
             bring_rings(context, displaced.half_paint_mut(), &colors)?;
-            bring_rings(context, displaced.vectors_mut(), &directions)?;
+            // Reached for writing, what was measured of the object is forgotten.
+            if !directions.is_empty() {
+                bring_rings(context, displaced.vectors_mut(), &directions)?;
+            }
             bring_rings(context, displaced.traces_mut(), &contacts)?;
         }
         // A stroke that is being drawn is seen as far as it got.

@@ -89,13 +89,15 @@ impl Cells {
         Ok((Self { coarse, fine: or(given.fine, 256).max(coarse), smooth_uvs }, given.places != 0))
     }
 
-    /// Cells a side of every tile: one per texel where there are any.
+    /// Cells a side of a tile: one per texel if there are any.
+    fn rate(self, topology: &TileTopology, tile: u32, density: u32) -> u32 {
+        let cells = density.clamp(self.coarse, self.fine);
+        if topology.is_sub(tile) { (cells / 2).max(1) } else { cells }
+    }
+
+    /// Those of every tile.
     fn rates(self, topology: &TileTopology, density: impl Fn(u32) -> u32) -> Vec<u32> {
-        let rate = |tile: u32| {
-            let cells = density(tile).clamp(self.coarse, self.fine);
-            if topology.is_sub(tile) { (cells / 2).max(1) } else { cells }
-        };
-        (0..topology.tile_count() as u32).map(rate).collect()
+        (0..topology.tile_count() as u32).map(|tile| self.rate(topology, tile, density(tile))).collect()
     }
 }
 
@@ -317,15 +319,27 @@ impl Follower {
         let aged = view.time != before.time;
         match (self, &view.layers, &before.layers) {
             (Self::Tiles { rates, tessellator, made }, Layers::Tiles(it), Layers::Tiles(before)) => {
-                if cells.rates(it.surface.topology(), |tile| it.density(tile)) != *rates {
+                let topology = it.surface.topology();
+                let touched = it.touched(before);
+                if touched.iter().any(|tile| cells.rate(topology, *tile, it.density(*tile)) != rates[*tile as usize]) {
                     return Ok(None);
                 }
-                let tiles = 0..it.surface.tile_count() as u32;
-                let changed: Vec<u32> =
-                    tiles.filter(|tile| posed || before.versions(*tile) != it.versions(*tile)).collect();
-                let ranges = tessellator.update(context, &it.displaced()?, &changed, made)?;
-                if !changed.is_empty() || aged {
-                    coat(view, it, made);
+                let changed: Vec<u32> = match posed {
+                    true => (0..topology.tile_count() as u32).collect(),
+                    false => touched.into_iter().filter(|tile| before.versions(*tile) != it.versions(*tile)).collect(),
+                };
+                let seen = it.seen(before, &changed);
+                let renewed = seen.as_ref().unwrap_or(&changed);
+                let ranges = tessellator.update(context, &it.displaced()?, renewed, made)?;
+                match (&it.paint, &seen) {
+                    (Some(paint), Some(seen)) => by_format!(paint, it => tessellator.paint(it.field(), seen, made))?,
+                    (Some(paint), None) => by_format!(paint, it => made.paint(it.field())),
+                    (None, _) => {}
+                }
+                match (&it.traces, &before.traces) {
+                    (Some(traces), Some(_)) if !aged => tessellator.trace(traces.field(), view.time, &changed, made)?,
+                    (Some(traces), _) => made.trace(traces.field(), view.time),
+                    (None, _) => {}
                 }
                 Ok(Some(ranges))
             }

@@ -161,6 +161,45 @@ impl TileView {
         ]
     }
 
+    /// The tiles that may be others than in `before`, of the same surface, ascending: all that are not listed are the
+    /// same memory in every channel.
+    pub fn touched(&self, before: &TileView) -> Vec<u32> {
+        fn touched<T: Texel>(new: Option<&Arc<Snapshot<T>>>, old: Option<&Arc<Snapshot<T>>>, tiles: &mut Vec<u32>) {
+            match (new, old) {
+                (Some(new), Some(old)) => tiles.extend(new.field().touched(old.field())),
+                (Some(one), None) | (None, Some(one)) => tiles.extend(one.field().allocated()),
+                (None, None) => {}
+            }
+        }
+        let mut tiles = Vec::new();
+        touched(Some(&self.snapshot), Some(&before.snapshot), &mut tiles);
+        match (&self.paint, &before.paint) {
+            (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => touched(Some(new), Some(old), &mut tiles),
+            (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => touched(Some(new), Some(old), &mut tiles),
+            (new, old) => {
+                for paint in [new, old].into_iter().flatten() {
+                    by_format!(paint, it => touched(Some(it), None, &mut tiles));
+                }
+            }
+        }
+        touched(self.vectors.as_ref(), before.vectors.as_ref(), &mut tiles);
+        touched(self.traces.as_ref(), before.traces.as_ref(), &mut tiles);
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    }
+
+    /// The tiles in which other colours may be seen than in `before`, of which `changed` are others; `None` if it had
+    /// none, or of another format, so that all are.
+    pub fn seen(&self, before: &TileView, changed: &[u32]) -> Option<Vec<u32>> {
+        match (&self.paint, &before.paint) {
+            (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => Some(new.seen_from(old, changed)),
+            (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => Some(new.seen_from(old, changed)),
+            (None, None) => Some(changed.to_vec()),
+            _ => None,
+        }
+    }
+
     fn look(
         &self,
         context: &Context,
@@ -480,7 +519,7 @@ impl View {
 
     /// Seconds from when a place was touched to the detail's time; −1 where none ever was.
     pub fn age(&self, mark: &Mark) -> f32 {
-        mark.time.map_or(-1.0, |time| (self.time - f64::from(time)).max(0.0) as f32)
+        mark.age(self.time)
     }
 
     /// What was committed of a Catmull-Clark surface.
@@ -496,7 +535,9 @@ impl View {
             colors = half_colors;
         }
         let paint = bytes.map(ByFormat::Rgba8).or(halves.map(ByFormat::Rgba16));
-        let (vectors, directions) = commit_some(object.vectors_mut(), &mut changed);
+        let vectors = object.commit_vectors();
+        changed.extend(vectors.iter().flat_map(|vectors| vectors.changed()));
+        let directions = object.vectors().map_or([0; 2], |vectors| [vectors.full_bytes(), vectors.budget()]);
         let (traces, contacts) = commit_some(object.traces_mut(), &mut changed);
         changed.sort_unstable();
         changed.dedup();

@@ -4,7 +4,10 @@
 //! Boxes are sorted along a Morton curve and grouped by eights, level upon level, so that the tree needs no pointers:
 //! group `g` of a level bounds box `g % 8` of group `g / 8` above it. Refitting keeps the order and renews the boxes.
 
-use glam::{DAffine3, DVec3};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::simd::Arithmetic;
 use relievo_core::{Context, Error, Result, dispatch_simd};
 
@@ -105,6 +108,56 @@ impl Region {
             around.high = (center + half + slack).as_vec3().to_array();
         }
         Self { map, low, high, around }
+    }
+}
+
+/// What boxes are approached: a point of the world, in the space of the boxes.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    point: DVec3,
+    /// What a square of a distance along each axis counts for in the world.
+    weights: DVec3,
+    /// By how much boxes are larger than they say.
+    margin: f64,
+}
+
+impl Target {
+    /// `point` of the world, where `transform` leads from the space of the boxes to the world, and what is bounded may
+    /// be up to `margin` beyond its box. `None` if the transform cannot be undone.
+    pub fn new(transform: &DAffine3, point: DVec3, margin: f64) -> Option<Self> {
+        let inverse = transform.inverse();
+        if !inverse.is_finite() || !point.is_finite() {
+            return None;
+        }
+        let rows = |matrix: DMat3| [0, 1, 2].map(|axis| matrix.row(axis));
+        // With G = MᵀM a displacement d has the squared length dᵀGd, and G without what its other columns add at most
+        // (Gershgorin) is a diagonal below it: exact for rotations and for scales along the axes before them.
+        let gram = transform.matrix3.transpose() * transform.matrix3;
+        let rest = rows(gram).map(|row| row.abs().element_sum());
+        let weights = DVec3::from([0, 1, 2].map(|axis: usize| 2.0 * gram.col(axis)[axis] - rest[axis]));
+        if weights.cmpgt(DVec3::splat(0.1 * gram.x_axis.x.min(gram.y_axis.y).min(gram.z_axis.z))).all() {
+            return Some(Self { point: inverse.transform_point3(point), weights: weights * (1.0 - 1e-9), margin });
+        }
+        // Else the square of the least factor by which a length can shrink.
+        let least = rows(inverse.matrix3 * inverse.matrix3.transpose()).map(|row| row.abs().element_sum());
+        let least = (1.0 - 1e-9) / least.into_iter().fold(0.0, f64::max);
+        Some(Self { point: inverse.transform_point3(point), weights: DVec3::splat(least), margin })
+    }
+
+    /// Squared distances in the world that no point of a group's boxes falls below; infinite or not a number for lanes
+    /// without a box.
+    fn distances(&self, group: &Group) -> [f64; WIDTH] {
+        let mut sums = [0.0; WIDTH];
+        for axis in 0..3 {
+            let (at, weight) = (self.point[axis], self.weights[axis]);
+            for (lane, sum) in sums.iter_mut().enumerate() {
+                let below = f64::from(group.low[axis][lane]) - at;
+                let above = at - f64::from(group.high[axis][lane]);
+                let gap = (below.max(above) - self.margin).max(0.0);
+                *sum += weight * gap * gap;
+            }
+        }
+        sums
     }
 }
 
@@ -228,6 +281,30 @@ impl Hierarchy {
         }
         let slabs = self.slabs(region);
         walk(context.level(), &self.levels, &self.order, &slabs, found);
+    }
+
+    /// Calls `visit` with the boxes that may come within a distance of `target`, the nearest box first. The distance is
+    /// `within` at first, and then what the last visit returned: how near something was found. Ends with the first error.
+    pub fn approach(&self, target: &Target, within: f64, mut visit: impl FnMut(u32) -> Result<f64>) -> Result<()> {
+        // Distances are not negative, so their bits are in their order. Level 0 are boxes, level k groups of k − 1.
+        let mut waiting = BinaryHeap::new();
+        waiting.push(Reverse((0u64, self.levels.len(), 0usize)));
+        let mut within = within * within;
+        while let Some(Reverse((distance, level, index))) = waiting.pop() {
+            if f64::from_bits(distance) > within {
+                break;
+            }
+            if level == 0 {
+                let found = visit(self.order[index])?;
+                within = within.min(found * found);
+                continue;
+            }
+            let distances = target.distances(&self.levels[level - 1][index]);
+            for (lane, distance) in distances.into_iter().enumerate().filter(|(_, distance)| *distance <= within) {
+                waiting.push(Reverse((distance.to_bits(), level - 1, index * WIDTH + lane)));
+            }
+        }
+        Ok(())
     }
 
     fn slabs(&self, region: &Region) -> Slabs {
@@ -419,6 +496,62 @@ mod tests {
                 for (a, b) in hierarchy.levels.iter().zip(&whole.levels) {
                     assert!(a.iter().zip(b).all(|(a, b)| (a.low, a.high) == (b.low, b.high)), "{count} {round}");
                 }
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn boxes_are_approached_in_the_order_of_distances_that_none_of_their_points_falls_below(
+            count in 1usize..700, seed in 0u64..1000, angle in prop::array::uniform3(-3.0f64..3.0),
+            scale in prop::array::uniform3(0.2f64..3.0), shear in -1.5f64..1.5, point in prop::array::uniform3(-20.0f64..20.0),
+            near in 0usize..20
+        ) {
+            let boxes = random_boxes(count, seed);
+            let context = Context::serial();
+            let hierarchy = Hierarchy::build(&context, count, |index| boxes[index as usize]).unwrap();
+            let turn = DMat3::from_euler(glam::EulerRot::XYZ, angle[0], angle[1], angle[2]);
+            let mut matrix = turn * DMat3::from_diagonal(DVec3::from(scale));
+            // Half of them are sheared, which no weights along the axes are exact for.
+            matrix.x_axis += if seed % 2 == 0 { 0.0 } else { shear } * matrix.y_axis;
+            let transform = DAffine3 { matrix3: matrix, translation: DVec3::new(1.0, 2.0, 3.0) };
+            let (point, margin) = (DVec3::from(point), 0.25);
+            let target = Target::new(&transform, point, margin).unwrap();
+            // The least distance to a lattice of points of the box, and how far a box has been approached.
+            let distance = |bounds: &Bounds| (0..27).map(|index| {
+                let place: [f64; 3] = std::array::from_fn(|axis| {
+                    let t = f64::from(index / 3i32.pow(axis as u32) % 3) / 2.0;
+                    let (low, high) = (f64::from(bounds.low[axis]) - margin, f64::from(bounds.high[axis]) + margin);
+                    low * (1.0 - t) + high * t
+                });
+                transform.transform_point3(DVec3::from(place)).distance(point)
+            }).fold(f64::INFINITY, f64::min);
+            let mut ordered: Vec<(f64, u32)> = boxes.iter().map(distance).zip(0..).collect();
+            ordered.sort_by(|a, b| a.0.total_cmp(&b.0));
+            // What is found at a distance stops the search there, and misses nothing before it.
+            let limit = ordered[near.min(count - 1)].0;
+            let mut visited = Vec::new();
+            hierarchy.approach(&target, 1e9, |item| {
+                visited.push(item);
+                Ok(limit)
+            }).unwrap();
+            visited.sort_unstable();
+            for (distance, item) in &ordered {
+                prop_assert!(*distance > limit || visited.binary_search(item).is_ok());
+            }
+            visited.dedup();
+            // Rotations and scales along the axes leave no more to look at than the boxes themselves ask for.
+            if seed % 2 == 0 {
+                let far = |item: &u32| {
+                    let local = target.point;
+                    let gaps = [0, 1, 2].map(|axis| {
+                        let Bounds { low, high } = boxes[*item as usize];
+                        let gap = (f64::from(low[axis]) - local[axis]).max(local[axis] - f64::from(high[axis])) - margin;
+                        scale[axis] * gap.max(0.0)
+                    });
+                    DVec3::from(gaps).length() > 1.001 * limit + 1e-6
+                };
+                prop_assert!(visited.len() <= 1 || !visited.iter().any(far));
             }
         }
     }

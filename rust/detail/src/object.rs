@@ -10,7 +10,7 @@ use relievo_document::PageStore;
 use relievo_surface::{Cone, Surface};
 use relievo_tiles::{
     AnyField, ByFormat, Channel, Displaced, Displacement, Field, Paint, Rgba16, Snapshot, StoredTexel, Texel, Traces,
-    VectorDisplacement,
+    Vector, VectorDisplacement,
 };
 
 use crate::fading::FadingObject;
@@ -130,6 +130,11 @@ impl DisplacedObject {
     /// Makes what imprints changed visible to readers.
     pub fn commit(&mut self) -> Arc<Snapshot> {
         self.displacement.commit()
+    }
+
+    /// As [`Self::commit`], of vectors, if there are any.
+    pub fn commit_vectors(&mut self) -> Option<Arc<Snapshot<Vector>>> {
+        self.vectors.as_mut().map(|vectors| vectors.commit())
     }
 
     /// The surface with all its displacements. Fails never, unless this object is damaged.
@@ -349,17 +354,23 @@ impl DisplacedObject {
         Some(Obb { center: obb.center + obb.axes * local.center, axes: obb.axes, half: local.half })
     }
 
-    /// Tiles whose surface, displaced as far as coefficients reach, may be in `obb`.
-    pub fn tiles_near(&self, context: &Context, obb: &Obb) -> Vec<u32> {
-        let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
-        let fit = self.fit.as_ref().filter(|fit| fit.has_seen(self.revision()));
-        let (hierarchy, reach) = match fit {
+    /// Boxes of the tiles, and how far the displaced surface may be beyond them: boxes that follow the displacement if
+    /// they are up to date, else those of the surface itself. While a stroke is drawn they hold the surface it began on
+    /// too.
+    pub(crate) fn bounds(&self) -> (&Hierarchy, f32) {
+        match self.fit.as_ref().filter(|fit| fit.has_seen(self.revision())) {
             Some(fit) => (fit.hierarchy(), 0.0),
             None => {
                 let [least, most] = self.reach.unwrap_or_else(|| coefficient_range(self.displacement.field()));
                 (&self.hierarchy, most.max(-least) + self.longest())
             }
-        };
+        }
+    }
+
+    /// Tiles whose surface, displaced as far as coefficients reach, may be in `obb`.
+    pub fn tiles_near(&self, context: &Context, obb: &Obb) -> Vec<u32> {
+        let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
+        let (hierarchy, reach) = self.bounds();
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
         let margin = DVec3::from(rows.map(|row| row.length())) * f64::from(reach);
         let mut tiles = Vec::new();

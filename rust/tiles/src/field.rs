@@ -254,6 +254,25 @@ impl<T: Texel> Field<T> {
         self.pages.unshared(&other.pages).filter(differs).collect()
     }
 
+    /// The tiles that may be others than in `other`, a copy from before or after, ascending: all that are not listed are
+    /// the same memory.
+    pub fn touched(&self, other: &Self) -> impl Iterator<Item = u32> {
+        let count = self.tile_count() as u32;
+        self.pages.unshared(&other.pages).take_while(move |tile| *tile < count)
+    }
+
+    /// The tiles in which something else may be looked up than in `before`, of which `changed` are others: themselves,
+    /// and where tiles of different density meet those around them. Ascending if `changed` is.
+    pub fn seen_from(&self, before: &Self, changed: &[u32]) -> Vec<u32> {
+        let mut tiles = changed.to_vec();
+        if !self.uneven.is_empty() || !before.uneven.is_empty() {
+            tiles.extend(changed.iter().flat_map(|tile| crate::channel::neighbours(&self.topology, *tile)));
+            tiles.sort_unstable();
+            tiles.dedup();
+        }
+        tiles
+    }
+
     /// The one place at which `place` is evaluated, see [`TileTopology::canonical`].
     pub fn canonical(&self, place: Place) -> Place {
         self.topology.canonical(place, |tile| self.density(tile))

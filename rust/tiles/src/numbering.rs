@@ -5,6 +5,7 @@
 //! Along infinitely sharp edges every side has vertices of its own, at the same positions but with its own normals, and
 //! so have the sectors between such edges at a vertex.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use relievo_core::mesh::INFINITE_SHARPNESS;
@@ -185,6 +186,46 @@ impl Numbering {
         Ok(())
     }
 
+    /// The vertices along an edge of a tile but for its last, and where they are in the tile.
+    pub fn along(&self, tile: u32, edge: u8, mut each: impl FnMut(u32, Place)) {
+        let side = Side { tile, edge };
+        let segments = self.topology.segments(side);
+        let count = segments.iter().flatten().count() as f32;
+        for (index, segment) in segments.iter().flatten().enumerate() {
+            let cells = self.cells[key(segment.owner)];
+            let first = self.segments[key(side)][index];
+            for k in 0..cells {
+                let vertex = match k {
+                    0 if index == 0 => self.corners[tile as usize][usize::from(edge)],
+                    0 => self.middles[key(side)],
+                    k if segment.flipped => first + cells - 1 - k,
+                    k => first + k - 1,
+                };
+                let t = (index as f32 + k as f32 / cells as f32) / count;
+                each(vertex, Place::on_edge(tile, edge, t));
+            }
+        }
+    }
+
+    /// The vertices inside a tile, and where they are in it.
+    pub fn within(&self, tile: u32, mut each: impl FnMut(u32, Place)) {
+        let range = self.inside(tile);
+        match self.rates[tile as usize] {
+            1 => range.for_each(|vertex| each(vertex, Place::new(tile, 0.5, 0.5))),
+            rate => {
+                let at = |i: u32| i as f32 / rate as f32;
+                let places = (1..rate).flat_map(|j| (1..rate).map(move |i| Place::new(tile, at(i), at(j))));
+                range.zip(places).for_each(|(vertex, place)| each(vertex, place));
+            }
+        }
+    }
+
+    /// The vertices inside a tile, row by row.
+    pub fn inside(&self, tile: u32) -> Range<u32> {
+        let first = self.interiors[tile as usize];
+        first..first + self.inner(tile)
+    }
+
     /// Vertices around a tile.
     pub fn outer(&self, tile: u32) -> u32 {
         let segments = (0..4).flat_map(|edge| self.topology.segments(Side { tile, edge }));
@@ -311,33 +352,16 @@ impl Local {
         let mut local = Self::default();
         for edge in 0..4u8 {
             local.edges[usize::from(edge)] = local.vertices.len();
-            let segments = numbering.topology.segments(Side { tile, edge });
-            let count = segments.iter().flatten().count() as f32;
-            for (index, segment) in segments.iter().flatten().enumerate() {
-                let cells = numbering.cells[key(segment.owner)];
-                let first = numbering.segments[key(Side { tile, edge })][index];
-                for k in 0..cells {
-                    local.vertices.push(match k {
-                        0 if index == 0 => numbering.corners[tile as usize][usize::from(edge)],
-                        0 => numbering.middles[key(Side { tile, edge })],
-                        k if segment.flipped => first + cells - 1 - k,
-                        k => first + k - 1,
-                    });
-                    let t = (index as f32 + k as f32 / cells as f32) / count;
-                    let place = Place::on_edge(tile, edge, t);
-                    local.parameters.push([place.u, place.v]);
-                }
-            }
+            numbering.along(tile, edge, |vertex, place| {
+                local.vertices.push(vertex);
+                local.parameters.push([place.u, place.v]);
+            });
         }
         local.edges[4] = local.vertices.len();
-        let (rate, first) = (numbering.rates[tile as usize], numbering.interiors[tile as usize]);
-        local.vertices.extend(first..first + numbering.inner(tile));
-        if rate == 1 {
-            local.parameters.resize(local.vertices.len(), [0.5; 2]);
-        } else {
-            let at = |i: u32| i as f32 / rate as f32;
-            local.parameters.extend((1..rate).flat_map(|j| (1..rate).map(move |i| [at(i), at(j)])));
-        }
+        numbering.within(tile, |vertex, place| {
+            local.vertices.push(vertex);
+            local.parameters.push([place.u, place.v]);
+        });
         local
     }
 

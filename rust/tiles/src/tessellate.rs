@@ -14,8 +14,11 @@ use relievo_surface::{Grid, Place, Placement, TileTopology};
 
 use crate::carried::Carried;
 use crate::displaced::{Displaced, Points};
+use crate::field::Field;
 pub use crate::numbering::MAX_RATE;
 use crate::numbering::{Local, Numbering, check_cage};
+use crate::texel::{ColorTexel, Texel};
+use crate::trace::Trace;
 
 /// A tessellated surface.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -178,28 +181,114 @@ impl Tessellator {
         let normals =
             normals.filter(|normals| (normals.len(), points.len(), face_sizes.len()) == (3 * count, count, triangles));
         let normals = normals.ok_or_else(|| Error::invalid("the tessellation is not one of these rates"))?;
-        let live: Vec<u32> = changed.iter().copied().filter(|tile| !topology.is_hole(*tile)).collect();
-        let made = context.map(live.len(), |index| -> Result<_> {
-            let tile = live[index];
-            let local = Local::new(&self.numbering, tile);
-            let around = local.edges[4];
-            let outside = self.outline(context, displaced, &local.vertices[..around])?;
-            Ok((local.vertices, outside, self.inside(context, displaced, tile)?))
-        });
+        let mut live: Vec<u32> = changed.iter().copied().filter(|tile| !topology.is_hole(*tile)).collect();
+        live.sort_unstable();
+        live.dedup();
+        // What tiles share is evaluated once.
+        let mut shared = Vec::new();
+        for tile in &live {
+            (0..4).for_each(|edge| self.numbering.along(*tile, edge, |vertex, _| shared.push(vertex)));
+        }
+        shared.sort_unstable();
+        shared.dedup();
+        let outside = self.outline(context, displaced, &shared)?;
+        let filled: Vec<u32> = live.into_iter().filter(|tile| self.numbering.inner(*tile) > 0).collect();
+        let made = context.map(filled.len(), |index| self.inside(context, displaced, filled[index]));
         let made = made.into_iter().collect::<Result<Vec<_>>>()?;
-        let mut moved = Vec::with_capacity(made.iter().map(|(vertices, ..)| vertices.len()).sum());
-        for (vertices, outside, inside) in made {
-            let p = outside.p.iter().chain(&inside.p).zip(outside.normal.iter().chain(&inside.normal));
-            for (vertex, (p, normal)) in vertices.into_iter().zip(p) {
-                moved.push(vertex);
-                let vertex = vertex as usize;
-                points[vertex] = *p;
-                normals[3 * vertex..3 * vertex + 3].copy_from_slice(normal);
+        let mut write = |vertex: u32, p: &[f32; 3], normal: &[f32; 3]| {
+            let vertex = vertex as usize;
+            points[vertex] = *p;
+            normals[3 * vertex..3 * vertex + 3].copy_from_slice(normal);
+        };
+        for (vertex, (p, normal)) in shared.iter().zip(outside.p.iter().zip(&outside.normal)) {
+            write(*vertex, p, normal);
+        }
+        let mut ranges: Vec<Range<u32>> =
+            shared.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[0] + run.len() as u32).collect();
+        for (tile, inside) in filled.iter().zip(&made) {
+            let range = self.numbering.inside(*tile);
+            for (vertex, (p, normal)) in range.clone().zip(inside.p.iter().zip(&inside.normal)) {
+                write(vertex, p, normal);
+            }
+            match ranges.last_mut() {
+                Some(last) if last.end == range.start => last.end = range.end,
+                _ => ranges.push(range),
             }
         }
-        moved.sort_unstable();
-        moved.dedup();
-        Ok(moved.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[0] + run.len() as u32).collect())
+        Ok(ranges)
+    }
+
+    /// Gives the points of `changed` tiles the colours of `paint`, as [`Tessellation::paint`] gives them to all. What
+    /// is seen in a tile may depend on those around it, see [`Field::seen_from`].
+    ///
+    /// Fails, and changes nothing, if the mesh has no colours yet, or the colours are those of another surface.
+    pub fn paint<T: ColorTexel>(
+        &self,
+        paint: &Field<T>,
+        changed: &[u32],
+        tessellation: &mut Tessellation,
+    ) -> Result<()> {
+        let [values] = self.attributes(paint, ["color"], 3, tessellation)?;
+        self.each_point(changed, |vertex, place| {
+            let color = paint.color(paint.canonical(place)).truncate();
+            values[3 * vertex..3 * vertex + 3].copy_from_slice(&color.to_array());
+        });
+        Ok(())
+    }
+
+    /// Gives the points of `changed` tiles what `traces` says, as [`Tessellation::trace`] gives it to all.
+    ///
+    /// Fails, and changes nothing, if the mesh has no traces yet, or the traces are those of another surface.
+    pub fn trace(
+        &self,
+        traces: &Field<Trace>,
+        now: f64,
+        changed: &[u32],
+        tessellation: &mut Tessellation,
+    ) -> Result<()> {
+        let [contacts, depths, ages] = self.attributes(traces, ["contact", "depth", "age"], 1, tessellation)?;
+        self.each_point(changed, |vertex, place| {
+            let mark = traces.mark(traces.canonical(place));
+            (contacts[vertex], depths[vertex], ages[vertex]) = (mark.contact, mark.depth, mark.age(now));
+        });
+        Ok(())
+    }
+
+    /// The values of point attributes of `width` numbers.
+    fn attributes<'a, T: Texel, const N: usize>(
+        &self,
+        field: &Field<T>,
+        names: [&str; N],
+        width: usize,
+        tessellation: &'a mut Tessellation,
+    ) -> Result<[&'a mut [f32]; N]> {
+        let wrong = || Error::invalid("the tessellation has no such attributes, or is that of another surface");
+        if field.tile_count() != self.numbering.rates.len() {
+            return Err(wrong());
+        }
+        let count = width * self.point_count();
+        let mut found = names.map(|_| None);
+        for attribute in &mut tessellation.mesh.attributes {
+            let Some(at) = names.iter().position(|name| *name == attribute.name) else { continue };
+            if let Values::F32(values) = &mut attribute.values
+                && values.len() == count
+            {
+                found[at] = Some(values.as_mut_slice());
+            }
+        }
+        if found.iter().any(Option::is_none) {
+            return Err(wrong());
+        }
+        Ok(found.map(Option::unwrap_or_default))
+    }
+
+    /// Calls `each` with the points of tiles and where they are in one of them.
+    fn each_point(&self, tiles: &[u32], mut each: impl FnMut(usize, Place)) {
+        let numbering = &self.numbering;
+        for tile in tiles.iter().filter(|tile| !numbering.topology.is_hole(**tile)) {
+            (0..4).for_each(|edge| numbering.along(*tile, edge, |vertex, place| each(vertex as usize, place)));
+            numbering.within(*tile, |vertex, place| each(vertex as usize, place));
+        }
     }
 
     fn check(&self, displaced: &Displaced<'_>) -> Result<()> {

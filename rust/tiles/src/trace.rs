@@ -52,6 +52,11 @@ impl Mark {
         let time = (mean.x > 0.0).then(|| (mean.z / mean.x) as f32);
         Self { contact: mean.x as f32, depth: mean.y as f32, time }
     }
+
+    /// Seconds from when it was touched last to `now`, at least 0; −1 where nothing ever touched.
+    pub fn age(&self, now: f64) -> f32 {
+        self.time.map_or(-1.0, |time| (now - f64::from(time)).max(0.0) as f32)
+    }
 }
 
 impl Trace {
@@ -141,9 +146,7 @@ impl Tessellation {
             let mark = traces.mark(traces.canonical(Place::new(self.tiles[corner / 3], u, v)));
             lists[0][point] = mark.contact;
             lists[1][point] = mark.depth;
-            if let Some(time) = mark.time {
-                lists[2][point] = (now - f64::from(time)).max(0.0) as f32;
-            }
+            lists[2][point] = mark.age(now);
         }
         for (name, values) in ["contact", "depth", "age"].into_iter().zip(lists) {
             self.mesh.attributes.retain(|attribute| attribute.name != name);

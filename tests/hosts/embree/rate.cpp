@@ -1,8 +1,8 @@
 // rate [--json]: the ray rate and memory of a detail as user geometry beside Embree's own triangles of the same cells, and
 // what a call of the library costs. One line per figure: `cargo xtask bench hosts` runs it.
+#include "../figure.h"
 #include "renderer.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <ctime>
@@ -73,11 +73,6 @@ std::vector<RTCRayHit> scattered_rays() {
         rays.push_back(ray_of(from, to));
     }
     return rays;
-}
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
 }
 
 bool json = false;

@@ -1,0 +1,316 @@
+// rate [--json]: what the calls cost that a host makes at every event of a brush and at every frame of an imprint: their
+// time, and what they allocate once everything is warm. One line per call: `cargo xtask bench hosts` runs it.
+#include "../../c/check.h"
+#include "../figure.h"
+#include "allocations.h"
+
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+namespace {
+
+bool json = false;
+
+double now() {
+    return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// A call that is made again and again, and what each time cost.
+struct Call {
+    std::string name;
+    std::vector<double> times, counts, bytes;
+
+    explicit Call(std::string name) : name(std::move(name)) {}
+
+    template <class Work> double measure(Work work) {
+        const Allocations before = allocations();
+        const double start = now();
+        work();
+        const double took = now() - start;
+        const Allocations made = allocations() - before;
+        add(took, double(made.count), double(made.bytes));
+        return took;
+    }
+
+    void add(double took, double count, double size) {
+        times.push_back(took);
+        counts.push_back(count);
+        bytes.push_back(size);
+    }
+
+    /// The first ones find things cold; a goal of 0 is none.
+    void print(double goal = 0.0, size_t cold = 5) const {
+        const auto warm = [cold](const std::vector<double> &all) {
+            return std::vector<double>(all.begin() + std::ptrdiff_t(std::min(cold, all.size() - 1)), all.end());
+        };
+        const double middle = median(warm(times)), long_one = quantile(warm(times), 0.95);
+        const double count = median(warm(counts)), size = median(warm(bytes)) / 1024.0;
+        const bool met = middle <= goal;
+        if (json) {
+            std::printf("{\"bench\":\"hosts\",\"case\":\"%s\",\"ours\":%g,\"peer\":null,\"peer_name\":null,\"unit\":\"ms\",\"ratio\":null,"
+                        "\"p95\":%g,\"allocations\":%g,\"allocated_kib\":%g,",
+                        name.c_str(), middle, long_one, count, size);
+            if (goal > 0.0) {
+                std::printf("\"goal\":\"<= %g\",\"met\":%s}\n", goal, met ? "true" : "false");
+            } else {
+                std::printf("\"goal\":\"\",\"met\":null}\n");
+            }
+        } else {
+            std::printf("%-40s %9.3f ms  p95 %9.3f ms  %7.0f allocations %10.1f KiB", name.c_str(), middle, long_one, count, size);
+            if (goal > 0.0) {
+                std::printf("  <= %g  %s", goal, met ? "yes" : "NO");
+            }
+            std::printf("\n");
+        }
+    }
+};
+
+/// The plane of `cells` x `cells` quads from (-1, -1) to (1, 1).
+RlvMesh square(RlvContext context, uint32_t cells) {
+    RlvMesh mesh = check_plane(context, cells, cells);
+    std::vector<float> points(3 * size_t(cells + 1) * (cells + 1));
+    CHECK_OK(rlv_mesh_get_points(mesh, points.data(), points.size() / 3, 0));
+    for (size_t k = 0; k < points.size(); ++k) {
+        points[k] = k % 3 == 2 ? 0.0f : 2.0f * points[k] / float(cells) - 1.0f;
+    }
+    CHECK_OK(rlv_mesh_set_points(mesh, points.data(), points.size() / 3, 0));
+    return mesh;
+}
+
+/// A detail whose tiles have `size` texels a side, with colours, on a plane.
+RlvDetail plane(RlvContext context, uint32_t cells, uint32_t size) {
+    RlvMesh cage = square(context, cells);
+    RlvSurface surface = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+    RlvPaintOptions paint = RLV_PAINT_OPTIONS_INIT;
+    options.tile_size = paint.tile_size = size;
+    CHECK_OK(rlv_surface_create(context, cage, nullptr, &surface));
+    CHECK_OK(rlv_detail_create(surface, &options, nullptr, &detail));
+    CHECK_OK(rlv_detail_add_paint(detail, &paint));
+    CHECK_OK(rlv_detail_commit(detail, nullptr));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(cage));
+    return detail;
+}
+
+/// Triangles that follow a detail, and where a host has its own copy of them.
+struct Follower {
+    RlvTessellation handle = RLV_NULL;
+    std::vector<uint32_t> ranges;
+    std::vector<float> positions, normals, colors;
+
+    Follower(RlvDetail detail, uint32_t cells) {
+        RlvTessellateOptions options = RLV_TESSELLATE_OPTIONS_INIT;
+        RlvTessellationInfo info = RLV_TESSELLATION_INFO_INIT;
+        options.coarse = options.fine = cells;
+        CHECK_OK(rlv_tessellation_create(detail, &options, &handle));
+        CHECK_OK(rlv_tessellation_info(handle, &info));
+        positions.resize(3 * info.point_count);
+        normals = colors = positions;
+        ranges.resize(2 * info.point_count);
+    }
+
+    ~Follower() { CHECK_OK(rlv_tessellation_release(handle)); }
+
+    void update() {
+        RlvTessellationChanges changes = RLV_TESSELLATION_CHANGES_INIT;
+        CHECK_OK(rlv_tessellation_update(handle, &changes));
+        CHECK(changes.rebuilt == 0);
+    }
+
+    /// Copies what the update wrote.
+    void fetch() {
+        size_t count = 0;
+        CHECK_OK(rlv_tessellation_changed_ranges(handle, ranges.data(), ranges.size() / 2, &count));
+        for (size_t k = 0; k < count; ++k) {
+            const size_t first = ranges[2 * k], points = ranges[2 * k + 1];
+            float *to = positions.data() + 3 * first, *facing = normals.data() + 3 * first;
+            CHECK_OK(rlv_tessellation_get_points(handle, first, points, to, 0, facing, 0));
+            CHECK_OK(rlv_tessellation_get_colors(handle, first, points, colors.data() + 3 * first, 0));
+        }
+    }
+};
+
+/// Where a ray down at (x, y) meets the surface.
+RlvHit meet(RlvCaster caster, float x, float y) {
+    const float origin[3] = {x, y, 1.0f}, direction[3] = {0.0f, 0.0f, -1.0f};
+    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
+    RlvHit hit;
+    rays.count = 1;
+    rays.origins = origin;
+    rays.directions = direction;
+    rays.hits = &hit;
+    CHECK_OK(rlv_caster_cast(caster, &rays));
+    CHECK(hit.tile != RLV_NO_ELEMENT);
+    return hit;
+}
+
+/// Strokes of a brush on 200,000 faces, an event at a time as a modal tool has them.
+void brush_events(RlvContext context) {
+    const RlvDetail detail = plane(context, 447, 8);
+    RlvTessellateOptions cells = RLV_TESSELLATE_OPTIONS_INIT;
+    cells.coarse = cells.fine = 1;
+    Follower follower(detail, 1);
+    for (const uint32_t action : {uint32_t(RLV_BRUSH_SCULPT), uint32_t(RLV_BRUSH_PAINT)}) {
+        RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
+        RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+        RlvBrush brush = RLV_NULL;
+        options.action = action;
+        options.height = 0.02f;
+        options.color[1] = 0.2f;
+        settings.radius = 0.05f;
+        CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
+        const std::string name = action == RLV_BRUSH_SCULPT ? "sculpting" : "painting";
+        Call event(name + ": an event"), cast("  ray"), extend("  dabs"), commit("  commit"), update("  triangles"), fetch("  copies");
+        Call *const stages[] = {&cast, &extend, &commit, &update, &fetch};
+        for (const float y : {0.1f, 0.1f, 0.13f}) {
+            RlvCaster caster = RLV_NULL;
+            RlvStroke stroke = RLV_NULL;
+            CHECK_OK(rlv_caster_create_detail(detail, &cells, &caster));
+            CHECK_OK(rlv_stroke_begin(detail, brush, &stroke));
+            for (int step = 0; step < 60; ++step) {
+                RlvStrokePoint point = {{0.0, 0.0, 0.0}, 1.0, -1.0};
+                cast.measure([&] {
+                    const RlvHit hit = meet(caster, -0.6f + 0.02f * float(step), y);
+                    std::copy(hit.position, hit.position + 3, point.position);
+                });
+                extend.measure([&] { CHECK_OK(rlv_stroke_extend(stroke, &point, 1, 0, nullptr)); });
+                RlvDetailChanges changes = RLV_DETAIL_CHANGES_INIT;
+                commit.measure([&] { CHECK_OK(rlv_detail_commit(detail, &changes)); });
+                CHECK(step < 2 || changes.tile_count > 0);
+                update.measure([&] { follower.update(); });
+                fetch.measure([&] { follower.fetch(); });
+                double took = 0.0, count = 0.0, bytes = 0.0;
+                for (const Call *stage : stages) {
+                    took += stage->times.back();
+                    count += stage->counts.back();
+                    bytes += stage->bytes.back();
+                }
+                event.add(took, count, bytes);
+            }
+            CHECK_OK(rlv_stroke_end(stroke, nullptr));
+            CHECK_OK(rlv_stroke_release(stroke));
+            CHECK_OK(rlv_caster_release(caster));
+        }
+        event.print(8.0);
+        for (const Call *stage : stages) {
+            stage->print();
+        }
+        CHECK_OK(rlv_brush_release(brush));
+    }
+    CHECK_OK(rlv_detail_release(detail));
+}
+
+/// A cube from -1 to 1 times `size`.
+RlvMesh cube(RlvContext context, float size) {
+    const uint32_t corners[] = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+    float points[24];
+    for (int k = 0; k < 8; ++k) {
+        for (int axis = 0; axis < 3; ++axis) {
+            points[3 * k + axis] = k >> axis & 1 ? size : -size;
+        }
+    }
+    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
+    RlvMesh mesh = RLV_NULL;
+    arrays.points = points;
+    arrays.point_count = 8;
+    arrays.face_size = 4;
+    arrays.face_count = 6;
+    arrays.corners = corners;
+    arrays.corner_count = 24;
+    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
+    return mesh;
+}
+
+/// A cube that is dragged through a plane of 64 x 64 faces, frame by frame, and what a host reads at every frame.
+void imprint_frames(RlvContext context) {
+    const uint32_t side = 64, size = 32;
+    const RlvDetail detail = plane(context, side, size);
+    Follower follower(detail, 4);
+    const RlvMesh mesh = cube(context, 0.1f);
+    RlvCollider collider = RLV_NULL;
+    const auto moved = [](double x, double *out) {
+        const double matrix[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, x, 0.0, 0.08};
+        std::copy(matrix, matrix + 12, out);
+    };
+    double at[12];
+    moved(-0.6, at);
+    CHECK_OK(rlv_collider_create_mesh(context, mesh, at, &collider));
+    RlvImprintSettings settings = RLV_IMPRINT_SETTINGS_INIT;
+    settings.voxels = 1 << 20;
+
+    const uint32_t places = 10000;
+    std::vector<uint32_t> tiles(places);
+    std::vector<float> uvs(2 * places), positions(3 * places), normals(3 * places), origins(3 * places), directions(3 * places);
+    std::vector<RlvHit> hits(places);
+    for (uint32_t k = 0; k < places; ++k) {
+        tiles[k] = k * 2654435761u % (side * side);
+        uvs[2 * k] = float(k % 97) / 97.0f;
+        uvs[2 * k + 1] = float(k % 89) / 89.0f;
+        origins[3 * k] = float(k % 100) / 51.0f - 0.97f;
+        origins[3 * k + 1] = float(k / 100) / 51.0f - 0.97f;
+        origins[3 * k + 2] = 1.0f;
+        directions[3 * k + 2] = -1.0f;
+    }
+    RlvEvaluateArrays wanted = RLV_EVALUATE_ARRAYS_INIT;
+    wanted.count = places;
+    wanted.tiles = tiles.data();
+    wanted.uvs = uvs.data();
+    wanted.positions = positions.data();
+    wanted.normals = normals.data();
+    RlvCaster caster = RLV_NULL;
+    CHECK_OK(rlv_caster_create_detail(detail, nullptr, &caster));
+    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
+    rays.count = places;
+    rays.origins = origins.data();
+    rays.directions = directions.data();
+    rays.hits = hits.data();
+    std::vector<float> cage(3 * (side + 1) * (side + 1));
+    const RlvMesh posed = square(context, side);
+    CHECK_OK(rlv_mesh_get_points(posed, cage.data(), cage.size() / 3, 0));
+
+    Call place("rlv_collider_set_transform"), run("rlv_imprint_run"), commit("rlv_detail_commit"), update("rlv_tessellation_update");
+    Call fetch("rlv_tessellation_get_points, all ranges"), evaluate("rlv_evaluate_detail, 10,000 places");
+    Call cast("rlv_caster_cast, 10,000 rays"), pose("rlv_detail_set_points, 4,225 points"), info("rlv_detail_info");
+    for (int frame = 0; frame < 60; ++frame) {
+        moved(-0.6 + 0.02 * frame, at);
+        RlvImprintMoment moment = RLV_IMPRINT_MOMENT_INIT;
+        RlvDetailInfo known = RLV_DETAIL_INFO_INIT;
+        moment.frame = uint64_t(frame);
+        place.measure([&] { CHECK_OK(rlv_collider_set_transform(collider, at)); });
+        run.measure([&] { CHECK_OK(rlv_imprint_run(detail, collider, &settings, &moment, nullptr)); });
+        commit.measure([&] { CHECK_OK(rlv_detail_commit(detail, nullptr)); });
+        update.measure([&] { follower.update(); });
+        fetch.measure([&] { follower.fetch(); });
+        evaluate.measure([&] { CHECK_OK(rlv_evaluate_detail(detail, &wanted)); });
+        cast.measure([&] { CHECK_OK(rlv_caster_cast(caster, &rays)); });
+        info.measure([&] { CHECK_OK(rlv_detail_info(detail, &known)); });
+        CHECK(known.allocated_count > 0);
+    }
+    for (int frame = 0; frame < 20; ++frame) {
+        pose.measure([&] { CHECK_OK(rlv_detail_set_points(detail, cage.data(), cage.size() / 3, 0)); });
+    }
+    for (const Call *call : {&place, &run, &commit, &update, &fetch, &evaluate, &cast, &info, &pose}) {
+        call->print();
+    }
+    CHECK_OK(rlv_caster_release(caster));
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_mesh_release(posed));
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_detail_release(detail));
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    json = argc > 1 && std::strcmp(argv[1], "--json") == 0;
+    RlvContext context = RLV_NULL;
+    CHECK_OK(rlv_context_create(nullptr, &context));
+    brush_events(context);
+    imprint_frames(context);
+    CHECK_OK(rlv_context_release(context));
+    return 0;
+}
