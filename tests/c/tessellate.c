@@ -177,6 +177,98 @@ static void follow(RlvContext context) {
     CHECK_OK(rlv_mesh_release(plane));
 }
 
+/* Copies the colours and traces of the points that the last update wrote, six numbers a point. */
+static void refit_coat(RlvTessellation tessellation, float *coat) {
+    size_t count = 0;
+    CHECK_OK(rlv_tessellation_changed_ranges(tessellation, NULL, 0, &count));
+    uint32_t *ranges = malloc(count * 8 + 8);
+    CHECK(ranges != NULL);
+    CHECK_OK(rlv_tessellation_changed_ranges(tessellation, ranges, count, &count));
+    for (size_t range = 0; range < count; ++range) {
+        size_t first = ranges[2 * range], size = ranges[2 * range + 1];
+        CHECK_OK(rlv_tessellation_get_colors(tessellation, first, size, coat + 6 * first, 24));
+        CHECK_OK(rlv_tessellation_get_traces(tessellation, first, size, coat + 6 * first + 3, 24));
+    }
+    free(ranges);
+}
+
+/* A host that refits colours and traces where a stroke and a ball were has what a host that starts anew would have,
+ * beside tiles of other sizes too. */
+static void follow_coat(RlvContext context) {
+    RlvSurface surface = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    RlvCollider collider = RLV_NULL;
+    RlvTessellation tessellation = RLV_NULL;
+    RlvStroke stroke = RLV_NULL;
+    RlvMesh plane = check_plane(context, 6, 6), ball = check_ball(context, 0.6);
+    RlvDetailOptions detail_options = RLV_DETAIL_OPTIONS_INIT;
+    RlvPaintOptions paint_options = RLV_PAINT_OPTIONS_INIT;
+    detail_options.tile_size = paint_options.tile_size = 32;
+    CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
+    CHECK_OK(rlv_detail_create(surface, &detail_options, NULL, &detail));
+    CHECK_OK(rlv_detail_add_paint(detail, &paint_options));
+    CHECK_OK(rlv_detail_add_traces(detail, 0));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    const double at[12] = CHECK_MOVED(2.0, 2.3, 0.4);
+    CHECK_OK(rlv_collider_create_mesh(context, ball, at, &collider));
+    RlvTessellateOptions options = RLV_TESSELLATE_OPTIONS_INIT;
+    RlvTessellationInfo info = RLV_TESSELLATION_INFO_INIT;
+    options.coarse = options.fine = 16;
+    CHECK_OK(rlv_tessellation_create(detail, &options, &tessellation));
+    CHECK_OK(rlv_tessellation_info(tessellation, &info));
+    float *kept = calloc(info.point_count, 24), *whole = calloc(info.point_count, 24);
+    CHECK(kept != NULL && whole != NULL);
+    refit_coat(tessellation, kept);
+    for (uint32_t level = 0; level < 3; ++level) {
+        RlvBrushOptions brush_options = RLV_BRUSH_OPTIONS_INIT;
+        RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+        RlvBrush brush = RLV_NULL;
+        brush_options.color[level] = 0.1f;
+        settings.radius = 0.7f;
+        settings.level = 2 - level;
+        CHECK_OK(rlv_brush_create(context, &brush_options, &settings, &brush));
+        CHECK_OK(rlv_stroke_begin(detail, brush, &stroke));
+        CHECK_OK(rlv_brush_release(brush));
+        for (int event = 0; event < 6; ++event) {
+            const RlvStrokePoint point = {{0.4 + 0.9 * event, 2.0 + 0.7 * level, 0.0}, 1.0, -1.0};
+            RlvTessellationChanges changes = RLV_TESSELLATION_CHANGES_INIT;
+            CHECK_OK(rlv_stroke_extend(stroke, &point, 1, 0, NULL));
+            if (event == 3) {
+                CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, NULL));
+            }
+            CHECK_OK(rlv_detail_commit(detail, NULL));
+            CHECK_OK(rlv_tessellation_update(tessellation, &changes));
+            CHECK(changes.rebuilt == 0 && changes.point_count < info.point_count);
+            CHECK(event == 0 || changes.point_count > 0);
+            refit_coat(tessellation, kept);
+            RlvTessellation fresh = RLV_NULL;
+            CHECK_OK(rlv_tessellation_create(detail, &options, &fresh));
+            refit_coat(fresh, whole);
+            CHECK(memcmp(kept, whole, info.point_count * 24) == 0);
+            CHECK_OK(rlv_tessellation_release(fresh));
+        }
+        CHECK_OK(rlv_stroke_end(stroke, NULL));
+        CHECK_OK(rlv_stroke_release(stroke));
+    }
+    /* As time goes by all traces are older. */
+    CHECK_OK(rlv_detail_advance(detail, 2.0));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_tessellation_update(tessellation, NULL));
+    CHECK_OK(rlv_tessellation_get_traces(tessellation, 0, info.point_count, whole, 0));
+    size_t old = 0;
+    for (size_t point = 0; point < info.point_count; ++point) {
+        old += whole[3 * point + 2] == 2.0f;
+    }
+    CHECK(old > 100);
+    free(kept), free(whole);
+    CHECK_OK(rlv_tessellation_release(tessellation));
+    CHECK_OK(rlv_collider_release(collider));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(ball));
+    CHECK_OK(rlv_mesh_release(plane));
+}
+
 int main(void) {
     RlvContext context = RLV_NULL;
     RlvSurface surface = RLV_NULL;
@@ -247,6 +339,7 @@ int main(void) {
     CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_context_release(small));
     follow(context);
+    follow_coat(context);
     CHECK_OK(rlv_context_release(context));
     return 0;
 }

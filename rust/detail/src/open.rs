@@ -71,7 +71,7 @@ impl OpenStroke {
             self.stroke.points.truncate(old);
             return Err(error);
         }
-        if self.stroke.pace().waits(&self.stroke.points) {
+        if self.made == 0 && self.stroke.pace().waits(&self.stroke.points) {
             Ok(vec![StrokeReport::default(); objects.len()])
         } else {
             self.make(context, objects)

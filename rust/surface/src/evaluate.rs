@@ -157,15 +157,8 @@ impl Surface {
             self.check(place).map_err(|error| error.at(format!("place {index}")))?;
         }
         out.resize(order, places.len());
-        let mut rest = out.as_slices();
-        let mut chunks = Vec::with_capacity(places.len().div_ceil(CHUNK));
-        for places in places.chunks(CHUNK) {
-            let (head, tail) = rest.split_at(places.len());
-            chunks.push((places, head));
-            rest = tail;
-        }
         let (level, quantities) = (context.level(), order.quantities());
-        context.for_each_mut(&mut chunks, |_, (places, out)| {
+        let fill = |places: &[Place], out: &mut SampleSlices<'_>| {
             for (index, place) in places.iter().enumerate() {
                 let mut sample = [[0.0; 3]; 6];
                 if let Some(patch) = self.find(place.tile, place.u, place.v) {
@@ -173,7 +166,19 @@ impl Surface {
                 }
                 out.set(index, &sample, quantities);
             }
-        });
+        };
+        let mut rest = out.as_slices();
+        if places.len() <= CHUNK {
+            fill(places, &mut rest);
+            return Ok(());
+        }
+        let mut chunks = Vec::with_capacity(places.len().div_ceil(CHUNK));
+        for places in places.chunks(CHUNK) {
+            let (head, tail) = rest.split_at(places.len());
+            chunks.push((places, head));
+            rest = tail;
+        }
+        context.for_each_mut(&mut chunks, |_, (places, out)| fill(places, out));
         Ok(())
     }
 

@@ -11,6 +11,8 @@
 //! little further inside the tile, and so is the displaced normal. A place that has no normal there either stays
 //! undisplaced and gets the normal (0, 0, 1), as do places in holes.
 
+use std::cell::RefCell;
+
 use glam::Vec3;
 use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, Error, Result, dispatch_simd};
@@ -58,6 +60,35 @@ impl Kind {
     /// Second derivatives are only needed where there is displacement.
     fn order(self) -> Order {
         if self == Kind::Still { Order::First } else { Order::Second }
+    }
+}
+
+/// Room for what is computed on the way, which threads keep, so that calls for few places do not ask for memory each.
+/// It is bounded: by [`CHUNK`] places, or [`ROWS`] rows of a grid and its border; more are given back.
+#[derive(Default)]
+struct Scratch {
+    samples: Samples,
+    jets: JetLists,
+    points: Points,
+    indices: Vec<usize>,
+    chosen: Vec<Place>,
+    vector: [Jets; 3],
+    us: Vec<f32>,
+    vs: Vec<f32>,
+}
+
+thread_local! {
+    static KEPT: RefCell<Vec<Scratch>> = const { RefCell::new(Vec::new()) };
+}
+
+impl Scratch {
+    /// Calls `work` with room that nothing else uses meanwhile.
+    fn with<R>(work: impl FnOnce(&mut Self) -> R) -> R {
+        let mut scratch = KEPT.with_borrow_mut(Vec::pop).unwrap_or_default();
+        let result = work(&mut scratch);
+        scratch.chosen.shrink_to(8 * CHUNK);
+        KEPT.with_borrow_mut(|kept| kept.push(scratch));
+        result
     }
 }
 
@@ -144,14 +175,20 @@ impl<'a> Displaced<'a> {
                 return Err(Error::invalid(format!("{place:?} is not on the surface")).at(format!("place {index}")));
             }
         }
-        let canonical: Vec<Place> = places.iter().map(|place| self.canonical(*place)).collect();
-        self.evaluate_in_place(context, &canonical, out)
+        Scratch::with(|scratch| {
+            scratch.chosen.clear();
+            scratch.chosen.extend(places.iter().map(|place| self.canonical(*place)));
+            self.evaluate_in_place(context, &scratch.chosen, out)
+        })
     }
 
     /// As [`Self::evaluate`], in the very tiles that `places` name: give it canonical ones, or want a side's own
     /// normal. Fails if a place is not on the surface.
     pub fn evaluate_in_place(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
         out.reset(places.len());
+        if places.len() <= CHUNK {
+            return self.evaluate_chunk(context, places, &mut out.p, &mut out.normal);
+        }
         let lists = out.p.chunks_mut(CHUNK).zip(out.normal.chunks_mut(CHUNK));
         let mut chunks: Vec<_> = places.chunks(CHUNK).zip(lists).map(|chunk| (chunk, Ok(()))).collect();
         context.for_each_mut(&mut chunks, |_, ((places, (p, normal)), result)| {
@@ -168,26 +205,33 @@ impl<'a> Displaced<'a> {
         normal: &mut [[f32; 3]],
     ) -> Result<()> {
         let level = context.level();
-        let (mut samples, mut jets, mut points) = (Samples::default(), JetLists::default(), Points::default());
-        for kind in [Kind::Still, Kind::Scalar, Kind::Vector] {
-            let indices: Vec<usize> =
-                (0..places.len()).filter(|index| self.kind(places[*index].tile) == kind).collect();
-            let chosen: Vec<Place> = indices.iter().map(|index| places[*index]).collect();
-            self.surface.evaluate(context, &chosen, kind.order(), &mut samples)?;
-            jets.reset(chosen.len(), kind);
-            for (i, place) in chosen.iter().enumerate() {
-                jets.set(i, self.jets(level, *place, kind));
-            }
-            points.reset(chosen.len());
-            jets.displace(level, &samples, &mut points.p, &mut points.normal);
-            for (i, index) in indices.into_iter().enumerate() {
-                (p[index], normal[index]) = (points.p[i], points.normal[i]);
-                if normal[index] == [0.0; 3] {
-                    (p[index], normal[index]) = self.singular(context, places[index], p[index], true)?;
+        Scratch::with(|scratch| {
+            let Scratch { samples, jets, points, indices, chosen, .. } = scratch;
+            for kind in [Kind::Still, Kind::Scalar, Kind::Vector] {
+                indices.clear();
+                indices.extend((0..places.len()).filter(|index| self.kind(places[*index].tile) == kind));
+                chosen.clear();
+                chosen.extend(indices.iter().map(|index| places[*index]));
+                if chosen.is_empty() {
+                    continue;
+                }
+                self.surface.evaluate(context, chosen, kind.order(), samples)?;
+                jets.reset(chosen.len(), kind);
+                for (i, place) in chosen.iter().enumerate() {
+                    jets.set(i, self.jets(level, *place, kind));
+                }
+                points.reset(chosen.len());
+                jets.displace(level, samples, &mut points.p, &mut points.normal);
+                for (i, index) in indices.iter().enumerate() {
+                    let index = *index;
+                    (p[index], normal[index]) = (points.p[i], points.normal[i]);
+                    if normal[index] == [0.0; 3] {
+                        (p[index], normal[index]) = self.singular(context, places[index], p[index], true)?;
+                    }
                 }
             }
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     /// Along the normal, along T and along B, at a place.
@@ -219,50 +263,62 @@ impl<'a> Displaced<'a> {
         if tile as usize >= self.field.tile_count() || grid.columns.end > limit || grid.rows.end > limit {
             return Err(Error::invalid(format!("{grid:?} is not a grid of a tile")).at(format!("tile {tile}")));
         }
+        Scratch::with(|scratch| self.grid_with(context, tile, grid, out, scratch))
+    }
+
+    fn grid_with(
+        &self,
+        context: &Context,
+        tile: u32,
+        grid: &Grid,
+        out: &mut Points,
+        scratch: &mut Scratch,
+    ) -> Result<()> {
         let level = context.level();
         let kind = self.kind(tile);
-        let parameters = |range: &std::ops::Range<u32>| range.clone().map(|i| grid.parameter(i)).collect::<Vec<f32>>();
-        let (us, vs) = (parameters(&grid.columns), parameters(&grid.rows));
-        let (mut samples, mut jets) = (Samples::default(), JetLists::default());
-        let mut vector: [Jets; 3] = Default::default();
+        let Scratch { samples, jets, points, indices, chosen, vector, us, vs } = scratch;
+        for (parameters, range) in [(&mut *us, &grid.columns), (&mut *vs, &grid.rows)] {
+            parameters.clear();
+            parameters.extend(range.clone().map(|i| grid.parameter(i)));
+        }
         out.reset(grid.len());
         // A few rows at a time, so that what lies between the steps stays in the cache.
         for first in grid.rows.clone().step_by(ROWS as usize) {
             let rows = first..(first + ROWS).min(grid.rows.end);
             let part = Grid { rows: rows.clone(), ..grid.clone() };
-            self.surface.grid(level, tile, &part, kind.order(), &mut samples);
+            self.surface.grid(level, tile, &part, kind.order(), samples);
             let vs = &vs[(rows.start - grid.rows.start) as usize..][..rows.len()];
             jets.reset(part.len(), kind);
             if let Some(block) = self.field.block(tile) {
-                spline::grid(level, block, self.field.size(tile), &us, vs, Order::First, &mut jets.up);
+                spline::grid(level, block, self.field.size(tile), us, vs, Order::First, &mut jets.up);
             }
             if let Some((vectors, block)) = self.vectors.and_then(|vectors| Some((vectors, vectors.block(tile)?))) {
-                spline::vector_grid(level, block, vectors.size(tile), &us, vs, Order::First, &mut vector);
-                jets.take(&mut vector);
+                spline::vector_grid(level, block, vectors.size(tile), us, vs, Order::First, vector);
+                jets.take(vector);
             }
             let span = (rows.start - grid.rows.start) as usize * us.len()..;
             let (p, normal) = (&mut out.p[span.clone()][..part.len()], &mut out.normal[span][..part.len()]);
-            jets.displace(level, &samples, p, normal);
+            jets.displace(level, samples, p, normal);
         }
         // Points on edges, and places without a normal.
         let is_end = |t: f32| t == 0.0 || t == 1.0;
-        let (mut borders, mut indices) = (Vec::new(), Vec::new());
+        chosen.clear();
+        indices.clear();
         for (j, v) in vs.iter().enumerate() {
             for (i, u) in us.iter().enumerate() {
                 let (index, place) = (j * us.len() + i, Place::new(tile, *u, *v));
                 if is_end(*u) || is_end(*v) {
                     indices.push(index);
-                    borders.push(self.canonical(place));
+                    chosen.push(self.canonical(place));
                 } else if out.normal[index] == [0.0; 3] {
                     // Only where the tangents fail inside a tile, which cages with collapsed edges do.
                     (out.p[index], out.normal[index]) = self.singular(context, place, out.p[index], true)?;
                 }
             }
         }
-        let mut points = Points::default();
-        self.evaluate_in_place(context, &borders, &mut points)?;
-        for (index, (p, normal)) in indices.into_iter().zip(points.p.into_iter().zip(points.normal)) {
-            (out.p[index], out.normal[index]) = (p, normal);
+        self.evaluate_in_place(context, chosen, points)?;
+        for (index, (p, normal)) in indices.iter().zip(points.p.iter().zip(&points.normal)) {
+            (out.p[*index], out.normal[*index]) = (*p, *normal);
         }
         Ok(())
     }

@@ -192,29 +192,40 @@ impl Tessellator {
         shared.sort_unstable();
         shared.dedup();
         let outside = self.outline(context, displaced, &shared)?;
-        let filled: Vec<u32> = live.into_iter().filter(|tile| self.numbering.inner(*tile) > 0).collect();
-        let made = context.map(filled.len(), |index| self.inside(context, displaced, filled[index]));
-        let made = made.into_iter().collect::<Result<Vec<_>>>()?;
-        let mut write = |vertex: u32, p: &[f32; 3], normal: &[f32; 3]| {
-            let vertex = vertex as usize;
+        for (vertex, (p, normal)) in shared.iter().zip(outside.p.iter().zip(&outside.normal)) {
+            let vertex = *vertex as usize;
             points[vertex] = *p;
             normals[3 * vertex..3 * vertex + 3].copy_from_slice(normal);
-        };
-        for (vertex, (p, normal)) in shared.iter().zip(outside.p.iter().zip(&outside.normal)) {
-            write(*vertex, p, normal);
         }
         let mut ranges: Vec<Range<u32>> =
             shared.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[0] + run.len() as u32).collect();
-        for (tile, inside) in filled.iter().zip(&made) {
-            let range = self.numbering.inside(*tile);
-            for (vertex, (p, normal)) in range.clone().zip(inside.p.iter().zip(&inside.normal)) {
-                write(vertex, p, normal);
+        // Insides are apart from one another and in the order of their tiles.
+        let mut parts = Vec::new();
+        let (mut p, mut normal, mut from) = (&mut points[..], &mut normals[..], 0);
+        for tile in live {
+            let range = self.numbering.inside(tile);
+            if range.is_empty() {
+                continue;
             }
+            let (skip, count) = ((range.start - from) as usize, range.len());
+            p = p.split_off_mut(skip..).unwrap_or_default();
+            normal = normal.split_off_mut(3 * skip..).unwrap_or_default();
+            let own = p.split_off_mut(..count).unwrap_or_default();
+            let facing = normal.split_off_mut(..3 * count).unwrap_or_default();
+            parts.push((tile, own, facing, Ok(())));
+            from = range.end;
             match ranges.last_mut() {
                 Some(last) if last.end == range.start => last.end = range.end,
                 _ => ranges.push(range),
             }
         }
+        context.for_each_mut(&mut parts, |_, (tile, p, normal, result)| {
+            *result = self.inside(context, displaced, *tile).map(|inside| {
+                p.copy_from_slice(&inside.p);
+                normal.copy_from_slice(inside.normal.as_flattened());
+            });
+        });
+        parts.into_iter().try_for_each(|(.., result)| result)?;
         Ok(ranges)
     }
 

@@ -2,13 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use half::f16;
 use proptest::prelude::*;
 use relievo_core::{Attribute, Context, ContextOptions, Crease, Domain, Mesh, Values};
 use relievo_surface::{Place, Surface, SurfaceOptions};
 use relievo_testing::{Random, cage, grid};
-use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Sets, Tessellation, Tessellator, uniform_rates};
+use relievo_tiles::{
+    ColorTexel, Displaced, Displacement, DisplacementOptions, Paint, Rgba8, Sets, Tessellation, Tessellator, Trace,
+    Traces, uniform_rates,
+};
 
 fn surface(mesh: &Mesh) -> Surface {
     Surface::new(&Context::serial(), mesh, &SurfaceOptions::default()).unwrap()
@@ -302,4 +305,60 @@ fn a_hole_is_left_out_and_bad_rates_are_refused() {
         assert!(displaced.tessellate(&context, &mesh, &rates).is_err());
     }
     assert!(displaced.tessellate(&context, &grid(3, true, &[2], false), &[4; 16]).is_err());
+}
+
+#[test]
+fn colours_and_traces_of_changed_tiles_are_those_of_all() {
+    // Faces of all sizes beside each other, so that look-ups near edges see the neighbours.
+    let mesh = grid(5, true, &[2, 1, 0, 3, 2, 0, 1], false);
+    let surface = surface(&mesh);
+    let topology = surface.topology();
+    let context = Context::serial();
+    let face_sizes = (0..topology.face_count() as u32).map(|face| (face, 8 << (face % 3))).collect();
+    let options = DisplacementOptions { face_sizes, ..DisplacementOptions::default() };
+    let displacement = Displacement::new(topology.clone(), &options).unwrap();
+    let mut paint = Paint::<Rgba8>::of_color(topology.clone(), Vec4::new(0.2, 0.4, 0.6, 1.0), &options).unwrap();
+    let mut traces = Traces::of(displacement.field(), 1 << 30).unwrap();
+    let tessellator = Tessellator::new(topology, &mesh, random_rates(&surface, 9)).unwrap();
+    let displaced = Displaced::new(&surface, displacement.field()).unwrap();
+    let plain = tessellator.tessellate(&context, &displaced, &mesh).unwrap();
+    let whole = |paint: &relievo_tiles::Field<Rgba8>, traces: &relievo_tiles::Field<Trace>| {
+        let mut made = plain.clone();
+        made.paint(paint);
+        made.trace(traces, 3.0);
+        made
+    };
+    let (mut colors, mut marks) = (paint.commit(), traces.commit());
+    let mut made = whole(colors.field(), marks.field());
+    assert!(tessellator.paint(colors.field(), &[0], &mut plain.clone()).is_err());
+    for tile in [3, 17, 4, 3, 0, 11] {
+        let sets = || Sets { allocate: vec![tile], ..Sets::default() };
+        paint.apply(&sets()).unwrap();
+        let changes = paint.edit(&context, &[tile], |tile, texels| {
+            let mut random = Random(u64::from(tile));
+            let mut color = || Rgba8::of_color(Vec4::new(random.unit(), random.unit(), random.unit(), 1.0));
+            (0..texels.size()).for_each(|row| texels.row_mut(row).fill_with(&mut color));
+        });
+        paint.settle(&context, &changes.unwrap()).unwrap();
+        traces.apply(&sets()).unwrap();
+        let changes = traces.edit(&context, &[tile], |tile, texels| {
+            let mut random = Random(u64::from(tile));
+            let mut trace = || Trace::default().pushed(random.unit(), 1.0);
+            (0..texels.size()).for_each(|row| texels.row_mut(row).fill_with(&mut trace));
+        });
+        traces.settle(&context, &changes.unwrap()).unwrap();
+        let before = (colors.clone(), marks.clone());
+        (colors, marks) = (paint.commit(), traces.commit());
+        for (touched, changed) in [
+            (colors.touched(&before.0).collect::<Vec<_>>(), colors.changed()),
+            (marks.touched(&before.1).collect(), marks.changed()),
+        ] {
+            assert!(changed.iter().all(|tile| touched.contains(tile)));
+        }
+        let seen = colors.seen_from(&before.0, colors.changed());
+        assert!(seen.len() < surface.tile_count() && seen.windows(2).all(|pair| pair[0] < pair[1]));
+        tessellator.paint(colors.field(), &seen, &mut made).unwrap();
+        tessellator.trace(marks.field(), 3.0, marks.changed(), &mut made).unwrap();
+        assert_eq!(made, whole(colors.field(), marks.field()));
+    }
 }
