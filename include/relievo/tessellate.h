@@ -77,9 +77,11 @@ RLV_API RlvResult rlv_tessellation_release(RlvTessellation tessellation);
 RLV_API RlvResult rlv_tessellation_info(RlvTessellation tessellation, RlvTessellationInfo *out);
 
 /* Brings the points to the detail's last commit, however many there were since the last update. Costs what changed,
- * unless triangles are rebuilt or the cage was posed, which concerns all points; colours and traces are looked up for
- * all points. Needs the tessellation for itself and returns RLV_ERROR_BUSY while another call is at work on it; edits
- * of the detail do not matter. After a failure the tessellation is what it was. out may be NULL. */
+ * unless triangles are rebuilt or the cage was posed, which concerns all points; triangle meshes cost a look at all
+ * points. Points in the ranges have their colours and traces renewed too; the ages of traces, where the detail came
+ * to another time, are renewed at all points. Needs the tessellation for itself and returns RLV_ERROR_BUSY while
+ * another call is at work on it; edits of the detail do not matter. After a failure the tessellation is what it was.
+ * out may be NULL. */
 RLV_API RlvResult rlv_tessellation_update(RlvTessellation tessellation, RlvTessellationChanges *out);
 
 /* The ranges of points that the last update wrote, as pairs of the first point and the number of points, ascending and
