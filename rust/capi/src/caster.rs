@@ -256,11 +256,11 @@ entry! {
         let count = rays.origins.len();
         for first in (0..count).step_by(CHUNK * BATCH) {
             let batch: Vec<Ray> = (first..count.min(first + CHUNK * BATCH)).map(|index| rays.get(index)).collect();
-            let hits = object.context.context.map(batch.len().div_ceil(CHUNK), |chunk| {
-                let rays = batch.iter().skip(chunk * CHUNK).take(CHUNK);
-                rays.map(|ray| object.cast(ray, &tracer)).collect::<Vec<_>>()
+            let mut hits = vec![RlvHit::default(); batch.len()];
+            let mut parts: Vec<_> = hits.chunks_mut(CHUNK).zip(batch.chunks(CHUNK)).collect();
+            object.context.context.for_each_mut(&mut parts, |_, (hits, rays)| {
+                hits.iter_mut().zip(*rays).for_each(|(hit, ray)| *hit = object.cast(ray, &tracer));
             });
-            let mut hits = hits.concat();
             object.smooth(&mut hits)?;
             for (index, hit) in hits.into_iter().enumerate() {
                 rays.hits.set(first + index, hit);
