@@ -236,7 +236,8 @@ void check_attributes(RTCScene scene, RlvProcedural procedural, RlvDetail detail
     }
     const size_t count = primitives.size();
     std::vector<uint32_t> tiles(count);
-    std::vector<float> points(3 * count), normals(3 * count), colors(4 * count), same(3 * count), same_colors(4 * count);
+    std::vector<float> points(3 * count), normals(3 * count), colors(4 * count);
+    std::vector<float> same(3 * count), same_normals(3 * count), same_colors(4 * count);
     RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT;
     hits.count = count;
     hits.primitives = primitives.data();
@@ -251,9 +252,15 @@ void check_attributes(RTCScene scene, RlvProcedural procedural, RlvDetail detail
     arrays.tiles = tiles.data();
     arrays.uvs = uvs.data();
     arrays.positions = same.data();
+    arrays.normals = same_normals.data();
     arrays.colors = same_colors.data();
     CHECK_OK(rlv_evaluate_detail(detail, &arrays));
-    CHECK(points == same && colors == same_colors);
+    CHECK(points == same && normals == same_normals && colors == same_colors);
+    RlvProceduralTable table = RLV_PROCEDURAL_TABLE_INIT;
+    CHECK_OK(rlv_procedural_table(procedural, &table));
+    for (size_t k = 0; k < count; ++k) {
+        CHECK(tiles[k] == table.tiles[primitives[k]]);
+    }
     size_t off = 0;
     for (size_t k = 0; k < count; ++k) {
         float distance = 0.0f;
