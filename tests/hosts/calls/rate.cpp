@@ -1,5 +1,6 @@
 // rate [--json]: what the calls cost that a host makes at every event of a brush and at every frame of an imprint: their
-// time, and what they allocate once everything is warm. One line per call: `cargo xtask bench hosts` runs it.
+// time, and what they allocate once everything is warm. Time is the processor's, of all threads together, since others may
+// be busy; what a clock on the wall says is beside it. One line per call: `cargo xtask bench hosts` runs it.
 #include "../../c/check.h"
 #include "../figure.h"
 #include "allocations.h"
@@ -7,6 +8,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstring>
+#include <ctime>
 #include <string>
 
 namespace {
@@ -17,48 +19,56 @@ double now() {
     return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+double worked() { return 1e3 * double(std::clock()) / CLOCKS_PER_SEC; }
+
+/// What a call cost: milliseconds of the processor and of the wall, allocations and their bytes.
+struct Cost {
+    double work = 0.0, wall = 0.0, count = 0.0, bytes = 0.0;
+};
+
 /// A call that is made again and again, and what each time cost.
 struct Call {
     std::string name;
-    std::vector<double> times, counts, bytes;
+    std::vector<Cost> costs;
 
     explicit Call(std::string name) : name(std::move(name)) {}
 
-    template <class Work> double measure(Work work) {
+    template <class Work> void measure(Work work) {
         const Allocations before = allocations();
-        const double start = now();
+        const double start = now(), begun = worked();
         work();
-        const double took = now() - start;
+        const double took = worked() - begun, wall = now() - start;
         const Allocations made = allocations() - before;
-        add(took, double(made.count), double(made.bytes));
-        return took;
+        costs.push_back({took, wall, double(made.count), double(made.bytes)});
     }
 
-    void add(double took, double count, double size) {
-        times.push_back(took);
-        counts.push_back(count);
-        bytes.push_back(size);
+    /// Of the last ones: the first find things cold.
+    std::vector<double> warm(double Cost::*part) const {
+        std::vector<double> values;
+        for (size_t k = std::min<size_t>(5, costs.size() - 1); k < costs.size(); ++k) {
+            values.push_back(costs[k].*part);
+        }
+        return values;
     }
 
-    /// The first ones find things cold; a goal of 0 is none.
-    void print(double goal = 0.0, size_t cold = 5) const {
-        const auto warm = [cold](const std::vector<double> &all) {
-            return std::vector<double>(all.begin() + std::ptrdiff_t(std::min(cold, all.size() - 1)), all.end());
-        };
-        const double middle = median(warm(times)), long_one = quantile(warm(times), 0.95);
-        const double count = median(warm(counts)), size = median(warm(bytes)) / 1024.0;
+    /// A goal of 0 is none.
+    void print(double goal = 0.0) const {
+        const double middle = median(warm(&Cost::work)), most = quantile(warm(&Cost::work), 0.95);
+        const double wall = median(warm(&Cost::wall));
+        const double count = median(warm(&Cost::count)), size = median(warm(&Cost::bytes)) / 1024.0;
         const bool met = middle <= goal;
         if (json) {
             std::printf("{\"bench\":\"hosts\",\"case\":\"%s\",\"ours\":%g,\"peer\":null,\"peer_name\":null,\"unit\":\"ms\",\"ratio\":null,"
-                        "\"p95\":%g,\"allocations\":%g,\"allocated_kib\":%g,",
-                        name.c_str(), middle, long_one, count, size);
+                        "\"p95\":%g,\"wall\":%g,\"allocations\":%g,\"allocated_kib\":%g,",
+                        name.c_str(), middle, most, wall, count, size);
             if (goal > 0.0) {
                 std::printf("\"goal\":\"<= %g\",\"met\":%s}\n", goal, met ? "true" : "false");
             } else {
                 std::printf("\"goal\":\"\",\"met\":null}\n");
             }
         } else {
-            std::printf("%-40s %9.3f ms  p95 %9.3f ms  %7.0f allocations %10.1f KiB", name.c_str(), middle, long_one, count, size);
+            std::printf("%-40s %8.3f ms  95 %% %8.3f ms  wall %8.3f ms  %6.0f allocations %8.1f KiB", name.c_str(), middle, most,
+                        wall, count, size);
             if (goal > 0.0) {
                 std::printf("  <= %g  %s", goal, met ? "yes" : "NO");
             }
@@ -183,13 +193,12 @@ void brush_events(RlvContext context) {
                 CHECK(step < 2 || changes.tile_count > 0);
                 update.measure([&] { follower.update(); });
                 fetch.measure([&] { follower.fetch(); });
-                double took = 0.0, count = 0.0, bytes = 0.0;
+                Cost sum;
                 for (const Call *stage : stages) {
-                    took += stage->times.back();
-                    count += stage->counts.back();
-                    bytes += stage->bytes.back();
+                    const Cost &cost = stage->costs.back();
+                    sum = {sum.work + cost.work, sum.wall + cost.wall, sum.count + cost.count, sum.bytes + cost.bytes};
                 }
-                event.add(took, count, bytes);
+                event.costs.push_back(sum);
             }
             CHECK_OK(rlv_stroke_end(stroke, nullptr));
             CHECK_OK(rlv_stroke_release(stroke));
