@@ -1,6 +1,6 @@
 """The panels and the tools in a real window, driven by simulated events: a stroke of the sculpt tool, its undo and redo
 by the keyboard, a stroke of paint, a live preview, an imprint that is cancelled by Esc and one that runs to its end.
-What is seen is asked of screenshots. Needs a display, `--enable-event-simulate` and a folder for screenshots in
+What is seen is asked of screenshots. What does not come to an end is ended by who runs it. Needs a display, `--enable-event-simulate` and a folder for screenshots in
 RELIEVO_SCREENSHOTS; `cargo xtask blender --test` runs it as
 
     xvfb-run --server-args "-screen 0 1200x800x24" blender --factory-startup --enable-event-simulate \\
@@ -193,11 +193,8 @@ def play():
     for height in (0.2, 0.25):
         ball.animation_data_clear()
         ball.location = (0.3, -0.6, height)
-        for _ in range(400):
+        while abs(heights().min() - (height - 0.3)) > 0.02:
             yield
-            if abs(heights().min() - (height - 0.3)) < 0.02:
-                break
-        assert abs(heights().min() - (height - 0.3)) < 0.02, heights().min()
     with override():
         bpy.ops.relievo.preview("INVOKE_DEFAULT")
     assert heights().min() > -0.02, heights().min()
@@ -216,21 +213,16 @@ def play():
     for value in ("PRESS", "RELEASE"):
         event("ESC", value)
         yield
-    for _ in range(200):
+    while relievo.job.is_busy():
         yield
-        if not relievo.job.is_busy():
-            break
-    assert not relievo.job.is_busy()
     assert heights().min() > -0.02, heights().min()
     assert relievo.state.of(field).document.info.undo_count == edits
     bpy.context.scene.frame_end = 6
     with override():
         answer = bpy.ops.relievo.imprint("INVOKE_DEFAULT")
     assert answer <= {"RUNNING_MODAL", "FINISHED"}, answer
-    for _ in range(400):
+    while relievo.job.is_busy():
         yield
-        if heights().min() < -0.08 and relievo.state.of(field).document.info.is_open == 0:
-            break
     assert heights().min() < -0.08, heights().min()
     ball.hide_set(True)
     for _ in range(10):

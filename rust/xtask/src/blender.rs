@@ -77,10 +77,12 @@ fn window(scripts: &Path) -> Outcome {
     std::fs::create_dir_all(&pictures).map_err(|error| format!("{}: {error}", pictures.display()))?;
     let mut command = clean(Path::new("xvfb-run"));
     // A window that hangs is ended.
-    command.args(["--auto-servernum", "--server-args", "-screen 0 1200x800x24", "timeout", "--kill-after", "10", "300"]);
-    command.args(["blender", "--factory-startup", "--enable-event-simulate", "--window-geometry", "0", "0", "1200", "800"]);
-    command.arg("--python").arg(root().join("tests/blender/window.py"));
-    command.env("BLENDER_USER_SCRIPTS", scripts).env("RELIEVO_SCREENSHOTS", &pictures).env("LIBGL_ALWAYS_SOFTWARE", "1");
+    let blender = "timeout --kill-after 10 600 blender --factory-startup --enable-event-simulate";
+    let place = "--window-geometry 0 0 1200 800 --python";
+    command.args(["--auto-servernum", "--server-args", "-screen 0 1200x800x24"]);
+    command.args(blender.split(' ')).args(place.split(' ')).arg(root().join("tests/blender/window.py"));
+    command.env("BLENDER_USER_SCRIPTS", scripts).env("RELIEVO_SCREENSHOTS", &pictures);
+    command.env("LIBGL_ALWAYS_SOFTWARE", "1");
     call(&mut command)
 }
 
