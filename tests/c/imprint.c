@@ -126,7 +126,8 @@ static void deform(RlvContext context, RlvSurface surface, RlvMesh ball) {
 
     CHECK_OK(rlv_imprint_sweep_points(detail, collider, place, place, from, to, count, 0, &settings, NULL, NULL, NULL,
                                       &report));
-    CHECK(report.steps == 8 && report.wanted_steps == 8);
+    /* Rounded, a point may go a little further than 4. */
+    CHECK(report.steps >= 8 && report.steps <= 9 && report.wanted_steps == report.steps);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     for (int step = 0; step < 32; ++step) {
         float depth = displacement(detail, 14 + (uint32_t)step / 16, (float)(step % 16) / 16, 0.5f);

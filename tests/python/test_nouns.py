@@ -199,14 +199,14 @@ class Details(unittest.TestCase):
     def test_a_sweep_of_points_leaves_the_track_of_a_move(self):
         points, corners = shapes.ball(0.3)
         before, after = numpy.eye(4), numpy.eye(4)
-        before[:3, 3], after[:3, 3] = (-0.6, 0.25, 0.2), (0.6, 0.25, 0.2)
+        before[:3, 3], after[:3, 3] = (-0.55, 0.25, 0.2), (0.55, 0.25, 0.2)
         tracks = []
         for deforms in (False, True):
             ball = rl.Collider(self.context, rl.Mesh(self.context, points, corners, 3))
             detail = flat_detail(self.context, tile_size=32)
             settings = {"voxels": 2**18, "jitter": 0.0}
             if deforms:
-                moved = points + numpy.array([1.2, 0, 0])
+                moved = points + numpy.array([1.1, 0, 0])
                 report = imprint.sweep_points(detail, ball, (before, points), (before, moved), settings)
                 with self.assertRaisesRegex(rl.Invalid, "before and"):
                     imprint.sweep_points(detail, ball, (before, points), (before, moved[1:]), settings)
