@@ -1,4 +1,4 @@
-//! Readers and writers of mesh files: OBJ, PLY and glTF both ways, STL and OFF in.
+//! Readers and writers of mesh files: OBJ, PLY, glTF and USD both ways, STL and OFF in.
 //!
 //! Files are hostile until read: every size is checked against the file's length and the memory limit before anything
 //! is allocated, every index before it is used. Errors name the file and the line or element.
@@ -21,6 +21,9 @@ mod root;
 mod stl;
 mod summary;
 mod text;
+mod transform;
+mod usd;
+mod usd_writer;
 
 use std::path::Path;
 
@@ -28,7 +31,7 @@ use relievo_core::{Context, Error, Mesh, Result, budget, file};
 
 pub use glb_writer::{Instance, write_glb};
 pub use gltf::{Open, read_gltf};
-pub use model::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, Skin};
+pub use model::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, ShapeKeys, Skin};
 pub use obj::read_obj;
 pub use obj_writer::write_obj;
 pub use off::read_off;
@@ -38,6 +41,9 @@ pub use pose::{Pose, Shape};
 pub use root::Root;
 pub use stl::read_stl;
 pub use summary::Summary;
+pub use transform::{Kind, Operation};
+pub use usd::read_usd;
+pub use usd_writer::{StageOptions, StageWriter, write_usd};
 
 /// Formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +53,7 @@ enum Format {
     Gltf,
     Stl,
     Off,
+    Usd,
 }
 
 impl Format {
@@ -58,6 +65,9 @@ impl Format {
         if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
             return Ok(Self::Ply);
         }
+        if bytes.starts_with(usd::MAGIC) || bytes.starts_with(b"#usda ") {
+            return Ok(Self::Usd);
+        }
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("obj") => Ok(Self::Obj),
@@ -65,10 +75,9 @@ impl Format {
             Some("glb" | "gltf") => Ok(Self::Gltf),
             Some("stl") => Ok(Self::Stl),
             Some("off") => Ok(Self::Off),
-            _ => {
-                Err(Error::unsupported("the format of the file is not known")
-                    .advise("use OBJ, PLY, GLB, glTF, STL or OFF"))
-            }
+            Some("usd" | "usda" | "usdc" | "usdz") => Ok(Self::Usd),
+            _ => Err(Error::unsupported("the format of the file is not known")
+                .advise("use OBJ, PLY, GLB, glTF, USD, STL or OFF")),
         }
     }
 }
@@ -102,20 +111,22 @@ pub fn read_model_within(context: &Context, path: &Path, root: &Root) -> Result<
         Format::Gltf => read_gltf(&bytes, left, &open),
         Format::Stl => read_stl(&bytes, left),
         Format::Off => read_off(&bytes, left),
+        Format::Usd => read_usd(bytes, left, folder, root),
     };
     model.map_err(named)
 }
 
-/// Writes a mesh as OBJ, PLY or GLB, as the extension of the path says. See [`write_obj`], [`write_ply`] and
-/// [`write_glb`].
+/// Writes a mesh as OBJ, PLY, GLB or USD, as the extension of the path says. See [`write_obj`], [`write_ply`],
+/// [`write_glb`] and [`write_usd`].
 pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
     match extension.as_deref() {
         Some("obj") => write_obj(path, mesh, &[]),
         Some("ply") => write_ply(path, mesh),
         Some("glb") => write_glb(path, &[Instance::new("mesh", mesh)]),
+        Some("usd" | "usda" | "usdc") => write_usd(path, &[Instance::new("mesh", mesh)], &StageOptions::default()),
         _ => Err(Error::unsupported("the format to write is not known")
             .at(path.display().to_string())
-            .advise("use the extension .obj, .ply or .glb")),
+            .advise("use the extension .obj, .ply, .glb, .usda or .usdc")),
     }
 }

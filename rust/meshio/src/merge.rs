@@ -6,11 +6,23 @@ use crate::budget::Budget;
 use crate::model::Model;
 use crate::pose::Pose;
 
-/// Replaces the points, and the point attribute `normal`, of a mesh that is appended.
+/// Replaces the points, and the point attributes `normal` and `velocity`, of a mesh that is appended.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed<'a> {
     pub points: &'a [[f32; 3]],
     pub normals: Option<&'a [[f32; 3]]>,
+    pub velocities: Option<&'a [[f32; 3]]>,
+}
+
+impl<'a> Placed<'a> {
+    /// What replaces an attribute.
+    fn of(&self, attribute: &Attribute) -> Option<&'a [[f32; 3]]> {
+        match attribute.name.as_str() {
+            "normal" if attribute.domain == Domain::Point => self.normals,
+            "velocity" if attribute.domain == Domain::Point => self.velocities,
+            _ => None,
+        }
+    }
 }
 
 /// Grows one mesh out of several.
@@ -44,7 +56,7 @@ impl Joiner {
                 return Err(Error::unsupported("the whole has 2^32 or more points or corners").advise("split it"));
             }
         }
-        self.unite(budget, piece, placed.and_then(|placed| placed.normals), before, added, turned)?;
+        self.unite(budget, piece, placed, before, added, turned)?;
         budget.reserve_more(&mut self.mesh.points, added.points)?;
         self.mesh.points.extend_from_slice(placed.map_or(&piece.points, |placed| placed.points));
         budget.reserve_more(&mut self.mesh.face_sizes, added.faces)?;
@@ -95,7 +107,7 @@ impl Joiner {
         &mut self,
         budget: &mut Budget,
         piece: &Mesh,
-        normals: Option<&[[f32; 3]]>,
+        placed: Option<Placed>,
         before: Counts,
         added: Counts,
         turned: bool,
@@ -130,11 +142,11 @@ impl Joiner {
             let target = &mut self.mesh.attributes[at];
             fill(budget, target, before.of_domain(source.domain))?;
             let order = Order::of(piece, turned && source.domain == Domain::Corner);
-            match normals.filter(|_| source.name == "normal" && source.domain == Domain::Point) {
-                Some(normals) => {
+            match placed.and_then(|placed| placed.of(source)) {
+                Some(vectors) => {
                     if let Values::F32(values) = &mut target.values {
-                        budget.reserve_more(values, 3 * normals.len())?;
-                        values.extend_from_slice(normals.as_flattened());
+                        budget.reserve_more(values, 3 * vectors.len())?;
+                        values.extend_from_slice(vectors.as_flattened());
                     }
                 }
                 None => extend(budget, target, source, &order)?,
@@ -296,7 +308,8 @@ pub(crate) fn model(context: &Context, model: &Model, pose: &Pose) -> Result<Mes
     for (number, node) in model.instances().enumerate() {
         let Some(part) = node.mesh.and_then(|mesh| model.meshes.get(mesh)) else { continue };
         let shape = &pose.shapes[number];
-        let placed = Placed { points: &shape.points, normals: shape.normals.as_deref() };
+        let (normals, velocities) = (shape.normals.as_deref(), shape.velocities.as_deref());
+        let placed = Placed { points: &shape.points, normals, velocities };
         joiner.append(&mut budget, &part.mesh, Some(placed), shape.mirrored)?;
     }
     let mut mesh = joiner.into_mesh();

@@ -1,9 +1,11 @@
 //! What a file holds: meshes, the nodes that place them, skins and animations.
 //!
-//! Static formats give one mesh on one node. Lengths are in the file's units; glTF files are in metres with y up.
+//! Static formats give one mesh on one node. Lengths are in the file's units; glTF files and USD stages are in metres with y up.
 
 use glam::{DAffine3, DQuat, DVec3};
 use relievo_core::Mesh;
+
+use crate::transform::Operation;
 
 /// The contents of a file. Every index in it exists; see [`Model::merged_mesh`] for one mesh of everything.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -107,17 +109,36 @@ pub struct Animation {
     pub name: String,
     /// The curves.
     pub channels: Vec<Channel>,
+    /// Points of meshes over time, instead of morph targets.
+    pub shapes: Vec<ShapeKeys>,
+    /// Placements of nodes over time: operations of which the first is applied last.
+    pub transforms: Vec<(usize, Vec<Operation>)>,
 }
 
 impl Animation {
     /// First and last time of any key, in seconds; zeros without keys.
     pub fn range(&self) -> (f64, f64) {
-        let times =
-            || self.channels.iter().flat_map(|channel| channel.times.first().into_iter().chain(channel.times.last()));
-        let low = times().copied().reduce(f32::min).unwrap_or(0.0);
-        let high = times().copied().reduce(f32::max).unwrap_or(0.0);
-        (f64::from(low), f64::from(high))
+        let channels = self.channels.iter().flat_map(|channel| [channel.times.first(), channel.times.last()]);
+        let mut times: Vec<f64> = channels.flatten().copied().map(f64::from).collect();
+        let ends = |times: &[f64]| [times.first().copied(), times.last().copied()];
+        times.extend(self.shapes.iter().flat_map(|keys| ends(&keys.times)).flatten());
+        let operations = self.transforms.iter().flat_map(|(_, operations)| operations);
+        times.extend(operations.flat_map(|operation| ends(&operation.times)).flatten());
+        let low = times.iter().copied().reduce(f64::min).unwrap_or(0.0);
+        let high = times.iter().copied().reduce(f64::max).unwrap_or(0.0);
+        (low, high)
     }
+}
+
+/// The points of the mesh of a node over time. Between keys they move evenly.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShapeKeys {
+    /// The node.
+    pub node: usize,
+    /// Times of the keys in seconds, increasing.
+    pub times: Vec<f64>,
+    /// The points at every key, as many as the mesh has.
+    pub points: Vec<Vec<[f32; 3]>>,
 }
 
 /// A curve that drives one property of one node.
@@ -172,6 +193,13 @@ impl Model {
             weights: None,
         };
         Self { meshes: vec![Part { mesh, ..Part::default() }], nodes: vec![node], ..Self::default() }
+    }
+
+    /// Places everything by `map` as well, after it is placed in the model's space.
+    pub fn place(&mut self, map: DAffine3) {
+        for node in self.nodes.iter_mut().filter(|node| node.parent.is_none()) {
+            node.local = Placement::Matrix(map * node.local.matrix());
+        }
     }
 
     /// The nodes that show a mesh, in order: the instances. Poses and the merged mesh follow this order.

@@ -5,7 +5,8 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use relievo_core::error::nearest;
 use relievo_core::{Context, Domain, Error, ErrorKind, Mesh, Result, Values};
 
-use crate::model::{Channel, Interpolation, Model, Node, Part, Placement, Property, Skin};
+use crate::model::{Channel, Interpolation, Model, Node, Part, Placement, Property, ShapeKeys, Skin};
+use crate::transform;
 
 /// A model at one time, in its own space.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +24,8 @@ pub struct Shape {
     pub points: Vec<[f32; 3]>,
     /// Unit normals, if the mesh has the point attribute `normal`. Morph targets do not bend them.
     pub normals: Option<Vec<[f32; 3]>>,
+    /// Velocities per second, if the mesh has the point attribute `velocity`: those at rest, turned and scaled.
+    pub velocities: Option<Vec<[f32; 3]>>,
     /// Whether the placement mirrors, so that faces must be read backwards to keep their front.
     pub mirrored: bool,
 }
@@ -72,6 +75,16 @@ impl Model {
         for channel in &animation.channels {
             curves.apply(channel, time);
         }
+        for (node, operations) in &animation.transforms {
+            if let Some(local) = curves.locals.get_mut(*node) {
+                *local = Placement::Matrix(transform::map(operations, Some(time)));
+            }
+        }
+        for keys in &animation.shapes {
+            if let Some(shape) = curves.shapes.get_mut(keys.node) {
+                *shape = between(keys, time);
+            }
+        }
         Ok(self.assemble(context, &curves))
     }
 
@@ -107,7 +120,10 @@ impl Model {
         let mut shapes = Vec::new();
         for (index, node) in self.nodes.iter().enumerate() {
             let Some(part) = node.mesh.and_then(|mesh| self.meshes.get(mesh)) else { continue };
-            let points = morphed(context, part, &curves.weights[index]);
+            let points = match &curves.shapes[index] {
+                Some(points) => points.clone(),
+                None => morphed(context, part, &curves.weights[index]),
+            };
             let maps = match node.skin.and_then(|skin| self.skins.get(skin)) {
                 Some(skin) => Maps::Skin { joints: joint_matrices(skin, &matrices), influences: influences(part) },
                 None => Maps::One(matrices[index]),
@@ -118,10 +134,12 @@ impl Model {
     }
 }
 
-/// Placements and morph weights of all nodes at one time.
+/// Placements, morph weights and points of all nodes at one time.
 struct Curves {
     locals: Vec<Placement>,
     weights: Vec<Vec<f64>>,
+    /// Points that replace those of the mesh.
+    shapes: Vec<Option<Vec<[f32; 3]>>>,
 }
 
 impl Curves {
@@ -134,6 +152,7 @@ impl Curves {
         Self {
             locals: model.nodes.iter().map(|node| node.local).collect(),
             weights: model.nodes.iter().map(weights).collect(),
+            shapes: vec![None; model.nodes.len()],
         }
     }
 
@@ -209,6 +228,20 @@ fn sample(channel: &Channel, time: f64) -> Vec<f64> {
                 .collect()
         }
     }
+}
+
+/// The points of keys at `time` seconds.
+fn between(keys: &ShapeKeys, time: f64) -> Option<Vec<[f32; 3]>> {
+    let after = keys.times.partition_point(|key| *key <= time);
+    let (a, b) = (after.saturating_sub(1), after.min(keys.times.len().saturating_sub(1)));
+    let (from, to) = (keys.points.get(a)?, keys.points.get(b)?);
+    let length = keys.times[b] - keys.times[a];
+    let share = if length > 0.0 { (time - keys.times[a]) / length } else { 0.0 };
+    if share == 0.0 {
+        return Some(from.clone());
+    }
+    let blend = |from: f32, to: f32| (f64::from(from) + (f64::from(to) - f64::from(from)) * share) as f32;
+    Some(from.iter().zip(to).map(|(from, to)| std::array::from_fn(|axis| blend(from[axis], to[axis]))).collect())
 }
 
 /// The points of a mesh with its morph targets added.
@@ -290,13 +323,22 @@ impl Maps<'_> {
 /// The shape of morphed points under their maps.
 fn shape(context: &Context, part: &Part, mut points: Vec<[f32; 3]>, maps: &Maps) -> Shape {
     let mirrored = maps.mirrors();
-    let normals = part.mesh.attribute("normal").filter(|normal| normal.domain == Domain::Point && normal.width == 3);
-    let mut normals = match normals.map(|normal| &normal.values) {
-        Some(Values::F32(values)) => Some(values.as_chunks().0.to_vec()),
-        _ => None,
+    let vectors = |name: &str| -> Option<Vec<[f32; 3]>> {
+        let found = part.mesh.attribute(name).filter(|found| found.domain == Domain::Point && found.width == 3)?;
+        match &found.values {
+            Values::F32(values) => Some(values.as_chunks().0.to_vec()),
+            Values::U32(_) => None,
+        }
     };
+    let (mut normals, mut velocities) = (vectors("normal"), vectors("velocity"));
     if matches!(maps, Maps::One(matrix) if *matrix == DAffine3::IDENTITY) {
-        return Shape { points, normals, mirrored };
+        return Shape { points, normals, velocities, mirrored };
+    }
+    if let Some(velocities) = &mut velocities {
+        context.for_each_mut(velocities, |index, velocity| {
+            let velocity3 = maps.of(index).transform_vector3(DVec3::from(velocity.map(f64::from)));
+            *velocity = velocity3.as_vec3().to_array();
+        });
     }
     context.for_each_mut(&mut points, |index, point| {
         *point = maps.of(index).transform_point3(DVec3::from(point.map(f64::from))).as_vec3().to_array();
@@ -310,5 +352,5 @@ fn shape(context: &Context, part: &Part, mut points: Vec<[f32; 3]>, maps: &Maps)
             *normal = turned.normalize_or_zero().as_vec3().to_array();
         });
     }
-    Shape { points, normals, mirrored }
+    Shape { points, normals, velocities, mirrored }
 }

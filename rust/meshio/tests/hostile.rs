@@ -2,7 +2,10 @@
 
 use proptest::prelude::*;
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_meshio::{Instance, Model, read_gltf, read_obj, read_off, read_ply, read_stl, write_glb, write_ply};
+use relievo_meshio::{
+    Instance, Model, Root, StageOptions, StageWriter, read_gltf, read_obj, read_off, read_ply, read_stl, read_usd,
+    write_glb, write_ply,
+};
 
 const OBJ: &str = "# seed\no thing\nv 0 0 0 1 .5 .25\nv 1 0 0\nv 1 1 0\nv 0 1 1e-3\nvt 0 0\nvt 1 1\nvn 0 0 1\nusemtl a\n\
                    f 1/1/1 2/2/1 3/1/1 \\\n 4/2/1\nf -4//-1 -3//1 -2//1\ng b c\nusemtl d\nf 1 2 4\nl 1 2\n\
@@ -19,6 +22,37 @@ const STL: &str = "solid seed\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nver
                    endfacet\nendsolid seed\n";
 
 const OFF: &str = "CNOFF\n3 1 3 # seed\n0 0 0 0 0 1 9 9 9 9\n1 0 0 0 0 1 9 9 9 9\n0 1 0 0 0 1 9 9 9 9\n3 0 1 2 1 0 0\n";
+
+const USDA: &str = "#usda 1.0\n(\n defaultPrim = \"a\"\n metersPerUnit = 0.5\n upAxis = \"Z\"\n subLayers = [@x.usda@]\n)\n\
+                    def Xform \"a\" (\n variants = { string v = \"w\" }\n prepend variantSets = \"v\"\n) {\n \
+                    double3 xformOp:translate.timeSamples = { 1: (0, 1, 2), 2.5: (3, 4, 5) }\n float xformOp:rotateX = 9\n \
+                    uniform token[] xformOpOrder = [\"xformOp:translate\", \"!invert!xformOp:rotateX\"]\n \
+                    def Mesh \"m\" (\n  inherits = </c>\n ) {\n  point3f[] points.timeSamples = {\n   1: [(0, 0, 0), (1, 0, 0), \
+                    (0, 1, 0), (1, 1, 1)],\n   2: [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 2)],\n  }\n  \
+                    int[] faceVertexCounts = [3, 3]\n  int[] faceVertexIndices = [0, 1, 2, 2, 1, 3]\n  \
+                    uniform token orientation = \"leftHanded\"\n  int[] creaseIndices = [0, 1, 3]\n  int[] creaseLengths = [3]\n  \
+                    float[] creaseSharpnesses = [1.5]\n  texCoord2f[] primvars:st = [(0, 0), (1, 1)] ( interpolation = \
+                    \"faceVarying\" )\n  int[] primvars:st:indices = [0, 1, 0, 1, 0, 1]\n  def GeomSubset \"s\" { int[] indices = \
+                    [1] }\n }\n variantSet \"v\" = {\n  \"w\" { def \"n\" ( references = </a/m> ) {} }\n }\n}\n\
+                    class \"c\" { vector3f[] velocities = [(0, 0, 1), (0, 0, 1), (0, 0, 1), (0, 0, 1)] }\n";
+
+fn usda(bytes: &[u8]) -> Result<Model> {
+    read_usd(bytes.to_vec(), 1 << 20, std::path::Path::new("."), &Root::none())
+}
+
+/// A binary stage with time samples, packed integers, list operations and dictionaries.
+fn usdc() -> Vec<u8> {
+    let mut mesh = read_obj(OBJ.as_bytes(), u64::MAX).unwrap().meshes.remove(0).mesh;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seed.usdc");
+    let mut writer = StageWriter::new(&StageOptions::default(), u64::MAX).unwrap();
+    for code in 0..3 {
+        mesh.points[0][2] += 0.5;
+        writer.frame(f64::from(code), &[Instance::new("seed", &mesh), Instance::new("2", &mesh)]).unwrap();
+    }
+    writer.finish(&path).unwrap();
+    std::fs::read(path).unwrap()
+}
 
 fn binary_ply() -> Vec<u8> {
     written("seed.ply", write_ply)
@@ -175,12 +209,24 @@ proptest! {
     }
 
     #[test]
+    fn usd_text(list in damage()) {
+        check(usda(&apply(USDA.as_bytes(), &list)));
+    }
+
+    #[test]
+    fn usd_binary(list in damage()) {
+        check(usda(&apply(&usdc(), &list)));
+    }
+
+    #[test]
     fn any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         check(read_obj(&bytes, 1 << 20));
         check(read_ply(&[b"ply\n", bytes.as_slice()].concat(), 1 << 20));
         check(read_gltf(&bytes, 1 << 20, &no_files));
         check(read_stl(&bytes, 1 << 20));
         check(read_off(&[b"OFF 3 2 0\n", bytes.as_slice()].concat(), 1 << 20));
+        check(usda(&[b"#usda 1.0\n", bytes.as_slice()].concat()));
+        check(usda(&[b"PXR-USDC\0\x08\0\0\0\0\0\0\x18\0\0\0\0\0\0\0", bytes.as_slice()].concat()));
         check(read_gltf(&[b"glTF\x02\0\0\0", bytes.as_slice()].concat(), 1 << 20, &no_files));
     }
 }
@@ -194,6 +240,8 @@ fn the_seeds_are_good() {
     sound(&read_gltf(&glb(), 1 << 20, &no_files).unwrap());
     sound(&read_stl(STL.as_bytes(), 1 << 20).unwrap());
     sound(&read_off(OFF.as_bytes(), 1 << 20).unwrap());
+    sound(&usda(USDA.as_bytes()).unwrap());
+    sound(&usda(&usdc()).unwrap());
 }
 
 /// Sizes that a header only claims cost nothing.

@@ -26,7 +26,8 @@ pub(crate) fn animations(
             let place = |error: Error| error.at(format!("animation {index}, channel {number}"));
             channels.extend(self::channel(file, budget, notes, hierarchy, meshes, source, channel).map_err(place)?);
         }
-        animations.push(Animation { name: source.name.clone().unwrap_or_default(), channels });
+        let name = source.name.clone().unwrap_or_default();
+        animations.push(Animation { name, channels, ..Animation::default() });
     }
     Ok(animations)
 }
