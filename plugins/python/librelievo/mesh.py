@@ -61,11 +61,11 @@ class Mesh(Handle):
 
     @classmethod
     def read(cls, context, path):
-        """Reads OBJ, PLY, glTF, GLB, STL or OFF."""
+        """Reads OBJ, PLY, glTF, GLB, USD, STL or OFF."""
         return cls.of("rlv_mesh_read", context.handle, path_bytes(path))
 
     def write(self, path):
-        """Writes OBJ, PLY or GLB, as the extension says."""
+        """Writes OBJ, PLY, GLB or USD, as the extension says."""
         library.call("rlv_mesh_write", self.handle, path_bytes(path))
 
     def split(self, longest_edge):

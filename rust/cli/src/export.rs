@@ -25,8 +25,8 @@ pub struct Arguments {
     file: PathBuf,
     /// The mesh it was made on.
     mesh: PathBuf,
-    /// What to write: .ptx for a layer as Ptex, .exr or .png for a bake, .ply, .glb or .obj for a displaced mesh with
-    /// the colours of its vertices.
+    /// What to write: .ptx for a layer as Ptex, .exr or .png for a bake, .ply, .glb, .obj or .usda for a displaced
+    /// mesh with the colours of its vertices.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// The layer to take, by itself; left out, all layers of its kind as they are seen together.
@@ -138,11 +138,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
                 .advise("add --bake displacement, vector, normal, colour, mask, depth or time, or --atlas, or --tiles")
                 .into());
         }
-        Some("ply" | "glb" | "obj") => mesh,
+        Some("ply" | "glb" | "obj" | "usd" | "usda") => mesh,
         _ => {
             return Err(Error::unsupported("the format to write is not known")
                 .at(arguments.output.display().to_string())
-                .advise("use the extension .ptx, .exr, .png, .ply, .glb or .obj")
+                .advise("use the extension .ptx, .exr, .png, .ply, .glb, .obj or .usda")
                 .into());
         }
     };

@@ -3,10 +3,15 @@
 use std::path::{Component, Path, PathBuf};
 use std::process::ExitCode;
 
+use glam::DAffine3;
 use relievo_core::{Error, Mesh};
+use relievo_scene::description::Up;
 use relievo_scene::starter::{Entry, starter};
 
 use crate::Outcome;
+
+/// Axes that may point up.
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -17,7 +22,7 @@ pub struct Arguments {
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// The axis that points up.
-    #[arg(long, value_parser = ["x", "y", "z"], default_value = "y")]
+    #[arg(long, value_parser = AXES, default_value = "y")]
     up: String,
     /// Replace an existing scene.
     #[arg(long)]
@@ -31,8 +36,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let context = crate::context(arguments.memory_limit)?;
     let mut meshes: Vec<Mesh> = Vec::new();
     for path in &arguments.meshes {
-        let mesh = relievo_meshio::read(&context, path)?;
-        mesh.check().map_err(|error| error.at(path.display().to_string()))?;
+        let place = |error: Error| error.at(path.display().to_string());
+        let mut model = relievo_meshio::read_model(&context, path)?;
+        if model.is_converted {
+            let up = [Up::X, Up::Y, Up::Z].into_iter().zip(AXES).find(|(_, axis)| *axis == arguments.up);
+            model.place(DAffine3::from_mat3(up.map_or(Up::Y, |(up, _)| up).from_y_up()));
+        }
+        let mesh = model.into_merged_mesh(&context).map_err(place)?;
+        mesh.check().map_err(place)?;
         meshes.push(mesh);
     }
     let folder = arguments.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
@@ -45,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         }
         entries.push(Entry { path: written, mesh });
     }
-    let up = ["x", "y", "z"].iter().position(|axis| *axis == arguments.up).unwrap_or(1);
+    let up = AXES.iter().position(|axis| *axis == arguments.up).unwrap_or(1);
     let text = starter(&context, &entries, up)?;
     for path in outside {
         let folder = path.parent().unwrap_or(path).display();

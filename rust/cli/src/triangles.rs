@@ -41,12 +41,12 @@ pub fn export(
 ) -> Result<String> {
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
     let bake = match (extension.as_deref(), bake) {
-        (Some("ply" | "glb" | "obj"), _) => None,
+        (Some("ply" | "glb" | "obj" | "usd" | "usda"), _) => None,
         (Some("exr" | "png"), Some(bake)) => Some(bake),
         _ => {
             return Err(Error::unsupported("documents of triangle meshes are exported as meshes and bakes alone")
                 .at(path.display().to_string())
-                .advise("use the extension .ply, .glb or .obj, or .exr or .png and --bake"));
+                .advise("use the extension .ply, .glb, .obj or .usda, or .exr or .png and --bake"));
         }
     };
     document.fit_triangles(mesh)?;

@@ -44,5 +44,6 @@ pub fn read_gltf(bytes: &[u8], memory_limit: u64, open: &Open) -> Result<Model> 
     }
     let animations = animation::animations(&file, &mut budget, &mut notes, &hierarchy, &meshes)?;
     let hierarchy::Hierarchy { nodes, skins, .. } = hierarchy;
-    Ok(Model { meshes, nodes, skins, animations, materials, groups: Vec::new(), notes: notes.into_list() })
+    let notes = notes.into_list();
+    Ok(Model { meshes, nodes, skins, animations, materials, notes, ..Model::default() })
 }

@@ -124,9 +124,9 @@ pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
         Some("obj") => write_obj(path, mesh, &[]),
         Some("ply") => write_ply(path, mesh),
         Some("glb") => write_glb(path, &[Instance::new("mesh", mesh)]),
-        Some("usd" | "usda" | "usdc") => write_usd(path, &[Instance::new("mesh", mesh)], &StageOptions::default()),
+        Some("usd" | "usda") => write_usd(path, &[Instance::new("mesh", mesh)], &StageOptions::default()),
         _ => Err(Error::unsupported("the format to write is not known")
             .at(path.display().to_string())
-            .advise("use the extension .obj, .ply, .glb, .usda or .usdc")),
+            .advise("use the extension .obj, .ply, .glb or .usda")),
     }
 }

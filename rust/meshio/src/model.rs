@@ -22,6 +22,9 @@ pub struct Model {
     pub materials: Vec<String>,
     /// Names of the slots that the face attribute `group` refers to.
     pub groups: Vec<String>,
+    /// Whether the file says its unit and which axis is up, so that it was brought to metres with y up: others want it
+    /// in theirs. What glTF is in by definition is left as it is.
+    pub is_converted: bool,
     /// What was left out or repaired while reading, for the user to know.
     pub notes: Vec<String>,
 }

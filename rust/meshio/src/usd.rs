@@ -73,6 +73,7 @@ pub fn read_usd(bytes: Vec<u8>, memory_limit: u64, folder: &Path, root: &Root) -
         return Err(Error::invalid("the stage shows no meshes").advise("export polygon meshes, not curves or shapes"));
     }
     (model.materials, model.groups) = (slots.materials, slots.groups);
+    model.is_converted = true;
     model.notes = stage.into_notes();
     Ok(model)
 }

@@ -1,17 +1,16 @@
 //! Writes USD: polygon meshes with subdivision tags, primvars and materials, at rest or over time with velocities, as
-//! text (`.usda`) or binary (`.usdc`, `.usd`).
+//! text. Binary files of the crate `openusd` have the names of children as another type than OpenUSD asks for.
 //!
-//! All frames of a stage are kept until it is written, because both formats hold the values of a property together.
+//! All frames of a stage are kept until it is written, because the format holds the values of a property together.
 
 use std::collections::{BTreeMap, HashSet};
-use std::io::{Cursor, Write};
+use std::io::Write;
 use std::path::Path as FilePath;
 
 use glam::DMat4;
 use openusd::gf;
 use openusd::sdf::{ChildrenKey, Data, FieldKey, ListOp, Path, SpecData, SpecType, Specifier, Value, Variability};
 use openusd::usda::TextWriter;
-use openusd::usdc::CrateWriter;
 use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
 
 use crate::budget::Budget;
@@ -46,9 +45,9 @@ pub fn write_usd(path: &FilePath, instances: &[Instance], options: &StageOptions
 
 /// The name of the prim above all others, which is the default one.
 const ROOT: &str = "scene";
-/// The version that binary files say, which is the lowest that knows all that is in them: programs refuse higher ones
-/// than their own.
-const VERSION: [u8; 3] = [0, 8, 0];
+/// How the writer of text has the schema of bound prims, and how it must be. Quotes in names are escaped.
+const ONE_SCHEMA: &str = "prepend apiSchemas = \"MaterialBindingAPI\"";
+const ONE_SCHEMA_LISTED: &str = "prepend apiSchemas = [\"MaterialBindingAPI\"]";
 
 /// Collects the frames of a stage.
 ///
@@ -230,30 +229,24 @@ impl StageWriter {
         }
     }
 
-    /// Writes the file, as its extension says. It appears whole or not at all. Fails without frames.
+    /// Writes the stage as text, whose extension is `.usda` or `.usd`. The file appears whole or not at all. Fails with
+    /// another extension, and without frames.
     pub fn finish(self, path: &FilePath) -> Result<()> {
         let named = |error: Error| error.at(path.display().to_string());
+        let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+        if !matches!(extension.as_deref(), Some("usda" | "usd")) {
+            let error = Error::unsupported("USD is written as text only");
+            return Err(named(error.advise("use the extension .usda, and usdcat to make it binary")));
+        }
         if self.codes.is_empty() {
             return Err(named(Error::invalid("there is no frame to write")));
         }
-        let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-        let is_text = match extension.as_deref() {
-            Some("usda") => true,
-            Some("usd" | "usdc") => false,
-            _ => {
-                return Err(named(Error::unsupported("the extension is not USD's").advise("use .usda, .usdc or .usd")));
-            }
-        };
         let data = self.data().map_err(named)?;
-        let mut bytes = Cursor::new(Vec::new());
-        if is_text {
-            fenced(|| TextWriter::write(&data, &mut bytes)).map_err(named)?;
-        } else {
-            fenced(|| CrateWriter::write(&data, &mut bytes)).map_err(named)?;
-            bytes.get_mut()[8..11].copy_from_slice(&VERSION);
-        }
+        let text = fenced(|| TextWriter::write_to_string(&data)).map_err(named)?;
         drop(data);
-        file::store(path, |out| out.write_all(bytes.get_ref()))
+        // The writer leaves the brackets of a list of one away, which only reads again what may be no list.
+        let text = text.replace(ONE_SCHEMA, ONE_SCHEMA_LISTED);
+        file::store(path, |out| out.write_all(text.as_bytes()))
     }
 
     /// Everything as specs.

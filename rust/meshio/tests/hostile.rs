@@ -3,8 +3,7 @@
 use proptest::prelude::*;
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_meshio::{
-    Instance, Model, Root, StageOptions, StageWriter, read_gltf, read_obj, read_off, read_ply, read_stl, read_usd,
-    write_glb, write_ply,
+    Instance, Model, Root, read_gltf, read_obj, read_off, read_ply, read_stl, read_usd, write_glb, write_ply,
 };
 
 const OBJ: &str = "# seed\no thing\nv 0 0 0 1 .5 .25\nv 1 0 0\nv 1 1 0\nv 0 1 1e-3\nvt 0 0\nvt 1 1\nvn 0 0 1\nusemtl a\n\
@@ -40,19 +39,8 @@ fn usda(bytes: &[u8]) -> Result<Model> {
     read_usd(bytes.to_vec(), 1 << 20, std::path::Path::new("."), &Root::none())
 }
 
-/// A binary stage with time samples, packed integers, list operations and dictionaries.
-fn usdc() -> Vec<u8> {
-    let mut mesh = read_obj(OBJ.as_bytes(), u64::MAX).unwrap().meshes.remove(0).mesh;
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("seed.usdc");
-    let mut writer = StageWriter::new(&StageOptions::default(), u64::MAX).unwrap();
-    for code in 0..3 {
-        mesh.points[0][2] += 0.5;
-        writer.frame(f64::from(code), &[Instance::new("seed", &mesh), Instance::new("2", &mesh)]).unwrap();
-    }
-    writer.finish(&path).unwrap();
-    std::fs::read(path).unwrap()
-}
+/// A binary stage of OpenUSD's with time samples, packed arrays, list operations and dictionaries.
+const USDC: &[u8] = include_bytes!("../../../tests/fuzz/seeds/usd/seed.usdc");
 
 fn binary_ply() -> Vec<u8> {
     written("seed.ply", write_ply)
@@ -215,7 +203,7 @@ proptest! {
 
     #[test]
     fn usd_binary(list in damage()) {
-        check(usda(&apply(&usdc(), &list)));
+        check(usda(&apply(USDC, &list)));
     }
 
     #[test]
@@ -241,7 +229,7 @@ fn the_seeds_are_good() {
     sound(&read_stl(STL.as_bytes(), 1 << 20).unwrap());
     sound(&read_off(OFF.as_bytes(), 1 << 20).unwrap());
     sound(&usda(USDA.as_bytes()).unwrap());
-    sound(&usda(&usdc()).unwrap());
+    sound(&usda(USDC).unwrap());
 }
 
 /// Sizes that a header only claims cost nothing.

@@ -257,10 +257,10 @@ fn arcs_are_composed_and_files_outside_are_left_out() {
     let context = Context::serial();
     let model = read_model(&context, &folder.path().join("main.usda")).unwrap();
     let names: Vec<&str> = model.meshes.iter().map(|part| part.name.as_str()).collect();
-    assert_eq!(names, ["inherited", "inner", "more", "copied", "loaded"], "{:?}", model.notes);
+    assert_eq!(names, ["inherited", "more", "inner", "copied", "loaded"], "{:?}", model.notes);
     let mesh = model.merged_mesh(&context).unwrap();
     let heights: Vec<f32> = mesh.points.iter().step_by(3).map(|point| point[2]).collect();
-    assert_eq!(heights, [1.0, 6.0, 9.0, 1.0, 2.0]);
+    assert_eq!(heights, [1.0, 9.0, 6.0, 1.0, 2.0]);
     // The offset of the sublayer is 10 and its scale 2: its time code 12 is 34 here.
     let points = model.pose(&context, 0, 34.0 / 24.0).unwrap().merged_points();
     assert!((points[0][0] - 12.0).abs() < 1e-5, "{:?}", points[0]);
@@ -356,7 +356,7 @@ fn sorted(mut mesh: Mesh) -> Mesh {
 fn what_is_written_is_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let (mesh, context) = (rich(), Context::serial());
-    for name in ["a.usda", "a.usdc", "a.usd"] {
+    for name in ["a.usda", "a.usd"] {
         let path = folder.path().join(name);
         write(&path, &mesh).unwrap();
         let model = read_model(&context, &path).unwrap();
@@ -364,9 +364,7 @@ fn what_is_written_is_read_back() {
         assert_eq!(model.materials, ["material_0", "material_1"]);
         assert_eq!(sorted(read(&context, &path).unwrap()), sorted(mesh.clone()), "{name}");
     }
-    let bytes = std::fs::read(folder.path().join("a.usdc")).unwrap();
-    assert_eq!(bytes[..11], *b"PXR-USDC\0\x08\0");
-    assert!(write(&folder.path().join("a.usdz"), &mesh).is_err());
+    assert!(write(&folder.path().join("a.usdc"), &mesh).is_err());
 }
 
 #[test]
@@ -375,7 +373,7 @@ fn frames_become_time_samples_with_velocities() {
     let (mut mesh, context) = (rich(), Context::serial());
     mesh.attributes.retain(|attribute| attribute.name == "uv");
     let options = StageOptions { time_codes_per_second: 25.0, ..StageOptions::default() };
-    for name in ["a.usda", "a.usdc"] {
+    for name in ["a.usda"] {
         let path = folder.path().join(name);
         let mut writer = StageWriter::new(&options, 1 << 24).unwrap();
         let still = rich();

@@ -4,8 +4,9 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use glam::DAffine3;
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_meshio::Model;
+use relievo_meshio::{Model, Root};
 
 use crate::description::{MeshSource, Scene};
 use crate::diagnostic::{Diagnostic, Faults};
@@ -34,7 +35,7 @@ struct Asset {
 enum Motion {
     Still,
     Animation { model: Box<Model>, animation: usize },
-    Sequence { paths: Vec<PathBuf>, loaded: Vec<(usize, Vec<[f32; 3]>)> },
+    Sequence { paths: Vec<PathBuf>, loaded: Vec<(usize, Vec<[f32; 3]>)>, root: Root, space: DAffine3 },
 }
 
 impl Assets {
@@ -85,14 +86,14 @@ impl Assets {
         match &mut asset.motion {
             Motion::Still => Ok(asset.mesh.points.clone()),
             Motion::Animation { model, animation } => Ok(model.pose(context, *animation, time)?.merged_points()),
-            Motion::Sequence { paths, loaded } => {
+            Motion::Sequence { paths, loaded, root, space } => {
                 let place = (time * fps).clamp(0.0, (paths.len() - 1) as f64);
                 let (before, share) = (place.floor() as usize, place.fract());
                 let after = (before + 1).min(paths.len() - 1);
                 loaded.retain(|(number, _)| *number == before || *number == after);
                 for number in [before, after] {
                     if loaded.iter().all(|(known, _)| *known != number) {
-                        let (read, _) = read_mesh(context, &paths[number])?;
+                        let (read, _) = read_mesh(context, &paths[number], root, *space)?;
                         if read.points.len() != asset.mesh.points.len() || read.corners != asset.mesh.corners {
                             return Err(Error::invalid("the topology differs from the sequence's first file")
                                 .at(paths[number].display().to_string())
@@ -115,9 +116,23 @@ impl Assets {
     }
 }
 
+/// What brings metres with y up to the units and the axis of a scene.
+fn space(scene: &Scene) -> DAffine3 {
+    DAffine3::from_mat3(scene.up.from_y_up() * scene.metres.recip())
+}
+
+/// What a file holds. Where it says its unit and which axis is up, it is brought to the scene's.
+fn read_model(context: &Context, path: &Path, root: &Root, space: DAffine3) -> Result<Model> {
+    let mut model = relievo_meshio::read_model_within(context, path, root)?;
+    if model.is_converted {
+        model.place(space);
+    }
+    Ok(model)
+}
+
 /// A mesh that can be used, and the names of its materials.
-fn read_mesh(context: &Context, path: &Path) -> Result<(Mesh, Vec<String>)> {
-    let model = relievo_meshio::read_model(context, path)?;
+fn read_mesh(context: &Context, path: &Path, root: &Root, space: DAffine3) -> Result<(Mesh, Vec<String>)> {
+    let model = read_model(context, path, root, space)?;
     let materials = model.materials.clone();
     let named = |error: Error| error.at(path.display().to_string());
     let mesh = model.into_merged_mesh(context).map_err(named)?;
@@ -135,7 +150,7 @@ fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) ->
             let path = paths.resolve(&path.text)?;
             let place = |error: Error| error.at(path.display().to_string());
             let files = vec![checksum(&path)?];
-            let model = relievo_meshio::read_model_within(context, &path, paths.root())?;
+            let model = read_model(context, &path, paths.root(), space(scene))?;
             let (notes, materials) = (model.notes.clone(), model.materials.clone());
             let (mesh, motion) = match animation {
                 None => (model.into_merged_mesh(context).map_err(place)?, Motion::Still),
@@ -159,8 +174,9 @@ fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) ->
                 list.push(path);
             }
             let Some(start) = list.first() else { return Err(Error::invalid("the sequence has no files")) };
-            let (mesh, materials) = read_mesh(context, start)?;
-            let motion = Motion::Sequence { loaded: vec![(0, mesh.points.clone())], paths: list };
+            let (root, space) = (paths.root().clone(), space(scene));
+            let (mesh, materials) = read_mesh(context, start, &root, space)?;
+            let motion = Motion::Sequence { loaded: vec![(0, mesh.points.clone())], paths: list, root, space };
             Ok(Asset { mesh, motion, files, notes: Vec::new(), materials })
         }
     }

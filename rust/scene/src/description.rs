@@ -31,6 +31,15 @@ impl Up {
         }
     }
 
+    /// The rotation that brings what stands on y to the scene's.
+    pub fn from_y_up(self) -> DMat3 {
+        let turn = |up: Self| {
+            let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            DMat3::from_cols_array_2d(&axes.map(|axis| up.from_z_up(axis).map(f64::from)))
+        };
+        turn(self) * turn(Self::Y).transpose()
+    }
+
     /// Takes a vector from a frame in which z is up to the scene's, by a rotation.
     pub fn from_z_up(self, v: [f32; 3]) -> [f32; 3] {
         match self {
@@ -489,7 +498,7 @@ pub struct OutputEntry {
     pub picture_frames: When,
     /// Frames whose meshes are written.
     pub mesh: When,
-    /// Formats: `glb`, `obj`, `ply`.
+    /// Formats: `glb`, `obj`, `ply`, `usda`.
     pub mesh_formats: Vec<&'static str>,
     /// Quads along a side of an untouched tile.
     pub rate: u32,

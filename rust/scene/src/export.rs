@@ -2,43 +2,70 @@
 
 use std::path::PathBuf;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Attribute, Context, Domain, Mesh, Result, Values};
 use relievo_detail::DisplacedObject;
 use relievo_meshio::Instance;
 use relievo_render::{Channel, Content, Layer, Samples, Value, write_exr, write_png};
-use relievo_tiles::triangle::TriangleTessellation;
+use relievo_tiles::triangle::{FaceRates, TriangleTessellation};
 use relievo_tiles::{Mark, Tessellation, by_format};
 
 use crate::description::{ObjectEntry, TintEntry, Up};
 use crate::output::Folder;
 use crate::picture::Studio;
+use crate::stages::{Division, STAGE, Stages};
 use crate::tessellation::Rates;
 use crate::triangles::TriangleItem;
 use crate::world::{Item, World};
 
-/// Writes the meshes of all visible objects in the formats the scene asks for: GLB as one file with y up, OBJ and PLY
-/// one file per object in world space. Returns the files.
-pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
-    let _stage = context.stats().begin("export.meshes");
+/// The name of an object, the names of its materials, its mesh in its own space, and where it is.
+pub(crate) type Shown<'a> = (&'a str, &'a [String], Mesh, DAffine3);
+
+/// The meshes of all visible objects, divided as `stages` says or as their tiles are now.
+pub(crate) fn shown<'a>(context: &Context, world: &'a World, stages: Option<&Stages>) -> Result<Vec<Shown<'a>>> {
     let scene = &world.scene;
-    let mut list: Vec<(&str, &[String], Mesh, DAffine3)> = Vec::new();
+    let mut list: Vec<Shown> = Vec::new();
     for (index, item) in world.items().iter().enumerate().filter(|(index, _)| scene.objects[*index].visible) {
         let name = scene.objects[index].name.text.as_str();
         let materials = world.materials(index);
+        let division = stages.and_then(|stages| stages.division(index));
         list.push(match item {
             Item::Mesh(item) => (name, materials, item.mesh.clone(), item.transform),
             Item::Triangles(item) => {
-                (name, materials, triangle_mesh(context, world, index, item)?, *item.object.transform())
+                let mesh = match division {
+                    Some(Division::Faces(rates)) => {
+                        let rates = |face: u32| rates.get(face as usize).copied().unwrap_or(FaceRates::SINGLE);
+                        divided_triangles(context, world, index, item, rates)?
+                    }
+                    _ => triangle_mesh(context, world, index, item)?,
+                };
+                (name, materials, mesh, *item.object.transform())
             }
             Item::Surface(surface) => {
-                (name, materials, displaced_mesh(context, world, index, surface)?, *surface.transform())
+                let mesh = match division {
+                    Some(Division::Tiles(rates)) => divided(context, world, index, surface, rates)?.mesh,
+                    _ => displaced_mesh(context, world, index, surface)?,
+                };
+                (name, materials, mesh, *surface.transform())
             }
         });
     }
+    Ok(list)
+}
+
+/// Writes the meshes of all visible objects in the formats the scene asks for: GLB as one file with y up, OBJ and PLY
+/// one file per object in world space. Returns the files. A stage in USD is written when all frames are done.
+pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
+    let _stage = context.stats().begin("export.meshes");
+    let scene = &world.scene;
+    let formats: Vec<&str> = scene.output.mesh_formats.iter().copied().filter(|format| *format != STAGE).collect();
+    if formats.is_empty() {
+        return Ok(Vec::new());
+    }
+    let list = shown(context, world, None)?;
     let mut written = Vec::new();
-    for format in &scene.output.mesh_formats {
-        if *format == "glb" {
+    for format in formats {
+        if format == "glb" {
             let path = folder.file(&format!("mesh-{frame:06}.glb"));
             let y_up = y_up(scene.up);
             let instances: Vec<Instance> = list
@@ -55,7 +82,7 @@ pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u3
         for (name, materials, mesh, transform) in &list {
             let path = folder.file(&format!("mesh-{frame:06}-{name}.{format}"));
             let mesh = placed(mesh, transform);
-            if *format == "obj" {
+            if format == "obj" {
                 relievo_meshio::write_obj(&path, &mesh, materials)?;
             } else {
                 relievo_meshio::write(&path, &mesh)?;
@@ -84,9 +111,20 @@ pub(crate) fn tessellated(
     surface: &DisplacedObject,
 ) -> Result<(Tessellation, Rates)> {
     let scene = &world.scene;
-    let displaced = surface.displaced()?;
     let coat = world.coat(index);
-    let rates = Rates::new(&displaced, coat.as_ref(), scene.output.rate, scene.output.mesh_rate);
+    let rates = Rates::new(&surface.displaced()?, coat.as_ref(), scene.output.rate, scene.output.mesh_rate);
+    Ok((divided(context, world, index, surface, &rates)?, rates))
+}
+
+/// The displaced surface that an object shows, with its tiles divided as given.
+fn divided(
+    context: &Context,
+    world: &World,
+    index: usize,
+    surface: &DisplacedObject,
+    rates: &Rates,
+) -> Result<Tessellation> {
+    let displaced = surface.displaced()?;
     let mut tessellation = displaced.tessellate(context, world.cage(index), rates.as_slice())?;
     if let Some(limit) = world.texture_limit(context, index)? {
         tessellation.smooth_attribute(context, "uv", &limit)?;
@@ -97,13 +135,24 @@ pub(crate) fn tessellated(
     if let Some(traces) = surface.traces() {
         tessellation.trace(traces.field(), surface.time());
     }
-    Ok((tessellation, rates))
+    Ok(tessellation)
 }
 
 /// The displaced triangle mesh that an object shows, in its own space, with its colours and traces.
 pub(crate) fn triangle_mesh(context: &Context, world: &World, index: usize, item: &TriangleItem) -> Result<Mesh> {
+    divided_triangles(context, world, index, item, |face| item.object.rates(face))
+}
+
+/// As [`triangle_mesh`], with faces divided as given.
+fn divided_triangles(
+    context: &Context,
+    world: &World,
+    index: usize,
+    item: &TriangleItem,
+    rates: impl Fn(u32) -> FaceRates + Sync,
+) -> Result<Mesh> {
     let object = &item.object;
-    let (displaced, rates) = (object.displaced()?, |face: u32| object.rates(face));
+    let displaced = object.displaced()?;
     let mut whole = TriangleTessellation::new(context, &displaced, object.normals(), world.cage(index), rates)?;
     if let Some(colors) = object.colors() {
         by_format!(colors, field => whole.paint(field))?;
@@ -148,13 +197,7 @@ pub(crate) fn floats<'a>(mesh: &'a Mesh, name: &str, domain: Domain, width: u32)
 
 /// The rotation that brings `up` to y, which glTF has up.
 fn y_up(up: Up) -> DAffine3 {
-    // The inverse of the turn from z up, after the one to y up.
-    let turn = |up: Up| {
-        DMat3::from_cols_array_2d(
-            &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| up.from_z_up(axis).map(f64::from)),
-        )
-    };
-    DAffine3::from_mat3(turn(Up::Y) * turn(up).transpose())
+    DAffine3::from_mat3(up.from_y_up().transpose())
 }
 
 /// `mesh` in world space.

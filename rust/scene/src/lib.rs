@@ -27,6 +27,7 @@ mod riders;
 pub mod schema;
 pub mod sequence;
 pub mod shapes;
+pub mod stages;
 mod stamps;
 pub mod starter;
 pub mod stepper;

@@ -15,6 +15,7 @@ use relievo_meshio::Instance;
 
 use crate::diagnostic::Failure;
 use crate::refusals::Refusals;
+use crate::stages;
 use crate::world::{Item, World};
 use crate::{documents, export, file, strokes};
 
@@ -36,12 +37,12 @@ pub struct Replay {
 }
 
 /// Extensions of meshes that can be written.
-const MESHES: [&str; 3] = ["obj", "ply", "glb"];
+const MESHES: [&str; 5] = ["obj", "ply", "glb", "usd", "usda"];
 
 /// Makes the strokes and writes the files. Returns what was done, and what the user should know.
 ///
 /// Fails, and writes nothing, if a file cannot be read or is not what it should be, or an output has another extension
-/// than `relievo`, `obj`, `ply` or `glb`.
+/// than `relievo`, `obj`, `ply`, `glb`, `usd` or `usda`.
 pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(StrokeReport, Vec<String>), Failure> {
     if wanted.outputs.is_empty() {
         return Err(Error::invalid("there is nothing to write").advise("name a file to write").into());
@@ -51,7 +52,7 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
         if !known {
             return Err(Error::invalid("it is neither a document nor a mesh")
                 .at(path.display().to_string())
-                .advise("let it end in .relievo, .obj, .ply or .glb")
+                .advise("let it end in .relievo, .obj, .ply, .glb or .usda")
                 .into());
         }
     }
@@ -121,6 +122,11 @@ fn write(context: &Context, world: &World, path: &Path) -> Result<()> {
     let materials = world.materials(0);
     match extension.as_str() {
         "glb" => relievo_meshio::write_glb(path, &[Instance { name: "mesh", mesh: &mesh, transform, materials }]),
+        "usd" | "usda" => {
+            let transform = stages::axes(world.scene.up).0 * transform;
+            let instance = Instance { name: "mesh", mesh: &mesh, transform, materials };
+            relievo_meshio::write_usd(path, &[instance], &stages::options(&world.scene))
+        }
         "obj" => relievo_meshio::write_obj(path, &mesh, materials),
         _ => relievo_meshio::write(path, &mesh),
     }

@@ -111,7 +111,7 @@ pub static MESH: Section = Section {
     name: "meshes.NAME",
     help: "A mesh: read from a file, from numbered files, or generated",
     keys: &[
-        key("file", Kind::Path, "", "", "OBJ, PLY, OFF, STL, glTF or GLB file to read"),
+        key("file", Kind::Path, "", "", "OBJ, PLY, OFF, STL, glTF, GLB or USD file to read"),
         key(
             "sequence",
             Kind::Path,
@@ -132,7 +132,7 @@ pub static MESH: Section = Section {
             Kind::Text,
             "",
             "",
-            "Animation of a glTF file to play; left out, the mesh keeps its rest pose",
+            "Animation of a glTF file to play, or `stage` for that of USD; left out, the mesh keeps its rest pose",
         ),
         key("shape", Kind::Choice(SHAPES), "", "", "Shape to generate instead of reading a file"),
         key(
@@ -685,7 +685,13 @@ pub static OUTPUT: Section = Section {
         ),
         key("picture_frames", Kind::Choice(WHEN), "\"every\"", "", "Frames that get pictures"),
         key("mesh", Kind::Choice(WHEN), "\"last\"", "", "Frames whose displaced meshes are written"),
-        key("mesh_formats", Kind::Choices(&["glb", "obj", "ply"]), "[\"glb\"]", "", "Formats of meshes"),
+        key(
+            "mesh_formats",
+            Kind::Choices(&["glb", "obj", "ply", "usda"]),
+            "[\"glb\"]",
+            "",
+            "Formats of meshes; USD (`usda`) has all frames of a run in one file",
+        ),
         key(
             "rate",
             Kind::Power(2, 256),

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Progress};
 use relievo_detail::{FadingObject, Volumes};
+use relievo_meshio::StageWriter;
 
 use crate::bake::{self, Baker, Changes};
 use crate::blender;
@@ -19,6 +20,7 @@ use crate::output::Folder;
 use crate::picture::Studio;
 use crate::povray;
 use crate::refusals::Refusals;
+use crate::stages::{self, Stages};
 use crate::trace::Trace;
 use crate::world::{Item, World};
 
@@ -91,6 +93,8 @@ pub fn run(
         }
         stepper.summary.trace.add(frame, context.stats().take());
     }
+    stepper.write_stages(context, progress)?;
+    stepper.summary.trace.add(last, context.stats().take());
     progress.step(1.0, "done")?;
     Ok(stepper.finish())
 }
@@ -118,6 +122,8 @@ pub struct Stepper {
     unstamped: u64,
     /// Tiles of layers that fade that made room for others.
     lost: u64,
+    /// What is written when all frames are done.
+    stages: Stages,
 }
 
 impl Stepper {
@@ -142,6 +148,7 @@ impl Stepper {
             missed_dabs: 0,
             unstamped: 0,
             lost: 0,
+            stages: Stages::default(),
         })
     }
 
@@ -250,6 +257,7 @@ impl Stepper {
         }
         if mesh.includes(frame, last) {
             self.summary.files.extend(export::write_meshes(context, &self.world, &self.folder, frame)?);
+            self.stages.note(&self.world, frame)?;
         }
         if tiles.includes(frame, last) {
             self.summary.files.extend(export::write_tiles(context, &self.world, &self.folder, frame)?);
@@ -263,6 +271,27 @@ impl Stepper {
         if self.world.scene.output.blender.includes(frame, last) {
             self.summary.files.extend(blender::write(context, &self.world, &self.folder, frame)?);
         }
+        Ok(())
+    }
+
+    /// Writes the stage of all frames, which are opened again from the cache; the world already is in the last.
+    fn write_stages(&mut self, context: &Context, progress: &mut dyn Progress) -> relievo_core::Result<()> {
+        let stages = std::mem::take(&mut self.stages);
+        let count = stages.frames().len();
+        if count == 0 {
+            return Ok(());
+        }
+        let mut writer = StageWriter::new(&stages::options(&self.world.scene), context.memory_limit())?;
+        for (index, frame) in stages.frames().iter().enumerate() {
+            progress.step(index as f32 / count as f32, &format!("mesh of frame {frame}"))?;
+            if count > 1 {
+                let opened = self.cache.open(context, *frame)?;
+                bake::restore(context, &mut self.world, &opened, self.current.as_ref())?;
+                self.current = Some(opened);
+            }
+            stages.add(context, &self.world, *frame, &mut writer)?;
+        }
+        self.summary.files.push(stages.finish(writer, &self.folder)?);
         Ok(())
     }
 

@@ -52,6 +52,11 @@ impl Rates {
         Self((0..field.tile_count() as u32).map(rate).collect())
     }
 
+    /// Divides every tile as finely as `other` does too.
+    pub fn refine(&mut self, other: &Self) {
+        self.0.iter_mut().zip(&other.0).for_each(|(rate, other)| *rate = (*rate).max(*other));
+    }
+
     /// All rates, by tile.
     pub fn as_slice(&self) -> &[u32] {
         &self.0

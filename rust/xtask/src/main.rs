@@ -12,6 +12,7 @@ mod licences;
 mod packages;
 mod stage;
 mod suite;
+mod usd;
 mod wheel;
 
 use std::path::PathBuf;
@@ -68,6 +69,8 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         sheet: Option<PathBuf>,
     },
+    /// Tests USD against OpenUSD and Blender
+    Usd,
     /// Writes a page for each noun of the C ABI, and fails where something is left unsaid
     Docs,
     /// Makes the archives and the Debian packages, and the zip files for Blender
@@ -99,6 +102,7 @@ fn main() -> ExitCode {
         Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
         Task::Wheel => wheel::run(),
         Task::Comparison { sheet } => comparison::run(sheet.as_deref()),
+        Task::Usd => usd::run(),
         Task::Docs => docs::run(),
         Task::Dist { test } => dist::run(test),
         Task::Notices { file } => licences::write(&file),

@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::stage::{Outcome, Stages, call, cargo, output, root, target};
-use crate::{blender, comparison, dist, docs, fuzz, licences, packages, wheel};
+use crate::{blender, comparison, dist, docs, fuzz, licences, packages, usd, wheel};
 
 /// Seconds each fuzz target runs; `cargo xtask fuzz` runs them for longer.
 const FUZZ_SECONDS: u32 = 12;
@@ -33,6 +33,7 @@ pub fn run(yes: bool) -> Outcome {
         stages.run("packages", 2, dist::test);
         stages.run("Blender", 3, blender::test);
         stages.run("comparison", 2, comparison::test);
+        stages.run("USD", 1, usd::test);
         stages.run("fuzz", 4, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(SEED))));
     }
     stages.finish()

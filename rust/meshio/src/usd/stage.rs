@@ -147,12 +147,12 @@ impl<'a> Stage<'a> {
         Prim { path: String::new(), sites: vec![site], selections: Vec::new() }
     }
 
-    /// The prims below one, in order.
+    /// The prims below one, in order: those of weaker sites first, as OpenUSD has it.
     pub fn children(&mut self, prim: &Prim) -> Result<Vec<Prim>> {
         let mut names: Vec<String> = Vec::new();
         let mut known = HashSet::new();
-        for site in &prim.sites {
-            for (layer, _) in &self.stacks[site.stack].layers {
+        for site in prim.sites.iter().rev() {
+            for (layer, _) in self.stacks[site.stack].layers.iter().rev() {
                 let Some(list) = self.layers[*layer].0.field(&site.path, "primChildren", self.left())? else {
                     continue;
                 };
