@@ -119,6 +119,16 @@ impl OpenStroke {
         objects: &mut [&mut C],
         stations: &[Station],
     ) -> Result<Vec<StrokeReport>> {
+        // A dab has a dozen stages of less than a millisecond.
+        context.within(|| self.make_within(context, objects, stations))
+    }
+
+    fn make_within<C: Canvas + ?Sized>(
+        &mut self,
+        context: &Context,
+        objects: &mut [&mut C],
+        stations: &[Station],
+    ) -> Result<Vec<StrokeReport>> {
         let placed = {
             let _stage = context.stats().begin("stroke.nearest");
             let objects: Vec<(&C, &Start)> = objects.iter().map(|object| &**object).zip(&self.starts).collect();
