@@ -137,7 +137,12 @@ fn povray_shows_what_our_ray_caster_shows() {
     let text = std::fs::read_to_string(folder.path().join("scene/scene-000000.pov")).unwrap();
     let count = |what: &str| text.matches(what).count();
     assert!(count("bicubic_patch") > 10 && count("mesh2") == 4 && count("light_source") == 1, "{}", text.len());
-    assert!(count("texture_list") == 2 && count("#macro Surface_Texture") == 1 && count("normal_vectors") == 3 && count("radiosity") == 0);
+    assert!(
+        count("texture_list") == 2
+            && count("#macro Surface_Texture") == 1
+            && count("normal_vectors") == 3
+            && count("radiosity") == 0
+    );
     assert_eq!(text.matches('{').count(), text.matches('}').count());
     let Some(theirs) = rendered(folder.path(), "scene") else { return };
     let ours = Picture::read(&folder.path().join("scene/beauty-000000.exr"), u64::MAX).unwrap();
