@@ -23,7 +23,7 @@ use relievo_core::{Context, Error, Result};
 
 use crate::code::{Decoder, Encoder};
 use crate::head::{self, Head};
-use crate::{MAX_LAYERS, format};
+use crate::{MAX_LAYERS, format, packing};
 
 /// The level of zstd: edits are written while somebody waits, and are mostly zeros.
 const COMPRESSION: i32 = 1;
@@ -245,7 +245,7 @@ impl Edit {
 
     fn unpack(&self, delta: &Delta, length: usize) -> Result<Vec<u8>> {
         let packed = self.bytes.get(delta.packed.clone()).unwrap_or(&[]);
-        match zstd::bulk::decompress(packed, length) {
+        match packing::unpack(packed, length) {
             Ok(bytes) if bytes.len() == length => Ok(bytes),
             _ => Err(format::damaged("a difference of the journal does not unpack to its size")),
         }
@@ -299,8 +299,7 @@ fn decode_layers(from: &mut Decoder, version: u32, faces: usize, budget: &mut Bu
 }
 
 fn pack(bytes: &[u8]) -> Result<Vec<u8>> {
-    zstd::bulk::compress(bytes, COMPRESSION)
-        .map_err(|error| Error::internal(format!("an edit cannot be compressed: {error}")))
+    packing::pack(bytes, COMPRESSION).map_err(|error| Error::internal(format!("an edit cannot be compressed: {error}")))
 }
 
 /// The bytes of a state as `length` bytes: blank texels if there is none, and zeros after its end.

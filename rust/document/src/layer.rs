@@ -4,6 +4,7 @@
 use relievo_core::{Context, Error, Result};
 
 use crate::head::{Head, Settings};
+use crate::packing;
 use crate::topology::Topology;
 
 /// What the texels of a layer are, in little-endian numbers.
@@ -99,7 +100,7 @@ impl PartialEq for Place {
 impl Block {
     /// The block of `tile` with these bytes.
     pub(crate) fn pack(tile: u32, bytes: &[u8]) -> Result<Self> {
-        let packed = zstd::bulk::compress(bytes, COMPRESSION)
+        let packed = packing::pack(bytes, COMPRESSION)
             .map_err(|error| Error::internal(format!("a block cannot be compressed: {error}")))?;
         Ok(Self { tile, crc: crc32fast::hash(&packed), packed, place: Place::default() })
     }
@@ -226,7 +227,7 @@ impl Layer {
         }
         let bytes = self.block_bytes(topology, index);
         let length = usize::try_from(bytes).map_err(|_| damaged("the block claims an impossible size"))?;
-        match zstd::bulk::decompress(&block.packed, length) {
+        match packing::unpack(&block.packed, length) {
             Ok(unpacked) if unpacked.len() == length => Ok(unpacked),
             _ => Err(damaged(&format!("the block does not unpack to {bytes} bytes"))),
         }

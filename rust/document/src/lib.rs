@@ -15,6 +15,7 @@ pub mod head;
 pub mod journal;
 pub mod lattice;
 pub mod layer;
+mod packing;
 pub mod pages;
 pub mod record;
 pub mod replay;

@@ -14,6 +14,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use relievo_core::{Error, Result, file};
 
+use crate::packing;
 use crate::record::failed;
 
 /// Bytes that are not in memory. Its place is given back when it is dropped.
@@ -188,7 +189,7 @@ impl Page for BlockPage {
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         let packed = read_at(&mut file, self.at, self.length).and_then(|bytes| sound(bytes, self.crc));
         drop(file);
-        let unpacked = zstd::bulk::decompress(&packed.map_err(|error| error.at("document"))?, self.unpacked);
+        let unpacked = packing::unpack(&packed.map_err(|error| error.at("document"))?, self.unpacked);
         unpacked.ok().filter(|bytes| bytes.len() == self.unpacked).ok_or_else(changed)
     }
 }
