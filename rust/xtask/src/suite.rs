@@ -30,7 +30,7 @@ pub fn run(yes: bool) -> Outcome {
             stages.run("hosts: tests", 1, || ctest(&["--label-exclude", "valgrind"]));
             stages.run("Valgrind", 2, || ctest(&["--label-regex", "valgrind"]));
         }
-        stages.run("packages", 2, dist::test);
+        stages.run("packages", 4, dist::test);
         stages.run("Blender", 3, blender::test);
         stages.run("comparison", 2, comparison::test);
         stages.run("USD", 1, usd::test);
