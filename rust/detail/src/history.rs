@@ -137,6 +137,10 @@ pub struct History {
     open: Option<Open>,
     /// The layers that the journal has, while it is not known whether the object has the same.
     known: Option<Vec<Head>>,
+    /// The numbers of the layers that the journal has, once that is known.
+    told: Vec<u32>,
+    /// Those of them that the object cannot have.
+    foreign: Vec<Head>,
 }
 
 impl History {
@@ -152,6 +156,8 @@ impl History {
             spill: None,
             open: None,
             known: None,
+            told: Vec::new(),
+            foreign: Vec::new(),
         }
     }
 
@@ -247,13 +253,19 @@ impl History {
     }
 
     /// Tells the journal the layers of the object, if they are not those that it has: documents may be opened on
-    /// objects that have more than they hold, or see them otherwise.
+    /// objects that have more than they hold, or see them otherwise, and objects may be given more at any time.
     fn tell_layers(&mut self, context: &Context, states: &LayerStates) -> Result<()> {
-        let (Some(known), Some(journal)) = (&self.known, &mut self.journal) else { return Ok(()) };
-        let mut there: Vec<Head> = states.iter().map(LayerState::head).collect();
+        let Some(journal) = &mut self.journal else { return Ok(()) };
+        let is_told = |state: &&LayerState| self.told.contains(&state.id);
+        let known: Vec<Head> = match &self.known {
+            Some(known) => known.clone(),
+            None if states.iter().all(|state| is_told(&state)) => return Ok(()),
+            None => states.iter().filter(is_told).map(LayerState::head).chain(self.foreign.iter().cloned()).collect(),
+        };
         // What the object cannot have stays in the document.
-        there.extend(known.iter().filter(|head| find(states, head.id).is_none()).cloned());
-        if *known != there {
+        let foreign: Vec<Head> = known.iter().filter(|head| find(states, head.id).is_none()).cloned().collect();
+        let there: Vec<Head> = states.iter().map(LayerState::head).chain(foreign.iter().cloned()).collect();
+        if known != there {
             // Blocks of layers that the journal does not have are none of the document's yet.
             let strange = |state: &&LayerState| known.iter().all(|head| head.id != state.id);
             let blocks: Vec<(&LayerState, u32)> = states
@@ -261,13 +273,15 @@ impl History {
                 .filter(strange)
                 .flat_map(|state| state.blocks.numbers().into_iter().map(move |block| (state, block)))
                 .collect();
-            let payload = Edit::encode(context, Some([known, &there]), blocks.len(), |index| {
+            let payload = Edit::encode(context, Some([&known, &there]), blocks.len(), |index| {
                 let (state, block) = blocks[index];
                 let after = state.blocks.bytes(block);
                 Change { layer: state.id, block, before: None, after, blank: state.blocks.blank(), fades: state.fades }
             })?;
             journal.layers(&payload)?;
         }
+        self.told = there.iter().map(|head| head.id).collect();
+        self.foreign = foreign;
         self.known = None;
         Ok(())
     }
@@ -340,6 +354,7 @@ impl History {
             Change { layer, block, before, after, blank, fades }
         })?;
         let written = self.journal.as_mut().map(|journal| journal.edit(&payload)).transpose()?;
+        self.told.extend(after.iter().map(|layer| layer.id).filter(|id| find(&open.before, *id).is_none()));
         let changed =
             Changed { input: open.input.clone(), blocks: grouped(&blocks), layers, bytes: payload.len() as u64 };
         let undone = std::mem::take(&mut self.undone);

@@ -9,7 +9,7 @@ use relievo_detail::{
 use relievo_document::{Document, Kind, Settings};
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_testing::Random;
-use relievo_tiles::{ChannelOptions, Displacement, Paint};
+use relievo_tiles::{ChannelOptions, Displacement, Paint, Sets, Vector, VectorDisplacement};
 
 const LIMIT: u64 = 1 << 30;
 
@@ -225,6 +225,44 @@ fn whole(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> Docume
 fn state(context: &Context, mesh: &Mesh, object: &mut DisplacedObject) -> (Vec<u8>, Vec<u8>) {
     let whole = whole(context, mesh, object).to_bytes().unwrap();
     (whole, bytes(context, mesh, object))
+}
+
+#[test]
+fn a_channel_that_an_object_is_given_between_edits_is_in_its_document() {
+    let (context, mesh) = (Context::serial(), plane(4));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.relievo");
+    let mut made = object(&context, &mesh, 8, LIMIT);
+    let mut history = History::new(LIMIT);
+    history.save(&path, &whole(&context, &mesh, &mut made)).unwrap();
+    let mut random = Random(5);
+    let mut paint = |history: &mut History, made: &mut DisplacedObject| {
+        history.begin(&context, made, "dab").unwrap();
+        dab(&mut random, 4).apply(&context, made).unwrap();
+        history.end(&context, made).unwrap();
+    };
+    paint(&mut history, &mut made);
+    made.set_vectors(VectorDisplacement::on(made.surface(), &ChannelOptions::default()).unwrap()).unwrap();
+    paint(&mut history, &mut made);
+    history.begin(&context, &mut made, "vectors").unwrap();
+    let vectors = made.others_mut().1.unwrap();
+    vectors.apply(&Sets { allocate: vec![3], ..Sets::default() }).unwrap();
+    let changes = vectors.edit(&context, &[3], |_, texels| texels.row_mut(1).fill(Vector([half::f16::ONE; 3])));
+    vectors.settle(&context, &changes.unwrap()).unwrap();
+    assert!(history.end(&context, &mut made).unwrap().is_some());
+    let count = history.undo_count();
+    history.undo(&context, &mut made).unwrap().unwrap();
+    history.redo(&context, &mut made).unwrap().unwrap();
+    paint(&mut history, &mut made);
+    drop(history);
+    let (document, history) = History::open(&path, LIMIT, LIMIT).unwrap();
+    assert!(history.undo_count() >= count);
+    let mut reopened = object(&context, &mesh, 8, LIMIT);
+    assert!(reopened.take_up(&context, &document, LIMIT).unwrap().is_empty());
+    assert!(
+        whole(&context, &mesh, &mut reopened).to_bytes().unwrap()
+            == whole(&context, &mesh, &mut made).to_bytes().unwrap()
+    );
 }
 
 #[test]
