@@ -210,11 +210,6 @@ class State:
         self.detail.add_vectors(**({} if self.kind == "TRIANGLES" else {"tile_size": self.tile_size}))
         self.set_pose(posed)
         self.detail.commit()
-        # The file is written anew, with the channel that it did not know.
-        before, self.path = self.path, f"{self.path}.vectors"
-        self.document.save(self.path)
-        with contextlib.suppress(OSError):
-            os.remove(before)
 
     def set_pose(self, points):
         """Poses the surface; commit to see it."""
