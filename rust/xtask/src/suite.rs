@@ -10,7 +10,7 @@ use crate::stage::{Outcome, Stages, call, cargo, output, root, target};
 use crate::{blender, comparison, dist, docs, fuzz, licences, packages, usd, wheel};
 
 /// Seconds each fuzz target runs; `cargo xtask fuzz` runs them for longer.
-const FUZZ_SECONDS: u32 = 12;
+const FUZZ_SECONDS: u32 = 8;
 /// The seed of libFuzzer and of tests with random cases, so that a change that touches nothing is not failed by chance.
 /// `cargo test` draws another one each time.
 const SEED: u32 = 1;
@@ -18,23 +18,23 @@ const SEED: u32 = 1;
 /// Runs all stages. After a failed set-up or build nothing else runs; otherwise everything does, then it fails.
 pub fn run(yes: bool) -> Outcome {
     let mut stages = Stages::default();
-    let ready = stages.run("set-up", 6, || packages::install(packages::ALL, yes))
-        && stages.run("build", 14, || call(cargo().args(["build", "--release", "--workspace", "--all-targets"])));
+    let ready = stages.run("set-up", 4, || packages::install(packages::ALL, yes))
+        && stages.run("build", 16, || call(cargo().args(["build", "--release", "--workspace", "--all-targets"])));
     if ready {
         stages.run("licences", 1, licences::check);
         stages.run("pages", 1, docs::run);
-        stages.run("Rust tests", 2, || call(tests().arg("--workspace")));
-        stages.run("lower levels", 2, lower_levels);
-        stages.run("Embree 4", 2, embree_4);
+        stages.run("Rust tests", 1, || call(tests().arg("--workspace")));
+        stages.run("lower levels", 1, lower_levels);
+        stages.run("Embree 4", 1, embree_4);
         if stages.run("hosts: build", 1, build_hosts) {
             stages.run("hosts: tests", 1, || ctest(&["--label-exclude", "valgrind"]));
             stages.run("Valgrind", 2, || ctest(&["--label-regex", "valgrind"]));
         }
-        stages.run("packages", 4, dist::test);
-        stages.run("Blender", 3, blender::test);
-        stages.run("comparison", 2, comparison::test);
+        stages.run("packages", 2, dist::test);
+        stages.run("Blender", 2, blender::test);
+        stages.run("comparison", 1, comparison::test);
         stages.run("USD", 1, usd::test);
-        stages.run("fuzz", 4, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(SEED))));
+        stages.run("fuzz", 5, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(SEED))));
     }
     stages.finish()
 }
