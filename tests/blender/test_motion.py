@@ -2,9 +2,11 @@
 
 import os
 import sys
+import threading
 import types
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import bpy
 import numpy
@@ -250,13 +252,24 @@ class Previews(Case):
         shown = running.shown
         ball.location.x = 0.3
         bpy.context.view_layer.update()
-        running.turn(bpy.context)
-        worker = running.worker
-        self.assertIsNotNone(worker)
-        ball.location.x = -0.3
-        bpy.context.view_layer.update()
-        self.assertTrue(worker.is_cancelled)
-        self.settle()
+        from relievo import view
+
+        # However fast the dent is made, it is under way until it may go on.
+        follow, go_on = view.follow, threading.Event()
+
+        def held(*arguments):
+            go_on.wait(60)
+            return follow(*arguments)
+
+        with mock.patch.object(view, "follow", held):
+            running.turn(bpy.context)
+            worker = running.worker
+            self.assertIsNotNone(worker)
+            ball.location.x = -0.3
+            bpy.context.view_layer.update()
+            self.assertTrue(worker.is_cancelled)
+            go_on.set()
+            self.settle()
         points = host.positions(field.relievo.result)
         self.assertAlmostEqual(float(points[points[:, 2] < -0.05][:, 0].mean()), -0.3, delta=0.1)
         self.assertEqual(running.shown, shown + 1)
