@@ -20,6 +20,7 @@ use relievo_abi::evaluate::*;
 use relievo_abi::imprint::*;
 use relievo_abi::layer::*;
 use relievo_abi::mesh::*;
+use relievo_abi::procedural::*;
 use relievo_abi::stroke::*;
 use relievo_abi::surface::*;
 use relievo_abi::tessellate::*;
@@ -40,10 +41,11 @@ struct Handles {
     brushes: Vec<u64>,
     strokes: Vec<u64>,
     documents: Vec<u64>,
+    procedurals: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 10] {
+    fn lists(&self) -> [&[u64]; 11] {
         let Self {
             contexts,
             meshes,
@@ -55,8 +57,9 @@ impl Handles {
             brushes,
             strokes,
             documents,
+            procedurals,
         } = self;
-        [contexts, meshes, surfaces, details, colliders, casters, tessellations, brushes, strokes, documents]
+        [contexts, meshes, surfaces, details, colliders, casters, tessellations, brushes, strokes, documents, procedurals]
     }
 
     /// A handle of `noun`, mostly one that was given out.
@@ -64,7 +67,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=9)?],
+            2 => self.lists()[bytes.int_in_range(0..=10)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -670,6 +673,57 @@ fn follow(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     Ok(())
 }
 
+/// Primitives of a renderer, and a ray that may be none.
+fn primitives(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mut options: RlvProceduralOptions = sized(bytes)?;
+    (options.coarse, options.fine) = (*bytes.choose(&[0, 4, 8, 3])?, *bytes.choose(&[0, 4, 8, 16, 513])?);
+    let detail = RlvDetail { id: handles.pick(bytes, 3)? };
+    let mut out = RlvProcedural { id: UNTOUCHED };
+    let begin = RlvProcedural { id: handles.pick(bytes, 10)? };
+    // SAFETY: the descriptor is sized, the output is there.
+    let result = unsafe {
+        if bytes.arbitrary()? {
+            rlv_procedural_create(detail, &options, &mut out)
+        } else {
+            rlv_procedural_create_moving(begin, detail, &mut out)
+        }
+    };
+    made(result, out.id, &mut handles.procedurals);
+    let procedural = RlvProcedural { id: handles.pick(bytes, 10)? };
+    let (mut info, mut table): (RlvProceduralInfo, RlvProceduralTable) = (sized(bytes)?, sized(bytes)?);
+    let mut rays = [0.0_f32; 20];
+    for value in &mut rays[..9] {
+        *value = number(bytes)?;
+    }
+    let primitive = bytes.int_in_range(0..=40_u32)?;
+    // SAFETY: descriptors are sized; the table is only used whole and while its procedural lives.
+    let met = unsafe {
+        called(rlv_procedural_info(procedural, &mut info));
+        if called(rlv_procedural_table(procedural, &mut table))
+            && table.struct_size as usize == size_of::<RlvProceduralTable>()
+            && let Some(intersect) = table.intersect
+        {
+            intersect(table.data, &-1, primitive, 0, 0, rays.as_mut_ptr().cast(), 1);
+            primitive.min(table.primitive_count)
+        } else {
+            primitive
+        }
+    };
+    let mut hits: RlvProceduralHits = sized(bytes)?;
+    let (mut tile, mut position, mut normal, mut color) = (0, [0.0_f32; 3], [0.0_f32; 3], [0.0_f32; 4]);
+    let uv = if bytes.ratio(1, 4)? { [number(bytes)?, number(bytes)?] } else { [rays[15], rays[16]] };
+    (hits.count, hits.primitives, hits.uvs, hits.tiles) = (1, &met, uv.as_ptr(), &mut tile);
+    (hits.positions, hits.normals) = (position.as_mut_ptr(), normal.as_mut_ptr());
+    if bytes.arbitrary()? {
+        hits.colors = color.as_mut_ptr();
+    }
+    // SAFETY: every array has one element.
+    if called(unsafe { rlv_procedural_evaluate(procedural, &hits) }) {
+        assert!(position.iter().chain(&normal).chain(&color).all(|value| value.is_finite()));
+    }
+    Ok(())
+}
+
 /// Retains or releases a handle as the given noun.
 fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
     // SAFETY: handles are checked by the library, whatever their number.
@@ -693,8 +747,10 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (7, false) => rlv_brush_release(RlvBrush { id }),
             (8, true) => rlv_stroke_retain(RlvStroke { id }),
             (8, false) => rlv_stroke_release(RlvStroke { id }),
-            (_, true) => rlv_document_retain(RlvDocument { id }),
-            (_, false) => rlv_document_release(RlvDocument { id }),
+            (9, true) => rlv_document_retain(RlvDocument { id }),
+            (9, false) => rlv_document_release(RlvDocument { id }),
+            (_, true) => rlv_procedural_retain(RlvProcedural { id }),
+            (_, false) => rlv_procedural_release(RlvProcedural { id }),
         }
     }
 }
@@ -708,7 +764,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=20_u8)? {
+        match bytes.int_in_range(0..=21_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -721,8 +777,9 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             16..=17 => draw(bytes, handles)?,
             18 => bake(bytes, handles)?,
             19 => remember(bytes, handles)?,
+            20 => primitives(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=9)?;
+                let noun = bytes.int_in_range(0..=10)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }

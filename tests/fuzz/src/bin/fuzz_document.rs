@@ -3,7 +3,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use relievo_core::Mesh;
+use relievo_bake::mosaic::{self, Mosaic};
+use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_document::format::VERSION;
 use relievo_document::{Change, Document, Edit, Head, Kind, Stamps};
 use relievo_fuzz::MEMORY_LIMIT;
@@ -28,6 +29,7 @@ fn sound(bytes: &[u8]) {
             }
         }
     }
+    shown(&document);
     let mesh = Mesh::new(vec![], vec![4, 3], vec![0, 1, 2, 3, 3, 2, 4]);
     if let Err(error) = document.fit(&mesh) {
         assert!(!error.what.is_empty());
@@ -37,6 +39,21 @@ fn sound(bytes: &[u8]) {
     let written = document.to_bytes().expect("a document");
     let again = Document::parse(&written, u64::MAX).expect("a document of ours");
     assert!(again == document && again.to_bytes().expect("a document") == written);
+}
+
+/// Pictures of it are refused, or every level can be read at its end.
+fn shown(document: &Document) {
+    let options = ContextOptions { threads: 1, memory_limit: MEMORY_LIMIT };
+    let context = Context::new(&options).expect("a context");
+    let (Ok(all), Ok(meeting)) = (mosaic::shown(document), mosaic::meeting(document)) else { return };
+    for shown in &all {
+        let Ok(mosaic) = Mosaic::new(&context, document, &meeting, shown) else { continue };
+        for level in 0..shown.cells.levels() {
+            let [columns, rows] = shown.cells.size(level).map(|size| size.saturating_sub(24)..size);
+            let bytes = columns.len() * rows.len() * shown.kind.pixel_size();
+            assert_eq!(mosaic.read(level, columns, rows).expect("a part of it").len(), bytes);
+        }
+    }
 }
 
 /// The index is what a document with the mesh and layers that `data` asks for has, and then some bytes of it changed.
@@ -57,7 +74,7 @@ fn file(data: &[u8]) -> Vec<u8> {
     // A mesh of triangles has some.
     let Ok(mut document) = document else { return Vec::new() };
     let topology = document.topology().clone();
-    let context = relievo_core::Context::serial();
+    let context = Context::serial();
     for number in 0..byte() & 3 {
         let kind = Kind::ALL[usize::from(byte()) % Kind::ALL.len()];
         let size = 8 << (byte() & 1);
