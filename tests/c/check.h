@@ -66,8 +66,8 @@ static inline RlvMesh check_plane(RlvContext context, uint32_t columns, uint32_t
     return mesh;
 }
 
-/* A closed box over the square from (low, low) to (high, high), from the height bottom to 1. */
-static inline RlvMesh check_box(RlvContext context, float low, float high, float bottom) {
+/* A closed box over the square from (low, low) to (high, high), between the heights bottom and top. */
+static inline RlvMesh check_box(RlvContext context, float low, float high, float bottom, float top) {
     static const uint32_t corners[24] = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 1, 3, 7, 5, 3, 2, 6, 7, 2, 0, 4, 6};
     float points[24];
     RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
@@ -75,7 +75,7 @@ static inline RlvMesh check_box(RlvContext context, float low, float high, float
     for (int k = 0; k < 8; ++k) {
         points[3 * k] = k & 1 ? high : low;
         points[3 * k + 1] = k & 2 ? high : low;
-        points[3 * k + 2] = k & 4 ? 1.0f : bottom;
+        points[3 * k + 2] = k & 4 ? top : bottom;
     }
     arrays.points = points;
     arrays.point_count = 8;

@@ -213,33 +213,12 @@ void brush_events(RlvContext context) {
     CHECK_OK(rlv_detail_release(detail));
 }
 
-/// A cube from -1 to 1 times `size`.
-RlvMesh cube(RlvContext context, float size) {
-    const uint32_t corners[] = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
-    float points[24];
-    for (int k = 0; k < 8; ++k) {
-        for (int axis = 0; axis < 3; ++axis) {
-            points[3 * k + axis] = k >> axis & 1 ? size : -size;
-        }
-    }
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    RlvMesh mesh = RLV_NULL;
-    arrays.points = points;
-    arrays.point_count = 8;
-    arrays.face_size = 4;
-    arrays.face_count = 6;
-    arrays.corners = corners;
-    arrays.corner_count = 24;
-    CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
-    return mesh;
-}
-
 /// A cube that is dragged through a plane of 64 x 64 faces, frame by frame, and what a host reads at every frame.
 void imprint_frames(RlvContext context) {
     const uint32_t side = 64, size = 32;
     const RlvDetail detail = plane(context, side, size);
     Follower follower(detail, 4);
-    const RlvMesh mesh = cube(context, 0.1f);
+    const RlvMesh mesh = check_box(context, -0.1f, 0.1f, -0.1f, 0.1f);
     RlvCollider collider = RLV_NULL;
     const auto moved = [](double x, double *out) {
         const double matrix[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, x, 0.0, 0.08};

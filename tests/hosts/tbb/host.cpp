@@ -18,7 +18,7 @@ std::vector<unsigned char> dented(RlvContext context) {
     RlvDetail detail = RLV_NULL;
     RlvCollider collider = RLV_NULL;
     RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
-    const RlvMesh plane = check_plane(context, 3, 3), box = check_box(context, 1.2f, 1.8f, -0.2f);
+    const RlvMesh plane = check_plane(context, 3, 3), box = check_box(context, 1.2f, 1.8f, -0.2f, 1.0f);
     options.tile_size = 32;
     CHECK_OK(rlv_surface_create(context, plane, nullptr, &surface));
     CHECK_OK(rlv_detail_create(surface, &options, nullptr, &detail));
