@@ -18,7 +18,8 @@ enum {
     RLV_ERROR_MEMORY = 5,      /* a budget or limit would be exceeded; nothing was changed */
     RLV_ERROR_BUSY = 6,        /* another call is at work on the object; nothing was changed, call again later */
     RLV_ERROR_CANCELLED = 7,   /* the progress callback asked to stop; nothing was changed */
-    RLV_ERROR_INTERNAL = 8     /* a fault of the library; nothing can be said about the objects of the call */
+    RLV_ERROR_INTERNAL = 8,    /* a fault of the library; nothing can be said about the objects of the call */
+    RLV_ERROR_DEVICE = 9       /* a graphics device failed or was lost; what was committed is kept */
 };
 
 /* What failed, in parts. The texts are UTF-8, may be empty, and live until the next failure on the same thread. */

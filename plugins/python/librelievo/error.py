@@ -49,6 +49,10 @@ class Internal(RelievoError):
     """A fault of the library."""
 
 
+class DeviceFailure(RelievoError):
+    """A graphics device failed or was lost; what was committed is kept."""
+
+
 KINDS = {
     abi.RLV_ERROR_INVALID: Invalid,
     abi.RLV_ERROR_UNSUPPORTED: Unsupported,
@@ -58,6 +62,7 @@ KINDS = {
     abi.RLV_ERROR_BUSY: Busy,
     abi.RLV_ERROR_CANCELLED: Cancelled,
     abi.RLV_ERROR_INTERNAL: Internal,
+    abi.RLV_ERROR_DEVICE: DeviceFailure,
 }
 
 

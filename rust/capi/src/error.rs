@@ -20,6 +20,7 @@ constants! {
     RLV_ERROR_BUSY = 6,
     RLV_ERROR_CANCELLED = 7,
     RLV_ERROR_INTERNAL = 8,
+    RLV_ERROR_DEVICE = 9,
 }
 
 descriptor! {
@@ -62,6 +63,7 @@ fn result_of(kind: ErrorKind) -> RlvResult {
         ErrorKind::Busy => RLV_ERROR_BUSY,
         ErrorKind::Cancelled => RLV_ERROR_CANCELLED,
         ErrorKind::Internal => RLV_ERROR_INTERNAL,
+        ErrorKind::Device => RLV_ERROR_DEVICE,
     }
 }
 

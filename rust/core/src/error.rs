@@ -19,6 +19,8 @@ pub enum ErrorKind {
     Busy,
     /// The caller's progress callback asked to stop.
     Cancelled,
+    /// A graphics device failed or was lost. What was committed is kept: open the device again, or use the processor.
+    Device,
     /// A fault of Relievo or of a library below it.
     Internal,
 }

@@ -1,11 +1,15 @@
-//! Cages for tests and benches: random ones, and models beside the checkout. Nothing that is shipped uses this crate.
+//! Cages for tests and benches, random ones and models beside the checkout; the graphics device of tests; layouts that
+//! are shared with WGSL. Nothing that is shipped uses this crate.
 
+mod device;
 mod grid;
+pub mod wgsl;
 
 use std::path::PathBuf;
 
 use relievo_core::{Context, Mesh};
 
+pub use device::device;
 pub use grid::{Random, grid};
 
 /// The folder of models: `RELIEVO_DATA`, or `shared/data` beside the checkout. It need not be there.

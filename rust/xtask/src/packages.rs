@@ -34,6 +34,8 @@ pub const ALL: &[&str] = &[
     "dpkg-dev",
     "mmdebstrap",
     "povray",
+    "libvulkan1",
+    "mesa-vulkan-drivers",
     "xvfb",
     "xauth",
 ];

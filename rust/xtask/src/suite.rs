@@ -42,6 +42,7 @@ pub fn run(yes: bool) -> Outcome {
 fn tests() -> Command {
     let mut test = cargo();
     test.args(["test", "--release", "--no-fail-fast"]).env("PROPTEST_RNG_SEED", SEED.to_string());
+    test.env("RELIEVO_GPU_TESTS", "required");
     test
 }
 

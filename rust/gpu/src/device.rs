@@ -1,0 +1,254 @@
+//! An opened graphics device: its limits, its memory, its pipelines, and what went wrong on it.
+//!
+//! wgpu tells of errors in three ways: scopes around calls, a callback for what no scope caught, a callback when the
+//! device is lost. All end in one place here, and every call that hands out a result looks there first. A fault stays:
+//! what was computed since the last good submission cannot be trusted, so the device is to be opened anew, and the
+//! processor goes on from the last committed state.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::pin::pin;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context as TaskContext, Poll, Waker};
+use std::time::Duration;
+
+use relievo_core::{Error, ErrorKind, Result};
+use wgpu::{ErrorFilter, Features, PollType};
+
+use crate::adapter::{AdapterChoice, AdapterSummary, choose};
+use crate::kernel::{Access, Kernel};
+use crate::timing::TimingSet;
+
+/// How a device is opened.
+#[derive(Clone, Debug, Default)]
+pub struct DeviceOptions {
+    /// Which adapter.
+    pub adapter: AdapterChoice,
+    /// Whether passes are timed by the device's own clock.
+    pub timing: bool,
+    /// Bytes that buffers may occupy together; 0 for what the device has.
+    pub memory_limit: u64,
+}
+
+/// A graphics device. Cloning it is cheap and shares it; it may be used from several threads.
+#[derive(Clone)]
+pub struct Device {
+    inner: Arc<Inner>,
+}
+
+/// Longest wait for a submission. A driver resets a hung device long before.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+pub(crate) struct Inner {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    summary: AdapterSummary,
+    limits: wgpu::Limits,
+    timing: bool,
+    memory_limit: u64,
+    memory: Arc<AtomicU64>,
+    fault: Arc<Mutex<Option<Error>>>,
+    pub(crate) kernels: Mutex<BTreeMap<String, Arc<Kernel>>>,
+    pub(crate) layouts: Mutex<BTreeMap<Vec<Access>, wgpu::BindGroupLayout>>,
+    pub(crate) timings: Mutex<Vec<TimingSet>>,
+}
+
+impl fmt::Debug for Device {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.debug_tuple("Device").field(&self.inner.summary).finish()
+    }
+}
+
+/// The result of a future that wgpu completes at once on everything but the web.
+pub(crate) fn ready<T>(future: impl Future<Output = T>) -> Option<T> {
+    match pin!(future).poll(&mut TaskContext::from_waker(Waker::noop())) {
+        Poll::Ready(value) => Some(value),
+        Poll::Pending => None,
+    }
+}
+
+/// The content of a lock. What it guards is whole after every statement, so a panic elsewhere does not spoil it.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn lost(message: &str) -> Error {
+    Error::new(ErrorKind::Device, format!("the graphics device was lost: {message}"))
+        .advise("open it again, or go on with the device `cpu`; what was committed is kept")
+}
+
+fn error_of(error: &wgpu::Error) -> Error {
+    match error {
+        wgpu::Error::OutOfMemory { .. } => Error::memory("the graphics device is out of memory")
+            .advise("use smaller tiles or a coarser level, close other programs, or use the device `cpu`"),
+        wgpu::Error::Validation { description, .. } => {
+            Error::internal(format!("the graphics device refused a command: {description}"))
+        }
+        wgpu::Error::Internal { description, .. } => {
+            Error::new(ErrorKind::Device, format!("the graphics driver failed: {description}"))
+                .advise("update the driver, or use the device `cpu`")
+        }
+    }
+}
+
+impl Device {
+    /// Opens a device. Fails where there is none such, or where it lacks something that every kernel needs.
+    pub fn open(options: &DeviceOptions) -> Result<Self> {
+        let (adapter, summary) = choose(&options.adapter)?;
+        let there = adapter.features();
+        if !there.contains(Features::IMMEDIATES) {
+            return Err(Error::unsupported(format!("{summary} has no immediate data (push constants)"))
+                .advise("update the driver, or use the device `cpu`"));
+        }
+        let timing = options.timing && there.contains(Features::TIMESTAMP_QUERY);
+        let optional = Features::TIMESTAMP_QUERY | Features::POLYGON_MODE_LINE | Features::FLOAT32_FILTERABLE;
+        let limits = adapter.limits();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("relievo"),
+            required_features: Features::IMMEDIATES | (optional & there),
+            required_limits: limits.clone(),
+            ..Default::default()
+        };
+        let opened = ready(adapter.request_device(&descriptor))
+            .ok_or_else(|| Error::internal("a request for a graphics device did not end"))?;
+        let (device, queue) = opened.map_err(|error| {
+            Error::new(ErrorKind::Device, format!("{summary} cannot be opened: {error}"))
+                .advise("update the driver, or use the device `cpu`")
+        })?;
+        let fault = Arc::new(Mutex::new(None));
+        let keep = |fault: &Arc<Mutex<Option<Error>>>| {
+            let fault = Arc::clone(fault);
+            move |error: Error| {
+                lock(&fault).get_or_insert(error);
+            }
+        };
+        let uncaptured = keep(&fault);
+        device.on_uncaptured_error(Arc::new(move |error| uncaptured(error_of(&error))));
+        let gone = keep(&fault);
+        device.set_device_lost_callback(move |_, message| gone(lost(message.trim())));
+        let inner = Inner {
+            device,
+            queue,
+            summary,
+            limits,
+            timing,
+            memory_limit: if options.memory_limit == 0 { u64::MAX } else { options.memory_limit },
+            memory: Arc::new(AtomicU64::new(0)),
+            fault,
+            kernels: Mutex::default(),
+            layouts: Mutex::default(),
+            timings: Mutex::default(),
+        };
+        Ok(Self { inner: Arc::new(inner) })
+    }
+
+    /// The adapter it was opened on.
+    pub fn summary(&self) -> &AdapterSummary {
+        &self.inner.summary
+    }
+
+    /// What the device can do at most.
+    pub fn limits(&self) -> &wgpu::Limits {
+        &self.inner.limits
+    }
+
+    /// Whether passes are timed.
+    pub fn is_timed(&self) -> bool {
+        self.inner.timing
+    }
+
+    /// Bytes of the buffers and textures that live on the device.
+    pub fn memory(&self) -> u64 {
+        self.inner.memory.load(Ordering::Relaxed)
+    }
+
+    /// The device of wgpu, for pipelines that draw.
+    pub fn wgpu(&self) -> &wgpu::Device {
+        &self.inner.device
+    }
+
+    /// The queue of wgpu.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.inner.queue
+    }
+
+    pub(crate) fn inner(&self) -> &Inner {
+        &self.inner
+    }
+
+    /// Fails if something went wrong on the device since it was opened.
+    pub fn check(&self) -> Result<()> {
+        match &*lock(&self.inner.fault) {
+            Some(error) => Err(error.clone()),
+            None => Ok(()),
+        }
+    }
+
+    /// Lets the device go as if its driver had lost it: whatever is asked of it from now on fails.
+    pub fn abandon(&self) {
+        self.inner.device.destroy();
+        lock(&self.inner.fault).get_or_insert(lost("it was abandoned"));
+    }
+
+    /// Counts `bytes` of a new buffer or texture. Fails above the limit; the count is undone by the [`Charge`]'s end.
+    pub fn charge(&self, bytes: u64) -> Result<Charge> {
+        self.check()?;
+        let memory = &self.inner.memory;
+        let used = memory.fetch_add(bytes, Ordering::Relaxed);
+        let charge = Charge { memory: Arc::clone(memory), bytes };
+        if used.saturating_add(bytes) > self.inner.memory_limit {
+            return Err(Error::memory(format!(
+                "{bytes} bytes more than {used} are over the limit of {} on the graphics device",
+                self.inner.memory_limit
+            ))
+            .advise("raise the limit, use smaller tiles, or use the device `cpu`"));
+        }
+        Ok(charge)
+    }
+
+    /// Runs `work`, which makes something on the device, and returns what the device says against it.
+    pub fn guard<T>(&self, work: impl FnOnce() -> T) -> Result<T> {
+        self.check()?;
+        let device = &self.inner.device;
+        let scopes = [ErrorFilter::Internal, ErrorFilter::OutOfMemory, ErrorFilter::Validation]
+            .map(|filter| device.push_error_scope(filter));
+        let made = catch_unwind(AssertUnwindSafe(work));
+        // Scopes end in the reverse of the order they began in.
+        let errors: Vec<_> = scopes.into_iter().rev().filter_map(|scope| ready(scope.pop()).flatten()).collect();
+        self.check()?;
+        match (errors.first(), made) {
+            (Some(error), _) => Err(error_of(error)),
+            (None, Ok(made)) => Ok(made),
+            (None, Err(_)) => Err(lost("its driver failed while something was made")),
+        }
+    }
+
+    /// Waits until the submission, or everything submitted, is done.
+    pub(crate) fn wait(&self, submission: Option<wgpu::SubmissionIndex>) -> Result<()> {
+        self.check()?;
+        let wait = PollType::Wait { submission_index: submission, timeout: Some(PATIENCE) };
+        // wgpu panics where a lost device is waited for.
+        let waited = catch_unwind(AssertUnwindSafe(|| self.inner.device.poll(wait)));
+        self.check()?;
+        match waited {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(error)) => Err(lost(&error.to_string())),
+            Err(_) => Err(lost("its driver failed while it was waited for")),
+        }
+    }
+}
+
+/// Bytes counted as living on a device, until this is dropped.
+#[derive(Debug)]
+pub struct Charge {
+    memory: Arc<AtomicU64>,
+    bytes: u64,
+}
+
+impl Drop for Charge {
+    fn drop(&mut self) {
+        self.memory.fetch_sub(self.bytes, Ordering::Relaxed);
+    }
+}

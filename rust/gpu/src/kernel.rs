@@ -1,0 +1,167 @@
+//! Compute kernels: an entry point of a WGSL module with what it is bound to.
+
+use std::fmt;
+use std::sync::Arc;
+
+use relievo_core::{Error, Result};
+use wgpu::{BindGroupLayoutEntry, BindingType, BufferBindingType, ShaderStages};
+
+use crate::device::{Device, lock, ready};
+use crate::module::{Composed, compose};
+
+/// How a kernel uses the buffer of a binding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Access {
+    /// `var<storage, read>`.
+    Read,
+    /// `var<storage, read_write>`.
+    Write,
+    /// `var<uniform>`.
+    Uniform,
+}
+
+/// What a kernel is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct KernelSpec<'a> {
+    /// The WGSL module.
+    pub module: &'a str,
+    /// The entry point in it.
+    pub entry: &'a str,
+    /// The buffers of group 0, in the order of their bindings.
+    pub bindings: &'a [Access],
+    /// Bytes of `var<immediate>`, a multiple of 4, at most 128.
+    pub immediates: u32,
+    /// Values of `override` constants.
+    pub constants: &'a [(&'a str, f64)],
+}
+
+/// A compiled kernel.
+pub struct Kernel {
+    pub(crate) pipeline: wgpu::ComputePipeline,
+    pub(crate) immediates: u32,
+    layout: wgpu::BindGroupLayout,
+    bindings: usize,
+    label: String,
+}
+
+impl fmt::Debug for Kernel {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.debug_tuple("Kernel").field(&self.label).finish()
+    }
+}
+
+/// Buffers bound to the bindings of group 0. They fit every kernel with the same list of accesses.
+#[derive(Clone, Debug)]
+pub struct Bindings {
+    pub(crate) group: wgpu::BindGroup,
+}
+
+impl Device {
+    /// The kernel that `spec` describes, compiled at the first call. Fails with the file and line where it is faulty.
+    pub fn kernel(&self, spec: &KernelSpec<'_>) -> Result<Arc<Kernel>> {
+        let label = format!("{}.{}{:?}", spec.module, spec.entry, spec.constants);
+        if let Some(kernel) = lock(&self.inner().kernels).get(&label) {
+            return Ok(Arc::clone(kernel));
+        }
+        let composed = compose(spec.module)?;
+        let module = self.module(spec.module, &composed)?;
+        let layout = self.bind_group_layout(spec.bindings)?;
+        let device = self.wgpu();
+        let pipeline = self
+            .guard(|| {
+                let whole = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                    label: None,
+                    bind_group_layouts: &[Some(&layout)],
+                    immediate_size: spec.immediates,
+                });
+                device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some(&label),
+                    layout: Some(&whole),
+                    module: &module,
+                    entry_point: Some(spec.entry),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        constants: spec.constants,
+                        // Kernels write what they read.
+                        zero_initialize_workgroup_memory: false,
+                    },
+                    cache: None,
+                })
+            })
+            .map_err(|error| error.at(format!("shaders/{}.wgsl, {}", spec.module, spec.entry)))?;
+        let kernel = Arc::new(Kernel {
+            pipeline,
+            immediates: spec.immediates,
+            layout,
+            bindings: spec.bindings.len(),
+            label: label.clone(),
+        });
+        Ok(Arc::clone(lock(&self.inner().kernels).entry(label).or_insert(kernel)))
+    }
+
+    /// A shader module of composed text, for pipelines that draw. Fails with the file and line where it is faulty.
+    pub fn module(&self, name: &str, composed: &Composed) -> Result<wgpu::ShaderModule> {
+        let descriptor = wgpu::ShaderModuleDescriptor {
+            label: Some(name),
+            source: wgpu::ShaderSource::Wgsl(composed.text.as_str().into()),
+        };
+        let checks = wgpu::ShaderRuntimeChecks { bounds_checks: true, ..wgpu::ShaderRuntimeChecks::unchecked() };
+        let made = self.guard(|| {
+            // SAFETY: the modules are ours. Their indices stay checked; what is left out is the rewriting of loops so
+            // that they may be endless, and none of ours is: the iterations of each are bounded by its arguments.
+            let module = unsafe { self.wgpu().create_shader_module_trusted(descriptor, checks) };
+            let told = ready(module.get_compilation_info()).map(|info| info.messages).unwrap_or_default();
+            (module, told)
+        });
+        // A faulty module is refused by its scope; the message says where.
+        let (module, told) = made.map_err(|error| error.at(format!("shaders/{name}.wgsl")))?;
+        match told.iter().find(|message| message.message_type == wgpu::CompilationMessageType::Error) {
+            None => Ok(module),
+            Some(message) => {
+                let place = message.location.map_or(0, |location| location.line_number);
+                Err(Error::internal(message.message.clone()).at(composed.place(place)))
+            }
+        }
+    }
+
+    fn bind_group_layout(&self, bindings: &[Access]) -> Result<wgpu::BindGroupLayout> {
+        if let Some(layout) = lock(&self.inner().layouts).get(bindings) {
+            return Ok(layout.clone());
+        }
+        let entries: Vec<_> = (0..)
+            .zip(bindings)
+            .map(|(binding, access)| BindGroupLayoutEntry {
+                binding,
+                visibility: ShaderStages::COMPUTE,
+                ty: BindingType::Buffer {
+                    ty: match access {
+                        Access::Read => BufferBindingType::Storage { read_only: true },
+                        Access::Write => BufferBindingType::Storage { read_only: false },
+                        Access::Uniform => BufferBindingType::Uniform,
+                    },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            })
+            .collect();
+        let layout = self.guard(|| {
+            self.wgpu().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+        })?;
+        Ok(lock(&self.inner().layouts).entry(bindings.to_vec()).or_insert(layout).clone())
+    }
+
+    /// Binds `buffers` to group 0 of `kernel`, and of every kernel with the same accesses.
+    pub fn bind(&self, kernel: &Kernel, buffers: &[&wgpu::Buffer]) -> Result<Bindings> {
+        if buffers.len() != kernel.bindings {
+            let what = format!("{} buffers for the {} bindings of {}", buffers.len(), kernel.bindings, kernel.label);
+            return Err(Error::internal(what));
+        }
+        let entries: Vec<_> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let descriptor = wgpu::BindGroupDescriptor { label: None, layout: &kernel.layout, entries: &entries };
+        let group = self.guard(|| self.wgpu().create_bind_group(&descriptor)).map_err(|it| it.at(&*kernel.label))?;
+        Ok(Bindings { group })
+    }
+}

@@ -1,0 +1,118 @@
+//! WGSL modules and their imports.
+//!
+//! A module is a file of `shaders/`. A line `// import NAME` takes in the module NAME, once, with what that imports,
+//! before the module itself; an import line therefore stands before everything else of its file. Lines of the composed
+//! text are mapped back, so that messages name the file that a reader would open.
+
+use std::collections::BTreeSet;
+
+use relievo_core::{Error, Result};
+
+/// All modules by name, in the order of the alphabet.
+pub const MODULES: &[(&str, &str)] = &[
+    ("common", include_str!("../../../shaders/common.wgsl")),
+    ("compaction", include_str!("../../../shaders/compaction.wgsl")),
+    ("scan", include_str!("../../../shaders/scan.wgsl")),
+    ("sort", include_str!("../../../shaders/sort.wgsl")),
+];
+
+/// What begins a line that imports.
+const IMPORT: &str = "// import ";
+
+/// A module with all that it imports.
+#[derive(Clone, Debug, Default)]
+pub struct Composed {
+    /// The WGSL text.
+    pub text: String,
+    /// For every line of the text the module it is from and its line there, from 1.
+    lines: Vec<(&'static str, u32)>,
+}
+
+impl Composed {
+    /// The file and line that line `line` (from 1) of the text is from.
+    pub fn place(&self, line: u32) -> String {
+        match self.lines.get((line as usize).saturating_sub(1)) {
+            Some((module, line)) => format!("shaders/{module}.wgsl:{line}"),
+            None => format!("composed line {line}"),
+        }
+    }
+}
+
+fn source(name: &str) -> Result<(&'static str, &'static str)> {
+    MODULES
+        .iter()
+        .find(|(module, _)| *module == name)
+        .copied()
+        .ok_or_else(|| Error::internal(format!("there is no WGSL module `{name}`")))
+}
+
+/// The module `name` with all that it imports. Fails where a module does not exist.
+pub fn compose(name: &str) -> Result<Composed> {
+    let mut composed = Composed::default();
+    append(name, &mut BTreeSet::new(), &mut composed)?;
+    Ok(composed)
+}
+
+fn append(name: &str, seen: &mut BTreeSet<&'static str>, composed: &mut Composed) -> Result<()> {
+    let (name, text) = source(name)?;
+    if !seen.insert(name) {
+        return Ok(());
+    }
+    for imported in text.lines().filter_map(|line| line.strip_prefix(IMPORT)) {
+        append(imported.trim(), seen, composed).map_err(|error| error.at(format!("shaders/{name}.wgsl")))?;
+    }
+    for (line, text) in (1..).zip(text.lines()) {
+        composed.text.push_str(text);
+        composed.text.push('\n');
+        composed.lines.push((name, line));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wgpu::naga;
+
+    #[test]
+    fn the_list_is_the_folder() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shaders");
+        let mut files: Vec<_> = std::fs::read_dir(folder)
+            .expect("the folder")
+            .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"))
+            .collect();
+        files.sort();
+        let listed: Vec<_> = MODULES.iter().map(|(name, _)| format!("{name}.wgsl")).collect();
+        assert_eq!(files, listed);
+    }
+
+    #[test]
+    fn every_module_is_valid() {
+        use naga::valid::{Capabilities, ValidationFlags, Validator};
+        for (name, _) in MODULES {
+            let composed = compose(name).expect("its imports");
+            let place = |line: Option<u32>| line.map_or((*name).to_owned(), |line| composed.place(line));
+            let module = naga::front::wgsl::parse_str(&composed.text).unwrap_or_else(|error| {
+                let line = error.location(&composed.text).map(|at| at.line_number);
+                panic!("{}: {}", place(line), error.emit_to_string(&composed.text))
+            });
+            let checked = Validator::new(ValidationFlags::all(), Capabilities::IMMEDIATES).validate(&module);
+            if let Err(error) = checked {
+                let line = error.location(&composed.text).map(|at| at.line_number);
+                panic!("{}: {}", place(line), error.emit_to_string(&composed.text));
+            }
+        }
+    }
+
+    #[test]
+    fn imports_come_once_and_lines_are_mapped_back() {
+        let composed = compose("sort").expect("its imports");
+        let common = source("common").expect("the module").1;
+        assert_eq!(composed.text.matches("fn linear_group").count(), 1);
+        assert_eq!(composed.place(1), "shaders/common.wgsl:1");
+        let after = common.lines().count() as u32;
+        assert_eq!(composed.place(after), format!("shaders/common.wgsl:{after}"));
+        assert_eq!(composed.place(after + 3), "shaders/sort.wgsl:3");
+        assert_eq!(composed.text.lines().count(), composed.lines.len());
+    }
+}

@@ -1,0 +1,89 @@
+//! Exclusive prefix sums of u32, modulo 2³², in place: reduce, scan, distribute (`shaders/scan.wgsl`).
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use relievo_core::{Error, Result};
+
+use crate::buffer::Buffer;
+use crate::device::Device;
+use crate::frame::Pass;
+use crate::groups;
+use crate::kernel::{Access, Bindings, Kernel, KernelSpec};
+
+/// Items of a block, as in the kernels.
+pub(crate) const BLOCK: u32 = 8 * crate::GROUP;
+
+/// The number of items as kernels count them: half of what fits, so that groups beyond the last item do not wrap round.
+pub(crate) fn capacity_of(items: usize) -> Result<u32> {
+    match u32::try_from(items) {
+        Ok(items) if items <= 1 << 31 => Ok(items),
+        _ => Err(Error::unsupported(format!("{items} items are too many for kernels, which count up to 2³¹"))),
+    }
+}
+
+/// How many items there are: told by the host, or by an element of a buffer, of which at most so many count.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Length {
+    count: u32,
+    indirect: u32,
+}
+
+/// Prefix sums over a buffer.
+#[derive(Debug)]
+pub struct Scan {
+    kernels: [Arc<Kernel>; 3],
+    bindings: Bindings,
+    sums: Buffer<u32>,
+    capacity: u32,
+    lengths: usize,
+}
+
+impl Scan {
+    /// Prefix sums in place over `items`, for which room is made on the device. `lengths` may say how many there are.
+    /// Fails where there is no memory.
+    pub fn new(device: &Device, items: &Buffer<u32>, lengths: &Buffer<u32>) -> Result<Self> {
+        let capacity = capacity_of(items.len())?;
+        let sums = Buffer::new(device, "scan sums", capacity.div_ceil(BLOCK) as usize + 1)?;
+        let kernel = |entry| {
+            device.kernel(&KernelSpec {
+                module: "scan",
+                entry,
+                bindings: &[Access::Write, Access::Write, Access::Read],
+                immediates: size_of::<Length>() as u32,
+                constants: &[],
+            })
+        };
+        let kernels = [kernel("reduce")?, kernel("spine")?, kernel("distribute")?];
+        let bindings = device.bind(&kernels[0], &[items.wgpu(), sums.wgpu(), lengths.wgpu()])?;
+        Ok(Self { kernels, bindings, sums, capacity, lengths: lengths.len() })
+    }
+
+    /// The sums of blocks of 2,048 items; the one after the last block is the sum of all.
+    pub fn sums(&self) -> &Buffer<u32> {
+        &self.sums
+    }
+
+    /// Records the prefix sums of the first `count` items.
+    pub fn run(&self, pass: &mut Pass<'_>, count: u32) -> Result<()> {
+        self.record(pass, Length { count: count.min(self.capacity), indirect: 0 })
+    }
+
+    /// Records the prefix sums of as many items as element `index` of the lengths says, at most as many as there are.
+    pub fn run_indirect(&self, pass: &mut Pass<'_>, index: usize) -> Result<()> {
+        if index >= self.lengths {
+            return Err(Error::internal(format!("length {index} of {}", self.lengths)));
+        }
+        self.record(pass, Length { count: self.capacity, indirect: index as u32 + 1 })
+    }
+
+    fn record(&self, pass: &mut Pass<'_>, length: Length) -> Result<()> {
+        let immediates = bytemuck::bytes_of(&length);
+        let blocks = groups(length.count.div_ceil(BLOCK));
+        let [reduce, spine, distribute] = &self.kernels;
+        pass.run(reduce, &self.bindings, immediates, blocks)?;
+        pass.run(spine, &self.bindings, immediates, [1, 1, 1])?;
+        pass.run(distribute, &self.bindings, immediates, blocks)
+    }
+}

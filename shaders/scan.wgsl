@@ -1,0 +1,130 @@
+// import common
+// Exclusive prefix sums of u32 in three steps: the sum of every block, the prefix sums of those, the prefix sums within
+// every block. No invocation waits for another workgroup, as the decoupled look-back does: nothing promises that the
+// other one runs (Merrill, Garland 2016, Section 4.4, name the guarantee they need).
+
+struct Length {
+    // Number of items, if `indirect` is 0. Else the index of that number in `lengths`, plus 1.
+    count: u32,
+    indirect: u32,
+}
+
+@group(0) @binding(0) var<storage, read_write> items: array<u32>;
+@group(0) @binding(1) var<storage, read_write> sums: array<u32>;
+@group(0) @binding(2) var<storage, read> lengths: array<u32>;
+var<immediate> length: Length;
+
+const EACH: u32 = 8u;
+const BLOCK: u32 = GROUP * EACH;
+
+var<workgroup> partial: array<u32, GROUP>;
+
+fn count_of() -> u32 {
+    if length.indirect == 0u {
+        return length.count;
+    }
+    return min(length.count, lengths[length.indirect - 1u]);
+}
+
+/// The sum of what all lower invocations of the workgroup pass; `partial[GROUP - 1]` is then the sum of all.
+fn group_exclusive(own: u32, local: u32) -> u32 {
+    partial[local] = own;
+    workgroupBarrier();
+    for (var step = 1u; step < GROUP; step *= 2u) {
+        var lower = 0u;
+        if local >= step {
+            lower = partial[local - step];
+        }
+        workgroupBarrier();
+        partial[local] += lower;
+        workgroupBarrier();
+    }
+    return partial[local] - own;
+}
+
+@compute @workgroup_size(GROUP)
+fn reduce(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let block = linear_group(group, groups);
+    let count = count_of();
+    let first = block * BLOCK + local * EACH;
+    var sum = 0u;
+    for (var k = 0u; k < EACH; k++) {
+        if first + k < count {
+            sum += items[first + k];
+        }
+    }
+    partial[local] = sum;
+    workgroupBarrier();
+    for (var step = GROUP / 2u; step > 0u; step /= 2u) {
+        if local < step {
+            partial[local] += partial[local + step];
+        }
+        workgroupBarrier();
+    }
+    if local == 0u && block < arrayLength(&sums) {
+        sums[block] = partial[0];
+    }
+}
+
+// One workgroup turns the sums of all blocks into what lies before each block, and puts the sum of all at the end.
+@compute @workgroup_size(GROUP)
+fn spine(@builtin(local_invocation_index) local: u32) {
+    let blocks = (count_of() + BLOCK - 1u) / BLOCK;
+    var before = 0u;
+    for (var base = 0u; base < blocks; base += BLOCK) {
+        let first = base + local * EACH;
+        var own: array<u32, EACH>;
+        var sum = 0u;
+        for (var k = 0u; k < EACH; k++) {
+            if first + k < blocks {
+                own[k] = sums[first + k];
+            }
+            sum += own[k];
+        }
+        var lower = before + group_exclusive(sum, local);
+        before += partial[GROUP - 1u];
+        for (var k = 0u; k < EACH; k++) {
+            if first + k < blocks {
+                sums[first + k] = lower;
+            }
+            lower += own[k];
+        }
+        workgroupBarrier();
+    }
+    if local == 0u {
+        sums[blocks] = before;
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn distribute(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let block = linear_group(group, groups);
+    let count = count_of();
+    let first = block * BLOCK + local * EACH;
+    var own: array<u32, EACH>;
+    var sum = 0u;
+    for (var k = 0u; k < EACH; k++) {
+        if first + k < count {
+            own[k] = items[first + k];
+        }
+        sum += own[k];
+    }
+    var lower = group_exclusive(sum, local);
+    if block < arrayLength(&sums) {
+        lower += sums[block];
+    }
+    for (var k = 0u; k < EACH; k++) {
+        if first + k < count {
+            items[first + k] = lower;
+        }
+        lower += own[k];
+    }
+}
