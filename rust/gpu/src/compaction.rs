@@ -54,14 +54,14 @@ impl Compaction {
             device.kernel(&KernelSpec {
                 module: "compaction",
                 entry,
-                bindings: &[Access::Read, Access::Write, Access::Write, Access::Write],
+                groups: &[&[Access::Read, Access::Write, Access::Write, Access::Write]],
                 immediates: size_of::<Classes>() as u32,
                 constants: &[],
             })
         };
         let kernels = [kernel("reduce")?, kernel("spine")?, kernel("distribute")?];
         let buffers = [masks.wgpu(), lists.wgpu(), counts.wgpu(), sums.wgpu()];
-        let bindings = device.bind(&kernels[0], &buffers)?;
+        let bindings = device.bind(&kernels[0], 0, &buffers)?;
         Ok(Self { kernels, bindings, lists, counts, _sums: sums, capacity, classes: classes as u32 })
     }
 
@@ -88,8 +88,8 @@ impl Compaction {
         let immediates = bytemuck::bytes_of(&work);
         let blocks = groups(count.div_ceil(BLOCK));
         let [reduce, spine, distribute] = &self.kernels;
-        pass.run(reduce, &self.bindings, immediates, blocks)?;
-        pass.run(spine, &self.bindings, immediates, [1, 1, 1])?;
-        pass.run(distribute, &self.bindings, immediates, blocks)
+        pass.run(reduce, &[&self.bindings], immediates, blocks)?;
+        pass.run(spine, &[&self.bindings], immediates, [1, 1, 1])?;
+        pass.run(distribute, &[&self.bindings], immediates, blocks)
     }
 }

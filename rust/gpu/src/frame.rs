@@ -152,13 +152,14 @@ impl Frame {
 }
 
 impl Pass<'_> {
-    /// Runs `groups` workgroups of a kernel with its immediate data, of which there are as many bytes as it declares.
-    pub fn run(&mut self, kernel: &Kernel, bindings: &Bindings, immediates: &[u8], groups: [u32; 3]) -> Result<()> {
-        if groups.contains(&0) {
+    /// Runs a kernel with its groups of buffers and its immediate data, of which there are as many bytes as it declares,
+    /// in `size` workgroups.
+    pub fn run(&mut self, kernel: &Kernel, groups: &[&Bindings], immediates: &[u8], size: [u32; 3]) -> Result<()> {
+        if size.contains(&0) {
             return Ok(());
         }
-        self.set(kernel, bindings, immediates)?;
-        self.pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
+        self.set(kernel, groups, immediates)?;
+        self.pass.dispatch_workgroups(size[0], size[1], size[2]);
         Ok(())
     }
 
@@ -166,24 +167,26 @@ impl Pass<'_> {
     pub fn run_indirect(
         &mut self,
         kernel: &Kernel,
-        bindings: &Bindings,
+        groups: &[&Bindings],
         immediates: &[u8],
         arguments: &Buffer<u32>,
         first: usize,
     ) -> Result<()> {
         let offset = arguments.bytes(first..first.saturating_add(3))?.start;
-        self.set(kernel, bindings, immediates)?;
+        self.set(kernel, groups, immediates)?;
         self.pass.dispatch_workgroups_indirect(arguments.wgpu(), offset);
         Ok(())
     }
 
-    fn set(&mut self, kernel: &Kernel, bindings: &Bindings, immediates: &[u8]) -> Result<()> {
+    fn set(&mut self, kernel: &Kernel, groups: &[&Bindings], immediates: &[u8]) -> Result<()> {
         if immediates.len() != kernel.immediates as usize {
             let what = format!("{} bytes of immediate data for {kernel:?}", immediates.len());
             return Err(Error::internal(what));
         }
         self.pass.set_pipeline(&kernel.pipeline);
-        self.pass.set_bind_group(0, &bindings.group, &[]);
+        for (index, bindings) in (0..).zip(groups) {
+            self.pass.set_bind_group(index, &bindings.group, &[]);
+        }
         if !immediates.is_empty() {
             self.pass.set_immediates(0, immediates);
         }

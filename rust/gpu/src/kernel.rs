@@ -27,8 +27,9 @@ pub struct KernelSpec<'a> {
     pub module: &'a str,
     /// The entry point in it.
     pub entry: &'a str,
-    /// The buffers of group 0, in the order of their bindings.
-    pub bindings: &'a [Access],
+    /// The buffers of every group, in the order of their bindings. Groups are bound one by one, so that what several
+    /// kernels share, such as a surface, is bound once.
+    pub groups: &'a [&'a [Access]],
     /// Bytes of `var<immediate>`, a multiple of 4, at most 128.
     pub immediates: u32,
     /// Values of `override` constants.
@@ -39,8 +40,8 @@ pub struct KernelSpec<'a> {
 pub struct Kernel {
     pub(crate) pipeline: wgpu::ComputePipeline,
     pub(crate) immediates: u32,
-    layout: wgpu::BindGroupLayout,
-    bindings: usize,
+    layouts: Vec<wgpu::BindGroupLayout>,
+    counts: Vec<usize>,
     label: String,
 }
 
@@ -50,7 +51,7 @@ impl fmt::Debug for Kernel {
     }
 }
 
-/// Buffers bound to the bindings of group 0. They fit every kernel with the same list of accesses.
+/// Buffers bound to the bindings of a group. They fit every kernel with a group of the same accesses.
 #[derive(Clone, Debug)]
 pub struct Bindings {
     pub(crate) group: wgpu::BindGroup,
@@ -65,13 +66,14 @@ impl Device {
         }
         let composed = compose(spec.module)?;
         let module = self.module(spec.module, &composed)?;
-        let layout = self.bind_group_layout(spec.bindings)?;
+        let layouts: Vec<_> = spec.groups.iter().map(|group| self.bind_group_layout(group)).collect::<Result<_>>()?;
         let device = self.wgpu();
         let pipeline = self
             .guard(|| {
+                let groups: Vec<_> = layouts.iter().map(Some).collect();
                 let whole = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                     label: None,
-                    bind_group_layouts: &[Some(&layout)],
+                    bind_group_layouts: &groups,
                     immediate_size: spec.immediates,
                 });
                 device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -91,8 +93,8 @@ impl Device {
         let kernel = Arc::new(Kernel {
             pipeline,
             immediates: spec.immediates,
-            layout,
-            bindings: spec.bindings.len(),
+            layouts,
+            counts: spec.groups.iter().map(|group| group.len()).collect(),
             label: label.clone(),
         });
         Ok(Arc::clone(lock(&self.inner().kernels).entry(label).or_insert(kernel)))
@@ -150,17 +152,20 @@ impl Device {
         Ok(lock(&self.inner().layouts).entry(bindings.to_vec()).or_insert(layout).clone())
     }
 
-    /// Binds `buffers` to group 0 of `kernel`, and of every kernel with the same accesses.
-    pub fn bind(&self, kernel: &Kernel, buffers: &[&wgpu::Buffer]) -> Result<Bindings> {
-        if buffers.len() != kernel.bindings {
-            let what = format!("{} buffers for the {} bindings of {}", buffers.len(), kernel.bindings, kernel.label);
+    /// Binds `buffers` to group `group` of `kernel`, and of every kernel with a group of the same accesses.
+    pub fn bind(&self, kernel: &Kernel, group: usize, buffers: &[&wgpu::Buffer]) -> Result<Bindings> {
+        let count = kernel.counts.get(group).copied().unwrap_or_default();
+        if buffers.len() != count || count == 0 {
+            let what =
+                format!("{} buffers for the {count} bindings of group {group} of {}", buffers.len(), kernel.label);
             return Err(Error::internal(what));
         }
         let entries: Vec<_> = (0..)
             .zip(buffers)
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
-        let descriptor = wgpu::BindGroupDescriptor { label: None, layout: &kernel.layout, entries: &entries };
+        let layout = &kernel.layouts[group];
+        let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
         let group = self.guard(|| self.wgpu().create_bind_group(&descriptor)).map_err(|it| it.at(&*kernel.label))?;
         Ok(Bindings { group })
     }

@@ -50,13 +50,13 @@ impl Scan {
             device.kernel(&KernelSpec {
                 module: "scan",
                 entry,
-                bindings: &[Access::Write, Access::Write, Access::Read],
+                groups: &[&[Access::Write, Access::Write, Access::Read]],
                 immediates: size_of::<Length>() as u32,
                 constants: &[],
             })
         };
         let kernels = [kernel("reduce")?, kernel("spine")?, kernel("distribute")?];
-        let bindings = device.bind(&kernels[0], &[items.wgpu(), sums.wgpu(), lengths.wgpu()])?;
+        let bindings = device.bind(&kernels[0], 0, &[items.wgpu(), sums.wgpu(), lengths.wgpu()])?;
         Ok(Self { kernels, bindings, sums, capacity, lengths: lengths.len() })
     }
 
@@ -82,8 +82,8 @@ impl Scan {
         let immediates = bytemuck::bytes_of(&length);
         let blocks = groups(length.count.div_ceil(BLOCK));
         let [reduce, spine, distribute] = &self.kernels;
-        pass.run(reduce, &self.bindings, immediates, blocks)?;
-        pass.run(spine, &self.bindings, immediates, [1, 1, 1])?;
-        pass.run(distribute, &self.bindings, immediates, blocks)
+        pass.run(reduce, &[&self.bindings], immediates, blocks)?;
+        pass.run(spine, &[&self.bindings], immediates, [1, 1, 1])?;
+        pass.run(distribute, &[&self.bindings], immediates, blocks)
     }
 }

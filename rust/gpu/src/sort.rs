@@ -53,7 +53,7 @@ impl Sort {
             device.kernel(&KernelSpec {
                 module: "sort",
                 entry,
-                bindings: &[Access::Read, Access::Read, Access::Write, Access::Write, Access::Write],
+                groups: &[&[Access::Read, Access::Read, Access::Write, Access::Write, Access::Write]],
                 immediates: size_of::<Digit>() as u32,
                 constants: &[],
             })
@@ -61,7 +61,7 @@ impl Sort {
         let [count, shuffle] = [kernel("count")?, kernel("move_keys")?];
         let [ours, theirs] = [[spare[0].wgpu(), spare[1].wgpu()], [keys.wgpu(), values.wgpu()]];
         let bind = |from: [&wgpu::Buffer; 2], to: [&wgpu::Buffer; 2]| {
-            device.bind(&count, &[from[0], from[1], to[0], to[1], histogram.wgpu()])
+            device.bind(&count, 0, &[from[0], from[1], to[0], to[1], histogram.wgpu()])
         };
         let bindings = [bind(theirs, ours)?, bind(ours, theirs)?];
         Ok(Self { count, shuffle, bindings, scan, _spare: spare, _histogram: histogram, capacity })
@@ -76,9 +76,9 @@ impl Sort {
         for (turn, bindings) in (0..passes).zip(self.bindings.iter().cycle()) {
             let digit = Digit { count, shift: turn * BITS, blocks };
             let immediates = bytemuck::bytes_of(&digit);
-            pass.run(&self.count, bindings, immediates, groups(blocks))?;
+            pass.run(&self.count, &[bindings], immediates, groups(blocks))?;
             self.scan.run(pass, blocks << BITS)?;
-            pass.run(&self.shuffle, bindings, immediates, groups(blocks))?;
+            pass.run(&self.shuffle, &[bindings], immediates, groups(blocks))?;
         }
         Ok(())
     }
