@@ -121,7 +121,7 @@ enum HandednessName {
 }
 
 /// Pixels along both sides.
-fn size(text: &str) -> std::result::Result<[u32; 2], String> {
+pub fn size(text: &str) -> std::result::Result<[u32; 2], String> {
     let (width, height) = text.split_once('x').unwrap_or((text, text));
     let number = |text: &str| text.trim().parse().map_err(|_| format!("{text:?} is not a number of pixels"));
     Ok([number(width)?, number(height)?])

@@ -3,17 +3,19 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use relievo_core::Context;
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 use relievo_meshio::Summary;
 use relievo_ptex::{Reader, Resolution};
+use relievo_surface::bezier::{BezierSurface, EdgeSense};
 use serde_json::{Value, json};
 
 use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The mesh file, a Ptex file by the extension .ptx or .ptex, or a document by .relievo.
+    /// The mesh file, a file of Bézier patches, a Ptex file by the extension .ptx or .ptex, or a document by .relievo.
     file: PathBuf,
     /// Print JSON for programs.
     #[arg(long)]
@@ -33,6 +35,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return document(arguments);
     }
     let context = crate::context(arguments.memory_limit)?;
+    if relievo_meshio::holds_patches(&arguments.file)? {
+        return patches(&context, arguments);
+    }
     let place = arguments.file.display().to_string();
     let model = relievo_meshio::read_model(&context, &arguments.file)?;
     let summary = Summary::of_model(&context, &model).map_err(|error| error.at(&place))?;
@@ -42,6 +47,40 @@ pub fn run(arguments: &Arguments) -> Outcome {
     };
     crate::print(&text)?;
     Ok(if summary.problem.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn patches(context: &Context, arguments: &Arguments) -> Outcome {
+    let place = arguments.file.display().to_string();
+    let patches = relievo_meshio::read_patches(context, &arguments.file)?;
+    let weights = patches.weights.as_deref();
+    let surface = BezierSurface::new(context, &patches.points, Some(&patches.indices), weights)
+        .map_err(|error| error.at(&place))?;
+    let edges = surface.edges();
+    let senses = (0..surface.count()).flat_map(|patch| edges.senses(patch));
+    let collapsed = senses.filter(|sense| *sense == EdgeSense::Collapsed).count();
+    let shared = (0..edges.curve_count()).filter(|curve| edges.sharing(*curve).count() > 1).count();
+    let border = edges.curve_count() - shared - collapsed;
+    let (low, high) = surface.total_bounds();
+    let text = match arguments.json {
+        true => format!(
+            "{:#}\n",
+            json!({
+                "patches": surface.count(),
+                "rational": surface.is_rational(),
+                "control_points": patches.points.len(),
+                "shared_edges": shared,
+                "border_edges": border,
+                "collapsed_edges": collapsed,
+                "bounds": [low, high],
+            })
+        ),
+        false => format!(
+            "{place}\n{patches}\n  edges: {shared} shared, {border} on the border, {collapsed} collapsed\n  \
+             bounds {low:?} to {high:?}\n"
+        ),
+    };
+    crate::print(&text)?;
+    Ok(ExitCode::SUCCESS)
 }
 
 fn texture(arguments: &Arguments) -> Outcome {

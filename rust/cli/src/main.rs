@@ -15,6 +15,7 @@ mod povray;
 mod run;
 mod schema;
 mod stroke;
+mod tessellate;
 mod transfer;
 mod triangles;
 
@@ -45,8 +46,10 @@ enum Command {
     Schema(schema::Arguments),
     /// Says how much two pictures differ.
     Compare(compare::Arguments),
-    /// Says what is in a mesh file, a Ptex file or a document.
+    /// Says what is in a mesh file, a file of Bézier patches, a Ptex file or a document.
     Info(info::Arguments),
+    /// Makes a mesh of Bézier patches.
+    Tessellate(tessellate::Arguments),
     /// Replays a list of strokes on a mesh, or on a document of it.
     Stroke(stroke::Arguments),
     /// Looks after documents.
@@ -69,6 +72,7 @@ fn main() -> ExitCode {
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Tessellate(arguments) => tessellate::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),
         Command::Doc(arguments) => doc::run(&arguments),
         Command::Export(arguments) => povray::run(&arguments),

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions};
-use relievo_scene::description::When;
+use relievo_core::{Context, ContextOptions, Error};
+use relievo_scene::description::{Up, When};
+use relievo_scene::showing::Showing;
 use relievo_scene::stepper::RunOptions;
 
 use crate::Outcome;
@@ -19,7 +20,8 @@ pub struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum What {
-    /// Writes frames of a scene as scenes for POV-Ray 3.7: camera, light, and displaced surfaces as geometry.
+    /// Writes frames of a scene as scenes for POV-Ray 3.7: camera, light, and displaced surfaces as geometry. A file of
+    /// Bézier patches becomes a scene by itself.
     Pov(Frames),
     /// Writes frames of a scene as Python scripts that make them in Blender 3.4 and later, with their arrays beside them.
     Blender(Frames),
@@ -27,7 +29,7 @@ enum What {
 
 #[derive(clap::Args)]
 struct Frames {
-    /// The scene file.
+    /// The scene file, or for POV-Ray a file of Bézier patches.
     scene: PathBuf,
     /// Folder for everything that is written, with the cache of frames; left out, one named after the scene.
     #[arg(long, value_name = "DIR")]
@@ -41,6 +43,42 @@ struct Frames {
     /// Also read files below this folder.
     #[arg(long, value_name = "DIR")]
     allow_path: Vec<PathBuf>,
+    /// The axis that points up, of Bézier patches.
+    #[arg(long, value_enum, default_value = "z")]
+    up: Axis,
+    /// Pixels of a picture of Bézier patches: WIDTHxHEIGHT.
+    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "640x480")]
+    size: [u32; 2],
+}
+
+/// An axis.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+impl From<Axis> for Up {
+    fn from(axis: Axis) -> Self {
+        match axis {
+            Axis::X => Up::X,
+            Axis::Y => Up::Y,
+            Axis::Z => Up::Z,
+        }
+    }
+}
+
+/// Writes the scene as its first frame would be called, for what includes it by that name.
+fn patches(context: &Context, arguments: &Frames) -> Outcome {
+    let surface = crate::tessellate::surface(context, &arguments.scene)?;
+    let showing = Showing::new(surface.total_bounds(), arguments.up.into(), arguments.size)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| folder_of(&arguments.scene));
+    std::fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, &error))?;
+    let path = folder.join("scene-000000.pov");
+    relievo_scene::povray::write_patches(&path, &surface, &showing)?;
+    crate::print(&format!("{}\n", path.display()))?;
+    Ok(ExitCode::SUCCESS)
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -49,6 +87,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
         What::Blender(arguments) => (arguments, When::Never, When::Every),
     };
     let context = Context::new(&ContextOptions { threads: 0, memory_limit: arguments.memory_limit })?;
+    if povray == When::Every && relievo_meshio::holds_patches(&arguments.scene)? {
+        return patches(&context, arguments);
+    }
     let mut scene = relievo_scene::file::read_file(&arguments.scene)?;
     let output = &mut scene.output;
     (output.picture_frames, output.mesh, output.tiles) = (When::Never, When::Never, When::Never);

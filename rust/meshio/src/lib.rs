@@ -1,4 +1,4 @@
-//! Readers and writers of mesh files: OBJ, PLY, glTF and USD both ways, STL and OFF in.
+//! Readers and writers of mesh files: OBJ, PLY, glTF and USD both ways, STL and OFF in; and of Bézier patches.
 //!
 //! Files are hostile until read: every size is checked against the file's length and the memory limit before anything
 //! is allocated, every index before it is used. Errors name the file and the line or element.
@@ -13,6 +13,7 @@ mod notes;
 mod obj;
 mod obj_writer;
 mod off;
+mod patches;
 mod ply;
 mod ply_header;
 mod ply_writer;
@@ -25,6 +26,7 @@ mod transform;
 mod usd;
 mod usd_writer;
 
+use std::io::Read;
 use std::path::Path;
 
 use relievo_core::{Context, Error, Mesh, Result, budget, file};
@@ -35,6 +37,7 @@ pub use model::{Animation, Channel, Interpolation, Model, Node, Part, Placement,
 pub use obj::read_obj;
 pub use obj_writer::write_obj;
 pub use off::read_off;
+pub use patches::{Patches, parse_patches, read_patches, write_bpt};
 pub use ply::read_ply;
 pub use ply_writer::write_ply;
 pub use pose::{Pose, Shape};
@@ -54,6 +57,7 @@ enum Format {
     Stl,
     Off,
     Usd,
+    Patches,
 }
 
 impl Format {
@@ -76,10 +80,23 @@ impl Format {
             Some("stl") => Ok(Self::Stl),
             Some("off") => Ok(Self::Off),
             Some("usd" | "usda" | "usdc" | "usdz") => Ok(Self::Usd),
+            Some("bpt") => Ok(Self::Patches),
+            _ if patches::is_patches(bytes) => Ok(Self::Patches),
             _ => Err(Error::unsupported("the format of the file is not known")
                 .advise("use OBJ, PLY, GLB, glTF, USD, STL or OFF")),
         }
     }
+}
+
+/// Whether the file at `path` holds Bézier patches, by its extension or its first lines.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn holds_patches(path: &Path) -> Result<bool> {
+    let mut head = Vec::new();
+    let file = file::open(path)?;
+    file.take(4096).read_to_end(&mut head).map_err(|error| Error::io(path, &error))?;
+    Ok(matches!(Format::of(path, &head), Ok(Format::Patches)))
 }
 
 /// Reads a file as one mesh, at rest if it is animated. See [`read_model`].
@@ -106,6 +123,8 @@ pub fn read_model_within(context: &Context, path: &Path, root: &Root) -> Result<
     let folder = path.parent().unwrap_or(Path::new(""));
     let open = |name: &str, most: u64| file::load(&root.resolve(folder, name)?, most);
     let model = match Format::of(path, &bytes).map_err(named)? {
+        Format::Patches => Err(Error::unsupported("the file holds Bézier patches and no mesh")
+            .advise("make a mesh of it by `relievo tessellate`")),
         Format::Obj => read_obj(&bytes, left),
         Format::Ply => read_ply(&bytes, left),
         Format::Gltf => read_gltf(&bytes, left, &open),

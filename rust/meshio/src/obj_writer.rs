@@ -18,7 +18,7 @@ pub fn write_obj(path: &Path, mesh: &Mesh, materials: &[String]) -> Result<()> {
 }
 
 /// A float in the fewest digits that read back as the same one.
-struct Shortest(f32);
+pub(crate) struct Shortest(pub f32);
 
 impl fmt::Display for Shortest {
     fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {

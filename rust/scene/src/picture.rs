@@ -8,7 +8,7 @@ use relievo_tiles::triangle::TriangleBlock;
 
 use crate::bake::Change;
 use crate::coat::Coat;
-use crate::description::{CameraEntry, Scene, View};
+use crate::description::{CameraEntry, Scene, Up, View};
 use crate::tessellation::{self, Rates};
 use crate::triangles;
 use crate::world::{Item, World};
@@ -257,16 +257,22 @@ fn view_at(entry: &CameraEntry, time: f64) -> View {
 /// that is drawn first, or runs of other frames would show other views.
 pub(crate) fn automatic_view(scene: &Scene, bounds: Option<(DVec3, DVec3)>) -> View {
     let fov = scene.camera.views.first().map_or(0.7, |view| view.fov);
-    let (target, radius) =
-        bounds.map_or((DVec3::ZERO, 1.0), |(low, high)| ((low + high) * 0.5, ((high - low) * 0.5).length()));
     let settings = &scene.output.settings;
     let aspect = f64::from(settings.width) / f64::from(settings.height);
+    let (position, target) = whole_view(bounds, fov, aspect, scene.up);
+    View { time: 0.0, position: Some(position), target: Some(target), fov }
+}
+
+/// From where, and to where, a camera sees all that is within `bounds`; `aspect` is the width of its picture by its
+/// height.
+pub(crate) fn whole_view(bounds: Option<(DVec3, DVec3)>, fov: f64, aspect: f64, up: Up) -> (DVec3, DVec3) {
+    let (target, radius) =
+        bounds.map_or((DVec3::ZERO, 1.0), |(low, high)| ((low + high) * 0.5, ((high - low) * 0.5).length()));
     // The narrower of both fields of view holds the sphere around everything, whose rim is mostly empty.
     let narrow = ((fov * 0.5).tan() * aspect.min(1.0)).atan();
     let distance = (radius / narrow.sin()).max(1e-6) * 0.92;
-    let direction = scene.up.from_z_up([0.55, -0.75, 0.36]).map(f64::from);
-    let position = target + DVec3::from(direction).normalize() * distance;
-    View { time: 0.0, position: Some(position), target: Some(target), fov }
+    let direction = up.from_z_up([0.55, -0.75, 0.36]).map(f64::from);
+    (target + DVec3::from(direction).normalize() * distance, target)
 }
 
 /// What lights a scene.

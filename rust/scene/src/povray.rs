@@ -9,22 +9,24 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DVec3};
-use relievo_core::{Context, Domain, Mesh, Result, Values};
+use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_render::color::{decode_srgb, encode_srgb};
 use relievo_render::{Camera, Lights, Material, Sky};
+use relievo_surface::bezier::BezierSurface;
 use relievo_surface::{PatchForm, Place};
 
 use crate::description::ObjectEntry;
 use crate::export::{floats, point_colors, tessellated, triangle_mesh};
 use crate::output::Folder;
 use crate::picture::{automatic_view, camera, lights};
+use crate::showing::Showing;
 use crate::world::{Item, World};
 
 /// Writes the frame. Returns the file.
-pub fn write(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<PathBuf> {
+pub(crate) fn write(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<PathBuf> {
     let _stage = context.stats().begin("export.povray");
     let scene = &world.scene;
     let mut objects = Vec::new();
@@ -43,6 +45,38 @@ pub fn write(context: &Context, world: &World, folder: &Folder, frame: u32) -> R
         objects.iter().try_for_each(|object| object.write(out))
     })?;
     Ok(path)
+}
+
+/// How often patches of a surface by itself are halved along each side.
+const HALVINGS: u32 = 6;
+
+/// Writes Bézier patches by themselves, which POV-Ray cuts into triangles of its own.
+///
+/// # Errors
+/// The surface is rational, which POV-Ray's patches are not, or the system refuses.
+pub fn write_patches(path: &Path, surface: &BezierSurface, showing: &Showing) -> Result<()> {
+    if surface.is_rational() {
+        return Err(Error::unsupported("POV-Ray has no patches with weights")
+            .advise("make a mesh of it by `relievo tessellate`"));
+    }
+    let mut head = String::new();
+    write_head(&mut head, &showing.camera, showing.size, &showing.lights, 1.0, showing.bounds);
+    relievo_core::file::store(path, |out| {
+        out.write_all(head.as_bytes())?;
+        writeln!(out, "\n#declare Object_Place = transform {{ translate <0, 0, 0> }}\nunion {{")?;
+        for controls in surface.all_controls() {
+            let points = controls.map(|[x, y, z, _]| [x, y, z]);
+            write_patch(out, &points, HALVINGS, "")?;
+        }
+        writeln!(out, "{}\n}}", texture(showing.material.base_color, &showing.material))
+    })
+}
+
+fn write_patch(out: &mut impl Write, points: &[[f32; 3]; 16], steps: u32, texture: &str) -> std::io::Result<()> {
+    writeln!(out, "bicubic_patch {{ type 1 flatness 0 u_steps {steps} v_steps {steps}")?;
+    let row = |row: &[[f32; 3]]| row.iter().map(|p| vector(*p)).collect::<Vec<_>>().join(", ");
+    let rows: Vec<String> = points.chunks_exact(4).map(row).collect();
+    writeln!(out, "  {}\n  {texture} }}", rows.join(",\n  "))
 }
 
 /// An object as it is written.
@@ -134,11 +168,7 @@ impl<'a> Shown<'a> {
             self.write_mesh(out)?;
         }
         for (points, color) in &self.patches {
-            writeln!(out, "bicubic_patch {{ type 1 flatness 0 u_steps {0} v_steps {0}", self.steps)?;
-            let row = |row: &[[f32; 3]]| row.iter().map(|p| vector(*p)).collect::<Vec<_>>().join(", ");
-            let rows: Vec<String> = points.chunks_exact(4).map(row).collect();
-            writeln!(out, "  {}", rows.join(",\n  "))?;
-            writeln!(out, "  {} }}", texture(*color, &self.material))?;
+            write_patch(out, points, self.steps, &texture(*color, &self.material))?;
         }
         writeln!(out, "{}", texture(self.material.base_color, &self.material))?;
         writeln!(out, "transform {{ Object_Place }}\n}}")

@@ -1,5 +1,5 @@
-//! Surfaces: Catmull-Clark limit surfaces with tiles, patches, evaluation and bounds, and triangle meshes
-//! ([`triangle`]).
+//! Surfaces: Catmull-Clark limit surfaces with tiles, patches, evaluation and bounds, Bézier patches ([`bezier`]), and
+//! triangle meshes ([`triangle`]).
 //!
 //! A surface is refined once per topology by OpenSubdiv into regular, single-crease and Gregory patches. Every regular
 //! and single-crease patch is kept in Bézier form, so that its control points bound it and one kernel evaluates all.
