@@ -14,6 +14,9 @@ pub const MODULES: &[(&str, &str)] = &[
     ("compaction", include_str!("../../../shaders/compaction.wgsl")),
     ("scan", include_str!("../../../shaders/scan.wgsl")),
     ("sort", include_str!("../../../shaders/sort.wgsl")),
+    ("surface", include_str!("../../../shaders/surface.wgsl")),
+    ("surface_evaluate", include_str!("../../../shaders/surface_evaluate.wgsl")),
+    ("surface_pose", include_str!("../../../shaders/surface_pose.wgsl")),
 ];
 
 /// What begins a line that imports.

@@ -30,9 +30,9 @@ impl Default for SurfaceOptions {
 /// A Catmull-Clark limit surface. Cloning it is cheap; poses share the topology.
 #[derive(Clone)]
 pub struct Surface {
-    layout: Arc<Layout>,
+    pub(crate) layout: Arc<Layout>,
     /// Control data of all patches, see [`Patch::first`].
-    data: Arc<Vec<f32>>,
+    pub(crate) data: Arc<Vec<f32>>,
     bounds: ([f32; 3], [f32; 3]),
 }
 
@@ -44,26 +44,26 @@ impl std::fmt::Debug for Surface {
 }
 
 /// What all poses of a cage share.
-struct Layout {
-    table: Table,
-    topology: Arc<TileTopology>,
-    patches: Vec<Patch>,
-    pieces: Pieces,
+pub(crate) struct Layout {
+    pub(crate) table: Table,
+    pub(crate) topology: Arc<TileTopology>,
+    pub(crate) patches: Vec<Patch>,
+    pub(crate) pieces: Pieces,
     /// The patches of every tile, as a range of `patches`.
-    tile_first: Vec<u32>,
+    pub(crate) tile_first: Vec<u32>,
     /// Quadtree leaves of every tile in Morton order: the key of the leaf's lower corner and its first patch.
-    leaves: Vec<Leaf>,
-    leaf_first: Vec<u32>,
+    pub(crate) leaves: Vec<Leaf>,
+    pub(crate) leaf_first: Vec<u32>,
     /// Where the stencil of every point beyond the cage's starts.
-    stencil_first: Vec<usize>,
-    data_len: usize,
+    pub(crate) stencil_first: Vec<usize>,
+    pub(crate) data_len: usize,
 }
 
 /// A quadtree leaf of a tile. It is one patch, or the pieces of a single-crease patch.
 #[derive(Clone, Copy)]
-struct Leaf {
-    key: u32,
-    patch: u32,
+pub(crate) struct Leaf {
+    pub(crate) key: u32,
+    pub(crate) patch: u32,
 }
 
 /// Quadtree depth that Morton keys resolve.

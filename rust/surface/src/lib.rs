@@ -7,6 +7,7 @@
 pub mod bezier;
 mod catmull_clark;
 mod cone;
+mod device;
 mod evaluate;
 mod face_varying;
 mod grid;
@@ -17,6 +18,7 @@ pub mod triangle;
 
 pub use catmull_clark::{PatchView, Surface, SurfaceOptions};
 pub use cone::Cone;
+pub use device::{DeviceSurface, Evaluation, SURFACE_GROUP};
 pub use evaluate::{Order, Sample, SampleSlices, Samples};
 pub use grid::{Destination, Grid, Placement};
 pub use patch::{Patch, PatchForm};

@@ -32,9 +32,9 @@ pub struct Patch {
     /// First number of its control data: the origin, then all x, all y, all z.
     pub(crate) first: u32,
     /// Which record it was made from.
-    record: u32,
+    pub(crate) record: u32,
     /// Which of the [`Pieces`] it is.
-    piece: u32,
+    pub(crate) piece: u32,
 }
 
 /// Numbers of the origin, before the control points.
@@ -71,6 +71,11 @@ struct Piece {
 }
 
 impl Pieces {
+    /// The conversions of all pieces, by their numbers.
+    pub(crate) fn conversions(&self) -> impl Iterator<Item = &Conversion> {
+        self.all.iter().map(|piece| &piece.across)
+    }
+
     /// The pieces of a kind of patch, in ascending parameter.
     fn of(&mut self, kind: PatchKind) -> Range<usize> {
         let (crease, far) = match kind {

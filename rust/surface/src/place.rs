@@ -2,7 +2,8 @@
 //! [`crate::TileTopology`].
 
 /// A point of a surface: a tile and parameters in 0 to 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Place {
     /// The tile.
     pub tile: u32,
