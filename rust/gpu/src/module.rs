@@ -17,6 +17,8 @@ pub const MODULES: &[(&str, &str)] = &[
     ("surface", include_str!("../../../shaders/surface.wgsl")),
     ("surface_evaluate", include_str!("../../../shaders/surface_evaluate.wgsl")),
     ("surface_pose", include_str!("../../../shaders/surface_pose.wgsl")),
+    ("tiles", include_str!("../../../shaders/tiles.wgsl")),
+    ("tiles_evaluate", include_str!("../../../shaders/tiles_evaluate.wgsl")),
 ];
 
 /// What begins a line that imports.
@@ -99,7 +101,8 @@ mod tests {
                 let line = error.location(&composed.text).map(|at| at.line_number);
                 panic!("{}: {}", place(line), error.emit_to_string(&composed.text))
             });
-            let checked = Validator::new(ValidationFlags::all(), Capabilities::IMMEDIATES).validate(&module);
+            let capabilities = Capabilities::IMMEDIATES | Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+            let checked = Validator::new(ValidationFlags::all(), capabilities).validate(&module);
             if let Err(error) = checked {
                 let line = error.location(&composed.text).map(|at| at.line_number);
                 panic!("{}: {}", place(line), error.emit_to_string(&composed.text));

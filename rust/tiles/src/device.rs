@@ -1,0 +1,205 @@
+//! Scalar displacement on a graphics device, and the surface displaced by it (`shaders/tiles*.wgsl`).
+//!
+//! The blocks of a field are copied to one heap on the device, by what changed since the last time. As on the processor a
+//! block keeps its room until its tile is freed or has another size, and freed room is taken again, last in, first out
+//! (Schäfer et al. 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 4).
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use half::f16;
+use relievo_core::{Error, Result};
+use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
+use relievo_surface::{DeviceSurface, Place, SURFACE_GROUP};
+
+use crate::field::Field;
+use crate::heap::{CLASS_COUNT, SizeClass};
+
+/// What kernels that import `tiles` have as their group 2.
+pub const TILES_GROUP: [Access; 2] = [Access::Read; 2];
+
+/// As in `tiles.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+struct TileEntry {
+    first: u32,
+    size: u32,
+}
+
+/// The first word of a tile without a block.
+const NONE: u32 = u32::MAX;
+
+/// The displacement of a surface on a device.
+#[derive(Debug)]
+pub struct DeviceTiles {
+    /// What the device has.
+    field: Field,
+    entries: Vec<TileEntry>,
+    /// Where there is room for blocks, by class.
+    free: [Vec<u32>; CLASS_COUNT],
+    /// Words in use, freed ones among them.
+    end: u32,
+    on_device: Buffer<TileEntry>,
+    texels: Buffer<u32>,
+    kernel: Arc<Kernel>,
+    group: Bindings,
+}
+
+/// The displaced surface at the places of a buffer.
+#[derive(Debug)]
+pub struct DisplacedEvaluation {
+    buffers: Bindings,
+    places: usize,
+}
+
+fn words(class: SizeClass) -> u32 {
+    (class.texels() / 2) as u32
+}
+
+impl DeviceTiles {
+    /// Brings `field` to a device. Fails where the device has no room for it, or a block is on a page that cannot be
+    /// read.
+    pub fn new(device: &Device, field: &Field) -> Result<Self> {
+        let tiles = field.tile_count();
+        let entries = vec![TileEntry { first: NONE, size: 0 }; tiles];
+        let on_device = Buffer::of(device, "tiles", &entries)?;
+        let needed: u64 = field.allocated().map(|tile| u64::from(words(field.class(tile)))).sum();
+        let texels = Buffer::new(device, "tile blocks", needed.max(1) as usize)?;
+        let kernel = device.kernel(&KernelSpec {
+            module: "tiles_evaluate",
+            entry: "evaluate",
+            groups: &[&[Access::Read, Access::Write], &SURFACE_GROUP, &TILES_GROUP],
+            immediates: size_of::<u32>() as u32,
+            constants: &[],
+        })?;
+        let group = device.bind(&kernel, 2, &[on_device.wgpu(), texels.wgpu()])?;
+        let blank = field.like(field.classes().to_vec(), field.blank(), Vec::new());
+        let free = std::array::from_fn(|_| Vec::new());
+        let mut made = Self { field: blank, entries, free, end: 0, on_device, texels, kernel, group };
+        let all: Vec<u32> = field.allocated().collect();
+        made.take(device, field, &all)?;
+        Ok(made)
+    }
+
+    /// Makes the device have what `field` has, a later or earlier state of the same displacement. Returns the tiles that
+    /// were written or freed, ascending. Fails as [`Self::new`], and for the field of another cage.
+    pub fn update(&mut self, device: &Device, field: &Field) -> Result<Vec<u32>> {
+        if field.tile_count() != self.entries.len() {
+            let what = format!("a displacement of {} tiles on one of {}", field.tile_count(), self.entries.len());
+            return Err(Error::invalid(what).advise("give the displacement of the same surface"));
+        }
+        let changed = field.differing(&self.field);
+        self.take(device, field, &changed)?;
+        Ok(changed)
+    }
+
+    fn take(&mut self, device: &Device, field: &Field, tiles: &[u32]) -> Result<()> {
+        // Freed blocks first, so that others find their room.
+        for tile in tiles {
+            let entry = &mut self.entries[*tile as usize];
+            let stays = field.is_allocated(*tile) && field.size(*tile) == entry.size;
+            if entry.first != NONE && !stays {
+                self.free[SizeClass::of(entry.size)?.index()].push(entry.first);
+                *entry = TileEntry { first: NONE, size: 0 };
+            }
+        }
+        for tile in tiles.iter().filter(|tile| field.is_allocated(**tile)) {
+            let class = field.class(*tile);
+            let entry = &mut self.entries[*tile as usize];
+            if entry.first == NONE {
+                let first = self.free[class.index()].pop();
+                let end = self.end.checked_add(words(class));
+                let first = match (first, end) {
+                    (Some(first), _) => first,
+                    (None, Some(end)) => std::mem::replace(&mut self.end, end),
+                    (None, None) => return Err(Error::memory("the displacement is too large for a graphics device")),
+                };
+                *entry = TileEntry { first, size: class.size() };
+            }
+        }
+        self.grow(device)?;
+        for tile in tiles {
+            let entry = self.entries[*tile as usize];
+            self.on_device.write(device, *tile as usize, &[entry])?;
+            if let Some(block) = field.try_block(*tile)? {
+                // Sides are even: blocks are whole words.
+                let words: Vec<u32> = block.chunks_exact(2).map(pair).collect();
+                self.texels.write(device, entry.first as usize, &words)?;
+            }
+        }
+        self.field = field.clone();
+        Ok(())
+    }
+
+    /// Makes room for all words in use, with half as much again, and moves what is there.
+    fn grow(&mut self, device: &Device) -> Result<()> {
+        let (old, needed) = (self.texels.len(), self.end as usize);
+        if needed <= old {
+            return Ok(());
+        }
+        let texels = Buffer::new(device, "tile blocks", needed + needed / 2)?;
+        let mut frame = device.frame()?;
+        frame.copy(&self.texels, 0..old, &texels, 0)?;
+        let _ = frame.submit()?;
+        self.group = device.bind(&self.kernel, 2, &[self.on_device.wgpu(), texels.wgpu()])?;
+        self.texels = texels;
+        Ok(())
+    }
+
+    /// What is bound as group 2 of kernels that import `tiles`. An update may replace it.
+    pub fn group(&self) -> &Bindings {
+        &self.group
+    }
+
+    /// Bytes of the blocks' room on the device.
+    pub fn bytes(&self) -> u64 {
+        4 * self.texels.len() as u64
+    }
+
+    /// The evaluation of the displaced surface at `places`, in the very tiles that they name: position and unit normal, six
+    /// numbers each. Places must be on the surface; of a tile that does not exist, zeros come out. Fails if `points` is
+    /// shorter.
+    pub fn evaluation(
+        &self,
+        device: &Device,
+        places: &Buffer<Place>,
+        points: &Buffer<f32>,
+    ) -> Result<DisplacedEvaluation> {
+        let needed = 6 * places.len();
+        if points.len() < needed {
+            return Err(Error::internal(format!("room for {} of {needed} numbers of points", points.len())));
+        }
+        let buffers = device.bind(&self.kernel, 0, &[places.wgpu(), points.wgpu()])?;
+        Ok(DisplacedEvaluation { buffers, places: places.len() })
+    }
+
+    /// Records an evaluation at the first `count` places of `surface` displaced by this.
+    pub fn evaluate(
+        &self,
+        pass: &mut Pass<'_>,
+        surface: &DeviceSurface,
+        evaluation: &DisplacedEvaluation,
+        count: u32,
+    ) -> Result<()> {
+        let count = count.min(evaluation.places as u32);
+        let bound = [&evaluation.buffers, surface.group(), &self.group];
+        pass.run(&self.kernel, &bound, bytemuck::bytes_of(&count), groups(count.div_ceil(GROUP)))
+    }
+}
+
+fn pair(texels: &[f16]) -> u32 {
+    u32::from(texels[0].to_bits()) | u32::from(texels[1].to_bits()) << 16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_testing::wgsl::assert_layout;
+    use std::mem::offset_of;
+
+    #[test]
+    fn layouts_are_those_of_the_kernels() {
+        let entry = [("first", offset_of!(TileEntry, first)), ("size", offset_of!(TileEntry, size))];
+        assert_layout("tiles", "TileEntry", size_of::<TileEntry>(), &entry);
+    }
+}
