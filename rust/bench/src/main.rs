@@ -2,6 +2,7 @@
 //! `cargo xtask bench` builds and runs it.
 
 mod contact;
+mod gpu;
 mod imprint;
 mod measure;
 mod paint;
@@ -21,7 +22,7 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint` or `paint`
+    /// Which bench: `surface`, `imprint`, `paint` or `gpu`
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -34,9 +35,10 @@ fn run(arguments: &Arguments) -> Result<()> {
         "surface" => surface::run(&mut report)?,
         "imprint" => imprint::run(&mut report)?,
         "paint" => paint::run(&mut report)?,
+        "gpu" => gpu::run(&mut report, arguments.json)?,
         name => {
             return Err(
-                Error::invalid(format!("there is no bench `{name}`")).advise("use `surface`, `imprint` or `paint`")
+                Error::invalid(format!("there is no bench `{name}`")).advise("use `surface`, `imprint`, `paint` or `gpu`")
             );
         }
     }

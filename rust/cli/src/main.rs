@@ -6,6 +6,7 @@
 mod check;
 mod compare;
 mod doc;
+mod draw;
 mod export;
 mod import;
 mod info;
@@ -50,6 +51,8 @@ enum Command {
     Info(info::Arguments),
     /// Makes a mesh of Bézier patches.
     Tessellate(tessellate::Arguments),
+    /// Draws a picture of Bézier patches on a graphics device.
+    Draw(draw::Arguments),
     /// Replays a list of strokes on a mesh, or on a document of it.
     Stroke(stroke::Arguments),
     /// Looks after documents.
@@ -73,6 +76,7 @@ fn main() -> ExitCode {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Tessellate(arguments) => tessellate::run(&arguments),
+        Command::Draw(arguments) => draw::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),
         Command::Doc(arguments) => doc::run(&arguments),
         Command::Export(arguments) => povray::run(&arguments),

@@ -11,7 +11,7 @@ use relievo_scene::stepper::{RunOptions, Summary};
 use crate::Outcome;
 
 #[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
-enum Device {
+pub enum Device {
     /// The processor.
     Cpu,
     /// The graphics device.

@@ -20,7 +20,7 @@ mod timing;
 pub use adapter::{AdapterChoice, AdapterKind, AdapterSummary, adapters};
 pub use buffer::Buffer;
 pub use compaction::{Compaction, MAX_CLASSES};
-pub use device::{Device, DeviceOptions};
+pub use device::{Charge, Device, DeviceOptions};
 pub use frame::{Frame, Pass, Submission};
 pub use kernel::{Access, Bindings, Kernel, KernelSpec};
 pub use readback::Readback;

@@ -10,6 +10,9 @@ use relievo_core::{Error, Result};
 
 /// All modules by name, in the order of the alphabet.
 pub const MODULES: &[(&str, &str)] = &[
+    ("bezier", include_str!("../../../shaders/bezier.wgsl")),
+    ("bezier_draw", include_str!("../../../shaders/bezier_draw.wgsl")),
+    ("bezier_samples", include_str!("../../../shaders/bezier_samples.wgsl")),
     ("common", include_str!("../../../shaders/common.wgsl")),
     ("compaction", include_str!("../../../shaders/compaction.wgsl")),
     ("scan", include_str!("../../../shaders/scan.wgsl")),

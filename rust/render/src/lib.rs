@@ -1,4 +1,4 @@
-//! Reference ray caster, images and image comparison.
+//! Reference ray caster, rasteriser of virtual vertices, images and image comparison.
 
 mod camera;
 mod caster;
@@ -19,6 +19,7 @@ mod settings;
 mod sheet;
 mod sky;
 mod texture_file;
+pub mod virtual_vertex;
 
 pub use camera::Camera;
 pub use caster::{Frame, NO_OBJECT};

@@ -11,6 +11,9 @@ use crate::picture::whole_view;
 /// The vertical field of view, radians.
 const FOV: f64 = 0.5;
 
+/// By how much the camera is nearer than what shows all of the sphere around it.
+const NEARER: f64 = 0.74;
+
 /// The camera, the light and the material of a surface that is shown by itself.
 #[derive(Clone, Debug)]
 pub struct Showing {
@@ -35,6 +38,8 @@ impl Showing {
         let bounds = [low, high].map(|corner| DVec3::from(corner.map(f64::from)));
         let aspect = f64::from(size[0]) / f64::from(size[1].max(1));
         let (eye, target) = whole_view(Some(bounds.into()), FOV, aspect, up);
+        // Little of the sphere around it is filled.
+        let eye = target + (eye - target) * NEARER;
         let sun = |direction: [f32; 3], irradiance: f32| Sun {
             direction: up.from_z_up(direction),
             irradiance: [irradiance; 3],

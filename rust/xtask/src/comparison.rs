@@ -1,5 +1,6 @@
 //! `cargo xtask comparison`: the scenes of `tests/hosts/comparison` in our ray caster, in Cycles and in POV-Ray, with
-//! the same camera and light; silhouettes, depths and normals held against their goals.
+//! the same camera and light, and Bézier patches drawn from virtual vertices and by POV-Ray; silhouettes, depths and
+//! normals held against their goals.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,11 @@ const SCENES: [Scene; 3] = [
     Scene { name: "cage", label: "Limit surface of a creased cage", depths: [5.0, 9.0] },
     Scene { name: "terrain", label: "A dented terrain", depths: [3.0, 6.0] },
     Scene { name: "idol", label: "A painted and sculpted model", depths: [4.5, 6.5] },
+];
+/// Files of Bézier patches beside the checkout, with the axis that points up.
+const PATCHES: [(Scene, &str); 2] = [
+    (Scene { name: "teapot", label: "Newell's teapot", depths: [6.0, 18.0] }, "z"),
+    (Scene { name: "teacup", label: "Newell's teacup", depths: [2.0, 7.0] }, "y"),
 ];
 /// Pixels of the pictures, as the scenes have it.
 const SIZE: [&str; 2] = ["640", "480"];
@@ -44,6 +50,7 @@ fn compare(sheet: Option<&Path>) -> Outcome {
         println!("skipped: povray is not installed");
         return Ok(());
     }
+    patches()?;
     let python = match blender::python() {
         Ok(python) => python,
         Err(error) => {
@@ -77,6 +84,47 @@ fn compare(sheet: Option<&Path>) -> Outcome {
     }
     let sheet = sheet.map_or_else(|| folder.join("sheet.png"), |path| path.to_path_buf());
     call(compare.arg("--sheet").arg(&sheet))?;
+    println!("{}", sheet.display());
+    Ok(())
+}
+
+/// Bézier patches, which POV-Ray cuts into triangles of its own. They are drawn on a graphics device if there is one.
+fn patches() -> Outcome {
+    let data = std::env::var_os("RELIEVO_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from);
+    let (source, folder) = (root().join("tests/hosts/comparison"), target().join("patches"));
+    remove(&folder)?;
+    let relievo = target().join("release/relievo");
+    let mut compare = Command::new(&relievo);
+    compare.args(["compare", "--names", "POV-RAY,RELIEVO"]).args(GOALS.iter().flat_map(|(key, most)| [key, most]));
+    let mut pictures = Vec::new();
+    for (scene, up) in PATCHES {
+        let file = data.join("patches").join(scene.name);
+        if !file.exists() {
+            println!("skipped: {} is not here", file.display());
+            continue;
+        }
+        let out = folder.join(scene.name);
+        let size = format!("{}x{}", SIZE[0], SIZE[1]);
+        call(
+            Command::new(&relievo)
+                .args(["export", "pov", "--up", up, "--size", &size, "--out"])
+                .arg(&out)
+                .arg(&file)
+                .stdout(Stdio::null()),
+        )?;
+        povray(&source, &scene, &out)?;
+        let drawn = out.join("relievo.exr");
+        let mut draw = Command::new(&relievo);
+        draw.args(["draw", "--device", "auto", "--level", "6", "--samples", "1", "--up", up, "--size", &size]);
+        call(draw.arg(&file).arg("--output").arg(&drawn))?;
+        compare.args(["--row", scene.label]);
+        pictures.extend([out.join("povray.exr"), drawn]);
+    }
+    if pictures.is_empty() {
+        return Ok(());
+    }
+    let sheet = folder.join("sheet.png");
+    call(compare.args(pictures).arg("--sheet").arg(&sheet))?;
     println!("{}", sheet.display());
     Ok(())
 }

@@ -1,0 +1,181 @@
+//! `relievo draw`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use glam::DAffine3;
+use relievo_core::parameter::Switch;
+use relievo_core::{Context, Error, Result};
+use relievo_gpu::{AdapterChoice, Device, DeviceOptions};
+use relievo_render::virtual_vertex::{Rasterizer, Storage, Tuning, VirtualVertices};
+use relievo_render::{Frame, Mesh, Scene, View, write_png};
+use relievo_scene::showing::Showing;
+use relievo_surface::bezier::{BezierSurface, Levels, MOST_LEVEL, Viewpoint};
+
+use crate::Outcome;
+use crate::povray::Axis;
+use crate::run::Device as Kind;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The file of Bézier patches: .bpt, or a list of indices and points.
+    file: PathBuf,
+    /// The picture: .png, or .exr with depth, normal and number of the patch behind every pixel.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// The level of all patches: each is divided into 2^(level + 1) − 1 quads a side.
+    #[arg(short, long, value_name = "LEVEL", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_LEVEL)))]
+    level: u32,
+    /// Choose the level of every patch, so that triangles are at most this far from the surface on the picture.
+    #[arg(long, value_name = "PIXELS", conflicts_with = "level")]
+    tolerance: Option<f64>,
+    /// Patches of a draw.
+    #[arg(long, value_name = "COUNT", default_value_t = 16)]
+    per_draw: u32,
+    /// Where control points are kept.
+    #[arg(long, value_enum, default_value = "uniform")]
+    storage: StorageName,
+    /// Measure which level, storage and number of patches a draw the device draws 60 frames a second with, draw with
+    /// these, and print what was measured.
+    #[arg(long, conflicts_with_all = ["level", "tolerance", "storage", "per_draw"])]
+    tune: bool,
+    /// What draws.
+    #[arg(long, value_enum, default_value = "gpu")]
+    device: Kind,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// The axis that points up.
+    #[arg(long, value_enum, default_value = "z")]
+    up: Axis,
+    /// Pixels of the picture: WIDTHxHEIGHT.
+    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "640x480")]
+    size: [u32; 2],
+    /// Colours that are taken in every pixel.
+    #[arg(long, value_name = "COUNT", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=256))]
+    samples: u32,
+    /// Draw the edges of triangles.
+    #[arg(long)]
+    wireframe: bool,
+    /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
+    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
+    memory_limit: u64,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum StorageName {
+    Uniform,
+    Texture,
+    Buffer,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let extension = arguments.output.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    if !matches!(extension.as_deref(), Some("png" | "exr")) {
+        return Err(Error::unsupported("the format to write is not known")
+            .at(arguments.output.display().to_string())
+            .advise("use the extension .png or .exr")
+            .into());
+    }
+    let context = crate::context(arguments.memory_limit)?;
+    let surface = crate::tessellate::surface(&context, &arguments.file)?;
+    let showing = Showing::new(surface.total_bounds(), arguments.up.into(), arguments.size)?;
+    let mut view = View::new(showing.camera);
+    view.lights = showing.lights.clone();
+    [view.settings.width, view.settings.height] = arguments.size;
+    view.settings.samples = arguments.samples;
+    view.settings.sky_rays = 0;
+    view.settings.shadows = Switch::OFF;
+    view.settings.wireframe = if arguments.wireframe { Switch::ON } else { Switch::OFF };
+    let levels = match arguments.tolerance {
+        Some(tolerance) => Levels::select(&context, &surface, &viewpoint(&view), tolerance, MOST_LEVEL)?,
+        None => Levels::uniform(&surface, arguments.level)?,
+    };
+    let device = match arguments.device {
+        Kind::Cpu => None,
+        Kind::Gpu => Some(open(arguments)?),
+        Kind::Auto => match open(arguments) {
+            Ok(device) => Some(device),
+            Err(error) => {
+                eprintln!("note: drawn by the processor: {error}");
+                None
+            }
+        },
+    };
+    let frame = match device {
+        Some(device) => rasterized(&device, arguments, &surface, &levels, &view, &showing)?,
+        None => cast(&context, &surface, &levels, &view, &showing)?,
+    };
+    match extension.as_deref() {
+        Some("exr") => frame.write_exr(&arguments.output)?,
+        _ => write_png(&arguments.output, &frame.color)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn open(arguments: &Arguments) -> Result<Device> {
+    let adapter = arguments.adapter.clone().map_or(AdapterChoice::Best, AdapterChoice::Named);
+    Device::open(&DeviceOptions { adapter, timing: true, memory_limit: arguments.memory_limit })
+}
+
+/// From where the levels are chosen.
+fn viewpoint(view: &View) -> Viewpoint {
+    let half = (0.5 * view.camera.fov).tan();
+    let [width, height] = [view.settings.width, view.settings.height].map(f64::from);
+    Viewpoint {
+        eye: view.camera.eye.to_array(),
+        forward: (-view.camera.axes.z_axis).to_array(),
+        pixels: 0.5 * height / half,
+        corner: half * (1.0 + (width / height).powi(2)).sqrt(),
+    }
+}
+
+fn rasterized(
+    device: &Device,
+    arguments: &Arguments,
+    surface: &BezierSurface,
+    levels: &Levels,
+    view: &View,
+    showing: &Showing,
+) -> Result<Frame> {
+    let storage = match arguments.storage {
+        StorageName::Uniform => Storage::Uniform,
+        StorageName::Texture => Storage::Texture,
+        StorageName::Buffer => Storage::Buffer,
+    };
+    let mut rasterizer = Rasterizer::new(device)?;
+    let patches = if arguments.tune {
+        let tuned = rasterizer.tune(device, surface, view, &showing.material, &Tuning::default())?;
+        let mut text = format!("{}\nlevel  storage  N_d  N_DP  ms\n", device.summary());
+        for way in &tuned.all {
+            let mark = if *way == tuned.best { "  <" } else { "" };
+            let name = way.storage.name();
+            let time = 1e3 * way.time.as_secs_f64();
+            text += &format!("{:5}  {name:7} {:4} {:5}  {time:.3}{mark}\n", way.level, way.per_draw, way.draw_calls);
+        }
+        crate::print(&text)?;
+        let best = tuned.best;
+        let levels = Levels::uniform(surface, best.level)?;
+        VirtualVertices::new(device, surface, &levels, best.storage, best.per_draw)?
+    } else {
+        VirtualVertices::new(device, surface, levels, storage, arguments.per_draw)?
+    };
+    eprintln!("{}: {} patches in {} draws", device.summary(), surface.count(), patches.draws().len());
+    rasterizer.render(&patches, view, &showing.material)
+}
+
+/// The same triangles by rays.
+fn cast(
+    context: &Context,
+    surface: &BezierSurface,
+    levels: &Levels,
+    view: &View,
+    showing: &Showing,
+) -> Result<Frame> {
+    let tessellation = surface.tessellate(context, levels)?;
+    let mut scene = Scene::new()?;
+    let object = scene.add_object(DAffine3::IDENTITY, showing.material)?;
+    let (points, triangles, normals) = (tessellation.points, tessellation.triangles, tessellation.normals);
+    scene.set_mesh(object, 0, Mesh { points, triangles, normals, ..Mesh::default() })?;
+    scene.render(context, view)
+}

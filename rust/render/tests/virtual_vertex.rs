@@ -1,0 +1,249 @@
+//! Bézier patches on a graphics device against the same on the processor, and pictures of them.
+
+use std::collections::BTreeMap;
+
+use glam::{DAffine3, DVec3, Vec3};
+use relievo_core::Context;
+use relievo_gpu::Device;
+use relievo_render::virtual_vertex::{Rasterizer, Storage, VirtualVertices};
+use relievo_render::{Camera, Frame, Material, Mesh, NO_OBJECT, Picture, Scene, View, compare_geometry};
+use relievo_surface::bezier::{BezierSurface, EdgeSense, Levels, ParametricMap};
+use relievo_testing::{Random, device};
+
+/// The tea set, as it is and with weights.
+fn models(context: &Context) -> Vec<(String, BezierSurface)> {
+    let mut models = Vec::new();
+    for name in ["teapot", "teacup"] {
+        let Some(path) = relievo_testing::file(&format!("patches/{name}")) else { continue };
+        let patches = relievo_meshio::read_patches(context, &path).unwrap();
+        let weight = |point: &[f32; 3]| {
+            let bits = point.iter().fold(3, |sum, value| 31 * (sum % (1 << 32)) + u64::from((value + 0.0).to_bits()));
+            0.3 + 2.0 * Random(bits).unit()
+        };
+        let weights: Vec<f32> = patches.points.iter().map(weight).collect();
+        for (kind, weights) in [("", None), ("rational ", Some(&weights[..]))] {
+            let surface = BezierSurface::new(context, &patches.points, Some(&patches.indices), weights).unwrap();
+            models.push((format!("{kind}{name}"), surface));
+        }
+    }
+    models
+}
+
+fn mixed(surface: &BezierSurface, seed: u64, most: usize) -> Levels {
+    let mut random = Random(seed);
+    Levels::new(surface, (0..surface.count()).map(|_| 1 + random.below(most) as u8).collect()).unwrap()
+}
+
+/// Point and normal of every sample of every patch, as grids.
+fn samples(device: &Device, surface: &BezierSurface, levels: &Levels) -> Vec<Vec<[[f32; 4]; 2]>> {
+    let patches = VirtualVertices::new(device, surface, levels, Storage::Buffer, 7).unwrap();
+    let mut grids = vec![Vec::new(); surface.count()];
+    for draw in patches.draws() {
+        let map = ParametricMap::new(draw.level).unwrap();
+        let all = patches.samples(device, draw).unwrap();
+        for (copy, strip) in all.chunks_exact(map.strip_vertices() as usize).enumerate() {
+            let grid = &mut grids[patches.order()[draw.first as usize + copy] as usize];
+            grid.resize(map.samples() as usize, [[f32::NAN; 4]; 2]);
+            for (sample, [i, j]) in strip.iter().zip(map.strip()) {
+                let at = &mut grid[(j * map.side() + i) as usize];
+                // A strip visits samples more than once; they are the same each time.
+                assert!(at[0][0].is_nan() || at == sample);
+                *at = *sample;
+            }
+        }
+    }
+    grids
+}
+
+#[test]
+fn points_and_normals_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    for (name, surface) in models(&context) {
+        let levels = mixed(&surface, 5, 5);
+        let expected = surface.tessellate(&context, &levels).unwrap();
+        let (low, high) = surface.total_bounds();
+        let extent = Vec3::from(low).distance(Vec3::from(high));
+        let grids = samples(&device, &surface, &levels);
+        let (mut turned, mut count) = (0, 0);
+        for (patch, grid) in grids.iter().enumerate() {
+            let range = expected.first[patch] as usize..expected.first[patch + 1] as usize;
+            assert_eq!(grid.len(), range.len(), "{name}");
+            for (at, [p, normal]) in range.zip(grid) {
+                let error = Vec3::from(expected.points[at]).distance(Vec3::new(p[0], p[1], p[2]));
+                assert!(error <= 1e-6 * extent, "{name}, patch {patch}: {p:?} and {:?}", expected.points[at]);
+                let normal = Vec3::new(normal[0], normal[1], normal[2]);
+                assert!((normal.length() - 1.0).abs() < 1e-4, "{name}, patch {patch}: {normal}");
+                count += 1;
+                turned += usize::from(normal.dot(Vec3::from(expected.normals[at])) < 0.99999);
+            }
+        }
+        assert!(turned * 1000 <= count, "{name}: {turned} of {count} normals differ");
+    }
+}
+
+#[test]
+fn both_sides_of_every_edge_have_the_same_points_on_the_device() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    for (name, surface) in models(&context) {
+        for round in 0..3 {
+            let levels = mixed(&surface, 40 + round, 5);
+            let grids = samples(&device, &surface, &levels);
+            let along = |patch: u32, edge: u8| {
+                let side = ParametricMap::new(levels.patch(patch as usize)).unwrap().side() as usize;
+                let place = |k: usize| match edge {
+                    0 => k,
+                    1 => side - 1 + side * k,
+                    2 => side * side - 1 - k,
+                    _ => side * (side - 1 - k),
+                };
+                let bits = |k: usize| grids[patch as usize][place(k)][0].map(|value| (value + 0.0).to_bits());
+                let mut points: Vec<[u32; 4]> = (0..side).map(bits).collect();
+                points.dedup();
+                points
+            };
+            let edges = surface.edges();
+            for curve in 0..edges.curve_count() {
+                let mut first: Option<Vec<[u32; 4]>> = None;
+                for (patch, edge) in edges.sharing(curve) {
+                    let points = along(patch, edge);
+                    let sense = edges.senses(patch as usize)[usize::from(edge)];
+                    let level = levels.edges(patch as usize)[usize::from(edge)];
+                    let expected = if sense == EdgeSense::Collapsed { 1 } else { 2 << level };
+                    assert_eq!(points.len(), expected, "{name}");
+                    let reversed: Vec<_> = points.iter().rev().copied().collect();
+                    let first = first.get_or_insert(points.clone());
+                    assert!(*first == points || *first == reversed, "{name}, edge {edge} of {patch}");
+                }
+            }
+            // Corners are one point in all patches, and that of the control net.
+            let mut corners: BTreeMap<[u32; 3], ()> = BTreeMap::new();
+            for patch in 0..surface.count() {
+                let side = ParametricMap::new(levels.patch(patch)).unwrap().side() as usize;
+                for (corner, number) in [(0, 0), (side - 1, 3), (side * side - 1, 15), (side * (side - 1), 12)] {
+                    let p = grids[patch][corner][0];
+                    let control = surface.controls(patch)[number];
+                    assert_eq!(p[..3], control[..3], "{name}, patch {patch}");
+                    corners.insert([p[0], p[1], p[2]].map(f32::to_bits), ());
+                }
+            }
+            assert!(corners.len() < 4 * surface.count());
+        }
+    }
+}
+
+fn view(target: DVec3, eye: DVec3, up: DVec3, size: [u32; 2]) -> View {
+    let mut view = View::new(Camera::look_at(eye, target, up, 0.5).unwrap());
+    [view.settings.width, view.settings.height] = size;
+    view.settings.samples = 1;
+    view
+}
+
+fn picture(frame: &Frame) -> Picture {
+    let (depth, normal) = (Some(frame.depth.clone()), Some(frame.normal.clone()));
+    Picture { color: frame.color.clone(), alpha: None, depth, normal }
+}
+
+#[test]
+fn pictures_do_not_depend_on_the_storage_and_are_those_of_the_ray_caster() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let material = Material { base_color: [0.6, 0.3, 0.2], specular: 0.04, roughness: 0.4 };
+    let mut rasterizer = Rasterizer::new(&device).unwrap();
+    for (name, surface) in models(&context) {
+        let up = if name.contains("teapot") { DVec3::Z } else { DVec3::Y };
+        let (low, high) = surface.total_bounds();
+        let [low, high] = [low, high].map(|corner| DVec3::from(corner.map(f64::from)));
+        let middle = 0.5 * (low + high);
+        let eye = middle + (DVec3::new(0.5, -0.6, 0.4) + up * 0.3) * (high - low).length() * 2.0;
+        let view = view(middle, eye, up, [160, 120]);
+        let levels = mixed(&surface, 9, 4);
+        let mut first: Option<Frame> = None;
+        for storage in Storage::ALL {
+            for per_draw in [1, 5, 16] {
+                let patches = VirtualVertices::new(&device, &surface, &levels, storage, per_draw).unwrap();
+                let frame = rasterizer.render(&patches, &view, &material).unwrap();
+                let first = first.get_or_insert_with(|| frame.clone());
+                assert_eq!(first.object, frame.object, "{name}, {storage:?}, {per_draw} a draw");
+                assert_eq!(first.depth, frame.depth, "{name}, {storage:?}, {per_draw} a draw");
+                assert_eq!(first.color, frame.color, "{name}, {storage:?}, {per_draw} a draw");
+            }
+        }
+        let frame = first.unwrap();
+        let covered = frame.object.iter().filter(|object| **object != NO_OBJECT).count();
+        assert!(covered > 1000, "{name}: {covered} pixels");
+        // The same triangles, by rays.
+        let tessellation = surface.tessellate(&context, &levels).unwrap();
+        let mut scene = Scene::new().unwrap();
+        let object = scene.add_object(DAffine3::IDENTITY, material).unwrap();
+        let mesh = Mesh {
+            points: tessellation.points,
+            triangles: tessellation.triangles,
+            normals: tessellation.normals,
+            ..Mesh::default()
+        };
+        scene.set_mesh(object, 0, mesh).unwrap();
+        let cast = scene.render(&context, &view).unwrap();
+        let difference = compare_geometry(&picture(&cast), &picture(&frame), None).unwrap().unwrap();
+        assert!(difference.silhouette() < 0.002, "{name}: {difference:?}");
+        assert!(difference.depth.unwrap().p999 < 1e-4, "{name}: {difference:?}");
+        assert!(difference.normal.unwrap().median < 0.5f64.to_radians(), "{name}: {difference:?}");
+    }
+}
+
+#[test]
+fn no_background_is_seen_between_patches_of_any_levels() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    // A sheet with relief of 6 × 6 patches, whose control points neighbours share, larger than the picture.
+    let (side, mut random) = (6u32, Random(77));
+    let width = 3 * side + 1;
+    let points: Vec<[f32; 3]> = (0..width * width)
+        .map(|at| [(at % width) as f32, (at / width) as f32, 0.7 * random.unit()])
+        .collect();
+    let indices: Vec<u32> = (0..side * side)
+        .flat_map(|patch| {
+            let corner = 3 * (patch / side) * width + 3 * (patch % side);
+            (0..16).map(move |number| corner + number / 4 * width + number % 4)
+        })
+        .collect();
+    let weights: Vec<f32> = points.iter().map(|_| 0.5 + random.unit()).collect();
+    let mut rasterizer = Rasterizer::new(&device).unwrap();
+    let middle = DVec3::new(0.5, 0.5, 0.0) * f64::from(width - 1);
+    let view = view(middle, middle + DVec3::new(3.0, -5.0, 18.0), DVec3::Y, [400, 300]);
+    for weights in [None, Some(&weights[..])] {
+        let surface = BezierSurface::new(&context, &points, Some(&indices), weights).unwrap();
+        for seed in 0..3 {
+            let levels = mixed(&surface, seed, 5);
+            let patches = VirtualVertices::new(&device, &surface, &levels, Storage::Uniform, 8).unwrap();
+            let frame = rasterizer.render(&patches, &view, &Material::default()).unwrap();
+            let holes = frame.object.iter().filter(|object| **object == NO_OBJECT).count();
+            assert_eq!(holes, 0, "levels {seed}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let points: Vec<[f32; 3]> = (0..32).map(|at| [(at % 4) as f32, (at / 4) as f32, 0.0]).collect();
+    let surface = BezierSurface::new(&context, &points, None, None).unwrap();
+    let levels = Levels::uniform(&surface, 2).unwrap();
+    for (storage, per_draw) in [(Storage::Uniform, 17), (Storage::Buffer, 0), (Storage::Texture, 1 << 20)] {
+        assert!(VirtualVertices::new(&device, &surface, &levels, storage, per_draw).is_err());
+    }
+    let one = BezierSurface::new(&context, &points[..16], None, None).unwrap();
+    assert!(VirtualVertices::new(&device, &one, &levels, Storage::Buffer, 1).is_err());
+    let patches = VirtualVertices::new(&device, &surface, &levels, Storage::Buffer, 1).unwrap();
+    assert_eq!(patches.draws().len(), 2);
+    let mut view = view(DVec3::ZERO, DVec3::Z * 5.0, DVec3::Y, [16, 16]);
+    view.settings.width = 16384;
+    view.settings.samples = 9;
+    let mut rasterizer = Rasterizer::new(&device).unwrap();
+    assert!(rasterizer.render(&patches, &view, &Material::default()).is_err());
+    device.abandon();
+    let error = rasterizer.render(&patches, &view, &Material::default()).unwrap_err();
+    assert_eq!(error.kind, relievo_core::ErrorKind::Device, "{error}");
+}
