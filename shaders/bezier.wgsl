@@ -44,9 +44,10 @@ fn cubic(t: f32) -> vec4<f32> {
     return vec4<f32>(s * s * s, 3.0 * t * s * s, 3.0 * t * t * s, t * t * t);
 }
 
-fn cubic_first(t: f32) -> vec4<f32> {
+/// The derivative at `t` of the curve with these control points, which is nothing but zero where they are equal.
+fn slope(t: f32, a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>) -> vec4<f32> {
     let s = 1.0 - t;
-    return vec4<f32>(-3.0 * s * s, 3.0 * s * (s - 2.0 * t), 3.0 * t * (2.0 * s - t), 3.0 * t * t);
+    return 3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c));
 }
 
 /// The place of sample (i, j) of the map of `level`, whose parameters are `uv`, on a patch with these edges.
@@ -70,6 +71,12 @@ fn place_of(level: u32, i: u32, j: u32, uv: vec2<f32>, edges: u32) -> Place {
     }
     if edge == 4u {
         return place;
+    }
+    // Where an edge begins the one before it ends: if that is a point, it has the limit of the normal.
+    let before = (edge + 3u) % 4u;
+    if k == 0u && ((edges >> (2u * before)) & 3u) == COLLAPSED {
+        edge = before;
+        k = n;
     }
     let sense = (edges >> (2u * edge)) & 3u;
     let coarse = (2u << ((edges >> (8u + 4u * edge)) & 15u)) - 1u;
@@ -151,19 +158,19 @@ fn sample_of(c: array<vec4<f32>, 16>, place: Place) -> Sample {
         f[k] = form(c[k], origin);
     }
     let b = cubic(place.at.x);
-    let d = cubic_first(place.at.x);
+    let t = place.at.x;
     let r0 = combine(b, f[0], f[1], f[2], f[3]);
     let r1 = combine(b, f[4], f[5], f[6], f[7]);
     let r2 = combine(b, f[8], f[9], f[10], f[11]);
     let r3 = combine(b, f[12], f[13], f[14], f[15]);
-    let d0 = combine(d, f[0], f[1], f[2], f[3]);
-    let d1 = combine(d, f[4], f[5], f[6], f[7]);
-    let d2 = combine(d, f[8], f[9], f[10], f[11]);
-    let d3 = combine(d, f[12], f[13], f[14], f[15]);
+    let d0 = slope(t, f[0], f[1], f[2], f[3]);
+    let d1 = slope(t, f[4], f[5], f[6], f[7]);
+    let d2 = slope(t, f[8], f[9], f[10], f[11]);
+    let d3 = slope(t, f[12], f[13], f[14], f[15]);
     let bs = cubic(place.at.y);
     let sum = combine(bs, r0, r1, r2, r3);
     let along = tangent(combine(bs, d0, d1, d2, d3), sum);
-    let inwards = tangent(combine(cubic_first(place.at.y), r0, r1, r2, r3), sum);
+    let inwards = tangent(slope(place.at.y, r0, r1, r2, r3), sum);
     var sample: Sample;
     sample.normal = across(along, inwards);
     if place.collapsed {
@@ -183,19 +190,18 @@ fn sample_of(c: array<vec4<f32>, 16>, place: Place) -> Sample {
     if dot(sample.normal, sample.normal) == 0.0 {
         let near = mix(place.at, vec2<f32>(0.5), NUDGE);
         let bt = cubic(near.x);
-        let dt = cubic_first(near.x);
         let q0 = combine(bt, f[0], f[1], f[2], f[3]);
         let q1 = combine(bt, f[4], f[5], f[6], f[7]);
         let q2 = combine(bt, f[8], f[9], f[10], f[11]);
         let q3 = combine(bt, f[12], f[13], f[14], f[15]);
-        let e0 = combine(dt, f[0], f[1], f[2], f[3]);
-        let e1 = combine(dt, f[4], f[5], f[6], f[7]);
-        let e2 = combine(dt, f[8], f[9], f[10], f[11]);
-        let e3 = combine(dt, f[12], f[13], f[14], f[15]);
+        let e0 = slope(near.x, f[0], f[1], f[2], f[3]);
+        let e1 = slope(near.x, f[4], f[5], f[6], f[7]);
+        let e2 = slope(near.x, f[8], f[9], f[10], f[11]);
+        let e3 = slope(near.x, f[12], f[13], f[14], f[15]);
         let basis = cubic(near.y);
         let whole = combine(basis, q0, q1, q2, q3);
         let a = tangent(combine(basis, e0, e1, e2, e3), whole);
-        let i = tangent(combine(cubic_first(near.y), q0, q1, q2, q3), whole);
+        let i = tangent(slope(near.y, q0, q1, q2, q3), whole);
         sample.normal = across(a, i);
     }
     sample.normal = sample.normal * place.turn;

@@ -10,9 +10,7 @@ use std::time::Instant;
 use glam::DVec3;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::{AdapterKind, Device, DeviceOptions};
-use relievo_render::virtual_vertex::{
-    PassedVertex, PassedVertices, Rasterizer, Storage, Tuning, VirtualVertices,
-};
+use relievo_render::virtual_vertex::{PassedVertex, PassedVertices, Rasterizer, Storage, Tuning, VirtualVertices};
 use relievo_render::{Camera, Material, View};
 use relievo_surface::bezier::{BezierSurface, Levels, ParametricMap, draw_calls};
 
@@ -116,8 +114,7 @@ fn largest(
         };
         let ours = sample(frames, || seconds(rasterizer.time(&patches, &scene.view, material, SIZE)));
         let passed = passed_vertices(device, scene, &patches, &levels)?;
-        let peer =
-            sample(frames, || seconds(rasterizer.time_passed(&passed, &patches, &scene.view, material, SIZE)));
+        let peer = sample(frames, || seconds(rasterizer.time_passed(&passed, &patches, &scene.view, material, SIZE)));
         if let Some(error) = error {
             return Err(error);
         }

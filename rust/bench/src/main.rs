@@ -37,9 +37,8 @@ fn run(arguments: &Arguments) -> Result<()> {
         "paint" => paint::run(&mut report)?,
         "gpu" => gpu::run(&mut report, arguments.json)?,
         name => {
-            return Err(
-                Error::invalid(format!("there is no bench `{name}`")).advise("use `surface`, `imprint`, `paint` or `gpu`")
-            );
+            return Err(Error::invalid(format!("there is no bench `{name}`"))
+                .advise("use `surface`, `imprint`, `paint` or `gpu`"));
         }
     }
     report.finish();

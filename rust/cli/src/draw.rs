@@ -165,13 +165,7 @@ fn rasterized(
 }
 
 /// The same triangles by rays.
-fn cast(
-    context: &Context,
-    surface: &BezierSurface,
-    levels: &Levels,
-    view: &View,
-    showing: &Showing,
-) -> Result<Frame> {
+fn cast(context: &Context, surface: &BezierSurface, levels: &Levels, view: &View, showing: &Showing) -> Result<Frame> {
     let tessellation = surface.tessellate(context, levels)?;
     let mut scene = Scene::new()?;
     let object = scene.add_object(DAffine3::IDENTITY, showing.material)?;

@@ -199,9 +199,8 @@ fn no_background_is_seen_between_patches_of_any_levels() {
     // A sheet with relief of 6 × 6 patches, whose control points neighbours share, larger than the picture.
     let (side, mut random) = (6u32, Random(77));
     let width = 3 * side + 1;
-    let points: Vec<[f32; 3]> = (0..width * width)
-        .map(|at| [(at % width) as f32, (at / width) as f32, 0.7 * random.unit()])
-        .collect();
+    let points: Vec<[f32; 3]> =
+        (0..width * width).map(|at| [(at % width) as f32, (at / width) as f32, 0.7 * random.unit()]).collect();
     let indices: Vec<u32> = (0..side * side)
         .flat_map(|patch| {
             let corner = 3 * (patch / side) * width + 3 * (patch % side);

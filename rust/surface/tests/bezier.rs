@@ -131,6 +131,15 @@ fn the_teapot_looks_outwards_at_its_apex_and_its_base() {
         }
     }
     assert_eq!(seen, 8);
+    for level in [1, 4] {
+        let tessellation = surface.tessellate(&context, &Levels::uniform(&surface, level).unwrap()).unwrap();
+        for (point, normal) in tessellation.points.iter().zip(&tessellation.normals) {
+            if point[0] == 0.0 && point[1] == 0.0 {
+                let up = if point[2] > 1.0 { 1.0 } else { -1.0 };
+                assert!((normal[2] - up).abs() < 1e-6, "level {level}: {normal:?} at {point:?}");
+            }
+        }
+    }
 }
 
 /// The points along an edge of a tessellated patch, without those that come twice, as bits.

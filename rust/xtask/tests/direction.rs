@@ -9,7 +9,15 @@ use serde_json::Value;
 /// Layers from the bottom. Systems share one layer: they do not know each other.
 const LAYERS: &[&[&str]] = &[
     &["relievo-core"],
-    &["relievo-opensubdiv", "relievo-embree", "relievo-openvdb", "relievo-meshio", "relievo-ptex", "relievo-document", "relievo-gpu"],
+    &[
+        "relievo-opensubdiv",
+        "relievo-embree",
+        "relievo-openvdb",
+        "relievo-meshio",
+        "relievo-ptex",
+        "relievo-document",
+        "relievo-gpu",
+    ],
     &["relievo-testing"],
     &["relievo-surface"],
     &["relievo-tiles"],

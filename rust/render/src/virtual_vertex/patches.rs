@@ -116,8 +116,11 @@ impl VirtualVertices {
                 .advise(format!("draw fewer than {MOST_PATCHES} at a time")));
         }
         if !(1..=storage.most()).contains(&per_draw) {
-            return Err(Error::invalid(format!("a draw cannot have {per_draw} patches"))
-                .advise(format!("use 1 to {} with the storage `{}`", storage.most(), storage.name())));
+            return Err(Error::invalid(format!("a draw cannot have {per_draw} patches")).advise(format!(
+                "use 1 to {} with the storage `{}`",
+                storage.most(),
+                storage.name()
+            )));
         }
         let mut order: Vec<u32> = (0..surface.count() as u32).collect();
         order.sort_by_key(|patch| levels.patch(*patch as usize));
@@ -200,7 +203,12 @@ impl VirtualVertices {
         let bindings = device.bind(&kernel, 0, &[records.wgpu(), map.wgpu(), out.wgpu()])?;
         let mut frame = device.frame()?;
         let immediates = [count, draw.level, draw.first];
-        frame.pass("samples").run(&kernel, &[&bindings], bytemuck::bytes_of(&immediates), groups(count.div_ceil(64)))?;
+        frame.pass("samples").run(
+            &kernel,
+            &[&bindings],
+            bytemuck::bytes_of(&immediates),
+            groups(count.div_ceil(64)),
+        )?;
         let read = frame.read(&out, 0..count as usize)?;
         let _submitted = frame.submit()?;
         read.get(device)

@@ -24,8 +24,8 @@ use crate::settings::View;
 const SUNS: usize = 4;
 /// Pixels of a picture's side at most.
 const MOST_SIDE: u32 = 16_384;
-/// Distance of the near plane, as a share of the distance to the middle of the view; what is nearer is cut.
-const NEAR: f64 = 1e-3;
+/// Distance of the near plane, as a share of that of the camera from the origin; what is nearer is cut.
+const NEAR: f64 = 1e-5;
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const NUMBER: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
@@ -411,8 +411,7 @@ impl Rasterizer {
         if let Some(pipeline) = self.pipelines.get(&(storage, rational)) {
             return Ok(pipeline.clone());
         }
-        let attribute =
-            |offset, shader_location, format| wgpu::VertexAttribute { offset, shader_location, format };
+        let attribute = |offset, shader_location, format| wgpu::VertexAttribute { offset, shader_location, format };
         use wgpu::VertexFormat::{Float32x2, Float32x3, Uint32};
         let virtual_vertex = [attribute(0, 0, Float32x2), attribute(8, 1, Uint32), attribute(12, 2, Uint32)];
         let passed_vertex = [attribute(0, 0, Float32x3), attribute(12, 1, Uint32), attribute(16, 2, Float32x3)];
@@ -536,7 +535,8 @@ impl ViewBlock {
         let [right, up, back] = [camera.axes.x_axis, camera.axes.y_axis, camera.axes.z_axis];
         let row = |axis: glam::DVec3, factor: f64| (axis * factor).extend(-axis.dot(camera.eye) * factor);
         let near = NEAR * camera.eye.length().max(1e-3);
-        let rows = [row(right, 1.0 / (half * aspect)), row(up, 1.0 / half), DVec4::new(0.0, 0.0, 0.0, near), row(back, -1.0)];
+        let rows =
+            [row(right, 1.0 / (half * aspect)), row(up, 1.0 / half), DVec4::new(0.0, 0.0, 0.0, near), row(back, -1.0)];
         let projection = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
         let sky = &view.lights.sky;
         let mut block = Self {

@@ -113,7 +113,10 @@ impl BezierSurface {
             2 => side * side - 1 - k as usize,
             _ => side * (side - 1 - k as usize),
         };
-        for edge in 0..4 {
+        // Collapsed edges last: their ends are corners whose limit is theirs.
+        let mut order = [0, 1, 2, 3];
+        order.sort_by_key(|edge| senses[*edge] == EdgeSense::Collapsed);
+        for edge in order {
             let level = levels.edges(patch)[edge];
             let coarse = (2 << level) - 1;
             let mut canonical = curve(controls, edge);
@@ -124,7 +127,9 @@ impl BezierSurface {
                 let at = snapped(k, n, coarse);
                 let number = senses[edge].segment(at, coarse);
                 points[place(edge, k)] = curve_point(&canonical, number, coarse);
-                if level < table.map.level() {
+                // Where an edge is a point its tangents are rounding, and so they may be at corners.
+                let degenerate = senses[edge] == EdgeSense::Collapsed || k == 0;
+                if level < table.map.level() || degenerate {
                     let t = f64::from(at) / f64::from(coarse);
                     let (u, v) = [(t, 0.0), (1.0, t), (1.0 - t, 1.0), (0.0, 1.0 - t)][edge];
                     normals[place(edge, k)] = self.limit_normal(patch, &Forms::new(controls, u, v), u, v);
