@@ -163,11 +163,11 @@ impl<T> Site<'_, T> {
 /// The new texels of a tile.
 #[derive(Clone, Debug)]
 pub(crate) struct TileEdit<T> {
-    tile: u32,
+    pub tile: u32,
     /// The whole block, its ring as it was.
-    texels: Arc<[T]>,
+    pub texels: Arc<[T]>,
     /// Texels that change.
-    count: u64,
+    pub count: u64,
 }
 
 impl<T> Framed for Site<'_, T> {

@@ -12,6 +12,7 @@ pub mod cull;
 pub mod curve;
 pub mod dab;
 pub mod dda;
+pub mod device;
 mod edit;
 pub mod fading;
 pub mod falloff;

@@ -13,6 +13,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("bezier", include_str!("../../../shaders/bezier.wgsl")),
     ("bezier_draw", include_str!("../../../shaders/bezier_draw.wgsl")),
     ("bezier_samples", include_str!("../../../shaders/bezier_samples.wgsl")),
+    ("brush_sculpt", include_str!("../../../shaders/brush_sculpt.wgsl")),
     ("common", include_str!("../../../shaders/common.wgsl")),
     ("compaction", include_str!("../../../shaders/compaction.wgsl")),
     ("scan", include_str!("../../../shaders/scan.wgsl")),
