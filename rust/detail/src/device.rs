@@ -1,5 +1,18 @@
 //! Edits on a graphics device: the same passes as on the processor, in kernels.
+//!
+//! The stages of an imprint (Schäfer et al. 2014, Sections 5 and 6) leave what the next one needs on the device, and
+//! where that is a number of items, it is the argument of an indirect dispatch: a frame's pairs can be one submission.
 
+mod bounds;
 mod brush;
+mod collider;
+mod cull;
+mod rays;
+mod voxel;
 
+pub use bounds::DeviceBounds;
 pub use brush::DeviceBrush;
+pub use collider::{DeviceCollider, Faults};
+pub use cull::DeviceCull;
+pub use rays::{BlockReport, DeviceRays};
+pub use voxel::DeviceVoxels;

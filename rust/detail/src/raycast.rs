@@ -199,7 +199,7 @@ fn cast_block_body<A: Lanes>(
     }
     new[..count].convert_from_f32_slice(&distance[..count]);
     new[..count].convert_to_f32_slice(&mut nearest[..count]);
-    let deepest = key(lower_bound(-limits.max_displacement));
+    let deepest = deepest(limits);
     let (mut changed, mut least) = (0, 0);
     for (((new, nearest), exact), old) in new.iter_mut().zip(&*nearest).zip(&*distance).zip(values) {
         let down = stepped_down(*new, *nearest, *exact).max(deepest);
@@ -249,9 +249,14 @@ fn stepped_down(nearest: f16, rounded: f32, exact: f32) -> i16 {
     key(nearest) - i16::from(rounded > exact)
 }
 
+/// The [`key`] of the least coefficient within the limits.
+pub(crate) fn deepest(limits: &Limits) -> i16 {
+    key(lower_bound(-limits.max_displacement))
+}
+
 /// Half floats as integers of the same order.
 #[inline(always)]
-fn key(value: f16) -> i16 {
+pub(crate) fn key(value: f16) -> i16 {
     let bits = value.to_bits();
     (bits ^ (((bits as i16) >> 15) as u16 & 0x7fff)) as i16
 }

@@ -1,9 +1,11 @@
 //! Scan conversion of triangles into the columns of a voxel grid, and resolution of each column's crossings into
 //! solid spans.
 //!
-//! x and y are snapped to 1/256 voxel and rows step over exact rational edge positions, so a column centre on a common
-//! edge falls into exactly one of two adjacent triangles and closed meshes have no leaks. A column keeps its crossings
-//! in one word, two of 16 bits: place and direction. Columns of more crossings have them in a list.
+//! Corners are snapped to a lattice of 1/256 voxel and what follows is exact: rows step over rational edge positions, so
+//! a column centre on a common edge falls into exactly one of two adjacent triangles and closed meshes have no leaks, and
+//! the voxel that a column enters or leaves is that of the snapped plane, whatever the processor or graphics device
+//! that computes it. Planes are followed in floats; where their rounding could decide, integers do. A column keeps
+//! its crossings in one word, two of 16 bits: place and direction. Columns of more crossings have them in a list.
 
 use glam::DVec3;
 use relievo_core::dispatch_simd;
@@ -17,8 +19,8 @@ const SUB: i64 = 256;
 /// The snapped position of the first column's or row's centre.
 const HALF: i64 = SUB / 2;
 
-/// Snapped coordinates below which products fit 64 bits.
-const NARROW: i64 = 1 << 30;
+/// Snapped coordinates below which products fit 64 bits. Triangles that reach further are followed in floats alone.
+const NARROW: i64 = 1 << 29;
 
 /// The sizes a slab is filled with.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +35,12 @@ pub struct Shape {
     pub backward: bool,
     /// Whether the mesh may have open edges.
     pub open: bool,
+}
+
+/// The place of a coordinate in voxels on the lattice.
+#[inline(always)]
+pub fn snap(value: f64) -> i64 {
+    (value * SUB as f64 + 0.5).floor() as i64
 }
 
 /// A side of a triangle: x over y in snapped units, from its lower end.
@@ -56,8 +64,12 @@ pub struct Facet {
     long_left: bool,
     /// Whether products need 128 bits.
     wide: bool,
+    /// Snapped z of the lowest corner, of the middle and of the highest one.
+    heights: [i64; 3],
     /// z over the centre of column (0, 0), and its steps along x and y.
     plane: [f64; 3],
+    /// By how much the rounded z over a column may be off, in voxels.
+    margin: f32,
     /// Range of z, in steps of the column, clipped to the grid.
     range: [f64; 2],
     /// 1 where the column leaves the solid here, 0 where it enters.
@@ -72,7 +84,9 @@ impl Facet {
         short: [Side { x: 0, y: 0, dx: 0, dy: 1 }; 2],
         long_left: false,
         wide: false,
+        heights: [0; 3],
         plane: [0.0; 3],
+        margin: 0.0,
         range: [0.0; 2],
         leaves: 0,
     };
@@ -80,9 +94,8 @@ impl Facet {
     /// Sets up a triangle given in voxel coordinates; `None` if no column meets it or it does not matter.
     #[inline(always)]
     pub fn new(places: &[DVec3; 3], mirrored: bool, [nx, ny, nz]: [i64; 3], backward: bool) -> Option<Self> {
-        let snap = |value: f64| (value * SUB as f64 + 0.5).floor() as i64;
-        let mut corners: [(i64, i64, f64); 3] =
-            std::array::from_fn(|i| (snap(places[i].x), snap(places[i].y), places[i].z));
+        let mut corners: [(i64, i64, i64); 3] =
+            std::array::from_fn(|i| (snap(places[i].x), snap(places[i].y), snap(places[i].z)));
         // A corner at the centre of row j belongs to row j: rows are half open upwards.
         let row = |y: i64| (y - HALF + SUB - 1).div_euclid(SUB);
         let mut odd = mirrored;
@@ -101,40 +114,70 @@ impl Facet {
         if row(high) <= 0 || row(low) >= nx || row(low) == row(high) {
             return None;
         }
-        let step = |z: f64| (z - 0.5).ceil().clamp(0.0, nz as f64);
-        let range = [step(z0.min(z1).min(z2)), step(z0.max(z1).max(z2))];
-        if if backward { range[1] <= 0.0 } else { range[0] >= nz as f64 } {
+        let step = |z: i64| row(z).clamp(0, nz);
+        let (bottom, top) = (z0.min(z1).min(z2), z0.max(z1).max(z2));
+        let range = [step(bottom), step(top)];
+        if if backward { range[1] <= 0 } else { range[0] >= nz } {
             return None;
         }
-        let wide = low < -NARROW || high > NARROW || y0 < -NARROW || y2 > NARROW;
-        let cross = if wide {
-            let cross = i128::from(x1 - x0) * i128::from(y2 - y0) - i128::from(x2 - x0) * i128::from(y1 - y0);
-            // Only its sign must be exact.
-            cross as f64
+        let wide = low.min(y0).min(bottom) < -NARROW || high.max(y2).max(top) > NARROW;
+        // Twice the area, and the integers that are proportional to the plane's steps.
+        let [area, a, b] = if wide {
+            let cross = |p: i64, q: i64, r: i64, s: i64| i128::from(p) * i128::from(q) - i128::from(r) * i128::from(s);
+            [
+                cross(x1 - x0, y2 - y0, x2 - x0, y1 - y0) as f64,
+                cross(z1 - z0, y2 - y0, z2 - z0, y1 - y0) as f64,
+                cross(z2 - z0, x1 - x0, z1 - z0, x2 - x0) as f64,
+            ]
         } else {
-            ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)) as f64
+            [
+                ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)) as f64,
+                ((z1 - z0) * (y2 - y0) - (z2 - z0) * (y1 - y0)) as f64,
+                ((z2 - z0) * (x1 - x0) - (z1 - z0) * (x2 - x0)) as f64,
+            ]
         };
-        if cross == 0.0 {
+        if area == 0.0 {
             return None;
         }
-        let scale = SUB as f64 / cross;
-        let slope_x = ((z1 - z0) * (y2 - y0) as f64 - (z2 - z0) * (y1 - y0) as f64) * scale;
-        let slope_y = ((z2 - z0) * (x1 - x0) as f64 - (z1 - z0) * (x2 - x0) as f64) * scale;
-        let unit = |value: i64| (HALF - value) as f64 / SUB as f64;
-        let base = z0 + slope_x * unit(x0) + slope_y * unit(y0);
-        let side = |a: (i64, i64, f64), b: (i64, i64, f64)| Side { x: a.0, y: a.1, dx: b.0 - a.0, dy: b.1 - a.1 };
+        let (slope_x, slope_y) = (a / area, b / area);
+        let unit = |value: i64| value as f64 / SUB as f64;
+        let (from_x, from_y) = (unit(HALF - x0), unit(HALF - y0));
+        let base = unit(z0) + slope_x * from_x + slope_y * from_y;
+        // Floats have 24 bits and doubles 53; both bounds have room for a few roundings more than there are.
+        let reach = unit(bottom.abs().max(top.abs())) + 1.0;
+        let spread = slope_x.abs() * (from_x.abs() + nx as f64) + slope_y.abs() * (from_y.abs() + ny as f64);
+        let flat = a == 0.0 && b == 0.0 && reach < 32768.0;
+        let margin = if wide || flat { 0.0 } else { (reach * 2f64.powi(-21) + spread * 2f64.powi(-48)) as f32 };
+        let side = |a: (i64, i64, i64), b: (i64, i64, i64)| Side { x: a.0, y: a.1, dx: b.0 - a.0, dy: b.1 - a.1 };
         // The z component of the normal is positive where the solid is left, going up.
-        let leaves = u64::from((cross > 0.0) != odd);
+        let leaves = u64::from((area > 0.0) != odd);
         Some(Self {
             rows,
             long: side(corners[0], corners[2]),
             short: [side(corners[0], corners[1]), side(corners[1], corners[2])],
-            long_left: cross > 0.0,
+            long_left: area > 0.0,
             wide,
+            heights: [z0, z1, z2],
             plane: [base, slope_x, slope_y],
-            range,
+            margin,
+            range: range.map(|step| step as f64),
             leaves,
         })
+    }
+
+    /// The first voxel whose centre is not below the facet in the column (x, y), by integers alone.
+    #[cold]
+    fn step(&self, x: i64, y: i64) -> u32 {
+        let wide = |value: i64| i128::from(value);
+        let (long, short) = (&self.long, &self.short[0]);
+        let [z0, up1, up2] = [self.heights[0], self.heights[1] - self.heights[0], self.heights[2] - self.heights[0]];
+        let area = wide(short.dx * long.dy - long.dx * short.dy);
+        let along_x = wide(up1 * long.dy - up2 * short.dy) * wide(SUB * x + HALF - long.x);
+        let along_y = wide(up2 * short.dx - up1 * long.dx) * wide(SUB * y + HALF - long.y);
+        let above = wide(z0 - HALF) * area + along_x + along_y;
+        let (above, area) = if area < 0 { (-above, -area) } else { (above, area) };
+        let step = -(-above).div_euclid(wide(SUB) * area);
+        step.clamp(self.range[0] as i128, self.range[1] as i128) as u32
     }
 
     /// The rows below `ny` that it covers: the first and the one after the last.
@@ -265,7 +308,7 @@ fn convert<A: Lanes>(
             if left < right {
                 let at = (row - first) as usize * nx + left;
                 let z = base + slope_y * row as f64 + slope_x * left as f64;
-                note(v, records, at, right - left, (z - 0.5) as f32, facet, listed);
+                note(v, records, at, right - left, (z - 0.5) as f32, facet, [left as i64, row], listed);
             }
             long.advance();
             short.advance();
@@ -273,8 +316,9 @@ fn convert<A: Lanes>(
     }
 }
 
-/// Notes the crossings of `count` columns from the one at `at`, where the facet is at `z`.
+/// Notes the crossings of `count` columns from the one at `at`, which is `column` and where the facet is at `z`.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 fn note<A: Lanes>(
     v: A,
     records: &mut [u32],
@@ -282,6 +326,7 @@ fn note<A: Lanes>(
     count: usize,
     z: f32,
     facet: &Facet,
+    [x, y]: [i64; 2],
     listed: &mut Vec<(u32, u16)>,
 ) {
     const LANES: [u32; PADDING] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
@@ -289,15 +334,29 @@ fn note<A: Lanes>(
     let lanes = v.iload(&LANES);
     let (low, high) = (v.splat(facet.range[0] as f32), v.splat(facet.range[1] as f32));
     let slope = v.splat(facet.plane[1] as f32);
+    let margin = v.splat(facet.margin);
     let direction = v.isplat(facet.leaves as i32 + 1);
     for from in (0..count).step_by(A::WIDTH) {
         let here = &mut records[at + from..];
         let column = v.float(v.iadd(lanes, v.isplat(from as i32)));
-        let place = v.min(v.max(v.fused(slope, column, v.splat(z)), low), high);
-        let whole = v.trunc(place);
-        let step = v.iadd(whole, v.iselect(v.lt(v.float(whole), place), unit, none));
-        let mark = v.iadd(v.iadd(step, step), direction);
+        let place = v.fused(slope, column, v.splat(z));
+        let least = v.min(v.max(v.sub(place, margin), low), high);
+        let most = v.min(v.max(v.add(place, margin), low), high);
+        let whole = v.trunc(least);
+        let mut step = v.iadd(whole, v.iselect(v.lt(v.float(whole), least), unit, none));
         let inside = v.ilt(lanes, v.isplat((count - from) as i32));
+        // Where rounding could decide, the steps below and above differ.
+        let sure = v.le(most, v.float(step));
+        let unsure = v.mask(v.without(inside, sure));
+        if unsure != 0 {
+            let mut steps = [0; PADDING];
+            v.istore(step, &mut steps);
+            for lane in (0..A::WIDTH).filter(|lane| unsure >> lane & 1 != 0) {
+                steps[lane] = facet.step(x + (from + lane) as i64, y);
+            }
+            step = v.iload(&steps);
+        }
+        let mark = v.iadd(v.iadd(step, step), direction);
         let record = v.iload(here);
         let full = v.without(inside, v.ieq(v.high(record), none));
         let put = v.without(inside, full);

@@ -16,6 +16,15 @@ pub const MODULES: &[(&str, &str)] = &[
     ("brush_sculpt", include_str!("../../../shaders/brush_sculpt.wgsl")),
     ("common", include_str!("../../../shaders/common.wgsl")),
     ("compaction", include_str!("../../../shaders/compaction.wgsl")),
+    ("imprint_arrange", include_str!("../../../shaders/imprint_arrange.wgsl")),
+    ("imprint_bounds", include_str!("../../../shaders/imprint_bounds.wgsl")),
+    ("imprint_cast", include_str!("../../../shaders/imprint_cast.wgsl")),
+    ("imprint_count", include_str!("../../../shaders/imprint_count.wgsl")),
+    ("imprint_cross", include_str!("../../../shaders/imprint_cross.wgsl")),
+    ("imprint_cull", include_str!("../../../shaders/imprint_cull.wgsl")),
+    ("imprint_facet", include_str!("../../../shaders/imprint_facet.wgsl")),
+    ("imprint_resolve", include_str!("../../../shaders/imprint_resolve.wgsl")),
+    ("imprint_snap", include_str!("../../../shaders/imprint_snap.wgsl")),
     ("scan", include_str!("../../../shaders/scan.wgsl")),
     ("sort", include_str!("../../../shaders/sort.wgsl")),
     ("surface", include_str!("../../../shaders/surface.wgsl")),
@@ -23,6 +32,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("surface_pose", include_str!("../../../shaders/surface_pose.wgsl")),
     ("tiles", include_str!("../../../shaders/tiles.wgsl")),
     ("tiles_evaluate", include_str!("../../../shaders/tiles_evaluate.wgsl")),
+    ("wide", include_str!("../../../shaders/wide.wgsl")),
 ];
 
 /// What begins a line that imports.

@@ -1,0 +1,107 @@
+// import imprint_facet
+// The crossings of columns with triangles: every invocation looks at a chunk of columns of a row of one triangle and
+// counts, at the first voxel whose centre is not below the triangle, by what the winding number changes. Sums of whole
+// numbers do not depend on the order they come in.
+
+@group(1) @binding(0) var<storage, read> starts: array<u32>;
+@group(1) @binding(1) var<storage, read> arguments: array<u32>;
+// Of step z of column c at z times the columns plus c; one step more than there are voxels.
+@group(2) @binding(0) var<storage, read_write> turns: array<atomic<i32>>;
+
+// Whether the plane over a column is not above the centre of the voxel below `step`, by 96 bits:
+// A·dx + B·dy + (z − ½ − step)·area is not positive.
+fn not_above(a: vec2<u32>, b: vec2<u32>, area: vec2<u32>, d: vec2<i32>, z: i32, step: i32) -> bool {
+    let flat = wider_add(wider_product(a, d.x), wider_product(b, d.y));
+    let sum = wider_add(flat, wider_product(area, z - HALF - SUB * step));
+    return wider_negative(sum) || all(sum == vec3(0u));
+}
+
+// The place of a centre against a side: negative where it is left of it.
+fn against(start: vec3<i32>, stop: vec3<i32>, center: vec2<i32>) -> vec2<u32> {
+    return wide_cross(center.x - start.x, stop.y - start.y, center.y - start.y, stop.x - start.x);
+}
+
+@compute @workgroup_size(GROUP)
+fn cross_columns(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let item = linear_group(group, groups) * GROUP + local;
+    if item >= arguments[0] {
+        return;
+    }
+    // The last triangle that starts not after the item.
+    var low = 0u;
+    var high = work.triangles;
+    while high - low > 1u {
+        let middle = (low + high) / 2u;
+        if starts[middle] <= item {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    var f = facet(low);
+    let in_row = chunks(f);
+    let inner = item - starts[low];
+    let row = clipped_rows(f).x + i32(inner / in_row);
+    let first = f.columns.x + CHUNK * i32(inner % in_row);
+    let end = min(first + CHUNK, f.columns.y);
+    let center = vec2(first, row) * SUB + HALF;
+    let long = against(f.a, f.c, center);
+    let long_step = wide_product(f.c.y - f.a.y, SUB);
+    var start = f.a;
+    var stop = f.b;
+    if row >= f.rows.y {
+        start = f.b;
+        stop = f.c;
+    }
+    let short = against(start, stop, center);
+    let short_step = wide_product(stop.y - start.y, SUB);
+    // From the left side on, before the right one.
+    let mirrored = wide_negative(f.area);
+    var left = select(long, short, mirrored);
+    var right = select(short, long, mirrored);
+    let left_step = select(long_step, short_step, mirrored);
+    let right_step = select(short_step, long_step, mirrored);
+    // The plane: its steps along x and y times the area, which is made positive.
+    let up = f.b - f.a;
+    let on = f.c - f.a;
+    var a = wide_cross(up.z, on.y, on.z, up.y);
+    var b = wide_cross(on.z, up.x, up.z, on.x);
+    var area = f.area;
+    if mirrored {
+        a = wide_neg(a);
+        b = wide_neg(b);
+        area = wide_neg(area);
+    }
+    let slopes = vec2(wide_float(a), wide_float(b)) / wide_float(area);
+    let dy = center.y - f.a.y;
+    let range = vec2<f32>(f.range);
+    for (var column = first; column < end; column++) {
+        if !wide_negative(left) && wide_negative(right) {
+            let d = vec2(column * SUB + HALF - f.a.x, dy);
+            // Floats say between which steps it is, whether or not products and sums are fused; integers say which.
+            let parts = slopes * vec2<f32>(d);
+            let place = (f32(f.a.z - HALF) + parts.x + parts.y) / 256.0;
+            let size = f32(abs(f.a.z) + HALF) + abs(parts.x) + abs(parts.y);
+            let margin = size * 7.450581e-9;
+            let bounds = vec2<i32>(clamp(ceil(vec2(place - margin, place + margin)), range.xx, range.yy));
+            var step = bounds.x;
+            var most = bounds.y;
+            while step < most {
+                let middle = (step + most) / 2;
+                if not_above(a, b, area, d, f.a.z, middle) {
+                    most = middle;
+                } else {
+                    step = middle + 1;
+                }
+            }
+            let at = (u32(step) * work.ny + u32(row)) * work.nx + u32(column);
+            atomicAdd(&turns[at], f.turn);
+        }
+        left = wide_add(left, left_step);
+        right = wide_add(right, right_step);
+    }
+}

@@ -1,0 +1,109 @@
+// import common
+// Columns from what their winding number changes by at every step: a voxel is solid where it is not zero. The changes
+// are left zero for the next use.
+
+const BACKWARD: u32 = 1u;
+const OPEN: u32 = 2u;
+
+// What stands for the ends of a column that is solid in more than one piece.
+const PIECES: u32 = 0xffffu;
+
+struct Voxelise {
+    nx: u32,
+    ny: u32,
+    nz: u32,
+    flags: u32,
+    triangles: u32,
+}
+
+@group(0) @binding(0) var<storage, read_write> turns: array<i32>;
+// The lowest solid voxel of a column, and the one after the highest in the upper half.
+@group(0) @binding(1) var<storage, read_write> spans: array<u32>;
+// Bit z % 32 of the word at z / 32 times the columns plus c is voxel z of column c.
+@group(0) @binding(2) var<storage, read_write> words: array<u32>;
+var<immediate> work: Voxelise;
+
+// What the winding number changes by at a step; nothing beyond the last.
+fn turn(column: u32, z: u32) -> i32 {
+    if z > work.nz {
+        return 0;
+    }
+    return turns[z * work.nx * work.ny + column];
+}
+
+// The same of four steps. They are taken by four because a loop over all steps twice would come near the number of
+// iterations at which some devices stop.
+fn four_turns(column: u32, z: u32) -> vec4<i32> {
+    return vec4(turn(column, z), turn(column, z + 1u), turn(column, z + 2u), turn(column, z + 3u));
+}
+
+// The winding number after each of four steps, from the one before them.
+fn windings(turns: vec4<i32>, before: i32) -> vec4<i32> {
+    let pairs = vec4(turns.x, turns.x + turns.y, turns.z, turns.z + turns.w);
+    return vec4(before) + vec4(pairs.x, pairs.y, pairs.y + pairs.z, pairs.y + pairs.w);
+}
+
+fn clear(column: u32, z: u32) {
+    if z <= work.nz {
+        turns[z * work.nx * work.ny + column] = 0;
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn resolve(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let column = linear_group(group, groups) * GROUP + local;
+    let columns = work.nx * work.ny;
+    if column >= columns {
+        return;
+    }
+    var winding = 0;
+    if (work.flags & (BACKWARD | OPEN)) != 0u {
+        // From the far side all crossings come first. An open mesh has no outside to come from: the least winding
+        // number along the column is outside.
+        var sum = 0;
+        var least = 0;
+        for (var z = 0u; z <= work.nz; z += 4u) {
+            let four = windings(four_turns(column, z), sum);
+            sum = four.w;
+            least = min(least, min(min(four.x, four.y), min(four.z, four.w)));
+        }
+        winding = -select(sum, least, (work.flags & OPEN) != 0u);
+    }
+    var first = 0xffffffffu;
+    var end = 0u;
+    var pieces = 0u;
+    var carry = 0u;
+    var word = 0u;
+    for (var z = 0u; z <= work.nz; z += 4u) {
+        let changes = four_turns(column, z);
+        let four = windings(changes, winding);
+        winding = four.w;
+        if any(changes != vec4(0)) {
+            clear(column, z);
+            clear(column, z + 1u);
+            clear(column, z + 2u);
+            clear(column, z + 3u);
+        }
+        let solid = select(vec4(0u), vec4(1u, 2u, 4u, 8u), four != vec4(0));
+        let there = (1u << min(work.nz - z, 4u)) - 1u;
+        word |= ((solid.x | solid.y | solid.z | solid.w) & there) << (z % 32u);
+        if z % 32u == 28u || z + 4u > work.nz {
+            let base = z / 32u * 32u;
+            if base < work.nz {
+                words[z / 32u * columns + column] = word;
+            }
+            if word != 0u {
+                first = min(first, base + countTrailingZeros(word));
+                end = base + 32u - countLeadingZeros(word);
+            }
+            pieces += countOneBits(word & ~((word << 1u) | carry));
+            carry = word >> 31u;
+            word = 0u;
+        }
+    }
+    spans[column] = select(select(first | (end << 16u), 0u, pieces == 0u), PIECES, pieces > 1u);
+}
