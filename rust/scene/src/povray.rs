@@ -48,7 +48,7 @@ pub(crate) fn write(context: &Context, world: &World, folder: &Folder, frame: u3
 }
 
 /// How often patches of a surface by itself are halved along each side.
-const HALVINGS: u32 = 6;
+const HALVINGS: u32 = 7;
 
 /// Writes Bézier patches by themselves, which POV-Ray cuts into triangles of its own.
 ///

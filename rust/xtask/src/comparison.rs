@@ -25,7 +25,7 @@ const SCENES: [Scene; 3] = [
 ];
 /// Files of Bézier patches beside the checkout, with the axis that points up.
 const PATCHES: [(Scene, &str); 2] = [
-    (Scene { name: "teapot", label: "Newell's teapot", depths: [6.0, 18.0] }, "z"),
+    (Scene { name: "teapot", label: "Newell's teapot", depths: [7.0, 16.0] }, "z"),
     (Scene { name: "teacup", label: "Newell's teacup", depths: [2.0, 7.0] }, "y"),
 ];
 /// Pixels of the pictures, as the scenes have it.
