@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 
 use relievo_document::{Document, Journal};
 
+#[path = "document/model/mod.rs"]
 mod model;
 use model::Model;
 

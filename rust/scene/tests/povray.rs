@@ -5,6 +5,7 @@ use std::process::{Command, Stdio};
 
 use relievo_render::{Image, Picture, read_png};
 
+#[path = "scene/support/mod.rs"]
 mod support;
 use support::run_in;
 

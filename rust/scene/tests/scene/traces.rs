@@ -4,8 +4,7 @@ use std::path::Path;
 
 use relievo_core::{Context, Values};
 
-mod support;
-use support::run_in;
+use crate::support::run_in;
 
 const SCENE: &str = r##"version = 1
 [meshes.ground]

@@ -1,7 +1,6 @@
 //! Objects of scenes whose edits fade: also across a run that goes on from its cache, and until no memory is left.
 
-mod support;
-use support::run_in;
+use crate::support::run_in;
 
 const SCENE: &str = r##"version = 1
 [meshes.ground]

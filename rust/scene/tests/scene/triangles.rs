@@ -9,8 +9,7 @@ use relievo_scene::file::read_file;
 use relievo_scene::replay::{Replay, replay};
 use relievo_scene::stepper::{RunOptions, run};
 
-mod support;
-use support::{bytes, run_in};
+use crate::support::{bytes, run_in};
 
 const SCENE: &str = r##"version = 1
 [meshes.ground]

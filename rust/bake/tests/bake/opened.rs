@@ -10,9 +10,7 @@ use relievo_surface::{Place, SurfaceOptions};
 use relievo_testing::Random;
 use relievo_tiles::{Displacement, Paint, Rgba8};
 
-mod support;
-
-use support::{cages, options, scribble, surface};
+use crate::support::{cages, options, scribble, surface};
 
 #[test]
 fn layers_are_taken_alone_or_as_they_are_seen_together() {

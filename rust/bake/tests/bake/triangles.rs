@@ -10,8 +10,7 @@ use relievo_surface::TriangleSurface;
 use relievo_tiles::triangle::{TriangleChannel, TriangleDisplaced, TriangleNormals, TriangleOptions};
 use relievo_tiles::{ColorTexel, Rgba8};
 
-mod support;
-use support::everywhere;
+use crate::support::everywhere;
 
 /// The unit square as two triangles, whose texture coordinates are `uv` of its points.
 fn square(uv: impl Fn(Vec2) -> Vec2) -> Mesh {

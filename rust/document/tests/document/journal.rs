@@ -7,8 +7,7 @@ use relievo_core::{Context, ErrorKind};
 use relievo_document::format::VERSION;
 use relievo_document::{Document, Journal, compact, examine, repair};
 
-mod model;
-use model::{Model, SIZE, head, mesh};
+use crate::model::{Model, SIZE, head, mesh};
 
 const LIMIT: u64 = 64 << 20;
 /// A journal of `count` steps in `folder`: its path, what its document is after every record, the bytes of the file

@@ -21,8 +21,7 @@ use relievo_tiles::triangle::{
 };
 use relievo_tiles::{Blocks, Rgba8, StoredTexel, Trace, Vector};
 
-mod support;
-use support::Faulty;
+use crate::support::Faulty;
 
 const UNLIMITED: u64 = 1 << 40;
 const SEGMENTS: u32 = 16;

@@ -12,8 +12,7 @@ use relievo_tiles::{
     Channel, ChannelOptions, ColorTexel, Displaced, Displacement, Paint, Rgba8, Sets, StoredTexel, Texel,
 };
 
-mod support;
-use support::everywhere;
+use crate::support::everywhere;
 
 /// A rectangle from (0, 0) to `size`, of `n` × `n` faces.
 fn sheet(n: u32, size: [f32; 2]) -> Mesh {

@@ -5,8 +5,7 @@ use std::path::Path;
 use relievo_document::Document;
 use relievo_scene::file::parse;
 
-mod support;
-use support::run_in;
+use crate::support::run_in;
 
 const SCENE: &str = r##"version = 1
 fps = 10

@@ -9,8 +9,7 @@ use relievo_render::{Channel, Content, Layer, Samples, read_exr, write_exr};
 use relievo_scene::file::parse;
 use relievo_scene::replay::{Replay, replay};
 
-mod support;
-use support::{bytes, run_in};
+use crate::support::{bytes, run_in};
 
 const SCENE: &str = r##"version = 1
 [meshes.ground]

@@ -40,7 +40,7 @@ fn usda(bytes: &[u8]) -> Result<Model> {
 }
 
 /// A binary stage of OpenUSD's with time samples, packed arrays, list operations and dictionaries.
-const USDC: &[u8] = include_bytes!("../../../tests/fuzz/seeds/usd/seed.usdc");
+const USDC: &[u8] = include_bytes!("../../../../tests/fuzz/seeds/usd/seed.usdc");
 
 fn binary_ply() -> Vec<u8> {
     written("seed.ply", write_ply)

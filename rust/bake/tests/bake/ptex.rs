@@ -9,9 +9,7 @@ use relievo_surface::Surface;
 use relievo_testing::Random;
 use relievo_tiles::{Displacement, Paint, Rgba8, Rgba16, Vector, VectorDisplacement};
 
-mod support;
-
-use support::{cages, options, same_tiles, scribble, surface};
+use crate::support::{cages, options, same_tiles, scribble, surface};
 
 const OPTIONS: PtexImport = PtexImport { kind: None, budget: 1 << 30, eight_bits: false };
 
@@ -183,7 +181,7 @@ fn files_that_do_not_fit_are_errors_that_explain() {
         assert!(words.iter().all(|word| error.contains(word)), "{error}");
     };
     let file = pair(format(DataType::F32, 1), [(3, 3), (3, 3)], |_, u, _, _| u);
-    let three = support::surface(&cages()[1]);
+    let three = crate::support::surface(&cages()[1]);
     refuse(&three, &file, &OPTIONS, &["2 faces", "corners of other polygons", "same order"]);
     refuse(&surface, &file, &PtexImport { budget: 100, ..OPTIONS }, &["allow at least 400 bytes"]);
     let bad = pair(format(DataType::F32, 1), [(3, 3), (3, 3)], |_, u, _, _| if u > 0.9 { f32::NAN } else { u });

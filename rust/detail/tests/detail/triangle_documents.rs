@@ -144,7 +144,7 @@ fn hundreds_of_edits_are_undone_made_again_and_replayed_to_the_bit() {
 
     let (document, mut history) = History::open(&path, LIMIT, 20_000).unwrap();
     document.fit_triangles(&mesh).unwrap();
-    let mut object = crate::object(&context, &mesh, 16, LIMIT);
+    let mut object = self::object(&context, &mesh, 16, LIMIT);
     assert!(object.take_up(&context, &document, LIMIT).unwrap().is_empty());
     assert!(bytes(&context, &mesh, &object) == end && seen(&object) == shown && history.undo_count() == count);
     while history.undo(&context, &mut object).unwrap().is_some() {}
@@ -184,7 +184,7 @@ fn documents_keep_all_kinds_of_values_and_fit_nothing_else() {
     assert_eq!((same.blocks(), same.bytes()), (deep.blocks(), deep.bytes()));
     assert!(TriangleChannel::<Rgba8>::stored(&context, topology.clone(), &parsed, "light", LIMIT).is_err());
     assert!(TriangleChannel::<Rgba16>::stored(&context, topology, &parsed, "light", deep.bytes() - 1).is_err());
-    let mut again = crate::object(&context, &mesh, 8, LIMIT);
+    let mut again = self::object(&context, &mesh, 8, LIMIT);
     assert_eq!(again.take_up(&context, &parsed, LIMIT).unwrap(), ["light"]);
     assert!(seen(&again) == seen(&object));
 
@@ -201,7 +201,7 @@ fn documents_keep_all_kinds_of_values_and_fit_nothing_else() {
     more.points.push([0.0; 3]);
     refused(parsed.fit_triangles(&more).unwrap_err(), "it has 17 points, this one 18");
     refused(Document::new(&mesh, "x").unwrap().fit_triangles(&mesh).unwrap_err(), "on a Catmull-Clark surface");
-    let mut other = crate::object(&context, &sail(2), 8, LIMIT);
+    let mut other = self::object(&context, &sail(2), 8, LIMIT);
     assert!(other.take_up(&context, &parsed, LIMIT).is_err());
     let cage = Document::new(&mesh, "x").unwrap();
     assert!(object.store(&context, &mut cage.clone()).is_err());
@@ -230,7 +230,7 @@ fn what_is_damaged_is_named_and_the_rest_opens() {
         assert!(damage.len() == 1 && damage[0].place.contains(&name), "{damage:?}");
         seen.insert(name.split(' ').next().unwrap_or_default().to_string());
         relievo_document::repair(&context, &path).unwrap();
-        let mut again = crate::object(&context, &mesh, 16, LIMIT);
+        let mut again = self::object(&context, &mesh, 16, LIMIT);
         again.take_up(&context, &Document::open(&path, LIMIT).unwrap(), LIMIT).unwrap();
         again.renew(&context).unwrap();
         let topology = again.surface().topology().clone();
@@ -376,7 +376,7 @@ fn colour_layers_blend_and_whatever_is_done_to_layers_is_undone_to_the_bit() {
     }
     drop(history);
     let document = Document::open(&path, LIMIT).unwrap();
-    let mut again = crate::object(&context, &mesh, 16, LIMIT);
+    let mut again = self::object(&context, &mesh, 16, LIMIT);
     again.take_up(&context, &document, LIMIT).unwrap();
     assert!(state(&mut again) == states[last]);
 }

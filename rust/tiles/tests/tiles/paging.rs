@@ -19,8 +19,7 @@ use relievo_tiles::{
     VectorDisplacement,
 };
 
-mod support;
-use support::Faulty;
+use crate::support::Faulty;
 
 const UNLIMITED: u64 = 1 << 40;
 

@@ -12,9 +12,7 @@ use relievo_surface::Place;
 use relievo_testing::Random;
 use relievo_tiles::{Displacement, Paint, Rgba8, Rgba16};
 
-mod support;
-
-use support::{cages, options, same_tiles, scribble, surface};
+use crate::support::{cages, options, same_tiles, scribble, surface};
 
 #[test]
 fn displacement_is_where_the_table_says_and_comes_back() {

@@ -1,0 +1,13 @@
+//! Tests of this crate, one program for all: linking one each took most of the time that they took to build.
+//! Those that begin processes have their own: for a moment such a process holds the locks of the one that begins it.
+
+mod bending;
+mod brushes;
+mod decay;
+mod half_colors;
+mod levels;
+mod run;
+mod support;
+mod traces;
+mod triangles;
+mod usd;
