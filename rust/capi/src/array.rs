@@ -113,9 +113,19 @@ impl<T: Plain> Input<T> {
 
     /// A copy of the elements, or an error if there is no memory for it within `limit` bytes.
     pub fn to_vec(&self, name: &str, limit: u64) -> Result<Vec<T>> {
-        let mut copy = reserve(name, self.count, limit)?;
-        copy.extend(self.iter());
+        let mut copy = Vec::new();
+        self.copy_to(name, limit, &mut copy)?;
         Ok(copy)
+    }
+
+    /// As [`Self::to_vec`], in place of what `copy` holds, whose room is used again.
+    pub fn copy_to(&self, name: &str, limit: u64, copy: &mut Vec<T>) -> Result<()> {
+        if copy.capacity() < self.count {
+            *copy = reserve(name, self.count, limit)?;
+        }
+        copy.clear();
+        copy.extend(self.iter());
+        Ok(())
     }
 }
 

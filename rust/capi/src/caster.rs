@@ -138,15 +138,14 @@ impl CasterObject {
     }
 
     /// The normals of the displaced surface, in place of those of the triangles.
-    fn smooth(&self, hits: &mut [RlvHit]) -> Result<()> {
+    fn smooth(&self, hits: &mut [RlvHit], at: &mut Vec<Place>, looked: &mut Looked) -> Result<()> {
         let Some(places) = &self.places else { return Ok(()) };
-        let on: Vec<usize> = (0..hits.len()).filter(|index| hits[*index].tile != RLV_NO_ELEMENT).collect();
-        let at: Vec<Place> =
-            on.iter().map(|index| &hits[*index]).map(|hit| Place::new(hit.tile, hit.u, hit.v)).collect();
-        let mut looked = Looked::default();
-        places.view.look(&self.context.context, &at, None, Wanted::default(), &mut looked)?;
-        for (index, normal) in on.into_iter().zip(looked.points.normal) {
-            hits[index].normal = normal;
+        let on = |hit: &RlvHit| hit.tile != RLV_NO_ELEMENT;
+        at.clear();
+        at.extend(hits.iter().filter(|hit| on(hit)).map(|hit| Place::new(hit.tile, hit.u, hit.v)));
+        places.view.look(&self.context.context, at, None, Wanted::default(), looked)?;
+        for (hit, normal) in hits.iter_mut().filter(|hit| on(hit)).zip(&looked.points.normal) {
+            hit.normal = *normal;
         }
         Ok(())
     }
@@ -160,6 +159,15 @@ fn build(context: &ContextObject, points: &[[f32; 3]], triangles: &[[u32; 3]]) -
         scene.commit().map(|_| ())
     })?;
     Ok(scene)
+}
+
+/// Rays of one batch, and what they hit.
+#[derive(Default)]
+struct Batch {
+    rays: Vec<Ray>,
+    hits: Vec<RlvHit>,
+    places: Vec<Place>,
+    looked: Looked,
 }
 
 /// The caller's rays, checked.
@@ -254,16 +262,21 @@ entry! {
         let rays = unsafe { Rays::new(arrays) }?;
         let tracer = object.scene.tracer()?;
         let count = rays.origins.len();
+        let context = &object.context.context;
+        let mut room = context.scratch().lend::<Batch>();
+        let Batch { rays: batch, hits, places, looked } = &mut *room;
         for first in (0..count).step_by(CHUNK * BATCH) {
-            let batch: Vec<Ray> = (first..count.min(first + CHUNK * BATCH)).map(|index| rays.get(index)).collect();
-            let mut hits = vec![RlvHit::default(); batch.len()];
-            let mut parts: Vec<_> = hits.chunks_mut(CHUNK).zip(batch.chunks(CHUNK)).collect();
-            object.context.context.for_each_mut(&mut parts, |_, (hits, rays)| {
-                hits.iter_mut().zip(*rays).for_each(|(hit, ray)| *hit = object.cast(ray, &tracer));
-            });
-            object.smooth(&mut hits)?;
-            for (index, hit) in hits.into_iter().enumerate() {
-                rays.hits.set(first + index, hit);
+            batch.clear();
+            batch.extend((first..count.min(first + CHUNK * BATCH)).map(|index| rays.get(index)));
+            hits.clear();
+            hits.resize(batch.len(), RlvHit::default());
+            context.for_each_part((batch.as_slice(), hits.as_mut_slice()), CHUNK, |_, (rays, hits)| {
+                hits.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = object.cast(ray, &tracer));
+                Ok(())
+            })?;
+            object.smooth(hits, places, looked)?;
+            for (index, hit) in hits.iter().enumerate() {
+                rays.hits.set(first + index, *hit);
             }
         }
         Ok(())

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, TryLockError};
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
-use relievo_core::{Context, Error, ErrorKind, Result};
+use relievo_core::{Context, Error, ErrorKind, Result, Retired};
 use relievo_detail::{Canvas, DisplacedObject, FadingObject, Imprinter, LayeredObject, TriangleObject, refusal};
 use relievo_document::{PageFile, PageStore};
 use relievo_tiles::trace::Trace;
@@ -183,6 +183,8 @@ pub struct Editor {
     pose: u64,
     /// Whether the pose or transform changed since the last commit.
     moved: bool,
+    /// What was committed lately, for the next commit where nobody looks at one any more.
+    views: Retired<View>,
 }
 
 /// A detail: what is being edited, and what readers see.
@@ -195,10 +197,15 @@ pub struct DetailObject {
 }
 
 impl DetailObject {
-    /// The detail for a call that edits it; fails as busy while another one does.
+    /// The detail for a call that edits it; fails as busy while another one does. Poses and commits that nobody looks at
+    /// any more are free for it to write to.
     pub fn edit(&self) -> Result<MutexGuard<'_, Editor>> {
         match self.editor.try_lock() {
-            Ok(editor) => Ok(editor),
+            Ok(mut editor) => {
+                let live = self.view();
+                editor.views.for_each_free(|view| view.let_go(&live));
+                Ok(editor)
+            }
             Err(TryLockError::WouldBlock) => Err(busy("detail")),
             Err(TryLockError::Poisoned(_)) => Err(broken("detail")),
         }
@@ -231,7 +238,11 @@ impl Editor {
     fn commit(&mut self, context: &Context, before: &View) -> Result<Arc<View>> {
         let cage = before.cage.clone();
         match (&mut self.object, &before.layers) {
-            (Object::Tiles(object), Layers::Tiles(tiles)) => Ok(View::of_tiles(object, cage, tiles.options, self.pose)),
+            (Object::Tiles(object), Layers::Tiles(tiles)) => {
+                let view = View::of_tiles(object, cage, tiles.options, self.pose, self.views.take());
+                self.views.watch(&view);
+                Ok(view)
+            }
             (Object::Triangles(object), _) => View::of_triangles(context, object, Some(before), cage, self.pose),
             _ => Err(Error::internal("a detail is of another surface than what was committed")),
         }
@@ -302,7 +313,7 @@ entry! {
                 options.face_sizes = sizes.iter().map(|[face, size]| (face, size)).collect();
                 let displacement = Displacement::new(limit.topology().clone(), &options)?;
                 let mut object = DisplacedObject::new(executor, limit, &points, displacement, matrix)?;
-                let view = View::of_tiles(&mut object, surface.cage.clone(), surface.options, 0);
+                let view = View::of_tiles(&mut object, surface.cage.clone(), surface.options, 0, None);
                 (Object::Tiles(Box::new(object)), view)
             }
             Shape::Triangles(mesh) => {
@@ -316,7 +327,10 @@ entry! {
                 (Object::Triangles(Box::new(object)), view)
             }
         };
-        let editor = Editor { object, imprinter: Imprinter::new(), written: Default::default(), pose: 0, moved: false };
+        let mut views = Retired::default();
+        views.watch(&view);
+        let (imprinter, written) = (Imprinter::new(), Default::default());
+        let editor = Editor { object, imprinter, written, pose: 0, moved: false, views };
         let handle = registry::insert(DetailObject {
             context,
             editor: Mutex::new(editor),
@@ -558,9 +572,11 @@ entry! {
         let object = registry::get(detail)?;
         // SAFETY: the caller promises `count` points.
         let points = unsafe { Input::new("points", points.cast::<[f32; 3]>(), count, stride) }?;
-        let points = points.to_vec("points", object.context.context.memory_limit())?;
+        let context = &object.context.context;
+        let mut room = context.scratch().lend::<Vec<[f32; 3]>>();
+        points.copy_to("points", context.memory_limit(), &mut room)?;
         let mut editor = object.edit()?;
-        each!(&mut editor.object, it => it.pose(&object.context.context, &points))?;
+        each!(&mut editor.object, it => it.pose(context, &room))?;
         editor.pose += 1;
         editor.moved = true;
         Ok(())

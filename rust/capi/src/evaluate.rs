@@ -1,7 +1,7 @@
 //! Evaluation at arrays of places; see `include/relievo/evaluate.h`.
 
 use glam::Vec3;
-use relievo_core::{Error, Result};
+use relievo_core::{Context, Error, Result};
 use relievo_surface::{Order, Place, Samples, TriangleSurface};
 use relievo_tiles::triangle::foot_at;
 
@@ -117,22 +117,33 @@ impl Arrays {
         Ok(made)
     }
 
-    /// The places, in pieces that start at the given index.
-    pub fn chunks(&self) -> impl Iterator<Item = (usize, Vec<Place>)> + '_ {
-        (0..self.count).step_by(CHUNK).map(|first| {
-            let range = first..self.count.min(first + CHUNK);
-            let place = |index| {
-                let [u, v] = self.uvs.get(index);
-                Place { tile: self.tiles.get(index), u, v }
-            };
-            (first, range.map(place).collect())
-        })
+    /// Where the pieces start.
+    fn starts(&self) -> impl Iterator<Item = usize> + use<> {
+        (0..self.count).step_by(CHUNK)
     }
 
-    /// The footprints of `count` places from the index `first` on, if there are any.
-    fn footprints(&self, first: usize, count: usize) -> Option<Vec<[[f32; 2]; 2]>> {
+    /// The places of the piece that starts at the index `first`, in place of those in `places`.
+    fn places(&self, first: usize, places: &mut Vec<Place>) {
+        let place = |index| {
+            let [u, v] = self.uvs.get(index);
+            Place { tile: self.tiles.get(index), u, v }
+        };
+        places.clear();
+        places.extend((first..self.count.min(first + CHUNK)).map(place));
+    }
+
+    /// The footprints of `count` places from the index `first` on, in `room`, if there are any.
+    fn footprints<'a>(
+        &self,
+        first: usize,
+        count: usize,
+        room: &'a mut Vec<[[f32; 2]; 2]>,
+    ) -> Option<&'a [[[f32; 2]; 2]]> {
+        let all = self.footprints?;
         let footprint = |[a, b, c, d]: [f32; 4]| [[a, b], [c, d]];
-        self.footprints.map(|all| (first..first + count).map(|index| footprint(all.get(index))).collect())
+        room.clear();
+        room.extend((first..first + count).map(|index| footprint(all.get(index))));
+        Some(room)
     }
 
     /// Up to which derivative the wanted outputs need the surface.
@@ -145,6 +156,15 @@ impl Arrays {
             Order::Position
         }
     }
+}
+
+/// What is asked and found of one piece.
+#[derive(Default)]
+struct Piece {
+    places: Vec<Place>,
+    footprints: Vec<[[f32; 2]; 2]>,
+    samples: Samples,
+    found: Looked,
 }
 
 fn write<T: Plain>(out: Option<Output<T>>, first: usize, count: usize, value: impl Fn(usize) -> T) {
@@ -169,14 +189,17 @@ entry! {
         let surface = match &shape {
             Shape::Tiles(surface) => surface,
             Shape::Triangles(surface) => {
-                evaluate_triangles(&arrays, surface);
+                evaluate_triangles(&object.context.context, &arrays, surface);
                 return Ok(());
             }
         };
         let order = arrays.order();
-        let mut samples = Samples::default();
-        for (first, places) in arrays.chunks() {
-            surface.evaluate(&object.context.context, &places, order, &mut samples)?;
+        let context = &object.context.context;
+        let mut room = context.scratch().lend::<Piece>();
+        let Piece { places, samples, .. } = &mut *room;
+        for first in arrays.starts() {
+            arrays.places(first, places);
+            surface.evaluate(context, places, order, samples)?;
             let vector = |from: &[Vec<f32>; 3], index: usize| [from[0][index], from[1][index], from[2][index]];
             let count = places.len();
             write(arrays.positions, first, count, |index| vector(&samples.p, index));
@@ -216,11 +239,14 @@ entry! {
             marks: arrays.traces.is_some(),
             colors: arrays.colors.is_some(),
         };
-        let mut found = Looked::default();
-        for (first, places) in arrays.chunks() {
+        let context = &object.context.context;
+        let mut room = context.scratch().lend::<Piece>();
+        let Piece { places, footprints, found, .. } = &mut *room;
+        for first in arrays.starts() {
+            arrays.places(first, places);
             let count = places.len();
-            let footprints = arrays.footprints(first, count);
-            view.look(&object.context.context, &places, footprints.as_deref(), wanted, &mut found)?;
+            let footprints = arrays.footprints(first, count, footprints);
+            view.look(context, places, footprints, wanted, found)?;
             write(arrays.positions, first, count, |index| found.points.p[index]);
             write(arrays.normals, first, count, |index| found.points.normal[index]);
             write(arrays.displacements, first, count, |index| found.displacements[index]);
@@ -236,8 +262,11 @@ entry! {
 }
 
 /// Flat triangles, whose normals are interpolated, and whose derivatives are their edges.
-fn evaluate_triangles(arrays: &Arrays, surface: &TriangleSurface) {
-    for (first, places) in arrays.chunks() {
+fn evaluate_triangles(context: &Context, arrays: &Arrays, surface: &TriangleSurface) {
+    let mut room = context.scratch().lend::<Piece>();
+    let places = &mut room.places;
+    for first in arrays.starts() {
+        arrays.places(first, places);
         let count = places.len();
         let foot = |index: usize| {
             let Place { tile, u, v } = places[index];

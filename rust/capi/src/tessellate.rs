@@ -307,57 +307,71 @@ impl Follower {
         }
     }
 
-    /// Brings points from `before` to `view`; `None` if there are to be other triangles. Returns the points that moved.
+    /// Brings points from `before` to `view`, and puts those that moved into `ranges`; false if there are to be other
+    /// triangles.
     fn update(
         &mut self,
         context: &Context,
         before: &View,
         view: &View,
         cells: Cells,
-    ) -> Result<Option<Vec<Range<u32>>>> {
+        ranges: &mut Vec<Range<u32>>,
+    ) -> Result<bool> {
         let posed = view.pose != before.pose;
         let aged = view.time != before.time;
         match (self, &view.layers, &before.layers) {
             (Self::Tiles { rates, tessellator, made }, Layers::Tiles(it), Layers::Tiles(before)) => {
                 let topology = it.surface.topology();
-                let touched = it.touched(before);
-                if touched.iter().any(|tile| cells.rate(topology, *tile, it.density(*tile)) != rates[*tile as usize]) {
-                    return Ok(None);
+                let mut room = context.scratch().lend::<Changes>();
+                let Changes { tiles: changed, seen } = &mut *room;
+                it.touched(before, changed);
+                if changed.iter().any(|tile| cells.rate(topology, *tile, it.density(*tile)) != rates[*tile as usize]) {
+                    return Ok(false);
                 }
-                let changed: Vec<u32> = match posed {
-                    true => (0..topology.tile_count() as u32).collect(),
-                    false => touched.into_iter().filter(|tile| before.versions(*tile) != it.versions(*tile)).collect(),
-                };
-                let seen = it.seen(before, &changed);
-                let renewed = seen.as_ref().unwrap_or(&changed);
-                let ranges = tessellator.update(context, &it.displaced()?, renewed, made)?;
-                match (&it.paint, &seen) {
-                    (Some(paint), Some(seen)) => by_format!(paint, it => tessellator.paint(it.field(), seen, made))?,
-                    (Some(paint), None) => by_format!(paint, it => made.paint(it.field())),
-                    (None, _) => {}
+                if posed {
+                    changed.clear();
+                    changed.extend(0..topology.tile_count() as u32);
+                } else {
+                    changed.retain(|tile| before.versions(*tile) != it.versions(*tile));
+                }
+                let known = it.seen(before, changed, seen);
+                let renewed = if known { &*seen } else { &*changed };
+                tessellator.update(context, &it.displaced()?, renewed, made, ranges)?;
+                match &it.paint {
+                    Some(paint) if known => by_format!(paint, it => tessellator.paint(it.field(), seen, made))?,
+                    Some(paint) => by_format!(paint, it => made.paint(it.field())),
+                    None => {}
                 }
                 match (&it.traces, &before.traces) {
-                    (Some(traces), Some(_)) if !aged => tessellator.trace(traces.field(), view.time, &changed, made)?,
+                    (Some(traces), Some(_)) if !aged => tessellator.trace(traces.field(), view.time, changed, made)?,
                     (Some(traces), _) => made.trace(traces.field(), view.time),
                     (None, _) => {}
                 }
-                Ok(Some(ranges))
+                Ok(true)
             }
             (Self::Triangles { rates, made }, Layers::Triangles(it), Layers::Triangles(before)) => {
                 let faces = it.surface.topology().face_count();
                 if context.map(faces, |face| it.rates(face as u32)) != *rates {
-                    return Ok(None);
+                    return Ok(false);
                 }
                 let changed = if posed { (0..faces as u32).collect() } else { it.shown(before) };
-                let ranges = made.update(context, &it.displaced()?, &it.normals, &changed)?;
+                *ranges = made.update(context, &it.displaced()?, &it.normals, &changed)?;
                 if !changed.is_empty() || aged {
                     coat_triangles(view, it, made)?;
                 }
-                Ok(Some(ranges))
+                Ok(true)
             }
             _ => Err(Error::internal("a tessellation is of another surface than its detail")),
         }
     }
+}
+
+/// Tiles that changed between two commits.
+#[derive(Default)]
+struct Changes {
+    tiles: Vec<u32>,
+    /// Those in which other colours may be seen.
+    seen: Vec<u32>,
 }
 
 impl Kept {
@@ -371,12 +385,14 @@ impl Kept {
     /// Brings the triangles to `view`; whether they are others than before.
     fn update(&mut self, context: &Context, view: Arc<View>, cells: Cells) -> Result<bool> {
         let Self { follower, view: before, .. } = self;
-        let done = context.stats().time("tessellate.update", || follower.update(context, before, &view, cells))?;
-        let Some(ranges) = done else {
+        let mut ranges = context.scratch().lend::<Vec<Range<u32>>>();
+        let update = || follower.update(context, before, &view, cells, &mut ranges);
+        if !context.stats().time("tessellate.update", update)? {
             *self = Self::new(context, view, cells)?;
             return Ok(true);
-        };
-        self.ranges = ranges.into_iter().map(|range| [range.start, range.end - range.start]).collect();
+        }
+        self.ranges.clear();
+        self.ranges.extend(ranges.iter().map(|range| [range.start, range.end - range.start]));
         self.view = view;
         Ok(false)
     }

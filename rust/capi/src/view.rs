@@ -22,7 +22,7 @@ use crate::shape::{Shape, barycentric, only_cages, union};
 /// How many channels a detail may have.
 pub const CHANNELS: usize = 4;
 
-/// A detail as it was committed last. It never changes.
+/// A detail as it was committed last. It never changes while somebody looks at it.
 pub struct View {
     pub layers: Layers,
     /// The mesh the surface was made from, with its attributes.
@@ -47,6 +47,7 @@ pub enum Layers {
 }
 
 /// Of a Catmull-Clark surface.
+#[derive(Clone)]
 pub struct TileView {
     pub surface: Surface,
     /// How the surface was made.
@@ -96,6 +97,9 @@ pub struct Looked {
     pub vectors: Vec<[f32; 3]>,
     pub marks: Vec<Mark>,
     pub colors: Vec<Vec4>,
+    /// Where points are evaluated, and without vectors.
+    canonical: Vec<Place>,
+    without: Points,
 }
 
 /// What is wanted there besides points.
@@ -161,9 +165,9 @@ impl TileView {
         ]
     }
 
-    /// The tiles that may be others than in `before`, of the same surface, ascending: all that are not listed are the
-    /// same memory in every channel.
-    pub fn touched(&self, before: &TileView) -> Vec<u32> {
+    /// Makes `tiles` those that may be others than in `before`, of the same surface, ascending: all that are not listed
+    /// are the same memory in every channel.
+    pub fn touched(&self, before: &TileView, tiles: &mut Vec<u32>) {
         fn touched<T: Texel>(new: Option<&Arc<Snapshot<T>>>, old: Option<&Arc<Snapshot<T>>>, tiles: &mut Vec<u32>) {
             match (new, old) {
                 (Some(new), Some(old)) => tiles.extend(new.field().touched(old.field())),
@@ -171,33 +175,33 @@ impl TileView {
                 (None, None) => {}
             }
         }
-        let mut tiles = Vec::new();
-        touched(Some(&self.snapshot), Some(&before.snapshot), &mut tiles);
+        tiles.clear();
+        touched(Some(&self.snapshot), Some(&before.snapshot), tiles);
         match (&self.paint, &before.paint) {
-            (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => touched(Some(new), Some(old), &mut tiles),
-            (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => touched(Some(new), Some(old), &mut tiles),
+            (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => touched(Some(new), Some(old), tiles),
+            (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => touched(Some(new), Some(old), tiles),
             (new, old) => {
                 for paint in [new, old].into_iter().flatten() {
-                    by_format!(paint, it => touched(Some(it), None, &mut tiles));
+                    by_format!(paint, it => touched(Some(it), None, tiles));
                 }
             }
         }
-        touched(self.vectors.as_ref(), before.vectors.as_ref(), &mut tiles);
-        touched(self.traces.as_ref(), before.traces.as_ref(), &mut tiles);
+        touched(self.vectors.as_ref(), before.vectors.as_ref(), tiles);
+        touched(self.traces.as_ref(), before.traces.as_ref(), tiles);
         tiles.sort_unstable();
         tiles.dedup();
-        tiles
     }
 
-    /// The tiles in which other colours may be seen than in `before`, of which `changed` are others; `None` if it had
-    /// none, or of another format, so that all are.
-    pub fn seen(&self, before: &TileView, changed: &[u32]) -> Option<Vec<u32>> {
+    /// Makes `seen` the tiles in which other colours may be seen than in `before`, of which `changed` are others; false
+    /// if it had none, or of another format, so that all are.
+    pub fn seen(&self, before: &TileView, changed: &[u32], seen: &mut Vec<u32>) -> bool {
         match (&self.paint, &before.paint) {
-            (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => Some(new.seen_from(old, changed)),
-            (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => Some(new.seen_from(old, changed)),
-            (None, None) => Some(changed.to_vec()),
-            _ => None,
+            (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => new.seen_from(old, changed, seen),
+            (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => new.seen_from(old, changed, seen),
+            (None, None) => refill(seen, changed.iter().copied()),
+            _ => return false,
         }
+        true
     }
 
     fn look(
@@ -212,21 +216,21 @@ impl TileView {
         displaced.evaluate(context, places, &mut out.points)?;
         if wanted.displacements {
             let height = |place: &Place| field.point(context.level(), field.canonical(*place)).d;
-            out.displacements = places.iter().map(height).collect();
+            refill(&mut out.displacements, places.iter().map(height));
         }
         if wanted.vectors {
             // What the vectors add, where the whole is evaluated.
-            let places: Vec<Place> = places.iter().map(|place| displaced.canonical(*place)).collect();
-            let mut without = Points::default();
-            Displaced::new(&self.surface, field)?.evaluate_in_place(context, &places, &mut without)?;
+            refill(&mut out.canonical, places.iter().map(|place| displaced.canonical(*place)));
+            let without = &mut out.without;
+            Displaced::new(&self.surface, field)?.evaluate_in_place(context, &out.canonical, without)?;
             let pairs = without.p.iter().zip(&out.points.p);
-            out.vectors = pairs.map(|(from, to)| [0, 1, 2].map(|axis| to[axis] - from[axis])).collect();
+            refill(&mut out.vectors, pairs.map(|(from, to)| [0, 1, 2].map(|axis| to[axis] - from[axis])));
         }
         if let (true, Some(traces)) = (wanted.marks, self.traces.as_ref().map(|traces| traces.field())) {
-            out.marks = places.iter().map(|place| traces.mark(traces.canonical(*place))).collect();
+            refill(&mut out.marks, places.iter().map(|place| traces.mark(traces.canonical(*place))));
         }
         if let (true, Some(paint)) = (wanted.colors, &self.paint) {
-            out.colors = by_format!(paint, it => colors(context, it.field(), places, footprints));
+            by_format!(paint, it => colors(context, it.field(), places, footprints, &mut out.colors))?;
         }
         Ok(())
     }
@@ -238,16 +242,23 @@ fn colors<T: ColorTexel>(
     paint: &Field<T>,
     places: &[Place],
     footprints: Option<&[[[f32; 2]; 2]]>,
-) -> Vec<Vec4> {
+    colors: &mut Vec<Vec4>,
+) -> Result<()> {
     let Some(footprints) = footprints else {
-        return places.iter().map(|place| paint.color(paint.canonical(*place))).collect();
+        refill(colors, places.iter().map(|place| paint.color(paint.canonical(*place))));
+        return Ok(());
     };
-    let mut colors = vec![Vec4::ZERO; places.len()];
-    let pieces = places.chunks(CHUNK).zip(footprints.chunks(CHUNK)).zip(colors.chunks_mut(CHUNK));
-    context.for_each_mut(&mut pieces.collect::<Vec<_>>(), |_, ((places, footprints), colors)| {
+    refill(colors, places.iter().map(|_| Vec4::ZERO));
+    context.for_each_part((places, footprints, colors.as_mut_slice()), CHUNK, |_, (places, footprints, colors)| {
         paint.filtered_many(places, footprints, colors);
-    });
-    colors
+        Ok(())
+    })
+}
+
+/// Puts `values` in the place of those in `list`, whose room is used again.
+fn refill<T>(list: &mut Vec<T>, values: impl Iterator<Item = T>) {
+    list.clear();
+    list.extend(values);
 }
 
 impl TriangleView {
@@ -303,24 +314,27 @@ impl TriangleView {
         (low.map(|value| value - far), high.map(|value| value + far))
     }
 
-    fn look(&self, context: &Context, places: &[Place], wanted: Wanted, out: &mut Looked) {
-        let all = context.map(places.len().div_ceil(CHUNK), |chunk| {
-            let places = places.iter().skip(chunk * CHUNK).take(CHUNK);
-            places.map(|place| self.point(place)).collect::<Vec<_>>()
-        });
-        let points = all.concat();
-        out.points.p = points.iter().map(|(point, ..)| point.to_array()).collect();
-        out.points.normal = points.iter().map(|(_, normal, ..)| normal.to_array()).collect();
-        out.displacements = points.iter().map(|(.., height, _)| *height).collect();
-        out.vectors = points.iter().map(|(.., vector)| vector.to_array()).collect();
+    fn look(&self, context: &Context, places: &[Place], wanted: Wanted, out: &mut Looked) -> Result<()> {
+        let mut points = context.scratch().lend::<Vec<(Vec3, Vec3, f32, Vec3)>>();
+        points.clear();
+        points.resize(places.len(), Default::default());
+        context.for_each_part((places, points.as_mut_slice()), CHUNK, |_, (places, points)| {
+            points.iter_mut().zip(places).for_each(|(point, place)| *point = self.point(place));
+            Ok(())
+        })?;
+        refill(&mut out.points.p, points.iter().map(|(point, ..)| point.to_array()));
+        refill(&mut out.points.normal, points.iter().map(|(_, normal, ..)| normal.to_array()));
+        refill(&mut out.displacements, points.iter().map(|(.., height, _)| *height));
+        refill(&mut out.vectors, points.iter().map(|(.., vector)| vector.to_array()));
         let at = |place: &Place| (place.tile, barycentric(place.u, place.v));
         if let (true, Some(traces)) = (wanted.marks, self.traces.as_ref().map(|traces| traces.field())) {
-            out.marks = places.iter().map(at).map(|(face, at)| mark(traces.value(face, at))).collect();
+            refill(&mut out.marks, places.iter().map(at).map(|(face, at)| mark(traces.value(face, at))));
         }
         if let (true, Some(paint)) = (wanted.colors, &self.paint) {
             let color = |(face, at)| by_format!(paint, it => it.field().value(face, at)).as_vec4();
-            out.colors = places.iter().map(at).map(color).collect();
+            refill(&mut out.colors, places.iter().map(at).map(color));
         }
+        Ok(())
     }
 
     /// Position, normal, height and vector at a place.
@@ -510,10 +524,7 @@ impl View {
     ) -> Result<()> {
         match &self.layers {
             Layers::Tiles(view) => view.look(context, places, footprints, wanted, out),
-            Layers::Triangles(view) => {
-                view.look(context, places, wanted, out);
-                Ok(())
-            }
+            Layers::Triangles(view) => view.look(context, places, wanted, out),
         }
     }
 
@@ -522,9 +533,19 @@ impl View {
         mark.age(self.time)
     }
 
-    /// What was committed of a Catmull-Clark surface.
-    pub fn of_tiles(object: &mut DisplacedObject, cage: Arc<Mesh>, options: SurfaceOptions, pose: u64) -> Arc<Self> {
-        let mut changed = Vec::new();
+    /// What was committed of a Catmull-Clark surface, in place of `spare`, a view that nobody looks at, if there is one.
+    pub fn of_tiles(
+        object: &mut DisplacedObject,
+        cage: Arc<Mesh>,
+        options: SurfaceOptions,
+        pose: u64,
+        spare: Option<Arc<Self>>,
+    ) -> Arc<Self> {
+        let (mut spare, mut changed) = (spare, Vec::new());
+        if let Some(spare) = spare.as_mut().and_then(Arc::get_mut) {
+            std::mem::swap(&mut changed, &mut spare.changed);
+            changed.clear();
+        }
         // Not reached for writing, so that what was measured of it stays.
         let snapshot = object.commit();
         changed.extend(snapshot.changed());
@@ -542,7 +563,7 @@ impl View {
         changed.sort_unstable();
         changed.dedup();
         let surface = object.surface().clone();
-        Arc::new(Self {
+        let made = Self {
             layers: Layers::Tiles(TileView { surface, options, snapshot, paint, vectors, traces }),
             cage,
             time: object.time(),
@@ -551,7 +572,20 @@ impl View {
             pose,
             limits: [heights, colors, directions, contacts],
             stamp_bytes: object.fading().map_or(0, |fading| fading.bytes()),
-        })
+        };
+        let Some(mut view) = spare else { return Arc::new(made) };
+        match Arc::get_mut(&mut view) {
+            Some(room) => *room = made,
+            None => view = Arc::new(made),
+        }
+        view
+    }
+
+    /// Shares what `live` has instead of what it had: of a view that nobody looks at.
+    pub fn let_go(&mut self, live: &Self) {
+        if let (Layers::Tiles(old), Layers::Tiles(new)) = (&mut self.layers, &live.layers) {
+            old.clone_from(new);
+        }
     }
 
     /// What was committed of a triangle mesh. `before` is the view before, whose surface is shared if the pose is the

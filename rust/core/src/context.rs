@@ -7,6 +7,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::parts::Parts;
+use crate::scratch::Scratch;
 use crate::simd::Level;
 use crate::stats::Stats;
 use crate::{Error, Progress, Result};
@@ -32,6 +34,7 @@ struct Inner {
     level: Level,
     memory_limit: u64,
     stats: Stats,
+    scratch: Scratch,
 }
 
 /// Threads a context may have at most.
@@ -56,14 +59,21 @@ impl Context {
             Some(build.map_err(|error| Error::internal(format!("cannot start {threads} threads: {error}")))?)
         };
         let level = Level::detect()?;
-        let inner = Inner { pool, level, memory_limit: options.memory_limit, stats: Stats::default() };
+        let inner = Inner {
+            pool,
+            level,
+            memory_limit: options.memory_limit,
+            stats: Stats::default(),
+            scratch: Scratch::default(),
+        };
         Ok(Self { inner: Arc::new(inner) })
     }
 
     /// A context that stays on the calling thread. A `RELIEVO_SIMD` that names no level of this processor is ignored.
     pub fn serial() -> Self {
         let level = Level::detect().unwrap_or_else(|_| Level::best());
-        let inner = Inner { pool: None, level, memory_limit: 0, stats: Stats::default() };
+        let inner =
+            Inner { pool: None, level, memory_limit: 0, stats: Stats::default(), scratch: Scratch::default() };
         Self { inner: Arc::new(inner) }
     }
 
@@ -85,6 +95,11 @@ impl Context {
     /// Where stages report their time and counts.
     pub fn stats(&self) -> &Stats {
         &self.inner.stats
+    }
+
+    /// Room that calls keep for the next ones.
+    pub fn scratch(&self) -> &Scratch {
+        &self.inner.scratch
     }
 
     /// Runs `work` on a thread of this context. What is done in parallel within then starts without waking a thread
@@ -122,6 +137,32 @@ impl Context {
         }
     }
 
+    /// As [`Self::map`], in place of what `out` holds, whose room is used again.
+    pub fn map_into<R: Send>(&self, count: usize, out: &mut Vec<R>, work: impl Fn(usize) -> R + Sync) {
+        match &self.inner.pool {
+            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(&work).collect_into_vec(out)),
+            _ => {
+                out.clear();
+                out.extend((0..count).map(work));
+            }
+        }
+    }
+
+    /// Calls `work` with `size` items of `parts` each time, the last time maybe with fewer, and the index of the first of
+    /// them, in any order. Returns the error of the lowest index, if there is one.
+    pub fn for_each_part<P: Parts>(
+        &self,
+        parts: P,
+        size: usize,
+        work: impl Fn(usize, P) -> Result<()> + Sync,
+    ) -> Result<()> {
+        let size = size.max(1);
+        match &self.inner.pool {
+            Some(pool) if parts.len() > size => pool.install(|| halve(parts, 0, size, &work, true)),
+            _ => halve(parts, 0, size, &work, false),
+        }
+    }
+
     /// As [`Self::map`], in pieces between which `progress` hears of `stage`, from the first to the second fraction of
     /// `span`. Fails where it asks to stop.
     pub fn map_watched<R: Send>(
@@ -150,6 +191,25 @@ impl Context {
     }
 }
 
+/// Halves `parts`, whose first item has the index `first`, until at most `size` items are left, for `work`.
+fn halve<P: Parts>(
+    parts: P,
+    first: usize,
+    size: usize,
+    work: &(impl Fn(usize, P) -> Result<()> + Sync),
+    parallel: bool,
+) -> Result<()> {
+    if parts.len() <= size {
+        return if parts.is_empty() { Ok(()) } else { work(first, parts) };
+    }
+    let half = parts.len().div_ceil(size) / 2 * size;
+    let (low, high) = parts.split_at(half);
+    let low = || halve(low, first, size, work, parallel);
+    let high = || halve(high, first + half, size, work, parallel);
+    let (low, high) = if parallel { rayon::join(low, high) } else { (low(), high()) };
+    low.and(high)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -164,6 +224,18 @@ mod tests {
             let mut items = vec![0; 1000];
             context.for_each_mut(&mut items, |index, item| *item = index * index);
             assert_eq!(items, serial);
+            let mut list = vec![7];
+            context.map_into(1000, &mut list, |index| index * index);
+            assert_eq!(list, serial);
+            let (mut squares, roots) = (vec![0; 1000], (0..1000).collect::<Vec<usize>>());
+            let parts = (roots.as_slice(), squares.as_mut_slice());
+            let done = context.for_each_part(parts, 64, |first, (roots, squares)| {
+                assert_eq!((roots[0], roots.len()), (first, if first == 960 { 40 } else { 64 }));
+                squares.iter_mut().zip(roots).for_each(|(square, root)| *square = root * root);
+                if first < 128 { Ok(()) } else { Err(Error::invalid(format!("{first}"))) }
+            });
+            assert!(done.unwrap_err().to_string().contains("128"));
+            assert_eq!(squares, serial);
         }
     }
 

@@ -8,7 +8,9 @@ pub mod file;
 pub mod lanes;
 pub mod mesh;
 pub mod parameter;
+pub mod parts;
 pub mod progress;
+pub mod scratch;
 pub mod simd;
 pub mod stats;
 
@@ -17,4 +19,6 @@ pub use context::{Context, ContextOptions};
 pub use error::{Error, ErrorKind, Result};
 pub use mesh::{Attribute, Crease, Domain, Mesh, Values};
 pub use parameter::{Parameter, ParameterKind};
+pub use parts::Parts;
 pub use progress::Progress;
+pub use scratch::Retired;

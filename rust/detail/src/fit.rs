@@ -105,7 +105,9 @@ impl Fit {
         if self.has_seen(revision) && (start.is_some() || !self.loose) {
             return;
         }
-        let mut tiles: Vec<u32> = allocated(now).chain(self.known.keys().copied()).collect();
+        let mut tiles = context.scratch().lend::<Vec<u32>>();
+        tiles.clear();
+        tiles.extend(allocated(now).chain(self.known.keys().copied()));
         tiles.extend(start.into_iter().flat_map(allocated));
         tiles.sort_unstable();
         tiles.dedup();
@@ -127,15 +129,18 @@ impl Fit {
         tiles: &[u32],
         revision: [u64; 2],
     ) {
-        let fitted = context.map(tiles.len(), |index| {
+        let mut fitted = context.scratch().lend::<Vec<(u32, Reach, Bounds, bool)>>();
+        context.map_into(tiles.len(), &mut fitted, |index| {
             let tile = tiles[index];
             let own = Reach::of(&now, tile);
             let reach = own.with(start.map_or(Reach::default(), |start| Reach::of(&start, tile)));
             (tile, reach, extended(surface, tile, reach), reach == own)
         });
-        let boxes: Vec<(u32, Bounds)> = fitted.iter().map(|(tile, _, bounds, _)| (*tile, *bounds)).collect();
-        self.hierarchy.update(&boxes);
-        for (tile, reach, _, exact) in fitted {
+        let mut boxes = context.scratch().lend::<Vec<(u32, Bounds)>>();
+        boxes.clear();
+        boxes.extend(fitted.iter().map(|(tile, _, bounds, _)| (*tile, *bounds)));
+        self.hierarchy.update(context, &boxes);
+        for (tile, reach, _, exact) in fitted.iter().copied() {
             let is_allocated = now.heights.is_allocated(tile) || now.vectors.is_some_and(|v| v.is_allocated(tile));
             if reach == Reach::default() && !is_allocated {
                 self.known.remove(&tile);
@@ -149,11 +154,12 @@ impl Fit {
     }
 
     /// Takes the boxes of the surface in another pose, which `hierarchy` has without displacement.
-    pub fn pose(&mut self, surface: &Surface, hierarchy: &Hierarchy) {
-        self.hierarchy = hierarchy.clone();
-        let boxes: Vec<(u32, Bounds)> =
-            self.known.iter().map(|(tile, known)| (*tile, extended(surface, *tile, known.reach))).collect();
-        self.hierarchy.update(&boxes);
+    pub fn pose(&mut self, context: &Context, surface: &Surface, hierarchy: &Hierarchy) {
+        self.hierarchy.copy_from(hierarchy);
+        let mut boxes = context.scratch().lend::<Vec<(u32, Bounds)>>();
+        boxes.clear();
+        boxes.extend(self.known.iter().map(|(tile, known)| (*tile, extended(surface, *tile, known.reach))));
+        self.hierarchy.update(context, &boxes);
     }
 }
 

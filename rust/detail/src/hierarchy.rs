@@ -232,9 +232,18 @@ impl Hierarchy {
         self.bounds = self.levels[self.levels.len() - 1][0].bounds();
     }
 
+    /// Takes the boxes of `other` in the place of its own.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.order.clone_from(&other.order);
+        self.slots.clone_from(&other.slots);
+        self.levels.clone_from(&other.levels);
+        self.bounds = other.bounds;
+    }
+
     /// Renews some boxes and those that hold them. Boxes that do not exist are left out.
-    pub fn update(&mut self, boxes: &[(u32, Bounds)]) {
-        let mut groups = Vec::new();
+    pub fn update(&mut self, context: &Context, boxes: &[(u32, Bounds)]) {
+        let mut groups = context.scratch().lend::<Vec<usize>>();
+        groups.clear();
         for (item, bounds) in boxes {
             let Some(slot) = self.slots.get(*item as usize).map(|slot| *slot as usize) else { continue };
             self.levels[0][slot / WIDTH].set(slot % WIDTH, bounds);
@@ -245,7 +254,7 @@ impl Hierarchy {
             groups.dedup();
             let (below, above) = self.levels.split_at_mut(level);
             let below = &below[level - 1];
-            for group in &mut groups {
+            for group in groups.iter_mut() {
                 above[0][*group / WIDTH].set(*group % WIDTH, &below[*group].bounds());
                 *group /= WIDTH;
             }
@@ -489,7 +498,7 @@ mod tests {
                     boxes[*item as usize] = *bounds;
                 }
                 changed.push((count as u32, Bounds::EMPTY));
-                hierarchy.update(&changed);
+                hierarchy.update(&context, &changed);
                 let mut whole = hierarchy.clone();
                 whole.refit(&context, |index| boxes[index as usize]);
                 assert_eq!(hierarchy.bounds(), whole.bounds());

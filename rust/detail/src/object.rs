@@ -1,6 +1,7 @@
 //! A deformable object: a limit surface, its displacement, the colours painted on it, and an affine transform to the
 //! world. Displacement is in object units.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
@@ -102,7 +103,7 @@ impl DisplacedObject {
         context.stats().time("object.refit", || hierarchy.refit(context, |tile| tile_bounds(&surface, tile)));
         self.surface = surface;
         if let Some(fit) = &mut self.fit {
-            fit.pose(&self.surface, &self.hierarchy);
+            fit.pose(context, &self.surface, &self.hierarchy);
         }
         self.cones.clear();
         Ok(())
@@ -461,10 +462,25 @@ fn coefficient_range(field: &Field) -> [f32; 2] {
 
 /// A cone of the normals of all patches of a tile.
 pub(crate) fn tile_cone(surface: &Surface, tile: u32) -> Cone {
-    let cones: Vec<Cone> = surface.patches(tile).map(|patch| patch.normals()).collect();
-    if let [cone] = cones[..] {
-        return cone;
+    let mut patches = surface.patches(tile);
+    if let (1, Some(patch)) = (patches.len(), patches.next()) {
+        return patch.normals();
     }
+    let mut cones = CONES.take();
+    cones.clear();
+    cones.extend(surface.patches(tile).map(|patch| patch.normals()));
+    let cone = common_cone(&cones);
+    CONES.set(cones);
+    cone
+}
+
+thread_local! {
+    /// Room for the cones of a tile's patches.
+    static CONES: Cell<Vec<Cone>> = const { Cell::new(Vec::new()) };
+}
+
+/// A cone of what is in all `cones`.
+fn common_cone(cones: &[Cone]) -> Cone {
     let axis = cones.iter().map(|cone| DVec3::from(cone.axis.map(f64::from))).sum::<DVec3>().normalize_or_zero();
     // The widest angle from the new axis to the rim of a cone.
     let angle = cones.iter().map(|cone| {

@@ -1,9 +1,9 @@
 //! Catmull-Clark limit surfaces: a cage refined once per topology, its patches posed by the cage's points.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use relievo_core::{Context, Error, Mesh, Result};
+use relievo_core::{Context, Error, Mesh, Parts, Result, Retired};
 use relievo_opensubdiv::{BoundaryRule, Options, Table};
 
 use crate::TileTopology;
@@ -57,6 +57,8 @@ pub(crate) struct Layout {
     /// Where the stencil of every point beyond the cage's starts.
     pub(crate) stencil_first: Vec<usize>,
     pub(crate) data_len: usize,
+    /// The control data of poses, for the next one where nobody has a surface of a pose any more.
+    poses: Mutex<Retired<Vec<f32>>>,
 }
 
 /// A quadtree leaf of a tile. It is one patch, or the pieces of a single-crease patch.
@@ -147,27 +149,26 @@ impl Surface {
     }
 
     fn pose(context: &Context, layout: Arc<Layout>, points: &[[f32; 3]]) -> Result<Self> {
-        let all = context.stats().time("surface.points", || layout.points(context, points));
-        let mut data = vec![0.0; layout.data_len];
+        let mut all = context.scratch().lend::<Vec<[f64; 3]>>();
+        context.stats().time("surface.points", || layout.points(context, points, &mut all))?;
+        let poses = || layout.poses.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut data = poses().take().unwrap_or_else(|| Arc::new(vec![0.0; layout.data_len]));
         context.stats().time("surface.patches", || {
-            let mut rest = data.as_mut_slice();
-            let mut chunks = Vec::new();
-            for patches in layout.patches.chunks(CHUNK) {
-                let (chunk, tail) = rest.split_at_mut(patches.iter().map(Patch::data_len).sum());
-                chunks.push((patches, chunk));
-                rest = tail;
-            }
             let (records, indices) = (layout.table.patches(), layout.table.indices());
             let source = Source { records, indices, pieces: &layout.pieces };
-            context.for_each_mut(&mut chunks, |_, (patches, chunk)| {
-                let first = patches[0].first;
-                for patch in *patches {
+            let room: &mut Vec<f32> = Arc::make_mut(&mut data);
+            let posed = Posed { patches: &layout.patches, data: room };
+            context.for_each_part(posed, CHUNK, |_, Posed { patches, data }| {
+                let first = patches.first().map_or(0, |patch| patch.first);
+                for patch in patches {
                     let start = (patch.first - first) as usize;
-                    patch::fill(patch, &source, &all, &mut chunk[start..start + patch.data_len()]);
+                    patch::fill(patch, &source, &all, &mut data[start..start + patch.data_len()]);
                 }
-            });
-        });
-        let mut surface = Self { layout, data: Arc::new(data), bounds: ([0.0; 3], [0.0; 3]) };
+                Ok(())
+            })
+        })?;
+        poses().watch(&data);
+        let mut surface = Self { layout, data, bounds: ([0.0; 3], [0.0; 3]) };
         surface.bounds = merge((0..surface.tile_count() as u32).filter_map(|tile| surface.hull(tile)))
             .unwrap_or(([0.0; 3], [0.0; 3]));
         Ok(surface)
@@ -349,22 +350,23 @@ impl Layout {
         }
         let topology = Arc::new(topology);
         let data_len = first as usize;
-        Ok(Self { table, topology, patches, pieces, tile_first, leaves, leaf_first, stencil_first, data_len })
+        let poses = Mutex::default();
+        Ok(Self { table, topology, patches, pieces, tile_first, leaves, leaf_first, stencil_first, data_len, poses })
     }
 
-    /// All points of the table in f64: the cage's, then one per stencil.
-    fn points(&self, context: &Context, cage: &[[f32; 3]]) -> Vec<[f64; 3]> {
-        let mut all = vec![[0.0; 3]; self.table.point_count()];
+    /// Makes `all` all points of the table in f64: the cage's, then one per stencil.
+    fn points(&self, context: &Context, cage: &[[f32; 3]], all: &mut Vec<[f64; 3]>) -> Result<()> {
+        all.clear();
+        all.resize(self.table.point_count(), [0.0; 3]);
         let (own, made) = all.split_at_mut(cage.len());
         for (own, cage) in own.iter_mut().zip(cage) {
             *own = cage.map(f64::from);
         }
         let own = &*own;
         let (indices, weights) = self.table.stencil_weights();
-        let mut chunks: Vec<&mut [[f64; 3]]> = made.chunks_mut(CHUNK).collect();
-        context.for_each_mut(&mut chunks, |chunk, points| {
+        context.for_each_part(made, CHUNK, |first, points| {
             for (i, point) in points.iter_mut().enumerate() {
-                let stencil = chunk * CHUNK + i;
+                let stencil = first + i;
                 let range = self.stencil_first[stencil]..self.stencil_first[stencil + 1];
                 let mut sum = [0.0; 3];
                 for (index, weight) in indices[range.clone()].iter().zip(&weights[range]) {
@@ -375,8 +377,31 @@ impl Layout {
                 }
                 *point = sum;
             }
-        });
-        all
+            Ok(())
+        })
+    }
+}
+
+/// Patches one after another, and where their control data is written.
+struct Posed<'a> {
+    patches: &'a [Patch],
+    data: &'a mut [f32],
+}
+
+impl Parts for Posed<'_> {
+    fn len(&self) -> usize {
+        self.patches.len()
+    }
+
+    fn split_at(self, at: usize) -> (Self, Self) {
+        let (low, high) = self.patches.split_at(at.min(self.patches.len()));
+        let cut = match (low.first(), high.first()) {
+            (Some(from), Some(to)) => (to.first - from.first) as usize,
+            (None, _) => 0,
+            (_, None) => self.data.len(),
+        };
+        let (low_data, high_data) = self.data.split_at_mut(cut.min(self.data.len()));
+        (Self { patches: low, data: low_data }, Self { patches: high, data: high_data })
     }
 }
 
@@ -384,6 +409,8 @@ impl Layout {
 impl Surface {
     /// See [`relievo_opensubdiv::reference`].
     pub fn table_points(&self, context: &Context, cage: &[[f32; 3]]) -> Vec<[f64; 3]> {
-        self.layout.points(context, cage)
+        let mut all = Vec::new();
+        // Working on parts of these lists has no errors.
+        self.layout.points(context, cage, &mut all).map_or_else(|_| Vec::new(), |()| all)
     }
 }

@@ -1,7 +1,7 @@
 //! Evaluation at single places: position, first and second derivatives, and normal.
 
 use relievo_core::simd::{Arithmetic, Level};
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Error, Parts, Result};
 
 use crate::bezier::{cubic, cubic_first, cubic_second};
 use crate::cone::GREGORY;
@@ -109,8 +109,11 @@ pub struct SampleSlices<'a> {
     pub values: [[&'a mut [f32]; 3]; 6],
 }
 
-impl<'a> SampleSlices<'a> {
-    /// The first `count` samples and the rest.
+impl<'a> Parts for SampleSlices<'a> {
+    fn len(&self) -> usize {
+        self.values[0][0].len()
+    }
+
     fn split_at(self, count: usize) -> (SampleSlices<'a>, SampleSlices<'a>) {
         let mut tail = SampleSlices::default();
         let mut head = SampleSlices::default();
@@ -122,7 +125,9 @@ impl<'a> SampleSlices<'a> {
         }
         (head, tail)
     }
+}
 
+impl SampleSlices<'_> {
     fn set(&mut self, index: usize, sample: &[[f32; 3]; 6], quantities: usize) {
         for (values, quantity) in self.values.iter_mut().zip(sample).take(quantities) {
             for (values, value) in values.iter_mut().zip(quantity) {
@@ -158,7 +163,7 @@ impl Surface {
         }
         out.resize(order, places.len());
         let (level, quantities) = (context.level(), order.quantities());
-        let fill = |places: &[Place], out: &mut SampleSlices<'_>| {
+        context.for_each_part((places, out.as_slices()), CHUNK, |_, (places, mut out)| {
             for (index, place) in places.iter().enumerate() {
                 let mut sample = [[0.0; 3]; 6];
                 if let Some(patch) = self.find(place.tile, place.u, place.v) {
@@ -166,20 +171,8 @@ impl Surface {
                 }
                 out.set(index, &sample, quantities);
             }
-        };
-        let mut rest = out.as_slices();
-        if places.len() <= CHUNK {
-            fill(places, &mut rest);
-            return Ok(());
-        }
-        let mut chunks = Vec::with_capacity(places.len().div_ceil(CHUNK));
-        for places in places.chunks(CHUNK) {
-            let (head, tail) = rest.split_at(places.len());
-            chunks.push((places, head));
-            rest = tail;
-        }
-        context.for_each_mut(&mut chunks, |_, (places, out)| fill(places, out));
-        Ok(())
+            Ok(())
+        })
     }
 
     fn check(&self, place: &Place) -> Result<()> {

@@ -11,7 +11,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use half::f16;
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Error, Result, Retired};
 use relievo_surface::{Link, TileTopology};
 
 use crate::field::{Entry, Field, Line};
@@ -58,6 +58,8 @@ pub struct Channel<T> {
     /// Tiles that may be lost where the budget refuses others, the last first, and their versions when they were named.
     expendable: Vec<(u32, u64)>,
     lost: Vec<u32>,
+    /// The last commits, for the next one where nobody looks at one any more.
+    snapshots: Retired<Snapshot<T>>,
 }
 
 impl<T: Texel> Clone for Channel<T> {
@@ -74,6 +76,7 @@ impl<T: Texel> Clone for Channel<T> {
             full_bytes: self.full_bytes,
             expendable: self.expendable.clone(),
             lost: self.lost.clone(),
+            snapshots: Retired::default(),
         };
         copy.fork();
         copy
@@ -96,9 +99,15 @@ pub struct Snapshot<T = f16> {
     changed: Vec<u32>,
     revision: u64,
     bytes: u64,
+    /// Whether nobody looks at it any more, and it holds no blocks.
+    is_spent: bool,
 }
 
 impl<T> Snapshot<T> {
+    fn new(field: Field<T>) -> Self {
+        Self { field, changed: Vec::new(), revision: 0, bytes: 0, is_spent: false }
+    }
+
     /// The tiles.
     pub fn field(&self) -> &Field<T> {
         &self.field
@@ -192,6 +201,7 @@ impl<T: Texel> Channel<T> {
             full_bytes,
             expendable: Vec::new(),
             lost: Vec::new(),
+            snapshots: Retired::default(),
         })
     }
 
@@ -300,7 +310,7 @@ impl<T: Texel> Channel<T> {
         }
         self.report_fault()?;
         self.check_pages(sets.allocate.iter().chain(&sets.modify).copied())?;
-        self.revision += 1;
+        self.begin();
         let mut applied = Applied::default();
         let mut freed = Vec::new();
         for tile in &sets.deallocate {
@@ -383,7 +393,7 @@ impl<T: Texel> Channel<T> {
         if let Some((tile, ..)) = edited.iter().flatten().find(|(_, finite, ..)| !finite) {
             return Err(Error::invalid("an edit left a number that is not finite").at(format!("tile {tile}")));
         }
-        self.revision += 1;
+        self.begin();
         let mut changes = Vec::new();
         for (tile, _, borders, rect, texels) in edited.into_iter().flatten() {
             self.replace(tile, texels);
@@ -428,7 +438,7 @@ impl<T: Texel> Channel<T> {
         {
             return Err(Error::invalid("an edit left a number that is not finite").at(place(*tile)));
         }
-        self.revision += 1;
+        self.begin();
         let mut changes = Vec::new();
         for ((tile, texels), found) in blocks.into_iter().zip(borders) {
             if let Some((_, borders, rect)) = found {
@@ -459,7 +469,7 @@ impl<T: Texel> Channel<T> {
         for change in changes {
             self.check(change.tile)?;
         }
-        self.revision += 1;
+        self.begin();
         let mut tiles = Vec::new();
         let plan = ring::plan(&View::whole(&self.field), changes);
         for pass in [ring::borders, ring::rings] {
@@ -573,14 +583,23 @@ impl<T: Texel> Channel<T> {
 
     /// Makes everything up to now visible as a snapshot.
     pub fn commit(&mut self) -> Arc<Snapshot<T>> {
-        self.update_mips(&Context::serial());
+        if !self.pending.is_empty() {
+            self.update_mips(&Context::serial());
+        }
         self.trim();
-        let mut changed = std::mem::take(&mut self.changed);
-        changed.sort_unstable();
-        for tile in &changed {
+        self.changed.sort_unstable();
+        for tile in &self.changed {
             self.listed[*tile as usize / 64] &= !(1 << (tile % 64));
         }
-        Arc::new(Snapshot { field: self.field.clone(), changed, revision: self.revision, bytes: self.heap.bytes() })
+        let mut snapshot = self.snapshots.take().unwrap_or_else(|| Arc::new(Snapshot::new(self.field.clone())));
+        if let Some(made) = Arc::get_mut(&mut snapshot) {
+            made.field.copy_from(&self.field);
+            made.changed.clear();
+            std::mem::swap(&mut made.changed, &mut self.changed);
+            (made.revision, made.bytes, made.is_spent) = (self.revision, self.heap.bytes(), false);
+        }
+        self.snapshots.watch(&snapshot);
+        snapshot
     }
 
     /// The block of `tile` as bytes: `(size + 2)²` texels, of little-endian numbers; `None` if it is not allocated.
@@ -614,7 +633,7 @@ impl<T: Texel> Channel<T> {
             return Err(Error::invalid("a number of the block is not finite").at(place()));
         }
         let fits = if self.is_paged(tile) {
-            self.revision += 1;
+            self.begin();
             self.make_room(self.heap.bytes_of(class), &[])
         } else {
             self.apply(&Sets { allocate: vec![tile], ..Sets::default() })?.refused.is_empty()
@@ -628,6 +647,17 @@ impl<T: Texel> Channel<T> {
         self.replace(tile, texels);
         self.touch_all(tile);
         Ok(())
+    }
+
+    /// Begins an edit. Blocks that only commits hold which nobody looks at any more are the channel's own again.
+    pub(crate) fn begin(&mut self) {
+        self.revision += 1;
+        self.snapshots.for_each_free(|snapshot| {
+            if !snapshot.is_spent {
+                snapshot.field.let_go();
+                snapshot.is_spent = true;
+            }
+        });
     }
 
     pub(crate) fn check(&self, tile: u32) -> Result<()> {
@@ -718,14 +748,13 @@ pub(crate) fn class_of(topology: &TileTopology, tile: u32, class: SizeClass) -> 
 }
 
 /// The tiles that share a vertex or a part of an edge with `tile`, itself among them, with repetition.
-pub(crate) fn neighbours(topology: &TileTopology, tile: u32) -> Vec<u32> {
-    let mut rings = topology.rings(tile).to_vec();
-    for edge in 0..4 {
-        if let Link::Halves { middle, .. } = topology.link(tile, edge) {
-            rings.push(middle);
-        }
-    }
-    rings.into_iter().flat_map(|ring| topology.ring(ring)).map(|entry| entry.tile).collect()
+pub(crate) fn neighbours(topology: &TileTopology, tile: u32) -> impl Iterator<Item = u32> {
+    let middles = (0..4).filter_map(move |edge| match topology.link(tile, edge) {
+        Link::Halves { middle, .. } => Some(middle),
+        _ => None,
+    });
+    let rings = topology.rings(tile).iter().copied().chain(middles);
+    rings.flat_map(|ring| topology.ring(ring)).map(|entry| entry.tile)
 }
 
 /// Which border rows differ between two blocks, as bits.

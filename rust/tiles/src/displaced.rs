@@ -64,7 +64,7 @@ impl Kind {
 }
 
 /// Room for what is computed on the way, which threads keep, so that calls for few places do not ask for memory each.
-/// It is bounded: by [`CHUNK`] places, or [`ROWS`] rows of a grid and its border; more are given back.
+/// It is bounded: by [`CHUNK`] places, or [`ROWS`] rows of a grid and its border.
 #[derive(Default)]
 struct Scratch {
     samples: Samples,
@@ -86,7 +86,6 @@ impl Scratch {
     fn with<R>(work: impl FnOnce(&mut Self) -> R) -> R {
         let mut scratch = KEPT.with_borrow_mut(Vec::pop).unwrap_or_default();
         let result = work(&mut scratch);
-        scratch.chosen.shrink_to(8 * CHUNK);
         KEPT.with_borrow_mut(|kept| kept.push(scratch));
         result
     }
@@ -175,9 +174,16 @@ impl<'a> Displaced<'a> {
                 return Err(Error::invalid(format!("{place:?} is not on the surface")).at(format!("place {index}")));
             }
         }
+        let canonical = places.iter().map(|place| self.canonical(*place));
+        if places.len() > CHUNK {
+            let mut chosen = context.scratch().lend::<Vec<Place>>();
+            chosen.clear();
+            chosen.extend(canonical);
+            return self.evaluate_in_place(context, &chosen, out);
+        }
         Scratch::with(|scratch| {
             scratch.chosen.clear();
-            scratch.chosen.extend(places.iter().map(|place| self.canonical(*place)));
+            scratch.chosen.extend(canonical);
             self.evaluate_in_place(context, &scratch.chosen, out)
         })
     }
@@ -186,15 +192,8 @@ impl<'a> Displaced<'a> {
     /// normal. Fails if a place is not on the surface.
     pub fn evaluate_in_place(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
         out.reset(places.len());
-        if places.len() <= CHUNK {
-            return self.evaluate_chunk(context, places, &mut out.p, &mut out.normal);
-        }
-        let lists = out.p.chunks_mut(CHUNK).zip(out.normal.chunks_mut(CHUNK));
-        let mut chunks: Vec<_> = places.chunks(CHUNK).zip(lists).map(|chunk| (chunk, Ok(()))).collect();
-        context.for_each_mut(&mut chunks, |_, ((places, (p, normal)), result)| {
-            *result = self.evaluate_chunk(context, places, p, normal);
-        });
-        chunks.into_iter().try_for_each(|(_, result)| result)
+        let parts = (places, out.p.as_mut_slice(), out.normal.as_mut_slice());
+        context.for_each_part(parts, CHUNK, |_, (places, p, normal)| self.evaluate_chunk(context, places, p, normal))
     }
 
     fn evaluate_chunk(

@@ -57,6 +57,24 @@ impl<T: Texel> Field<T> {
         field
     }
 
+    /// Becomes a copy of `other`, in the room that it has.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        let Self { topology, classes, given, pages, blank, uneven, frames, pager } = self;
+        topology.clone_from(&other.topology);
+        classes.clone_from(&other.classes);
+        given.clone_from(&other.given);
+        pages.copy_from(&other.pages);
+        *blank = other.blank;
+        uneven.clone_from(&other.uneven);
+        frames.clone_from(&other.frames);
+        pager.clone_from(&other.pager);
+    }
+
+    /// Has no blocks any more.
+    pub(crate) fn let_go(&mut self) {
+        self.pages.clear();
+    }
+
     /// Notes where tiles of different density meet.
     pub(crate) fn compare(&mut self) {
         let topology = &self.topology;
@@ -262,15 +280,15 @@ impl<T: Texel> Field<T> {
     }
 
     /// The tiles in which something else may be looked up than in `before`, of which `changed` are others: themselves,
-    /// and where tiles of different density meet those around them. Ascending if `changed` is.
-    pub fn seen_from(&self, before: &Self, changed: &[u32]) -> Vec<u32> {
-        let mut tiles = changed.to_vec();
+    /// and where tiles of different density meet those around them. They are put into `seen`, ascending if `changed` is.
+    pub fn seen_from(&self, before: &Self, changed: &[u32], seen: &mut Vec<u32>) {
+        seen.clear();
+        seen.extend(changed);
         if !self.uneven.is_empty() || !before.uneven.is_empty() {
-            tiles.extend(changed.iter().flat_map(|tile| crate::channel::neighbours(&self.topology, *tile)));
-            tiles.sort_unstable();
-            tiles.dedup();
+            seen.extend(changed.iter().flat_map(|tile| crate::channel::neighbours(&self.topology, *tile)));
+            seen.sort_unstable();
+            seen.dedup();
         }
-        tiles
     }
 
     /// The one place at which `place` is evaluated, see [`TileTopology::canonical`].

@@ -212,7 +212,7 @@ impl<T: Texel> Channel<T> {
                 .advise(format!("allow at least {} bytes", self.bytes() - old + new)));
         }
         self.update_mips(context);
-        self.revision += 1;
+        self.begin();
         let field = &self.field;
         let blocks: Vec<Arc<[T]>> = context.map(allocated.len(), |index| {
             let (tile, class) = allocated[index];

@@ -28,6 +28,16 @@ impl<E: Clone> Pages<E> {
         Self(vec![None; count.div_ceil(PAGE)])
     }
 
+    /// Shares what `other` has, in the place of what is here.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.0.clone_from(&other.0);
+    }
+
+    /// Has nothing for any element.
+    pub fn clear(&mut self) {
+        self.0.fill_with(|| None);
+    }
+
     /// What an element has, if it exists.
     pub fn entry(&self, element: u32) -> Option<&E> {
         let element = element as usize;

@@ -9,7 +9,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
+use relievo_core::{Attribute, Context, Domain, Error, Mesh, Parts, Result, Values};
 use relievo_surface::{Grid, Place, Placement, TileTopology};
 
 use crate::carried::Carried;
@@ -91,7 +91,8 @@ impl Tessellator {
         check_cage(topology, cage)?;
         self.check(displaced)?;
         let outline: Vec<u32> = (0..numbering.outline.len() as u32).collect();
-        let mut points = self.outline(context, displaced, &outline)?;
+        let mut points = Points::default();
+        self.outline(context, displaced, &outline, &mut points)?;
         let shared = points.p.len();
         points.p.resize(self.point_count(), [0.0; 3]);
         points.normal.resize(self.point_count(), [0.0; 3]);
@@ -131,8 +132,8 @@ impl Tessellator {
                 part.parameters[slot] = local.parameters[*index as usize];
             }
             part.locals.iter_mut().zip(indices).for_each(|(slot, index)| *slot = first + index);
-            let inside = self.inside(context, displaced, part.tile);
-            part.result = inside.map(|inside| {
+            let mut inside = context.scratch().lend::<Points>();
+            part.result = self.inside(context, displaced, part.tile, &mut inside).map(|()| {
                 part.p.copy_from_slice(&inside.p);
                 part.normal.copy_from_slice(&inside.normal);
             });
@@ -154,8 +155,8 @@ impl Tessellator {
     }
 
     /// Moves the points and normals of `changed` tiles to where the displaced surface now is, as
-    /// [`Snapshot::changed`](crate::Snapshot::changed) lists them; all else stays. Returns the points of these tiles,
-    /// as ascending ranges that do not touch.
+    /// [`Snapshot::changed`](crate::Snapshot::changed) lists them; all else stays. `ranges` become the points of these
+    /// tiles, ascending and not touching.
     ///
     /// Fails, and changes nothing, if a tile does not exist, the tessellation is not one of this tessellator, or the
     /// surface has other tiles.
@@ -165,7 +166,8 @@ impl Tessellator {
         displaced: &Displaced<'_>,
         changed: &[u32],
         tessellation: &mut Tessellation,
-    ) -> Result<Vec<Range<u32>>> {
+        ranges: &mut Vec<Range<u32>>,
+    ) -> Result<()> {
         let topology = &self.numbering.topology;
         self.check(displaced)?;
         if let Some(tile) = changed.iter().find(|tile| **tile as usize >= topology.tile_count()) {
@@ -181,52 +183,51 @@ impl Tessellator {
         let normals =
             normals.filter(|normals| (normals.len(), points.len(), face_sizes.len()) == (3 * count, count, triangles));
         let normals = normals.ok_or_else(|| Error::invalid("the tessellation is not one of these rates"))?;
-        let mut live: Vec<u32> = changed.iter().copied().filter(|tile| !topology.is_hole(*tile)).collect();
+        let mut room = context.scratch().lend::<UpdateRoom>();
+        let UpdateRoom { live, shared, outside, insides } = &mut *room;
+        live.clear();
+        live.extend(changed.iter().copied().filter(|tile| !topology.is_hole(*tile)));
         live.sort_unstable();
         live.dedup();
         // What tiles share is evaluated once.
-        let mut shared = Vec::new();
-        for tile in &live {
+        shared.clear();
+        for tile in live.iter() {
             (0..4).for_each(|edge| self.numbering.along(*tile, edge, |vertex, _| shared.push(vertex)));
         }
         shared.sort_unstable();
         shared.dedup();
-        let outside = self.outline(context, displaced, &shared)?;
+        self.outline(context, displaced, shared, outside)?;
         for (vertex, (p, normal)) in shared.iter().zip(outside.p.iter().zip(&outside.normal)) {
             let vertex = *vertex as usize;
             points[vertex] = *p;
             normals[3 * vertex..3 * vertex + 3].copy_from_slice(normal);
         }
-        let mut ranges: Vec<Range<u32>> =
-            shared.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[0] + run.len() as u32).collect();
+        ranges.clear();
+        ranges.extend(shared.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[0] + run.len() as u32));
         // Insides are apart from one another and in the order of their tiles.
-        let mut parts = Vec::new();
-        let (mut p, mut normal, mut from) = (&mut points[..], &mut normals[..], 0);
-        for tile in live {
-            let range = self.numbering.inside(tile);
+        insides.clear();
+        for tile in live.iter() {
+            let range = self.numbering.inside(*tile);
             if range.is_empty() {
                 continue;
             }
-            let (skip, count) = ((range.start - from) as usize, range.len());
-            p = p.split_off_mut(skip..).unwrap_or_default();
-            normal = normal.split_off_mut(3 * skip..).unwrap_or_default();
-            let own = p.split_off_mut(..count).unwrap_or_default();
-            let facing = normal.split_off_mut(..3 * count).unwrap_or_default();
-            parts.push((tile, own, facing, Ok(())));
-            from = range.end;
             match ranges.last_mut() {
                 Some(last) if last.end == range.start => last.end = range.end,
-                _ => ranges.push(range),
+                _ => ranges.push(range.clone()),
             }
+            insides.push((*tile, range));
         }
-        context.for_each_mut(&mut parts, |_, (tile, p, normal, result)| {
-            *result = self.inside(context, displaced, *tile).map(|inside| {
-                p.copy_from_slice(&inside.p);
-                normal.copy_from_slice(inside.normal.as_flattened());
-            });
-        });
-        parts.into_iter().try_for_each(|(.., result)| result)?;
-        Ok(ranges)
+        let insides = Insides { tiles: insides, from: 0, p: points, normal: normals };
+        context.for_each_part(insides, INSIDES, |_, Insides { tiles, from, p, normal }| {
+            let mut inside = context.scratch().lend::<Points>();
+            for (tile, range) in tiles {
+                self.inside(context, displaced, *tile, &mut inside)?;
+                let at = (range.start - from) as usize;
+                p[at..at + range.len()].copy_from_slice(&inside.p);
+                normal[3 * at..3 * (at + range.len())].copy_from_slice(inside.normal.as_flattened());
+            }
+            Ok(())
+        })
     }
 
     /// Gives the points of `changed` tiles the colours of `paint`, as [`Tessellation::paint`] gives them to all. What
@@ -309,33 +310,88 @@ impl Tessellator {
         Ok(())
     }
 
-    /// The points inside a tile.
-    fn inside(&self, context: &Context, displaced: &Displaced<'_>, tile: u32) -> Result<Points> {
+    /// Makes `points` the points inside a tile.
+    fn inside(&self, context: &Context, displaced: &Displaced<'_>, tile: u32, points: &mut Points) -> Result<()> {
         let rate = self.numbering.rates[tile as usize];
-        let mut points = Points::default();
         if rate > 1 {
             let grid = Grid { size: rate, placement: Placement::Lattice, columns: 1..rate, rows: 1..rate };
-            displaced.grid(context, tile, &grid, &mut points)?;
-        } else if self.numbering.inner(tile) > 0 {
-            displaced.evaluate_in_place(context, &[Place::new(tile, 0.5, 0.5)], &mut points)?;
+            return displaced.grid(context, tile, &grid, points);
         }
-        Ok(points)
+        let middle = [Place::new(tile, 0.5, 0.5)];
+        let places = if self.numbering.inner(tile) > 0 { &middle[..] } else { &[] };
+        displaced.evaluate_in_place(context, places, points)
     }
 
-    /// The points of some vertices of rings and segments.
-    fn outline(&self, context: &Context, displaced: &Displaced<'_>, vertices: &[u32]) -> Result<Points> {
-        let sources: Vec<_> = vertices.iter().map(|vertex| self.numbering.outline[*vertex as usize]).collect();
-        let canonical: Vec<Place> = sources.iter().map(|source| displaced.canonical(source.place)).collect();
-        let mut points = Points::default();
-        displaced.evaluate_in_place(context, &canonical, &mut points)?;
-        let split: Vec<usize> = (0..sources.len()).filter(|index| sources[*index].split).collect();
-        let places: Vec<Place> = split.iter().map(|index| sources[*index].place).collect();
-        let mut own = Points::default();
-        displaced.evaluate_in_place(context, &places, &mut own)?;
-        for (index, normal) in split.into_iter().zip(own.normal) {
-            points.normal[index] = normal;
+    /// Makes `points` the points of some vertices of rings and segments.
+    fn outline(
+        &self,
+        context: &Context,
+        displaced: &Displaced<'_>,
+        vertices: &[u32],
+        points: &mut Points,
+    ) -> Result<()> {
+        let mut room = context.scratch().lend::<OutlineRoom>();
+        let OutlineRoom { places, split, own } = &mut *room;
+        let source = |vertex: &u32| self.numbering.outline[*vertex as usize];
+        places.clear();
+        places.extend(vertices.iter().map(|vertex| displaced.canonical(source(vertex).place)));
+        displaced.evaluate_in_place(context, places, points)?;
+        split.clear();
+        split.extend((0..vertices.len()).filter(|index| source(&vertices[*index]).split));
+        places.clear();
+        places.extend(split.iter().map(|index| source(&vertices[*index]).place));
+        displaced.evaluate_in_place(context, places, own)?;
+        for (index, normal) in split.iter().zip(&own.normal) {
+            points.normal[*index] = *normal;
         }
-        Ok(points)
+        Ok(())
+    }
+}
+
+/// What [`Tessellator::update`] needs on its way.
+#[derive(Default)]
+struct UpdateRoom {
+    live: Vec<u32>,
+    shared: Vec<u32>,
+    outside: Points,
+    /// Tiles with points inside, and which.
+    insides: Vec<(u32, Range<u32>)>,
+}
+
+/// What [`Tessellator::outline`] needs on its way.
+#[derive(Default)]
+struct OutlineRoom {
+    places: Vec<Place>,
+    split: Vec<usize>,
+    own: Points,
+}
+
+/// Tiles of one item of parallel work.
+const INSIDES: usize = 4;
+
+/// Tiles with the points inside them, and all points and normals from the point `from` on.
+struct Insides<'a> {
+    tiles: &'a [(u32, Range<u32>)],
+    from: u32,
+    p: &'a mut [[f32; 3]],
+    normal: &'a mut [f32],
+}
+
+impl Parts for Insides<'_> {
+    fn len(&self) -> usize {
+        self.tiles.len()
+    }
+
+    fn split_at(self, at: usize) -> (Self, Self) {
+        let (low, high) = self.tiles.split_at(at.min(self.tiles.len()));
+        let middle = high.first().map_or(self.from + self.p.len() as u32, |(_, range)| range.start);
+        let cut = (middle - self.from) as usize;
+        let (p, p_rest) = self.p.split_at_mut(cut);
+        let (normal, normal_rest) = self.normal.split_at_mut(3 * cut);
+        (
+            Self { tiles: low, from: self.from, p, normal },
+            Self { tiles: high, from: middle, p: p_rest, normal: normal_rest },
+        )
     }
 }
 

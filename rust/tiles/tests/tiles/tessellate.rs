@@ -243,7 +243,7 @@ fn sharp_edges_have_a_normal_for_each_side_and_no_cracks() {
     displacement.settle(&context, &changes.unwrap()).unwrap();
     let dented = displacement.commit();
     let view = Displaced::new(&surface, dented.field()).unwrap();
-    tessellator.update(&context, &view, dented.changed(), &mut made).unwrap();
+    tessellator.update(&context, &view, dented.changed(), &mut made, &mut Vec::new()).unwrap();
     assert_eq!(made, tessellator.tessellate(&context, &view, &mesh).unwrap());
     check_closed(&welded(&made.mesh), 0);
 }
@@ -270,7 +270,8 @@ fn an_update_of_the_changed_tiles_is_a_whole_tessellation() {
         let view = Displaced::new(&surface, snapshot.field()).unwrap();
         assert!(snapshot.changed().len() < surface.tile_count());
         let before = made.clone();
-        let moved = tessellator.update(&context, &view, snapshot.changed(), &mut made).unwrap();
+        let mut moved = vec![0..7];
+        tessellator.update(&context, &view, snapshot.changed(), &mut made, &mut moved).unwrap();
         assert_eq!(made, displaced(&snapshot));
         assert!(moved.windows(2).all(|pair| pair[0].end < pair[1].start));
         let points = moved.iter().map(|range| range.len()).sum::<usize>();
@@ -285,8 +286,8 @@ fn an_update_of_the_changed_tiles_is_a_whole_tessellation() {
                 assert!(p.cmpge(Vec3::from(low)).all() && p.cmple(Vec3::from(high)).all(), "{tile}");
             }
         }
-        assert!(tessellator.update(&context, &view, &[9999], &mut made).is_err());
-        assert!(tessellator.update(&context, &view, &[0], &mut Tessellation::default()).is_err());
+        assert!(tessellator.update(&context, &view, &[9999], &mut made, &mut moved).is_err());
+        assert!(tessellator.update(&context, &view, &[0], &mut Tessellation::default(), &mut moved).is_err());
     }
 }
 
@@ -355,7 +356,8 @@ fn colours_and_traces_of_changed_tiles_are_those_of_all() {
         ] {
             assert!(changed.iter().all(|tile| touched.contains(tile)));
         }
-        let seen = colors.seen_from(&before.0, colors.changed());
+        let mut seen = Vec::new();
+        colors.seen_from(&before.0, colors.changed(), &mut seen);
         assert!(seen.len() < surface.tile_count() && seen.windows(2).all(|pair| pair[0] < pair[1]));
         tessellator.paint(colors.field(), &seen, &mut made).unwrap();
         tessellator.trace(marks.field(), 3.0, marks.changed(), &mut made).unwrap();
