@@ -94,7 +94,19 @@ impl ContextObject {
     /// Adds the events since the last call to the totals, so that the list of events stays short.
     fn settle(&self) -> std::sync::MutexGuard<'_, Totals> {
         let mut totals = self.totals.lock().unwrap_or_else(PoisonError::into_inner);
-        for event in self.context.stats().take() {
+        self.add_events(&mut totals, 0);
+        totals
+    }
+
+    /// Adds the events to the totals once there are many, so that calls of every frame need no more and more room.
+    pub fn gather(&self) {
+        if let Ok(mut totals) = self.totals.try_lock() {
+            self.add_events(&mut totals, MANY_EVENTS);
+        }
+    }
+
+    fn add_events(&self, totals: &mut Totals, least: usize) {
+        self.context.stats().drain(least, |event| {
             let seconds = [("seconds", event.length.as_secs_f64())];
             let counts = event.counts.iter().map(|(name, value)| (*name, *value as f64));
             for (quantity, value) in seconds.into_iter().chain(counts) {
@@ -102,10 +114,12 @@ impl ContextObject {
                 row.0 += value;
                 row.1 += 1;
             }
-        }
-        totals
+        });
     }
 }
+
+/// Events after which they are added up.
+const MANY_EVENTS: usize = 256;
 
 /// A host's progress callback.
 pub struct HostProgress {

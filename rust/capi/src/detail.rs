@@ -202,6 +202,7 @@ impl DetailObject {
     pub fn edit(&self) -> Result<MutexGuard<'_, Editor>> {
         match self.editor.try_lock() {
             Ok(mut editor) => {
+                self.context.gather();
                 let live = self.view();
                 editor.views.for_each_free(|view| view.let_go(&live));
                 Ok(editor)

@@ -483,6 +483,7 @@ entry! {
             unsafe { check_descriptor(out) }?;
         }
         let mut kept = try_write(&object.kept, "tessellation")?;
+        object.detail.context.gather();
         let rebuilt = kept.update(&object.detail.context.context, object.detail.view(), object.cells)?;
         if out.is_null() {
             return Ok(());

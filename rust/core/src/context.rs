@@ -72,8 +72,7 @@ impl Context {
     /// A context that stays on the calling thread. A `RELIEVO_SIMD` that names no level of this processor is ignored.
     pub fn serial() -> Self {
         let level = Level::detect().unwrap_or_else(|_| Level::best());
-        let inner =
-            Inner { pool: None, level, memory_limit: 0, stats: Stats::default(), scratch: Scratch::default() };
+        let inner = Inner { pool: None, level, memory_limit: 0, stats: Stats::default(), scratch: Scratch::default() };
         Self { inner: Arc::new(inner) }
     }
 

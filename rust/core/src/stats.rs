@@ -53,6 +53,14 @@ impl Stats {
         std::mem::take(&mut *self.lock())
     }
 
+    /// Calls `each` with the events so far, which are removed, if there are at least `least`. Their room is used again.
+    pub fn drain(&self, least: usize, each: impl FnMut(Event)) {
+        let mut events = self.lock();
+        if events.len() >= least {
+            events.drain(..).for_each(each);
+        }
+    }
+
     /// A copy of the events so far.
     pub fn events(&self) -> Vec<Event> {
         self.lock().clone()

@@ -296,25 +296,33 @@ fn clipped_bounds(corners: [DVec3; 3], half: DVec3) -> (DVec3, DVec3) {
     if (high - half).max(-half - low).cmple(0.05 * half).all() {
         return (low, high);
     }
-    let mut polygon = corners.to_vec();
+    // Each of six cuts adds a corner at most to a convex polygon; rounding may leave one that is not quite convex.
+    let mut polygon = [DVec3::ZERO; 16];
+    polygon[..3].copy_from_slice(&corners);
+    let mut count = 3;
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {
             let inside = |p: DVec3| half[axis] - sign * p[axis];
-            let mut cut = Vec::with_capacity(polygon.len() + 1);
-            for (index, a) in polygon.iter().enumerate() {
-                let b = polygon[(index + 1) % polygon.len()];
+            let (from, before) = (polygon, count);
+            count = 0;
+            let mut add = |p: DVec3| {
+                if let Some(corner) = polygon.get_mut(count) {
+                    (*corner, count) = (p, count + 1);
+                }
+            };
+            for (index, a) in from[..before].iter().enumerate() {
+                let b = from[(index + 1) % before];
                 let (da, db) = (inside(*a), inside(b));
                 if da >= 0.0 {
-                    cut.push(*a);
+                    add(*a);
                 }
                 if (da < 0.0) != (db < 0.0) {
-                    cut.push(a.lerp(b, da / (da - db)));
+                    add(a.lerp(b, da / (da - db)));
                 }
             }
-            polygon = cut;
         }
     }
-    bounds(&polygon)
+    bounds(&polygon[..count])
 }
 
 fn check_points(points: &[[f32; 3]]) -> Result<()> {

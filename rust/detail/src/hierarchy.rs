@@ -357,8 +357,13 @@ dispatch_simd! {
 
 #[inline(always)]
 fn walk_body<A: Arithmetic>(levels: &[Vec<Group>], order: &[u32], slabs: &Slabs, found: &mut Vec<u32>) {
-    let mut stack = vec![(levels.len() - 1, 0usize)];
-    while let Some((level, index)) = stack.pop() {
+    // Groups of 2³² boxes have eleven levels, each of which leaves at most seven groups waiting.
+    let mut stack = [(0usize, 0usize); 11 * WIDTH];
+    stack[0].0 = levels.len() - 1;
+    let mut waiting = 1;
+    while waiting > 0 {
+        waiting -= 1;
+        let (level, index) = stack[waiting];
         let mut hits = hits::<A>(&levels[level][index], slabs);
         if level == 0 {
             while hits != 0 {
@@ -369,7 +374,8 @@ fn walk_body<A: Arithmetic>(levels: &[Vec<Group>], order: &[u32], slabs: &Slabs,
             // The last child goes on the stack first, so that the first is visited first.
             while hits != 0 {
                 let lane = 31 - hits.leading_zeros();
-                stack.push((level - 1, index * WIDTH + lane as usize));
+                stack[waiting] = (level - 1, index * WIDTH + lane as usize);
+                waiting += 1;
                 hits ^= 1 << lane;
             }
         }

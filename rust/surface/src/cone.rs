@@ -39,28 +39,32 @@ impl Cone {
 pub(crate) fn of_patch(form: PatchForm, points: &[f32]) -> Cone {
     let count = points.len() / 3;
     let point = |i: usize| DVec3::from_array(std::array::from_fn(|axis| f64::from(points[axis * count + i])));
-    let mut in_u = Vec::with_capacity(20);
-    let mut in_v = Vec::with_capacity(20);
-    match form {
+    let cones = match form {
         PatchForm::Bezier => {
+            let (mut in_u, mut in_v) = ([DVec3::ZERO; EDGES], [DVec3::ZERO; EDGES]);
             for row in 0..4 {
                 for k in 0..3 {
-                    in_u.push(point(4 * row + k + 1) - point(4 * row + k));
-                    in_v.push(point(4 * (k + 1) + row) - point(4 * k + row));
+                    in_u[3 * row + k] = point(4 * row + k + 1) - point(4 * row + k);
+                    in_v[3 * row + k] = point(4 * (k + 1) + row) - point(4 * k + row);
                 }
             }
+            [of_directions(&in_u), of_directions(&in_v)]
         }
         PatchForm::Gregory => {
             let bezier = |i: usize| GREGORY[i].map(|i| point(i));
+            // What is left out stays zero, and does not count.
+            let (mut in_u, mut in_v) = ([DVec3::ZERO; 4 * EDGES], [DVec3::ZERO; 4 * EDGES]);
             for row in 0..4 {
                 for k in 0..3 {
-                    differences(bezier(4 * row + k), bezier(4 * row + k + 1), &mut in_u);
-                    differences(bezier(4 * k + row), bezier(4 * (k + 1) + row), &mut in_v);
+                    let at = 4 * (3 * row + k);
+                    differences(bezier(4 * row + k), bezier(4 * row + k + 1), &mut in_u[at..]);
+                    differences(bezier(4 * k + row), bezier(4 * (k + 1) + row), &mut in_v[at..]);
                 }
             }
+            [of_directions(&in_u), of_directions(&in_v)]
         }
-    }
-    let (Some((u, sine_u)), Some((v, sine_v))) = (of_directions(&in_u), of_directions(&in_v)) else {
+    };
+    let [Some((u, sine_u)), Some((v, sine_v))] = cones else {
         return Cone::ALL;
     };
     let normal = u.cross(v);
@@ -98,11 +102,14 @@ pub(crate) const GREGORY: [[usize; 2]; 16] = [
     [10, 10],
 ];
 
-fn differences(from: [DVec3; 2], to: [DVec3; 2], out: &mut Vec<DVec3>) {
+/// Edges of a net of 4 × 4 points along one parameter.
+const EDGES: usize = 12;
+
+fn differences(from: [DVec3; 2], to: [DVec3; 2], out: &mut [DVec3]) {
     for a in 0..2 {
         for b in 0..2 {
             if (a == 0 || from[0] != from[1]) && (b == 0 || to[0] != to[1]) {
-                out.push(to[b] - from[a]);
+                out[2 * a + b] = to[b] - from[a];
             }
         }
     }

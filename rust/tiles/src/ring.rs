@@ -110,15 +110,16 @@ pub fn reached<T: Texel>(field: &Field<T>, changes: &[Change]) -> Vec<u32> {
                     tiles.push(span.side.tile);
                 }
             }
-            let mut vertices = vec![
+            let ends = [
                 (topology.rings(tile)[usize::from(edge)], set(0)),
                 (topology.rings(tile)[usize::from((edge + 1) & 3)], set(size as usize - 1)),
             ];
-            if let Link::Halves { middle, .. } = topology.link(tile, edge) {
-                let half = size as usize / 2;
-                vertices.push((middle, set(half - 1) || set(half)));
-            }
-            for (ring, _) in vertices.into_iter().filter(|(_, set)| *set) {
+            let half = size as usize / 2;
+            let middle = match topology.link(tile, edge) {
+                Link::Halves { middle, .. } => Some((middle, set(half - 1) || set(half))),
+                _ => None,
+            };
+            for (ring, _) in ends.into_iter().chain(middle).filter(|(_, set)| *set) {
                 if topology.ring_class(ring) != RingClass::Pinned {
                     let others = topology.ring(ring).iter().map(|entry| entry.tile);
                     tiles.extend(others.filter(|other| !field.is_allocated(*other)));

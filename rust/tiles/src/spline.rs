@@ -9,6 +9,7 @@
 //! Single points and grids do the same operations in the same order, so that at one instruction level they agree to
 //! the bit.
 
+use std::cell::Cell;
 use std::ops::{Add, Sub};
 
 use half::f16;
@@ -195,17 +196,19 @@ fn grid_of<A: Arithmetic>(block: &[f16], step: usize, size: u32, us: &[f32], vs:
         return;
     }
     let stride = size as usize + 2;
-    let columns: Vec<Weights> = us.iter().map(|u| weights(*u, size)).collect();
+    let mut room = ROOM.take();
+    let GridRoom { columns, runs, rows, sums, mixed: scratch } = &mut room;
+    columns.clear();
+    columns.extend(us.iter().map(|u| weights(*u, size)));
     // Runs of columns one texel apart have the same weights.
     let next = |a: &Weights, b: &Weights| *b == Weights { first: a.first + 1, ..*a };
-    let runs: Vec<&[Weights]> = columns.chunk_by(next).collect();
+    runs.clear();
+    runs.extend(columns.chunk_by(next).map(<[Weights]>::len));
     // The columns in use, with the ring.
     let low = columns.iter().map(|column| column.first).min().unwrap_or(0);
     let high = columns.iter().map(|column| column.first + 3).max().unwrap_or(0);
-    let mut rows = [const { Vec::new() }; 3].map(|_: Vec<f32>| vec![0.0f32; high - low]);
-    let mut scratch = Vec::new();
+    rows.iter_mut().chain(sums.iter_mut()).for_each(|list| list.resize(high - low, 0.0));
     let mut held = [usize::MAX; 3];
-    let mut sums = [const { Vec::new() }; 3].map(|_: Vec<f32>| vec![0.0f32; high - low]);
     let derivatives = order as usize;
     for (index, v) in vs.iter().enumerate() {
         let b = weights(*v, size);
@@ -218,7 +221,7 @@ fn grid_of<A: Arithmetic>(block: &[f16], step: usize, size: u32, us: &[f32], vs:
                     let last = step * (j * stride + high - 1);
                     let mixed = &block[step * (j * stride + low)..=last];
                     scratch.resize(mixed.len(), 0.0);
-                    mixed.convert_to_f32_slice(&mut scratch);
+                    mixed.convert_to_f32_slice(scratch);
                     row.iter_mut().zip(scratch.iter().step_by(step)).for_each(|(row, value)| *row = *value);
                 }
                 held[j % 3] = j;
@@ -232,20 +235,21 @@ fn grid_of<A: Arithmetic>(block: &[f16], step: usize, size: u32, us: &[f32], vs:
             }
         }
         let span = index * us.len()..(index + 1) * us.len();
-        let [value, first, second] = &sums;
+        let [value, first, second] = &*sums;
         let emit = |out: &mut [f32], row: &[f32], pick: fn(&Weights) -> [f32; 3]| {
             if 4 * runs.len() > columns.len() {
-                for (out, column) in out.iter_mut().zip(&columns) {
+                for (out, column) in out.iter_mut().zip(&*columns) {
                     let at = column.first - low;
                     *out = combine::<A>(pick(column), [row[at], row[at + 1], row[at + 2]]);
                 }
                 return;
             }
             let mut start = 0;
-            for run in &runs {
-                let at = run[0].first - low;
-                sweep::<A>(pick(&run[0]), &row[at..at + run.len() + 2], &mut out[start..start + run.len()]);
-                start += run.len();
+            for run in &*runs {
+                let column = &columns[start];
+                let at = column.first - low;
+                sweep::<A>(pick(column), &row[at..at + run + 2], &mut out[start..start + run]);
+                start += run;
             }
         };
         emit(&mut out.d[span.clone()], value, |w| w.value);
@@ -259,6 +263,23 @@ fn grid_of<A: Arithmetic>(block: &[f16], step: usize, size: u32, us: &[f32], vs:
             emit(&mut out.dvv[span], second, |w| w.value);
         }
     }
+    ROOM.set(room);
+}
+
+/// What [`grid_of`] needs on its way, which threads keep.
+#[derive(Default)]
+struct GridRoom {
+    columns: Vec<Weights>,
+    /// Lengths of runs of columns.
+    runs: Vec<usize>,
+    rows: [Vec<f32>; 3],
+    sums: [Vec<f32>; 3],
+    /// Numbers of a row before those that are asked for are taken out.
+    mixed: Vec<f32>,
+}
+
+thread_local! {
+    static ROOM: Cell<GridRoom> = Cell::default();
 }
 
 dispatch_simd! {
