@@ -5,7 +5,7 @@
 //! hulls are bounded in voxel coordinates and widened by the tile's range of displacement along the cone of normals
 //! (Sederberg and Meyers 1988). Patches larger than a block are cut along the blocks' borders first.
 
-use std::ops::Range;
+use std::ops::{Deref, Range};
 
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
@@ -50,7 +50,69 @@ pub struct CulledTile {
     /// The tile.
     pub tile: u32,
     /// Its blocks that may, ascending.
-    pub blocks: Vec<Block>,
+    pub blocks: BlockList,
+}
+
+/// Blocks of a tile: of small tiles in place, since there may be thousands of them.
+#[derive(Clone, Debug)]
+pub enum BlockList {
+    /// The first so many of these.
+    Few([Block; FEW], usize),
+    /// More than that.
+    Many(Vec<Block>),
+}
+
+/// Blocks of a small tile.
+const FEW: usize = 4;
+
+impl BlockList {
+    /// As many as `count`, one after another.
+    fn new(count: u32) -> Self {
+        let block = |index| Block { index, ..Block::EMPTY };
+        if count as usize <= FEW {
+            return Self::Few(std::array::from_fn(|index| block(index as u32)), count as usize);
+        }
+        Self::Many((0..count).map(block).collect())
+    }
+
+    fn blocks_mut(&mut self) -> &mut [Block] {
+        match self {
+            Self::Few(blocks, count) => &mut blocks[..*count],
+            Self::Many(blocks) => blocks,
+        }
+    }
+
+    fn retain(&mut self, keep: impl Fn(&Block) -> bool) {
+        match self {
+            Self::Few(blocks, count) => {
+                let before = std::mem::take(count);
+                for index in 0..before {
+                    if keep(&blocks[index]) {
+                        blocks[*count] = blocks[index];
+                        *count += 1;
+                    }
+                }
+            }
+            Self::Many(blocks) => blocks.retain(keep),
+        }
+    }
+}
+
+impl Deref for BlockList {
+    type Target = [Block];
+
+    fn deref(&self) -> &[Block] {
+        match self {
+            Self::Few(blocks, count) => &blocks[..*count],
+            Self::Many(blocks) => blocks,
+        }
+    }
+}
+
+impl PartialEq for BlockList {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
 }
 
 /// From object space to voxel coordinates in f32, by way of a place near the middle of the grid so that little is lost.
@@ -175,7 +237,8 @@ pub fn everything(object: &DisplacedObject) -> Vec<CulledTile> {
         .map(|tile| {
             let size = field.size(tile);
             let everywhere = |index| Block { index, low: [f32::NEG_INFINITY; 3], high: [f32::INFINITY; 3] };
-            CulledTile { tile, blocks: (0..(size / block_edge(size)).pow(2)).map(everywhere).collect() }
+            let blocks = (0..(size / block_edge(size)).pow(2)).map(everywhere).collect();
+            CulledTile { tile, blocks: BlockList::Many(blocks) }
         })
         .collect()
 }
@@ -195,18 +258,11 @@ pub(crate) fn range(block: &[f16]) -> [f32; 2] {
 }
 
 /// The blocks of a tile that may have points in the grid.
-fn blocks(
-    level: Level,
-    object: &DisplacedObject,
-    frame: &VoxelFrame,
-    tile: u32,
-    size: u32,
-    reach: Reach,
-) -> Vec<Block> {
+fn blocks(level: Level, object: &DisplacedObject, frame: &VoxelFrame, tile: u32, size: u32, reach: Reach) -> BlockList {
     let count = size / block_edge(size);
-    let mut blocks: Vec<Block> = (0..count * count).map(|index| Block { index, ..Block::EMPTY }).collect();
+    let mut blocks = BlockList::new(count * count);
     for patch in object.surface.patches(tile) {
-        mark(level, &patch, frame, reach, count, &mut blocks);
+        mark(level, &patch, frame, reach, count, blocks.blocks_mut());
     }
     blocks.retain(|block| block.low[0] <= block.high[0]);
     blocks

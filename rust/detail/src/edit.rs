@@ -211,7 +211,7 @@ pub(crate) fn evaluate<T: Texel>(
             source,
         };
         let mut old = [field.blank(); BLOCK_KNOTS];
-        for block in blocks {
+        for block in blocks.iter() {
             let window = Window::new(*tile, field.size(*tile), block.index);
             site.window = window;
             let moved = ground(&window, &mut site.heights, &mut site.vectors);
@@ -244,10 +244,7 @@ pub(crate) fn evaluate<T: Texel>(
             change(&mut site, &mut texels[..count]);
             let differ = texels[..count].iter().zip(&old).filter(|(new, old)| !new.same(**old)).count();
             if differ > 0 {
-                let block = block_of.get_or_insert_with(|| match source {
-                    Some(source) => source.into(),
-                    None => vec![field.blank(); field.class(*tile).texels()].into(),
-                });
+                let block = block_of.get_or_insert_with(|| field.copied(*tile));
                 if let Some(block) = Arc::get_mut(block) {
                     texels
                         .chunks_exact(edge)

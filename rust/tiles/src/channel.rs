@@ -18,7 +18,7 @@ use crate::field::{Entry, Field, Line};
 use crate::heap::{CLASS_COUNT, Heap, MAX_SIZE, MIN_SIZE, SizeClass};
 use crate::mip::{self, Rect};
 use crate::paging::{Paged, Paging};
-use crate::ring::{self, Change, View, Writes};
+use crate::ring::{self, Change, View, Writes, WritesAt};
 use crate::sets::Sets;
 use crate::slot::Slot;
 use crate::texel::Texel;
@@ -378,7 +378,7 @@ impl<T: Texel> Channel<T> {
         let edited = context.map(order.len(), |index| {
             let tile = order[index];
             let old = field.block(tile).unwrap_or(&[]);
-            let mut new: Arc<[T]> = old.into();
+            let mut new = field.copied(tile);
             let size = field.size(tile) as usize;
             if let Some(block) = Arc::get_mut(&mut new) {
                 work(tile, &mut Texels { size, block });
@@ -472,11 +472,13 @@ impl<T: Texel> Channel<T> {
         self.begin();
         let mut tiles = Vec::new();
         let plan = ring::plan(&View::whole(&self.field), changes);
+        let mut writes = context.scratch().lend::<Writes<T>>();
         for pass in [ring::borders, ring::rings] {
-            let writes = pass(context, &self.field, &plan);
-            tiles.extend(writes.iter().map(|(tile, _)| *tile));
+            pass(context, &self.field, &plan, &mut writes);
+            tiles.extend(writes.iter().map(|(_, tile, _)| tile));
             self.write_texels(context, &writes);
         }
+        drop(writes);
         tiles.sort_unstable();
         tiles.dedup();
         self.update_mips(context);
@@ -510,9 +512,10 @@ impl<T: Texel> Channel<T> {
                 work.push((*tile, rects.as_slice(), id.class, texels.clone(), std::mem::take(mips)));
             }
         }
+        let spare = self.field.spare.clone();
         context.for_each_mut(&mut work, |_, (_, rects, class, texels, mips)| {
             if Arc::get_mut(mips).is_none() {
-                *mips = (&**mips).into();
+                *mips = spare.copy_of(mips);
             }
             if let Some(mips) = Arc::get_mut(mips) {
                 mip::refresh(context.level(), *class, texels, mips, rects);
@@ -525,14 +528,16 @@ impl<T: Texel> Channel<T> {
         }
         let changes: Vec<Change> = pending.iter().map(|(tile, _)| Change::all(*tile)).collect();
         let plan = ring::plan(&View::at(&self.field, 2 * MAX_SIZE), &changes);
-        for (tile, list) in ring::mip_rings(context, &self.field, &plan) {
+        let mut writes = context.scratch().lend::<Writes<T>>();
+        ring::mip_rings(context, &self.field, &plan, &mut writes);
+        for (_, tile, list) in writes.iter() {
             self.fetch(tile);
             let Some(Entry { mips: Slot::Here(mips), .. }) = self.field.entry_mut(tile) else { continue };
             if Arc::get_mut(mips).is_none() {
-                *mips = (&**mips).into();
+                *mips = spare.copy_of(mips);
             }
             if let Some(mips) = Arc::get_mut(mips) {
-                list.into_iter().for_each(|(at, value)| mips[at as usize] = value);
+                list.iter().for_each(|(at, value)| mips[*at as usize] = *value);
             }
         }
     }
@@ -697,48 +702,65 @@ impl<T: Texel> Channel<T> {
             }
         }
         if let Some(entry) = self.field.entry_mut(tile) {
-            entry.texels = Slot::Here(texels);
+            let old = std::mem::replace(&mut entry.texels, Slot::Here(texels));
             entry.version = version;
+            if let Slot::Here(old) = old {
+                self.field.spare.keep(old);
+            }
             self.mark(tile);
         }
     }
 
     /// Writes single texels: in place where no snapshot shares the block, else to a copy.
-    fn write_texels(&mut self, context: &Context, writes: &[Writes<T>]) {
+    fn write_texels(&mut self, context: &Context, writes: &Writes<T>) {
         let version = self.revision;
-        let mut shared = Vec::new();
-        for (index, (tile, list)) in writes.iter().enumerate() {
-            self.mark(*tile);
+        let mut room = context.scratch().lend::<SharedRoom<T>>();
+        let SharedRoom { shared, copies } = &mut *room;
+        shared.clear();
+        for (at, tile, list) in writes.iter() {
+            self.mark(tile);
             if T::MIPS {
-                let size = self.field.size(*tile) as usize;
+                let size = self.field.size(tile) as usize;
                 let rects = Rect::of_indices(list.iter().map(|(at, _)| *at as usize), size);
                 if !rects.is_empty() {
-                    self.touch(*tile, rects);
+                    self.touch(tile, rects);
                 }
             }
             // What cannot be read back cannot be written to; it is told.
-            if !self.fetch(*tile) {
+            if !self.fetch(tile) {
                 continue;
             }
-            let Some(entry) = self.field.entry_mut(*tile) else { continue };
+            let Some(entry) = self.field.entry_mut(tile) else { continue };
             entry.version = version;
             match entry.texels.here_mut().and_then(Arc::get_mut) {
                 Some(block) => list.iter().for_each(|(at, value)| block[*at as usize] = *value),
-                None => shared.push(index),
+                None => shared.push((tile, at)),
             }
         }
         let field = &self.field;
-        let copies = context.map(shared.len(), |index| {
-            let (tile, list) = &writes[shared[index]];
-            let mut texels: Arc<[T]> = field.block(*tile).unwrap_or(&[]).into();
+        context.map_into(shared.len(), copies, |index| {
+            let (tile, at) = shared[index];
+            let mut texels = field.copied(tile);
             if let Some(block) = Arc::get_mut(&mut texels) {
-                list.iter().for_each(|(at, value)| block[*at as usize] = *value);
+                writes.list(at).iter().for_each(|(at, value)| block[*at as usize] = *value);
             }
             texels
         });
-        for (index, texels) in shared.into_iter().zip(copies) {
-            self.replace(writes[index].0, texels);
+        for ((tile, _), texels) in shared.drain(..).zip(copies.drain(..)) {
+            self.replace(tile, texels);
         }
+    }
+}
+
+/// Tiles whose blocks somebody shares, where in the writes theirs are, and the copies that take the place of the blocks.
+struct SharedRoom<T> {
+    shared: Vec<(u32, WritesAt)>,
+    copies: Vec<Arc<[T]>>,
+}
+
+impl<T> Default for SharedRoom<T> {
+    fn default() -> Self {
+        Self { shared: Vec::new(), copies: Vec::new() }
     }
 }
 

@@ -12,8 +12,9 @@ use relievo_surface::{Link, Place, TileTopology};
 
 use crate::frame::Frames;
 use crate::heap::{BlockId, SizeClass};
-use crate::pages::Pages;
+use crate::pages::{Page, Pages};
 use crate::slot::{Pager, Slot};
+use crate::spare::Spare;
 use crate::spline::{self, Jet};
 use crate::texel::{Texel, Vector};
 
@@ -43,6 +44,8 @@ pub struct Field<T = f16> {
     pub(crate) frames: Option<Arc<Frames>>,
     /// What blocks page to, if they do.
     pub(crate) pager: Option<Arc<Pager>>,
+    /// Blocks that no field has any more.
+    pub(crate) spare: Arc<Spare<T, Page<Entry<T>>>>,
 }
 
 impl<T: Texel> Field<T> {
@@ -51,15 +54,15 @@ impl<T: Texel> Field<T> {
         let pages = Pages::new(topology.tile_count());
         let classes: Arc<[SizeClass]> = classes.into();
         let given = classes.clone();
-        let mut field =
-            Self { topology, classes, given, pages, blank, uneven: Arc::default(), frames: None, pager: None };
+        let (uneven, spare) = (Arc::default(), Arc::default());
+        let mut field = Self { topology, classes, given, pages, blank, uneven, frames: None, pager: None, spare };
         field.compare();
         field
     }
 
     /// Becomes a copy of `other`, in the room that it has.
     pub(crate) fn copy_from(&mut self, other: &Self) {
-        let Self { topology, classes, given, pages, blank, uneven, frames, pager } = self;
+        let Self { topology, classes, given, pages, blank, uneven, frames, pager, spare } = self;
         topology.clone_from(&other.topology);
         classes.clone_from(&other.classes);
         given.clone_from(&other.given);
@@ -68,11 +71,27 @@ impl<T: Texel> Field<T> {
         uneven.clone_from(&other.uneven);
         frames.clone_from(&other.frames);
         pager.clone_from(&other.pager);
+        spare.clone_from(&other.spare);
     }
 
-    /// Has no blocks any more.
+    /// Has no blocks any more. Those that no other field has are spare.
     pub(crate) fn let_go(&mut self) {
-        self.pages.clear();
+        let spare = &self.spare;
+        let block = |slot| {
+            if let Slot::Here(texels) = slot {
+                spare.keep(texels);
+            }
+        };
+        let entry = |entry: Entry<T>| [entry.texels, entry.mips].into_iter().for_each(block);
+        self.pages.let_go(entry, |page| spare.keep_page(page));
+    }
+
+    /// A block that is nobody else's, with the texels of `tile` and its ring: blank ones if it is not allocated.
+    pub fn copied(&self, tile: u32) -> Arc<[T]> {
+        match self.block(tile) {
+            Some(block) => self.spare.copy_of(block),
+            None => self.spare.filled(self.class(tile).texels(), self.blank),
+        }
     }
 
     /// Notes where tiles of different density meet.
@@ -309,7 +328,8 @@ impl<T: Texel> Field<T> {
     }
 
     pub(crate) fn entry_mut(&mut self, tile: u32) -> &mut Option<Entry<T>> {
-        self.pages.entry_mut(tile)
+        let spare = &self.spare;
+        self.pages.entry_with(tile, || spare.page())
     }
 }
 

@@ -17,7 +17,7 @@ use crate::channel::{Applied, Channel, class_of};
 use crate::field::{Entry, Field};
 use crate::heap::SizeClass;
 use crate::paging::Paged;
-use crate::ring::{self, Change, View};
+use crate::ring::{self, Change, View, Writes};
 use crate::sets::Sets;
 use crate::slot::Slot;
 use crate::spline::{coarsen_block, subdivide_block};
@@ -273,10 +273,12 @@ fn differences<T: Texel>(context: &Context, level: &Field<T>, blocks: &[(u32, Ar
         field.insert(tile, vec![Zeroable::zeroed(); field.class(tile).texels()].into());
     }
     let plan = ring::plan(&View::whole(&field), &changes);
-    for (tile, list) in ring::rings(context, &field, &plan) {
+    let mut writes = Writes::default();
+    ring::rings(context, &field, &plan, &mut writes);
+    for (_, tile, list) in writes.iter() {
         let texels = field.entry_mut(tile).as_mut().and_then(|entry| entry.texels.here_mut());
         if let Some(block) = texels.and_then(Arc::get_mut) {
-            list.into_iter().for_each(|(at, value)| block[at as usize] = value);
+            list.iter().for_each(|(at, value)| block[*at as usize] = *value);
         }
     }
     field

@@ -32,6 +32,7 @@ pub mod planes;
 pub mod ring;
 pub mod sets;
 mod slot;
+mod spare;
 pub mod spline;
 pub mod stored;
 pub mod tessellate;

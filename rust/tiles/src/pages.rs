@@ -16,7 +16,8 @@ pub(crate) struct Entry<T> {
 /// Elements that share a page.
 const PAGE: usize = 64;
 
-type Page<E> = [Option<E>; PAGE];
+/// What the elements of a page have.
+pub(crate) type Page<E> = [Option<E>; PAGE];
 
 /// What elements have, where they have it: their blocks.
 #[derive(Clone, Debug)]
@@ -33,9 +34,27 @@ impl<E: Clone> Pages<E> {
         self.0.clone_from(&other.0);
     }
 
-    /// Has nothing for any element.
-    pub fn clear(&mut self) {
-        self.0.fill_with(|| None);
+    /// Has nothing for any element. What nobody else has either is given to `entry`, then the empty pages to `page`.
+    pub fn let_go(&mut self, mut entry: impl FnMut(E), mut page: impl FnMut(Arc<Page<E>>)) {
+        for mut own in self.0.iter_mut().filter_map(Option::take) {
+            if let Some(entries) = Arc::get_mut(&mut own) {
+                entries.iter_mut().filter_map(Option::take).for_each(&mut entry);
+                page(own);
+            }
+        }
+    }
+
+    /// As [`Self::entry_mut`], where a page that others have is copied to one that `spare` gives, if it does.
+    pub fn entry_with(&mut self, element: u32, spare: impl FnOnce() -> Option<Arc<Page<E>>>) -> &mut Option<E> {
+        if let Some(Some(page)) = self.0.get_mut(element as usize / PAGE)
+            && Arc::get_mut(page).is_none()
+            && let Some(mut copy) = spare()
+            && let Some(entries) = Arc::get_mut(&mut copy)
+        {
+            entries.clone_from_slice(&page[..]);
+            *page = copy;
+        }
+        self.entry_mut(element)
     }
 
     /// What an element has, if it exists.

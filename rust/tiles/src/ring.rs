@@ -24,6 +24,8 @@
 //! The first pass equalises border corners and clears borders, from border corners alone; the second derives rings
 //! from borders alone. So nothing depends on the order of tiles, and a second update changes nothing.
 
+use std::ops::Range;
+
 use relievo_core::Context;
 use relievo_surface::{Incidence, Link, RingClass, Side, TileTopology};
 
@@ -51,7 +53,41 @@ impl Change {
 }
 
 /// Coefficients to write to one tile: index in the block and value.
-pub(crate) type Writes<T> = (u32, Vec<(u32, T)>);
+#[derive(Debug)]
+pub(crate) struct Writes<T>(Vec<Piece<T>>);
+
+/// What one item of parallel work writes.
+#[derive(Debug)]
+struct Piece<T> {
+    /// Tiles, and theirs among the texels.
+    tiles: Vec<(u32, Range<usize>)>,
+    texels: Vec<(u32, T)>,
+}
+
+/// Where the list of a tile is: its piece, and its number there.
+pub(crate) type WritesAt = (usize, usize);
+
+impl<T> Default for Writes<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> Writes<T> {
+    /// Where the list of every tile is, the tile, and the list.
+    pub fn iter(&self) -> impl Iterator<Item = (WritesAt, u32, &[(u32, T)])> {
+        self.0.iter().enumerate().flat_map(|(index, piece)| {
+            let tiles = piece.tiles.iter().enumerate();
+            tiles.map(move |(at, (tile, range))| ((index, at), *tile, &piece.texels[range.clone()]))
+        })
+    }
+
+    /// The list that is there.
+    pub fn list(&self, (piece, at): WritesAt) -> &[(u32, T)] {
+        let Piece { tiles, texels } = &self.0[piece];
+        &texels[tiles[at].1.clone()]
+    }
+}
 
 /// A part of a tile's edge and what lies across it.
 #[derive(Clone, Copy, Debug)]
@@ -212,9 +248,9 @@ impl<'a, T: Texel> View<'a, T> {
 }
 
 /// The first pass: border corners and cleared border rows. Only coefficients that differ are listed.
-pub(crate) fn borders<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan) -> Vec<Writes<T>> {
+pub(crate) fn borders<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan, writes: &mut Writes<T>) {
     let field = &View::whole(field).with_poles(context, plan);
-    collect(context, &plan.work, |work, out| {
+    collect(context, &plan.work, writes, |work, out| {
         let Some(block) = field.block(work.tile) else { return };
         let size = field.size(work.tile);
         let mut write = |line: &Line, k: usize, value: T| {
@@ -251,9 +287,9 @@ pub(crate) fn borders<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan
 }
 
 /// The second pass: ring coefficients, from borders that the first pass has made consistent.
-pub(crate) fn rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan) -> Vec<Writes<T>> {
+pub(crate) fn rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan, writes: &mut Writes<T>) {
     let field = &View::whole(field).with_poles(context, plan);
-    collect(context, &plan.work, |work, out| {
+    collect(context, &plan.work, writes, |work, out| {
         ring_of(field, *work, |at, value| out.push((at as u32, value)));
     })
 }
@@ -297,10 +333,10 @@ fn ring_of<T: Texel>(field: &View<'_, T>, work: Work, mut write_at: impl FnMut(u
 /// Each mip has neighbours of its own density, as tiles have, and follows the same rules but two: a tile without a
 /// block counts as a blank one, so that borders beside it keep what they are, and vertices are made from the means of
 /// the tiles' corners, which is not what they hold once they are equalised.
-pub(crate) fn mip_rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan) -> Vec<Writes<T>> {
+pub(crate) fn mip_rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan, writes: &mut Writes<T>) {
     let views: Vec<View<'_, T>> =
         (1..=MAX_SIZE.ilog2()).map(|power| View::at(field, 1 << power).with_poles(context, plan)).collect();
-    collect(context, &plan.work, |work, out| {
+    collect(context, &plan.work, writes, |work, out| {
         let class = field.class(work.tile);
         let sub = u32::from(field.topology().is_sub(work.tile));
         for level in 1..=class.mips() {
@@ -367,20 +403,39 @@ pub(crate) fn texel_of_none<T: Texel>(view: &View<'_, T>, tile: u32, i: usize, j
 /// Tiles below which waking threads costs more than they save.
 const FEW: usize = 64;
 
-/// Runs `of` for every item of `work` and keeps the lists that are not empty.
+/// Items of `work` that are done together.
+const TOGETHER: usize = 16;
+
+/// Runs `of` for every item of `work` and keeps in `writes` the lists that are not empty.
 fn collect<T: Texel>(
     context: &Context,
     work: &[Work],
+    writes: &mut Writes<T>,
     of: impl Fn(&Work, &mut Vec<(u32, T)>) + Sync,
-) -> Vec<Writes<T>> {
-    let list = |index: usize| {
-        let mut out = Vec::new();
-        of(&work[index], &mut out);
-        (work[index].tile, out)
+) {
+    let pieces = &mut writes.0;
+    let count = work.len().div_ceil(TOGETHER);
+    if pieces.len() < count {
+        pieces.resize_with(count, || Piece { tiles: Vec::new(), texels: Vec::new() });
+    }
+    for piece in pieces.iter_mut() {
+        piece.tiles.clear();
+        piece.texels.clear();
+    }
+    let fill = |index: usize, piece: &mut Piece<T>| {
+        for work in work.iter().skip(index * TOGETHER).take(TOGETHER) {
+            let start = piece.texels.len();
+            of(work, &mut piece.texels);
+            if piece.texels.len() > start {
+                piece.tiles.push((work.tile, start..piece.texels.len()));
+            }
+        }
     };
-    let lists: Vec<Writes<T>> =
-        if work.len() < FEW { (0..work.len()).map(list).collect() } else { context.map(work.len(), list) };
-    lists.into_iter().filter(|(_, list)| !list.is_empty()).collect()
+    if work.len() < FEW {
+        pieces[..count].iter_mut().enumerate().for_each(|(index, piece)| fill(index, piece));
+    } else {
+        context.for_each_mut(&mut pieces[..count], fill);
+    }
 }
 
 /// The sides and vertices that `changes` concern, of allocated tiles.
