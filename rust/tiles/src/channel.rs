@@ -657,6 +657,11 @@ impl<T: Texel> Channel<T> {
     /// Begins an edit. Blocks that only commits hold which nobody looks at any more are the channel's own again.
     pub(crate) fn begin(&mut self) {
         self.revision += 1;
+        self.let_go();
+    }
+
+    /// Has no blocks and pages any more that only such commits hold.
+    pub(crate) fn let_go(&mut self) {
         self.snapshots.for_each_free(|snapshot| {
             if !snapshot.is_spent {
                 snapshot.field.let_go();

@@ -84,6 +84,7 @@ impl<T: Texel> Field<T> {
         };
         let entry = |entry: Entry<T>| [entry.texels, entry.mips].into_iter().for_each(block);
         self.pages.let_go(entry, |page| spare.keep_page(page));
+        self.pager = None;
     }
 
     /// A block that is nobody else's, with the texels of `tile` and its ring: blank ones if it is not allocated.

@@ -137,6 +137,7 @@ impl<T: Texel> Channel<T> {
     ///
     /// Fails if blocks cannot be read back.
     pub fn page_to(&mut self, store: Option<Arc<dyn PageStore>>) -> Result<()> {
+        self.let_go();
         let all: Vec<u32> = self.field.allocated().filter(|tile| self.is_paged(*tile)).collect();
         all.iter().try_for_each(|tile| self.bring_back(*tile))?;
         self.paging = Paging::default();
