@@ -2,7 +2,7 @@
 // import tiles
 // A brush at every texel of tiles: their new coefficients of displacement, and how many of them change (Schäfer et al.
 // 2015, *Local Painting and Deformation of Meshes on the GPU*, Sections 3 and 5.2). The same as `weights` and `mode` of
-// rust/detail.
+// rust/detail. The tiles of group 2 are those from when the stroke began: they say where places are.
 
 struct Sculpt {
     // From object space, less the origin, to the brush's coordinates: rows with their shift.
@@ -28,6 +28,9 @@ struct Sculpt {
 // New blocks, rings as they were.
 @group(0) @binding(2) var<storage, read_write> blocks: array<u32>;
 @group(0) @binding(3) var<storage, read_write> changes: array<atomic<u32>>;
+// The tiles as they are now.
+@group(3) @binding(0) var<storage, read> entries: array<TileEntry>;
+@group(3) @binding(1) var<storage, read> texels: array<u32>;
 var<immediate> sculpt: Sculpt;
 
 const DRAW: u32 = 0u;
@@ -76,9 +79,15 @@ fn turned(row: vec4<f32>, n: vec3<f32>) -> f32 {
     return fma(row.x, n.x, fma(row.y, n.y, row.z * n.z));
 }
 
-/// How far a place is under the plane `height` over the middle of the box, along its normal; 0 where that does not rise.
-fn under(height: f32, level: f32, rise: f32) -> f32 {
-    return select(0.0, fma(height, sculpt.unit, -level) / rise, rise > 0.0);
+fn texel(first: u32, index: u32) -> f32 {
+    let pair = unpack2x16float(texels[first + index / 2u]);
+    return select(pair.x, pair.y, (index & 1u) == 1u);
+}
+
+/// How far a place that has risen is under the plane `height` over the middle of the box, along its normal; 0 where that
+/// does not rise.
+fn under(height: f32, level: f32, rise: f32, risen: f32) -> f32 {
+    return select(0.0, fma(height, sculpt.unit, -level) / rise - risen, rise > 0.0);
 }
 
 fn held(value: f32) -> f32 {
@@ -98,8 +107,16 @@ fn edited(tile: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
     let normal = across * select(0.0, 1.0 / sqrt(square), square > 0.0);
     let p = sample.p - sculpt.origin;
     let rises = vec3(turned(sculpt.row_x, normal), turned(sculpt.row_y, normal), turned(sculpt.row_z, normal));
+    // Where the place was when the stroke began.
+    var begun = 0.0;
+    let start = tiles_entries[tile];
+    let at = (cell.y + 1u) * (size + 2u) + cell.x + 1u;
+    if start.first != TILES_NONE {
+        begun = tiles_texel(start.first, at);
+    }
+    let risen = now - begun;
     let place = fma(
-        vec3(now),
+        vec3(begun),
         rises,
         vec3(along(sculpt.row_x, p), along(sculpt.row_y, p), along(sculpt.row_z, p)),
     );
@@ -116,31 +133,30 @@ fn edited(tile: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
             return held(fma(height, share, now));
         }
         case SMOOTH: {
-            let entry = tiles_entries[tile];
+            let entry = entries[tile];
             if entry.first == TILES_NONE {
                 return now;
             }
             let stride = size + 2u;
-            let at = (cell.y + 1u) * stride + cell.x + 1u;
-            let rows = tiles_texel(entry.first, at - stride) + tiles_texel(entry.first, at + stride);
-            let columns = tiles_texel(entry.first, at - 1u) + tiles_texel(entry.first, at + 1u);
+            let rows = texel(entry.first, at - stride) + texel(entry.first, at + stride);
+            let columns = texel(entry.first, at - 1u) + texel(entry.first, at + 1u);
             return fma(0.25 * (rows + columns) - now, share, now);
         }
         case FLATTEN: {
-            return held(fma(under(0.0, place.z, rises.z), share, now));
+            return held(fma(under(0.0, place.z, rises.z, risen), share, now));
         }
         case ERASE: {
             return fma(-now, share, now);
         }
         case CLAY: {
-            let far = under(height, place.z, rises.z);
+            let far = under(height, place.z, rises.z, risen);
             return held(fma(select(max(far, 0.0), min(far, 0.0), height < 0.0), share, now));
         }
         case SCRAPE: {
-            return held(fma(min(under(0.0, place.z, rises.z), 0.0), share, now));
+            return held(fma(min(under(0.0, place.z, rises.z, risen), 0.0), share, now));
         }
         case LAYER: {
-            let far = height * share;
+            let far = fma(height, share, -risen);
             return held(now + select(max(far, 0.0), min(far, 0.0), height < 0.0));
         }
         case INFLATE: {
@@ -155,7 +171,7 @@ fn edited(tile: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
 
 // One word, two texels of a row, of the block of one tile.
 @compute @workgroup_size(GROUP)
-fn texels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn edit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let slot = group.x;
     let tile = tiles[sculpt.first + slot];
     let size = sizes[sculpt.first + slot];
@@ -164,10 +180,10 @@ fn texels(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
     if word >= stride * stride / 2u {
         return;
     }
-    let entry = tiles_entries[tile];
+    let entry = entries[tile];
     var old = 0u;
     if entry.first != TILES_NONE {
-        old = tiles_texels[entry.first + word];
+        old = texels[entry.first + word];
     }
     let values = unpack2x16float(old);
     let row = 2u * word / stride;

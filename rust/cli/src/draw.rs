@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use glam::DAffine3;
 use relievo_core::parameter::Switch;
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::{AdapterChoice, Device, DeviceOptions};
+use relievo_gpu::Device;
 use relievo_render::virtual_vertex::{Rasterizer, Storage, Tuning, VirtualVertices};
 use relievo_render::{Frame, Mesh, Scene, View, write_png};
 use relievo_scene::showing::Showing;
@@ -91,17 +91,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Some(tolerance) => Levels::select(&context, &surface, &viewpoint(&view), tolerance, MOST_LEVEL)?,
         None => Levels::uniform(&surface, arguments.level)?,
     };
-    let device = match arguments.device {
-        Kind::Cpu => None,
-        Kind::Gpu => Some(open(arguments)?),
-        Kind::Auto => match open(arguments) {
-            Ok(device) => Some(device),
-            Err(error) => {
-                eprintln!("note: drawn by the processor: {error}");
-                None
-            }
-        },
-    };
+    let device = crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?;
     let frame = match device {
         Some(device) => rasterized(&device, arguments, &surface, &levels, &view, &showing)?,
         None => cast(&context, &surface, &levels, &view, &showing)?,
@@ -111,11 +101,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
         _ => write_png(&arguments.output, &frame.color)?,
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn open(arguments: &Arguments) -> Result<Device> {
-    let adapter = arguments.adapter.clone().map_or(AdapterChoice::Best, AdapterChoice::Named);
-    Device::open(&DeviceOptions { adapter, timing: true, memory_limit: arguments.memory_limit })
 }
 
 /// From where the levels are chosen.

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use relievo_core::{Context, ContextOptions, Error};
+use relievo_core::{Context, ContextOptions, Error, Result};
+use relievo_gpu::{AdapterChoice, Device as GraphicsDevice, DeviceOptions};
 use relievo_scene::stepper::{RunOptions, Summary};
 
 use crate::Outcome;
@@ -18,6 +19,22 @@ pub enum Device {
     Gpu,
     /// The graphics device if there is one that can be used, else the processor.
     Auto,
+}
+
+/// The graphics device that was asked for; `None` for the processor, which `auto` takes, with a note, where there is no
+/// other device.
+pub(crate) fn device(kind: Device, adapter: Option<&str>, memory_limit: u64) -> Result<Option<GraphicsDevice>> {
+    let open = |otherwise| {
+        let adapter = adapter.map_or(otherwise, |name| AdapterChoice::Named(name.to_owned()));
+        GraphicsDevice::open(&DeviceOptions { adapter, timing: true, memory_limit })
+    };
+    match kind {
+        Device::Cpu => Ok(None),
+        Device::Gpu => open(AdapterChoice::Best).map(Some),
+        Device::Auto => {
+            Ok(open(AdapterChoice::Hardware).inspect_err(|it| eprintln!("note: on the processor: {it}")).ok())
+        }
+    }
 }
 
 #[derive(clap::Args)]

@@ -7,6 +7,7 @@ use relievo_core::{Context, ContextOptions};
 use relievo_scene::replay::{Replay, replay};
 
 use crate::Outcome;
+use crate::run::Device as Kind;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -23,6 +24,12 @@ pub struct Arguments {
     /// Document of the mesh to go on from.
     #[arg(long, value_name = "FILE")]
     document: Option<PathBuf>,
+    /// What evaluates dabs that sculpt. What a graphics device does not do, the processor does.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: Kind,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     /// Threads; 0 for one per core. Results do not depend on it.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -43,6 +50,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         document: arguments.document.clone(),
         outputs: arguments.out.clone(),
         allowed: arguments.allow_path.clone(),
+        device: crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?,
     };
     let (done, notes) = replay(&context, &wanted)?;
     for note in &notes {

@@ -7,12 +7,13 @@
 //! their time under `dab.intersect` and as [`crate::edit`] says. Displacement is in object units.
 
 use glam::Vec4;
+use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_tiles::{Channel, ColorPlanes, Displacement, by_format};
 
 use crate::brush::Brush;
 use crate::cull::{self, CulledTile};
-use crate::edit::{self, Window};
+use crate::edit::{self, TileEdit, Window};
 use crate::frame::Vectors;
 use crate::ground::Ground;
 use crate::knots::PerKnot;
@@ -254,6 +255,27 @@ impl Dab {
         object.layers.displacement.check_editable()?;
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
         let culled = self.intersect(context, object, start, |object, tile| object.displacement.field().size(tile));
+        let edits = match object.sculpt_on_device(context, (self, mode, height), start, &culled, &brush) {
+            Some(edits) => edits,
+            None => self.raised(context, object, start, (mode, height), &culled, &brush)?,
+        };
+        object.widen(edit::range(context, &edits));
+        let displacement: &mut Displacement = &mut object.displacement;
+        let report = edit::write(context, displacement, &culled, edits, mode == SculptMode::Erase)?;
+        object.refit_after(context, start, &culled, &report, false);
+        Ok(report)
+    }
+
+    /// The second pass of a change of the displacement along the normals.
+    fn raised(
+        &self,
+        context: &Context,
+        object: &DisplacedObject,
+        start: Option<Ground<'_>>,
+        (mode, height): (SculptMode, f32),
+        culled: &[CulledTile],
+        brush: &BrushParameters,
+    ) -> Result<Vec<TileEdit<f16>>> {
         let field = object.displacement.field();
         let level = context.level();
         let ground = start.unwrap_or(object.ground());
@@ -262,14 +284,9 @@ impl Dab {
         };
         let sculpting = Sculpting { level, mode, height, stamp: self.brush.stamp(), since: start.is_some() };
         let displaced = ground.displaced(&object.surface)?;
-        let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, places, |site, texels| {
+        Ok(edit::evaluate(context, &object.surface, field, culled, brush, places, |site, texels| {
             sculpting.edit(site, |site, cosines| site.facing(context, &displaced, cosines), texels);
-        });
-        object.widen(edit::range(context, &edits));
-        let displacement: &mut Displacement = &mut object.displacement;
-        let report = edit::write(context, displacement, &culled, edits, mode == SculptMode::Erase)?;
-        object.refit_after(context, start, &culled, &report, false);
-        Ok(report)
+        }))
     }
 
     /// The first pass: tiles and blocks of texels that may be in the box.

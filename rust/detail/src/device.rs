@@ -11,7 +11,7 @@ mod rays;
 mod voxel;
 
 pub use bounds::DeviceBounds;
-pub use brush::DeviceBrush;
+pub(crate) use brush::DeviceBrush;
 pub use collider::{DeviceCollider, Faults};
 pub use cull::DeviceCull;
 pub use rays::{BlockReport, DeviceRays};

@@ -14,6 +14,7 @@ use relievo_tiles::{
     Vector, VectorDisplacement,
 };
 
+use crate::device::DeviceBrush;
 use crate::fading::FadingObject;
 use crate::fit::Fit;
 use crate::ground::Ground;
@@ -45,6 +46,9 @@ pub struct DisplacedObject {
     /// Cones of the normals of the tiles that were looked at in this pose.
     cones: BTreeMap<u32, Cone>,
     reach: Option<[f32; 2]>,
+    /// What evaluates dabs in place of the processor, and why it no longer does.
+    pub(crate) device: Option<DeviceBrush>,
+    pub(crate) device_fault: Option<Error>,
 }
 
 impl DisplacedObject {
@@ -92,6 +96,8 @@ impl DisplacedObject {
             obb,
             cones: BTreeMap::new(),
             reach: None,
+            device: None,
+            device_fault: None,
         })
     }
 
@@ -106,6 +112,9 @@ impl DisplacedObject {
             fit.pose(context, &self.surface, &self.hierarchy);
         }
         self.cones.clear();
+        if let Some(Err(fault)) = self.device.as_mut().map(|device| device.pose(cage)) {
+            (self.device, self.device_fault) = (None, Some(fault));
+        }
         Ok(())
     }
 

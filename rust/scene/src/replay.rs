@@ -8,9 +8,10 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
-use relievo_detail::{Recorded, StrokeReport};
+use relievo_detail::{DisplacedObject, Recorded, StrokeReport};
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
+use relievo_gpu::Device;
 use relievo_meshio::Instance;
 
 use crate::diagnostic::Failure;
@@ -34,6 +35,8 @@ pub struct Replay {
     pub outputs: Vec<PathBuf>,
     /// Folders besides that of the list that images may be read from.
     pub allowed: Vec<PathBuf>,
+    /// The graphics device that evaluates dabs, as far as it can.
+    pub device: Option<Device>,
 }
 
 /// Extensions of meshes that can be written.
@@ -85,6 +88,9 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
             .into());
     }
     let mut world = World::new(context, scene, &allowed)?;
+    if let Some(surface) = world.surface_mut(0) {
+        surface.use_device(wanted.device.as_ref())?;
+    }
     let (mut done, mut refusals) = (StrokeReport::default(), Refusals::default());
     strokes::make_due(context, &mut world, |_| true, &mut done, &mut refusals)?;
     // What a document brought goes on fading, and what was added to it.
@@ -99,6 +105,9 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
         write(context, &world, path)?;
     }
     let mut notes = world.notes();
+    if let Some(fault) = world.surface_mut(0).and_then(DisplacedObject::take_device_fault) {
+        notes.push(format!("the processor took over: {fault}"));
+    }
     notes.extend(refusals.notes(&world));
     Ok((done, notes))
 }

@@ -11,12 +11,12 @@ use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Access, Buffer, Device, GROUP, Kernel, KernelSpec};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
-use relievo_tiles::{DeviceTiles, TILES_GROUP};
+use relievo_tiles::{DeviceTiles, Field, TILES_GROUP};
 
 use crate::cull::CulledTile;
-use crate::dab::{Action, Dab, DabReport};
-use crate::edit::{self, TileEdit};
-use crate::layered::LayeredObject;
+use crate::dab::Dab;
+use crate::edit::TileEdit;
+use crate::ground::Ground;
 use crate::mode::SculptMode;
 use crate::object::DisplacedObject;
 use crate::weights::BrushParameters;
@@ -43,67 +43,104 @@ struct Sculpt {
 /// Words of new blocks that are on their way at once.
 const BATCH: usize = 1 << 22;
 
-/// A brush on a device, with the object's surface, as it is posed, and its displacement.
+/// A brush on a device, with the surface of an object, as it is posed, and its displacement.
 #[derive(Debug)]
-pub struct DeviceBrush {
+pub(crate) struct DeviceBrush {
     device: Device,
     surface: DeviceSurface,
     tiles: DeviceTiles,
+    /// The displacement from when the stroke began, once there is a stroke.
+    begun: Option<DeviceTiles>,
     kernel: Arc<Kernel>,
 }
 
-impl DeviceBrush {
-    /// Brings `object` to a device. Fails where the device has no room for it, or the object has vector displacement.
-    pub fn new(device: &Device, object: &DisplacedObject) -> Result<Self> {
-        if object.vectors.is_some() {
-            return Err(unsupported("vector displacement"));
+impl DisplacedObject {
+    /// Has dabs that sculpt evaluated on a graphics device from now on, or on the processor again. What a device does not
+    /// do (stamps, vector displacement, edits at other levels, colours), the processor does.
+    ///
+    /// Fails, and changes nothing, where the device has no room for the object.
+    pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
+        self.device = device.map(|device| DeviceBrush::new(device, self)).transpose()?;
+        Ok(())
+    }
+
+    /// The failure after which the processor took over, told once.
+    pub fn take_device_fault(&mut self) -> Option<Error> {
+        self.device_fault.take()
+    }
+
+    /// The new blocks of the tiles that a dab changes, from the device; `None` if the processor is to make them.
+    pub(crate) fn sculpt_on_device(
+        &mut self,
+        context: &Context,
+        (dab, mode, height): (&Dab, SculptMode, f32),
+        start: Option<Ground<'_>>,
+        culled: &[CulledTile],
+        brush: &BrushParameters,
+    ) -> Option<Vec<TileEdit<f16>>> {
+        if mode.needs_vectors() || self.vectors.is_some() || dab.brush.stamp().is_some() {
+            return None;
         }
+        let mut device = self.device.take()?;
+        let start = start.map(|ground| ground.heights);
+        let made = context.stats().time("dab.device", || device.evaluate(self, start, culled, brush, (mode, height)));
+        match made {
+            Ok(edits) => {
+                self.device = Some(device);
+                Some(edits)
+            }
+            Err(error) => {
+                self.device_fault = Some(error);
+                None
+            }
+        }
+    }
+}
+
+impl DeviceBrush {
+    fn new(device: &Device, object: &DisplacedObject) -> Result<Self> {
         let kernel = device.kernel(&KernelSpec {
             module: "brush_sculpt",
-            entry: "texels",
-            groups: &[&[Access::Read, Access::Read, Access::Write, Access::Write], &SURFACE_GROUP, &TILES_GROUP],
+            entry: "edit",
+            groups: &[
+                &[Access::Read, Access::Read, Access::Write, Access::Write],
+                &SURFACE_GROUP,
+                &TILES_GROUP,
+                &TILES_GROUP,
+            ],
             immediates: size_of::<Sculpt>() as u32,
             constants: &[],
         })?;
         let surface = DeviceSurface::new(device, &object.surface)?;
         let tiles = DeviceTiles::new(device, object.displacement.field())?;
-        Ok(Self { device: device.clone(), surface, tiles, kernel })
+        Ok(Self { device: device.clone(), surface, tiles, begun: None, kernel })
     }
 
-    /// Sculpts `object`, which is the one that was brought to the device, as [`Dab::apply`] does.
-    ///
-    /// Fails, and changes nothing, if a number is out of range, if the dab paints, has a stamp or changes vectors, or if
-    /// the device fails: the processor can then do the same.
-    pub fn apply(&mut self, context: &Context, object: &mut DisplacedObject, dab: &Dab) -> Result<DabReport> {
-        dab.check()?;
-        let Action::Sculpt { mode, height } = dab.action else { return Err(unsupported("painting")) };
-        if mode.needs_vectors() || object.vectors.is_some() {
-            return Err(unsupported("vector displacement"));
-        }
-        if dab.brush.stamp().is_some() {
-            return Err(unsupported("a stamp"));
-        }
-        object.layers.displacement.check_editable()?;
-        let culled = dab.intersect(context, object, None, |object, tile| object.displacement.field().size(tile));
-        let brush = BrushParameters::new(&dab.brush, dab.strength, &object.transform);
-        let edits = context.stats().time("dab.device", || self.evaluate(object, &culled, &brush, (mode, height)))?;
-        object.widen(edit::range(context, &edits));
-        let mut report = edit::write(context, &mut object.displacement, &culled, edits, mode == SculptMode::Erase)?;
-        object.refit_after(context, None, &culled, &report, false);
-        report.refuse(object.settle(context)?);
-        Ok(report)
+    /// Brings the surface to another pose.
+    pub fn pose(&mut self, cage: &[[f32; 3]]) -> Result<()> {
+        self.surface.set_points(&self.device, cage)?;
+        let mut frame = self.device.frame()?;
+        self.surface.pose(&mut frame.pass("surface.patches"))?;
+        frame.submit().map(drop)
     }
 
     /// The new blocks of the tiles that change.
     fn evaluate(
         &mut self,
         object: &DisplacedObject,
+        start: Option<&Field>,
         culled: &[CulledTile],
         brush: &BrushParameters,
         (mode, height): (SculptMode, f32),
     ) -> Result<Vec<TileEdit<f16>>> {
         let (device, field) = (&self.device, object.displacement.field());
         self.tiles.update(device, field)?;
+        match (start, &mut self.begun) {
+            (Some(start), Some(begun)) => drop(begun.update(device, start)?),
+            (Some(start), begun) => *begun = Some(DeviceTiles::new(device, start)?),
+            (None, _) => {}
+        }
+        let ground = self.begun.as_ref().filter(|_| start.is_some()).unwrap_or(&self.tiles);
         let tiles: Vec<u32> = culled.iter().map(|tile| tile.tile).collect();
         let sizes: Vec<u32> = tiles.iter().map(|tile| field.size(*tile)).collect();
         let Some(largest) = sizes.iter().max() else { return Ok(Vec::new()) };
@@ -138,7 +175,7 @@ impl DeviceBrush {
             let mut frame = device.frame()?;
             frame.clear(&changes);
             let size = [count as u32, (room as u32).div_ceil(GROUP), 1];
-            let groups = [&bound, self.surface.group(), self.tiles.group()];
+            let groups = [&bound, self.surface.group(), ground.group(), self.tiles.group()];
             frame.pass("dab.evaluate").run(&self.kernel, &groups, bytemuck::bytes_of(&sculpt), size)?;
             let changed = frame.read(&changes, 0..count)?;
             let made = frame.read(&blocks, 0..count * room)?;
@@ -154,15 +191,14 @@ impl DeviceBrush {
     }
 }
 
-fn unsupported(what: &str) -> Error {
-    Error::unsupported(format!("graphics devices do not do {what} yet")).at("dab").advise("use the device `cpu`")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::brush::Brush;
+    use crate::dab::Action;
     use crate::falloff::Falloff;
+    use crate::path::StrokePoint;
+    use crate::stroke::{Stroke, StrokeSettings};
     use glam::{DAffine3, DMat3, DVec3};
     use relievo_surface::{Surface, SurfaceOptions};
     use relievo_testing::wgsl::assert_layout;
@@ -248,11 +284,11 @@ mod tests {
                 for object in [&mut here, &mut there] {
                     base.apply(&context, object).unwrap();
                 }
-                let mut brush = DeviceBrush::new(&device, &there).unwrap();
+                there.use_device(Some(&device)).unwrap();
                 for size in [1.0, 1.7] {
                     let dab = dab(mode, height, size, falloff);
                     let expected = dab.apply(&context, &mut here).unwrap();
-                    let found = brush.apply(&context, &mut there, &dab).unwrap();
+                    let found = dab.apply(&context, &mut there).unwrap();
                     assert_eq!(found.changed, expected.changed, "{mode:?} {falloff:?}");
                     let (differ, apart) = difference(&here, &there);
                     assert!(
@@ -269,25 +305,57 @@ mod tests {
     }
 
     #[test]
-    fn what_a_device_does_not_do_is_refused_and_changes_nothing() {
+    fn strokes_of_a_device_are_those_of_the_processor() {
         let Some(device) = device() else { return };
         let context = Context::serial();
-        let mut object = object(&context);
-        let mut brush = DeviceBrush::new(&device, &object).unwrap();
-        let place = object.transform.transform_point3(DVec3::new(3.6, 0.4, 0.6));
-        let dab = |action| Dab {
+        for (mode, height) in [(SculptMode::Draw, 0.1), (SculptMode::Layer, 0.1), (SculptMode::Clay, 0.05)] {
+            let [mut here, mut there] = [object(&context), object(&context)];
+            there.use_device(Some(&device)).unwrap();
+            // A pose that was made on the device.
+            let cage: Vec<[f32; 3]> = grid(6, true, &[2, 3, 2, 1], false).points;
+            let cage: Vec<_> = cage.iter().map(|p| [p[0], p[1] + 0.1 * p[0], 1.2 * p[2]]).collect();
+            for object in [&mut here, &mut there] {
+                object.pose(&context, &cage).unwrap();
+            }
+            let points = (0..5).map(|k| {
+                let place = DVec3::new(3.4, 0.34 + 0.3 * f64::from(k), 0.6);
+                StrokePoint::new(here.transform.transform_point3(place), 1.0)
+            });
+            let settings = StrokeSettings { radius: 0.9, spacing: 0.5, ..StrokeSettings::default() };
+            let stroke = Stroke::new(points.collect(), settings, Falloff::Smooth, Action::Sculpt { mode, height });
+            for _ in 0..2 {
+                let expected = stroke.apply(&context, &mut here).unwrap();
+                let found = stroke.apply(&context, &mut there).unwrap();
+                assert_eq!((found.dabs, found.missed), (expected.dabs, expected.missed));
+                assert!(expected.report.changed_texels > 1000, "{expected:?}");
+                assert_eq!(found.report.changed, expected.report.changed);
+            }
+            let (differ, apart) = difference(&here, &there);
+            println!("{mode:?}: {differ} coefficients of strokes differ, by {apart} steps at most");
+            assert!(apart <= 4, "{mode:?}: {apart} steps");
+            assert!(there.take_device_fault().is_none());
+        }
+    }
+
+    #[test]
+    fn the_processor_takes_over_from_a_lost_device() {
+        let Some(device) = device() else { return };
+        let context = Context::serial();
+        let [mut here, mut there] = [object(&context), object(&context)];
+        there.use_device(Some(&device)).unwrap();
+        let place = here.transform.transform_point3(DVec3::new(3.6, 0.4, 0.6));
+        let dab = Dab {
             brush: Brush::new(place, DMat3::IDENTITY, DVec3::ONE, Falloff::Smooth).unwrap(),
-            action,
+            action: Action::Sculpt { mode: SculptMode::Draw, height: 0.1 },
             strength: 1.0,
         };
-        let pinch = dab(Action::Sculpt { mode: SculptMode::Pinch, height: 1.0 });
-        assert!(brush.apply(&context, &mut object, &pinch).is_err());
-        let draw = dab(Action::Sculpt { mode: SculptMode::Draw, height: 0.1 });
         device.abandon();
-        let error = brush.apply(&context, &mut object, &draw).unwrap_err();
-        assert_eq!(error.kind, relievo_core::ErrorKind::Device, "{error}");
-        assert_eq!(object.displacement.field().allocated().count(), 0);
-        // The processor goes on.
-        assert!(!draw.apply(&context, &mut object).unwrap().changed.is_empty());
+        for object in [&mut here, &mut there] {
+            assert!(!dab.apply(&context, object).unwrap().changed.is_empty());
+        }
+        assert_eq!(difference(&here, &there), (0, 0));
+        let fault = there.take_device_fault().expect("it is told");
+        assert_eq!(fault.kind, relievo_core::ErrorKind::Device, "{fault}");
+        assert!(there.take_device_fault().is_none(), "once");
     }
 }

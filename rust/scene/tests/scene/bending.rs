@@ -141,6 +141,7 @@ points = [{ position = [0, 0, 0] }]
         document: document.map(&file),
         outputs: outputs.iter().map(|name| file(name)).collect(),
         allowed: Vec::new(),
+        device: None,
     };
     let (done, _) = replay(&context, &wanted(None, &["once.relievo", "once.ply"])).unwrap();
     assert!(done.dabs == 1 && done.report.changed_texels > 50);

@@ -177,6 +177,7 @@ fn a_list_of_strokes_in_two_goes_is_the_list_in_one() {
             document: document.map(path),
             outputs: outputs.iter().map(|name| path(name)).collect(),
             allowed: Vec::new(),
+            device: None,
         };
         replay(&context, &wanted)
     };

@@ -271,6 +271,7 @@ fn a_list_of_strokes_is_replayed_on_triangles_and_on_a_document_of_them() {
             document: document.map(at),
             outputs: vec![at(output)],
             allowed: Vec::new(),
+            device: None,
         };
         replay(&Context::serial(), &wanted).unwrap();
     };
@@ -310,6 +311,7 @@ fn strokes_on_a_document_that_fades_fade_too() {
             document: Some(at("begun").join("document-000003-ground.relievo")),
             outputs: vec![at("added.relievo")],
             allowed: Vec::new(),
+            device: None,
         };
         replay(&Context::serial(), &wanted).unwrap();
         let added = Document::open(&at("added.relievo"), 1 << 30).unwrap();
