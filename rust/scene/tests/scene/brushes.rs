@@ -288,3 +288,39 @@ fn images_of_files_are_painted_as_they_are() {
         std::fs::remove_dir_all(&out).unwrap();
     }
 }
+
+#[test]
+fn a_list_of_strokes_is_the_same_on_a_graphics_device() {
+    let Some(device) = relievo_testing::device() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let stroke = |sculpt: &str, place: &str| {
+        format!("[[strokes]]\nsculpt = \"{sculpt}\"\nheight = 0.1\nradius = 0.6\npoints = [{place}]\n")
+    };
+    let there = "{ position = [-0.5, 0, 0] }, { position = [0.5, 0.4, 0] }";
+    let list =
+        format!("version = 1\n{}{}{MORE}", stroke("draw", there), stroke("smooth", "{ position = [0.3, 0.2, 0] }"));
+    std::fs::write(path("list.toml"), list).unwrap();
+    let context = Context::serial();
+    let heights = |device: Option<relievo_gpu::Device>, name: &str| {
+        let wanted = Replay {
+            triangles: false,
+            mesh: cage(folder.path()),
+            strokes: path("list.toml"),
+            document: None,
+            outputs: vec![path(name)],
+            allowed: Vec::new(),
+            device,
+        };
+        let (done, notes) = replay(&context, &wanted).unwrap();
+        assert!(done.dabs > 4 && notes.is_empty(), "{notes:?}");
+        relievo_meshio::read(&context, &path(name)).unwrap().points
+    };
+    let [here, there] = [heights(None, "cpu.ply"), heights(Some(device), "gpu.ply")];
+    assert_eq!(here.len(), there.len());
+    assert!(here.iter().any(|point| point[2] > 0.05));
+    for (a, b) in here.iter().zip(&there) {
+        // One step of a half float at these heights.
+        assert!((a[2] - b[2]).abs() < 2e-4 && a[..2] == b[..2], "{a:?} {b:?}");
+    }
+}
