@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use relievo_core::{Context, ContextOptions, Error, Result};
+use relievo_core::{Context, ContextOptions, Error};
 use relievo_gpu::{AdapterChoice, Device as GraphicsDevice, DeviceOptions};
 use relievo_scene::stepper::{RunOptions, Summary};
 
@@ -23,7 +23,11 @@ pub enum Device {
 
 /// The graphics device that was asked for; `None` for the processor, which `auto` takes, with a note, where there is no
 /// other device.
-pub(crate) fn device(kind: Device, adapter: Option<&str>, memory_limit: u64) -> Result<Option<GraphicsDevice>> {
+pub(crate) fn device(
+    kind: Device,
+    adapter: Option<&str>,
+    memory_limit: u64,
+) -> relievo_core::Result<Option<GraphicsDevice>> {
     let open = |otherwise| {
         let adapter = adapter.map_or(otherwise, |name| AdapterChoice::Named(name.to_owned()));
         GraphicsDevice::open(&DeviceOptions { adapter, timing: true, memory_limit })

@@ -71,8 +71,7 @@ fn a_graphics_device_draws_what_the_processor_casts() {
     }
     let drawn = draw("gpu", "drawn.exr");
     assert!(drawn.status.success() && text(&drawn.stderr).contains("2 patches in 1 draws"), "{drawn:?}");
-    let [cast, drawn] =
-        ["cast.exr", "drawn.exr"].map(|name| Picture::read(&folder.join(name), u64::MAX).unwrap());
+    let [cast, drawn] = ["cast.exr", "drawn.exr"].map(|name| Picture::read(&folder.join(name), u64::MAX).unwrap());
     let difference = compare_geometry(&cast, &drawn, None).unwrap().unwrap();
     assert!(difference.covered > 500 && difference.silhouette() < 0.01, "{difference:?}");
     assert!(difference.depth.unwrap().p999 < 1e-4, "{difference:?}");

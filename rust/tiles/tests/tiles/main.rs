@@ -2,6 +2,7 @@
 
 mod color;
 mod decay;
+mod device;
 mod displaced;
 mod filter;
 mod levels;
