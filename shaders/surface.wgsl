@@ -10,6 +10,12 @@ struct SurfacePatch {
     form: u32,
 }
 
+struct Place {
+    tile: u32,
+    u: f32,
+    v: f32,
+}
+
 // P, its derivatives per unit of the tile's parameters.
 struct SurfaceSample {
     p: vec3<f32>,

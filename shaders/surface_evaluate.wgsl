@@ -2,12 +2,6 @@
 // import surface
 // Evaluation at many places.
 
-struct Place {
-    tile: u32,
-    u: f32,
-    v: f32,
-}
-
 @group(0) @binding(0) var<storage, read> places: array<Place>;
 // P, du, dv, duu, duv, dvv of every place, as many as `QUANTITIES`, three numbers each.
 @group(0) @binding(1) var<storage, read_write> samples: array<f32>;

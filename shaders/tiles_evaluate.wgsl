@@ -2,12 +2,6 @@
 // import tiles
 // The displaced surface at many places.
 
-struct Place {
-    tile: u32,
-    u: f32,
-    v: f32,
-}
-
 @group(0) @binding(0) var<storage, read> places: array<Place>;
 // Position and normal of every place, three numbers each.
 @group(0) @binding(1) var<storage, read_write> points: array<f32>;

@@ -5,6 +5,7 @@
 
 mod check;
 mod compare;
+mod devices;
 mod doc;
 mod draw;
 mod export;
@@ -53,6 +54,8 @@ enum Command {
     Tessellate(tessellate::Arguments),
     /// Draws a picture of Bézier patches on a graphics device.
     Draw(draw::Arguments),
+    /// Lists the processor and the graphics devices of this machine.
+    Devices(devices::Arguments),
     /// Replays a list of strokes on a mesh, or on a document of it.
     Stroke(stroke::Arguments),
     /// Looks after documents.
@@ -77,6 +80,7 @@ fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Tessellate(arguments) => tessellate::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
+        Command::Devices(arguments) => devices::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),
         Command::Doc(arguments) => doc::run(&arguments),
         Command::Export(arguments) => povray::run(&arguments),

@@ -109,6 +109,19 @@ fn the_graphics_device_is_refused_and_automatic_falls_back() {
 }
 
 #[test]
+fn devices_are_listed_as_others_name_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let listed = relievo(folder.path(), &["devices"]);
+    assert!(listed.status.success() && text(&listed.stdout).starts_with("cpu  "), "{listed:?}");
+    let listed = relievo(folder.path(), &["devices", "--json"]);
+    let listed: serde_json::Value = serde_json::from_slice(&listed.stdout).unwrap();
+    assert!(listed["cpu"]["threads"].as_u64().unwrap() > 0);
+    let names: Vec<_> = listed["gpu"].as_array().unwrap().iter().map(|it| it["name"].as_str().unwrap()).collect();
+    let expected: Vec<_> = relievo_gpu::adapters().into_iter().map(|it| it.name).collect();
+    assert_eq!(names, expected);
+}
+
+#[test]
 fn schema_and_info_print_for_people_and_programs() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cube.obj"), CUBE).unwrap();

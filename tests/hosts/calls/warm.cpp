@@ -4,6 +4,7 @@
 #include "../../c/check.h"
 #include "../figure.h"
 #include "allocations.h"
+#include "follower.h"
 
 #include <cmath>
 #include <cstdint>
@@ -39,43 +40,6 @@ struct Call {
                          every ? "at most" : "at the median");
         }
         return most == 0.0;
-    }
-};
-
-/// Triangles that follow a detail.
-struct Follower {
-    RlvTessellation handle = RLV_NULL;
-    std::vector<uint32_t> ranges;
-    std::vector<float> positions, normals, colors;
-
-    explicit Follower(RlvDetail detail) {
-        RlvTessellateOptions options = RLV_TESSELLATE_OPTIONS_INIT;
-        RlvTessellationInfo info = RLV_TESSELLATION_INFO_INIT;
-        options.coarse = options.fine = 4;
-        CHECK_OK(rlv_tessellation_create(detail, &options, &handle));
-        CHECK_OK(rlv_tessellation_info(handle, &info));
-        positions.resize(3 * info.point_count);
-        normals = colors = positions;
-        ranges.resize(2 * info.point_count);
-    }
-
-    ~Follower() { CHECK_OK(rlv_tessellation_release(handle)); }
-
-    void update() {
-        RlvTessellationChanges changes = RLV_TESSELLATION_CHANGES_INIT;
-        CHECK_OK(rlv_tessellation_update(handle, &changes));
-        CHECK(changes.rebuilt == 0);
-    }
-
-    void fetch() {
-        size_t count = 0;
-        CHECK_OK(rlv_tessellation_changed_ranges(handle, ranges.data(), ranges.size() / 2, &count));
-        for (size_t k = 0; k < count; ++k) {
-            const size_t first = ranges[2 * k], points = ranges[2 * k + 1];
-            CHECK_OK(rlv_tessellation_get_points(handle, first, points, positions.data() + 3 * first, 0,
-                                                 normals.data() + 3 * first, 0));
-            CHECK_OK(rlv_tessellation_get_colors(handle, first, points, colors.data() + 3 * first, 0));
-        }
     }
 };
 
@@ -143,7 +107,7 @@ bool run(uint32_t threads) {
     Call evaluate("rlv_evaluate_detail"), cast("rlv_caster_cast"), info("rlv_detail_info");
     Call pose("rlv_detail_set_points"), posed("rlv_detail_commit of a pose"), moved("rlv_tessellation_update of a pose");
     Reader reader;
-    Follower follower(detail);
+    Follower follower(detail, 4);
     for (int frame = 0; frame < frames; ++frame) {
         const float angle = turn * float(frame % 12) / 12.0f;
         const RlvStrokePoint point = {{8.0 + 4.0 * std::cos(angle), 8.0 + 4.0 * std::sin(angle), 0.0}, 1.0, -1.0};
