@@ -62,6 +62,13 @@ impl<T: Pod> Buffer<T> {
         Ok(buffer)
     }
 
+    /// Vertices that are drawn and that no kernel is bound to, so that there may be more of them. Zero at first. Fails
+    /// above the device's limits and where it has no memory.
+    pub fn vertices(device: &Device, label: &str, len: usize) -> Result<Self> {
+        let usage = BufferUsages::VERTEX | BufferUsages::COPY_DST;
+        Self::with_usage(device, label, len, usage, u64::MAX)
+    }
+
     /// A uniform block that holds `items`: small, read only in kernels, the same for all invocations.
     pub fn uniform(device: &Device, label: &str, items: &[T]) -> Result<Self> {
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;

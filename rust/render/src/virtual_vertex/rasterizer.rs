@@ -96,7 +96,7 @@ impl PassedVertices {
     /// # Errors
     /// The device has no memory.
     pub fn new(device: &Device, count: usize) -> Result<Self> {
-        Ok(Self { buffer: Buffer::new(device, "passed vertices", count)? })
+        Ok(Self { buffer: Buffer::vertices(device, "passed vertices", count)? })
     }
 
     /// Writes the vertices from index `first` on.
