@@ -1,4 +1,5 @@
 // import common
+// import imprint_voxelise
 // import wide
 // Triangles on the lattice of 1/256 voxel over the columns of a grid (Schäfer et al. 2014, Section 5, after Schwarz
 // 2012). All that decides which voxels are solid is exact, so results are the processor's to the bit.
@@ -9,19 +10,6 @@ const HALF: i32 = 128;
 
 // Columns that an invocation looks at.
 const CHUNK: i32 = 32;
-
-const BACKWARD: u32 = 1u;
-const OPEN: u32 = 2u;
-const MIRRORED: u32 = 4u;
-
-struct Voxelise {
-    // Voxels along x, y and z, which the columns run along.
-    nx: u32,
-    ny: u32,
-    nz: u32,
-    flags: u32,
-    triangles: u32,
-}
 
 // Corners in snapped units, of at most 2²⁴; the fourth number is unused.
 @group(0) @binding(0) var<storage, read> corners: array<vec4<i32>>;

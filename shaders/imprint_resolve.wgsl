@@ -1,20 +1,10 @@
 // import common
+// import imprint_voxelise
 // Columns from what their winding number changes by at every step: a voxel is solid where it is not zero. The changes
 // are left zero for the next use.
 
-const BACKWARD: u32 = 1u;
-const OPEN: u32 = 2u;
-
 // What stands for the ends of a column that is solid in more than one piece.
 const PIECES: u32 = 0xffffu;
-
-struct Voxelise {
-    nx: u32,
-    ny: u32,
-    nz: u32,
-    flags: u32,
-    triangles: u32,
-}
 
 @group(0) @binding(0) var<storage, read_write> turns: array<i32>;
 // The lowest solid voxel of a column, and the one after the highest in the upper half.

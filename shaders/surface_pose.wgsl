@@ -1,4 +1,5 @@
 // import common
+// import wide
 // The control data of all patches for the points of a cage.
 //
 // Devices have no f64. Coordinates and weights are therefore integers with 30 bits behind the point, sums have 64 bits and
@@ -40,45 +41,12 @@ var<immediate> pose: Pose;
 
 const BITS: u32 = 30u;
 
-fn add(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
-    let low = a.x + b.x;
-    return vec2(low, a.y + b.y + select(0u, 1u, low < a.x));
-}
-
-fn negated(a: vec2<u32>) -> vec2<u32> {
-    return add(~a, vec2(1u, 0u));
-}
-
-/// The product of two signed numbers.
-fn product(a: i32, b: i32) -> vec2<u32> {
-    let x = abs(a);
-    let y = abs(b);
-    let p = vec2(u32(x) & 0xffffu, u32(x) >> 16u);
-    let q = vec2(u32(y) & 0xffffu, u32(y) >> 16u);
-    let low = p.x * q.x;
-    let mixed = p.x * q.y;
-    let other = p.y * q.x;
-    let middle = (low >> 16u) + (mixed & 0xffffu) + (other & 0xffffu);
-    let whole = vec2(
-        (low & 0xffffu) | (middle << 16u),
-        p.y * q.y + (mixed >> 16u) + (other >> 16u) + (middle >> 16u),
-    );
-    if (a < 0) != (b < 0) {
-        return negated(whole);
-    }
-    return whole;
-}
-
-fn is_negative(a: vec2<u32>) -> bool {
-    return (a.y & 0x80000000u) != 0u;
-}
-
 /// The number with only its leading 24 bits, which an f32 holds exactly.
 fn leading(a: vec2<u32>) -> vec2<u32> {
-    let negative = is_negative(a);
+    let negative = wide_negative(a);
     var size = a;
     if negative {
-        size = negated(a);
+        size = wide_neg(a);
     }
     if size.y != 0u {
         let top = firstLeadingBit(size.y);
@@ -91,19 +59,9 @@ fn leading(a: vec2<u32>) -> vec2<u32> {
         size.x &= ~((1u << (firstLeadingBit(size.x) - 23u)) - 1u);
     }
     if negative {
-        return negated(size);
+        return wide_neg(size);
     }
     return size;
-}
-
-fn number(a: vec2<u32>) -> f32 {
-    let negative = is_negative(a);
-    var size = a;
-    if negative {
-        size = negated(a);
-    }
-    let value = f32(size.y) * 4294967296.0 + f32(size.x);
-    return select(value, -value, negative);
 }
 
 @compute @workgroup_size(GROUP)
@@ -119,7 +77,7 @@ fn make_points(
     var sum: array<vec2<u32>, 3>;
     if index < pose.cage {
         for (var axis = 0u; axis < 3u; axis++) {
-            sum[axis] = product(i32(round(cage[3u * index + axis] * pose.scale)), 1 << BITS);
+            sum[axis] = wide_product(i32(round(cage[3u * index + axis] * pose.scale)), 1 << BITS);
         }
     } else {
         let stencil = index - pose.cage;
@@ -127,7 +85,7 @@ fn make_points(
             let term = weights[k];
             for (var axis = 0u; axis < 3u; axis++) {
                 let value = i32(round(cage[3u * term.x + axis] * pose.scale));
-                sum[axis] = add(sum[axis], product(value, bitcast<i32>(term.y)));
+                sum[axis] = wide_add(sum[axis], wide_product(value, bitcast<i32>(term.y)));
             }
         }
     }
@@ -158,13 +116,13 @@ fn make_patches(
     let middle = indices[source.points + select(5u, 0u, gregory)];
     let origin = leading(points[3u * middle + axis]);
     let unit = 1.0 / (pose.scale * f32(1u << BITS));
-    data[source.first + axis] = number(origin) * unit;
+    data[source.first + axis] = wide_float(origin) * unit;
     let count = select(16u, 20u, gregory);
     let out = source.first + 3u + axis * count;
-    let lower = negated(origin);
+    let lower = wide_neg(origin);
     var values: array<f32, 20>;
     for (var k = 0u; k < count; k++) {
-        values[k] = number(add(points[3u * indices[source.points + k] + axis], lower)) * unit;
+        values[k] = wide_float(wide_add(points[3u * indices[source.points + k] + axis], lower)) * unit;
     }
     if gregory {
         for (var k = 0u; k < 20u; k++) {

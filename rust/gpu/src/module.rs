@@ -25,6 +25,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("imprint_facet", include_str!("../../../shaders/imprint_facet.wgsl")),
     ("imprint_resolve", include_str!("../../../shaders/imprint_resolve.wgsl")),
     ("imprint_snap", include_str!("../../../shaders/imprint_snap.wgsl")),
+    ("imprint_voxelise", include_str!("../../../shaders/imprint_voxelise.wgsl")),
     ("scan", include_str!("../../../shaders/scan.wgsl")),
     ("sort", include_str!("../../../shaders/sort.wgsl")),
     ("surface", include_str!("../../../shaders/surface.wgsl")),
