@@ -115,7 +115,7 @@ fn patches() -> Outcome {
         povray(&source, &scene, &out)?;
         let drawn = out.join("relievo.exr");
         let mut draw = Command::new(&relievo);
-        draw.args(["draw", "--device", "auto", "--level", "6", "--samples", "1", "--up", up, "--size", &size]);
+        draw.args(["draw", "--device", "gpu", "--level", "6", "--samples", "1", "--up", up, "--size", &size]);
         call(draw.arg(&file).arg("--output").arg(&drawn))?;
         compare.args(["--row", scene.label]);
         pictures.extend([out.join("povray.exr"), drawn]);
