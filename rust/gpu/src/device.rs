@@ -53,6 +53,7 @@ pub(crate) struct Inner {
     pub(crate) kernels: Mutex<BTreeMap<String, Arc<Kernel>>>,
     pub(crate) layouts: Mutex<BTreeMap<Vec<Access>, wgpu::BindGroupLayout>>,
     pub(crate) timings: Mutex<Vec<TimingSet>>,
+    pub(crate) readbacks: Mutex<Vec<wgpu::Buffer>>,
 }
 
 impl fmt::Debug for Device {
@@ -140,6 +141,7 @@ impl Device {
             kernels: Mutex::default(),
             layouts: Mutex::default(),
             timings: Mutex::default(),
+            readbacks: Mutex::default(),
         };
         Ok(Self { inner: Arc::new(inner) })
     }

@@ -10,7 +10,7 @@ use relievo_core::{Error, Result};
 use crate::buffer::Buffer;
 use crate::device::Device;
 use crate::kernel::{Bindings, Kernel};
-use crate::readback::{Readback, read};
+use crate::readback::{self, Readback, read};
 use crate::timing::{BYTES, MOST, PassTime, TimingSet, give, take, times};
 
 /// Commands that are being recorded.
@@ -122,14 +122,7 @@ impl Frame {
         let len = range.len();
         let bytes = buffer.bytes(range)?;
         let size = (bytes.end - bytes.start).next_multiple_of(4);
-        let host = self.device.guard(|| {
-            self.device.wgpu().create_buffer(&wgpu::BufferDescriptor {
-                label: Some("read"),
-                size: size.max(4),
-                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        })?;
+        let host = readback::host(&self.device, size)?;
         if size > 0 {
             self.encoder.copy_buffer_to_buffer(buffer.wgpu(), bytes.start, &host, 0, Some(size));
         }
@@ -144,10 +137,9 @@ impl Frame {
             self.encoder.resolve_query_set(&set.queries, 0..used, &set.resolved, 0);
             self.encoder.copy_buffer_to_buffer(&set.resolved, 0, &set.host, 0, Some(BYTES));
         }
-        let device = self.device;
-        let encoder = self.encoder;
+        let Self { device, encoder, timing, names } = self;
         let index = device.guard(|| device.queue().submit([encoder.finish()]))?;
-        Ok(Submission { device, index, timing: self.timing, names: self.names })
+        Ok(Submission { device, index, timing, names })
     }
 }
 
@@ -197,11 +189,19 @@ impl Pass<'_> {
 impl Submission {
     /// Waits until the device has done it and returns the times of its passes, none if the device does not time.
     pub fn wait(self) -> Result<Vec<PassTime>> {
-        self.device.wait(Some(self.index))?;
-        let Some(set) = self.timing else { return Ok(Vec::new()) };
+        self.device.wait(Some(self.index.clone()))?;
+        let Some(set) = &self.timing else { return Ok(Vec::new()) };
         let mut ticks = vec![0; 2 * self.names.len()];
         read(&self.device, &set.host, bytemuck::cast_slice_mut(&mut ticks))?;
-        give(&self.device, set);
         Ok(times(&self.names, &ticks, f64::from(self.device.queue().get_timestamp_period())))
+    }
+}
+
+impl Drop for Submission {
+    /// Also the queries of a frame that nobody waits for are used again: the device does frames in order.
+    fn drop(&mut self) {
+        if let Some(set) = self.timing.take() {
+            give(&self.device, set);
+        }
     }
 }

