@@ -7,12 +7,18 @@
 
 use std::time::Instant;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
+use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::{AdapterKind, Device, DeviceOptions};
-use relievo_render::virtual_vertex::{PassedVertex, PassedVertices, Rasterizer, Storage, Tuning, VirtualVertices};
+use relievo_render::virtual_vertex::{
+    DrawnSurface, PassedVertex, PassedVertices, Placed, Rasterizer, Shape, Storage, TileDraw, TileRates, Tuning,
+    VirtualVertices,
+};
 use relievo_render::{Camera, Material, View};
 use relievo_surface::bezier::{BezierSurface, Levels, ParametricMap, draw_calls};
+use relievo_surface::{Surface, SurfaceOptions};
+use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Sets};
 
 use crate::measure::{Sample, sample};
 use crate::report::{Goal, Report, figure, table};
@@ -73,7 +79,7 @@ pub fn run(report: &mut Report, json: bool) -> Result<()> {
                 if found != calls {
                     return Err(Error::internal(format!("{found} draws instead of {calls}")));
                 }
-                let time = rasterizer.median(&drawn, &scene.view, &material, frames)?;
+                let time = rasterizer.median(&[Placed::new(Shape::Patches(&drawn), material)], &scene.view, frames)?;
                 row.push(format!("{:.1}", 1.0 / time.as_secs_f64()));
             }
             rows.push(row);
@@ -87,6 +93,7 @@ pub fn run(report: &mut Report, json: bool) -> Result<()> {
     }
     let Some(scene) = last else { return Ok(()) };
     largest(&device, &mut rasterizer, &scene, &material, report, frames as usize)?;
+    displaced(&context, &device, &mut rasterizer, &material, report, frames as usize)?;
     tuned(&device, &mut rasterizer, &scene, &material, frames, json)
 }
 
@@ -112,9 +119,11 @@ fn largest(
                 1.0
             }
         };
-        let ours = sample(frames, || seconds(rasterizer.time(&patches, &scene.view, material, SIZE)));
+        let drawn = [Placed::new(Shape::Patches(&patches), *material)];
+        let ours = sample(frames, || seconds(rasterizer.time(&drawn, &scene.view, SIZE)));
         let passed = passed_vertices(device, scene, &patches, &levels)?;
-        let peer = sample(frames, || seconds(rasterizer.time_passed(&passed, &patches, &scene.view, material, SIZE)));
+        let drawn = [Placed::new(Shape::Strips(&patches, &passed), *material)];
+        let peer = sample(frames, || seconds(rasterizer.time(&drawn, &scene.view, SIZE)));
         if let Some(error) = error {
             return Err(error);
         }
@@ -127,6 +136,65 @@ fn largest(
         let peer = Some(("passed through", &peer));
         report.add(&format!("{name}, frame"), &ours, peer, "ms", Goal::RatioAtMost(1.3));
     }
+    Ok(())
+}
+
+/// A displaced Catmull-Clark surface with Gregory patches, and the same vertices with points computed before.
+fn displaced(
+    context: &Context,
+    device: &Device,
+    rasterizer: &mut Rasterizer,
+    material: &Material,
+    report: &mut Report,
+    frames: usize,
+) -> Result<()> {
+    let Some(path) = relievo_testing::file("cages/monsterfrog.obj") else { return Ok(()) };
+    let cage = relievo_meshio::read(context, &path)?;
+    let surface = Surface::new(context, &cage, &SurfaceOptions::default())?;
+    let options = DisplacementOptions { size: 16, ..DisplacementOptions::default() };
+    let mut displacement = Displacement::new(surface.topology().clone(), &options)?;
+    let all: Vec<u32> = (0..surface.tile_count() as u32).collect();
+    displacement.apply(&Sets { allocate: all.clone(), ..Sets::default() })?;
+    let height = 0.001 * surface.extent();
+    let changes = displacement.edit(context, &all, |_, texels| {
+        for j in 0..texels.size() {
+            for (i, texel) in texels.row_mut(j).iter_mut().enumerate() {
+                *texel = f16::from_f32(height * ((i as f32).sin() + (j as f32).cos()));
+            }
+        }
+    })?;
+    displacement.settle(context, &changes)?;
+    let made = Displaced::new(&surface, displacement.field())?;
+    let mut drawn = DrawnSurface::new(context, device, &made, None)?;
+    drawn.tiles_mut().divide(device, TileRates::uniform(surface.topology(), 16)?)?;
+    let (low, high) = surface.bounds();
+    let [low, high] = [low, high].map(|corner| DVec3::from(corner.map(f64::from)));
+    let middle = 0.5 * (low + high);
+    let mut view =
+        View::new(Camera::look_at(middle + DVec3::new(0.5, 0.3, 2.0) * (high - low).length(), middle, DVec3::Y, 0.7)?);
+    [view.settings.width, view.settings.height] = SIZE;
+    view.settings.shadows = relievo_core::parameter::Switch::OFF;
+    let mut error = None;
+    let mut measure = |object: Placed<'_>| {
+        sample(frames, || match rasterizer.time(&[object], &view, SIZE) {
+            Ok(time) => 1e3 * time.as_secs_f64(),
+            Err(failure) => {
+                error.get_or_insert(failure);
+                1.0
+            }
+        })
+    };
+    let ours = measure(drawn.placed(DAffine3::IDENTITY, *material, None));
+    let passed = drawn.tiles().passed(context, device, &made, material)?;
+    let peer = measure(Placed::new(Shape::Mesh(&passed), *material));
+    if let Some(error) = error {
+        return Err(error);
+    }
+    let vertices: u64 = drawn.tiles().draws().iter().map(TileDraw::vertices).sum();
+    let name = format!("{} displaced tiles, {vertices} vertices", all.len());
+    let rate = Sample::new(vec![vertices as f64 / ours.median() / 1e6]);
+    report.add(&format!("{name}, evaluated once each"), &rate, None, "G/s", Goal::None);
+    report.add(&format!("{name}, frame"), &ours, Some(("passed through", &peer)), "ms", Goal::RatioAtMost(1.3));
     Ok(())
 }
 
@@ -201,11 +269,12 @@ fn tessellated(
     let vertices = patches.draws().iter().map(|draw| draw.vertices()).sum::<Result<u32>>()?;
     let passed = PassedVertices::new(device, vertices as usize)?;
     let mut times = Vec::new();
+    let drawn = [Placed::new(Shape::Strips(&patches, &passed), *material)];
     for run in 0..=runs {
         let start = Instant::now();
         let strips = strips(context, scene, &patches, levels)?;
         passed.write(device, 0, &strips)?;
-        rasterizer.time_passed(&passed, &patches, &scene.view, material, SIZE)?;
+        rasterizer.time(&drawn, &scene.view, SIZE)?;
         if run > 0 {
             times.push(start.elapsed().as_secs_f64());
         }

@@ -1,5 +1,7 @@
 //! `relievo draw`
 
+mod surface;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -7,10 +9,10 @@ use glam::DAffine3;
 use relievo_core::parameter::Switch;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
-use relievo_render::virtual_vertex::{Rasterizer, Storage, Tuning, VirtualVertices};
+use relievo_render::virtual_vertex::{Placed, Rasterizer, Shape, Storage, Tuning, VirtualVertices};
 use relievo_render::{Frame, Mesh, Scene, View, write_png};
 use relievo_scene::showing::Showing;
-use relievo_surface::bezier::{BezierSurface, Levels, MOST_LEVEL, Viewpoint};
+use relievo_surface::bezier::{BezierSurface, Levels, MOST_LEVEL};
 
 use crate::Outcome;
 use crate::povray::Axis;
@@ -18,17 +20,29 @@ use crate::run::Device as Kind;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The file of Bézier patches: .bpt, or a list of indices and points.
+    /// Bézier patches (.bpt, or a list of indices and points), a mesh whose Catmull-Clark surface is drawn, or a document.
     file: PathBuf,
-    /// The picture: .png, or .exr with depth, normal and number of the patch behind every pixel.
+    /// The mesh that the document was made on.
+    mesh: Option<PathBuf>,
+    /// The picture: .png, or .exr with depth, normal and number of the patch or tile behind every pixel.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// The level of all patches: each is divided into 2^(level + 1) − 1 quads a side.
     #[arg(short, long, value_name = "LEVEL", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_LEVEL)))]
     level: u32,
-    /// Choose the level of every patch, so that triangles are at most this far from the surface on the picture.
-    #[arg(long, value_name = "PIXELS", conflicts_with = "level")]
+    /// Choose the level of every patch, so that triangles are at most this far from the surface on the picture; tiles are
+    /// divided so by half a pixel if nothing else is said.
+    #[arg(long, value_name = "PIXELS", conflicts_with_all = ["level", "cells"])]
     tolerance: Option<f64>,
+    /// Cells along an edge of a mesh that tiles are divided into: a power of two from 2 to 256.
+    #[arg(long, value_name = "COUNT")]
+    cells: Option<u32>,
+    /// Colour tiles by what they hold: nothing, one height everywhere, or more.
+    #[arg(long)]
+    tiles: bool,
+    /// Let the light throw shadows.
+    #[arg(long)]
+    shadows: bool,
     /// Patches of a draw.
     #[arg(long, value_name = "COUNT", default_value_t = 16)]
     per_draw: u32,
@@ -78,23 +92,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
             .into());
     }
     let context = crate::context(arguments.memory_limit)?;
-    let surface = crate::tessellate::surface(&context, &arguments.file)?;
-    let showing = Showing::new(surface.total_bounds(), arguments.up.into(), arguments.size)?;
-    let mut view = View::new(showing.camera);
-    view.lights = showing.lights.clone();
-    [view.settings.width, view.settings.height] = arguments.size;
-    view.settings.samples = arguments.samples;
-    view.settings.sky_rays = 0;
-    view.settings.shadows = Switch::OFF;
-    view.settings.wireframe = if arguments.wireframe { Switch::ON } else { Switch::OFF };
-    let levels = match arguments.tolerance {
-        Some(tolerance) => Levels::select(&context, &surface, &viewpoint(&view), tolerance, MOST_LEVEL)?,
-        None => Levels::uniform(&surface, arguments.level)?,
-    };
     let device = crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?;
-    let frame = match device {
-        Some(device) => rasterized(&device, arguments, &surface, &levels, &view, &showing)?,
-        None => cast(&context, &surface, &levels, &view, &showing)?,
+    let is_mesh = surface::is_document(&arguments.file) || !relievo_meshio::holds_patches(&arguments.file)?;
+    let frame = match is_mesh {
+        true => surface::drawn(&context, arguments, device.as_ref())?,
+        false => patches(&context, arguments, device.as_ref())?,
     };
     match extension.as_deref() {
         Some("exr") => frame.write_exr(&arguments.output)?,
@@ -103,15 +105,32 @@ pub fn run(arguments: &Arguments) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// From where the levels are chosen.
-fn viewpoint(view: &View) -> Viewpoint {
-    let half = (0.5 * view.camera.fov).tan();
-    let [width, height] = [view.settings.width, view.settings.height].map(f64::from);
-    Viewpoint {
-        eye: view.camera.eye.to_array(),
-        forward: (-view.camera.axes.z_axis).to_array(),
-        pixels: 0.5 * height / half,
-        corner: half * (1.0 + (width / height).powi(2)).sqrt(),
+/// The view that shows all.
+fn view(arguments: &Arguments, showing: &Showing) -> View {
+    let switch = |on: bool| if on { Switch::ON } else { Switch::OFF };
+    let mut view = View::new(showing.camera);
+    view.lights = showing.lights.clone();
+    [view.settings.width, view.settings.height] = arguments.size;
+    view.settings.samples = arguments.samples;
+    view.settings.sky_rays = 0;
+    view.settings.shadows = switch(arguments.shadows);
+    view.settings.wireframe = switch(arguments.wireframe);
+    view
+}
+
+fn patches(context: &Context, arguments: &Arguments, device: Option<&Device>) -> Result<Frame> {
+    let surface = crate::tessellate::surface(context, &arguments.file)?;
+    let showing = Showing::new(surface.total_bounds(), arguments.up.into(), arguments.size)?;
+    let view = view(arguments, &showing);
+    let levels = match arguments.tolerance {
+        Some(tolerance) => {
+            Levels::select(context, &surface, &view.viewpoint(&DAffine3::IDENTITY), tolerance, MOST_LEVEL)?
+        }
+        None => Levels::uniform(&surface, arguments.level)?,
+    };
+    match device {
+        Some(device) => rasterized(device, arguments, &surface, &levels, &view, &showing),
+        None => cast(context, &surface, &levels, &view, &showing),
     }
 }
 
@@ -146,7 +165,7 @@ fn rasterized(
         VirtualVertices::new(device, surface, levels, storage, arguments.per_draw)?
     };
     eprintln!("{}: {} patches in {} draws", device.summary(), surface.count(), patches.draws().len());
-    rasterizer.render(&patches, view, &showing.material)
+    rasterizer.render(&[Placed::new(Shape::Patches(&patches), showing.material)], view)
 }
 
 /// The same triangles by rays.

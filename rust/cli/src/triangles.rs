@@ -94,7 +94,7 @@ fn write_maps(context: &Context, object: &TriangleObject, mesh: &Mesh, path: &Pa
 }
 
 /// The mesh with all that the document holds.
-fn opened(context: &Context, document: &Document, mesh: &Mesh) -> Result<TriangleObject> {
+pub fn opened(context: &Context, document: &Document, mesh: &Mesh) -> Result<TriangleObject> {
     let surface = TriangleSurface::new(context, mesh)?;
     let options = TriangleOptions { segments: 16, budget: u64::MAX };
     let displacement = TriangleChannel::displacement(surface.topology().clone(), &options)?;

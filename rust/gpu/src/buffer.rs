@@ -62,10 +62,10 @@ impl<T: Pod> Buffer<T> {
         Ok(buffer)
     }
 
-    /// Vertices that are drawn and that no kernel is bound to, so that there may be more of them. Zero at first. Fails
-    /// above the device's limits and where it has no memory.
+    /// Vertices that are drawn, or their indices, to which no kernel is bound, so that there may be more of them. Zero at
+    /// first. Fails above the device's limits and where it has no memory.
     pub fn vertices(device: &Device, label: &str, len: usize) -> Result<Self> {
-        let usage = BufferUsages::VERTEX | BufferUsages::COPY_DST;
+        let usage = BufferUsages::VERTEX | BufferUsages::INDEX | BufferUsages::COPY_DST;
         Self::with_usage(device, label, len, usage, u64::MAX)
     }
 

@@ -1,7 +1,9 @@
 //! What a picture is made with, apart from the scene, the camera and the light.
 
+use glam::{DAffine3, DVec3};
 use relievo_core::parameter::Switch;
 use relievo_core::{Error, Result};
+use relievo_surface::bezier::Viewpoint;
 
 use crate::camera::Camera;
 use crate::color::Color;
@@ -62,6 +64,24 @@ impl View {
             settings: Settings::default(),
             false_color: None,
             line_color: [0.01, 0.012, 0.02],
+        }
+    }
+
+    /// From where levels and rates of what `transform` places are chosen.
+    pub fn viewpoint(&self, transform: &DAffine3) -> Viewpoint {
+        let half = (0.5 * self.camera.fov).tan();
+        let [width, height] = [self.settings.width, self.settings.height].map(f64::from);
+        // Distances in the object's space are shorter by the scale of its longest axis.
+        let linear = transform.matrix3;
+        let scale =
+            [linear.x_axis, linear.y_axis, linear.z_axis].map(|axis| axis.length()).into_iter().fold(0.0, f64::max);
+        let back = transform.inverse();
+        let forward = back.transform_vector3(-self.camera.axes.z_axis);
+        Viewpoint {
+            eye: back.transform_point3(self.camera.eye).to_array(),
+            forward: forward.normalize_or(DVec3::NEG_Z).to_array(),
+            pixels: 0.5 * height / half * (scale * forward.length()).max(1.0),
+            corner: half * (1.0 + (width / height).powi(2)).sqrt(),
         }
     }
 

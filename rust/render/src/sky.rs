@@ -50,6 +50,11 @@ impl ClearSky {
         Self { up, means: (0..=STEPS).map(mean).collect() }
     }
 
+    /// The table: by the cosine of the inclination, in equal steps from −1 to 1.
+    pub fn means(&self) -> &[Vec3] {
+        &self.means
+    }
+
     /// What a surface of this normal gets.
     pub fn mean(&self, normal: Vec3) -> Vec3 {
         let at = (0.5 + 0.5 * normal.dot(self.up)).clamp(0.0, 1.0) * STEPS as f32;

@@ -1,12 +1,25 @@
-//! Bézier patches drawn from virtual vertices: a vertex stage evaluates points and normals at the places of parametric
-//! maps, after Concheiro, Amor, Padrón, Gil, Martorell 2013 (*Rendering of Bézier Surfaces on Handheld Devices*).
+//! Surfaces drawn from virtual vertices: a vertex stage evaluates points and normals at places that have no data of
+//! their own, after Concheiro, Amor, Padrón, Gil, Martorell 2013 (*Rendering of Bézier Surfaces on Handheld Devices*).
 //!
-//! [`VirtualVertices`] are the patches, their maps and their draws on a device, [`Rasterizer`] draws them.
+//! [`VirtualVertices`] are Bézier patches with their maps and draws on a device, [`VirtualTiles`] what is drawn of a
+//! displaced Catmull-Clark surface, which [`DrawnSurface`] keeps with the rest that a device has of it; [`Rasterizer`]
+//! draws them, and meshes beside them.
 
 mod patches;
+mod pipelines;
+mod placed;
 mod rasterizer;
+mod rates;
+mod surface;
+mod targets;
+mod tiles;
 mod tuner;
+mod view;
 
 pub use patches::{DrawCall, Storage, UNIFORM_PATCHES, VirtualVertices};
-pub use rasterizer::{PassedVertex, PassedVertices, Rasterizer};
+pub use placed::{DeviceColors, DeviceMesh, MeshVertex, NO_TAG, PassedVertex, PassedVertices, Placed, Shape};
+pub use rasterizer::Rasterizer;
+pub use rates::{MOST_POWER, TileRates};
+pub use surface::DrawnSurface;
+pub use tiles::{TileDraw, VirtualTiles};
 pub use tuner::{Measured, Tuned, Tuning};

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups, wgpu};
 use relievo_opensubdiv::PatchKind;
 
 use crate::bezier::{Conversion, SMOOTH};
@@ -60,10 +60,10 @@ pub struct DeviceSurface {
     pose: Pose,
     making: Bindings,
     group: Bindings,
-    _kept: Kept,
+    kept: Kept,
 }
 
-/// What the kernels read and nothing writes after it was made.
+/// What the kernels read.
 #[derive(Debug)]
 struct Kept {
     patches: Buffer<DevicePatch>,
@@ -151,12 +151,18 @@ impl DeviceSurface {
         let evaluated = [kept.patches.wgpu(), kept.leaves.wgpu(), kept.tiles.wgpu(), kept.data.wgpu()];
         let group = device.bind(&evaluate, 1, &evaluated)?;
         let pose = Pose { cage: cage as u32, points: all as u32, patches: layout.patches.len() as u32, scale: 1.0 };
-        Ok(Self { cage: cage_points, points, kernels, pose, making, group, _kept: kept })
+        Ok(Self { cage: cage_points, points, kernels, pose, making, group, kept })
     }
 
     /// What is bound as group 1 of kernels that import `surface`.
     pub fn group(&self) -> &Bindings {
         &self.group
+    }
+
+    /// The buffers of [`Self::group`] in the order of their bindings, for pipelines that draw.
+    pub fn buffers(&self) -> [&wgpu::Buffer; 4] {
+        let kept = &self.kept;
+        [kept.patches.wgpu(), kept.leaves.wgpu(), kept.tiles.wgpu(), kept.data.wgpu()]
     }
 
     /// Writes the points of a pose, which [`Self::pose`] then turns into control data. Fails unless there are as many as

@@ -1,4 +1,4 @@
-//! Scalar displacement on a graphics device, and the surface displaced by it (`shaders/tiles*.wgsl`).
+//! Scalar displacement and colours on a graphics device, and the surface displaced by the one (`shaders/tiles*.wgsl`).
 //!
 //! The blocks of a field are copied to one heap on the device, by what changed since the last time. As on the processor a
 //! block keeps its room until its tile is freed or has another size, and freed room is taken again, last in, first out
@@ -9,11 +9,12 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use half::f16;
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups, wgpu};
 use relievo_surface::{DeviceSurface, Place, SURFACE_GROUP};
 
 use crate::field::Field;
 use crate::heap::{CLASS_COUNT, SizeClass};
+use crate::texel::Texel;
 
 /// What kernels that import `tiles` have as their group 2.
 pub const TILES_GROUP: [Access; 2] = [Access::Read; 2];
@@ -29,11 +30,11 @@ struct TileEntry {
 /// The first word of a tile without a block.
 const NONE: u32 = u32::MAX;
 
-/// The displacement of a surface on a device.
+/// The tiles of a surface on a device: scalar displacement, or colours.
 #[derive(Debug)]
-pub struct DeviceTiles {
+pub struct DeviceTiles<T: Texel = f16> {
     /// What the device has.
-    field: Field,
+    field: Field<T>,
     entries: Vec<TileEntry>,
     /// Where there is room for blocks, by class.
     free: [Vec<u32>; CLASS_COUNT],
@@ -52,18 +53,19 @@ pub struct DisplacedEvaluation {
     places: usize,
 }
 
-fn words(class: SizeClass) -> u32 {
-    (class.texels() / 2) as u32
+/// Words of a block of this class. Sides are even: blocks are whole words.
+fn words<T>(class: SizeClass) -> u32 {
+    (class.texels() * size_of::<T>() / 4) as u32
 }
 
-impl DeviceTiles {
+impl<T: Texel> DeviceTiles<T> {
     /// Brings `field` to a device. Fails where the device has no room for it, or a block is on a page that cannot be
     /// read.
-    pub fn new(device: &Device, field: &Field) -> Result<Self> {
+    pub fn new(device: &Device, field: &Field<T>) -> Result<Self> {
         let tiles = field.tile_count();
         let entries = vec![TileEntry { first: NONE, size: 0 }; tiles];
         let on_device = Buffer::of(device, "tiles", &entries)?;
-        let needed: u64 = field.allocated().map(|tile| u64::from(words(field.class(tile)))).sum();
+        let needed: u64 = field.allocated().map(|tile| u64::from(words::<T>(field.class(tile)))).sum();
         let texels = Buffer::new(device, "tile blocks", needed.max(1) as usize)?;
         let kernel = device.kernel(&KernelSpec {
             module: "tiles_evaluate",
@@ -81,19 +83,19 @@ impl DeviceTiles {
         Ok(made)
     }
 
-    /// Makes the device have what `field` has, a later or earlier state of the same displacement. Returns the tiles that
+    /// Makes the device have what `field` has, a later or earlier state of the same channel. Returns the tiles that
     /// were written or freed, ascending. Fails as [`Self::new`], and for the field of another cage.
-    pub fn update(&mut self, device: &Device, field: &Field) -> Result<Vec<u32>> {
+    pub fn update(&mut self, device: &Device, field: &Field<T>) -> Result<Vec<u32>> {
         if field.tile_count() != self.entries.len() {
-            let what = format!("a displacement of {} tiles on one of {}", field.tile_count(), self.entries.len());
-            return Err(Error::invalid(what).advise("give the displacement of the same surface"));
+            let what = format!("a field of {} tiles on one of {}", field.tile_count(), self.entries.len());
+            return Err(Error::invalid(what).advise("give the field of the same surface"));
         }
         let changed = field.differing(&self.field);
         self.take(device, field, &changed)?;
         Ok(changed)
     }
 
-    fn take(&mut self, device: &Device, field: &Field, tiles: &[u32]) -> Result<()> {
+    fn take(&mut self, device: &Device, field: &Field<T>, tiles: &[u32]) -> Result<()> {
         // Freed blocks first, so that others find their room.
         for tile in tiles {
             let entry = &mut self.entries[*tile as usize];
@@ -108,11 +110,11 @@ impl DeviceTiles {
             let entry = &mut self.entries[*tile as usize];
             if entry.first == NONE {
                 let first = self.free[class.index()].pop();
-                let end = self.end.checked_add(words(class));
+                let end = self.end.checked_add(words::<T>(class));
                 let first = match (first, end) {
                     (Some(first), _) => first,
                     (None, Some(end)) => std::mem::replace(&mut self.end, end),
-                    (None, None) => return Err(Error::memory("the displacement is too large for a graphics device")),
+                    (None, None) => return Err(Error::memory("the tiles are too large for a graphics device")),
                 };
                 *entry = TileEntry { first, size: class.size() };
             }
@@ -122,8 +124,9 @@ impl DeviceTiles {
             let entry = self.entries[*tile as usize];
             self.on_device.write(device, *tile as usize, &[entry])?;
             if let Some(block) = field.try_block(*tile)? {
-                // Sides are even: blocks are whole words.
-                let words: Vec<u32> = block.chunks_exact(2).map(pair).collect();
+                let bytes: &[u8] = bytemuck::cast_slice(block);
+                let word = |bytes: &[u8]| bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte));
+                let words: Vec<u32> = bytes.chunks_exact(4).map(word).collect();
                 self.texels.write(device, entry.first as usize, &words)?;
             }
         }
@@ -151,11 +154,23 @@ impl DeviceTiles {
         &self.group
     }
 
+    /// The state that the device has.
+    pub fn field(&self) -> &Field<T> {
+        &self.field
+    }
+
+    /// The buffers of [`Self::group`] in the order of their bindings, for pipelines that draw.
+    pub fn buffers(&self) -> [&wgpu::Buffer; 2] {
+        [self.on_device.wgpu(), self.texels.wgpu()]
+    }
+
     /// Bytes of the blocks' room on the device.
     pub fn bytes(&self) -> u64 {
         4 * self.texels.len() as u64
     }
+}
 
+impl DeviceTiles {
     /// The evaluation of the displaced surface at `places`, in the very tiles that they name: position and unit normal, six
     /// numbers each. Places must be on the surface; of a tile that does not exist, zeros come out. Fails if `points` is
     /// shorter.
@@ -185,10 +200,6 @@ impl DeviceTiles {
         let bound = [&evaluation.buffers, surface.group(), &self.group];
         pass.run(&self.kernel, &bound, bytemuck::bytes_of(&count), groups(count.div_ceil(GROUP)))
     }
-}
-
-fn pair(texels: &[f16]) -> u32 {
-    u32::from(texels[0].to_bits()) | u32::from(texels[1].to_bits()) << 16
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Buffer, Charge, Device, KernelSpec, groups, wgpu};
 use relievo_surface::bezier::{BezierSurface, CONTROLS, Levels, ParametricMap, VirtualVertex};
@@ -92,6 +93,7 @@ pub struct VirtualVertices {
     rational: bool,
     draws: Vec<DrawCall>,
     order: Vec<u32>,
+    bounds: (DVec3, DVec3),
 }
 
 impl VirtualVertices {
@@ -155,7 +157,9 @@ impl VirtualVertices {
             Storage::Buffer => (Records::Buffer(Buffer::of(device, "patches", &records)?), None),
         };
         let rational = surface.is_rational();
-        Ok(Self { records, maps, _charge: charge, storage, per_draw, rational, draws, order })
+        let (low, high) = surface.total_bounds();
+        let bounds = [low, high].map(|corner| DVec3::from(corner.map(f64::from))).into();
+        Ok(Self { records, maps, _charge: charge, storage, per_draw, rational, draws, order, bounds })
     }
 
     /// Where the control points are.
@@ -171,6 +175,11 @@ impl VirtualVertices {
     /// Patches by the order of records.
     pub fn order(&self) -> &[u32] {
         &self.order
+    }
+
+    /// Smallest and largest coordinates.
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        self.bounds
     }
 
     pub(super) fn is_rational(&self) -> bool {

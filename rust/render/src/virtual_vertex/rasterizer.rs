@@ -1,220 +1,92 @@
-//! The offscreen rasteriser of virtual vertices: colours shaded as by the ray caster, and depth, normal and number of the
-//! patch at the middle of every pixel (`shaders/bezier_draw.wgsl`).
+//! The offscreen rasteriser of virtual vertices: colours shaded as by the ray caster, and depth, normal, reflectance and
+//! number of what is at the middle of every pixel (`shaders/shade.wgsl` and what imports it).
 //!
-//! Depth goes from 1 at the near plane to 0 at infinity, which spends the float's digits evenly. Direct light has no
-//! shadows; the sky's light is the mean over the hemisphere, without occlusion.
+//! Suns throw shadows by a map each, drawn of the same vertices; their angular size is left out. The sky's light is the
+//! mean over the hemisphere, without occlusion, as the ray caster has it without rays to the sky.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
-use bytemuck::{Pod, Zeroable};
-use glam::{DMat4, DVec4, Vec3};
+use glam::{DMat4, Vec3};
+use half::f16;
 use relievo_core::{Error, Result};
-use relievo_gpu::module::compose;
 use relievo_gpu::{Buffer, Charge, Device, wgpu};
-use relievo_surface::bezier::VirtualVertex;
 
 use super::patches::{Records, Storage, UNIFORM_PATCHES, VirtualVertices};
+use super::pipelines::{Draw, Pipelines, TilesCall};
+use super::placed::{Placed, Shape};
+use super::targets::{PIXEL_BYTES, SHADOW_SIDE, ShadowMaps, Target, Targets};
+use super::view::{Extent, OBJECT_BYTES, ObjectBlock, SUNS, ViewBlock, projection, shadow};
 use crate::caster::{Frame, NO_OBJECT};
 use crate::image::Image;
-use crate::scene::Material;
 use crate::settings::View;
-
-/// Suns that are drawn.
-const SUNS: usize = 4;
-/// Pixels of a picture's side at most.
-const MOST_SIDE: u32 = 16_384;
-/// Distance of the near plane, as a share of that of the camera from the origin; what is nearer is cut.
-const NEAR: f64 = 1e-5;
-
-const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
-const NUMBER: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
-const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-/// What a pixel of the three targets takes.
-const PIXEL_BYTES: u32 = 36;
-
-/// As in the shader.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct SunBlock {
-    direction: [f32; 4],
-    irradiance: [f32; 4],
-}
-
-/// As in the shader.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct ViewBlock {
-    projection: [[f32; 4]; 4],
-    eye: [f32; 3],
-    lines: f32,
-    forward: [f32; 3],
-    line_width: f32,
-    base_color: [f32; 3],
-    specular: f32,
-    line_color: [f32; 3],
-    roughness: f32,
-    up: [f32; 3],
-    sun_count: u32,
-    zenith: [f32; 4],
-    horizon: [f32; 4],
-    ground: [f32; 4],
-    suns: [SunBlock; SUNS],
-}
-
-/// As in the shader.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct DrawBlock {
-    first: u32,
-    level: u32,
-}
-
-/// A vertex whose point was computed before.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct PassedVertex {
-    /// Position.
-    pub p: [f32; 3],
-    /// Sample of the map, as in [`VirtualVertex`].
-    pub sample: u32,
-    /// Unit normal.
-    pub normal: [f32; 3],
-    /// Unused.
-    pub padding: u32,
-}
-
-/// Strips of points and normals that were computed before, drawn without evaluating anything.
-#[derive(Debug)]
-pub struct PassedVertices {
-    buffer: Buffer<PassedVertex>,
-}
-
-impl PassedVertices {
-    /// Room for `count` vertices.
-    ///
-    /// # Errors
-    /// The device has no memory.
-    pub fn new(device: &Device, count: usize) -> Result<Self> {
-        Ok(Self { buffer: Buffer::vertices(device, "passed vertices", count)? })
-    }
-
-    /// Writes the vertices from index `first` on.
-    ///
-    /// # Errors
-    /// There is no room for them, or the device fails.
-    pub fn write(&self, device: &Device, first: usize, vertices: &[PassedVertex]) -> Result<()> {
-        self.buffer.write(device, first, vertices)
-    }
-
-    /// How many vertices there are.
-    pub fn len(&self) -> usize {
-        self.buffer.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.buffer.is_empty()
-    }
-}
-
-/// Textures that are drawn into.
-#[derive(Debug)]
-struct Targets {
-    size: [u32; 2],
-    color: wgpu::Texture,
-    geometry: wgpu::Texture,
-    number: wgpu::Texture,
-    depth: wgpu::Texture,
-    _charge: Charge,
-}
+use relievo_tiles::{ByFormat, by_format};
 
 /// What draws: its pipelines, its targets and the view.
 #[derive(Debug)]
 pub struct Rasterizer {
     device: Device,
-    module: wgpu::ShaderModule,
+    pipelines: Pipelines,
     view: Buffer<ViewBlock>,
-    view_layout: wgpu::BindGroupLayout,
-    view_group: wgpu::BindGroup,
-    pipelines: BTreeMap<(Option<Storage>, bool), wgpu::RenderPipeline>,
-    record_layouts: BTreeMap<Storage, wgpu::BindGroupLayout>,
+    objects: Option<(wgpu::Buffer, usize, Charge)>,
+    nothing: Buffer<[u32; 4]>,
+    sampler: wgpu::Sampler,
     targets: Option<Targets>,
+    shadows: Option<ShadowMaps>,
+}
+
+/// The bind groups of what is drawn.
+struct Groups {
+    /// From group 1 on.
+    own: Vec<wgpu::BindGroup>,
 }
 
 impl Rasterizer {
     /// A rasteriser on `device`.
     ///
     /// # Errors
-    /// The device cannot write colours, normals and numbers of a pixel at once, or fails.
+    /// The device cannot write colours, normals, numbers and reflectances of a pixel at once, or fails.
     pub fn new(device: &Device) -> Result<Self> {
         if device.limits().max_color_attachment_bytes_per_sample < PIXEL_BYTES {
             return Err(Error::unsupported(format!("{} draws too few bytes a pixel", device.summary())));
         }
-        let module = device.module("bezier_draw", &compose("bezier_draw")?)?;
-        let view = Buffer::uniform(device, "view", &[ViewBlock::default()])?;
-        let uniform = |dynamic: bool, bytes: u64| wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: dynamic,
-            min_binding_size: std::num::NonZeroU64::new(bytes),
-        };
-        let layout = |binding: u32, ty: wgpu::BindingType| {
-            let entry = wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-                ty,
-                count: None,
-            };
-            device.guard(|| {
-                device
-                    .wgpu()
-                    .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &[entry] })
-            })
-        };
-        let view_layout = layout(0, uniform(false, size_of::<ViewBlock>() as u64))?;
-        let view_group = device.guard(|| {
-            device.wgpu().create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout: &view_layout,
-                entries: &[wgpu::BindGroupEntry { binding: 0, resource: view.wgpu().as_entire_binding() }],
+        let sampler = device.guard(|| {
+            device.wgpu().create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("shadows"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                compare: Some(wgpu::CompareFunction::LessEqual),
+                ..wgpu::SamplerDescriptor::default()
             })
         })?;
-        let texture = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
-        let buffer = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only: true },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let record_layouts = BTreeMap::from([
-            (Storage::Uniform, layout(0, uniform(true, u64::from(UNIFORM_PATCHES) * 272))?),
-            (Storage::Texture, layout(1, texture)?),
-            (Storage::Buffer, layout(2, buffer)?),
-        ]);
-        let device = device.clone();
-        let pipelines = BTreeMap::new();
-        Ok(Self { device, module, view, view_layout, view_group, pipelines, record_layouts, targets: None })
+        Ok(Self {
+            pipelines: Pipelines::new(device)?,
+            view: Buffer::uniform(device, "view", &[bytemuck::Zeroable::zeroed()])?,
+            objects: None,
+            nothing: Buffer::new(device, "no colours", 1)?,
+            sampler,
+            targets: None,
+            shadows: None,
+            device: device.clone(),
+        })
     }
 
-    /// Draws a picture of `patches` and reads it back. `view.settings.samples` colours are taken in every pixel.
+    /// Draws a picture of `objects` and reads it back. `view.settings.samples` colours are taken in every pixel.
     ///
     /// # Errors
     /// The view cannot be used, the picture is too large for the device, or the device fails.
-    pub fn render(&mut self, patches: &VirtualVertices, view: &View, material: &Material) -> Result<Frame> {
+    pub fn render(&mut self, objects: &[Placed<'_>], view: &View) -> Result<Frame> {
         view.check()?;
         let [width, height] = [view.settings.width, view.settings.height];
         // Colours as many times as finely; what is behind pixels at their middles.
         let fine = (1..=16u32).find(|fine| fine * fine >= view.settings.samples).unwrap_or(16);
-        self.draw(patches, view, material, [width, height], 1.0)?;
-        let geometry = self.read(|targets| &targets.geometry, 4)?;
-        let numbers = self.read(|targets| &targets.number, 1)?;
+        self.draw(objects, view, [width, height], 1.0)?;
+        let geometry = self.read(Target::Geometry)?;
+        let numbers = self.read(Target::Number)?;
+        let albedo = self.read(Target::Albedo)?;
         if fine > 1 {
-            self.draw(patches, view, material, [width * fine, height * fine], fine as f32)?;
+            self.draw(objects, view, [width * fine, height * fine], fine as f32)?;
         }
-        let colors = self.read(|targets| &targets.color, 4)?;
+        let colors = self.read(Target::Color)?;
         let mut frame = Frame {
             color: Image::new(width, height, 3)?,
             depth: Image::new(width, height, 1)?,
@@ -245,8 +117,10 @@ impl Rasterizer {
                 let covered = numbers[at] > 0;
                 frame.depth.data_mut()[at] = if covered { depth } else { f32::INFINITY };
                 if covered {
+                    let [rg, b] = [albedo[2 * at], albedo[2 * at + 1]];
+                    let half = |bits: u32| f16::from_bits(bits as u16).to_f32();
                     frame.normal.set_color(x, y, [nx, ny, nz]);
-                    frame.albedo.set_color(x, y, material.base_color);
+                    frame.albedo.set_color(x, y, [half(rg), half(rg >> 16), half(b)]);
                     frame.object[at] = numbers[at] - 1;
                 }
             }
@@ -259,102 +133,96 @@ impl Rasterizer {
     ///
     /// # Errors
     /// As of [`Self::render`].
-    pub fn time(
-        &mut self,
-        patches: &VirtualVertices,
-        view: &View,
-        material: &Material,
-        size: [u32; 2],
-    ) -> Result<Duration> {
-        self.draw(patches, view, material, size, 1.0)
+    pub fn time(&mut self, objects: &[Placed<'_>], view: &View, size: [u32; 2]) -> Result<Duration> {
+        self.draw(objects, view, size, 1.0)
     }
 
-    /// As [`Self::time`], of vertices that were computed before, in draws as of `patches`.
-    ///
-    /// # Errors
-    /// There are fewer vertices than the draws need; as of [`Self::render`].
-    pub fn time_passed(
-        &mut self,
-        vertices: &PassedVertices,
-        patches: &VirtualVertices,
-        view: &View,
-        material: &Material,
-        size: [u32; 2],
-    ) -> Result<Duration> {
-        self.begin(view, material, size, 1.0)?;
-        let pipeline = self.pipeline(None, false)?;
-        let mut first = 0;
-        let mut ranges = Vec::with_capacity(patches.draws().len());
-        for draw in patches.draws() {
-            let last = draw.vertices()?.saturating_add(first);
-            ranges.push(first..last);
-            first = last;
-        }
-        if first as usize > vertices.len() {
-            return Err(Error::internal(format!("{} vertices for draws of {first}", vertices.len())));
-        }
-        self.submit(|pass, view_group| {
-            pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, view_group, &[]);
-            pass.set_vertex_buffer(0, vertices.buffer.wgpu().slice(..));
-            for range in ranges {
-                pass.draw(range, 0..1);
-            }
-            Ok(())
-        })
+    fn read(&self, target: Target) -> Result<Vec<u32>> {
+        let targets = self.targets.as_ref().ok_or_else(|| Error::internal("nothing was drawn"))?;
+        targets.read(&self.device, target)
     }
 
-    fn draw(
-        &mut self,
-        patches: &VirtualVertices,
-        view: &View,
-        material: &Material,
-        size: [u32; 2],
-        scale: f32,
-    ) -> Result<Duration> {
-        self.begin(view, material, size, scale)?;
-        let storage = patches.storage();
-        let pipeline = self.pipeline(Some(storage), patches.is_rational())?;
-        let group = self.record_group(patches)?;
-        self.submit(|pass, view_group| {
-            pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, view_group, &[]);
-            let mut level = 0;
-            for (number, draw) in patches.draws().iter().enumerate() {
-                if draw.level != level {
-                    level = draw.level;
-                    let map = patches.maps.get(&level).ok_or_else(|| Error::internal("a level has no map"))?;
-                    pass.set_vertex_buffer(0, map.wgpu().slice(..));
-                }
-                if storage == Storage::Uniform {
-                    let offset = u32::try_from(patches.block_stride() * u64::from(draw.block))
-                        .map_err(|_| Error::unsupported("the uniform blocks are beyond 4 GiB"))?;
-                    pass.set_bind_group(1, &group, &[offset]);
-                } else if number == 0 {
-                    pass.set_bind_group(1, &group, &[]);
-                }
-                pass.set_immediates(0, bytemuck::bytes_of(&DrawBlock { first: draw.first, level }));
-                pass.draw(0..draw.vertices()?, 0..1);
-            }
-            Ok(())
-        })
-    }
-
-    /// Makes targets of that size and writes the view.
-    fn begin(&mut self, view: &View, material: &Material, size: [u32; 2], scale: f32) -> Result<()> {
+    /// Draws shadow maps and the picture, which is `scale` times finer than the view says.
+    fn draw(&mut self, objects: &[Placed<'_>], view: &View, size: [u32; 2], scale: f32) -> Result<Duration> {
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
             self.targets = None;
             self.targets = Some(Targets::new(&self.device, size)?);
         }
-        self.view.write(&self.device, 0, &[ViewBlock::new(view, material, size, scale)])
-    }
-
-    /// Records the draws of `work`, submits and waits.
-    fn submit(&self, work: impl FnOnce(&mut wgpu::RenderPass<'_>, &wgpu::BindGroup) -> Result<()>) -> Result<Duration> {
-        let targets = self.targets.as_ref().ok_or_else(|| Error::internal("nothing to draw into"))?;
-        let views = [&targets.color, &targets.geometry, &targets.number, &targets.depth]
-            .map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
-        let target = |view| {
+        let suns = if view.settings.shadows.is_on() { view.lights.suns.len().min(SUNS) } else { 0 };
+        if self.shadows.as_ref().is_none_or(|maps| maps.suns() != suns as u32) {
+            self.shadows = None;
+            self.shadows = Some(ShadowMaps::new(&self.device, suns as u32)?);
+        }
+        let eye = view.camera.eye;
+        let mut extent = Extent::empty();
+        objects.iter().for_each(|object| extent.add(object.bounds(), &object.transform, eye));
+        let shadows: Vec<_> =
+            view.lights.suns[..suns].iter().map(|sun| shadow(sun.direction, &extent, SHADOW_SIDE)).collect();
+        self.view.write(&self.device, 0, &[ViewBlock::new(view, scale, &shadows)])?;
+        // The blocks of all objects as the camera sees them, then as each sun does.
+        let spaces = [projection(view, size, &extent)].into_iter().chain(shadows.iter().map(|shadow| shadow.0));
+        let blocks: Vec<ObjectBlock> = spaces
+            .flat_map(|space: DMat4| {
+                objects
+                    .iter()
+                    .map(move |object| ObjectBlock::new(space, eye, &object.transform, &object.material, object.number))
+            })
+            .collect();
+        let buffer = self.write_objects(&blocks)?;
+        let (Some(targets), Some(maps)) = (&self.targets, &self.shadows) else {
+            return Err(Error::internal("nothing to draw into"));
+        };
+        let groups: Vec<Groups> = objects.iter().map(|object| self.groups(&object.shape)).collect::<Result<_>>()?;
+        let device = &self.device;
+        let object = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: &buffer,
+            offset: 0,
+            size: std::num::NonZeroU64::new(OBJECT_BYTES),
+        });
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        let shadow_group = device.guard(|| {
+            device.wgpu().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout: self.pipelines.scene_layout(true),
+                entries: &[entry(1, object.clone())],
+            })
+        })?;
+        let maps_view = maps.view();
+        let scene_group = device.guard(|| {
+            device.wgpu().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout: self.pipelines.scene_layout(false),
+                entries: &[
+                    entry(0, self.view.wgpu().as_entire_binding()),
+                    entry(1, object),
+                    entry(2, wgpu::BindingResource::TextureView(&maps_view)),
+                    entry(3, wgpu::BindingResource::Sampler(&self.sampler)),
+                ],
+            })
+        })?;
+        for object in objects {
+            self.pipelines.make(Draw::of(&object.shape), false)?;
+            if suns > 0 {
+                self.pipelines.make(Draw::of(&object.shape), true)?;
+            }
+        }
+        let mut frame = device.frame()?;
+        for sun in 0..suns {
+            let layer = maps.layer(sun as u32);
+            let descriptor = wgpu::RenderPassDescriptor {
+                label: Some("shadows"),
+                depth_stencil_attachment: Some(depth_attachment(&layer, 1.0)),
+                ..wgpu::RenderPassDescriptor::default()
+            };
+            let mut pass = frame.draw("shadows", &descriptor);
+            for (index, (object, groups)) in objects.iter().zip(&groups).enumerate() {
+                pass.set_pipeline(self.pipelines.get(Draw::of(&object.shape), true)?);
+                pass.set_bind_group(0, &shadow_group, &[offset((1 + sun) * objects.len() + index)?]);
+                draw_shape(&mut pass, &object.shape, groups)?;
+            }
+        }
+        let (views, depth) = targets.views();
+        let attachments = views.each_ref().map(|view| {
             Some(wgpu::RenderPassColorAttachment {
                 view,
                 depth_slice: None,
@@ -364,27 +232,84 @@ impl Rasterizer {
                     store: wgpu::StoreOp::Store,
                 },
             })
-        };
-        let mut frame = self.device.frame()?;
+        });
         let descriptor = wgpu::RenderPassDescriptor {
             label: Some("draw"),
-            color_attachments: &[target(&views[0]), target(&views[1]), target(&views[2])],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &views[3],
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
-            }),
+            color_attachments: &attachments,
+            depth_stencil_attachment: Some(depth_attachment(&depth, 0.0)),
             ..wgpu::RenderPassDescriptor::default()
         };
-        work(&mut frame.draw("draw", &descriptor), &self.view_group)?;
+        let mut pass = frame.draw("draw", &descriptor);
+        for (index, (object, groups)) in objects.iter().zip(&groups).enumerate() {
+            pass.set_pipeline(self.pipelines.get(Draw::of(&object.shape), false)?);
+            pass.set_bind_group(0, &scene_group, &[offset(index)?]);
+            draw_shape(&mut pass, &object.shape, groups)?;
+        }
+        drop(pass);
         let times = frame.submit()?.wait()?;
-        Ok(times.first().map_or(Duration::ZERO, |pass| pass.length))
+        Ok(times.iter().map(|pass| pass.length).sum())
+    }
+
+    /// Writes the blocks of all objects.
+    fn write_objects(&mut self, blocks: &[ObjectBlock]) -> Result<wgpu::Buffer> {
+        let device = &self.device;
+        if self.objects.as_ref().is_none_or(|(_, room, _)| *room < blocks.len()) {
+            let room = blocks.len().max(1).next_power_of_two();
+            let size = (room * size_of::<ObjectBlock>()) as u64;
+            let charge = device.charge(size)?;
+            let buffer = device.guard(|| {
+                device.wgpu().create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("objects"),
+                    size,
+                    usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                })
+            })?;
+            self.objects = Some((buffer, room, charge));
+        }
+        let Some((buffer, ..)) = &self.objects else { return Err(Error::internal("no room for objects")) };
+        device.guard(|| device.queue().write_buffer(buffer, 0, bytemuck::cast_slice(blocks)))?;
+        Ok(buffer.clone())
+    }
+
+    fn groups(&self, shape: &Shape<'_>) -> Result<Groups> {
+        let draw = Draw::of(shape);
+        let own = match shape {
+            Shape::Patches(patches) => vec![self.record_group(patches)?],
+            Shape::Strips(..) | Shape::Mesh(_) => Vec::new(),
+            Shape::Tiles { surface, tiles, colors, drawn } => {
+                let nothing = self.nothing.wgpu();
+                let colors = colors.map_or([nothing; 2], |colors| by_format!(colors, tiles => tiles.buffers()));
+                let count = drawn.rates().count();
+                let field_counts = [tiles.field().tile_count()];
+                if field_counts.iter().any(|found| *found != count) {
+                    return Err(Error::invalid("the displacement that is drawn is that of another surface"));
+                }
+                let last = [drawn.joints.wgpu(), drawn.drawn.wgpu(), colors[0], colors[1]];
+                vec![
+                    self.buffer_group(draw, 0, &surface.buffers())?,
+                    self.buffer_group(draw, 1, &tiles.buffers())?,
+                    self.buffer_group(draw, 2, &last)?,
+                ]
+            }
+        };
+        Ok(Groups { own })
+    }
+
+    /// Storage buffers, bound from 0 on.
+    fn buffer_group(&self, draw: Draw, group: usize, buffers: &[&wgpu::Buffer]) -> Result<wgpu::BindGroup> {
+        let entries: Vec<_> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let layout = &self.pipelines.layouts(draw)[group];
+        let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+        self.device.guard(|| self.device.wgpu().create_bind_group(&descriptor))
     }
 
     /// The bind group of the control points.
     fn record_group(&self, patches: &VirtualVertices) -> Result<wgpu::BindGroup> {
-        let storage = patches.storage();
-        let layout = &self.record_layouts[&storage];
+        let layout = &self.pipelines.layouts(Draw::of(&Shape::Patches(patches)))[0];
         let view;
         let (binding, resource) = match &patches.records {
             Records::Uniform(buffer) => {
@@ -405,173 +330,88 @@ impl Rasterizer {
             })
         })
     }
+}
 
-    /// The pipeline of a storage, or of vertices that were computed before.
-    fn pipeline(&mut self, storage: Option<Storage>, rational: bool) -> Result<wgpu::RenderPipeline> {
-        if let Some(pipeline) = self.pipelines.get(&(storage, rational)) {
-            return Ok(pipeline.clone());
+fn depth_attachment(view: &wgpu::TextureView, far: f32) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(far), store: wgpu::StoreOp::Store }),
+        stencil_ops: None,
+    }
+}
+
+/// Where the block of an object is.
+fn offset(index: usize) -> Result<u32> {
+    u32::try_from(index * size_of::<ObjectBlock>()).map_err(|_| Error::unsupported("so many objects cannot be drawn"))
+}
+
+/// Records the draws of an object whose pipeline is set.
+fn draw_shape(pass: &mut wgpu::RenderPass<'_>, shape: &Shape<'_>, groups: &Groups) -> Result<()> {
+    for (index, group) in (1..).zip(&groups.own) {
+        if !matches!(shape, Shape::Patches(patches) if patches.storage() == Storage::Uniform) {
+            pass.set_bind_group(index, group, &[]);
         }
-        let attribute = |offset, shader_location, format| wgpu::VertexAttribute { offset, shader_location, format };
-        use wgpu::VertexFormat::{Float32x2, Float32x3, Uint32};
-        let virtual_vertex = [attribute(0, 0, Float32x2), attribute(8, 1, Uint32), attribute(12, 2, Uint32)];
-        let passed_vertex = [attribute(0, 0, Float32x3), attribute(12, 1, Uint32), attribute(16, 2, Float32x3)];
-        let (entry, stride, attributes) = match storage {
-            Some(Storage::Uniform) => ("vertex_uniform", size_of::<VirtualVertex>(), &virtual_vertex),
-            Some(Storage::Texture) => ("vertex_texture", size_of::<VirtualVertex>(), &virtual_vertex),
-            Some(Storage::Buffer) => ("vertex_buffer", size_of::<VirtualVertex>(), &virtual_vertex),
-            None => ("vertex_passed", size_of::<PassedVertex>(), &passed_vertex),
-        };
-        let mut layouts = vec![Some(&self.view_layout)];
-        layouts.extend(storage.map(|storage| Some(&self.record_layouts[&storage])));
-        let constants = [("RATIONAL", f64::from(u8::from(rational)))];
-        let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-        let device = self.device.wgpu();
-        let pipeline = self.device.guard(|| {
-            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: None,
-                bind_group_layouts: &layouts,
-                immediate_size: if storage.is_some() { size_of::<DrawBlock>() as u32 } else { 0 },
+    }
+    match shape {
+        Shape::Patches(patches) => draw_patches(pass, patches, groups),
+        Shape::Strips(patches, vertices) => {
+            pass.set_vertex_buffer(0, vertices.buffer.wgpu().slice(..));
+            let mut first = 0u32;
+            for draw in patches.draws() {
+                let last = draw.vertices()?.saturating_add(first);
+                if last as usize > vertices.len() {
+                    return Err(Error::internal(format!("{} vertices for draws of {last}", vertices.len())));
+                }
+                pass.draw(first..last, 0..1);
+                first = last;
+            }
+            Ok(())
+        }
+        Shape::Tiles { drawn, colors, .. } => {
+            let blank = colors.map_or([0.0; 3], |colors| match colors {
+                ByFormat::Rgba8(tiles) => color_of(tiles.field()),
+                ByFormat::Rgba16(tiles) => color_of(tiles.field()),
             });
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&layout),
-                vertex: wgpu::VertexState {
-                    module: &self.module,
-                    entry_point: Some(entry),
-                    compilation_options: options.clone(),
-                    buffers: &[Some(wgpu::VertexBufferLayout {
-                        array_stride: stride as u64,
-                        step_mode: wgpu::VertexStepMode::Vertex,
-                        attributes,
-                    })],
-                },
-                primitive: wgpu::PrimitiveState {
-                    topology: wgpu::PrimitiveTopology::TriangleStrip,
-                    ..wgpu::PrimitiveState::default()
-                },
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: DEPTH,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: wgpu::StencilState::default(),
-                    bias: wgpu::DepthBiasState::default(),
-                }),
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &self.module,
-                    entry_point: Some("fragment"),
-                    compilation_options: options.clone(),
-                    targets: &[Some(COLOR.into()), Some(COLOR.into()), Some(NUMBER.into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-        })?;
-        self.pipelines.insert((storage, rational), pipeline.clone());
-        Ok(pipeline)
-    }
-
-    /// The words of a target, row by row.
-    fn read(&self, of: impl Fn(&Targets) -> &wgpu::Texture, words: u32) -> Result<Vec<u32>> {
-        let targets = self.targets.as_ref().ok_or_else(|| Error::internal("nothing was drawn"))?;
-        let [width, height] = targets.size;
-        let row = (width * words).next_multiple_of(64);
-        let buffer = Buffer::<u32>::new(&self.device, "picture", row as usize * height as usize)?;
-        let mut frame = self.device.frame()?;
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * row), rows_per_image: Some(height) };
-        frame.encoder().copy_texture_to_buffer(
-            of(targets).as_image_copy(),
-            wgpu::TexelCopyBufferInfo { buffer: buffer.wgpu(), layout },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        );
-        let read = frame.read(&buffer, 0..buffer.len())?;
-        let _submitted = frame.submit()?;
-        let padded = read.get(&self.device)?;
-        Ok(padded.chunks_exact(row as usize).flat_map(|line| &line[..(width * words) as usize]).copied().collect())
-    }
-}
-
-impl Targets {
-    fn new(device: &Device, size: [u32; 2]) -> Result<Self> {
-        let [width, height] = size;
-        let most = device.limits().max_texture_dimension_2d.min(MOST_SIDE);
-        if width == 0 || height == 0 || width.max(height) > most {
-            return Err(Error::unsupported(format!("a picture of {width}×{height} pixels cannot be drawn"))
-                .advise(format!("use up to {most} pixels a side, or fewer samples a pixel")));
+            for draw in drawn.draws() {
+                let Some(grid) = drawn.grids.get(&draw.power) else {
+                    return Err(Error::internal("a power has no grid"));
+                };
+                pass.set_index_buffer(grid.wgpu().slice(..), wgpu::IndexFormat::Uint32);
+                pass.set_immediates(0, bytemuck::bytes_of(&TilesCall { blank, first: draw.first }));
+                pass.draw_indexed(0..grid.len() as u32, 0, 0..draw.count);
+            }
+            Ok(())
         }
-        let charge = device.charge(u64::from(width) * u64::from(height) * u64::from(PIXEL_BYTES + 4))?;
-        let texture = |label, format| {
-            device.guard(|| {
-                device.wgpu().create_texture(&wgpu::TextureDescriptor {
-                    label: Some(label),
-                    size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                    mip_level_count: 1,
-                    sample_count: 1,
-                    dimension: wgpu::TextureDimension::D2,
-                    format,
-                    usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-                    view_formats: &[],
-                })
-            })
-        };
-        Ok(Self {
-            size,
-            color: texture("colours", COLOR)?,
-            geometry: texture("normals and depths", COLOR)?,
-            number: texture("numbers", NUMBER)?,
-            depth: texture("depth", DEPTH)?,
-            _charge: charge,
-        })
-    }
-}
-
-impl ViewBlock {
-    /// `scale` is by how much the picture is finer than the settings say.
-    fn new(view: &View, material: &Material, [width, height]: [u32; 2], scale: f32) -> Self {
-        let camera = &view.camera;
-        let half = (0.5 * camera.fov).tan();
-        let aspect = f64::from(width) / f64::from(height);
-        let [right, up, back] = [camera.axes.x_axis, camera.axes.y_axis, camera.axes.z_axis];
-        let row = |axis: glam::DVec3, factor: f64| (axis * factor).extend(-axis.dot(camera.eye) * factor);
-        let near = NEAR * camera.eye.length().max(1e-3);
-        let rows =
-            [row(right, 1.0 / (half * aspect)), row(up, 1.0 / half), DVec4::new(0.0, 0.0, 0.0, near), row(back, -1.0)];
-        let projection = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
-        let sky = &view.lights.sky;
-        let mut block = Self {
-            projection: projection.as_mat4().to_cols_array_2d(),
-            eye: camera.eye.as_vec3().to_array(),
-            lines: if view.settings.wireframe.is_on() { 1.0 } else { 0.0 },
-            forward: (-back).as_vec3().to_array(),
-            line_width: view.settings.line_width * scale,
-            base_color: material.base_color,
-            specular: material.specular,
-            line_color: view.line_color,
-            roughness: material.roughness,
-            up: Vec3::from(sky.up).normalize_or(Vec3::Z).to_array(),
-            sun_count: view.lights.suns.len().min(SUNS) as u32,
-            zenith: Vec3::from(sky.zenith).extend(0.0).to_array(),
-            horizon: Vec3::from(sky.horizon).extend(0.0).to_array(),
-            ground: Vec3::from(sky.ground).extend(0.0).to_array(),
-            suns: [SunBlock::default(); SUNS],
-        };
-        for (into, sun) in block.suns.iter_mut().zip(&view.lights.suns) {
-            into.direction = Vec3::from(sun.direction).normalize_or(Vec3::Z).extend(0.0).to_array();
-            into.irradiance = Vec3::from(sun.irradiance).extend(0.0).to_array();
+        Shape::Mesh(mesh) => {
+            let count = u32::try_from(mesh.indices.len())
+                .map_err(|_| Error::unsupported("a mesh has more corners than 32 bits count"))?;
+            pass.set_vertex_buffer(0, mesh.vertices.wgpu().slice(..));
+            pass.set_index_buffer(mesh.indices.wgpu().slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..count, 0, 0..1);
+            Ok(())
         }
-        block
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+fn color_of<T: relievo_tiles::ColorTexel>(field: &relievo_tiles::Field<T>) -> [f32; 3] {
+    field.blank().color().truncate().to_array()
+}
 
-    #[test]
-    fn blocks_are_as_long_as_in_the_shader() {
-        assert_eq!((size_of::<ViewBlock>(), size_of::<SunBlock>(), size_of::<PassedVertex>()), (320, 32, 32));
-        assert_eq!(std::mem::offset_of!(ViewBlock, sun_count), 140);
-        assert_eq!(std::mem::offset_of!(ViewBlock, suns), 192);
+fn draw_patches(pass: &mut wgpu::RenderPass<'_>, patches: &VirtualVertices, groups: &Groups) -> Result<()> {
+    let mut level = 0;
+    for draw in patches.draws() {
+        if draw.level != level {
+            level = draw.level;
+            let map = patches.maps.get(&level).ok_or_else(|| Error::internal("a level has no map"))?;
+            pass.set_vertex_buffer(0, map.wgpu().slice(..));
+        }
+        if patches.storage() == Storage::Uniform {
+            let offset = u32::try_from(patches.block_stride() * u64::from(draw.block))
+                .map_err(|_| Error::unsupported("the uniform blocks are beyond 4 GiB"))?;
+            pass.set_bind_group(1, &groups.own[0], &[offset]);
+        }
+        pass.set_immediates(0, bytemuck::bytes_of(&[draw.first, level]));
+        pass.draw(0..draw.vertices()?, 0..1);
     }
+    Ok(())
 }

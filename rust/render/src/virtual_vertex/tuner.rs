@@ -7,7 +7,7 @@ use relievo_core::{Error, Result};
 use relievo_gpu::Device;
 use relievo_surface::bezier::{BezierSurface, Levels, ParametricMap};
 
-use super::{Rasterizer, Storage, VirtualVertices};
+use super::{Placed, Rasterizer, Shape, Storage, VirtualVertices};
 use crate::scene::Material;
 use crate::settings::View;
 
@@ -92,7 +92,8 @@ impl Rasterizer {
             for storage in &tuning.storages {
                 for per_draw in tuning.per_draw.iter().filter(|count| **count <= storage.most()) {
                     let patches = VirtualVertices::new(device, surface, &levels, *storage, *per_draw)?;
-                    let time = self.median(&patches, view, material, tuning.frames)?;
+                    let placed = Placed::new(Shape::Patches(&patches), *material);
+                    let time = self.median(&[placed], view, tuning.frames)?;
                     let draw_calls = patches.draws().len();
                     let (level, per_draw, storage) = (*level, *per_draw, *storage);
                     all.push(Measured { level, per_draw, draw_calls, storage, time });
@@ -113,18 +114,12 @@ impl Rasterizer {
     ///
     /// # Errors
     /// As of [`Rasterizer::time`].
-    pub fn median(
-        &mut self,
-        patches: &VirtualVertices,
-        view: &View,
-        material: &Material,
-        frames: u32,
-    ) -> Result<Duration> {
+    pub fn median(&mut self, objects: &[Placed<'_>], view: &View, frames: u32) -> Result<Duration> {
         let size = [view.settings.width, view.settings.height];
         let mut times = Vec::with_capacity(frames as usize + 1);
         for _ in 0..=frames.max(1) {
             let start = Instant::now();
-            let time = self.time(patches, view, material, size)?;
+            let time = self.time(objects, view, size)?;
             times.push(if time.is_zero() { start.elapsed() } else { time });
         }
         let counted = &mut times[1..];

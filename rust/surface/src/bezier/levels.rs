@@ -83,7 +83,7 @@ impl Levels {
             return Err(Error::invalid("the viewpoint is not finite"));
         }
         let curvatures = context.map(surface.count(), |patch| Curvature::new(surface.controls(patch)));
-        let reach: Vec<f64> = context.map(surface.count(), |patch| view.reach(surface, patch, tolerance));
+        let reach: Vec<f64> = context.map(surface.count(), |patch| view.reach_of(surface, patch, tolerance));
         let enough = |patch: usize, level: u8, edges: [u8; 4]| {
             level >= most || curvatures[patch].error(level, edges) <= reach[patch]
         };
@@ -137,20 +137,40 @@ impl Levels {
 }
 
 impl Viewpoint {
-    /// How far from `patch` a triangle may be, in units of the surface, to be within `tolerance` pixels of it; negative
-    /// where the patch reaches behind the camera.
+    /// How far from what it stands for a triangle within the box from `low` to `high` may be, in units of the surface, to
+    /// be within `tolerance` pixels of it: negative where the box reaches behind the camera, without end where it is out
+    /// of sight.
+    pub fn reach(&self, low: [f32; 3], high: [f32; 3], tolerance: f64) -> f64 {
+        let [low, high] = [low, high].map(|corner| DVec3::from(corner.map(f64::from)));
+        let (middle, half) = (0.5 * (low + high) - DVec3::from(self.eye), 0.5 * (high - low));
+        let forward = DVec3::from(self.forward);
+        let depth = middle.dot(forward);
+        // The sphere around the box, beside the cone around the picture.
+        let beside = (middle - forward * depth).length() - self.corner * depth;
+        if beside > half.length() * (1.0 + self.corner * self.corner).sqrt() {
+            return f64::INFINITY;
+        }
+        self.within(depth - half.dot(forward.abs()), tolerance)
+    }
+
+    /// How far from what it stands for a triangle may be that is `nearest` along the view or farther.
     ///
     /// A point at depth z that moves by e moves by at most e · pixels · √(1 + r²) / (z − e) on the picture, where r is
     /// the tangent of the angle between the view and it.
-    fn reach(&self, surface: &BezierSurface, patch: usize, tolerance: f64) -> f64 {
+    fn within(&self, nearest: f64, tolerance: f64) -> f64 {
+        let slope = self.pixels * (1.0 + self.corner * self.corner).sqrt();
+        nearest * tolerance / (slope + tolerance)
+    }
+
+    /// As [`Self::reach`], of a patch.
+    fn reach_of(&self, surface: &BezierSurface, patch: usize, tolerance: f64) -> f64 {
         let (eye, forward) = (DVec3::from(self.eye), DVec3::from(self.forward));
         let depth = |control: &[f32; 4]| {
             (DVec3::new(f64::from(control[0]), f64::from(control[1]), f64::from(control[2])) - eye).dot(forward)
         };
         // The patch is within its control points.
         let nearest = surface.controls(patch).iter().map(depth).fold(f64::INFINITY, f64::min);
-        let slope = self.pixels * (1.0 + self.corner * self.corner).sqrt();
-        nearest * tolerance / (slope + tolerance)
+        self.within(nearest, tolerance)
     }
 }
 

@@ -1,14 +1,16 @@
-//! Bézier patches on a graphics device against the same on the processor, and pictures of them.
+//! Bézier patches against the same on the processor, and pictures of them.
 
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::Context;
 use relievo_gpu::Device;
-use relievo_render::virtual_vertex::{Rasterizer, Storage, VirtualVertices};
-use relievo_render::{Camera, Frame, Material, Mesh, NO_OBJECT, Picture, Scene, View, compare_geometry};
+use relievo_render::virtual_vertex::{Placed, Rasterizer, Shape, Storage, VirtualVertices};
+use relievo_render::{Frame, Material, Mesh, NO_OBJECT, Scene, compare_geometry};
 use relievo_surface::bezier::{BezierSurface, EdgeSense, Levels, ParametricMap};
 use relievo_testing::{Random, device};
+
+use crate::{picture, view};
 
 /// The tea set, as it is and with weights.
 fn models(context: &Context) -> Vec<(String, BezierSurface)> {
@@ -133,18 +135,6 @@ fn both_sides_of_every_edge_have_the_same_points_on_the_device() {
     }
 }
 
-fn view(target: DVec3, eye: DVec3, up: DVec3, size: [u32; 2]) -> View {
-    let mut view = View::new(Camera::look_at(eye, target, up, 0.5).unwrap());
-    [view.settings.width, view.settings.height] = size;
-    view.settings.samples = 1;
-    view
-}
-
-fn picture(frame: &Frame) -> Picture {
-    let (depth, normal) = (Some(frame.depth.clone()), Some(frame.normal.clone()));
-    Picture { color: frame.color.clone(), alpha: None, depth, normal }
-}
-
 #[test]
 fn pictures_do_not_depend_on_the_storage_and_are_those_of_the_ray_caster() {
     let Some(device) = device() else { return };
@@ -163,7 +153,7 @@ fn pictures_do_not_depend_on_the_storage_and_are_those_of_the_ray_caster() {
         for storage in Storage::ALL {
             for per_draw in [1, 5, 16] {
                 let patches = VirtualVertices::new(&device, &surface, &levels, storage, per_draw).unwrap();
-                let frame = rasterizer.render(&patches, &view, &material).unwrap();
+                let frame = rasterizer.render(&[Placed::new(Shape::Patches(&patches), material)], &view).unwrap();
                 let first = first.get_or_insert_with(|| frame.clone());
                 assert_eq!(first.object, frame.object, "{name}, {storage:?}, {per_draw} a draw");
                 assert_eq!(first.depth, frame.depth, "{name}, {storage:?}, {per_draw} a draw");
@@ -216,7 +206,8 @@ fn no_background_is_seen_between_patches_of_any_levels() {
         for seed in 0..3 {
             let levels = mixed(&surface, seed, 5);
             let patches = VirtualVertices::new(&device, &surface, &levels, Storage::Uniform, 8).unwrap();
-            let frame = rasterizer.render(&patches, &view, &Material::default()).unwrap();
+            let frame =
+                rasterizer.render(&[Placed::new(Shape::Patches(&patches), Material::default())], &view).unwrap();
             let holes = frame.object.iter().filter(|object| **object == NO_OBJECT).count();
             assert_eq!(holes, 0, "levels {seed}");
         }
@@ -241,8 +232,8 @@ fn what_cannot_be_drawn_is_refused() {
     view.settings.width = 16384;
     view.settings.samples = 9;
     let mut rasterizer = Rasterizer::new(&device).unwrap();
-    assert!(rasterizer.render(&patches, &view, &Material::default()).is_err());
+    assert!(rasterizer.render(&[Placed::new(Shape::Patches(&patches), Material::default())], &view).is_err());
     device.abandon();
-    let error = rasterizer.render(&patches, &view, &Material::default()).unwrap_err();
+    let error = rasterizer.render(&[Placed::new(Shape::Patches(&patches), Material::default())], &view).unwrap_err();
     assert_eq!(error.kind, relievo_core::ErrorKind::Device, "{error}");
 }

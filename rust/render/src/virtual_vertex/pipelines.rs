@@ -1,0 +1,264 @@
+//! The pipelines of what is drawn, made when they are first needed.
+
+use std::collections::BTreeMap;
+
+use bytemuck::{Pod, Zeroable};
+use relievo_core::{Error, Result};
+use relievo_gpu::module::compose;
+use relievo_gpu::{Device, wgpu};
+use relievo_surface::bezier::VirtualVertex;
+use relievo_tiles::ByFormat;
+
+use super::patches::{Storage, UNIFORM_PATCHES};
+use super::placed::{MeshVertex, PassedVertex, Shape};
+use super::targets::{DEPTH, FORMATS};
+use super::view::{OBJECT_BYTES, ViewBlock};
+
+/// Immediate data of a draw of patches: the first of them and the level.
+const PATCHES_CALL: u32 = 8;
+
+/// As in `tiles_draw.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct TilesCall {
+    pub blank: [f32; 3],
+    pub first: u32,
+}
+
+/// What vertex and fragment stages do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Draw {
+    /// Patches with control points in some storage, with weights or without.
+    Patches(Storage, bool),
+    Strips,
+    /// Tiles without colours, with those of four bytes, with those of four half floats.
+    Tiles(u8),
+    Mesh,
+}
+
+impl Draw {
+    pub fn of(shape: &Shape<'_>) -> Self {
+        match shape {
+            Shape::Patches(patches) => Self::Patches(patches.storage(), patches.is_rational()),
+            Shape::Strips(..) => Self::Strips,
+            Shape::Tiles { colors: None, .. } => Self::Tiles(0),
+            Shape::Tiles { colors: Some(ByFormat::Rgba8(_)), .. } => Self::Tiles(1),
+            Shape::Tiles { colors: Some(ByFormat::Rgba16(_)), .. } => Self::Tiles(2),
+            Shape::Mesh(_) => Self::Mesh,
+        }
+    }
+
+    fn module(self) -> &'static str {
+        match self {
+            Self::Patches(..) | Self::Strips => "bezier_draw",
+            Self::Tiles(_) => "tiles_draw",
+            Self::Mesh => "mesh_draw",
+        }
+    }
+
+    fn entry(self) -> &'static str {
+        match self {
+            Self::Patches(Storage::Uniform, _) => "vertex_uniform",
+            Self::Patches(Storage::Texture, _) => "vertex_texture",
+            Self::Patches(Storage::Buffer, _) => "vertex_buffer",
+            Self::Strips => "vertex_passed",
+            Self::Tiles(_) => "vertex_tiles",
+            Self::Mesh => "vertex_mesh",
+        }
+    }
+}
+
+/// Pipelines and the layouts of what is bound to them.
+#[derive(Debug)]
+pub(super) struct Pipelines {
+    device: Device,
+    modules: BTreeMap<&'static str, wgpu::ShaderModule>,
+    /// Of group 0: to draw a picture, and a shadow map.
+    scene: [wgpu::BindGroupLayout; 2],
+    records: BTreeMap<Storage, [wgpu::BindGroupLayout; 1]>,
+    tiles: [wgpu::BindGroupLayout; 3],
+    made: BTreeMap<(Draw, bool), wgpu::RenderPipeline>,
+}
+
+fn layout(device: &Device, entries: &[(u32, wgpu::BindingType)]) -> Result<wgpu::BindGroupLayout> {
+    let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
+    let entries: Vec<_> = entries
+        .iter()
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry { binding: *binding, visibility, ty: *ty, count: None })
+        .collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries };
+    device.guard(|| device.wgpu().create_bind_group_layout(&descriptor))
+}
+
+impl Pipelines {
+    pub fn new(device: &Device) -> Result<Self> {
+        let uniform = |dynamic: bool, bytes: u64| wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: dynamic,
+            min_binding_size: std::num::NonZeroU64::new(bytes),
+        };
+        let texture = |sample_type, view_dimension| wgpu::BindingType::Texture {
+            sample_type,
+            view_dimension,
+            multisampled: false,
+        };
+        let buffer = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let buffers = |count: u32| layout(device, &(0..count).map(|at| (at, buffer)).collect::<Vec<_>>());
+        let object = uniform(true, OBJECT_BYTES);
+        let points = texture(wgpu::TextureSampleType::Float { filterable: false }, wgpu::TextureViewDimension::D2);
+        let scene = [
+            (0, uniform(false, size_of::<ViewBlock>() as u64)),
+            (1, object),
+            (2, texture(wgpu::TextureSampleType::Depth, wgpu::TextureViewDimension::D2Array)),
+            (3, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
+        ];
+        let records = BTreeMap::from([
+            (Storage::Uniform, [layout(device, &[(0, uniform(true, u64::from(UNIFORM_PATCHES) * 272))])?]),
+            (Storage::Texture, [layout(device, &[(1, points)])?]),
+            (Storage::Buffer, [layout(device, &[(2, buffer)])?]),
+        ]);
+        Ok(Self {
+            scene: [layout(device, &scene)?, layout(device, &[(1, object)])?],
+            records,
+            tiles: [buffers(4)?, buffers(2)?, buffers(4)?],
+            modules: BTreeMap::new(),
+            made: BTreeMap::new(),
+            device: device.clone(),
+        })
+    }
+
+    /// The layout of group 0.
+    pub fn scene_layout(&self, shadow: bool) -> &wgpu::BindGroupLayout {
+        &self.scene[usize::from(shadow)]
+    }
+
+    /// The layouts of the groups from 1 on.
+    pub fn layouts(&self, draw: Draw) -> &[wgpu::BindGroupLayout] {
+        match draw {
+            Draw::Patches(storage, _) => &self.records[&storage],
+            Draw::Tiles(_) => &self.tiles,
+            Draw::Strips | Draw::Mesh => &[],
+        }
+    }
+
+    /// The pipeline of a draw that was made before.
+    pub fn get(&self, draw: Draw, shadow: bool) -> Result<&wgpu::RenderPipeline> {
+        self.made.get(&(draw, shadow)).ok_or_else(|| Error::internal("a pipeline was not made"))
+    }
+
+    /// Makes the pipeline of a draw into a picture, or into a shadow map, which has depths alone.
+    pub fn make(&mut self, draw: Draw, shadow: bool) -> Result<()> {
+        if self.made.contains_key(&(draw, shadow)) {
+            return Ok(());
+        }
+        let name = draw.module();
+        if !self.modules.contains_key(name) {
+            let module = self.device.module(name, &compose(name)?)?;
+            self.modules.insert(name, module);
+        }
+        let module = &self.modules[name];
+        use wgpu::VertexFormat::{Float32x2, Float32x3, Uint32};
+        let attribute = |offset, shader_location, format| wgpu::VertexAttribute { offset, shader_location, format };
+        let virtual_vertex = [attribute(0, 0, Float32x2), attribute(8, 1, Uint32), attribute(12, 2, Uint32)];
+        let passed_vertex = [attribute(0, 0, Float32x3), attribute(12, 1, Uint32), attribute(16, 2, Float32x3)];
+        let mesh_vertex = [
+            attribute(0, 0, Float32x3),
+            attribute(12, 1, Float32x3),
+            attribute(24, 2, Float32x3),
+            attribute(36, 3, Float32x3),
+            attribute(48, 4, Uint32),
+        ];
+        let (stride, attributes, immediates): (usize, &[_], u32) = match draw {
+            Draw::Patches(..) => (size_of::<VirtualVertex>(), &virtual_vertex, PATCHES_CALL),
+            Draw::Strips => (size_of::<PassedVertex>(), &passed_vertex, 0),
+            Draw::Tiles(_) => (0, &[], size_of::<TilesCall>() as u32),
+            Draw::Mesh => (size_of::<MeshVertex>(), &mesh_vertex, 0),
+        };
+        let buffers = [Some(wgpu::VertexBufferLayout {
+            array_stride: stride as u64,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes,
+        })];
+        let constants = match draw {
+            Draw::Patches(_, rational) => vec![("RATIONAL", f64::from(u8::from(rational)))],
+            Draw::Tiles(colors) => vec![("COLORS", f64::from(colors))],
+            Draw::Strips | Draw::Mesh => Vec::new(),
+        };
+        let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        let mut layouts = vec![Some(self.scene_layout(shadow))];
+        layouts.extend(self.layouts(draw).iter().map(Some));
+        let targets = FORMATS.map(|format| Some(format.into()));
+        let strips = matches!(draw, Draw::Patches(..) | Draw::Strips);
+        let device = self.device.wgpu();
+        let pipeline = self
+            .device
+            .guard(|| {
+                let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                    label: None,
+                    bind_group_layouts: &layouts,
+                    immediate_size: immediates,
+                });
+                device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                    label: Some(draw.entry()),
+                    layout: Some(&layout),
+                    vertex: wgpu::VertexState {
+                        module,
+                        entry_point: Some(draw.entry()),
+                        compilation_options: options.clone(),
+                        buffers: if stride > 0 { &buffers } else { &[] },
+                    },
+                    primitive: wgpu::PrimitiveState {
+                        topology: if strips {
+                            wgpu::PrimitiveTopology::TriangleStrip
+                        } else {
+                            wgpu::PrimitiveTopology::TriangleList
+                        },
+                        ..wgpu::PrimitiveState::default()
+                    },
+                    depth_stencil: Some(wgpu::DepthStencilState {
+                        format: DEPTH,
+                        depth_write_enabled: Some(true),
+                        // Pictures have 1 at the near plane, shadow maps 0.
+                        depth_compare: Some(if shadow {
+                            wgpu::CompareFunction::Less
+                        } else {
+                            wgpu::CompareFunction::Greater
+                        }),
+                        stencil: wgpu::StencilState::default(),
+                        bias: wgpu::DepthBiasState::default(),
+                    }),
+                    multisample: wgpu::MultisampleState::default(),
+                    fragment: (!shadow).then_some(wgpu::FragmentState {
+                        module,
+                        entry_point: Some("fragment"),
+                        compilation_options: options.clone(),
+                        targets: &targets,
+                    }),
+                    multiview_mask: None,
+                    cache: None,
+                })
+            })
+            .map_err(|error| error.at(format!("shaders/{name}.wgsl")))?;
+        self.made.insert((draw, shadow), pipeline);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_testing::wgsl::assert_layout;
+    use std::mem::offset_of;
+
+    #[test]
+    fn layouts_are_those_of_the_shaders() {
+        let call = [("blank", offset_of!(TilesCall, blank)), ("first", offset_of!(TilesCall, first))];
+        assert_layout("tiles_draw", "TilesCall", size_of::<TilesCall>(), &call);
+        assert_layout("bezier_draw", "Draw", PATCHES_CALL as usize, &[("first", 0), ("level", 4)]);
+        assert_eq!((size_of::<MeshVertex>(), size_of::<PassedVertex>()), (52, 32));
+    }
+}

@@ -1,0 +1,126 @@
+//! What a device has of a displaced and painted surface, kept up to date from frame to frame.
+
+use glam::DAffine3;
+use relievo_core::{Context, Result};
+use relievo_gpu::Device;
+use relievo_surface::DeviceSurface;
+use relievo_surface::bezier::Viewpoint;
+use relievo_tiles::{AnyField, ByFormat, DeviceTiles, Displaced, Rgba8, Rgba16};
+
+use super::placed::{Placed, Shape};
+use super::tiles::VirtualTiles;
+use crate::scene::Material;
+use crate::settings::View;
+
+/// A displaced Catmull-Clark surface that is drawn, with its colours.
+#[derive(Debug)]
+pub struct DrawnSurface {
+    surface: DeviceSurface,
+    tiles: DeviceTiles,
+    colors: Option<ByFormat<DeviceTiles<Rgba8>, DeviceTiles<Rgba16>>>,
+    drawn: VirtualTiles,
+}
+
+impl DrawnSurface {
+    /// Brings a surface to a device. It is divided as coarsely as can be before [`Self::adapt`] or [`Self::divide`].
+    ///
+    /// # Errors
+    /// The surface has vector displacement, which devices do not draw, or the device has no room.
+    pub fn new(
+        context: &Context,
+        device: &Device,
+        displaced: &Displaced<'_>,
+        colors: Option<AnyField<'_>>,
+    ) -> Result<Self> {
+        // Refused before anything is sent.
+        let drawn = VirtualTiles::new(context, device, displaced, 2)?;
+        Ok(Self {
+            surface: DeviceSurface::new(device, displaced.surface())?,
+            tiles: DeviceTiles::new(device, displaced.field())?,
+            colors: colors.map(|colors| bring(device, colors)).transpose()?,
+            drawn,
+        })
+    }
+
+    /// Makes the device have what `displaced` and `colors` are now: a later or earlier state of the same cage, in the
+    /// pose of the surface it was made from or was last [posed](Self::pose) in.
+    ///
+    /// # Errors
+    /// The surface has other tiles or vector displacement, or the device fails.
+    pub fn update(
+        &mut self,
+        context: &Context,
+        device: &Device,
+        displaced: &Displaced<'_>,
+        colors: Option<AnyField<'_>>,
+    ) -> Result<()> {
+        let changed = self.tiles.update(device, displaced.field())?;
+        self.drawn.update(context, device, displaced, &changed)?;
+        match (&mut self.colors, colors) {
+            (Some(ByFormat::Rgba8(tiles)), Some(ByFormat::Rgba8(field))) => {
+                tiles.update(device, field)?;
+            }
+            (Some(ByFormat::Rgba16(tiles)), Some(ByFormat::Rgba16(field))) => {
+                tiles.update(device, field)?;
+            }
+            (held, colors) => *held = colors.map(|colors| bring(device, colors)).transpose()?,
+        }
+        Ok(())
+    }
+
+    /// Moves the surface to another pose of the cage: `displaced` is of that pose and `points` are its points.
+    ///
+    /// # Errors
+    /// As of [`Self::update`], or there are not as many points as the cage has.
+    pub fn pose(
+        &mut self,
+        context: &Context,
+        device: &Device,
+        displaced: &Displaced<'_>,
+        points: &[[f32; 3]],
+    ) -> Result<()> {
+        self.surface.set_points(device, points)?;
+        let mut frame = device.frame()?;
+        self.surface.pose(&mut frame.pass("pose"))?;
+        let _submitted = frame.submit()?;
+        let all: Vec<u32> = (0..displaced.field().tile_count() as u32).collect();
+        self.drawn.update(context, device, displaced, &all)
+    }
+
+    /// Divides tiles so that triangles are at most about `tolerance` pixels from the surface as `view` shows it at
+    /// `transform`.
+    ///
+    /// # Errors
+    /// The tolerance is not above zero, or the device fails.
+    pub fn adapt(&mut self, device: &Device, view: &View, transform: &DAffine3, tolerance: f64) -> Result<()> {
+        let viewpoint: Viewpoint = view.viewpoint(transform);
+        self.drawn.adapt(device, &viewpoint, tolerance)
+    }
+
+    /// How it is divided, to divide it otherwise or to tag tiles.
+    pub fn tiles_mut(&mut self) -> &mut VirtualTiles {
+        &mut self.drawn
+    }
+
+    /// How it is divided.
+    pub fn tiles(&self) -> &VirtualTiles {
+        &self.drawn
+    }
+
+    /// The surface in the world, with the numbers of its tiles in pictures, or with one of its own.
+    pub fn placed(&self, transform: DAffine3, material: Material, number: Option<u32>) -> Placed<'_> {
+        let colors = self.colors.as_ref().map(|colors| match colors {
+            ByFormat::Rgba8(tiles) => ByFormat::Rgba8(tiles),
+            ByFormat::Rgba16(tiles) => ByFormat::Rgba16(tiles),
+        });
+        let shape = Shape::Tiles { surface: &self.surface, tiles: &self.tiles, colors, drawn: &self.drawn };
+        Placed { shape, transform, material, number }
+    }
+}
+
+fn bring(device: &Device, colors: AnyField<'_>) -> Result<ByFormat<DeviceTiles<Rgba8>, DeviceTiles<Rgba16>>> {
+    Ok(match colors {
+        ByFormat::Rgba8(field) => ByFormat::Rgba8(DeviceTiles::new(device, field)?),
+        ByFormat::Rgba16(field) => ByFormat::Rgba16(DeviceTiles::new(device, field)?),
+    })
+}

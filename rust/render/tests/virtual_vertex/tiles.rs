@@ -1,0 +1,404 @@
+//! Displaced surfaces drawn from virtual tiles, against the ray caster on the same.
+
+use glam::{DAffine3, DVec3, Vec3, Vec4};
+use half::f16;
+use relievo_core::{Context, Crease, Mesh, Values};
+use relievo_gpu::Device;
+use relievo_render::virtual_vertex::{DeviceMesh, MOST_POWER, Placed, Rasterizer, Shape, TileRates, VirtualTiles};
+use relievo_render::{FalseColor, Frame, Material, NO_OBJECT, Scene, Sun, View, compare_geometry};
+use relievo_surface::bezier::Viewpoint;
+use relievo_surface::{DeviceSurface, Surface, SurfaceOptions};
+use relievo_testing::{Random, device, grid};
+use relievo_tiles::channel::ChannelOptions;
+use relievo_tiles::{
+    ByFormat, ColorTexel, DeviceTiles, Displaced, Displacement, DisplacementOptions, Paint, Rgba8, Rgba16, Sets,
+    uniform_rates,
+};
+
+use crate::{picture, view};
+
+/// A closed prism with a hexagon at each end, whose sub-tiles lie beside quads; one rim is infinitely sharp, the other
+/// less.
+fn prism() -> Mesh {
+    let mut mesh = Mesh::default();
+    for (z, radius) in [(0.0, 1.0), (0.9, 1.3), (2.0, 0.8)] {
+        for k in 0..6 {
+            let angle = std::f32::consts::TAU * k as f32 / 6.0;
+            mesh.points.push([radius * angle.cos(), radius * angle.sin(), z]);
+        }
+    }
+    for row in 0..2u32 {
+        for k in 0..6u32 {
+            let (a, b) = (6 * row + k, 6 * row + (k + 1) % 6);
+            mesh.face_sizes.push(4);
+            mesh.corners.extend([a, b, b + 6, a + 6]);
+        }
+    }
+    mesh.face_sizes.extend([6, 6]);
+    mesh.corners.extend((0..6).rev());
+    mesh.corners.extend(12..18);
+    for k in 0..6 {
+        mesh.creases.push(Crease { points: [12 + k, 12 + (k + 1) % 6], sharpness: 10.0 });
+        mesh.creases.push(Crease { points: [k, (k + 1) % 6], sharpness: 1.5 });
+    }
+    mesh
+}
+
+/// A displaced and painted surface, and what a device has of it.
+struct Model {
+    cage: Mesh,
+    surface: Surface,
+    displacement: Displacement,
+    paint: Paint<Rgba8>,
+    on_device: DeviceSurface,
+    tiles: DeviceTiles,
+    colors: DeviceTiles<Rgba8>,
+}
+
+fn paint<T: ColorTexel>(surface: &Surface) -> Paint<T> {
+    let context = Context::serial();
+    let options = ChannelOptions { size: 32, ..ChannelOptions::default() };
+    let mut paint = Paint::<T>::of_color(surface.topology().clone(), Vec4::new(0.5, 0.4, 0.3, 1.0), &options).unwrap();
+    let all: Vec<u32> = (0..surface.tile_count() as u32).collect();
+    paint.apply(&Sets { allocate: all.clone(), ..Sets::default() }).unwrap();
+    let changes = paint.edit(&context, &all, |_, texels| {
+        let n = texels.size() as f32;
+        for j in 0..texels.size() {
+            for (i, texel) in texels.row_mut(j).iter_mut().enumerate() {
+                let at = |k: usize| (std::f32::consts::TAU * (k as f32 + 0.5) / n).cos();
+                *texel = T::of_color(Vec4::new(0.5 + 0.3 * at(i) * at(j as usize), 0.4, 0.3 + 0.2 * at(i), 1.0));
+            }
+        }
+    });
+    paint.settle(&context, &changes.unwrap()).unwrap();
+    paint
+}
+
+impl Model {
+    /// Two of three tiles of `cage` with waves `depth` times the extent high.
+    fn new(device: &Device, cage: Mesh, depth: f32) -> Self {
+        let context = Context::serial();
+        let surface = Surface::new(&context, &cage, &SurfaceOptions::default()).unwrap();
+        let options = DisplacementOptions { size: 32, face_sizes: vec![(0, 64), (3, 16)], ..Default::default() };
+        let mut displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
+        let some: Vec<u32> = (0..surface.tile_count() as u32).filter(|tile| tile % 3 != 2).collect();
+        displacement.apply(&Sets { allocate: some.clone(), ..Sets::default() }).unwrap();
+        let height = depth * surface.extent();
+        let changes = displacement.edit(&context, &some, |tile, texels| {
+            let mut random = Random(u64::from(tile));
+            let (a, b) = (2.0 + 4.0 * random.unit(), 2.0 + 4.0 * random.unit());
+            let n = texels.size() as f32;
+            for j in 0..texels.size() {
+                for (i, texel) in texels.row_mut(j).iter_mut().enumerate() {
+                    *texel = f16::from_f32(height * ((a * i as f32 / n).sin() + (b * j as f32 / n).cos()));
+                }
+            }
+        });
+        displacement.settle(&context, &changes.unwrap()).unwrap();
+        let paint = paint(&surface);
+        let on_device = DeviceSurface::new(device, &surface).unwrap();
+        let tiles = DeviceTiles::new(device, displacement.field()).unwrap();
+        let colors = DeviceTiles::new(device, paint.field()).unwrap();
+        Self { cage, surface, displacement, paint, on_device, tiles, colors }
+    }
+
+    fn displaced(&self) -> Displaced<'_> {
+        Displaced::new(&self.surface, self.displacement.field()).unwrap()
+    }
+
+    fn drawn(&self, device: &Device, cells: u32) -> VirtualTiles {
+        VirtualTiles::new(&Context::serial(), device, &self.displaced(), cells).unwrap()
+    }
+
+    fn placed<'a>(&'a self, drawn: &'a VirtualTiles) -> Placed<'a> {
+        let colors = Some(ByFormat::Rgba8(&self.colors));
+        Placed::new(Shape::Tiles { surface: &self.on_device, tiles: &self.tiles, colors, drawn }, MATERIAL)
+    }
+
+    /// The same as triangles, with the colours of its points.
+    fn mesh(&self, cells: u32) -> relievo_render::Mesh {
+        let rates = uniform_rates(self.surface.topology(), cells);
+        let mut made = self.displaced().tessellate(&Context::serial(), &self.cage, &rates).unwrap();
+        made.paint(self.paint.field());
+        let list = |name: &str| match &made.mesh.attribute(name).unwrap().values {
+            Values::F32(values) => values.as_chunks::<3>().0.to_vec(),
+            Values::U32(_) => Vec::new(),
+        };
+        let (normals, colors) = (list("normal"), list("color"));
+        let triangles = made.mesh.corners.as_chunks::<3>().0.to_vec();
+        relievo_render::Mesh { points: made.mesh.points, triangles, normals, colors, ..Default::default() }
+    }
+
+    /// A view of all of it from a direction.
+    fn view(&self, from: DVec3, size: [u32; 2]) -> View {
+        let (low, high) = self.surface.bounds();
+        let [low, high] = [low, high].map(|corner| DVec3::from(corner.map(f64::from)));
+        let middle = 0.5 * (low + high);
+        let up = if from.normalize().z.abs() > 0.9 { DVec3::Y } else { DVec3::Z };
+        let mut view = view(middle, middle + from.normalize() * 2.4 * (high - low).length(), up, size);
+        view.settings.shadows = relievo_core::parameter::Switch::OFF;
+        view.settings.sky_rays = 0;
+        view.settings.sky_filter = 0;
+        view.lights.suns[0].angular_radius = 0.0;
+        view
+    }
+}
+
+const MATERIAL: Material = Material { base_color: [0.6, 0.3, 0.2], specular: 0.04, roughness: 0.4 };
+
+fn cast(mesh: relievo_render::Mesh, view: &View) -> Frame {
+    let mut scene = Scene::new().unwrap();
+    let object = scene.add_object(DAffine3::IDENTITY, MATERIAL).unwrap();
+    scene.set_mesh(object, 0, mesh).unwrap();
+    scene.render(&Context::serial(), view).unwrap()
+}
+
+/// From where the rates are chosen.
+fn viewpoint(view: &View) -> Viewpoint {
+    view.viewpoint(&DAffine3::IDENTITY)
+}
+
+/// The values of two images in ascending order of how much they differ where both pictures and their neighbours show
+/// something.
+fn differences(a: &Frame, b: &Frame, of: impl Fn(&Frame, u32, u32) -> Vec3) -> Vec<f32> {
+    let (width, height) = (a.color.width(), a.color.height());
+    let covered = |frame: &Frame, x: u32, y: u32| frame.object[(y * width + x) as usize] != NO_OBJECT;
+    let mut found = Vec::new();
+    for y in 1..height - 1 {
+        for x in 1..width - 1 {
+            let around = (0..9).all(|k| {
+                let (x, y) = (x + k % 3 - 1, y + k / 3 - 1);
+                covered(a, x, y) && covered(b, x, y)
+            });
+            if around {
+                found.push((of(a, x, y) - of(b, x, y)).abs().max_element());
+            }
+        }
+    }
+    found.sort_by(f32::total_cmp);
+    found
+}
+
+fn color_of(image: &relievo_render::Image, x: u32, y: u32) -> Vec3 {
+    Vec3::from(image.color(x, y))
+}
+
+#[test]
+fn displaced_surfaces_are_those_of_the_ray_caster() {
+    let Some(device) = device() else { return };
+    let model = Model::new(&device, prism(), 0.01);
+    let mut rasterizer = Rasterizer::new(&device).unwrap();
+    let drawn = model.drawn(&device, 32);
+    let view = model.view(DVec3::new(1.0, -1.4, 1.1), [240, 180]);
+    let frame = rasterizer.render(&[model.placed(&drawn)], &view).unwrap();
+    let expected = cast(model.mesh(32), &view);
+    let difference = compare_geometry(&picture(&expected), &picture(&frame), None).unwrap().unwrap();
+    assert!(difference.covered > 6000, "{difference:?}");
+    assert!(difference.silhouette() < 0.002, "{difference:?}");
+    assert!(difference.depth.unwrap().p999 < 1e-4, "{difference:?}");
+    assert!(difference.normal.unwrap().median < 0.5f64.to_radians(), "{difference:?}");
+    let albedo = differences(&expected, &frame, |frame, x, y| color_of(&frame.albedo, x, y));
+    let color = differences(&expected, &frame, |frame, x, y| color_of(&frame.color, x, y));
+    let at = |list: &[f32], share: f64| list[((list.len() - 1) as f64 * share) as usize];
+    println!(
+        "{difference:?}; albedo {} {}; colour {} {}",
+        at(&albedo, 0.5),
+        at(&albedo, 0.99),
+        at(&color, 0.5),
+        at(&color, 0.99)
+    );
+    assert!(at(&albedo, 0.99) < 1.0 / 255.0, "{}", at(&albedo, 0.99));
+    assert!(at(&color, 0.95) < 2.0 / 255.0, "{}", at(&color, 0.95));
+    // Half floats hold the same colours.
+    let halves = DeviceTiles::new(&device, paint::<Rgba16>(&model.surface).field()).unwrap();
+    let colors = Some(ByFormat::Rgba16(&halves));
+    let shape = Shape::Tiles { surface: &model.on_device, tiles: &model.tiles, colors, drawn: &drawn };
+    let halved = rasterizer.render(&[Placed::new(shape, MATERIAL)], &view).unwrap();
+    assert_eq!(halved.depth, frame.depth);
+    let albedo = differences(&halved, &frame, |frame, x, y| color_of(&frame.albedo, x, y));
+    assert!(at(&albedo, 1.0) < 2.5 / 255.0, "{}", at(&albedo, 1.0));
+}
+
+#[test]
+fn no_background_is_seen_between_tiles_of_any_rates() {
+    let Some(device) = device() else { return };
+    let mut rasterizer = Rasterizer::new(&device).unwrap();
+    // A sheet with faces of all kinds, larger than the picture.
+    let model = Model::new(&device, grid(6, false, &[2, 3, 0, 2, 1], false), 0.01);
+    let mut drawn = model.drawn(&device, 8);
+    let middle = DVec3::new(3.0, 3.0, 0.0);
+    let mut sheet = view(middle, middle + DVec3::new(0.5, -1.0, 5.0), DVec3::Y, [400, 300]);
+    sheet.settings.shadows = relievo_core::parameter::Switch::OFF;
+    let topology = model.surface.topology().clone();
+    for seed in 0..3 {
+        let mut random = Random(seed);
+        let powers = (0..topology.tile_count()).map(|_| 1 + random.below(5) as u8).collect();
+        drawn.divide(&device, TileRates::new(&topology, powers).unwrap()).unwrap();
+        let frame = rasterizer.render(&[model.placed(&drawn)], &sheet).unwrap();
+        let holes = frame.object.iter().filter(|object| **object == NO_OBJECT).count();
+        assert_eq!(holes, 0, "rates {seed}");
+        // The processor computes the same vertices.
+        let passed = drawn.passed(&Context::serial(), &device, &model.displaced(), &MATERIAL).unwrap();
+        let passed = rasterizer.render(&[Placed::new(Shape::Mesh(&passed), MATERIAL)], &sheet).unwrap();
+        let difference = compare_geometry(&picture(&passed), &picture(&frame), None).unwrap().unwrap();
+        assert_eq!(difference.alone, 0);
+        assert!(difference.depth.unwrap().p999 < 1e-5, "{difference:?}");
+    }
+    // Cracks of a closed surface show its other side, far behind.
+    let model = Model::new(&device, prism(), 0.01);
+    let (mut fine, mut adapted) = (model.drawn(&device, 64), model.drawn(&device, 2));
+    let extent = f64::from(model.surface.extent());
+    for from in [DVec3::new(1.0, -1.4, 1.1), DVec3::new(-1.0, 0.2, -0.6), DVec3::new(0.1, 0.0, 1.0)] {
+        let view = model.view(from, [240, 180]);
+        adapted.adapt(&device, &viewpoint(&view), 0.5).unwrap();
+        let powers: Vec<u8> = adapted.order().iter().map(|tile| adapted.rates().tile(*tile)).collect();
+        assert!(powers.iter().min() < powers.iter().max() && powers.iter().all(|power| *power < MOST_POWER));
+        let expected = rasterizer.render(&[model.placed(&fine)], &view).unwrap();
+        let frame = rasterizer.render(&[model.placed(&adapted)], &view).unwrap();
+        let difference = compare_geometry(&picture(&expected), &picture(&frame), None).unwrap().unwrap();
+        assert!(difference.silhouette() < 0.004, "{difference:?}");
+        let depths = differences(&expected, &frame, |frame, x, y| {
+            Vec3::splat(frame.depth.data()[(y * frame.depth.width() + x) as usize])
+        });
+        // At bends of the outline a pixel may see another part of the surface.
+        let far = depths.iter().filter(|difference| f64::from(**difference) > 0.05 * extent).count();
+        assert!(far * 2000 < depths.len(), "{far} of {}", depths.len());
+    }
+    let rates = TileRates::uniform(model.surface.topology(), 16).unwrap();
+    fine.divide(&device, rates).unwrap();
+}
+
+#[test]
+fn counts_follow_from_rates_which_agree_on_both_sides_of_edges() {
+    let Some(device) = device() else { return };
+    let model = Model::new(&device, prism(), 0.0);
+    let drawn = model.drawn(&device, 16);
+    // Twelve quads of 16 × 16 cells and twelve sub-tiles of 8 × 8.
+    let triangles: u64 = drawn.draws().iter().map(|draw| draw.triangles()).sum();
+    let vertices: u64 = drawn.draws().iter().map(|draw| draw.vertices()).sum();
+    assert_eq!(triangles, 12 * 2 * 256 + 12 * 2 * 64);
+    assert_eq!(vertices, 12 * 17 * 17 + 12 * 81);
+    assert_eq!(drawn.draws().len(), 2);
+    let topology = model.surface.topology();
+    let mut random = Random(4);
+    let powers: Vec<u8> = (0..topology.tile_count()).map(|_| 1 + random.below(8) as u8).collect();
+    let rates = TileRates::new(topology, powers).unwrap();
+    for tile in 0..topology.tile_count() as u32 {
+        for (edge, power) in (0..).zip(rates.edges(tile)) {
+            assert!(power <= rates.tile(tile));
+            match topology.link(tile, edge) {
+                relievo_surface::Link::Whole { side, .. } => {
+                    assert_eq!(power, rates.edges(side.tile)[usize::from(side.edge)]);
+                }
+                relievo_surface::Link::Halves { first, second, .. } => {
+                    for side in [first, second] {
+                        assert_eq!(power, rates.edges(side.tile)[usize::from(side.edge)] + 1);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+    assert!(TileRates::uniform(topology, 3).is_err() && TileRates::uniform(topology, 512).is_err());
+    assert!(TileRates::new(topology, vec![0; topology.tile_count()]).is_err());
+    assert!(TileRates::new(topology, vec![3; 2]).is_err());
+}
+
+#[test]
+fn edits_tags_and_placement_are_seen() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let mut model = Model::new(&device, prism(), 0.0);
+    let mut rasterizer = Rasterizer::new(&device).unwrap();
+    let mut drawn = model.drawn(&device, 16);
+    let mut view = model.view(DVec3::new(1.0, -1.4, 1.1), [120, 90]);
+    let before = rasterizer.render(&[model.placed(&drawn)], &view).unwrap();
+    // What an edit raises is nearer.
+    let tile = *before
+        .object
+        .iter()
+        .filter(|tile| **tile != NO_OBJECT)
+        .max_by_key(|tile| before.object.iter().filter(|other| other == tile).count())
+        .unwrap();
+    let height = 0.02 * model.surface.extent();
+    model.displacement.apply(&Sets { allocate: vec![tile], ..Sets::default() }).unwrap();
+    let changes = model.displacement.edit(&context, &[tile], |_, texels| {
+        for j in 0..texels.size() {
+            texels.row_mut(j).fill(f16::from_f32(height));
+        }
+    });
+    model.displacement.settle(&context, &changes.unwrap()).unwrap();
+    let changed = model.tiles.update(&device, model.displacement.field()).unwrap();
+    assert!(changed.contains(&tile));
+    let displaced = Displaced::new(&model.surface, model.displacement.field()).unwrap();
+    drawn.update(&context, &device, &displaced, &changed).unwrap();
+    drawn.tag(&device, |at| u32::from(at == tile)).unwrap();
+    view.false_color = Some(FalseColor { palette: vec![[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]] });
+    view.settings.false_color = 1.0;
+    let after = rasterizer.render(&[model.placed(&drawn)], &view).unwrap();
+    let expected = cast(model.mesh(16), &view);
+    let difference = compare_geometry(&picture(&expected), &picture(&after), None).unwrap().unwrap();
+    assert!(difference.depth.unwrap().p999 < 1e-4, "{difference:?}");
+    let (mut raised, mut red) = (0, 0);
+    for (at, object) in after.object.iter().enumerate().filter(|(_, object)| **object != NO_OBJECT) {
+        let color = color_of(&after.color, at as u32 % 120, at as u32 / 120);
+        assert_eq!(*object == tile, color.x > color.y, "pixel {at}: {color}");
+        red += usize::from(*object == tile);
+        raised += usize::from(after.depth.data()[at] < before.depth.data()[at] - 0.5 * height);
+    }
+    assert!(red > 200 && raised > 100, "{red} {raised}");
+    // A mirror image elsewhere, with a number of its own, and its mesh beside it.
+    let transform =
+        DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)) * DAffine3::from_translation(DVec3::new(0.2, 0.1, 0.0));
+    view.false_color = None;
+    let mirrored = Placed { transform, number: Some(41), ..model.placed(&drawn) };
+    let ours = rasterizer.render(&[mirrored], &view).unwrap();
+    let mesh = DeviceMesh::new(&device, &model.mesh(16), &MATERIAL).unwrap();
+    let placed = Placed { shape: Shape::Mesh(&mesh), ..mirrored };
+    let theirs = rasterizer.render(&[placed], &view).unwrap();
+    assert!(ours.object.iter().all(|object| [41, NO_OBJECT].contains(object)));
+    let difference = compare_geometry(&picture(&theirs), &picture(&ours), None).unwrap().unwrap();
+    assert!(difference.silhouette() < 0.002 && difference.depth.unwrap().p999 < 1e-4, "{difference:?}");
+    assert!(difference.normal.unwrap().median < 0.5f64.to_radians(), "{difference:?}");
+}
+
+#[test]
+fn shadows_fall_where_the_ray_caster_has_them() {
+    let Some(device) = device() else { return };
+    let model = Model::new(&device, prism(), 0.01);
+    let mut rasterizer = Rasterizer::new(&device).unwrap();
+    let drawn = model.drawn(&device, 32);
+    let mut view = model.view(DVec3::new(1.0, -1.4, 1.1), [160, 120]);
+    view.settings.shadows = relievo_core::parameter::Switch::ON;
+    let direction = [-0.8, -0.3, 0.6];
+    view.lights.suns = vec![Sun { direction, irradiance: [3.0; 3], angular_radius: 0.0 }];
+    let floor = relievo_render::Mesh {
+        points: vec![[-4.0, -4.0, -0.2], [4.0, -4.0, -0.2], [4.0, 4.0, -0.2], [-4.0, 4.0, -0.2]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Default::default()
+    };
+    let on_device = DeviceMesh::new(&device, &floor, &MATERIAL).unwrap();
+    let objects = [
+        Placed { number: Some(0), ..model.placed(&drawn) },
+        Placed { number: Some(1), ..Placed::new(Shape::Mesh(&on_device), MATERIAL) },
+    ];
+    let frame = rasterizer.render(&objects, &view).unwrap();
+    let mut scene = Scene::new().unwrap();
+    for mesh in [model.mesh(32), floor] {
+        let object = scene.add_object(DAffine3::IDENTITY, MATERIAL).unwrap();
+        scene.set_mesh(object, 0, mesh).unwrap();
+    }
+    let expected = scene.render(&Context::serial(), &view).unwrap();
+    let (mut shadowed, mut wrong, mut count) = (0, 0, 0);
+    for at in 0..frame.object.len() {
+        if frame.object[at] != expected.object[at] || frame.object[at] == NO_OBJECT {
+            continue;
+        }
+        let [a, b] = [&expected, &frame].map(|frame| color_of(&frame.color, at as u32 % 160, at as u32 / 160));
+        count += 1;
+        shadowed += usize::from(expected.object[at] == 1 && a.x < 0.3);
+        wrong += usize::from((a - b).abs().max_element() > 0.15);
+    }
+    println!("{shadowed} shadowed, {wrong} of {count} differ");
+    assert!(shadowed > 500 && wrong * 50 < count, "{shadowed} shadowed, {wrong} of {count} differ");
+}
