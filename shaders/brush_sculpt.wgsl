@@ -1,37 +1,7 @@
-// import common
-// import tiles
-// A brush at every texel of tiles: their new coefficients of displacement, and how many of them change (Schäfer et al.
-// 2015, *Local Painting and Deformation of Meshes on the GPU*, Sections 3 and 5.2). The same as `weights` and `mode` of
-// rust/detail. The tiles of group 2 are those from when the stroke began: they say where places are.
-
-struct Sculpt {
-    // From object space, less the origin, to the brush's coordinates: rows with their shift.
-    row_x: vec4<f32>,
-    row_y: vec4<f32>,
-    row_z: vec4<f32>,
-    origin: vec3<f32>,
-    falloff: u32,
-    strength: f32,
-    // What is drawn where the share is 1.
-    height: f32,
-    // By how much the third coordinate grows over one object unit along the brush's third axis.
-    unit: f32,
-    mode: u32,
-    // First of the tiles, and how many words a block's room has.
-    first: u32,
-    room: u32,
-}
-
-@group(0) @binding(0) var<storage, read> tiles: array<u32>;
-// Sizes of tiles, allocated or not.
-@group(0) @binding(1) var<storage, read> sizes: array<u32>;
-// New blocks, rings as they were.
-@group(0) @binding(2) var<storage, read_write> blocks: array<u32>;
-@group(0) @binding(3) var<storage, read_write> changes: array<atomic<u32>>;
-// The tiles as they are now.
-@group(3) @binding(0) var<storage, read> entries: array<TileEntry>;
-@group(3) @binding(1) var<storage, read> texels: array<u32>;
-var<immediate> sculpt: Sculpt;
+// import brush_stamp
+// A brush at every texel of the tiles to modify: their new coefficients of displacement, and how many of them change
+// (Schäfer et al. 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 5.2). The same as `mode` of
+// rust/detail.
 
 const DRAW: u32 = 0u;
 const SMOOTH: u32 = 1u;
@@ -42,42 +12,8 @@ const SCRAPE: u32 = 5u;
 const LAYER: u32 = 6u;
 const INFLATE: u32 = 7u;
 
-// The largest half float, the bell at its rim, and the least cosine that inflating divides by.
-const MOST: f32 = 65504.0;
-const RIM: f32 = 0.011108997;
+// The least cosine that inflating divides by.
 const LEAST_FACING: f32 = 0.25;
-
-fn share_of(square: f32) -> f32 {
-    if sculpt.falloff == 0u {
-        return 1.0;
-    }
-    if square >= 1.0 {
-        return 0.0;
-    }
-    let r = sqrt(square);
-    switch sculpt.falloff {
-        case 1u: {
-            return 1.0 - r;
-        }
-        case 2u: {
-            return (1.0 - r) * (1.0 - r) * (1.0 + 2.0 * r);
-        }
-        case 3u: {
-            return sqrt(1.0 - square);
-        }
-        default: {
-            return (exp(-4.5 * square) - RIM) / (1.0 - RIM);
-        }
-    }
-}
-
-fn along(row: vec4<f32>, p: vec3<f32>) -> f32 {
-    return fma(row.x, p.x, fma(row.y, p.y, fma(row.z, p.z, row.w)));
-}
-
-fn turned(row: vec4<f32>, n: vec3<f32>) -> f32 {
-    return fma(row.x, n.x, fma(row.y, n.y, row.z * n.z));
-}
 
 fn texel(first: u32, index: u32) -> f32 {
     let pair = unpack2x16float(texels[first + index / 2u]);
@@ -87,48 +23,58 @@ fn texel(first: u32, index: u32) -> f32 {
 /// How far a place that has risen is under the plane `height` over the middle of the box, along its normal; 0 where that
 /// does not rise.
 fn under(height: f32, level: f32, rise: f32, risen: f32) -> f32 {
-    return select(0.0, fma(height, sculpt.unit, -level) / rise - risen, rise > 0.0);
+    return select(0.0, fma(height, work.unit, -level) / rise - risen, rise > 0.0);
 }
 
 fn held(value: f32) -> f32 {
     return clamp(value, -MOST, MOST);
 }
 
+/// The displacement at texel (i, j) of a tile when the stroke began.
+fn begun_at(tile: u32, size: u32, cell: vec2<u32>) -> f32 {
+    let start = tiles_entries[tile];
+    if start.first == TILES_NONE {
+        return 0.0;
+    }
+    return tiles_texel(start.first, (cell.y + 1u) * (size + 2u) + cell.x + 1u);
+}
+
+fn place_at(tile: u32, size: u32, cell: vec2<u32>) -> BrushPlace {
+    return brush_at(tile, (vec2<f32>(cell) + vec2(0.5)) / f32(size), begun_at(tile, size, cell));
+}
+
 /// The new coefficient at texel (i, j) of a tile that has `now` there.
 fn edited(tile: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
     let uv = (vec2<f32>(cell) + vec2(0.5)) / f32(size);
-    let found = surface_find(tile, uv);
-    if found == SURFACE_NONE {
-        return now;
-    }
-    let sample = surface_evaluate(found, uv);
-    let across = cross(sample.du, sample.dv);
-    let square = dot(across, across);
-    let normal = across * select(0.0, 1.0 / sqrt(square), square > 0.0);
-    let p = sample.p - sculpt.origin;
-    let rises = vec3(turned(sculpt.row_x, normal), turned(sculpt.row_y, normal), turned(sculpt.row_z, normal));
-    // Where the place was when the stroke began.
-    var begun = 0.0;
-    let start = tiles_entries[tile];
     let at = (cell.y + 1u) * (size + 2u) + cell.x + 1u;
-    if start.first != TILES_NONE {
-        begun = tiles_texel(start.first, at);
-    }
-    let risen = now - begun;
-    let place = fma(
-        vec3(begun),
-        rises,
-        vec3(along(sculpt.row_x, p), along(sculpt.row_y, p), along(sculpt.row_z, p)),
-    );
-    if any(abs(place) > vec3(1.0)) {
-        return now;
-    }
-    let share = sculpt.strength * share_of(fma(place.z, place.z, fma(place.y, place.y, place.x * place.x)));
+    let risen = now - begun_at(tile, size, cell);
+    let at_place = place_at(tile, size, cell);
+    let place = at_place.place;
+    let rises = at_place.rises;
+    var share = at_place.share;
     if !(share > 0.0) {
         return now;
     }
-    let height = sculpt.height;
-    switch sculpt.mode {
+    var height = work.height;
+    if edit_is(STAMPED) {
+        let next = stamp_beside(cell, size);
+        let beside = place_at(tile, size, vec2(next.x, cell.y)).place;
+        let over = place_at(tile, size, vec2(cell.x, next.y)).place;
+        let pixel = stamp_at(place.xy, stamp_footprint(place, beside, over));
+        let channel = u32(stamp[1].z);
+        let value = stamp[1].y * (pixel[channel] - stamp[1].x);
+        share *= select(pixel.w, 1.0, channel == 3u);
+        // Modes without a height are masked by it.
+        if work.mode == DRAW || work.mode == CLAY || work.mode == LAYER || work.mode == INFLATE {
+            height *= value;
+        } else {
+            share *= clamp(value, 0.0, 1.0);
+        }
+        if !(share > 0.0) {
+            return now;
+        }
+    }
+    switch work.mode {
         case DRAW: {
             return held(fma(height, share, now));
         }
@@ -160,7 +106,7 @@ fn edited(tile: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
             return held(now + select(max(far, 0.0), min(far, 0.0), height < 0.0));
         }
         case INFLATE: {
-            let facing = dot(tiles_displaced(tile, uv).normal, normal);
+            let facing = dot(tiles_displaced(tile, uv).normal, at_place.normal);
             return held(fma(height / max(facing, LEAST_FACING), share, now));
         }
         default: {
@@ -171,25 +117,48 @@ fn edited(tile: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
 
 // One word, two texels of a row, of the block of one tile.
 @compute @workgroup_size(GROUP)
-fn edit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let slot = group.x;
-    let tile = tiles[sculpt.first + slot];
-    let size = sizes[sculpt.first + slot];
-    let stride = size + 2u;
-    let word = group.y * GROUP + local;
-    if word >= stride * stride / 2u {
-        return;
+fn edit(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let found = edited_block(group.x + groups.x * group.z);
+    if local == 0u {
+        atomicStore(&changed, 0u);
     }
-    let entry = entries[tile];
+    workgroupBarrier();
+    if found.y != BLOCK_NONE {
+        let count = edit_word(found.x, found.y, group.y * GROUP + local);
+        if count > 0u {
+            atomicAdd(&changed, count);
+        }
+    }
+    workgroupBarrier();
+    if local == 0u && found.y != BLOCK_NONE {
+        note_block(found.x, found.y, atomicLoad(&changed), group.y == 0u);
+    }
+}
+
+/// Makes two texels anew; returns how many of them change.
+fn edit_word(tile: u32, block: u32, word: u32) -> u32 {
+    let size = brush_tiles[tile].size;
+    let stride = size + 2u;
+    if word >= stride * stride / 2u {
+        return 0u;
+    }
+    let at = block * work.room + word;
+    let taken = is_new(block);
     var old = 0u;
-    if entry.first != TILES_NONE {
-        old = texels[entry.first + word];
+    if !taken {
+        old = blocks[at];
+    } else if entries[tile].first != TILES_NONE {
+        old = texels[entries[tile].first + word];
     }
     let values = unpack2x16float(old);
     let row = 2u * word / stride;
     let column = 2u * word % stride;
     var new_word = 0u;
-    var changed = 0u;
+    var count = 0u;
     for (var k = 0u; k < 2u; k++) {
         let half = (old >> (16u * k)) & 0xffffu;
         var bits = half;
@@ -200,12 +169,15 @@ fn edit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
             if value != now {
                 bits = half_bits(value);
             }
+            if bits != half {
+                note_texel(block, size, i, row);
+                count++;
+            }
         }
-        changed += select(0u, 1u, bits != half);
         new_word |= bits << (16u * k);
     }
-    blocks[slot * sculpt.room + word] = new_word;
-    if changed > 0u {
-        atomicAdd(&changes[slot], changed);
+    if taken || count > 0u {
+        blocks[at] = new_word;
     }
+    return count;
 }

@@ -50,6 +50,7 @@ pub fn run(report: &mut Report, json: bool) -> Result<()> {
             return Ok(());
         }
     };
+    crate::device_paint::run(&device, report, json)?;
     let software = device.summary().kind == AdapterKind::Software;
     let frames = if software { 3 } else { 200 };
     let mut rasterizer = Rasterizer::new(&device)?;

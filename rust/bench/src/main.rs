@@ -2,6 +2,7 @@
 //! `cargo xtask bench` builds and runs it.
 
 mod contact;
+mod device_paint;
 mod gpu;
 mod imprint;
 mod measure;

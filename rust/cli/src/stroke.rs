@@ -24,7 +24,7 @@ pub struct Arguments {
     /// Document of the mesh to go on from.
     #[arg(long, value_name = "FILE")]
     document: Option<PathBuf>,
-    /// What evaluates dabs that sculpt. What a graphics device does not do, the processor does.
+    /// What makes dabs. What a graphics device does not do, the processor does.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Kind,
     /// A part of the name of the graphics device; left out, the best there is.

@@ -62,6 +62,12 @@ pub trait Canvas: Debug + Send + Sync {
     /// began with `start`.
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport>;
 
+    /// Makes `dabs` one after the other, see [`Self::dab`]. Returns what each did; what is known of several together is
+    /// told with the last of them.
+    fn dabs(&mut self, context: &Context, dabs: &[&Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
+        dabs.iter().map(|dab| self.dab(context, dab, start, level)).collect()
+    }
+
     /// Makes what dabs painted visible where colours have layers; what later dabs find stays the same. Returns tiles
     /// that a budget refused.
     fn show(&mut self, _: &Context) -> Result<Vec<u32>> {
@@ -102,6 +108,21 @@ impl Canvas for DisplacedObject {
 
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport> {
         dab.make_at(context, self, start.ground(), level)
+    }
+
+    fn dabs(&mut self, context: &Context, dabs: &[&Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
+        let mut done: Vec<DabReport> = Vec::with_capacity(dabs.len());
+        while let Some((first, _)) = dabs[done.len()..].split_first() {
+            let together = match level {
+                0 => self.dab_on_device(context, &dabs[done.len()..], start.ground())?,
+                _ => None,
+            };
+            match together {
+                Some(reports) => done.extend(reports),
+                None => done.push(self.dab(context, first, start, level)?),
+            }
+        }
+        Ok(done)
     }
 
     fn show(&mut self, context: &Context) -> Result<Vec<u32>> {

@@ -151,6 +151,9 @@ impl Dab {
         mode: PaintMode,
         color: Vec4,
     ) -> Result<DabReport> {
+        if let Some(reports) = object.dab_on_device(context, &[self], start)? {
+            return Ok(reports.into_iter().next().unwrap_or_default());
+        }
         let mut paint = object.take_paint()?;
         let done = by_format!(&mut paint, paint => self.paint_channel(context, object, start, paint, mode, color));
         object.put_paint(paint);
@@ -253,12 +256,12 @@ impl Dab {
         height: f32,
     ) -> Result<DabReport> {
         object.layers.displacement.check_editable()?;
+        if let Some(reports) = object.dab_on_device(context, &[self], start)? {
+            return Ok(reports.into_iter().next().unwrap_or_default());
+        }
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
         let culled = self.intersect(context, object, start, |object, tile| object.displacement.field().size(tile));
-        let edits = match object.sculpt_on_device(context, (self, mode, height), start, &culled, &brush) {
-            Some(edits) => edits,
-            None => self.raised(context, object, start, (mode, height), &culled, &brush)?,
-        };
+        let edits = self.raised(context, object, start, (mode, height), &culled, &brush)?;
         object.widen(edit::range(context, &edits));
         let displacement: &mut Displacement = &mut object.displacement;
         let report = edit::write(context, displacement, &culled, edits, mode == SculptMode::Erase)?;

@@ -7,12 +7,16 @@ mod bounds;
 mod brush;
 mod collider;
 mod cull;
+mod dabs;
+mod intersect;
+mod memory;
 mod rays;
+mod state;
 mod voxel;
 
 pub use bounds::DeviceBounds;
-pub(crate) use brush::DeviceBrush;
 pub use collider::{DeviceCollider, Faults};
 pub use cull::DeviceCull;
 pub use rays::{BlockReport, DeviceRays};
+pub(crate) use state::DeviceObject;
 pub use voxel::DeviceVoxels;

@@ -14,7 +14,7 @@ use relievo_tiles::{
     Vector, VectorDisplacement,
 };
 
-use crate::device::DeviceBrush;
+use crate::device::DeviceObject;
 use crate::fading::FadingObject;
 use crate::fit::Fit;
 use crate::ground::Ground;
@@ -47,7 +47,7 @@ pub struct DisplacedObject {
     cones: BTreeMap<u32, Cone>,
     reach: Option<[f32; 2]>,
     /// What evaluates dabs in place of the processor, and why it no longer does.
-    pub(crate) device: Option<DeviceBrush>,
+    pub(crate) device: Option<DeviceObject>,
     pub(crate) device_fault: Option<Error>,
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use relievo_core::{Context, Error, Result};
 
 use crate::canvas::{Canvas, Start};
-use crate::dab::{Action, no_vectors};
+use crate::dab::{Action, Dab, no_vectors};
 use crate::mode::PaintMode;
 use crate::path::{Station, StrokePoint};
 use crate::smudge::{Carried, Smudge};
@@ -140,18 +140,27 @@ impl OpenStroke {
         let images = placed.len() / stations.len().max(1);
         self.carried.resize(images.max(self.carried.len()), None);
         let smears = matches!(self.stroke.action, Action::Paint { mode: PaintMode::Smear, .. });
-        for (at, placed) in placed.into_iter().enumerate() {
-            let Some((on, mut dab)) = placed else { continue };
-            let smudge = smears.then(|| Smudge::new(self.carried[at % images].take()));
-            if let Some(smudge) = &smudge {
-                dab.brush = dab.brush.with_smudge(smudge.clone());
+        if !smears {
+            // What is done to one object does not depend on the others.
+            let dabs: Vec<&Dab> = placed.iter().flatten().map(|(_, dab)| dab).collect();
+            for (index, object) in objects.iter_mut().enumerate() {
+                let reports = object.dabs(context, &dabs, &self.starts[index], self.stroke.settings.level)?;
+                for ((on, _), report) in placed.iter().flatten().zip(reports) {
+                    done[index].dabs += u64::from(index == *on || report.changed_texels > 0);
+                    done[index].report.merge(report);
+                }
             }
+        }
+        for (at, placed) in placed.into_iter().enumerate().filter(|_| smears) {
+            let Some((on, mut dab)) = placed else { continue };
+            let smudge = Smudge::new(self.carried[at % images].take());
+            dab.brush = dab.brush.with_smudge(smudge.clone());
             for (index, object) in objects.iter_mut().enumerate() {
                 let report = object.dab(context, &dab, &self.starts[index], self.stroke.settings.level)?;
                 done[index].dabs += u64::from(index == on || report.changed_texels > 0);
                 done[index].report.merge(report);
             }
-            self.carried[at % images] = smudge.and_then(|smudge| smudge.taken());
+            self.carried[at % images] = smudge.taken();
         }
         for (object, done) in objects.iter_mut().zip(&mut done) {
             done.report.refuse(object.show(context)?);

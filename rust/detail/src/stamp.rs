@@ -228,6 +228,38 @@ impl Stamp {
         Self { turned_over: !self.turned_over, ..self.clone() }
     }
 
+    /// Whether the other is the same image, in the same place but for the side that it is seen from.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.image, &other.image) && self.settings == other.settings && self.channel == other.channel
+    }
+
+    /// Whether it is seen from the other side of the box's first axis.
+    pub(crate) fn is_turned_over(&self) -> bool {
+        self.turned_over
+    }
+
+    /// As `brush_stamp.wgsl` has it, but for the side that it is seen from.
+    pub(crate) fn packed(&self) -> Vec<[f32; 4]> {
+        let StampSettings { angle, repeat, mirror, alternate, mid, scale } = self.settings;
+        let (sine, cosine) = angle.sin_cos();
+        let bits = u8::from(mirror.is_on()) | u8::from(alternate.is_on()) << 1;
+        let levels = &self.image.levels;
+        let mut packed = vec![[cosine, sine, repeat, f32::from(bits)]];
+        packed.push([mid, scale, self.channel as u32 as f32, levels.len() as f32]);
+        let mut first = packed.len() + levels.len();
+        for level in levels {
+            packed.push([first as f32, level.width as f32, level.height as f32, 0.0]);
+            first += level.pixels.len();
+        }
+        levels.iter().for_each(|level| packed.extend(&level.pixels));
+        packed
+    }
+
+    /// Pixels of the image and its reductions.
+    pub(crate) fn pixels(&self) -> usize {
+        self.image.levels.iter().map(|level| level.pixels.len()).sum()
+    }
+
     /// The filtered pixel at a place of the brush, whose neighbours are `footprint` away there: red, green, blue, not
     /// multiplied by alpha, and alpha.
     pub fn sample(&self, place: [f32; 2], footprint: f32) -> [f32; 4] {

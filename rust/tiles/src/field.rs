@@ -199,6 +199,11 @@ impl<T: Texel> Field<T> {
         self.class(tile).size()
     }
 
+    /// Whether tiles are known to have the sizes of those of `other`, a copy from before or after.
+    pub fn has_sizes_of(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.classes, &other.classes)
+    }
+
     /// Bytes of the block of `tile`, whether it is allocated or not.
     pub fn block_bytes(&self, tile: u32) -> u64 {
         self.class(tile).bytes(size_of::<T>())

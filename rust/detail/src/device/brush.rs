@@ -1,361 +1,390 @@
-//! Dabs that sculpt, evaluated on a graphics device (`shaders/brush_sculpt.wgsl`).
+//! Dabs on a graphics device: intersecting, sets, memory and edit of all dabs of an event are one submission
+//! (`shaders/brush_*.wgsl`).
 //!
-//! The brush is evaluated at every texel of the tiles in its box by the device; new blocks come back, and what follows is
-//! that of the processor: sets, memory, rings, history. So a stroke has the same undo and journal on either. Coefficients
-//! are those of the processor up to one unit in the last place of a half float.
+//! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Sections 3 to 5.
+//! The device works on blocks of its own; when an event ends, those that changed come back at once, and budget, rings,
+//! mips and history are the processor's, so that a stroke has the same undo and journal on either. Coefficients are those
+//! of the processor up to one unit in the last place of a half float, colours within 1/255. Only edits whose dabs know of
+//! each other by their own texels alone are made together; else the processor's rings come between them.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use half::f16;
-use relievo_core::{Context, Error, Result};
-use relievo_gpu::{Access, Buffer, Device, GROUP, Kernel, KernelSpec};
-use relievo_surface::{DeviceSurface, SURFACE_GROUP};
-use relievo_tiles::{DeviceTiles, Field, TILES_GROUP};
+use relievo_core::Result;
+use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, PassTime};
+use relievo_surface::{DeviceSurface, Link, RingClass, SURFACE_GROUP};
+use relievo_tiles::{Channel, DeviceTiles, Field, Rgba8, Rgba16, TILES_GROUP, Texel};
 
-use crate::cull::CulledTile;
-use crate::dab::Dab;
+use super::intersect::DeviceIntersection;
+use super::memory::{BlockState, DeviceMemory, MOST_DABS, Memory, Tested};
 use crate::edit::TileEdit;
-use crate::ground::Ground;
-use crate::mode::SculptMode;
-use crate::object::DisplacedObject;
+use crate::stamp::Stamp;
 use crate::weights::BrushParameters;
 
-/// As in `brush_sculpt.wgsl`.
+/// What a dab does to texels, as in `brush_edit.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Sculpt {
-    row_x: [f32; 4],
-    row_y: [f32; 4],
-    row_z: [f32; 4],
+pub(crate) struct Edit {
+    rows: [[f32; 4]; 3],
     origin: [f32; 3],
     falloff: u32,
     strength: f32,
-    height: f32,
+    /// What is drawn where the share is 1, object units.
+    pub height: f32,
     unit: f32,
-    mode: u32,
-    first: u32,
+    /// The number of the mode.
+    pub mode: u32,
+    dab: u32,
     room: u32,
-    /// To the alignment of the rows.
-    padding: [u32; 2],
+    /// Bits, see [`WIDE`] and what follows.
+    pub flags: u32,
+    /// To the alignment of the colours.
+    padding: u32,
+    /// The colour of the brush.
+    pub color: [f32; 4],
+    /// The colour of what is not painted.
+    pub blank: [f32; 4],
 }
 
-/// Words of new blocks that are on their way at once.
-const BATCH: usize = 1 << 22;
-
-/// A brush on a device, with the surface of an object, as it is posed, and its displacement.
-#[derive(Debug)]
-pub(crate) struct DeviceBrush {
-    device: Device,
-    surface: DeviceSurface,
-    tiles: DeviceTiles,
-    /// The displacement from when the stroke began, once there is a stroke.
-    begun: Option<DeviceTiles>,
-    kernel: Arc<Kernel>,
-}
-
-impl DisplacedObject {
-    /// Has dabs that sculpt evaluated on a graphics device from now on, or on the processor again. What a device does not
-    /// do (stamps, vector displacement, edits at other levels, colours), the processor does.
-    ///
-    /// Fails, and changes nothing, where the device has no room for the object.
-    pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
-        self.device = device.map(|device| DeviceBrush::new(device, self)).transpose()?;
-        Ok(())
-    }
-
-    /// The failure after which the processor took over, told once.
-    pub fn take_device_fault(&mut self) -> Option<Error> {
-        self.device_fault.take()
-    }
-
-    /// The new blocks of the tiles that a dab changes, from the device; `None` if the processor is to make them.
-    pub(crate) fn sculpt_on_device(
-        &mut self,
-        context: &Context,
-        (dab, mode, height): (&Dab, SculptMode, f32),
-        start: Option<Ground<'_>>,
-        culled: &[CulledTile],
-        brush: &BrushParameters,
-    ) -> Option<Vec<TileEdit<f16>>> {
-        if mode.needs_vectors() || self.vectors.is_some() || dab.brush.stamp().is_some() {
-            return None;
-        }
-        let mut device = self.device.take()?;
-        let start = start.map(|ground| ground.heights);
-        let made = context.stats().time("dab.device", || device.evaluate(self, start, culled, brush, (mode, height)));
-        match made {
-            Ok(edits) => {
-                self.device = Some(device);
-                Some(edits)
-            }
-            Err(error) => {
-                self.device_fault = Some(error);
-                None
-            }
-        }
-    }
-}
-
-impl DeviceBrush {
-    fn new(device: &Device, object: &DisplacedObject) -> Result<Self> {
-        let kernel = device.kernel(&KernelSpec {
-            module: "brush_sculpt",
-            entry: "edit",
-            groups: &[
-                &[Access::Read, Access::Read, Access::Write, Access::Write],
-                &SURFACE_GROUP,
-                &TILES_GROUP,
-                &TILES_GROUP,
-            ],
-            immediates: size_of::<Sculpt>() as u32,
-            constants: &[],
-        })?;
-        let surface = DeviceSurface::new(device, &object.surface)?;
-        let tiles = DeviceTiles::new(device, object.displacement.field())?;
-        Ok(Self { device: device.clone(), surface, tiles, begun: None, kernel })
-    }
-
-    /// Brings the surface to another pose.
-    pub fn pose(&mut self, cage: &[[f32; 3]]) -> Result<()> {
-        self.surface.set_points(&self.device, cage)?;
-        let mut frame = self.device.frame()?;
-        self.surface.pose(&mut frame.pass("surface.patches"))?;
-        frame.submit().map(drop)
-    }
-
-    /// The new blocks of the tiles that change.
-    fn evaluate(
-        &mut self,
-        object: &DisplacedObject,
-        start: Option<&Field>,
-        culled: &[CulledTile],
-        brush: &BrushParameters,
-        (mode, height): (SculptMode, f32),
-    ) -> Result<Vec<TileEdit<f16>>> {
-        let (device, field) = (&self.device, object.displacement.field());
-        self.tiles.update(device, field)?;
-        match (start, &mut self.begun) {
-            (Some(start), Some(begun)) => drop(begun.update(device, start)?),
-            (Some(start), begun) => *begun = Some(DeviceTiles::new(device, start)?),
-            (None, _) => {}
-        }
-        let ground = self.begun.as_ref().filter(|_| start.is_some()).unwrap_or(&self.tiles);
-        let tiles: Vec<u32> = culled.iter().map(|tile| tile.tile).collect();
-        let sizes: Vec<u32> = tiles.iter().map(|tile| field.size(*tile)).collect();
-        let Some(largest) = sizes.iter().max() else { return Ok(Vec::new()) };
-        let room = ((largest + 2) * (largest + 2) / 2) as usize;
-        let batch = (BATCH / room).clamp(1, tiles.len());
-        let listed = Buffer::of(device, "culled tiles", &tiles)?;
-        let measured = Buffer::of(device, "sizes of culled tiles", &sizes)?;
-        let blocks = Buffer::<u32>::new(device, "new blocks", batch * room)?;
-        let changes = Buffer::<u32>::new(device, "changed texels", batch)?;
-        let buffers = [listed.wgpu(), measured.wgpu(), blocks.wgpu(), changes.wgpu()];
-        let bound = device.bind(&self.kernel, 0, &buffers)?;
-        let [row_x, row_y, row_z] = brush.rows;
+impl Edit {
+    /// An edit by a brush in mode 0, without a height and a colour, with the image of the brush if it has one.
+    pub fn new(brush: &BrushParameters, stamp: Option<&Stamp>) -> Self {
         let [x, y, z, _] = brush.origin;
-        let mut sculpt = Sculpt {
-            row_x,
-            row_y,
-            row_z,
+        let over = |stamp: &Stamp| if stamp.is_turned_over() { TURNED_OVER } else { 0 };
+        Self {
+            flags: stamp.map_or(0, |stamp| STAMPED | over(stamp)),
+            rows: brush.rows,
             origin: [x, y, z],
             falloff: brush.falloff,
             strength: brush.strength,
-            height,
             unit: brush.unit(),
-            mode: mode as u32,
-            first: 0,
-            room: room as u32,
-            padding: [0; 2],
-        };
-        let mut edits = Vec::new();
-        for first in (0..tiles.len()).step_by(batch) {
-            let count = batch.min(tiles.len() - first);
-            sculpt.first = first as u32;
-            let mut frame = device.frame()?;
-            frame.clear(&changes);
-            let size = [count as u32, (room as u32).div_ceil(GROUP), 1];
-            let groups = [&bound, self.surface.group(), ground.group(), self.tiles.group()];
-            frame.pass("dab.evaluate").run(&self.kernel, &groups, bytemuck::bytes_of(&sculpt), size)?;
-            let changed = frame.read(&changes, 0..count)?;
-            let made = frame.read(&blocks, 0..count * room)?;
-            let _ = frame.submit()?;
-            let (changed, made) = (changed.get(device)?, made.get(device)?);
-            for (slot, count) in changed.iter().enumerate().filter(|(_, count)| **count > 0) {
-                let tile = tiles[first + slot];
-                let texels = &bytemuck::cast_slice::<u32, f16>(&made[slot * room..])[..field.class(tile).texels()];
-                edits.push(TileEdit { tile, texels: texels.into(), count: u64::from(*count) });
+            ..Self::zeroed()
+        }
+    }
+}
+
+/// Texels that a device edits.
+pub(crate) trait DeviceTexel: Texel {
+    /// The module of the kernel that does.
+    const MODULE: &'static str;
+    /// [`WIDE`] for colours of half floats.
+    const FLAGS: u32 = 0;
+}
+
+/// As in `brush_edit.wgsl`.
+const WIDE: u32 = 1;
+const STAMPED: u32 = 2;
+const TURNED_OVER: u32 = 4;
+
+impl DeviceTexel for f16 {
+    const MODULE: &'static str = "brush_sculpt";
+}
+
+impl DeviceTexel for Rgba8 {
+    const MODULE: &'static str = "brush_paint";
+}
+
+impl DeviceTexel for Rgba16 {
+    const MODULE: &'static str = "brush_paint";
+    const FLAGS: u32 = WIDE;
+}
+
+/// Words of the blocks of an event, as long as it needs no more.
+const WORDS: u32 = 1 << 20;
+
+/// Blocks that are read back with an event before it is known how many there are.
+const FEW: u32 = 16;
+
+/// What dabs on one kind of texels need of a device, beside the surface, its displacement and the texels themselves. All
+/// of it is kept from event to event.
+#[derive(Debug)]
+pub(crate) struct DeviceBrush<T> {
+    kernel: Arc<Kernel>,
+    memory: DeviceMemory,
+    intersection: DeviceIntersection<T>,
+    editing: Bindings,
+    /// The image of the brush, and what the device has of it: something, where there is none.
+    stamp: Option<Stamp>,
+    image: Buffer<[f32; 4]>,
+    /// Blocks that the last event used.
+    expected: u32,
+}
+
+/// What came back of an event.
+#[derive(Debug)]
+pub(crate) struct Event<T> {
+    pub edits: Vec<TileEdit<T>>,
+    /// The tiles that were looked at, ascending.
+    pub looked: Vec<u32>,
+    /// What each dab found.
+    pub tested: Vec<Tested>,
+    /// How long its passes took, if the device times.
+    pub times: Vec<PassTime>,
+}
+
+/// What dabs are made on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stage<'a, T: Texel> {
+    pub device: &'a Device,
+    pub surface: &'a DeviceSurface,
+    /// The displacement that places go by, there and here.
+    pub ground: (&'a DeviceTiles, &'a Field),
+    /// The texels before the event.
+    pub tiles: &'a DeviceTiles<T>,
+    pub channel: &'a Channel<T>,
+}
+
+impl<T: DeviceTexel> DeviceBrush<T> {
+    /// For the tiles of `surface` in its pose, which are those of `field`. Fails where the device has no room.
+    pub fn new(device: &Device, surface: &DeviceSurface, field: &Field<T>) -> Result<Self> {
+        use Access::{Read, Write};
+        let kernel = device.kernel(&KernelSpec {
+            module: T::MODULE,
+            entry: "edit",
+            groups: &[&[Read, Read, Read, Read, Write, Write, Write, Read], &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
+            immediates: size_of::<Edit>() as u32,
+            constants: &[],
+        })?;
+        let tiles = field.tile_count();
+        // Sizes are known when an event comes.
+        let memory = DeviceMemory::new(device, tiles, 1, 1)?;
+        let intersection = DeviceIntersection::new(device, tiles, &memory)?;
+        let image = Buffer::new(device, "image of a brush", 1)?;
+        let editing = editing(device, &kernel, &memory, &intersection, &image)?;
+        let made = Self { kernel, memory, intersection, editing, stamp: None, image, expected: 0 };
+        let mut frame = device.frame()?;
+        made.measure(&mut frame.pass("surface.boxes"), surface)?;
+        let _ = frame.submit()?;
+        Ok(made)
+    }
+
+    /// Records the boxes of the tiles of `surface` in its pose.
+    pub fn measure(&self, pass: &mut Pass<'_>, surface: &DeviceSurface) -> Result<()> {
+        self.intersection.measure(pass, surface)
+    }
+
+    /// Makes the first of `edits`, or the first few at once where they may be made `together`, all with the same image of
+    /// the brush. `None` if the device cannot hold that, or blocks for all tiles that they reach.
+    pub fn event(
+        &mut self,
+        stage: Stage<'_, T>,
+        (edits, stamp): (&[(BrushParameters, Edit)], Option<&Stamp>),
+        together: bool,
+    ) -> Result<Option<Event<T>>> {
+        let Stage { device, ground, channel, .. } = stage;
+        let field = channel.field();
+        if !self.take_stamp(device, stamp)? {
+            return Ok(None);
+        }
+        if let Some(largest) = self.intersection.update(device, ground.1, field)? {
+            let room = ((largest + 2) * (largest + 2) * size_of::<T>() as u32).div_ceil(4);
+            if room > self.memory.room() {
+                self.make_room(device, room, (WORDS / room).clamp(1, field.tile_count().max(1) as u32))?;
             }
         }
-        Ok(edits)
+        let edits = &edits[..edits.len().min(if together { MOST_DABS } else { 1 })];
+        match self.run(stage, edits)? {
+            Some((states, _)) if edits.len() > 1 && !are_apart(channel, &states) => {
+                Ok(self.run(stage, &edits[..1])?.map(|(_, event)| event))
+            }
+            made => Ok(made.map(|(_, event)| event)),
+        }
     }
+
+    fn make_room(&mut self, device: &Device, room: u32, capacity: u32) -> Result<()> {
+        self.memory = DeviceMemory::new(device, self.memory.masks.len(), room, capacity)?;
+        self.intersection.rebind(device, &self.memory)?;
+        self.rebind(device)
+    }
+
+    fn rebind(&mut self, device: &Device) -> Result<()> {
+        self.editing = editing(device, &self.kernel, &self.memory, &self.intersection, &self.image)?;
+        Ok(())
+    }
+
+    /// Takes on the image of the brush. False if the device cannot hold it.
+    fn take_stamp(&mut self, device: &Device, stamp: Option<&Stamp>) -> Result<bool> {
+        let Some(stamp) = stamp.filter(|stamp| !self.stamp.as_ref().is_some_and(|own| own.is_like(stamp))) else {
+            return Ok(true);
+        };
+        let most = device.limits().max_storage_buffer_binding_size.min(device.limits().max_buffer_size);
+        // Where pixels begin is a number of an f32.
+        if stamp.pixels() >= 1 << 23 || 16 * (stamp.pixels() as u64 + 64) > most {
+            return Ok(false);
+        }
+        self.image = Buffer::of(device, "image of a brush", &stamp.packed())?;
+        self.stamp = Some(stamp.clone());
+        self.rebind(device)?;
+        Ok(true)
+    }
+
+    /// Makes `edits` in one submission, and again with more room if they needed it. Returns the states of the blocks that
+    /// changed, and what came back; `None` if the device cannot have that much room.
+    fn run(
+        &mut self,
+        stage: Stage<'_, T>,
+        edits: &[(BrushParameters, Edit)],
+    ) -> Result<Option<(Vec<BlockState>, Event<T>)>> {
+        let Stage { device, surface, ground, tiles, channel } = stage;
+        let field = channel.field();
+        loop {
+            let memory = &self.memory;
+            let mut frame = device.frame()?;
+            memory.reset(&mut frame)?;
+            for (dab, (brush, edit)) in (1..).zip(edits) {
+                let edit = Edit { dab, room: memory.room(), flags: edit.flags | T::FLAGS, ..*edit };
+                self.intersection.intersect(&mut frame.pass("dab.intersect"), surface, brush)?;
+                memory.compact(&mut frame.pass("dab.scan"))?;
+                memory.manage_sets(&mut frame.pass("dab.manage"), dab)?;
+                let groups = [&self.editing, surface.group(), ground.0.group(), tiles.group()];
+                let immediates = bytemuck::bytes_of(&edit);
+                let mut pass = frame.pass("dab.edit");
+                pass.run_indirect(&self.kernel, &groups, immediates, &memory.header, DeviceMemory::EDIT)?;
+            }
+            let few = self.expected.max(FEW).min(memory.capacity());
+            let header = frame.read(&memory.header, 0..memory.header.len())?;
+            let tested = frame.read(&memory.tested, 0..edits.len())?;
+            let states = frame.read(&memory.states, 0..few as usize)?;
+            let blocks = frame.read(&memory.blocks, 0..(few * memory.room()) as usize)?;
+            let times = frame.submit()?.wait()?;
+            let header = header.get(device)?;
+            let header: Memory = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&header));
+            if header.refused > 0 {
+                let (room, there) = (memory.room(), memory.capacity());
+                let needed = there.saturating_add(header.refused).min(field.tile_count() as u32);
+                let limits = device.limits();
+                let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+                if needed <= there || DeviceMemory::bytes(room, needed) > most {
+                    return Ok(None);
+                }
+                self.make_room(device, room, needed)?;
+                continue;
+            }
+            let used = header.used(memory.capacity());
+            self.expected = used;
+            let (mut states, mut blocks) = (states.get(device)?, blocks.get(device)?);
+            if used > few {
+                let mut frame = device.frame()?;
+                let more = frame.read(&memory.states, few as usize..used as usize)?;
+                let words = (few * memory.room()) as usize..(used * memory.room()) as usize;
+                let rest = frame.read(&memory.blocks, words)?;
+                let _ = frame.submit()?;
+                states.extend(more.get(device)?);
+                blocks.extend(rest.get(device)?);
+            }
+            states.truncate(used as usize);
+            let tested = tested.get(device)?;
+            let (states, edits, looked) = collect(field, states, &blocks, memory.room());
+            return Ok(Some((states, Event { edits, looked, tested, times })));
+        }
+    }
+}
+
+fn editing<T: DeviceTexel>(
+    device: &Device,
+    kernel: &Kernel,
+    memory: &DeviceMemory,
+    intersection: &DeviceIntersection<T>,
+    image: &Buffer<[f32; 4]>,
+) -> Result<Bindings> {
+    let bound = [
+        memory.compaction.lists().wgpu(),
+        memory.compaction.counts().wgpu(),
+        memory.pointers.wgpu(),
+        intersection.tiles(),
+        memory.states.wgpu(),
+        memory.blocks.wgpu(),
+        memory.tested.wgpu(),
+        image.wgpu(),
+    ];
+    device.bind(kernel, 0, &bound)
+}
+
+/// The states of blocks that changed, the edits in them, by ascending tile, and all tiles that had blocks.
+fn collect<T: DeviceTexel>(
+    field: &Field<T>,
+    states: Vec<BlockState>,
+    blocks: &[u32],
+    room: u32,
+) -> (Vec<BlockState>, Vec<TileEdit<T>>, Vec<u32>) {
+    let mut used: Vec<(usize, BlockState)> = states.into_iter().enumerate().filter(|(_, it)| it.taken > 0).collect();
+    used.sort_unstable_by_key(|(_, it)| (it.tile, it.changes == 0));
+    // What was given back and taken again has two blocks, of which one did not change.
+    used.dedup_by_key(|(_, it)| it.tile);
+    let looked = used.iter().map(|(_, it)| it.tile).collect();
+    used.retain(|(_, it)| it.changes > 0);
+    let edit = |(index, state): &(usize, BlockState)| {
+        let words = &blocks[index * room as usize..][..room as usize];
+        let texels = &bytemuck::cast_slice::<u32, T>(words)[..field.class(state.tile).texels()];
+        TileEdit { tile: state.tile, texels: texels.into(), count: u64::from(state.changes) }
+    };
+    let edits = used.iter().map(edit).collect();
+    (used.into_iter().map(|(_, it)| it).collect(), edits, looked)
+}
+
+/// Whether what the dabs of an event did is what they do one after the other: the processor equalises texels around some
+/// vertices after each of them, and clears those at edges of three or more faces and beside tiles that the budget refuses.
+fn are_apart<T: Texel>(channel: &Channel<T>, changed: &[BlockState]) -> bool {
+    let field = channel.field();
+    let topology = field.topology();
+    // A tile may want all those around it.
+    let wanted: u64 = changed.iter().map(|state| 9 * field.tile_bytes(state.tile)).sum();
+    if channel.bytes().saturating_add(wanted) > channel.budget() {
+        return false;
+    }
+    let mut dabs: BTreeMap<u32, u32> = BTreeMap::new();
+    for state in changed {
+        let pinned = |edge: u8| matches!(topology.link(state.tile, edge), Link::Pinned { .. });
+        if state.dabs.count_ones() > 1 && (0..4).any(pinned) {
+            return false;
+        }
+        for (ring, bits) in topology.rings(state.tile).iter().zip(state.corners) {
+            *dabs.entry(*ring).or_default() |= bits;
+        }
+    }
+    let equalised = |ring: u32| {
+        let entries = topology.ring(ring);
+        let density = |tile: u32| field.size(tile) << u32::from(topology.is_sub(tile));
+        let even = entries.iter().all(|entry| density(entry.tile) == density(entries[0].tile));
+        match topology.ring_class(ring) {
+            RingClass::Tee => false,
+            RingClass::Regular => !even,
+            RingClass::Boundary => !even || entries.len() > 2,
+            RingClass::Extraordinary | RingClass::Pinned => true,
+        }
+    };
+    !dabs.into_iter().any(|(ring, bits)| bits.count_ones() > 1 && equalised(ring))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brush::Brush;
-    use crate::dab::Action;
-    use crate::falloff::Falloff;
-    use crate::path::StrokePoint;
-    use crate::stroke::{Stroke, StrokeSettings};
-    use glam::{DAffine3, DMat3, DVec3};
-    use relievo_surface::{Surface, SurfaceOptions};
     use relievo_testing::wgsl::assert_layout;
-    use relievo_testing::{device, grid};
-    use relievo_tiles::{Displacement, DisplacementOptions};
     use std::mem::offset_of;
 
     #[test]
-    fn the_layout_is_that_of_the_kernel() {
+    fn the_layout_is_that_of_the_kernels() {
+        let rows = offset_of!(Edit, rows);
         let fields = [
-            ("row_x", offset_of!(Sculpt, row_x)),
-            ("row_y", offset_of!(Sculpt, row_y)),
-            ("row_z", offset_of!(Sculpt, row_z)),
-            ("origin", offset_of!(Sculpt, origin)),
-            ("falloff", offset_of!(Sculpt, falloff)),
-            ("strength", offset_of!(Sculpt, strength)),
-            ("height", offset_of!(Sculpt, height)),
-            ("unit", offset_of!(Sculpt, unit)),
-            ("mode", offset_of!(Sculpt, mode)),
-            ("first", offset_of!(Sculpt, first)),
-            ("room", offset_of!(Sculpt, room)),
+            ("row_x", rows),
+            ("row_y", rows + 16),
+            ("row_z", rows + 32),
+            ("origin", offset_of!(Edit, origin)),
+            ("falloff", offset_of!(Edit, falloff)),
+            ("strength", offset_of!(Edit, strength)),
+            ("height", offset_of!(Edit, height)),
+            ("unit", offset_of!(Edit, unit)),
+            ("mode", offset_of!(Edit, mode)),
+            ("dab", offset_of!(Edit, dab)),
+            ("room", offset_of!(Edit, room)),
+            ("flags", offset_of!(Edit, flags)),
+            ("color", offset_of!(Edit, color)),
+            ("blank", offset_of!(Edit, blank)),
         ];
-        assert_layout("brush_sculpt", "Sculpt", size_of::<Sculpt>(), &fields);
-    }
-
-    fn object(context: &Context) -> DisplacedObject {
-        let mesh = grid(6, true, &[2, 3, 2, 1], false);
-        let surface = Surface::new(context, &mesh, &SurfaceOptions::default()).unwrap();
-        let options = DisplacementOptions { size: 32, face_sizes: vec![(3, 64), (8, 8)], ..Default::default() };
-        let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
-        let turn = DAffine3::from_scale_rotation_translation(
-            DVec3::splat(1.5),
-            glam::DQuat::from_rotation_y(0.4),
-            DVec3::new(0.3, -1.0, 2.0),
-        );
-        DisplacedObject::new(context, surface, &mesh.points, displacement, turn).unwrap()
-    }
-
-    /// Coefficients of two objects: how many differ, and the largest difference in steps of half floats.
-    fn difference(a: &DisplacedObject, b: &DisplacedObject) -> (usize, i32) {
-        let (a, b) = (a.displacement.field(), b.displacement.field());
-        let tiles = |field: &relievo_tiles::Field| field.allocated().collect::<Vec<_>>();
-        assert_eq!(tiles(a), tiles(b), "the tiles that are allocated");
-        // Half floats in order, so that neighbours are one apart.
-        let order = |half: f16| {
-            let bits = i32::from(half.to_bits());
-            if bits & 0x8000 == 0 { bits } else { 0x8000 - bits }
-        };
-        let pairs = tiles(a).into_iter().flat_map(|tile| a.block(tile).unwrap().iter().zip(b.block(tile).unwrap()));
-        pairs.fold((0, 0), |(count, most), (a, b)| {
-            let apart = (order(*a) - order(*b)).abs();
-            (count + usize::from(apart > 0), most.max(apart))
-        })
-    }
-
-    #[test]
-    fn dabs_of_a_device_are_those_of_the_processor() {
-        let Some(device) = device() else { return };
-        let context = Context::serial();
-        let modes = [
-            (SculptMode::Draw, 0.2),
-            (SculptMode::Smooth, 0.0),
-            (SculptMode::Flatten, 0.0),
-            (SculptMode::Erase, 0.0),
-            (SculptMode::Clay, 0.1),
-            (SculptMode::Scrape, 0.0),
-            (SculptMode::Layer, -0.1),
-            (SculptMode::Inflate, 0.05),
-        ];
-        let (mut differing, mut changed) = (0, 0);
-        for (falloff, _) in Falloff::NAMES {
-            for (mode, height) in modes {
-                // Something to begin with, the same for both.
-                let (mut here, mut there) = (object(&context), object(&context));
-                let place = here.transform.transform_point3(DVec3::new(3.6, 0.4, 0.6));
-                let axes = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 1.2, 0.1);
-                let dab = |mode, height, size, falloff| Dab {
-                    brush: Brush::new(place, axes, DVec3::splat(size), falloff).unwrap(),
-                    action: Action::Sculpt { mode, height },
-                    strength: 0.8,
-                };
-                let base = dab(SculptMode::Draw, 0.15, 1.2, Falloff::Gaussian);
-                for object in [&mut here, &mut there] {
-                    base.apply(&context, object).unwrap();
-                }
-                there.use_device(Some(&device)).unwrap();
-                for size in [1.0, 1.7] {
-                    let dab = dab(mode, height, size, falloff);
-                    let expected = dab.apply(&context, &mut here).unwrap();
-                    let found = dab.apply(&context, &mut there).unwrap();
-                    assert_eq!(found.changed, expected.changed, "{mode:?} {falloff:?}");
-                    let (differ, apart) = difference(&here, &there);
-                    assert!(
-                        apart <= 1 || mode == SculptMode::Inflate && apart <= 8,
-                        "{mode:?} {falloff:?}: {apart} steps"
-                    );
-                    differing += differ;
-                    changed += expected.changed_texels as usize;
-                }
-            }
+        for module in ["brush_sculpt", "brush_paint"] {
+            assert_layout(module, "Edit", size_of::<Edit>(), &fields);
         }
-        println!("{differing} of {changed} coefficients differ");
-        assert!(differing * 100 < changed, "{differing} of {changed} coefficients differ");
-    }
-
-    #[test]
-    fn strokes_of_a_device_are_those_of_the_processor() {
-        let Some(device) = device() else { return };
-        let context = Context::serial();
-        for (mode, height) in [(SculptMode::Draw, 0.1), (SculptMode::Layer, 0.1), (SculptMode::Clay, 0.05)] {
-            let [mut here, mut there] = [object(&context), object(&context)];
-            there.use_device(Some(&device)).unwrap();
-            // A pose that was made on the device.
-            let cage: Vec<[f32; 3]> = grid(6, true, &[2, 3, 2, 1], false).points;
-            let cage: Vec<_> = cage.iter().map(|p| [p[0], p[1] + 0.1 * p[0], 1.2 * p[2]]).collect();
-            for object in [&mut here, &mut there] {
-                object.pose(&context, &cage).unwrap();
-            }
-            let points = (0..5).map(|k| {
-                let place = DVec3::new(3.4, 0.34 + 0.3 * f64::from(k), 0.6);
-                StrokePoint::new(here.transform.transform_point3(place), 1.0)
-            });
-            let settings = StrokeSettings { radius: 0.9, spacing: 0.5, ..StrokeSettings::default() };
-            let stroke = Stroke::new(points.collect(), settings, Falloff::Smooth, Action::Sculpt { mode, height });
-            for _ in 0..2 {
-                let expected = stroke.apply(&context, &mut here).unwrap();
-                let found = stroke.apply(&context, &mut there).unwrap();
-                assert_eq!((found.dabs, found.missed), (expected.dabs, expected.missed));
-                assert!(expected.report.changed_texels > 1000, "{expected:?}");
-                assert_eq!(found.report.changed, expected.report.changed);
-            }
-            let (differ, apart) = difference(&here, &there);
-            println!("{mode:?}: {differ} coefficients of strokes differ, by {apart} steps at most");
-            assert!(apart <= 4, "{mode:?}: {apart} steps");
-            assert!(there.take_device_fault().is_none());
-        }
-    }
-
-    #[test]
-    fn the_processor_takes_over_from_a_lost_device() {
-        let Some(device) = device() else { return };
-        let context = Context::serial();
-        let [mut here, mut there] = [object(&context), object(&context)];
-        there.use_device(Some(&device)).unwrap();
-        let place = here.transform.transform_point3(DVec3::new(3.6, 0.4, 0.6));
-        let dab = Dab {
-            brush: Brush::new(place, DMat3::IDENTITY, DVec3::ONE, Falloff::Smooth).unwrap(),
-            action: Action::Sculpt { mode: SculptMode::Draw, height: 0.1 },
-            strength: 1.0,
-        };
-        device.abandon();
-        for object in [&mut here, &mut there] {
-            assert!(!dab.apply(&context, object).unwrap().changed.is_empty());
-        }
-        assert_eq!(difference(&here, &there), (0, 0));
-        let fault = there.take_device_fault().expect("it is told");
-        assert_eq!(fault.kind, relievo_core::ErrorKind::Device, "{fault}");
-        assert!(there.take_device_fault().is_none(), "once");
     }
 }

@@ -2,6 +2,7 @@
 
 mod bending;
 mod budgets;
+mod device;
 mod fading;
 mod half_colors;
 mod history;

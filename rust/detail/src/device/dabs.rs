@@ -1,0 +1,256 @@
+//! Dabs of an object that a graphics device makes, and which those are.
+
+use glam::Vec4;
+use half::f16;
+use relievo_core::{Context, Error, Result};
+use relievo_gpu::PassTime;
+use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Rgba8, Rgba16, by_format};
+
+use super::brush::{DeviceBrush, DeviceTexel, Edit, Event, Stage};
+use super::state::DeviceObject;
+use crate::cull::{BlockList, CulledTile};
+use crate::dab::{Action, Dab, DabReport};
+use crate::edit;
+use crate::ground::Ground;
+use crate::layered::LayeredObject;
+use crate::mode::{PaintMode, SculptMode};
+use crate::object::DisplacedObject;
+use crate::weights::BrushParameters;
+
+/// Colours, and what paints them.
+pub(super) type DeviceColors<T> = (DeviceTiles<T>, DeviceBrush<T>);
+
+/// A colour that a device has room for.
+trait DeviceColor: ColorPlanes + DeviceTexel {
+    fn slot(object: &mut DeviceObject) -> &mut Option<DeviceColors<Self>>;
+}
+
+impl DeviceColor for Rgba8 {
+    fn slot(object: &mut DeviceObject) -> &mut Option<DeviceColors<Self>> {
+        &mut object.painting
+    }
+}
+
+impl DeviceColor for Rgba16 {
+    fn slot(object: &mut DeviceObject) -> &mut Option<DeviceColors<Self>> {
+        &mut object.half_painting
+    }
+}
+
+/// What dabs that can be made together have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Sculpt(SculptMode),
+    Paint(PaintMode),
+}
+
+impl DisplacedObject {
+    /// Makes a dab that sculpts on the device and keeps nothing of it. Returns how long its passes took there, by the
+    /// device's clock: `dab.intersect`, `dab.scan`, `dab.manage` and `dab.edit` among them; none if the device does not
+    /// time.
+    ///
+    /// Fails if the object uses no device, the device does not do such a dab, or it fails.
+    pub fn time_dab(&mut self, dab: &Dab) -> Result<Vec<PassTime>> {
+        dab.check()?;
+        let none = || Error::unsupported("the dab is none that a graphics device makes for this object");
+        let Some(Kind::Sculpt(mode)) = self.kind_on_device(dab) else { return Err(none()) };
+        let mut device = self.device.take().ok_or_else(none)?;
+        let made = device.sculpt(self, &[dab], None, mode);
+        self.device = Some(device);
+        Ok(made?.map_or_else(Vec::new, |event| event.times))
+    }
+
+    /// Makes the first of `dabs`, or the first few at once, on the device. Returns what each did, what is known of several
+    /// together with the last; `None` if the processor is to make the first.
+    ///
+    /// Fails as [`Dab::make`] does.
+    pub(crate) fn dab_on_device(
+        &mut self,
+        context: &Context,
+        dabs: &[&Dab],
+        start: Option<Ground<'_>>,
+    ) -> Result<Option<Vec<DabReport>>> {
+        let Some(kind) = dabs.first().and_then(|dab| self.kind_on_device(dab)) else { return Ok(None) };
+        dabs.iter().try_for_each(|dab| dab.check())?;
+        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let same_stamp = |dab: &Dab| match (dab.brush.stamp(), stamp) {
+            (Some(one), Some(other)) => one.is_like(other),
+            (one, other) => one.is_none() && other.is_none(),
+        };
+        let alike = |dab: &&&Dab| self.kind_on_device(dab) == Some(kind) && same_stamp(dab);
+        let dabs = &dabs[..dabs.iter().take_while(alike).count()];
+        match kind {
+            Kind::Sculpt(mode) => {
+                self.layers.displacement.check_editable()?;
+                let made = self.on_device(context, |device, object| device.sculpt(object, dabs, start, mode));
+                let Some(event) = made else { return Ok(None) };
+                self.widen(edit::range(context, &event.edits));
+                let erases = mode == SculptMode::Erase;
+                let (report, reports, culled) = take(context, &mut self.displacement, event, erases)?;
+                self.refit_after(context, start, &culled, &report, false);
+                Ok(Some(reports))
+            }
+            Kind::Paint(mode) => {
+                let mut paint = self.take_paint()?;
+                let done = by_format!(&mut paint, paint => {
+                    let made = self.on_device(context, |device, object| device.paint(object, paint, dabs, start));
+                    made.map(|event| take(context, paint, event, mode == PaintMode::Erase)).transpose()
+                });
+                self.put_paint(paint);
+                Ok(done?.map(|(_, reports, _)| reports))
+            }
+        }
+    }
+
+    /// What the device makes; `None` if the processor is to.
+    fn on_device<E>(
+        &mut self,
+        context: &Context,
+        make: impl FnOnce(&mut DeviceObject, &Self) -> Result<Option<E>>,
+    ) -> Option<E> {
+        let mut device = self.device.take()?;
+        match context.stats().time("dab.device", || make(&mut device, self)) {
+            Ok(made) => {
+                self.device = Some(device);
+                made
+            }
+            Err(error) => {
+                self.device_fault = Some(error);
+                None
+            }
+        }
+    }
+
+    /// What a dab does, if there is a device that does it.
+    fn kind_on_device(&self, dab: &Dab) -> Option<Kind> {
+        let plain = self.device.is_some() && self.vectors.is_none() && dab.brush.stamp().is_none();
+        match dab.action {
+            Action::Sculpt { mode, .. } => (plain && !mode.needs_vectors()).then_some(Kind::Sculpt(mode)),
+            Action::Paint { mode, .. } => (plain && mode != PaintMode::Smear).then_some(Kind::Paint(mode)),
+        }
+    }
+}
+
+/// Makes what came back of an event the channel's: memory, texels, rings. Returns what its dabs did together, and each of
+/// them, and the tiles that were looked at.
+fn take<T: DeviceTexel>(
+    context: &Context,
+    channel: &mut Channel<T>,
+    event: Event<T>,
+    erases: bool,
+) -> Result<(DabReport, Vec<DabReport>, Vec<CulledTile>)> {
+    let blocks = || BlockList::Many(Vec::new());
+    let culled: Vec<CulledTile> = event.looked.into_iter().map(|tile| CulledTile { tile, blocks: blocks() }).collect();
+    let whole = edit::write(context, channel, &culled, event.edits, erases)?;
+    let mut reports: Vec<DabReport> = event
+        .tested
+        .into_iter()
+        .map(|it| DabReport {
+            tested_tiles: u64::from(it.tiles),
+            tested_texels: u64::from(it.texels),
+            changed_texels: u64::from(it.changed),
+            bytes: whole.bytes,
+            ..DabReport::default()
+        })
+        .collect();
+    // Texels of tiles that the budget refused did not change.
+    let all: u64 = reports.iter().map(|report| report.changed_texels).sum();
+    let mut excess = all.saturating_sub(whole.changed_texels);
+    for dab in reports.iter_mut().rev() {
+        let less = excess.min(dab.changed_texels);
+        dab.changed_texels -= less;
+        excess -= less;
+    }
+    if let Some(last) = reports.last_mut() {
+        let DabReport { tested_tiles, tested_texels, changed_texels, .. } = *last;
+        *last = DabReport { tested_tiles, tested_texels, changed_texels, ..whole.clone() };
+    }
+    Ok((whole, reports, culled))
+}
+
+impl DeviceObject {
+    /// Sculpts with the first of `dabs`, or the first few at once. `None` if they reach more tiles than the device can
+    /// have blocks for.
+    fn sculpt(
+        &mut self,
+        object: &DisplacedObject,
+        dabs: &[&Dab],
+        start: Option<Ground<'_>>,
+        mode: SculptMode,
+    ) -> Result<Option<Event<f16>>> {
+        let start = start.map(|start| start.heights);
+        self.follow(object, start)?;
+        let channel = &object.displacement;
+        let mut brush = match self.sculpting.take() {
+            Some(brush) => brush,
+            None => DeviceBrush::new(&self.device, &self.surface, channel.field())?,
+        };
+        let Self { device, surface, tiles, .. } = &*self;
+        let ground = self.begun().filter(|_| start.is_some()).unwrap_or(tiles);
+        let ground = (ground, start.unwrap_or(channel.field()));
+        let edits = edits(object, dabs, |dab, edit| {
+            if let Action::Sculpt { mode, height } = dab.action {
+                (edit.mode, edit.height) = (mode as u32, height);
+            }
+        });
+        // A dab that looks at neighbours needs their rings, and one that is by itself its own displacement.
+        let together = start.is_some() && !mode.needs_mean();
+        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let made = brush.event(Stage { device, surface, ground, tiles, channel }, (&edits, stamp), together)?;
+        self.sculpting = Some(brush);
+        Ok(made)
+    }
+
+    /// Paints with the first of `dabs`, or the first few at once. `None` as [`Self::sculpt`].
+    fn paint<T: DeviceColor>(
+        &mut self,
+        object: &DisplacedObject,
+        channel: &Channel<T>,
+        dabs: &[&Dab],
+        start: Option<Ground<'_>>,
+    ) -> Result<Option<Event<T>>> {
+        let start = start.map(|start| start.heights);
+        self.follow(object, start)?;
+        let (colors, mut brush) = match T::slot(self).take() {
+            Some((mut colors, brush)) => {
+                colors.update(&self.device, channel.field())?;
+                (colors, brush)
+            }
+            None => (
+                DeviceTiles::new(&self.device, channel.field())?,
+                DeviceBrush::new(&self.device, &self.surface, channel.field())?,
+            ),
+        };
+        let blank = channel.field().blank().color();
+        let mut blurs = false;
+        let edits = edits(object, dabs, |dab, edit| {
+            if let Action::Paint { mode, color } = dab.action {
+                blurs |= mode.needs_mean();
+                (edit.mode, edit.color, edit.blank) = (mode as u32, Vec4::from(color).to_array(), blank.to_array());
+            }
+        });
+        let Self { device, surface, tiles, .. } = &*self;
+        let ground = self.begun().filter(|_| start.is_some()).unwrap_or(tiles);
+        let ground = (ground, start.unwrap_or(object.displacement.field()));
+        let stage = Stage { device, surface, ground, tiles: &colors, channel };
+        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let made = brush.event(stage, (&edits, stamp), !blurs)?;
+        *T::slot(self) = Some((colors, brush));
+        Ok(made)
+    }
+}
+
+/// What dabs do to texels of an object.
+fn edits(
+    object: &DisplacedObject,
+    dabs: &[&Dab],
+    mut set: impl FnMut(&Dab, &mut Edit),
+) -> Vec<(BrushParameters, Edit)> {
+    let edit = |dab: &&Dab| {
+        let brush = BrushParameters::new(&dab.brush, dab.strength, &object.transform);
+        let mut edit = Edit::new(&brush, dab.brush.stamp());
+        set(dab, &mut edit);
+        (brush, edit)
+    };
+    dabs.iter().map(edit).collect()
+}

@@ -1,0 +1,86 @@
+//! What a device keeps of an object: its surface in its pose, its displacement, and what edits need besides.
+
+use half::f16;
+use relievo_core::{Error, Result};
+use relievo_gpu::Device;
+use relievo_surface::DeviceSurface;
+use relievo_tiles::{DeviceTiles, Field, Rgba8, Rgba16};
+
+use super::brush::DeviceBrush;
+use super::dabs::DeviceColors;
+use crate::object::DisplacedObject;
+
+/// The state of an object on a device, which edits share.
+#[derive(Debug)]
+pub(crate) struct DeviceObject {
+    pub(super) device: Device,
+    pub(super) surface: DeviceSurface,
+    /// The displacement along the normals, as it was when somebody last needed it.
+    pub(super) tiles: DeviceTiles,
+    /// The displacement from when a stroke began, once there is one.
+    begun: Option<DeviceTiles>,
+    /// What sculpts and what paints, once something did.
+    pub(super) sculpting: Option<DeviceBrush<f16>>,
+    pub(super) painting: Option<DeviceColors<Rgba8>>,
+    pub(super) half_painting: Option<DeviceColors<Rgba16>>,
+}
+
+impl DisplacedObject {
+    /// Has dabs evaluated on a graphics device from now on, or on the processor again. What a device does not do
+    /// (smearing, objects with vector displacement, edits at other levels), the processor does.
+    ///
+    /// Fails, and changes nothing, where the device has no room for the object.
+    pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
+        self.device = device.map(|device| DeviceObject::new(device, self)).transpose()?;
+        Ok(())
+    }
+
+    /// The failure after which the processor took over, told once.
+    pub fn take_device_fault(&mut self) -> Option<Error> {
+        self.device_fault.take()
+    }
+}
+
+impl DeviceObject {
+    fn new(device: &Device, object: &DisplacedObject) -> Result<Self> {
+        let surface = DeviceSurface::new(device, &object.surface)?;
+        let tiles = DeviceTiles::new(device, object.displacement.field())?;
+        let (sculpting, painting, half_painting) = (None, None, None);
+        Ok(Self { device: device.clone(), surface, tiles, begun: None, sculpting, painting, half_painting })
+    }
+
+    /// Brings the surface to another pose.
+    pub fn pose(&mut self, cage: &[[f32; 3]]) -> Result<()> {
+        self.surface.set_points(&self.device, cage)?;
+        let mut frame = self.device.frame()?;
+        self.surface.pose(&mut frame.pass("surface.patches"))?;
+        let mut pass = frame.pass("surface.boxes");
+        if let Some(brush) = &self.sculpting {
+            brush.measure(&mut pass, &self.surface)?;
+        }
+        if let Some((_, brush)) = &self.painting {
+            brush.measure(&mut pass, &self.surface)?;
+        }
+        if let Some((_, brush)) = &self.half_painting {
+            brush.measure(&mut pass, &self.surface)?;
+        }
+        drop(pass);
+        frame.submit().map(drop)
+    }
+
+    /// Makes the device have the displacement of `object`, whose state this is, and `start`, that of when a stroke began.
+    pub(super) fn follow(&mut self, object: &DisplacedObject, start: Option<&Field>) -> Result<()> {
+        self.tiles.update(&self.device, object.displacement.field())?;
+        match (start, &mut self.begun) {
+            (Some(start), Some(begun)) => drop(begun.update(&self.device, start)?),
+            (Some(start), begun) => *begun = Some(DeviceTiles::new(&self.device, start)?),
+            (None, _) => {}
+        }
+        Ok(())
+    }
+
+    /// The displacement that [`Self::follow`] was given as the start.
+    pub(super) fn begun(&self) -> Option<&DeviceTiles> {
+        self.begun.as_ref()
+    }
+}

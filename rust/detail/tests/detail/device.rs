@@ -1,0 +1,294 @@
+//! Dabs and strokes of a graphics device, which are those of the processor.
+
+use glam::{DAffine3, DMat3, DVec3, Vec4};
+use half::f16;
+use relievo_core::{Context, ErrorKind, Mesh};
+use relievo_detail::{
+    Action, Brush, Dab, DabReport, DisplacedObject, Falloff, PaintMode, SculptMode, Stroke, StrokePoint, StrokeSettings,
+};
+use relievo_surface::{Surface, SurfaceOptions};
+use relievo_testing::{device, grid};
+use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Field, Paint, Rgba16};
+
+fn object(context: &Context) -> DisplacedObject {
+    let mesh = grid(6, true, &[2, 3, 2, 1], false);
+    let surface = Surface::new(context, &mesh, &SurfaceOptions::default()).unwrap();
+    let options = DisplacementOptions { size: 32, face_sizes: vec![(3, 64), (8, 8)], ..Default::default() };
+    let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
+    let turn = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(1.5),
+        glam::DQuat::from_rotation_y(0.4),
+        DVec3::new(0.3, -1.0, 2.0),
+    );
+    DisplacedObject::new(context, surface, &mesh.points, displacement, turn).unwrap()
+}
+
+/// Coefficients of two objects: how many differ, and the largest difference in steps of half floats.
+fn difference(a: &DisplacedObject, b: &DisplacedObject) -> (usize, i32) {
+    let (a, b) = (a.displacement().field(), b.displacement().field());
+    let tiles = |field: &Field| field.allocated().collect::<Vec<_>>();
+    assert_eq!(tiles(a), tiles(b), "the tiles that are allocated");
+    // Half floats in order, so that neighbours are one apart.
+    let order = |half: f16| {
+        let bits = i32::from(half.to_bits());
+        if bits & 0x8000 == 0 { bits } else { 0x8000 - bits }
+    };
+    let pairs = tiles(a).into_iter().flat_map(|tile| a.block(tile).unwrap().iter().zip(b.block(tile).unwrap()));
+    pairs.fold((0, 0), |(count, most), (a, b)| {
+        let apart = (order(*a) - order(*b)).abs();
+        (count + usize::from(apart > 0), most.max(apart))
+    })
+}
+
+#[test]
+fn dabs_of_a_device_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let modes = [
+        (SculptMode::Draw, 0.2),
+        (SculptMode::Smooth, 0.0),
+        (SculptMode::Flatten, 0.0),
+        (SculptMode::Erase, 0.0),
+        (SculptMode::Clay, 0.1),
+        (SculptMode::Scrape, 0.0),
+        (SculptMode::Layer, -0.1),
+        (SculptMode::Inflate, 0.05),
+    ];
+    let (mut differing, mut changed) = (0, 0);
+    for (falloff, _) in Falloff::NAMES {
+        for (mode, height) in modes {
+            // Something to begin with, the same for both.
+            let (mut here, mut there) = (object(&context), object(&context));
+            let place = here.transform().transform_point3(DVec3::new(3.6, 0.4, 0.6));
+            let axes = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 1.2, 0.1);
+            let dab = |mode, height, size, falloff| Dab {
+                brush: Brush::new(place, axes, DVec3::splat(size), falloff).unwrap(),
+                action: Action::Sculpt { mode, height },
+                strength: 0.8,
+            };
+            let base = dab(SculptMode::Draw, 0.15, 1.2, Falloff::Gaussian);
+            for object in [&mut here, &mut there] {
+                base.apply(&context, object).unwrap();
+            }
+            there.use_device(Some(&device)).unwrap();
+            for size in [1.0, 1.7] {
+                let dab = dab(mode, height, size, falloff);
+                let expected = dab.apply(&context, &mut here).unwrap();
+                let found = dab.apply(&context, &mut there).unwrap();
+                assert_eq!(found.changed, expected.changed, "{mode:?} {falloff:?}");
+                let (differ, apart) = difference(&here, &there);
+                assert!(apart <= 1 || mode == SculptMode::Inflate && apart <= 8, "{mode:?} {falloff:?}: {apart} steps");
+                differing += differ;
+                changed += expected.changed_texels as usize;
+            }
+        }
+    }
+    println!("{differing} of {changed} coefficients differ");
+    assert!(differing * 100 < changed, "{differing} of {changed} coefficients differ");
+}
+
+#[test]
+fn strokes_of_a_device_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    for (mode, height) in [(SculptMode::Draw, 0.1), (SculptMode::Layer, 0.1), (SculptMode::Clay, 0.05)] {
+        let [mut here, mut there] = [object(&context), object(&context)];
+        there.use_device(Some(&device)).unwrap();
+        // A pose that was made on the device.
+        let cage: Vec<[f32; 3]> = grid(6, true, &[2, 3, 2, 1], false).points;
+        let cage: Vec<_> = cage.iter().map(|p| [p[0], p[1] + 0.1 * p[0], 1.2 * p[2]]).collect();
+        for object in [&mut here, &mut there] {
+            object.pose(&context, &cage).unwrap();
+        }
+        let points = (0..5).map(|k| {
+            let place = DVec3::new(3.4, 0.34 + 0.3 * f64::from(k), 0.6);
+            StrokePoint::new(here.transform().transform_point3(place), 1.0)
+        });
+        let settings = StrokeSettings { radius: 0.9, spacing: 0.5, ..StrokeSettings::default() };
+        let stroke = Stroke::new(points.collect(), settings, Falloff::Smooth, Action::Sculpt { mode, height });
+        for _ in 0..2 {
+            let expected = stroke.apply(&context, &mut here).unwrap();
+            let found = stroke.apply(&context, &mut there).unwrap();
+            assert_eq!((found.dabs, found.missed), (expected.dabs, expected.missed));
+            assert!(expected.report.changed_texels > 1000, "{expected:?}");
+            assert_eq!(found.report.changed, expected.report.changed);
+        }
+        let (differ, apart) = difference(&here, &there);
+        println!("{mode:?}: {differ} coefficients of strokes differ, by {apart} steps at most");
+        assert!(apart <= 4, "{mode:?}: {apart} steps");
+        assert!(there.take_device_fault().is_none());
+    }
+}
+
+#[test]
+fn the_processor_takes_over_from_a_lost_device() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let [mut here, mut there] = [object(&context), object(&context)];
+    there.use_device(Some(&device)).unwrap();
+    let place = here.transform().transform_point3(DVec3::new(3.6, 0.4, 0.6));
+    let dab = Dab {
+        brush: Brush::new(place, DMat3::IDENTITY, DVec3::ONE, Falloff::Smooth).unwrap(),
+        action: Action::Sculpt { mode: SculptMode::Draw, height: 0.1 },
+        strength: 1.0,
+    };
+    device.abandon();
+    for object in [&mut here, &mut there] {
+        assert!(!dab.apply(&context, object).unwrap().changed.is_empty());
+    }
+    assert_eq!(difference(&here, &there), (0, 0));
+    let fault = there.take_device_fault().expect("it is told");
+    assert_eq!(fault.kind, ErrorKind::Device, "{fault}");
+    assert!(there.take_device_fault().is_none(), "once");
+}
+
+/// A sheet of whole faces of one size, regular but for its rim.
+fn sheet(context: &Context, side: u32, size: u32) -> DisplacedObject {
+    let row = side + 1;
+    let points = (0..row * row).map(|at| [(at % row) as f32, (at / row) as f32, 0.1 * ((at % row) as f32).sin()]);
+    let corners = (0..side * side).map(|face| face / side * row + face % side);
+    let corners = corners.flat_map(|at| [at, at + 1, at + row + 1, at + row]).collect();
+    let mesh = Mesh::new(points.collect(), vec![4; (side * side) as usize], corners);
+    let surface = Surface::new(context, &mesh, &SurfaceOptions::default()).unwrap();
+    let options = DisplacementOptions { size, ..Default::default() };
+    let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
+    DisplacedObject::new(context, surface, &mesh.points, displacement, DAffine3::IDENTITY).unwrap()
+}
+
+fn draw(place: DVec3, half: DVec3, mode: SculptMode) -> Dab {
+    let brush = Brush::new(place, DMat3::IDENTITY, half, Falloff::Constant).unwrap();
+    Dab { brush, action: Action::Sculpt { mode, height: 0.1 }, strength: 1.0 }
+}
+
+#[test]
+fn sets_of_a_device_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    // Blocks of these tiles are as large as can be: the device begins with room for fewer than there are.
+    let [mut here, mut there] = [sheet(&context, 7, 256), sheet(&context, 7, 256)];
+    there.use_device(Some(&device)).unwrap();
+    let middle = DVec3::new(3.5, 3.5, 0.0);
+    let dabs = [
+        // Nothing, a part of a tile, its neighbours too, what is allocated already, everything, and nothing again.
+        (draw(middle + DVec3::Z * 3.0, DVec3::splat(0.5), SculptMode::Draw), 0),
+        (draw(middle, DVec3::splat(0.3), SculptMode::Draw), 1),
+        (draw(middle, DVec3::new(0.9, 0.3, 0.5), SculptMode::Draw), 3),
+        (draw(middle, DVec3::new(0.9, 0.3, 0.5), SculptMode::Draw), 3),
+        (draw(middle, DVec3::splat(9.0), SculptMode::Draw), 49),
+        (draw(middle, DVec3::splat(9.0), SculptMode::Erase), 49),
+    ];
+    for (index, (dab, tiles)) in dabs.iter().enumerate() {
+        let expected = dab.apply(&context, &mut here).unwrap();
+        let found = dab.apply(&context, &mut there).unwrap();
+        assert_eq!(expected.changed.len(), *tiles, "dab {index}");
+        let sets = |report: &DabReport| {
+            (report.changed.clone(), report.changed_texels, report.allocated, report.freed, report.bytes)
+        };
+        assert_eq!(sets(&found), sets(&expected), "dab {index}");
+        assert!(found.tested_tiles >= *tiles as u64 && found.tested_tiles <= 49, "dab {index}: {found:?}");
+        let (_, apart) = difference(&here, &there);
+        assert!(apart <= 1, "dab {index}: {apart} steps");
+    }
+    assert_eq!(there.displacement().allocated_count(), 0);
+    assert!(there.take_device_fault().is_none());
+}
+
+#[test]
+fn dabs_of_an_event_are_made_at_once_in_buffers_that_are_kept() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let stroke = |mode, points: u32| {
+        let at = |k: u32| StrokePoint::new(DVec3::new(3.0 + 0.1 * f64::from(k), 3.6, 0.0), 1.0);
+        let settings = StrokeSettings { radius: 0.8, spacing: 0.125, ..StrokeSettings::default() };
+        let action = Action::Sculpt { mode, height: 0.02 };
+        Stroke::new((0..points).map(at).collect(), settings, Falloff::Smooth, action)
+    };
+    let [mut here, mut there] = [sheet(&context, 8, 32), sheet(&context, 8, 32)];
+    there.use_device(Some(&device)).unwrap();
+    let mut memory = Vec::new();
+    // Smoothing looks at neighbours, which the processor brings up to date between dabs.
+    for mode in [SculptMode::Draw, SculptMode::Smooth, SculptMode::Draw, SculptMode::Draw] {
+        let stroke = stroke(mode, 9);
+        let expected = stroke.apply(&context, &mut here).unwrap();
+        context.stats().take();
+        let found = stroke.apply(&context, &mut there).unwrap();
+        let made = context.stats().take().iter().filter(|event| event.stage == "dab.device").count();
+        let events = if mode.needs_mean() { expected.dabs as usize } else { 1 };
+        assert_eq!(made, events, "{mode:?}");
+        assert!(expected.dabs > 5, "{expected:?}");
+        assert_eq!((found.dabs, &found.report.changed), (expected.dabs, &expected.report.changed));
+        assert_eq!(found.report.allocated, expected.report.allocated);
+        let (_, apart) = difference(&here, &there);
+        assert!(apart <= 2, "{mode:?}: {apart} steps");
+        memory.push(device.memory());
+    }
+    assert_eq!(memory[2], memory[3]);
+    assert!(there.take_device_fault().is_none());
+}
+
+/// The largest difference of the colours of two objects: in bytes, or in 255ths.
+fn color_difference(a: &DisplacedObject, b: &DisplacedObject) -> f32 {
+    let mut most = 0.0f32;
+    let mut compare = |a: [f32; 4], b: [f32; 4]| (0..4).for_each(|c| most = most.max((a[c] - b[c]).abs()));
+    if let (Some(a), Some(b)) = (a.paint(), b.paint()) {
+        assert_eq!(a.field().allocated().collect::<Vec<_>>(), b.field().allocated().collect::<Vec<_>>());
+        for tile in a.field().allocated() {
+            let blocks = [a, b].map(|paint| paint.field().block(tile).unwrap());
+            blocks[0].iter().zip(blocks[1]).for_each(|(a, b)| compare(a.0.map(f32::from), b.0.map(f32::from)));
+        }
+    }
+    if let (Some(a), Some(b)) = (a.half_paint(), b.half_paint()) {
+        assert_eq!(a.field().allocated().collect::<Vec<_>>(), b.field().allocated().collect::<Vec<_>>());
+        let scaled = |texel: &Rgba16| texel.0.map(|number| 255.0 * number.to_f32());
+        for tile in a.field().allocated() {
+            let blocks = [a, b].map(|paint| paint.field().block(tile).unwrap());
+            blocks[0].iter().zip(blocks[1]).for_each(|(a, b)| compare(scaled(a), scaled(b)));
+        }
+    }
+    most
+}
+
+#[test]
+fn colours_of_a_device_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let blank = Vec4::new(0.5, 0.4, 0.3, 1.0);
+    let make = |half: bool| {
+        let mut object = object(&context);
+        let options = ChannelOptions { size: 32, face_sizes: vec![(3, 16)], ..Default::default() };
+        let topology = object.surface().topology().clone();
+        match half {
+            false => object.set_paint(Paint::of_color(topology, blank, &options).unwrap()).unwrap(),
+            true => object.set_half_paint(Paint::of_color(topology, blank, &options).unwrap()).unwrap(),
+        }
+        // Colours lie on what is displaced.
+        let place = object.transform().transform_point3(DVec3::new(3.6, 0.4, 0.6));
+        draw(place, DVec3::splat(1.2), SculptMode::Draw).apply(&context, &mut object).unwrap();
+        object
+    };
+    let modes = [
+        (PaintMode::Mix, [0.9, 0.1, 0.05, 1.0]),
+        (PaintMode::Add, [0.2, 0.3, 0.0, 1.0]),
+        (PaintMode::Multiply, [0.5, 1.5, 0.9, 1.0]),
+        (PaintMode::Blur, [0.0; 4]),
+        (PaintMode::Erase, [0.0; 4]),
+    ];
+    for half in [false, true] {
+        let [mut here, mut there] = [make(half), make(half)];
+        there.use_device(Some(&device)).unwrap();
+        for (falloff, (mode, color)) in Falloff::NAMES.into_iter().map(|(falloff, _)| falloff).zip(modes) {
+            let at = |k: u32| here.transform().transform_point3(DVec3::new(3.2 + 0.2 * f64::from(k), 0.4, 0.6));
+            let points = (0..4).map(|k| StrokePoint::new(at(k), 1.0)).collect();
+            let settings = StrokeSettings { radius: 0.9, spacing: 0.3, strength: 0.7, ..StrokeSettings::default() };
+            let stroke = Stroke::new(points, settings, falloff, Action::Paint { mode, color });
+            let expected = stroke.apply(&context, &mut here).unwrap();
+            let found = stroke.apply(&context, &mut there).unwrap();
+            assert_eq!(found.dabs, expected.dabs, "{mode:?}");
+            assert!(expected.report.changed_texels > 500, "{expected:?}");
+            assert_eq!(found.report.changed, expected.report.changed, "{mode:?}");
+            let apart = color_difference(&here, &there);
+            assert!(apart <= 1.0, "{mode:?}, half floats {half}: {apart}");
+        }
+        assert!(there.take_device_fault().is_none());
+    }
+}

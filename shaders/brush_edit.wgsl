@@ -1,0 +1,160 @@
+// import common
+// import tiles
+// import brush
+// A brush at places of a surface, and what edits of blocks share (Schäfer et al. 2015, *Local Painting and Deformation of
+// Meshes on the GPU*, Sections 3 and 5.2). The same as `weights` of rust/detail. The tiles of group 2 are those from when
+// the stroke began: they say where places are.
+
+struct Edit {
+    // From object space, less the origin, to the brush's coordinates: rows with their shift.
+    row_x: vec4<f32>,
+    row_y: vec4<f32>,
+    row_z: vec4<f32>,
+    origin: vec3<f32>,
+    falloff: u32,
+    strength: f32,
+    // What is drawn where the share is 1.
+    height: f32,
+    // By how much the third coordinate grows over one object unit along the brush's third axis.
+    unit: f32,
+    mode: u32,
+    // The dab, from 1, how many words a block's room has, and bits.
+    dab: u32,
+    room: u32,
+    flags: u32,
+    // The colour of the brush, and of what is not painted.
+    color: vec4<f32>,
+    blank: vec4<f32>,
+}
+
+// The tiles to modify come first, and how many they are.
+@group(0) @binding(0) var<storage, read> lists: array<u32>;
+@group(0) @binding(1) var<storage, read> counts: array<u32>;
+@group(0) @binding(2) var<storage, read> pointers: array<u32>;
+@group(0) @binding(3) var<storage, read> brush_tiles: array<BrushTile>;
+@group(0) @binding(4) var<storage, read_write> states: array<atomic<u32>>;
+// Texels of the blocks, rings as they were before the event.
+@group(0) @binding(5) var<storage, read_write> blocks: array<u32>;
+// Tiles, their texels, and those that changed, of every dab.
+@group(0) @binding(6) var<storage, read_write> tested: array<atomic<u32>>;
+// The tiles that are edited as they were before the event.
+@group(3) @binding(0) var<storage, read> entries: array<TileEntry>;
+@group(3) @binding(1) var<storage, read> texels: array<u32>;
+var<immediate> work: Edit;
+
+var<workgroup> changed: atomic<u32>;
+
+// Bits of the edit: colours are of half floats; the brush has an image, seen from the other side of the first axis.
+const WIDE: u32 = 1u;
+const STAMPED: u32 = 2u;
+const TURNED_OVER: u32 = 4u;
+
+// The largest half float, and the bell at its rim.
+const MOST: f32 = 65504.0;
+const RIM: f32 = 0.011108997;
+
+struct BrushPlace {
+    // Where it is in the box.
+    place: vec3<f32>,
+    // How coordinates there grow over one object unit along the normal.
+    rises: vec3<f32>,
+    normal: vec3<f32>,
+    // The part of the edit that it gets.
+    share: f32,
+}
+
+fn share_of(square: f32) -> f32 {
+    if work.falloff == 0u {
+        return 1.0;
+    }
+    if square >= 1.0 {
+        return 0.0;
+    }
+    let r = sqrt(square);
+    switch work.falloff {
+        case 1u: {
+            return 1.0 - r;
+        }
+        case 2u: {
+            return (1.0 - r) * (1.0 - r) * (1.0 + 2.0 * r);
+        }
+        case 3u: {
+            return sqrt(1.0 - square);
+        }
+        default: {
+            return (exp(-4.5 * square) - RIM) / (1.0 - RIM);
+        }
+    }
+}
+
+fn along(row: vec4<f32>, p: vec3<f32>) -> f32 {
+    return fma(row.x, p.x, fma(row.y, p.y, fma(row.z, p.z, row.w)));
+}
+
+fn turned(row: vec4<f32>, n: vec3<f32>) -> f32 {
+    return fma(row.x, n.x, fma(row.y, n.y, row.z * n.z));
+}
+
+/// The brush at (u, v) of a tile, displaced by `height` along the normal; the share is 0 where there is no surface.
+fn brush_at(tile: u32, uv: vec2<f32>, height: f32) -> BrushPlace {
+    var found: BrushPlace;
+    let patch_index = surface_find(tile, uv);
+    if patch_index == SURFACE_NONE {
+        return found;
+    }
+    let sample = surface_evaluate(patch_index, uv);
+    let across = cross(sample.du, sample.dv);
+    let square = dot(across, across);
+    found.normal = across * select(0.0, 1.0 / sqrt(square), square > 0.0);
+    let p = sample.p - work.origin;
+    found.rises =
+        vec3(turned(work.row_x, found.normal), turned(work.row_y, found.normal), turned(work.row_z, found.normal));
+    let still = vec3(along(work.row_x, p), along(work.row_y, p), along(work.row_z, p));
+    let place = fma(vec3(height), found.rises, still);
+    found.place = place;
+    if all(abs(place) <= vec3(1.0)) {
+        found.share = work.strength * share_of(fma(place.z, place.z, fma(place.y, place.y, place.x * place.x)));
+    }
+    return found;
+}
+
+fn edit_is(bit: u32) -> bool {
+    return (work.flags & bit) != 0u;
+}
+
+/// The tile and the block of a workgroup that edits the `index`th tile; the block may be none.
+fn edited_block(index: u32) -> vec2<u32> {
+    if index >= counts[0] {
+        return vec2(0u, BLOCK_NONE);
+    }
+    let tile = lists[index];
+    return vec2(tile, pointers[tile]);
+}
+
+/// Whether a block was taken for this dab, and has nothing yet.
+fn is_new(block: u32) -> bool {
+    return atomicLoad(&states[BLOCK_WORDS * block + BLOCK_TAKEN]) == work.dab;
+}
+
+/// Notes that the texel in column `i` and row `j` of a block, its ring counted, changed.
+fn note_texel(block: u32, size: u32, i: u32, j: u32) {
+    if (j == 1u || j == size) && (i == 1u || i == size) {
+        let corner = select(select(3u, 2u, i == size), select(0u, 1u, i == size), j == 1u);
+        atomicOr(&states[BLOCK_WORDS * block + BLOCK_CORNERS + corner], 1u << (work.dab - 1u));
+    }
+}
+
+/// Notes that `count` texels of a block changed; `first` is set in one workgroup of the block.
+fn note_block(tile: u32, block: u32, count: u32, first: bool) {
+    let dab = 3u * (work.dab - 1u);
+    if count > 0u {
+        atomicAdd(&states[BLOCK_WORDS * block + BLOCK_CHANGES], count);
+        atomicOr(&states[BLOCK_WORDS * block + BLOCK_DABS], 1u << (work.dab - 1u));
+        atomicAdd(&tested[dab + 2u], count);
+    }
+    if first {
+        let size = brush_tiles[tile].size;
+        atomicAdd(&tested[dab], 1u);
+        atomicAdd(&tested[dab + 1u], size * size);
+    }
+}
