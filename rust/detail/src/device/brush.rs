@@ -110,6 +110,8 @@ pub(crate) struct DeviceBrush<T> {
     image: Buffer<[f32; 4]>,
     /// Blocks that the last event used.
     expected: u32,
+    /// Dabs of the next event at most.
+    most: usize,
 }
 
 /// What came back of an event.
@@ -153,7 +155,7 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         let intersection = DeviceIntersection::new(device, tiles, &memory)?;
         let image = Buffer::new(device, "image of a brush", 1)?;
         let editing = editing(device, &kernel, &memory, &intersection, &image)?;
-        let made = Self { kernel, memory, intersection, editing, stamp: None, image, expected: 0 };
+        let made = Self { kernel, memory, intersection, editing, stamp: None, image, expected: 0, most: MOST_DABS };
         let mut frame = device.frame()?;
         made.measure(&mut frame.pass("surface.boxes"), surface)?;
         let _ = frame.submit()?;
@@ -184,13 +186,15 @@ impl<T: DeviceTexel> DeviceBrush<T> {
                 self.make_room(device, room, (WORDS / room).clamp(1, field.tile_count().max(1) as u32))?;
             }
         }
-        let edits = &edits[..edits.len().min(if together { MOST_DABS } else { 1 })];
-        match self.run(stage, edits)? {
-            Some((states, _)) if edits.len() > 1 && !are_apart(channel, &states) => {
-                Ok(self.run(stage, &edits[..1])?.map(|(_, event)| event))
-            }
-            made => Ok(made.map(|(_, event)| event)),
+        // Where dabs turned out to be too close, fewer are tried, and then more again.
+        let edits = &edits[..edits.len().min(if together { self.most } else { 1 })];
+        let Some((states, event)) = self.run(stage, edits)? else { return Ok(None) };
+        let apart = apart(channel, &states, edits.len());
+        self.most = if apart < edits.len() { apart } else { (2 * self.most).min(MOST_DABS) };
+        if apart == edits.len() {
+            return Ok(Some(event));
         }
+        Ok(self.run(stage, &edits[..apart])?.map(|(_, event)| event))
     }
 
     fn make_room(&mut self, device: &Device, room: u32, capacity: u32) -> Result<()> {
@@ -324,21 +328,24 @@ fn collect<T: DeviceTexel>(
     (used.into_iter().map(|(_, it)| it).collect(), edits, looked)
 }
 
-/// Whether what the dabs of an event did is what they do one after the other: the processor equalises texels around some
-/// vertices after each of them, and clears those at edges of three or more faces and beside tiles that the budget refuses.
-fn are_apart<T: Texel>(channel: &Channel<T>, changed: &[BlockState]) -> bool {
+/// How many of the `count` dabs of an event, at least one, do together what they do one after the other: the processor
+/// equalises texels around some vertices after each of them, and clears those at edges of three or more faces and beside
+/// tiles that the budget refuses.
+fn apart<T: Texel>(channel: &Channel<T>, changed: &[BlockState], count: usize) -> usize {
     let field = channel.field();
     let topology = field.topology();
     // A tile may want all those around it.
     let wanted: u64 = changed.iter().map(|state| 9 * field.tile_bytes(state.tile)).sum();
     if channel.bytes().saturating_add(wanted) > channel.budget() {
-        return false;
+        return 1;
     }
     let mut dabs: BTreeMap<u32, u32> = BTreeMap::new();
+    // Those of dabs that may not be made together.
+    let mut close: Vec<u32> = Vec::new();
     for state in changed {
         let pinned = |edge: u8| matches!(topology.link(state.tile, edge), Link::Pinned { .. });
-        if state.dabs.count_ones() > 1 && (0..4).any(pinned) {
-            return false;
+        if (0..4).any(pinned) {
+            close.push(state.dabs);
         }
         for (ring, bits) in topology.rings(state.tile).iter().zip(state.corners) {
             *dabs.entry(*ring).or_default() |= bits;
@@ -355,7 +362,12 @@ fn are_apart<T: Texel>(channel: &Channel<T>, changed: &[BlockState]) -> bool {
             RingClass::Extraordinary | RingClass::Pinned => true,
         }
     };
-    !dabs.into_iter().any(|(ring, bits)| bits.count_ones() > 1 && equalised(ring))
+    close.extend(
+        dabs.into_iter().filter(|(_, bits)| bits.count_ones() > 1).filter(|(ring, _)| equalised(*ring)).map(|it| it.1),
+    );
+    // All before the second of them.
+    let before = |bits: u32| (bits & bits.wrapping_sub(1)).trailing_zeros() as usize;
+    close.into_iter().map(before).fold(count, usize::min)
 }
 
 #[cfg(test)]

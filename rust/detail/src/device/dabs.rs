@@ -123,7 +123,7 @@ impl DisplacedObject {
 
     /// What a dab does, if there is a device that does it.
     fn kind_on_device(&self, dab: &Dab) -> Option<Kind> {
-        let plain = self.device.is_some() && self.vectors.is_none() && dab.brush.stamp().is_none();
+        let plain = self.device.is_some() && self.vectors.is_none();
         match dab.action {
             Action::Sculpt { mode, .. } => (plain && !mode.needs_vectors()).then_some(Kind::Sculpt(mode)),
             Action::Paint { mode, .. } => (plain && mode != PaintMode::Smear).then_some(Kind::Paint(mode)),

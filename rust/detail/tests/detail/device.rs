@@ -4,10 +4,11 @@ use glam::{DAffine3, DMat3, DVec3, Vec4};
 use half::f16;
 use relievo_core::{Context, ErrorKind, Mesh};
 use relievo_detail::{
-    Action, Brush, Dab, DabReport, DisplacedObject, Falloff, PaintMode, SculptMode, Stroke, StrokePoint, StrokeSettings,
+    Action, Brush, Dab, DabReport, DisplacedObject, Falloff, PaintMode, SculptMode, Stamp, StampChannel, StampImage,
+    StampSettings, Stroke, StrokePoint, StrokeSettings,
 };
 use relievo_surface::{Surface, SurfaceOptions};
-use relievo_testing::{device, grid};
+use relievo_testing::{Random, device, grid};
 use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Field, Paint, Rgba16};
 
 fn object(context: &Context) -> DisplacedObject {
@@ -291,4 +292,46 @@ fn colours_of_a_device_are_those_of_the_processor() {
         }
         assert!(there.take_device_fault().is_none());
     }
+}
+
+#[test]
+fn stamps_of_a_device_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let mut random = Random(5);
+    let data: Vec<f32> = (0..13 * 9 * 4).map(|_| random.unit()).collect();
+    let image = StampImage::new(13, 9, 4, &data).unwrap();
+    let on = relievo_core::parameter::Switch::ON;
+    let once = StampSettings { angle: 0.4, mirror: on, ..StampSettings::default() };
+    let often = StampSettings { repeat: 2.5, alternate: on, mid: 0.2, ..StampSettings::default() };
+    let actions = [
+        (Action::Sculpt { mode: SculptMode::Draw, height: 0.1 }, often.clone(), StampChannel::Green),
+        (Action::Sculpt { mode: SculptMode::Erase, height: 0.0 }, once.clone(), StampChannel::Alpha),
+        (Action::Paint { mode: PaintMode::Mix, color: [0.9, 0.5, 0.1, 1.0] }, once, StampChannel::Red),
+        (Action::Paint { mode: PaintMode::Multiply, color: [0.5, 0.5, 1.5, 1.0] }, often, StampChannel::Red),
+    ];
+    let make = || {
+        let mut object = sheet(&context, 4, 32);
+        let options = ChannelOptions { size: 64, ..Default::default() };
+        let topology = object.surface().topology().clone();
+        object.set_paint(Paint::of_color(topology, Vec4::splat(0.5), &options).unwrap()).unwrap();
+        object
+    };
+    let [mut here, mut there] = [make(), make()];
+    there.use_device(Some(&device)).unwrap();
+    for (action, settings, channel) in actions {
+        let points = [1.2, 1.7, 2.2].map(|x| StrokePoint::new(DVec3::new(x, 1.6, 0.0), 1.0)).to_vec();
+        // Mirror images see the other side.
+        let settings_of = StrokeSettings { radius: 0.8, spacing: 0.5, symmetry_y: on, ..StrokeSettings::default() };
+        let mut stroke = Stroke::new(points, settings_of, Falloff::Smooth, action);
+        stroke.stamp = Some(Stamp::new(image.clone(), settings, channel).unwrap());
+        let expected = stroke.apply(&context, &mut here).unwrap();
+        let found = stroke.apply(&context, &mut there).unwrap();
+        assert!(expected.report.changed_texels > 500, "{expected:?}");
+        assert_eq!((found.dabs, &found.report.changed), (expected.dabs, &expected.report.changed));
+        let (_, apart) = difference(&here, &there);
+        let colors = color_difference(&here, &there);
+        assert!(apart <= 16 && colors <= 1.0, "{action:?}: {apart} steps, {colors}");
+    }
+    assert!(there.take_device_fault().is_none());
 }
