@@ -6,6 +6,9 @@
 
 const THREADS: u32 = 64u;
 
+// Texels along a block at most.
+const EDGE: u32 = 16u;
+
 // Voxels by which bounds are widened against rounding.
 const SLACK: f32 = 0.05;
 
@@ -18,7 +21,7 @@ struct CullTile {
     least: f32,
     most: f32,
     length: f32,
-    // Blocks along an edge, and whether it is allocated.
+    // Texels along an edge, and whether it is allocated.
     state: u32,
 }
 
@@ -39,6 +42,8 @@ struct Cull {
 @group(0) @binding(2) var<storage, read_write> masks: array<u32>;
 // Bits of the blocks, eight words a tile.
 @group(0) @binding(3) var<storage, read_write> blocks: array<u32>;
+// What imprints before this one left of every tile, see `imprint_keep`.
+@group(0) @binding(4) var<storage, read> lowered: array<i32>;
 var<immediate> work: Cull;
 
 var<workgroup> met: atomic<u32>;
@@ -190,6 +195,10 @@ fn cull(
     var stop = 0u;
     if there {
         tile = tiles[index];
+        let least = lowered[index];
+        if least < 0 {
+            tile.least = min(tile.least, unpack2x16float(0x8000u | u32(-1 - least)).x);
+        }
         first = surface_tiles[index].x;
         stop = surface_tiles[index + 1u].x;
     }
@@ -199,7 +208,7 @@ fn cull(
         }
     }
     workgroupBarrier();
-    let count = tile.state & 0xffffu;
+    let count = max((tile.state & 0xffffu) / EDGE, 1u);
     if atomicLoad(&met) != 0u {
         for (var block = local; block < count * count; block += THREADS) {
             for (var k = first; k < stop; k++) {

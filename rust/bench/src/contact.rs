@@ -78,24 +78,62 @@ impl Contact {
         place: Place,
         again: bool,
     ) -> Result<Press> {
+        self.collider.set_transform(self.above(context, place, again)?)?;
+        let moment = Moment { frame: u64::from(place.tile), ..Moment::default() };
+        let (imprinter, collider, settings) = (&mut self.imprinter, &self.collider, &self.settings);
+        timed(context, object, |object| imprinter.imprint(context, object, collider, settings, moment))
+    }
+
+    /// Presses balls into the surface at all `places`, a frame's pairs at once. Reports what the last one did.
+    pub fn press_all(&mut self, context: &Context, object: &mut DisplacedObject, places: &[Place]) -> Result<Press> {
+        let mut colliders = vec![self.collider.clone(); places.len()];
+        for (collider, place) in colliders.iter_mut().zip(places) {
+            collider.set_transform(self.above(context, *place, false)?)?;
+        }
+        let settings = &self.settings;
+        let moment = |pair| Moment { pair: pair as u32, ..Moment::default() };
+        let presses = colliders.iter().enumerate();
+        let presses = presses.map(|(pair, collider)| relievo_detail::device::Press {
+            into: 0,
+            collider,
+            settings,
+            moment: moment(pair),
+        });
+        let presses: Vec<_> = presses.collect();
+        let imprinter = &mut self.imprinter;
+        timed(context, object, |object| {
+            let reports = imprinter.imprint_all(context, &mut [object], &presses)?;
+            Ok(reports.into_iter().next_back().unwrap_or_default())
+        })
+    }
+
+    /// Where the ball is that is pressed in at `place`.
+    fn above(&self, context: &Context, place: Place, again: bool) -> Result<DAffine3> {
         let sample = self.surface.sample(context.level(), place)?;
         let lift = HEIGHT * self.radius * (1.0 - 2.0 * if again { 1.1 * DEPTH } else { DEPTH });
         let normal = DVec3::from(sample.normal().map(f64::from));
         let center = DVec3::from(sample.p.map(f64::from)) + normal * lift;
         let turn = DQuat::from_rotation_arc(DVec3::Z, normal);
         let flat = DVec3::new(1.0, 1.0, HEIGHT);
-        self.collider.set_transform(DAffine3::from_scale_rotation_translation(flat, turn, center))?;
-        context.stats().take();
-        let mut report = Ok(Report::default());
-        let moment = Moment { frame: u64::from(place.tile), ..Moment::default() };
-        let sum = seconds(|| {
-            report = self.imprinter.imprint(context, object, &self.collider, &self.settings, moment);
-            object.commit()
-        });
-        let mut stages = BTreeMap::new();
-        for event in context.stats().take() {
-            *stages.entry(event.stage).or_default() += event.length.as_secs_f64();
-        }
-        Ok(Press { stages, sum, report: report? })
+        Ok(DAffine3::from_scale_rotation_translation(flat, turn, center))
     }
+}
+
+/// Times what `work` does, and the commit after it.
+fn timed(
+    context: &Context,
+    object: &mut DisplacedObject,
+    work: impl FnOnce(&mut DisplacedObject) -> Result<Report>,
+) -> Result<Press> {
+    context.stats().take();
+    let mut report = Ok(Report::default());
+    let sum = seconds(|| {
+        report = work(object);
+        object.commit()
+    });
+    let mut stages = BTreeMap::new();
+    for event in context.stats().take() {
+        *stages.entry(event.stage).or_default() += event.length.as_secs_f64();
+    }
+    Ok(Press { stages, sum, report: report? })
 }

@@ -46,11 +46,12 @@ pub fn run(report: &mut Report, json: bool) -> Result<()> {
     let device = match Device::open(&options) {
         Ok(device) => device,
         Err(error) => {
-            report.skip("virtual vertices", &error.to_string());
+            report.skip("graphics devices", &error.to_string());
             return Ok(());
         }
     };
     crate::device_paint::run(&device, report, json)?;
+    crate::imprint_device::run(&context, report, &device)?;
     let software = device.summary().kind == AdapterKind::Software;
     let frames = if software { 3 } else { 200 };
     let mut rasterizer = Rasterizer::new(&device)?;

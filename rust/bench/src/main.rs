@@ -5,6 +5,7 @@ mod contact;
 mod device_paint;
 mod gpu;
 mod imprint;
+mod imprint_device;
 mod measure;
 mod paint;
 mod report;

@@ -100,6 +100,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         frames: Some(arguments.frames.unwrap_or((last, last))),
         allowed: arguments.allow_path.clone(),
         rebake: false,
+        device: None,
     };
     let summary = relievo_scene::stepper::run(&context, scene, &options, &mut Silent)?;
     for note in &summary.notes {

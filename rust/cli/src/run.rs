@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use relievo_core::{Context, ContextOptions, Error};
+use relievo_core::{Context, ContextOptions};
 use relievo_gpu::{AdapterChoice, Device as GraphicsDevice, DeviceOptions};
 use relievo_scene::stepper::{RunOptions, Summary};
 
@@ -51,9 +51,12 @@ pub struct Arguments {
     /// First and last frame, both included; a run goes on from the baked frame before.
     #[arg(long, value_name = "A..B", value_parser = range)]
     frames: Option<(u32, u32)>,
-    /// What computes.
+    /// What makes imprints and evaluates dabs that sculpt. What a graphics device does not do, the processor does.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Device,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     /// Threads; 0 for one per core. Results do not depend on it.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -89,12 +92,6 @@ pub(crate) fn range(text: &str) -> Result<(u32, u32), String> {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    if arguments.device == Device::Gpu {
-        return Err(Error::unsupported("this build computes on the processor only")
-            .at("--device gpu")
-            .advise("use --device cpu or auto")
-            .into());
-    }
     let context = Context::new(&ContextOptions { threads: arguments.threads, memory_limit: arguments.memory_limit })?;
     let scene = relievo_scene::file::read_file(&arguments.scene)?;
     let out = arguments.out.clone().unwrap_or_else(|| folder_of(&arguments.scene));
@@ -103,6 +100,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         frames: arguments.frames,
         allowed: arguments.allow_path.clone(),
         rebake: arguments.rebake,
+        device: device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?,
     };
     let bar = bar();
     let mut progress = |fraction: f32, stage: &str| {

@@ -99,13 +99,26 @@ fn faults_point_into_the_scene_and_end_with_one() {
 }
 
 #[test]
-fn the_graphics_device_is_refused_and_automatic_falls_back() {
+fn scenes_run_on_the_graphics_device_where_there_is_one() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = "version = 1\n[meshes.a]\nshape = \"plane\"\n[objects.a]\nmesh = \"a\"\n[output]\npictures = []\nmesh = \"none\"\n";
+    let scene = "version = 1\n[meshes.a]\nshape = \"plane\"\nfaces = 4\n[surfaces.a]\nmesh = \"a\"\n[objects.a]\n\
+                 surface = \"a\"\n[meshes.b]\nshape = \"box\"\nsize = [0.3, 0.3, 0.3]\n[objects.b]\nmesh = \"b\"\n\
+                 translation = [0, 0, 0.1]\n[imprints]\nvoxels = 65536\n[colliders.b]\n[output]\nframes = 1\n\
+                 pictures = []\nmesh = \"none\"\n";
     std::fs::write(folder.path().join("a.toml"), scene).unwrap();
-    let gpu = relievo(folder.path(), &["run", "a.toml", "--device", "gpu"]);
-    assert!(gpu.status.code() == Some(1) && text(&gpu.stderr).contains("processor"));
-    assert!(relievo(folder.path(), &["run", "a.toml", "--device", "auto", "--out", "o"]).status.success());
+    let run = |more: &[&str]| relievo(folder.path(), &[&["run", "a.toml", "--out", more[0]], &more[1..]].concat());
+    assert!(run(&["auto", "--device", "auto"]).status.success());
+    // A device that is not there is told, and nothing is written.
+    let missing = run(&["missing", "--device", "gpu", "--adapter", "no such device"]);
+    assert!(missing.status.code() == Some(1) && text(&missing.stderr).contains("no such device"), "{missing:?}");
+    assert!(!folder.path().join("missing").exists());
+    let fallen = run(&["fallen", "--device", "auto", "--adapter", "no such device"]);
+    assert!(fallen.status.success() && text(&fallen.stderr).contains("note: on the processor"), "{fallen:?}");
+    if !relievo_gpu::adapters().is_empty() {
+        let gpu = run(&["gpu", "--device", "gpu"]);
+        assert!(gpu.status.success() && !text(&gpu.stderr).contains("processor"), "{gpu:?}");
+        assert!(text(&gpu.stdout).contains("imprint.device.raycast"), "{}", text(&gpu.stdout));
+    }
 }
 
 #[test]

@@ -48,6 +48,19 @@ impl Stats {
         Stage { stats: self, stage, start: self.origin.elapsed(), counts: Vec::new() }
     }
 
+    /// Adds a stage of known length that has just ended, such as one that a graphics device timed.
+    pub fn add(&self, stage: &'static str, length: Duration) {
+        let start = self.origin.elapsed().saturating_sub(length);
+        self.push(Event { stage, start, length, counts: Vec::new() });
+    }
+
+    fn push(&self, event: Event) {
+        let mut events = self.lock();
+        if events.len() < CAPACITY {
+            events.push(event);
+        }
+    }
+
     /// The events so far, which are removed.
     pub fn take(&self) -> Vec<Event> {
         std::mem::take(&mut *self.lock())
@@ -94,9 +107,6 @@ impl Drop for Stage<'_> {
     fn drop(&mut self) {
         let length = self.stats.origin.elapsed().saturating_sub(self.start);
         let event = Event { stage: self.stage, start: self.start, length, counts: std::mem::take(&mut self.counts) };
-        let mut events = self.stats.lock();
-        if events.len() < CAPACITY {
-            events.push(event);
-        }
+        self.stats.push(event);
     }
 }

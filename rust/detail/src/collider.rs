@@ -2,6 +2,7 @@
 //! deforming ones by new points, with their box and their hierarchy (Schäfer et al. 2014, Section 5).
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Mesh, Result};
@@ -23,6 +24,14 @@ pub struct Collider {
     obb: Obb,
     closed: bool,
     transform: DAffine3,
+    /// Numbers of the mesh and of its points as they are, by which what a device keeps of them is found.
+    pub(crate) identity: [u64; 2],
+}
+
+/// A number that no mesh and no points had before.
+fn fresh() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 /// Bytes that a cell of a tessellated surface takes: a point and a normal, two triangles with their tile, parameters
@@ -62,7 +71,8 @@ impl Collider {
         let hierarchy = context.stats().time("collider.hierarchy", || {
             Hierarchy::build(context, triangles.len(), |index| bounds(&points, &triangles[index as usize]))
         })?;
-        Ok(Self { points, triangles: triangles.into(), hierarchy, obb, closed, transform })
+        let identity = [fresh(), fresh()];
+        Ok(Self { points, triangles: triangles.into(), hierarchy, obb, closed, transform, identity })
     }
 
     /// A collider of a displaced surface, as it is now.
@@ -132,6 +142,7 @@ impl Collider {
         }
         check_points(points)?;
         self.points.copy_from_slice(points);
+        self.identity[1] = fresh();
         self.obb = Obb::of_points(points)?;
         let (points, triangles) = (&self.points, &self.triangles);
         let hierarchy = &mut self.hierarchy;
@@ -234,6 +245,15 @@ impl Collider {
     /// Voxelises the part of the collider in `grid`, from the side that has fewer triangles. Returns how many
     /// triangles were looked at.
     pub fn voxelise(&self, context: &Context, grid: &Grid, voxels: &mut Voxels) -> Result<usize> {
+        let (side, selection) = self.side(context, grid);
+        let solid =
+            Solid { points: &self.points, triangles: &self.triangles, transform: self.transform, closed: self.closed };
+        voxels.fill(context, grid, &solid, Some(&selection), side)?;
+        Ok(selection.len())
+    }
+
+    /// The side of `grid` on which its columns meet fewer triangles, and those triangles.
+    pub(crate) fn side(&self, context: &Context, grid: &Grid) -> (Side, Vec<u32>) {
         let map = grid.map * self.transform;
         let dims = DVec3::from(grid.dims.map(f64::from));
         // Snapping moves corners by up to 1/512 voxel.
@@ -249,12 +269,7 @@ impl Collider {
             found
         };
         let (forward, backward) = context.join(|| prism(Side::Forward), || prism(Side::Backward));
-        let (side, selection) =
-            if backward.len() < forward.len() { (Side::Backward, backward) } else { (Side::Forward, forward) };
-        let solid =
-            Solid { points: &self.points, triangles: &self.triangles, transform: self.transform, closed: self.closed };
-        voxels.fill(context, grid, &solid, Some(&selection), side)?;
-        Ok(selection.len())
+        if backward.len() < forward.len() { (Side::Backward, backward) } else { (Side::Forward, forward) }
     }
 }
 

@@ -3,11 +3,14 @@
 //! The stages of an imprint (Schäfer et al. 2014, Sections 5 and 6) leave what the next one needs on the device, and
 //! where that is a number of items, it is the argument of an indirect dispatch: a frame's pairs can be one submission.
 
+mod blocks;
 mod bounds;
 mod brush;
+mod chain;
 mod collider;
 mod cull;
 mod dabs;
+mod imprint;
 mod intersect;
 mod memory;
 mod rays;
@@ -15,8 +18,10 @@ mod state;
 mod voxel;
 
 pub use bounds::DeviceBounds;
+pub(crate) use chain::DeviceChain;
 pub use collider::{DeviceCollider, Faults};
 pub use cull::DeviceCull;
+pub use imprint::Press;
 pub use rays::{BlockReport, DeviceRays};
 pub(crate) use state::DeviceObject;
 pub use voxel::DeviceVoxels;

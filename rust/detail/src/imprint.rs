@@ -10,6 +10,7 @@ use relievo_tiles::{Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
+use crate::device::DeviceChain;
 use crate::grid::Grid;
 use crate::ground::Ground;
 use crate::knots::block_edge;
@@ -54,6 +55,13 @@ relievo_core::parameters! {
         rim_width: f32 = 0.1, 1e-4..=60000.0, "object units";
         /// Steepest slope of a rim; what would make it steeper is lost.
         repose: f32 = 0.6, 0.01..=1.5, "rad";
+    }
+}
+
+impl ImprintSettings {
+    /// What limits the displacement update.
+    pub fn limits(&self) -> Limits {
+        Limits { share: self.share, max_displacement: self.max_displacement, depth: self.depth_limit }
     }
 }
 
@@ -128,6 +136,21 @@ impl Report {
 #[derive(Debug, Default)]
 pub struct Imprinter {
     pub(crate) voxels: Voxels,
+    /// What imprints on a graphics device share.
+    pub(crate) chain: Option<DeviceChain>,
+}
+
+/// What the rays of an imprint found.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Cast {
+    /// What changes, in no particular order of the tiles.
+    pub dents: Vec<TileDents>,
+    /// Tiles and coefficients whose rays were cast, and rays that were held at the border of the grid.
+    pub tiles: u64,
+    pub tested: u64,
+    pub clamped: u64,
+    /// Triangles that were voxelised.
+    pub triangles: u64,
 }
 
 impl Imprinter {
@@ -219,7 +242,19 @@ impl Imprinter {
         let start = (settings.depth_limit < Self::NO_LIMIT).then(|| object.start());
         let count = motion.sub_steps().min(settings.sub_steps);
         let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
-        for step in 1..=count {
+        let whole = (motion, count);
+        let made = object.press_together(
+            context,
+            self,
+            collider,
+            whole,
+            settings,
+            moment,
+            start.as_ref(),
+            progress,
+            &mut report,
+        )?;
+        for step in made + 1..=count {
             progress.step((step - 1) as f32 / count as f32, "imprint")?;
             collider.set_pose(context, &motion.at(f64::from(step) / f64::from(count)))?;
             let moment = Moment { step: moment.step + step - 1, ..moment };
@@ -232,7 +267,7 @@ impl Imprinter {
     /// The depth limit that limits nothing, because half floats reach no further.
     const NO_LIMIT: f32 = 60000.0;
 
-    fn step(
+    pub(crate) fn step(
         &mut self,
         context: &Context,
         object: &mut DisplacedObject,
@@ -248,10 +283,34 @@ impl Imprinter {
             return Ok(report);
         };
         report.voxel_diagonal = grid.diagonal();
+        let mut cast = match self.cast_on_device(context, object, collider, start, &grid, settings) {
+            Some(cast) => {
+                if settings.rim > 0.0 && !cast.dents.is_empty() {
+                    stats.time("imprint.voxelise", || collider.voxelise(context, &grid, &mut self.voxels))?;
+                }
+                cast
+            }
+            None => self.cast_here(context, object, collider, start, &grid, settings)?,
+        };
+        self.finish(context, object, &mut cast, settings, &mut report)?;
+        Ok(report)
+    }
+
+    /// Culls, voxelises and casts rays on the processor.
+    fn cast_here(
+        &mut self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        collider: &Collider,
+        start: Option<&Field>,
+        grid: &Grid,
+        settings: &ImprintSettings,
+    ) -> Result<Cast> {
+        let stats = context.stats();
         let culled = {
             let mut stage = stats.begin("imprint.cull");
             let culled =
-                if settings.culling != 0 { cull::cull(context, object, &grid) } else { cull::everything(object) };
+                if settings.culling != 0 { cull::cull(context, object, grid) } else { cull::everything(object) };
             stage.count("tiles", culled.len() as u64);
             stage.count("blocks", culled.iter().map(|tile| tile.blocks.len() as u64).sum());
             culled
@@ -263,38 +322,59 @@ impl Imprinter {
             tiles
         };
         if tiles.is_empty() {
-            return Ok(report);
+            return Ok(Cast::default());
         }
-        {
+        let triangles = {
             let mut stage = stats.begin("imprint.voxelise");
-            report.triangles = collider.voxelise(context, &grid, &mut self.voxels)? as u64;
-            stage.count("triangles", report.triangles);
-        }
-        let mut dents = {
-            let mut stage = stats.begin("imprint.raycast");
-            let dents = cast(context, object, start, &tiles, &self.voxels, settings);
-            stage.count("coefficients", dents.iter().map(|dents| u64::from(dents.tested)).sum());
-            stage.count("changed", dents.iter().map(|dents| u64::from(dents.changed)).sum());
-            dents
+            let triangles = collider.voxelise(context, grid, &mut self.voxels)? as u64;
+            stage.count("triangles", triangles);
+            triangles
         };
-        report.tested_tiles = tiles.len() as u64;
-        report.tested_coefficients = dents.iter().map(|dents| u64::from(dents.tested)).sum();
-        report.clamped = dents.iter().map(|dents| u64::from(dents.clamped)).sum();
+        let mut stage = stats.begin("imprint.raycast");
+        let dents = cast(context, object, start, &tiles, &self.voxels, settings);
+        let sum = |count: fn(&TileDents) -> u32| dents.iter().map(|dents| u64::from(count(dents))).sum::<u64>();
+        let tested = sum(|dents| dents.tested);
+        stage.count("coefficients", tested);
+        stage.count("changed", sum(|dents| dents.changed));
+        let clamped = sum(|dents| dents.clamped);
+        stage.end();
+        Ok(Cast { dents, tiles: tiles.len() as u64, tested, clamped, triangles })
+    }
+
+    /// Raises rims around what rays found, and writes it. Where a rim is asked for and something changes, the voxels are
+    /// those of the imprint.
+    pub(crate) fn finish(
+        &mut self,
+        context: &Context,
+        object: &mut DisplacedObject,
+        cast: &mut Cast,
+        settings: &ImprintSettings,
+        report: &mut Report,
+    ) -> Result<()> {
+        let stats = context.stats();
+        let Cast { dents, tiles, tested, clamped, triangles } = cast;
+        report.triangles = *triangles;
+        report.tested_tiles = *tiles;
+        report.tested_coefficients = *tested;
+        report.clamped = *clamped;
+        if dents.is_empty() {
+            return Ok(());
+        }
         let mut volumes = Vec::new();
         if settings.rim > 0.0 {
             let _stage = stats.begin("imprint.rim");
             dents.sort_unstable_by_key(|dents| dents.tile);
-            volumes = rim::raise(context, object, &mut dents, &self.voxels, settings)?;
+            volumes = rim::raise(context, object, dents, &self.voxels, settings)?;
         }
         let mut stage = stats.begin("imprint.ring");
-        write(context, object, &dents, settings, &mut report)?;
+        write(context, object, dents, settings, report)?;
         // What the budget refused moved nothing.
         volumes.retain(|(tile, _)| report.changed.binary_search(tile).is_ok());
         report.volumes = volumes.into_iter().map(|(_, volumes)| volumes).sum();
         stage.count("allocated", report.allocated);
         stage.count("refused", report.refused.len() as u64);
         stage.count("clamped", report.clamped);
-        Ok(report)
+        Ok(())
     }
 }
 
@@ -332,6 +412,24 @@ pub(crate) trait Pressed: Send {
         moment: Moment,
         start: Option<&Self::Heights>,
     ) -> Result<Report>;
+
+    /// Makes the first of a motion's sub-steps, of which there are so many, in other ways than one by one, if there is
+    /// one. Returns how many were made.
+    #[allow(clippy::too_many_arguments)]
+    fn press_together(
+        &mut self,
+        _context: &Context,
+        _imprinter: &mut Imprinter,
+        _collider: &mut Collider,
+        _motion: (&Motion, u32),
+        _settings: &ImprintSettings,
+        _moment: Moment,
+        _start: Option<&Self::Heights>,
+        _progress: &mut dyn Progress,
+        _report: &mut Report,
+    ) -> Result<u32> {
+        Ok(0)
+    }
 }
 
 impl Pressed for DisplacedObject {
@@ -371,6 +469,21 @@ impl Pressed for DisplacedObject {
         start: Option<&Field>,
     ) -> Result<Report> {
         imprinter.step(context, self, collider, settings, moment, start)
+    }
+
+    fn press_together(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        collider: &mut Collider,
+        motion: (&Motion, u32),
+        settings: &ImprintSettings,
+        moment: Moment,
+        start: Option<&Field>,
+        progress: &mut dyn Progress,
+        report: &mut Report,
+    ) -> Result<u32> {
+        imprinter.sweep_on_device(context, self, collider, motion, settings, moment, start, progress, report)
     }
 }
 
@@ -437,8 +550,7 @@ pub fn cast(
     settings: &ImprintSettings,
 ) -> Vec<TileDents> {
     let frame = VoxelFrame::new(voxels.grid(), object.transform());
-    let limits =
-        Limits { share: settings.share, max_displacement: settings.max_displacement, depth: settings.depth_limit };
+    let limits = settings.limits();
     let Ground { heights, vectors } = object.ground();
     raycast::cast(context, object.surface(), heights, vectors, start, tiles, &frame, voxels, &limits)
 }

@@ -116,6 +116,11 @@ impl Motion {
         self.sub_steps_against(0.0)
     }
 
+    /// Whether the collider's own points stay as they are.
+    pub fn is_rigid(&self) -> bool {
+        self.from.points.is_none() && self.to.points.is_none()
+    }
+
     /// A bound of the way that any point goes, in world units.
     pub fn travel(&self) -> f64 {
         self.travel

@@ -46,7 +46,7 @@ pub struct DisplacedObject {
     /// Cones of the normals of the tiles that were looked at in this pose.
     cones: BTreeMap<u32, Cone>,
     reach: Option<[f32; 2]>,
-    /// What evaluates dabs in place of the processor, and why it no longer does.
+    /// What evaluates dabs and imprints in place of the processor, and why it did not.
     pub(crate) device: Option<DeviceObject>,
     pub(crate) device_fault: Option<Error>,
 }

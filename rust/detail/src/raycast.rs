@@ -263,7 +263,7 @@ pub(crate) fn key(value: f16) -> i16 {
 
 /// The half float of a [`key`].
 #[inline(always)]
-fn unkey(key: i16) -> f16 {
+pub(crate) fn unkey(key: i16) -> f16 {
     f16::from_bits(key as u16 ^ ((key >> 15) as u16 & 0x7fff))
 }
 

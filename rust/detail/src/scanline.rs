@@ -14,7 +14,7 @@ use relievo_core::lanes::Lanes;
 use crate::voxel::{CELL, PIECES};
 
 /// Snapped units of a voxel.
-const SUB: i64 = 256;
+pub(crate) const SUB: i64 = 256;
 
 /// The snapped position of the first column's or row's centre.
 const HALF: i64 = SUB / 2;

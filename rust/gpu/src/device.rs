@@ -161,6 +161,11 @@ impl Device {
         self.inner.timing
     }
 
+    /// Whether it is the same opened device as `other`.
+    pub fn is_same(&self, other: &Device) -> bool {
+        Arc::ptr_eq(&self.inner, &other.inner)
+    }
+
     /// Bytes of the buffers and textures that live on the device.
     pub fn memory(&self) -> u64 {
         self.inner.memory.load(Ordering::Relaxed)

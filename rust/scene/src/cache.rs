@@ -69,7 +69,7 @@ const POSE: usize = 12 * size_of::<f64>();
 pub struct Identity {
     /// Hash of everything that decides the imprints.
     pub scene: u64,
-    /// Instruction level, as a number.
+    /// Instruction level and whether a graphics device computes, as a number.
     pub level: u32,
 }
 
@@ -133,7 +133,7 @@ pub struct Block {
 pub enum State {
     /// It is there.
     Baked,
-    /// It was baked from another scene, or at another instruction level.
+    /// It was baked from another scene, or at another instruction level or on another device.
     Stale,
     /// It is not there, or damaged.
     Absent,
@@ -272,7 +272,7 @@ impl Cache {
                     .advise("bake again from frame 0"));
             }
             if header.level != self.identity.level {
-                return Err(Error::invalid("the frame was baked at another instruction level")
+                return Err(Error::invalid("the frame was baked at another instruction level or on another device")
                     .advise("set RELIEVO_SIMD as it was, or bake again from frame 0"));
             }
             let poses = u64::from(header.objects) * POSE as u64;

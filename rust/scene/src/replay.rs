@@ -8,7 +8,7 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
-use relievo_detail::{DisplacedObject, Recorded, StrokeReport};
+use relievo_detail::{Recorded, StrokeReport};
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 use relievo_gpu::Device;
@@ -88,9 +88,7 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
             .into());
     }
     let mut world = World::new(context, scene, &allowed)?;
-    if let Some(surface) = world.surface_mut(0) {
-        surface.use_device(wanted.device.as_ref())?;
-    }
+    world.use_device(wanted.device.as_ref())?;
     let (mut done, mut refusals) = (StrokeReport::default(), Refusals::default());
     strokes::make_due(context, &mut world, |_| true, &mut done, &mut refusals)?;
     // What a document brought goes on fading, and what was added to it.
@@ -105,9 +103,7 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
         write(context, &world, path)?;
     }
     let mut notes = world.notes();
-    if let Some(fault) = world.surface_mut(0).and_then(DisplacedObject::take_device_fault) {
-        notes.push(format!("the processor took over: {fault}"));
-    }
+    notes.extend(world.take_device_faults());
     notes.extend(refusals.notes(&world));
     Ok((done, notes))
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Progress};
 use relievo_detail::{FadingObject, Volumes};
+use relievo_gpu::Device;
 use relievo_meshio::StageWriter;
 
 use crate::bake::{self, Baker, Changes};
@@ -35,6 +36,8 @@ pub struct RunOptions {
     pub allowed: Vec<PathBuf>,
     /// Whether cached frames are computed again.
     pub rebake: bool,
+    /// The graphics device that makes imprints and evaluates dabs, as far as it can.
+    pub device: Option<Device>,
 }
 
 /// What a run did.
@@ -77,7 +80,8 @@ pub fn run(
             .into());
     }
     progress.step(0.0, "load")?;
-    let world = World::new(context, scene, &options.allowed)?;
+    let mut world = World::new(context, scene, &options.allowed)?;
+    world.use_device(options.device.as_ref())?;
     let mut stepper = Stepper::new(context, world, &options.out)?;
     stepper.summary.notes.extend(stepper.world.notes());
     let start = stepper.begin(first, options.rebake)?;
@@ -98,6 +102,9 @@ pub fn run(
     progress.step(1.0, "done")?;
     Ok(stepper.finish())
 }
+
+/// What a graphics device adds to the instruction level, since its results differ in the last bit too.
+const ON_DEVICE: u32 = 1 << 8;
 
 /// A world on its way through the frames.
 #[derive(Debug)]
@@ -130,7 +137,8 @@ impl Stepper {
     /// A world before its first frame, whose files go to `out`.
     pub fn new(context: &Context, world: World, out: &Path) -> relievo_core::Result<Self> {
         let folder = Folder::new(out)?;
-        let identity = Identity { scene: world.fingerprint(), level: context.level() as u32 };
+        let level = context.level() as u32 | if world.is_on_device() { ON_DEVICE } else { 0 };
+        let identity = Identity { scene: world.fingerprint(), level };
         let cache = Cache::new(&folder.path().join(CACHE_FOLDER), identity)?;
         Ok(Self {
             world,
@@ -168,7 +176,8 @@ impl Stepper {
         let stale = (0..self.world.scene.output.frames).any(|frame| self.cache.state(frame) == State::Stale);
         if stale {
             self.summary.notes.push(
-                "the cache was baked from another version of the scene or at another instruction level; it is baked anew"
+                "the cache was baked from another version of the scene, at another instruction level or on another device; \
+                 it is baked anew"
                     .into(),
             );
             self.cache.truncate(0)?;
@@ -297,6 +306,7 @@ impl Stepper {
 
     fn finish(mut self) -> Summary {
         self.summary.notes.extend(self.refusals.notes(&self.world));
+        self.summary.notes.extend(self.world.take_device_faults());
         if self.clamped > 0 {
             self.summary.notes.push(format!(
                 "{} times a surface could not give way far enough; raise `max_displacement` of the collider",

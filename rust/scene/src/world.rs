@@ -8,6 +8,7 @@ use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
 use relievo_detail::canvas::Canvas;
 use relievo_detail::{Action, Collider, DisplacedObject, FadingObject, Stamp, TriangleObject};
 use relievo_document::PageFile;
+use relievo_gpu::Device;
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, DisplacementOptions, Paint, Traces, VectorDisplacement};
 
@@ -43,6 +44,8 @@ pub struct World {
     time: f64,
     /// Per object the time of its edits when the scene is at 0: documents whose edits fade go on from theirs.
     begun: Vec<f64>,
+    /// Whether a graphics device was given to the surfaces.
+    on_device: bool,
 }
 
 /// What the kernels know of an object.
@@ -195,12 +198,53 @@ impl World {
             Item::Mesh(_) => 0.0,
         });
         let begun = begun.collect();
-        Ok(Self { begun, stamps, physics, assets, items, colliders, documents, transforms, start, scene, time: 0.0 })
+        Ok(Self {
+            begun,
+            stamps,
+            physics,
+            assets,
+            items,
+            colliders,
+            documents,
+            transforms,
+            start,
+            scene,
+            time: 0.0,
+            on_device: false,
+        })
     }
 
     /// The objects.
     pub fn items(&self) -> &[Item] {
         &self.items
+    }
+
+    /// Has a graphics device make imprints on surfaces and evaluate dabs from now on, or the processor again. What a
+    /// device does not do, the processor does. Fails where the device has no room for a surface.
+    pub fn use_device(&mut self, device: Option<&Device>) -> relievo_core::Result<()> {
+        for item in &mut self.items {
+            if let Item::Surface(surface) = item {
+                surface.use_device(device)?;
+            }
+        }
+        self.on_device = device.is_some();
+        Ok(())
+    }
+
+    /// Whether it has a graphics device, lost or not.
+    pub fn is_on_device(&self) -> bool {
+        self.on_device
+    }
+
+    /// Notes of where the processor took over from a graphics device, told once.
+    pub fn take_device_faults(&mut self) -> Vec<String> {
+        let (items, objects) = (&mut self.items, &self.scene.objects);
+        let told = items.iter_mut().zip(objects).filter_map(|(item, object)| {
+            let Item::Surface(surface) = item else { return None };
+            let fault = surface.take_device_fault()?;
+            Some(format!("the processor took over for `{}`: {fault}", object.name.text))
+        });
+        told.collect()
     }
 
     /// The surface of an object, if it shows one, for writing.

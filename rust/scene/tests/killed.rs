@@ -198,7 +198,7 @@ fn picture(folder: &Path, document: &Path) -> Vec<u8> {
     let scene = folder.join(format!("{name}.toml"));
     let from = format!("surface = \"ground\"\ndocument = \"{name}.relievo\"\n");
     std::fs::write(&scene, SCENE.replace("surface = \"ground\"\n", &from)).unwrap();
-    let options = RunOptions { out: folder.join(name), frames: None, allowed: Vec::new(), rebake: false };
+    let options = RunOptions { out: folder.join(name), frames: None, allowed: Vec::new(), rebake: false, device: None };
     let done = run(&Context::serial(), read_file(&scene).unwrap(), &options, &mut Silent).unwrap();
     let png: &PathBuf = done.files.iter().find(|file| file.extension().is_some_and(|e| e == "png")).unwrap();
     std::fs::read(png).unwrap()

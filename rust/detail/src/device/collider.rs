@@ -4,12 +4,11 @@
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, Scan, groups};
 
 use super::voxel::{Shape, facets};
-use crate::cull::VoxelFrame;
 use crate::grid::Grid;
 
 /// Snapped units beyond which the kernels do not place points.
@@ -22,17 +21,66 @@ const MOST_TRIANGLES: usize = 1 << 21;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct Snap {
-    x: [f32; 4],
-    y: [f32; 4],
-    z: [f32; 4],
-    origin: [f32; 3],
+    x: [i32; 3],
     count: u32,
+    y: [i32; 3],
+    shift: u32,
+    z: [i32; 3],
+    scale: f32,
+    origin: [i32; 3],
+    padding: u32,
+    low: [u32; 3],
+    padding_low: u32,
+    high: [u32; 3],
+    padding_high: u32,
+}
+
+/// The power of two that a number does not exceed, 0 for 0.
+fn exponent(value: f64) -> i32 {
+    if value > 0.0 { value.log2().ceil() as i32 } else { 0 }
+}
+
+impl Snap {
+    /// The map to voxels in integers, for `count` points with coordinates up to `largest`; `center` is where precision
+    /// is wanted. Fails where there are not enough bits for it.
+    fn new(map: &DAffine3, center: DVec3, largest: f32, count: u32) -> Result<Self> {
+        let unit = crate::scanline::SUB as f64;
+        // Of coordinates 28 bits, of the map 29: logarithms are rounded, and differences have a bit more.
+        let bits = (28 - exponent(largest.into())).clamp(-90, 90);
+        let scale = 2.0_f64.powi(bits);
+        let origin = (center * scale).round().clamp(DVec3::splat(-(1 << 29) as f64), DVec3::splat((1 << 29) as f64));
+        let linear = map.matrix3 * unit;
+        let most = linear.to_cols_array().into_iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let place = map.transform_point3(origin / scale) * unit + 0.5;
+        let shift = (bits + 29 - exponent(most)).min(60 - exponent(place.abs().max_element() + 1.0)).min(62);
+        if shift < 1 || !place.is_finite() {
+            return Err(too_far());
+        }
+        let row = |axis: usize| (linear.row(axis) * 2.0_f64.powi(shift - bits)).round().to_array().map(|it| it as i32);
+        let offset = (place * 2.0_f64.powi(shift)).to_array().map(|it| it.round() as i64);
+        Ok(Self {
+            x: row(0),
+            count,
+            y: row(1),
+            shift: shift as u32,
+            z: row(2),
+            scale: scale as f32,
+            origin: origin.to_array().map(|it| it as i32),
+            padding: 0,
+            low: offset.map(|it| it as u32),
+            padding_low: 0,
+            high: offset.map(|it| (it >> 32) as u32),
+            padding_high: 0,
+        })
+    }
 }
 
 /// A collider's mesh on a device.
 #[derive(Debug)]
 pub struct DeviceCollider {
     points: Buffer<f32>,
+    /// No coordinate is larger.
+    largest: f32,
     corners: Buffer<[i32; 4]>,
     pub(super) arguments: Buffer<u32>,
     state: Buffer<u32>,
@@ -101,6 +149,7 @@ impl DeviceCollider {
         let items = device.bind(&*facets(device)?, 1, &[starts.wgpu(), arguments.wgpu()])?;
         Ok(Self {
             points: flat,
+            largest: largest(points),
             corners,
             arguments,
             state,
@@ -122,7 +171,8 @@ impl DeviceCollider {
         self.closed
     }
 
-    /// Its points in object space, three numbers each, for kernels that move them.
+    /// Its points in object space, three numbers each, for kernels that move them; no coordinate may become larger than
+    /// the largest that was written.
     pub fn points(&self) -> &Buffer<f32> {
         &self.points
     }
@@ -134,10 +184,11 @@ impl DeviceCollider {
     }
 
     /// Writes its points in object space. Fails unless there are as many as before.
-    pub fn set_points(&self, device: &Device, points: &[[f32; 3]]) -> Result<()> {
+    pub fn set_points(&mut self, device: &Device, points: &[[f32; 3]]) -> Result<()> {
         if 3 * points.len() != self.points.len() {
             return Err(Error::invalid(format!("{} points for a mesh of {}", points.len(), self.points.len() / 3)));
         }
+        self.largest = largest(points);
         self.points.write(device, 0, bytemuck::cast_slice(points))
     }
 
@@ -156,16 +207,13 @@ impl DeviceCollider {
         self.corners.write(device, 0, &corners)
     }
 
-    /// Records its points on the lattice of `grid`, with `transform` from object space to the world. They differ from
-    /// the processor's by what f32 resolves of them.
+    /// Records its points on the lattice of `grid`, with `transform` from object space to the world: those of the
+    /// processor, but where they lie within 2⁻¹⁰ units of the lattice of where it is divided. Fails where the grid is too
+    /// far away.
     pub fn snap(&self, pass: &mut Pass<'_>, grid: &Grid, transform: &DAffine3) -> Result<()> {
-        let frame = VoxelFrame::new(grid, transform);
-        let row = |axis: usize| {
-            let [x, y, z] = frame.rows[axis];
-            [x, y, z, frame.shift[axis]]
-        };
+        let center = transform.inverse().transform_point3(grid.obb.center);
         let count = self.corners.len() as u32;
-        let work = Snap { x: row(0), y: row(1), z: row(2), origin: frame.origin, count };
+        let work = Snap::new(&(grid.map * *transform), center, self.largest, count)?;
         let Work { kernel, bindings } = &self.snapping;
         pass.run(kernel, &[bindings], bytemuck::bytes_of(&work), groups(count.div_ceil(GROUP)))
     }
@@ -186,6 +234,18 @@ impl DeviceCollider {
         frame.clear(&self.state);
         Ok(Faults(faults))
     }
+
+    /// As [`Self::faults`], to word `at` of a buffer, for [`check`].
+    pub(super) fn tell(&self, frame: &mut Frame, told: &Buffer<u32>, at: usize) -> Result<()> {
+        frame.copy(&self.state, 0..1, told, at)?;
+        frame.clear(&self.state);
+        Ok(())
+    }
+}
+
+/// The largest coordinate; what is not finite is left to the kernel.
+fn largest(points: &[[f32; 3]]) -> f32 {
+    points.iter().flatten().filter(|it| it.is_finite()).fold(0.0, |most, value| most.max(value.abs()))
 }
 
 fn too_far() -> Error {
@@ -196,16 +256,20 @@ fn too_far() -> Error {
 impl Faults {
     /// Fails if the voxels of the frame are not those of the collider.
     pub fn check(self, device: &Device) -> Result<()> {
-        let faults = self.0.get(device)?.first().copied().unwrap_or_default();
-        if faults & 1 != 0 {
-            return Err(too_far());
-        }
-        if faults & 2 != 0 {
-            return Err(Error::unsupported("the collider covers the voxel grid too many times for a graphics device")
-                .advise("use fewer voxels or a coarser collider, or the device `cpu`"));
-        }
-        Ok(())
+        check(self.0.get(device)?.first().copied().unwrap_or_default())
     }
+}
+
+/// Fails if something went wrong, by the word that the kernels leave.
+pub(super) fn check(faults: u32) -> Result<()> {
+    if faults & 1 != 0 {
+        return Err(too_far());
+    }
+    if faults & 2 != 0 {
+        return Err(Error::unsupported("the collider covers the voxel grid too many times for a graphics device")
+            .advise("use fewer voxels or a coarser collider, or the device `cpu`"));
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -218,10 +282,14 @@ mod tests {
     fn the_layout_is_that_of_the_kernel() {
         let fields = [
             ("x", offset_of!(Snap, x)),
-            ("y", offset_of!(Snap, y)),
-            ("z", offset_of!(Snap, z)),
-            ("origin", offset_of!(Snap, origin)),
             ("count", offset_of!(Snap, count)),
+            ("y", offset_of!(Snap, y)),
+            ("shift", offset_of!(Snap, shift)),
+            ("z", offset_of!(Snap, z)),
+            ("scale", offset_of!(Snap, scale)),
+            ("origin", offset_of!(Snap, origin)),
+            ("low", offset_of!(Snap, low)),
+            ("high", offset_of!(Snap, high)),
         ];
         assert_layout("imprint_snap", "Snap", size_of::<Snap>(), &fields);
     }

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Compaction, Device, Kernel, KernelSpec, Pass, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Compaction, Device, Frame, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 
+use super::blocks::{keep_kernel, list_kernel};
 use crate::cull::{VoxelFrame, range};
-use crate::knots::block_edge;
 use crate::object::DisplacedObject;
 
 /// As in `imprint_cull.wgsl`.
@@ -55,18 +55,19 @@ pub struct DeviceCull {
     masks: Buffer<u32>,
     blocks: Buffer<u32>,
     compaction: Compaction,
+    /// What imprints that are submitted together leave of every tile; zeros in between.
+    lowered: Buffer<i32>,
+    /// What was culled, for the list of blocks, and what imprints lower.
+    pub(super) culled: Bindings,
+    pub(super) lowering: Bindings,
 }
 
-fn tiles(object: &DisplacedObject) -> Vec<CullTile> {
+fn cull_tile(object: &DisplacedObject, tile: u32) -> CullTile {
     let field = object.displacement().field();
-    let state = |tile| {
-        let size = field.size(tile);
-        let [least, most] = field.block(tile).map_or([0.0; 2], range);
-        let length = object.vectors().map_or(0.0, |vectors| vectors.field().length(tile));
-        let allocated = if field.is_allocated(tile) { ALLOCATED } else { 0 };
-        CullTile { least, most, length, state: size / block_edge(size) | allocated }
-    };
-    (0..field.tile_count() as u32).map(state).collect()
+    let [least, most] = field.block(tile).map_or([0.0; 2], range);
+    let length = object.vectors().map_or(0.0, |vectors| vectors.field().length(tile));
+    let allocated = if field.is_allocated(tile) { ALLOCATED } else { 0 };
+    CullTile { least, most, length, state: field.size(tile) | allocated }
 }
 
 fn cones(object: &DisplacedObject) -> Vec<[f32; 4]> {
@@ -83,27 +84,47 @@ impl DeviceCull {
         let kernel = device.kernel(&KernelSpec {
             module: "imprint_cull",
             entry: "cull",
-            groups: &[&[Read, Read, Write, Write], &SURFACE_GROUP],
+            groups: &[&[Read, Read, Write, Write, Read], &SURFACE_GROUP],
             immediates: size_of::<Cull>() as u32,
             constants: &[],
         })?;
-        let tiles = Buffer::of(device, "tiles", &tiles(object))?;
+        let count = object.surface().tile_count() as u32;
+        let tiles: Vec<CullTile> = (0..count).map(|tile| cull_tile(object, tile)).collect();
+        let tiles = Buffer::of(device, "tiles", &tiles)?;
         let cones = Buffer::of(device, "cones of normals", &cones(object))?;
         let masks = Buffer::new(device, "tiles' classes", tiles.len())?;
         let blocks = Buffer::new(device, "tiles' blocks", WORDS * tiles.len())?;
+        let lowered = Buffer::new(device, "tiles' least coefficients", tiles.len())?;
         let compaction = Compaction::new(device, &masks, 2)?;
-        let buffers = device.bind(&kernel, 0, &[tiles.wgpu(), cones.wgpu(), masks.wgpu(), blocks.wgpu()])?;
-        Ok(Self { kernel, buffers, tiles, cones, masks, blocks, compaction })
+        let buffers = [tiles.wgpu(), cones.wgpu(), masks.wgpu(), blocks.wgpu(), lowered.wgpu()];
+        let buffers = device.bind(&kernel, 0, &buffers)?;
+        let culled = [compaction.lists().wgpu(), compaction.counts().wgpu(), blocks.wgpu(), tiles.wgpu()];
+        let culled = device.bind(&*list_kernel(device, "list")?, 0, &culled)?;
+        let lowering = device.bind(&*keep_kernel(device)?, 1, &[lowered.wgpu()])?;
+        Ok(Self { kernel, buffers, tiles, cones, masks, blocks, compaction, lowered, culled, lowering })
     }
 
-    /// Writes how `object` is displaced now, and the normals of its pose. Fails unless it is the same object.
-    pub fn update(&self, device: &Device, object: &DisplacedObject) -> Result<()> {
-        let (tiles, cones) = (tiles(object), cones(object));
-        if tiles.len() != self.tiles.len() || cones.len() != self.cones.len() {
+    /// Writes how `tiles` of `object` are displaced now. Fails unless it is the same object.
+    pub fn update(&self, device: &Device, object: &DisplacedObject, tiles: &[u32]) -> Result<()> {
+        for run in tiles.chunk_by(|a, b| a + 1 == *b) {
+            let entries: Vec<CullTile> = run.iter().map(|tile| cull_tile(object, *tile)).collect();
+            self.tiles.write(device, run[0] as usize, &entries)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the normals of the pose of `object`. Fails unless it is the same object.
+    pub fn pose(&self, device: &Device, object: &DisplacedObject) -> Result<()> {
+        let cones = cones(object);
+        if cones.len() != self.cones.len() {
             return Err(Error::internal("another surface than the one that is culled"));
         }
-        self.tiles.write(device, 0, &tiles)?;
         self.cones.write(device, 0, &cones)
+    }
+
+    /// Records that what imprints that were submitted together left is forgotten.
+    pub(super) fn forget(&self, frame: &mut Frame) {
+        frame.clear(&self.lowered);
     }
 
     /// Records the culling of `surface`, the object's, against the grid of `frame`.
@@ -212,7 +233,8 @@ mod tests {
         let mut object = object(&context);
         let surface = DeviceSurface::new(&device, object.surface()).unwrap();
         let culling = DeviceCull::new(&device, &object).unwrap();
-        culling.update(&device, &object).unwrap();
+        culling.pose(&device, &object).unwrap();
+        culling.update(&device, &object, &[0, 1, 2, 5, 7, 8]).unwrap();
         let count = culling.tiles.len();
         let mut random = Random(3);
         let mut kept = 0;

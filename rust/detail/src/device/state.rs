@@ -7,6 +7,7 @@ use relievo_surface::DeviceSurface;
 use relievo_tiles::{DeviceTiles, Field, Rgba8, Rgba16};
 
 use super::brush::DeviceBrush;
+use super::cull::DeviceCull;
 use super::dabs::DeviceColors;
 use crate::object::DisplacedObject;
 
@@ -23,10 +24,14 @@ pub(crate) struct DeviceObject {
     pub(super) sculpting: Option<DeviceBrush<f16>>,
     pub(super) painting: Option<DeviceColors<Rgba8>>,
     pub(super) half_painting: Option<DeviceColors<Rgba16>>,
+    /// What culls tiles, once there was an imprint, with the displacement that it knows.
+    culling: Option<(DeviceCull, Field)>,
+    /// Whether it lacks the normals of the pose.
+    posed: bool,
 }
 
 impl DisplacedObject {
-    /// Has dabs evaluated on a graphics device from now on, or on the processor again. What a device does not do
+    /// Has dabs and imprints made on a graphics device from now on, or on the processor again. What a device does not do
     /// (smearing, objects with vector displacement, edits at other levels), the processor does.
     ///
     /// Fails, and changes nothing, where the device has no room for the object.
@@ -46,11 +51,27 @@ impl DeviceObject {
         let surface = DeviceSurface::new(device, &object.surface)?;
         let tiles = DeviceTiles::new(device, object.displacement.field())?;
         let (sculpting, painting, half_painting) = (None, None, None);
-        Ok(Self { device: device.clone(), surface, tiles, begun: None, sculpting, painting, half_painting })
+        Ok(Self {
+            device: device.clone(),
+            surface,
+            tiles,
+            begun: None,
+            sculpting,
+            painting,
+            half_painting,
+            culling: None,
+            posed: false,
+        })
+    }
+
+    /// The device that it is on.
+    pub fn device(&self) -> &Device {
+        &self.device
     }
 
     /// Brings the surface to another pose.
     pub fn pose(&mut self, cage: &[[f32; 3]]) -> Result<()> {
+        self.posed = true;
         self.surface.set_points(&self.device, cage)?;
         let mut frame = self.device.frame()?;
         self.surface.pose(&mut frame.pass("surface.patches"))?;
@@ -82,5 +103,28 @@ impl DeviceObject {
     /// The displacement that [`Self::follow`] was given as the start.
     pub(super) fn begun(&self) -> Option<&DeviceTiles> {
         self.begun.as_ref()
+    }
+
+    /// Makes ready to cull tiles of `object`, whose state this is.
+    pub(super) fn prepare_culling(&mut self, object: &DisplacedObject) -> Result<()> {
+        let (device, field) = (&self.device, object.displacement.field());
+        match &mut self.culling {
+            Some((culling, known)) => {
+                culling.update(device, object, &field.differing(known))?;
+                if self.posed {
+                    culling.pose(device, object)?;
+                }
+                *known = field.clone();
+            }
+            none => *none = Some((DeviceCull::new(device, object)?, field.clone())),
+        }
+        self.posed = false;
+        Ok(())
+    }
+
+    /// What culls its tiles, after [`Self::prepare_culling`].
+    pub(super) fn culling(&self) -> Result<&DeviceCull> {
+        let ready = self.culling.as_ref().map(|(culling, _)| culling);
+        ready.ok_or_else(|| Error::internal("an object whose tiles are not ready to be culled"))
     }
 }

@@ -3,6 +3,7 @@
 mod bending;
 mod budgets;
 mod device;
+mod device_imprints;
 mod fading;
 mod half_colors;
 mod history;

@@ -61,7 +61,7 @@ documents = "last"
 "##;
 
 fn run(scene: &Path, out: &Path, frames: Option<(u32, u32)>) -> Summary {
-    let options = RunOptions { out: out.into(), frames, allowed: Vec::new(), rebake: false };
+    let options = RunOptions { out: out.into(), frames, allowed: Vec::new(), rebake: false, device: None };
     stepper::run(&Context::serial(), read_file(scene).unwrap(), &options, &mut relievo_core::progress::Silent).unwrap()
 }
 

@@ -66,7 +66,7 @@ documents = "last"
 fn run_in(folder: &Path, name: &str, text: &str, frames: Option<(u32, u32)>) -> Summary {
     let scene = folder.join(format!("{name}.toml"));
     std::fs::write(&scene, text).unwrap();
-    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false };
+    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false, device: None };
     run(&Context::serial(), read_file(&scene).unwrap(), &options, &mut Silent).unwrap()
 }
 

@@ -4,6 +4,7 @@
 mod bending;
 mod brushes;
 mod decay;
+mod device;
 mod half_colors;
 mod levels;
 mod run;

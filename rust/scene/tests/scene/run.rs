@@ -76,7 +76,7 @@ fn context(threads: usize) -> Context {
 }
 
 fn options(out: &Path) -> RunOptions {
-    RunOptions { out: out.to_path_buf(), frames: None, allowed: Vec::new(), rebake: false }
+    RunOptions { out: out.to_path_buf(), frames: None, allowed: Vec::new(), rebake: false, device: None }
 }
 
 fn run_with(context: &Context, scene: &Path, options: &RunOptions) -> Result<Summary, Failure> {

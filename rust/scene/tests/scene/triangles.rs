@@ -203,7 +203,13 @@ fn layers_and_traces_are_cached_and_a_document_goes_on() {
         assert_ne!(text, from);
         let scene = folder.path().join("misfit.toml");
         std::fs::write(&scene, text).unwrap();
-        let options = RunOptions { out: folder.path().join("out"), frames: None, allowed: Vec::new(), rebake: false };
+        let options = RunOptions {
+            out: folder.path().join("out"),
+            frames: None,
+            allowed: Vec::new(),
+            rebake: false,
+            device: None,
+        };
         let done = run(&Context::serial(), read_file(&scene).unwrap(), &options, &mut Silent);
         let message = format!("{}", done.unwrap_err());
         assert!(message.contains(expected), "{message}");
@@ -335,7 +341,13 @@ fn what_triangles_cannot_do_is_said() {
         assert_ne!(text, SCENE);
         let scene = folder.path().join("refused.toml");
         std::fs::write(&scene, text).unwrap();
-        let options = RunOptions { out: folder.path().join("out"), frames: None, allowed: Vec::new(), rebake: false };
+        let options = RunOptions {
+            out: folder.path().join("out"),
+            frames: None,
+            allowed: Vec::new(),
+            rebake: false,
+            device: None,
+        };
         let done = read_file(&scene).and_then(|scene| run(&Context::serial(), scene, &options, &mut Silent));
         let message = format!("{}", done.unwrap_err());
         assert!(message.contains(expected), "{message}");

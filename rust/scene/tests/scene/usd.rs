@@ -31,7 +31,7 @@ fn written(folder: &Path, scene: &str, threads: usize, out: &str) -> Summary {
     let path = folder.join("scene.toml");
     std::fs::write(&path, scene).unwrap();
     let context = Context::new(&ContextOptions { threads, memory_limit: 1 << 30 }).unwrap();
-    let options = RunOptions { out: folder.join(out), frames: None, allowed: Vec::new(), rebake: false };
+    let options = RunOptions { out: folder.join(out), frames: None, allowed: Vec::new(), rebake: false, device: None };
     let scene = read_file(&path).unwrap_or_else(|faults| panic!("{faults}"));
     run(&context, scene, &options, &mut Silent).unwrap_or_else(|failure| panic!("{failure}"))
 }

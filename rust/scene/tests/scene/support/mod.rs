@@ -13,7 +13,7 @@ use relievo_scene::stepper::{RunOptions, Summary, run};
 pub fn run_in(folder: &Path, name: &str, text: &str, frames: Option<(u32, u32)>, threads: usize) -> Summary {
     let scene = folder.join(format!("{name}.toml"));
     std::fs::write(&scene, text).unwrap();
-    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false };
+    let options = RunOptions { out: folder.join(name), frames, allowed: Vec::new(), rebake: false, device: None };
     let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
     run(&context, read_file(&scene).unwrap(), &options, &mut Silent).unwrap()
 }

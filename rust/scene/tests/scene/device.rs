@@ -1,0 +1,115 @@
+//! Scenes whose imprints are made on a graphics device.
+
+use half::f16;
+use relievo_core::Context;
+use relievo_core::progress::Silent;
+use relievo_gpu::Device;
+use relievo_scene::bake::{Baker, Changes};
+use relievo_scene::file::parse;
+use relievo_scene::stepper::{RunOptions, run};
+use relievo_scene::world::{Item, World};
+
+/// The scene of the demo with fewer faces, texels and voxels.
+fn snow() -> String {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/snow.toml");
+    let mut text = std::fs::read_to_string(path).unwrap();
+    for (long, short) in [
+        ("faces = 60", "faces = 24"),
+        ("tile_size = 128", "tile_size = 64"),
+        ("[imprints]\n", "[imprints]\nvoxels = 131072\n"),
+        ("frames = 60", "frames = 8"),
+        ("images = [\"png\"]", "pictures = []"),
+        ("mesh = \"last\"\nmesh_formats = [\"glb\", \"obj\"]\ntiles = \"last\"", "mesh = \"none\""),
+    ] {
+        assert!(text.contains(long), "{long}");
+        text = text.replace(long, short);
+    }
+    text
+}
+
+fn world(context: &Context, device: Option<&Device>) -> World {
+    let mut world = World::new(context, parse("snow.toml".as_ref(), &snow()).unwrap(), &[]).unwrap();
+    world.use_device(device).unwrap();
+    world
+}
+
+/// Half floats in order, so that neighbours are one apart.
+fn order(half: f16) -> i32 {
+    let bits = i32::from(half.to_bits());
+    if bits & 0x8000 == 0 { bits } else { 0x8000 - bits }
+}
+
+#[test]
+fn the_demo_on_a_graphics_device_is_that_of_the_processor() {
+    let Some(device) = relievo_testing::device() else { return };
+    let context = Context::serial();
+    let frames = |device: Option<&Device>| {
+        let mut world = world(&context, device);
+        let mut baker = Baker::default();
+        let mut all = vec![baker.start(&context, &mut world).unwrap()];
+        all.extend((1..8).map(|frame| baker.advance(&context, &mut world, frame).unwrap()));
+        assert_eq!(world.take_device_faults(), Vec::<String>::new());
+        (world, all)
+    };
+    let (here, expected) = frames(None);
+    context.stats().take();
+    let (there, found) = frames(Some(&device));
+    let imprints = found.iter().map(|changes: &Changes| changes.report.sub_steps).sum::<u64>();
+    let stages = context.stats().take();
+    // At a first touch voxels may be too small for a device.
+    let count = |stage| stages.iter().filter(|event| event.stage == stage).count();
+    let (there_made, here_made) = (count("imprint.device.raycast"), count("imprint.raycast"));
+    assert!(there_made > 8 && here_made * 4 < there_made, "{there_made} {here_made} of {imprints}");
+    for (a, b) in expected.iter().zip(&found) {
+        assert_eq!((&a.written, a.report.allocated), (&b.written, b.report.allocated));
+    }
+    let (mut apart, mut all) = (0, 0);
+    for (a, b) in here.items().iter().zip(there.items()) {
+        let (Item::Surface(a), Item::Surface(b)) = (a, b) else { continue };
+        let (a, b) = (a.displacement().field(), b.displacement().field());
+        assert!(a.allocated().eq(b.allocated()), "the tiles that are allocated");
+        for tile in a.allocated() {
+            for (a, b) in a.block(tile).unwrap().iter().zip(b.block(tile).unwrap()) {
+                apart += usize::from((order(*a) - order(*b)).abs() > 1);
+                all += 1;
+            }
+        }
+    }
+    println!("{apart} of {all} coefficients are more than one half apart after {imprints} imprints");
+    assert!(all > 100_000 && apart * 10_000 < all, "{apart} of {all}");
+}
+
+#[test]
+fn a_run_on_a_lost_device_goes_on_and_says_so() {
+    let Some(device) = relievo_testing::device() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let context = Context::serial();
+    let go = |name: &str, device: Option<Device>| {
+        let scene = parse("snow.toml".as_ref(), &snow()).unwrap();
+        let (out, allowed) = (folder.path().join(name), Vec::new());
+        let options = RunOptions { out, frames: Some((0, 3)), allowed, rebake: false, device };
+        let mut lost = |fraction: f32, _: &str| {
+            // In the middle of the frames.
+            if fraction > 0.4 {
+                options.device.iter().for_each(Device::abandon);
+            }
+            true
+        };
+        run(&context, scene, &options, &mut lost).unwrap()
+    };
+    let summary = go("lost", Some(device));
+    assert_eq!(summary.baked, 4);
+    let told = summary.notes.iter().filter(|note| note.contains("the processor took over for `snow`")).count();
+    assert_eq!(told, 1, "{:?}", summary.notes);
+    assert!(summary.trace.costs().iter().any(|cost| cost.stage == "imprint.device.cull"));
+    // What was baked on a device is not what the processor would have.
+    let options = RunOptions {
+        out: folder.path().join("lost"),
+        frames: Some((0, 3)),
+        allowed: Vec::new(),
+        rebake: false,
+        device: None,
+    };
+    let again = run(&context, parse("snow.toml".as_ref(), &snow()).unwrap(), &options, &mut Silent).unwrap();
+    assert_eq!((again.baked, again.opened), (4, 0));
+}
