@@ -29,8 +29,9 @@ typedef struct RlvContext {
 
 typedef enum RlvDevice {
     RLV_DEVICE_CPU = 0,
-    RLV_DEVICE_GPU = 1, /* RLV_ERROR_UNSUPPORTED in this version */
-    RLV_DEVICE_AUTO = 2 /* the best there is */
+    RLV_DEVICE_GPU = 1, /* a graphics device; an error where there is none */
+    RLV_DEVICE_AUTO = 2 /* a graphics device, but none that is the processor itself unless it is named; the processor
+                           where there is none */
 } RlvDevice;
 
 typedef struct RlvContextOptions {
@@ -39,9 +40,12 @@ typedef struct RlvContextOptions {
     uint32_t threads;      /* 0 to 1024; 0 for one per core, 1 to stay on the calling thread and create none */
     uint32_t reserved;     /* 0 */
     uint64_t memory_limit; /* bytes that tables made from one input may occupy; 0 for no limit */
+    uint64_t device_memory_limit; /* bytes that buffers on the graphics device may occupy together; 0 for no limit */
+    const char *adapter; /* UTF-8: which graphics device, by a part of its name in letters of any case; NULL or "" for the
+                            best, as rlv_adapter_list orders them. Not read for RLV_DEVICE_CPU. */
 } RlvContextOptions;
 
-#define RLV_CONTEXT_OPTIONS_INIT {sizeof(RlvContextOptions), RLV_DEVICE_CPU, 0, 0, 0}
+#define RLV_CONTEXT_OPTIONS_INIT {sizeof(RlvContextOptions), RLV_DEVICE_CPU, 0, 0, 0, 0, NULL}
 
 typedef struct RlvContextInfo {
     uint32_t struct_size;
@@ -50,9 +54,13 @@ typedef struct RlvContextInfo {
     uint32_t reserved;
     uint64_t memory_limit;    /* as given */
     char simd[RLV_NAME_SIZE]; /* instruction level: "baseline", "avx2" or "avx512" */
+    uint64_t device_memory_limit; /* bytes, as given */
+    uint64_t device_memory;       /* bytes that buffers on the graphics device occupy */
+    char adapter[RLV_TEXT_SIZE];  /* name of the graphics device that was opened, "" for none */
+    char fallback[RLV_TEXT_SIZE]; /* why the processor works where a graphics device was asked for, "" if it does not */
 } RlvContextInfo;
 
-#define RLV_CONTEXT_INFO_INIT {sizeof(RlvContextInfo), 0, 0, 0, 0, {0}}
+#define RLV_CONTEXT_INFO_INIT {sizeof(RlvContextInfo), 0, 0, 0, 0, {0}, 0, 0, {0}, {0}}
 
 /* One row of the statistics. */
 typedef struct RlvContextStat {
@@ -73,8 +81,15 @@ typedef enum RlvLogLevel { RLV_LOG_INFO = 0, RLV_LOG_WARNING = 1 } RlvLogLevel;
 /* Receives what is worth knowing but no failure: an accepted non-manifold cage, a refused tile. UTF-8, no newline. */
 typedef void (*RlvLog)(void *user, uint32_t level, const char *text);
 
-/* Makes a context. options may be NULL for the defaults. Fails if the device is not there, if the threads cannot be
- * started, or if the environment variable RELIEVO_SIMD names an instruction level this processor lacks. */
+/* Makes a context. options may be NULL for the defaults. Fails with RLV_ERROR_NOT_FOUND if RLV_DEVICE_GPU is asked for
+ * and there is no graphics device, or none of that name, and with RLV_ERROR_UNSUPPORTED if it lacks something; with
+ * RLV_DEVICE_AUTO the processor works then, and rlv_context_info says why. Fails too if the threads cannot be started,
+ * or if the environment variable RELIEVO_SIMD names an instruction level this processor lacks.
+ *
+ * On a graphics device details are sculpted: no call takes another argument for it. What a device does not do (colours,
+ * stamps, vector displacement, coarser levels, triangle meshes), the processor does. Heights differ from the processor's
+ * by a unit in the last place of a half float. Where a device fails or has no room, the processor takes over and nothing
+ * is lost; the log says so, and rlv_detail_device_fault. */
 RLV_API RlvResult rlv_context_create(const RlvContextOptions *options, RlvContext *out);
 
 RLV_API RlvResult rlv_context_retain(RlvContext context);
@@ -82,6 +97,10 @@ RLV_API RlvResult rlv_context_release(RlvContext context);
 
 /* What the context is: its device, threads, limits and the level of its instructions. No failure of its own. */
 RLV_API RlvResult rlv_context_info(RlvContext context, RlvContextInfo *out);
+
+/* Lets the graphics device go, as if it were lost: the processor takes over, also in the middle of a stroke. For hosts
+ * that need its memory, and before a driver is unloaded. Does nothing where there is none. No failure of its own. */
+RLV_API RlvResult rlv_context_close_device(RlvContext context);
 
 /* Sets where log texts of calls on objects of this context go. NULL, the initial state, is silence. The callback runs
  * on the thread that made the logging call; user must stay valid until another callback or NULL is set and the calls in

@@ -3,7 +3,9 @@
 #ifndef RELIEVO_RELIEVO_H
 #define RELIEVO_RELIEVO_H
 
+#include "relievo/adapter.h"
 #include "relievo/bake.h"
+#include "relievo/bezier.h"
 #include "relievo/brush.h"
 #include "relievo/caster.h"
 #include "relievo/collider.h"
@@ -13,6 +15,7 @@
 #include "relievo/error.h"
 #include "relievo/evaluate.h"
 #include "relievo/imprint.h"
+#include "relievo/job.h"
 #include "relievo/layer.h"
 #include "relievo/mesh.h"
 #include "relievo/parameter.h"

@@ -83,6 +83,17 @@ private:
     Handle handle_{0};
 };
 
+/// The adapters of this machine, best first; see relievo/adapter.h.
+inline std::vector<RlvAdapterInfo> adapters() {
+    // One may be plugged in between the two calls; then there is room for it.
+    std::size_t count = 0;
+    check(rlv_adapter_list(nullptr, 0, &count));
+    std::vector<RlvAdapterInfo> rows(count + 4);
+    check(rlv_adapter_list(rows.data(), rows.size(), &count));
+    rows.resize(count);
+    return rows;
+}
+
 /// See relievo/context.h.
 class Context : public Reference<RlvContext, rlv_context_retain, rlv_context_release> {
 public:
@@ -99,6 +110,9 @@ public:
         check(rlv_context_info(get(), &info));
         return info;
     }
+
+    /// Lets the graphics device go; the processor takes over.
+    void close_device() const { check(rlv_context_close_device(get())); }
 
     void set_log(RlvLog callback, void *user) const { check(rlv_context_set_log(get(), callback, user)); }
 
@@ -356,6 +370,9 @@ public:
     void set_decay(const RlvDecayOptions &options) const { check(rlv_detail_set_decay(get(), &options)); }
     /// Comes to a time in seconds.
     void advance(double time) const { check(rlv_detail_advance(get(), time)); }
+
+    /// Throws what went wrong when the processor took over from the graphics device, if it did.
+    void check_device() const { check(rlv_detail_device_fault(get())); }
 
     void set_budget(std::uint64_t budget) const { check(rlv_detail_set_budget(get(), budget)); }
     /// Lets tiles leave memory for a file when a budget is spent; the file is in `folder`, or where temporary files
@@ -1032,6 +1049,160 @@ private:
     template <class Number> static std::vector<double> numbers(const RlvPictureMeta &meta) {
         const Number *const first = static_cast<const Number *>(meta.values);
         return std::vector<double>(first, first + meta.count);
+    }
+};
+
+/// See relievo/bezier.h.
+class Bezier : public Reference<RlvBezier, rlv_bezier_retain, rlv_bezier_release> {
+public:
+    using Reference::Reference;
+
+    /// Triangles of all patches: grids of points, patch after patch.
+    struct Triangles {
+        std::vector<Float3> positions, normals;
+        std::vector<Triangle> corners;
+    };
+
+    static Bezier create(const Context &context, const RlvBezierArrays &arrays) {
+        Bezier made;
+        check(rlv_bezier_create(context.get(), &arrays, made.out()));
+        return made;
+    }
+
+    /// Patches of points, 16 after 16, or of those that the indices name; weights, if there are some, are of the points.
+    static Bezier create(const Context &context, const std::vector<Float3> &points,
+                         const std::vector<std::uint32_t> &indices = {}, const std::vector<float> &weights = {}) {
+        RlvBezierArrays arrays = RLV_BEZIER_ARRAYS_INIT;
+        arrays.points = points.empty() ? nullptr : points.front().data();
+        arrays.point_count = points.size();
+        arrays.indices = indices.empty() ? nullptr : indices.data();
+        arrays.index_count = indices.size();
+        if (!weights.empty() && weights.size() != points.size()) {
+            throw Error(RLV_ERROR_INVALID, "weights: there is not one for every point",
+                        "there is not one for every point", "weights", "");
+        }
+        arrays.weights = weights.empty() ? nullptr : weights.data();
+        return create(context, arrays);
+    }
+
+    static Bezier read(const Context &context, const std::string &path) {
+        Bezier made;
+        check(rlv_bezier_read(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    RlvBezierInfo info() const {
+        RlvBezierInfo info = RLV_BEZIER_INFO_INIT;
+        check(rlv_bezier_info(get(), &info));
+        return info;
+    }
+
+    /// Positions, normals and first derivatives; the tile of a place is a patch.
+    Samples evaluate(const std::vector<Place> &places) const {
+        Samples made;
+        RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+        if (!places.empty()) {
+            made.prepare(places, arrays);
+            made.du.resize(places.size());
+            made.dv.resize(places.size());
+            arrays.du = made.du.front().data();
+            arrays.dv = made.dv.front().data();
+            check(rlv_bezier_evaluate(get(), &arrays));
+        }
+        return made;
+    }
+
+    /// A level for every patch.
+    std::vector<std::uint32_t> levels(const RlvBezierView &view) const {
+        std::vector<std::uint32_t> levels(info().patch_count);
+        check(rlv_bezier_levels(get(), &view, levels.data(), levels.size()));
+        return levels;
+    }
+
+    Triangles tessellate(const RlvBezierLevels &levels = RLV_BEZIER_LEVELS_INIT) const {
+        std::size_t points = 0, triangles = 0;
+        check(rlv_bezier_count(get(), &levels, &points, &triangles));
+        Triangles made;
+        made.positions.resize(points);
+        made.normals.resize(points);
+        made.corners.resize(triangles);
+        RlvBezierTriangles room = RLV_BEZIER_TRIANGLES_INIT;
+        room.positions = made.positions.front().data();
+        room.normals = made.normals.front().data();
+        room.point_capacity = points;
+        room.corners = made.corners.front().data();
+        room.triangle_capacity = triangles;
+        check(rlv_bezier_tessellate(get(), &levels, &room));
+        return made;
+    }
+
+    Mesh mesh(const RlvBezierLevels &levels = RLV_BEZIER_LEVELS_INIT) const {
+        RlvMesh made{0};
+        check(rlv_bezier_mesh(get(), &levels, &made));
+        return Mesh(made);
+    }
+};
+
+/// See relievo/job.h. One that is let go of while it runs is cancelled.
+class Job : public Reference<RlvJob, rlv_job_retain, rlv_job_release> {
+public:
+    using Reference::Reference;
+
+    static Job tessellate(const Detail &detail,
+                          const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) {
+        Job made;
+        check(rlv_job_tessellate(detail.get(), &options, made.out()));
+        return made;
+    }
+
+    static Job sweep(const Detail &detail, const Collider &collider, const Matrix &from, const Matrix &to,
+                     const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
+                     const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT) {
+        Job made;
+        check(rlv_job_sweep(detail.get(), collider.get(), from.data(), to.data(), &settings, &moment, made.out()));
+        return made;
+    }
+
+    static Job bake(const Detail &detail, const std::string &path,
+                    const RlvBakeOptions &options = RLV_BAKE_OPTIONS_INIT) {
+        Job made;
+        check(rlv_job_bake(detail.get(), &options, path.c_str(), made.out()));
+        return made;
+    }
+
+    RlvJobInfo poll() const {
+        RlvJobInfo info = RLV_JOB_INFO_INIT;
+        check(rlv_job_poll(get(), &info));
+        return info;
+    }
+
+    /// Waits for its end, no longer than so many seconds; -1 for as long as it takes.
+    RlvJobInfo wait(double seconds = -1.0) const {
+        RlvJobInfo info = RLV_JOB_INFO_INIT;
+        check(rlv_job_wait(get(), seconds, &info));
+        return info;
+    }
+
+    void cancel() const { check(rlv_job_cancel(get())); }
+    /// Throws what the call failed at.
+    void result() const { check(rlv_job_result(get())); }
+
+    Mesh mesh() const {
+        RlvMesh made{0};
+        check(rlv_job_mesh(get(), &made));
+        return Mesh(made);
+    }
+
+    RlvImprintReport imprint_report() const {
+        RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
+        check(rlv_job_imprint_report(get(), &report));
+        return report;
+    }
+
+    RlvBakeReport bake_report() const {
+        RlvBakeReport report = RLV_BAKE_REPORT_INIT;
+        check(rlv_job_bake_report(get(), &report));
+        return report;
     }
 };
 

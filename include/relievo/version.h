@@ -38,4 +38,7 @@ RLV_API uint32_t rlv_version(void);
 /* Bytes of names that functions write, the terminating NUL included. */
 #define RLV_NAME_SIZE 48
 
+/* Bytes of longer texts that functions write, the terminating NUL included; longer ones are cut. */
+#define RLV_TEXT_SIZE 256
+
 #endif

@@ -43,8 +43,22 @@ def context():
         from . import preferences
 
         options = preferences.get()
-        _context = _package().Context(device=options.device.lower(), threads=options.threads)
+        # "" is a device that was chosen once and is not there any more.
+        device = options.device or "AUTO"
+        named = {} if device in ("CPU", "AUTO") else {"adapter": device}
+        # A graphics device that was chosen by its name and is gone leaves the work to the processor.
+        _context = _package().Context(device="cpu" if device == "CPU" else "auto", threads=options.threads, **named)
     return _context
+
+
+def adapters():
+    """The graphics devices there are; none where the library is missing."""
+    return [] if problem() else _package().adapters()
+
+
+def fallback():
+    """Why the processor works in place of a graphics device, or ""."""
+    return _context.info.fallback if _context is not None else ""
 
 
 def forget():

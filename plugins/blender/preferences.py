@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Preferences: device, threads, and where baked caches go."""
 
+import zlib
 from types import SimpleNamespace
 
 import bpy
@@ -12,14 +13,30 @@ def _anew(_self, _context):
     native.forget()
 
 
+# Blender shows the texts of such a list only as long as somebody else keeps them.
+_devices = []
+
+
+def _offered(_self, _context):
+    """The processor, the best there is, and every graphics device by its name, whose number does not depend on others."""
+    if not _devices:
+        _devices.append(("CPU", "CPU", "The processor", 0))
+        _devices.append(("AUTO", "Automatic", "The best graphics device, or else the processor", 1))
+        for adapter in native.adapters():
+            number = 2 + zlib.crc32(adapter.name.encode()) % (1 << 30)
+            if all(known[3] != number for known in _devices):
+                _devices.append((adapter.name, adapter.name, f"{adapter.backend}, {adapter.driver}", number))
+    return _devices
+
+
 class RelievoPreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
     device: bpy.props.EnumProperty(
         name="Device",
         description="What computes",
-        items=[("CPU", "CPU", "The processor"), ("AUTO", "Automatic", "The best there is")],
-        default="CPU",
+        items=_offered,
+        default=0,
         update=_anew,
     )
     threads: bpy.props.IntProperty(
@@ -38,6 +55,9 @@ class RelievoPreferences(bpy.types.AddonPreferences):
             self.layout.label(text=problem, icon="ERROR")
         for name in ("device", "threads", "cache_folder"):
             self.layout.prop(self, name)
+        fallback = native.fallback()
+        if fallback:
+            self.layout.label(text=f"The processor works: {fallback}", icon="INFO")
 
 
 DEFAULTS = SimpleNamespace(device="CPU", threads=0, cache_folder="//relievo_cache")

@@ -267,6 +267,49 @@ int main() {
     collider.press({0.5, 0.5, 0.0}, {0, 0, 1}, 0.1);
     CHECK(collider.info().matrix[11] < 0.21);
 
+    // Bezier patches: a flat one, and its triangles at a level for every patch.
+    std::vector<Float3> grid(16);
+    for (std::size_t k = 0; k < 16; ++k) {
+        grid[k] = {static_cast<float>(k % 4), static_cast<float>(k / 4), 0};
+    }
+    const auto patch = relievo::Bezier::create(context, grid);
+    CHECK(patch.info().patch_count == 1 && patch.info().high[0] == 3);
+    const auto middle = patch.evaluate({{0, {0.5f, 0.5f}}});
+    CHECK(std::abs(middle.positions[0][0] - 1.5f) < 1e-6f && middle.normals[0][2] == 1 && middle.du[0][0] == 3);
+    CHECK(patch.evaluate({}).positions.empty());
+    RlvBezierView view = RLV_BEZIER_VIEW_INIT;
+    view.eye[2] = 10;
+    const auto needed = patch.levels(view);
+    CHECK(needed.size() == 1 && needed[0] == 1);
+    RlvBezierLevels fine = RLV_BEZIER_LEVELS_INIT;
+    fine.levels = needed.data();
+    fine.level_count = needed.size();
+    const auto triangles = patch.tessellate(fine);
+    CHECK(triangles.positions.size() == 16 && triangles.corners.size() == 18 && triangles.normals[3][2] == 1);
+    CHECK(patch.mesh().info().triangle_count == 2 * 31 * 31);
+
+    // Jobs: results by kind, failures as exceptions.
+    const auto job = relievo::Job::sweep(detail, collider, end, start);
+    CHECK(job.wait().state == RLV_JOB_DONE && job.poll().fraction == 1);
+    job.result();
+    CHECK(job.imprint_report().steps >= 1);
+    job.cancel();
+    try {
+        job.mesh();
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.result() == RLV_ERROR_INVALID);
+    }
+    const auto meshed = relievo::Job::tessellate(detail);
+    CHECK(meshed.wait(60).state == RLV_JOB_DONE && meshed.mesh().info().triangle_count > 0);
+
+    // Devices.
+    for (const RlvAdapterInfo &adapter : relievo::adapters()) {
+        CHECK(adapter.name[0] != 0 && adapter.kind <= RLV_ADAPTER_SOFTWARE);
+    }
+    context.close_device();
+    detail.check_device();
+
     CHECK(!context.stats().empty());
     context.reset_stats();
     CHECK(context.stats().empty());

@@ -15,7 +15,7 @@ sys.path += [str(ROOT / "plugins" / "python"), str(Path(__file__).resolve().pare
 
 import librelievo as rl
 import shapes
-from librelievo import bake, document, imprint, ptex, stroke
+from librelievo import bake, document, imprint, job, ptex, stroke
 
 PACKAGE = str(Path(rl.__file__).parents[1])
 
@@ -136,6 +136,110 @@ class Surfaces(unittest.TestCase):
         points, corners = shapes.ball()
         surface = rl.Surface(self.context, rl.Mesh(self.context, points, corners, 3), kind="triangles")
         self.assertEqual(surface.info.tile_count, len(corners) // 3)
+
+
+class Beziers(unittest.TestCase):
+    def setUp(self):
+        self.context = rl.Context(threads=1)
+        rows, columns = numpy.mgrid[0:4, 0:4] / 3.0
+        heights = numpy.array([0.25, -1 / 12, -1 / 12, 0.25])  # of (u - 0.5)^2
+        self.points = numpy.stack([columns, rows, numpy.broadcast_to(heights, (4, 4))], 2).reshape(16, 3)
+
+    def test_a_parabola_is_one_and_its_triangles_are_on_it(self):
+        bezier = rl.Bezier(self.context, self.points)
+        self.assertEqual((bezier.info.patch_count, bezier.info.is_rational), (1, 0))
+        numpy.testing.assert_allclose(bezier.controls(0)[:, :3], self.points, atol=1e-7)
+        found = bezier.evaluate([0, 0], [[0.25, 0.5], [1.0, 0.0]], ["positions", "normals", "duu"])
+        numpy.testing.assert_allclose(found["positions"][:, 2], [0.0625, 0.25], atol=1e-6)
+        numpy.testing.assert_allclose(found["duu"][:, 2], 2.0, atol=1e-5)
+        positions, normals, triangles = bezier.tessellate(3)
+        self.assertEqual((positions.shape, triangles.shape), ((256, 3), (450, 3)))
+        numpy.testing.assert_allclose(positions[:, 2], (positions[:, 0] - 0.5) ** 2, atol=1e-6)
+        numpy.testing.assert_allclose(numpy.linalg.norm(normals, axis=1), 1.0, atol=1e-6)
+        self.assertEqual(bezier.mesh([3]).info.triangle_count, 450)
+
+    def test_levels_follow_the_view_and_weights_make_circles(self):
+        bezier = rl.Bezier(self.context, self.points)
+        near, far = (bezier.levels(eye=(0.5, 0.5, z))[0] for z in (2.0, 500.0))
+        self.assertGreater(near, far)
+        with self.assertRaisesRegex(rl.Invalid, "tolerance"):
+            bezier.levels(tolerance=-1.0)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "quarter.bpt")
+            middle = 0.5**0.5
+            path.write_text(f"1\n1 2\n1 0 0 1\n1 1 0 {middle}\n0 1 0 1\n1 0 1 1\n1 1 1 {middle}\n0 1 1 1\n")
+            quarter = rl.Bezier.read(self.context, path)
+        self.assertEqual(quarter.info.is_rational, 1)
+        positions = quarter.tessellate(2)[0]
+        numpy.testing.assert_allclose(numpy.hypot(positions[:, 0], positions[:, 1]), 1.0, atol=1e-6)
+
+
+class Devices(unittest.TestCase):
+    def test_what_is_listed_can_be_opened_and_let_go(self):
+        adapters = rl.adapters()
+        if not adapters:
+            self.assertNotEqual(os.environ.get("RELIEVO_GPU_TESTS"), "required")
+            self.skipTest("there is no graphics device")
+        name = adapters[-1].name
+        context = rl.Context(threads=1, device="gpu", adapter=name)
+        self.assertEqual((context.info.device, context.info.adapter), (rl.Device.GPU, name))
+        detail = flat_detail(context, tile_size=16)
+        self.assertIsNone(detail.check_device())
+        self.assertGreater(context.info.device_memory, 0)
+        context.close_device()
+        brush = rl.Brush(context, action="sculpt", height=0.1, settings={"radius": 0.3})
+        self.assertGreater(stroke.run(detail, brush, [[0.0, 0.0, 0.0]]).changed_tiles, 0)
+        with self.assertRaisesRegex(rl.DeviceFailure, "lost"):
+            detail.check_device()
+        self.assertIn("lost", context.info.fallback)
+
+    def test_one_that_is_not_there_is_an_error_or_the_processor(self):
+        with self.assertRaises(rl.NotFound):
+            rl.Context(device="gpu", adapter="nobody's")
+        info = rl.Context(threads=1, device="auto", adapter="nobody's").info
+        self.assertEqual((info.device, info.adapter), (rl.Device.CPU, ""))
+        self.assertTrue(info.fallback)
+
+
+class Jobs(unittest.TestCase):
+    def setUp(self):
+        self.context = rl.Context(threads=2)
+        points, corners = shapes.ball(0.3)
+        self.ball = rl.Collider(self.context, rl.Mesh(self.context, points, corners, 3))
+        self.before, self.after = numpy.eye(4), numpy.eye(4)
+        self.before[:3, 3], self.after[:3, 3] = (-0.6, 0.25, 0.2), (0.6, 0.25, 0.2)
+
+    def test_a_sweep_in_the_background_is_the_sweep(self):
+        here, there = (flat_detail(self.context, tile_size=32) for _ in range(2))
+        expected = imprint.sweep(here, self.ball, self.before, self.after, {"voxels": 2**18})
+        started = job.sweep(there, self.ball, self.before, self.after, {"voxels": 2**18})
+        self.assertEqual(started.wait().state, rl.JobState.DONE)
+        self.assertEqual(started.result(), expected)
+        here.commit(), there.commit()
+        numpy.testing.assert_array_equal(heights(here), heights(there))
+        triangles = job.tessellate(there)
+        triangles.wait(60.0)
+        self.assertEqual(triangles.result().info.triangle_count, there.tessellate().info.triangle_count)
+
+    def test_jobs_are_cancelled_and_fail(self):
+        detail = flat_detail(self.context, tile_size=32)
+        self.after[0, 3] = 400.0
+        started = job.sweep(detail, self.ball, self.before, self.after, {"voxels": 2**18, "sub_steps": 4096})
+        with self.assertRaises(rl.Busy):
+            started.result()
+        started.cancel()
+        self.assertEqual(started.wait().state, rl.JobState.CANCELLED)
+        with self.assertRaises(rl.Cancelled):
+            started.result()
+        self.assertEqual(started.poll().result, rl.abi.RLV_ERROR_CANCELLED)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "heights.exr")
+            written = job.write(detail, path, width=64, height=64)
+            self.assertEqual(written.wait().state, rl.JobState.DONE)
+            self.assertEqual(written.result().picture_count, 1)
+            self.assertTrue(path.exists())
+        with self.assertRaisesRegex(rl.Invalid, "seconds"):
+            written.wait(-3.0)
 
 
 class Details(unittest.TestCase):

@@ -9,10 +9,15 @@ try:
 except ImportError:
     raise ImportError("librelievo needs NumPy; install it with `python -m pip install numpy`") from None
 
-from . import abi, bake, brush, caster, collider, document, imprint, ptex, stroke, tessellation
+from . import abi, bake, brush, caster, collider, document, imprint, job, ptex, stroke, tessellation
+from .abi import RlvAdapterKind as AdapterKind
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel
+from .abi import RlvDevice as Device
+from .abi import RlvJobState as JobState
 from .abi import RlvParameterKind as ParameterKind
+from .adapter import adapters
+from .bezier import Bezier
 from .brush import Brush
 from .caster import Caster
 from .collider import Collider
@@ -22,6 +27,7 @@ from .document import Document
 from .error import (
     Busy,
     Cancelled,
+    DeviceFailure,
     FileFailure,
     Internal,
     Invalid,
@@ -31,6 +37,7 @@ from .error import (
     RelievoError,
     Unsupported,
 )
+from .job import Job
 from .library import load, version
 from .mesh import Mesh
 from .parameter import Parameter

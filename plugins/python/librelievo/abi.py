@@ -12,6 +12,7 @@ RLV_VERSION_MAJOR = 0
 RLV_VERSION_MINOR = 1
 RLV_VERSION_PATCH = 0
 RLV_NAME_SIZE = 48
+RLV_TEXT_SIZE = 256
 RLV_OK = 0
 RLV_ERROR_INVALID = 1
 RLV_ERROR_UNSUPPORTED = 2
@@ -42,6 +43,13 @@ class RlvProgressAnswer(IntEnum):
 class RlvLogLevel(IntEnum):
     INFO = 0
     WARNING = 1
+
+
+class RlvAdapterKind(IntEnum):
+    DISCRETE = 0
+    INTEGRATED = 1
+    VIRTUAL = 2
+    SOFTWARE = 3
 
 
 class RlvDomain(IntEnum):
@@ -150,6 +158,13 @@ class RlvCurve(IntEnum):
     ANGLE = 2
 
 
+class RlvJobState(IntEnum):
+    RUNNING = 0
+    DONE = 1
+    FAILED = 2
+    CANCELLED = 3
+
+
 class RlvLayerKind(IntEnum):
     DISPLACEMENT = 0
     COLOR = 1
@@ -251,6 +266,8 @@ class RlvContextOptions(Structure):
         ("threads", c_uint32),
         ("reserved", c_uint32),
         ("memory_limit", c_uint64),
+        ("device_memory_limit", c_uint64),
+        ("adapter", c_char_p),
     ]
 
 
@@ -262,6 +279,10 @@ class RlvContextInfo(Structure):
         ("reserved", c_uint32),
         ("memory_limit", c_uint64),
         ("simd", c_char * RLV_NAME_SIZE),
+        ("device_memory_limit", c_uint64),
+        ("device_memory", c_uint64),
+        ("adapter", c_char * RLV_TEXT_SIZE),
+        ("fallback", c_char * RLV_TEXT_SIZE),
     ]
 
 
@@ -277,6 +298,18 @@ class RlvContextStat(Structure):
 RlvProgress = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_float, c_char_p)
 
 RlvLog = ctypes.CFUNCTYPE(None, c_void_p, c_uint32, c_char_p)
+
+
+class RlvAdapterInfo(Structure):
+    _fields_ = [
+        ("kind", c_uint32),
+        ("is_usable", c_uint32),
+        ("buffer_limit", c_uint64),
+        ("binding_limit", c_uint64),
+        ("backend", c_char * RLV_NAME_SIZE),
+        ("name", c_char * RLV_TEXT_SIZE),
+        ("driver", c_char * RLV_TEXT_SIZE),
+    ]
 
 
 class RlvMesh(Structure):
@@ -552,6 +585,111 @@ class RlvBakeReport(Structure):
 RlvBakeReceiver = ctypes.CFUNCTYPE(c_uint32, c_void_p, POINTER(RlvBakePicture))
 
 
+class RlvEvaluateArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("tiles", c_uint32_p),
+        ("tile_stride", c_size_t),
+        ("uvs", c_float_p),
+        ("uv_stride", c_size_t),
+        ("positions", c_float_p),
+        ("position_stride", c_size_t),
+        ("normals", c_float_p),
+        ("normal_stride", c_size_t),
+        ("du", c_float_p),
+        ("du_stride", c_size_t),
+        ("dv", c_float_p),
+        ("dv_stride", c_size_t),
+        ("duu", c_float_p),
+        ("duu_stride", c_size_t),
+        ("duv", c_float_p),
+        ("duv_stride", c_size_t),
+        ("dvv", c_float_p),
+        ("dvv_stride", c_size_t),
+        ("displacements", c_float_p),
+        ("displacement_stride", c_size_t),
+        ("colors", c_float_p),
+        ("color_stride", c_size_t),
+        ("vectors", c_float_p),
+        ("vector_stride", c_size_t),
+        ("traces", c_float_p),
+        ("trace_stride", c_size_t),
+        ("footprints", c_float_p),
+        ("footprint_stride", c_size_t),
+    ]
+
+
+class RlvBezier(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvBezierArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("points", c_float_p),
+        ("point_count", c_size_t),
+        ("point_stride", c_size_t),
+        ("weights", c_float_p),
+        ("weight_stride", c_size_t),
+        ("indices", c_uint32_p),
+        ("index_count", c_size_t),
+        ("index_stride", c_size_t),
+    ]
+
+
+class RlvBezierInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_rational", c_uint32),
+        ("patch_count", c_size_t),
+        ("curve_count", c_size_t),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+class RlvBezierView(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("most", c_uint32),
+        ("eye", c_double * 3),
+        ("forward", c_double * 3),
+        ("pixels", c_double),
+        ("corner", c_double),
+        ("tolerance", c_double),
+    ]
+
+
+class RlvBezierLevels(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("level", c_uint32),
+        ("levels", c_uint32_p),
+        ("level_count", c_size_t),
+        ("level_stride", c_size_t),
+    ]
+
+
+class RlvBezierTriangles(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("positions", c_float_p),
+        ("position_stride", c_size_t),
+        ("normals", c_float_p),
+        ("normal_stride", c_size_t),
+        ("point_capacity", c_size_t),
+        ("corners", c_uint32_p),
+        ("triangle_stride", c_size_t),
+        ("triangle_capacity", c_size_t),
+    ]
+
+
 class RlvParameter(Structure):
     _fields_ = [
         ("name", c_char_p),
@@ -776,42 +914,6 @@ class RlvTransferReport(Structure):
     ]
 
 
-class RlvEvaluateArrays(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("count", c_size_t),
-        ("tiles", c_uint32_p),
-        ("tile_stride", c_size_t),
-        ("uvs", c_float_p),
-        ("uv_stride", c_size_t),
-        ("positions", c_float_p),
-        ("position_stride", c_size_t),
-        ("normals", c_float_p),
-        ("normal_stride", c_size_t),
-        ("du", c_float_p),
-        ("du_stride", c_size_t),
-        ("dv", c_float_p),
-        ("dv_stride", c_size_t),
-        ("duu", c_float_p),
-        ("duu_stride", c_size_t),
-        ("duv", c_float_p),
-        ("duv_stride", c_size_t),
-        ("dvv", c_float_p),
-        ("dvv_stride", c_size_t),
-        ("displacements", c_float_p),
-        ("displacement_stride", c_size_t),
-        ("colors", c_float_p),
-        ("color_stride", c_size_t),
-        ("vectors", c_float_p),
-        ("vector_stride", c_size_t),
-        ("traces", c_float_p),
-        ("trace_stride", c_size_t),
-        ("footprints", c_float_p),
-        ("footprint_stride", c_size_t),
-    ]
-
-
 class RlvImprintSettings(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -860,6 +962,22 @@ class RlvImprintReport(Structure):
         ("voxel_diagonal", c_double),
         ("pushed_volume", c_double),
         ("raised_volume", c_double),
+    ]
+
+
+class RlvJob(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvJobInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("state", c_uint32),
+        ("result", RlvResult),
+        ("fraction", c_float),
+        ("stage", c_char * RLV_NAME_SIZE),
     ]
 
 
@@ -1067,8 +1185,8 @@ class RlvStrokeReport(Structure):
 
 INIT = {
     RlvError: (ctypes.sizeof(RlvError), 0, None, None, None, None,),
-    RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0,),
-    RlvContextInfo: (ctypes.sizeof(RlvContextInfo), 0, 0, 0, 0, (0,),),
+    RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0, 0, None,),
+    RlvContextInfo: (ctypes.sizeof(RlvContextInfo), 0, 0, 0, 0, (0,), 0, 0, (0,), (0,),),
     RlvMeshArrays: (ctypes.sizeof(RlvMeshArrays), 0, None, 0, 0, None, 0, 0, None, 0, 0, None, None, 0, 0, 0, None, None, 0, 0, 0, None, 0, 0,),
     RlvMeshInfo: (ctypes.sizeof(RlvMeshInfo), 0, 0, 0, 0, 0, 0, 0, 0, (0,), (0,),),
     RlvAttributeArrays: (ctypes.sizeof(RlvAttributeArrays), 0, 0, 0, None, None, 0, 0, None, 0, 0,),
@@ -1086,6 +1204,12 @@ INIT = {
     RlvDetailTileInfo: (ctypes.sizeof(RlvDetailTileInfo), 0, 0, 0, 0, 0, (0,), (0,),),
     RlvBakeOptions: (ctypes.sizeof(RlvBakeOptions), 0, 2048, 2048, 0, 16, 1, 0, 0, 0, 0.0, 0.0, None,),
     RlvBakeReport: (ctypes.sizeof(RlvBakeReport), 0, 0, 0, 0, 0, 0, 0.0, 0.0,),
+    RlvEvaluateArrays: (ctypes.sizeof(RlvEvaluateArrays), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
+    RlvBezierArrays: (ctypes.sizeof(RlvBezierArrays), 0, None, 0, 0, None, 0, None, 0, 0,),
+    RlvBezierInfo: (ctypes.sizeof(RlvBezierInfo), 0, 0, 0, (0,), (0,),),
+    RlvBezierView: (ctypes.sizeof(RlvBezierView), 8, (0.0,), (0.0, 0.0, -1.0,), 1000.0, 1.0, 0.5,),
+    RlvBezierLevels: (ctypes.sizeof(RlvBezierLevels), 4, None, 0, 0,),
+    RlvBezierTriangles: (ctypes.sizeof(RlvBezierTriangles), 0, None, 0, None, 0, 0, None, 0, 0,),
     RlvBrushOptions: (ctypes.sizeof(RlvBrushOptions), 0, 0, 2, (1.0, 1.0, 1.0, 1.0,), 0.1, 0,),
     RlvBrushSettings: (ctypes.sizeof(RlvBrushSettings), 0.1, 1.0, 0.25, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0, 0, 0, 2.0, 0,),
     RlvStampOptions: (ctypes.sizeof(RlvStampOptions), 0, 0, 0, 0, 0, None,),
@@ -1100,10 +1224,10 @@ INIT = {
     RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
     RlvTransferOptions: (ctypes.sizeof(RlvTransferOptions), 0, (0,), 0.0,),
     RlvTransferReport: (ctypes.sizeof(RlvTransferReport), 0, 0.0, 0.0, 0.0, 0.0, 0.0,),
-    RlvEvaluateArrays: (ctypes.sizeof(RlvEvaluateArrays), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
     RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
@@ -1127,9 +1251,11 @@ FUNCTIONS = {
     "rlv_context_retain": (RlvResult, [("context", RlvContext)]),
     "rlv_context_release": (RlvResult, [("context", RlvContext)]),
     "rlv_context_info": (RlvResult, [("context", RlvContext), ("out", POINTER(RlvContextInfo))]),
+    "rlv_context_close_device": (RlvResult, [("context", RlvContext)]),
     "rlv_context_set_log": (RlvResult, [("context", RlvContext), ("callback", RlvLog), ("user", c_void_p)]),
     "rlv_context_stats": (RlvResult, [("context", RlvContext), ("stats", POINTER(RlvContextStat)), ("capacity", c_size_t), ("count", c_size_t_p)]),
     "rlv_context_reset_stats": (RlvResult, [("context", RlvContext)]),
+    "rlv_adapter_list": (RlvResult, [("adapters", POINTER(RlvAdapterInfo)), ("capacity", c_size_t), ("count", c_size_t_p)]),
     "rlv_mesh_create": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvMeshArrays)), ("out", POINTER(RlvMesh))]),
     "rlv_mesh_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
     "rlv_mesh_write": (RlvResult, [("mesh", RlvMesh), ("path", c_char_p)]),
@@ -1156,6 +1282,7 @@ FUNCTIONS = {
     "rlv_detail_retain": (RlvResult, [("detail", RlvDetail)]),
     "rlv_detail_release": (RlvResult, [("detail", RlvDetail)]),
     "rlv_detail_info": (RlvResult, [("detail", RlvDetail), ("out", POINTER(RlvDetailInfo))]),
+    "rlv_detail_device_fault": (RlvResult, [("detail", RlvDetail)]),
     "rlv_detail_set_budget": (RlvResult, [("detail", RlvDetail), ("budget", c_uint64)]),
     "rlv_detail_set_paging": (RlvResult, [("detail", RlvDetail), ("page", c_uint32), ("folder", c_char_p)]),
     "rlv_detail_add_paint": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvPaintOptions))]),
@@ -1175,6 +1302,19 @@ FUNCTIONS = {
     "rlv_detail_write_block": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("tile", c_uint32), ("bytes", c_void_p), ("size", c_size_t)]),
     "rlv_bake_run": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvBakeOptions)), ("receive", RlvBakeReceiver), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvBakeReport))]),
     "rlv_bake_write": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvBakeOptions)), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvBakeReport))]),
+    "rlv_evaluate_surface": (RlvResult, [("surface", RlvSurface), ("arrays", POINTER(RlvEvaluateArrays))]),
+    "rlv_evaluate_detail": (RlvResult, [("detail", RlvDetail), ("arrays", POINTER(RlvEvaluateArrays))]),
+    "rlv_bezier_create": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvBezierArrays)), ("out", POINTER(RlvBezier))]),
+    "rlv_bezier_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvBezier))]),
+    "rlv_bezier_retain": (RlvResult, [("bezier", RlvBezier)]),
+    "rlv_bezier_release": (RlvResult, [("bezier", RlvBezier)]),
+    "rlv_bezier_info": (RlvResult, [("bezier", RlvBezier), ("out", POINTER(RlvBezierInfo))]),
+    "rlv_bezier_get_controls": (RlvResult, [("bezier", RlvBezier), ("patch", c_size_t), ("controls", c_float_p), ("stride", c_size_t)]),
+    "rlv_bezier_evaluate": (RlvResult, [("bezier", RlvBezier), ("arrays", POINTER(RlvEvaluateArrays))]),
+    "rlv_bezier_levels": (RlvResult, [("bezier", RlvBezier), ("view", POINTER(RlvBezierView)), ("levels", c_uint32_p), ("capacity", c_size_t)]),
+    "rlv_bezier_count": (RlvResult, [("bezier", RlvBezier), ("levels", POINTER(RlvBezierLevels)), ("points", c_size_t_p), ("triangles", c_size_t_p)]),
+    "rlv_bezier_tessellate": (RlvResult, [("bezier", RlvBezier), ("levels", POINTER(RlvBezierLevels)), ("triangles", POINTER(RlvBezierTriangles))]),
+    "rlv_bezier_mesh": (RlvResult, [("bezier", RlvBezier), ("levels", POINTER(RlvBezierLevels)), ("out", POINTER(RlvMesh))]),
     "rlv_brush_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_brush_stamp_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_brush_create": (RlvResult, [("context", RlvContext), ("options", POINTER(RlvBrushOptions)), ("settings", POINTER(RlvBrushSettings)), ("out", POINTER(RlvBrush))]),
@@ -1225,13 +1365,23 @@ FUNCTIONS = {
     "rlv_document_compact": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("keep", c_size_t)]),
     "rlv_document_mesh": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
     "rlv_document_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvTransferReport))]),
-    "rlv_evaluate_surface": (RlvResult, [("surface", RlvSurface), ("arrays", POINTER(RlvEvaluateArrays))]),
-    "rlv_evaluate_detail": (RlvResult, [("detail", RlvDetail), ("arrays", POINTER(RlvEvaluateArrays))]),
     "rlv_imprint_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_imprint_run": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_collide": (RlvResult, [("first", RlvDetail), ("second", RlvDetail), ("first_settings", POINTER(RlvImprintSettings)), ("second_settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("first_report", POINTER(RlvImprintReport)), ("second_report", POINTER(RlvImprintReport))]),
+    "rlv_job_tessellate": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),
+    "rlv_job_bake": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvBakeOptions)), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
+    "rlv_job_release": (RlvResult, [("job", RlvJob)]),
+    "rlv_job_poll": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvJobInfo))]),
+    "rlv_job_wait": (RlvResult, [("job", RlvJob), ("seconds", c_double), ("out", POINTER(RlvJobInfo))]),
+    "rlv_job_cancel": (RlvResult, [("job", RlvJob)]),
+    "rlv_job_result": (RlvResult, [("job", RlvJob)]),
+    "rlv_job_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvMesh))]),
+    "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
+    "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
     "rlv_layer_count": (RlvResult, [("detail", RlvDetail), ("count", c_size_t_p)]),
     "rlv_layer_info": (RlvResult, [("detail", RlvDetail), ("index", c_size_t), ("out", POINTER(RlvLayerInfo))]),
     "rlv_layer_add": (RlvResult, [("detail", RlvDetail), ("name", c_char_p), ("options", POINTER(RlvLayerOptions)), ("out", c_uint32_p)]),

@@ -7,7 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import address
 from .error import text
-from .handle import Handle
+from .handle import Handle, text_bytes
 from .parameter import address_of
 
 
@@ -17,17 +17,24 @@ class Context(Handle):
     noun, kind = "context", abi.RlvContext
 
     def __init__(self, **options):
-        """Options are the fields of RlvContextOptions: device, threads, memory_limit."""
+        """Options are the fields of RlvContextOptions: device ("cpu", "gpu", "auto"), adapter, threads, memory_limit,
+        device_memory_limit."""
+        if options.get("adapter") is not None:
+            options["adapter"] = text_bytes(options["adapter"])
         options = record.fill(abi.RlvContextOptions, options, device=abi.RlvDevice)
         super().__init__("rlv_context_create", ctypes.byref(options))
         self._log = abi.RlvLog()
 
     @property
     def info(self):
-        """Device, threads, memory limit and instruction level."""
+        """Device, threads, memory limits, instruction level, and why there is no graphics device if one was asked for."""
         out = record.empty(abi.RlvContextInfo)
         library.call("rlv_context_info", self.handle, ctypes.byref(out))
         return record.read(out)
+
+    def close_device(self):
+        """Lets the graphics device go; the processor takes over."""
+        library.call("rlv_context_close_device", self.handle)
 
     def set_log(self, log):
         """`log(level, text)` gets what is worth knowing but no failure; None for silence."""

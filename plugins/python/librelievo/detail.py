@@ -44,6 +44,10 @@ class Detail(Handle):
         library.call("rlv_detail_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
+    def check_device(self):
+        """Raises what went wrong when the processor took over from the graphics device, if it did."""
+        library.call("rlv_detail_device_fault", self.handle)
+
     @property
     def layers(self):
         """The layers of displacement and colour."""
@@ -137,7 +141,7 @@ class Detail(Handle):
 
     def evaluate(self, tiles, uvs, wanted=("positions", "normals"), footprints=None, out=None):
         """What is wanted at the places, as it was committed last: a dictionary of arrays; see RlvEvaluateArrays."""
-        return evaluate("detail", self.handle, tiles, uvs, wanted, footprints, out)
+        return evaluate("rlv_evaluate_detail", self.handle, tiles, uvs, wanted, footprints, out)
 
     def tessellate(self, **options):
         """A triangle mesh of the displaced surface; options are the fields of RlvTessellateOptions."""

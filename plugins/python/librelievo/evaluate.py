@@ -24,7 +24,7 @@ OUTPUTS = {
 }
 
 
-def evaluate(noun, handle, tiles, uvs, wanted, footprints=None, out=None):
+def evaluate(function, handle, tiles, uvs, wanted, footprints=None, out=None):
     """What is wanted at the places (tile, u, v): a dictionary of arrays, those of `out` where it has them."""
     arrays = record.empty(abi.RlvEvaluateArrays)
     tiles = Reading(tiles, numpy.uint32, 0, "tiles")
@@ -47,5 +47,5 @@ def evaluate(noun, handle, tiles, uvs, wanted, footprints=None, out=None):
         setattr(arrays, name, place)
         setattr(arrays, stride_field, stride)
         results[name] = result
-    library.call(f"rlv_evaluate_{noun}", handle, ctypes.byref(arrays))
+    library.call(function, handle, ctypes.byref(arrays))
     return results

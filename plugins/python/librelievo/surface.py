@@ -55,7 +55,7 @@ class Surface(Handle):
 
     def evaluate(self, tiles, uvs, wanted=("positions", "normals"), out=None):
         """What is wanted at the places: a dictionary of arrays; see RlvEvaluateArrays."""
-        return evaluate("surface", self.handle, tiles, uvs, wanted, None, out)
+        return evaluate("rlv_evaluate_surface", self.handle, tiles, uvs, wanted, None, out)
 
     def tessellate(self, **options):
         """A triangle mesh; options are the fields of RlvTessellateOptions."""

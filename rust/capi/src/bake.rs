@@ -1,14 +1,14 @@
 //! Bakes; see `include/relievo/bake.h`.
 
 use std::ffi::{c_char, c_void};
-use std::path::Path;
+use std::path::PathBuf;
 
 use relievo_bake::triangles::{TriangleColors, TriangleQuantity, bake_triangles};
 use relievo_bake::{
     Axes, BakeOptions, BakeReport, Colors, Handedness, Map, MapFormat, Meaning, Quantity, Scaling, Space, bake_watched,
     numbered, write_map,
 };
-use relievo_core::{Error, ErrorKind, Result};
+use relievo_core::{Context, Error, ErrorKind, Progress, Result};
 use relievo_surface::Surface;
 use relievo_tiles::by_format;
 
@@ -17,7 +17,7 @@ use crate::context::{HostProgress, RLV_PROGRESS_CONTINUE, RlvProgress};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
 use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_TRACES, RlvDetail, missing};
 use crate::registry;
-use crate::view::{Layers, TileView, TriangleView};
+use crate::view::{Layers, TileView, TriangleView, View};
 
 constants! {
     u32:
@@ -92,17 +92,24 @@ fn numbered_value<T: Copy>(name: &str, list: &[T], number: u32) -> Result<T> {
     })
 }
 
+/// What of the options is passed on.
+struct Given {
+    quantity: u32,
+    scale: f32,
+    mid_level: f32,
+}
+
 /// What is asked for.
-struct Request<'a> {
-    given: RlvBakeOptions,
+struct Request {
+    given: Given,
     options: BakeOptions,
-    uv: &'a str,
+    uv: String,
     space: Space,
     axes: Axes,
     handedness: Handedness,
 }
 
-impl Request<'_> {
+impl Request {
     /// # Safety
     /// `options` is NULL or a descriptor that starts with its size, whose text is NULL or NUL-terminated.
     unsafe fn read(options: *const RlvBakeOptions) -> Result<Self> {
@@ -124,7 +131,7 @@ impl Request<'_> {
         // SAFETY: promised by the caller.
         let given = unsafe { read_optional(options, default) }?;
         Ok(Self {
-            given,
+            given: Given { quantity: given.quantity, scale: given.scale, mid_level: given.mid_level },
             options: BakeOptions {
                 size: [given.width, given.height],
                 udim: given.is_udim != 0,
@@ -132,7 +139,7 @@ impl Request<'_> {
                 samples: given.samples,
             },
             // SAFETY: promised by the caller.
-            uv: if given.uv.is_null() { "uv" } else { unsafe { text("uv", given.uv) }? },
+            uv: if given.uv.is_null() { "uv" } else { unsafe { text("uv", given.uv) }? }.to_owned(),
             space: numbered_value("space", &[Space::Tangent, Space::Object], given.space)?,
             axes: numbered_value("axes", &[Axes::Tnb, Axes::Tbn], given.axes)?,
             handedness: numbered_value("handedness", &[Handedness::OpenGl, Handedness::DirectX], given.handedness)?,
@@ -190,43 +197,40 @@ unsafe fn check_report(report: *mut RlvBakeReport) -> Result<()> {
     if report.is_null() { Ok(()) } else { unsafe { check_descriptor(report) } }
 }
 
-/// Bakes what `request` asks for and gives `each` every picture, what its numbers are, and how files have them.
-///
 /// # Safety
 /// As for [`check_report`].
-unsafe fn run(
-    detail: RlvDetail,
-    request: &Request<'_>,
-    scaling: impl FnOnce(Meaning, &dyn Fn() -> f32) -> Result<Scaling>,
-    mut progress: HostProgress,
-    to: *mut RlvBakeReport,
-    mut each: impl FnMut(Map, Meaning, &Scaling) -> Result<()>,
-) -> Result<()> {
+unsafe fn write_report(to: *mut RlvBakeReport, report: RlvBakeReport) -> Result<()> {
     // SAFETY: promised by the caller.
-    unsafe { check_report(to) }?;
-    let detail = registry::get(detail)?;
-    let (context, view) = (&detail.context.context, detail.view());
+    if to.is_null() { Ok(()) } else { unsafe { write_descriptor(to, report) } }
+}
+
+/// Bakes what `request` asks for and gives `each` every picture, what its numbers are, and how files have them.
+fn run(
+    context: &Context,
+    view: &View,
+    request: &Request,
+    scaling: impl FnOnce(Meaning, &dyn Fn() -> f32) -> Result<Scaling>,
+    progress: &mut dyn Progress,
+    mut each: impl FnMut(Map, Meaning, &Scaling) -> Result<()>,
+) -> Result<RlvBakeReport> {
     let meaning = request.meaning()?;
     let (done, scaling): (BakeReport, Scaling) = match &view.layers {
         Layers::Tiles(tiles) => {
             let quantity = request.quantity(tiles)?;
             let scaling = scaling(meaning, &|| quantity.largest())?;
-            let limit = Surface::face_varying(context, &view.cage, request.uv, &tiles.options)?;
+            let limit = Surface::face_varying(context, &view.cage, &request.uv, &tiles.options)?;
             let each = |map| each(map, meaning, &scaling);
-            (bake_watched(context, &limit, &quantity, &request.options, &mut progress, each)?, scaling)
+            (bake_watched(context, &limit, &quantity, &request.options, progress, each)?, scaling)
         }
         Layers::Triangles(triangles) => {
             let quantity = request.of_triangles(triangles)?;
             let scaling = scaling(meaning, &|| quantity.largest())?;
             let each = |map| each(map, meaning, &scaling);
-            let mesh = (&*view.cage, request.uv);
-            (bake_triangles(context, mesh, &quantity, &request.options, &mut progress, each)?, scaling)
+            let mesh = (&*view.cage, request.uv.as_str());
+            (bake_triangles(context, mesh, &quantity, &request.options, progress, each)?, scaling)
         }
     };
-    if to.is_null() {
-        return Ok(());
-    }
-    let report = RlvBakeReport {
+    Ok(RlvBakeReport {
         struct_size: 0,
         picture_count: done.pictures.len() as u32,
         covered_pixels: done.covered,
@@ -236,9 +240,42 @@ unsafe fn run(
         outside_count: done.outside,
         scale: scaling.scale,
         mid_level: scaling.mid_level,
-    };
-    // SAFETY: promised by the caller.
-    unsafe { write_descriptor(to, report) }
+    })
+}
+
+/// A bake to files.
+pub struct Order {
+    request: Request,
+    path: PathBuf,
+    format: MapFormat,
+}
+
+impl Order {
+    /// # Safety
+    /// `options` is NULL or a descriptor that starts with its size, `path` a NUL-terminated text.
+    pub unsafe fn read(options: *const RlvBakeOptions, path: *const c_char) -> Result<Self> {
+        // SAFETY: promised by the caller.
+        let (request, path) = unsafe { (Request::read(options)?, PathBuf::from(text("path", path)?)) };
+        let format = MapFormat::of(&path)?;
+        Ok(Self { request, path, format })
+    }
+
+    /// Bakes and writes every picture.
+    pub fn write(&self, context: &Context, view: &View, progress: &mut dyn Progress) -> Result<RlvBakeReport> {
+        let Self { request, path, format } = self;
+        let Given { scale, mid_level, .. } = request.given;
+        let scaling = |meaning: Meaning, largest: &dyn Fn() -> f32| {
+            let scaling = match scale {
+                0.0 => Scaling::fitting(*format, meaning, largest()),
+                _ => Scaling { scale, mid_level },
+            };
+            scaling.check().map(|()| scaling)
+        };
+        run(context, view, request, scaling, progress, |map, meaning, scaling| {
+            let udim = request.options.udim.then(|| numbered(path, "<UDIM>", map.udim));
+            write_map(context, udim.as_deref().unwrap_or(path), &map, meaning, scaling)
+        })
+    }
 }
 
 entry! {
@@ -254,27 +291,33 @@ entry! {
             Error::invalid("there is nobody to receive pictures").at("receive").advise("pass a function")
         })?;
         // SAFETY: the caller gives NULL or descriptors that start with their size.
-        unsafe {
-            let request = Request::read(options)?;
-            let progress = HostProgress { callback: progress, user };
-            run(detail, &request, |_, _| Ok(Scaling::PLAIN), progress, report, |map, _, _| {
-                let picture = RlvBakePicture {
-                    struct_size: size_of::<RlvBakePicture>() as u32,
-                    udim: map.udim,
-                    width: map.width,
-                    height: map.height,
-                    channels: map.channels as u32,
-                    reserved: 0,
-                    pixels: map.data.as_ptr(),
-                    // A bool is a byte, 0 or 1.
-                    covered: map.covered.as_ptr().cast(),
-                };
-                match receive(user, &picture) {
-                    RLV_PROGRESS_CONTINUE => Ok(()),
-                    _ => Err(Error::new(ErrorKind::Cancelled, "the caller cancelled the operation").at("receive")),
-                }
-            })
-        }
+        let request = unsafe {
+            check_report(report)?;
+            Request::read(options)?
+        };
+        let detail = registry::get(detail)?;
+        let progress = &mut HostProgress { callback: progress, user };
+        let plain = |_: Meaning, _: &dyn Fn() -> f32| Ok(Scaling::PLAIN);
+        let done = run(&detail.context.context, &detail.view(), &request, plain, progress, |map, _, _| {
+            let picture = RlvBakePicture {
+                struct_size: size_of::<RlvBakePicture>() as u32,
+                udim: map.udim,
+                width: map.width,
+                height: map.height,
+                channels: map.channels as u32,
+                reserved: 0,
+                pixels: map.data.as_ptr(),
+                // A bool is a byte, 0 or 1.
+                covered: map.covered.as_ptr().cast(),
+            };
+            // SAFETY: the host gave this function for this pointer, and the picture lives through the call.
+            match unsafe { receive(user, &picture) } {
+                RLV_PROGRESS_CONTINUE => Ok(()),
+                _ => Err(Error::new(ErrorKind::Cancelled, "the caller cancelled the operation").at("receive")),
+            }
+        })?;
+        // SAFETY: as above.
+        unsafe { write_report(report, done) }
     }
 
     fn rlv_bake_write(
@@ -286,23 +329,13 @@ entry! {
         report: *mut RlvBakeReport,
     ) {
         // SAFETY: the caller gives a NUL-terminated text, and NULL or descriptors that start with their size.
-        unsafe {
-            let (request, path) = (Request::read(options)?, Path::new(text("path", path)?));
-            let format = MapFormat::of(path)?;
-            let RlvBakeOptions { scale, mid_level, .. } = request.given;
-            let scaling = |meaning: Meaning, largest: &dyn Fn() -> f32| {
-                let scaling = match scale {
-                    0.0 => Scaling::fitting(format, meaning, largest()),
-                    _ => Scaling { scale, mid_level },
-                };
-                scaling.check().map(|()| scaling)
-            };
-            let context = registry::get(detail)?.context.clone();
-            let progress = HostProgress { callback: progress, user };
-            run(detail, &request, scaling, progress, report, |map, meaning, scaling| {
-                let udim = request.options.udim.then(|| numbered(path, "<UDIM>", map.udim));
-                write_map(&context.context, udim.as_deref().unwrap_or(path), &map, meaning, scaling)
-            })
-        }
+        let order = unsafe {
+            check_report(report)?;
+            Order::read(options, path)?
+        };
+        let detail = registry::get(detail)?;
+        let done = order.write(&detail.context.context, &detail.view(), &mut HostProgress { callback: progress, user })?;
+        // SAFETY: as above.
+        unsafe { write_report(report, done) }
     }
 }

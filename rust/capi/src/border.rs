@@ -15,8 +15,8 @@ thread_local! {
 
 static QUIET: Once = Once::new();
 
-/// Runs the body of the function called `name`.
-pub fn enter(name: &'static str, body: impl FnOnce() -> Result<()>) -> RlvResult {
+/// Runs `body`; a panic in it becomes an error.
+pub fn caught<T>(body: impl FnOnce() -> Result<T>) -> Result<T> {
     // A library stays silent; the place of a panic goes into the error instead of the standard error stream.
     QUIET.call_once(|| {
         if !cfg!(test) {
@@ -27,19 +27,22 @@ pub fn enter(name: &'static str, body: impl FnOnce() -> Result<()>) -> RlvResult
             }));
         }
     });
-    let failure = match catch_unwind(AssertUnwindSafe(body)) {
-        Ok(Ok(())) => return RLV_OK,
-        Ok(Err(failure)) => failure,
-        Err(payload) => {
-            let text = payload.downcast_ref::<String>().map(String::as_str);
-            let text = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message");
-            let place = PANIC_PLACE.try_with(|last| std::mem::take(&mut *last.borrow_mut())).unwrap_or_default();
-            let failure = Error::internal(format!("a fault inside Relievo: {text}"));
-            let failure = if place.is_empty() { failure } else { failure.at(place) };
-            failure.advise("please report it; release the objects of this call")
-        }
-    };
-    error::remember(failure.at(name))
+    catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|payload| {
+        let text = payload.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message");
+        let place = PANIC_PLACE.try_with(|last| std::mem::take(&mut *last.borrow_mut())).unwrap_or_default();
+        let failure = Error::internal(format!("a fault inside Relievo: {text}"));
+        let failure = if place.is_empty() { failure } else { failure.at(place) };
+        Err(failure.advise("please report it; release the objects of this call"))
+    })
+}
+
+/// Runs the body of the function called `name`.
+pub fn enter(name: &'static str, body: impl FnOnce() -> Result<()>) -> RlvResult {
+    match caught(body) {
+        Ok(()) => RLV_OK,
+        Err(failure) => error::remember(failure.at(name)),
+    }
 }
 
 /// Defines functions of the C ABI. The body returns `Result<()>` and writes outputs as its last step.

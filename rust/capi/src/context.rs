@@ -5,9 +5,11 @@ use std::ffi::{CString, c_char, c_void};
 use std::sync::{Mutex, PoisonError};
 
 use relievo_core::{Context, ContextOptions, Error, Progress, Result};
+use relievo_gpu::{AdapterChoice, Device, DeviceOptions};
 
-use crate::array::{Output, fixed, present, put};
+use crate::array::{Output, fixed, present, put, text};
 use crate::descriptor::{read_optional, write_descriptor};
+use crate::job;
 use crate::registry::{self, handle};
 
 handle!(RlvContext, 1, ContextObject);
@@ -22,6 +24,7 @@ constants! {
     RLV_LOG_INFO = 0,
     RLV_LOG_WARNING = 1,
     RLV_NAME_SIZE = 48,
+    RLV_TEXT_SIZE = 256,
 }
 
 descriptor! {
@@ -31,6 +34,8 @@ descriptor! {
         threads: u32,
         reserved: u32,
         memory_limit: u64,
+        device_memory_limit: u64,
+        adapter: *const c_char,
     }
 }
 
@@ -42,6 +47,10 @@ descriptor! {
         reserved: u32,
         memory_limit: u64,
         simd: [u8; RLV_NAME_SIZE as usize],
+        device_memory_limit: u64,
+        device_memory: u64,
+        adapter: [u8; RLV_TEXT_SIZE as usize],
+        fallback: [u8; RLV_TEXT_SIZE as usize],
     }
 }
 
@@ -66,6 +75,9 @@ type Totals = BTreeMap<(&'static str, &'static str), (f64, u64)>;
 /// A context with what only C needs of it.
 pub struct ContextObject {
     pub context: Context,
+    /// The graphics device it was given, or why it has none though one was asked for.
+    device: std::result::Result<Device, Option<Error>>,
+    device_memory_limit: u64,
     log: Mutex<Log>,
     totals: Mutex<Totals>,
 }
@@ -81,8 +93,24 @@ struct Log {
 unsafe impl Send for Log {}
 
 impl ContextObject {
-    /// Tells the host, on the calling thread.
+    /// The graphics device that edits details, as long as nothing is wrong with it.
+    pub fn device(&self) -> Option<&Device> {
+        self.device.as_ref().ok().filter(|device| device.check().is_ok())
+    }
+
+    /// Why the processor works where a graphics device was asked for.
+    fn fallback(&self) -> Option<Error> {
+        match &self.device {
+            Ok(device) => device.check().err(),
+            Err(reason) => reason.clone(),
+        }
+    }
+
+    /// Tells the host, on the calling thread; from a job's, when the host asks for the job.
     pub fn log(&self, level: u32, text: &str) {
+        if job::keep_log(level, text) {
+            return;
+        }
         // Copied out, so that a callback which calls back finds the lock free.
         let log = *self.log.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(callback) = log.callback else { return };
@@ -136,26 +164,48 @@ impl Progress for HostProgress {
     }
 }
 
+/// The graphics device that is asked for; `unnamed` is which, if it has no name.
+///
+/// # Safety
+/// The adapter is NULL or a NUL-terminated text.
+unsafe fn open(options: &RlvContextOptions, unnamed: AdapterChoice) -> Result<Device> {
+    // SAFETY: promised by the caller.
+    let name = if options.adapter.is_null() { "" } else { unsafe { text("adapter", options.adapter) }? };
+    let adapter = if name.is_empty() { unnamed } else { AdapterChoice::Named(name.to_owned()) };
+    let options = DeviceOptions { adapter, timing: false, memory_limit: options.device_memory_limit };
+    Device::open(&options).map_err(|error| error.at("device"))
+}
+
 entry! {
     fn rlv_context_create(options: *const RlvContextOptions, out: *mut RlvContext) {
         present("out", out)?;
-        let default = RlvContextOptions { struct_size: 0, device: RLV_DEVICE_CPU, threads: 0, reserved: 0, memory_limit: 0 };
+        let default = RlvContextOptions {
+            struct_size: 0,
+            device: RLV_DEVICE_CPU,
+            threads: 0,
+            reserved: 0,
+            memory_limit: 0,
+            device_memory_limit: 0,
+            adapter: std::ptr::null(),
+        };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let options = unsafe { read_optional(options, default) }?;
-        match options.device {
-            RLV_DEVICE_CPU | RLV_DEVICE_AUTO => {}
-            RLV_DEVICE_GPU => {
-                return Err(Error::unsupported("this build has no GPU executor")
-                    .at("device")
-                    .advise("use RLV_DEVICE_CPU or RLV_DEVICE_AUTO"));
-            }
+        let given = unsafe { read_optional(options, default) }?;
+        // SAFETY: the caller gives NULL or a NUL-terminated text.
+        let open = |unnamed| unsafe { open(&given, unnamed) };
+        let options = ContextOptions { threads: given.threads as usize, memory_limit: given.memory_limit };
+        let context = Context::new(&options)?;
+        let device = match given.device {
+            RLV_DEVICE_CPU => Err(None),
+            RLV_DEVICE_GPU => Ok(open(AdapterChoice::Best)?),
+            RLV_DEVICE_AUTO => open(AdapterChoice::Hardware).map_err(Some),
             other => {
                 return Err(Error::invalid(format!("{other} is no device")).at("device").advise("use an RLV_DEVICE_ value"));
             }
-        }
-        let options = ContextOptions { threads: options.threads as usize, memory_limit: options.memory_limit };
+        };
         let object = ContextObject {
-            context: Context::new(&options)?,
+            context,
+            device,
+            device_memory_limit: given.device_memory_limit,
             log: Mutex::new(Log { callback: None, user: std::ptr::null_mut() }),
             totals: Mutex::default(),
         };
@@ -178,14 +228,25 @@ entry! {
         let limit = object.context.memory_limit();
         let info = RlvContextInfo {
             struct_size: 0,
-            device: RLV_DEVICE_CPU,
+            device: if object.device().is_some() { RLV_DEVICE_GPU } else { RLV_DEVICE_CPU },
             threads: u32::try_from(object.context.threads()).unwrap_or(u32::MAX),
             reserved: 0,
             memory_limit: if limit == u64::MAX { 0 } else { limit },
             simd: fixed(object.context.level().name()),
+            device_memory_limit: object.device_memory_limit,
+            device_memory: object.device.as_ref().map_or(0, Device::memory),
+            adapter: fixed(object.device.as_ref().map_or("", |device| &device.summary().name)),
+            fallback: fixed(&object.fallback().map_or_else(String::new, |reason| reason.to_string())),
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_context_close_device(context: RlvContext) {
+        if let Ok(device) = &registry::get(context)?.device {
+            device.abandon();
+        }
+        Ok(())
     }
 
     fn rlv_context_set_log(context: RlvContext, callback: RlvLog, user: *mut c_void) {

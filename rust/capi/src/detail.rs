@@ -194,6 +194,8 @@ pub struct DetailObject {
     view: RwLock<Arc<View>>,
     /// Faces of which the last edit that tells was refused tiles.
     refused: Mutex<Vec<u32>>,
+    /// Why the processor took over from the graphics device.
+    fault: Mutex<Option<Error>>,
 }
 
 impl DetailObject {
@@ -209,6 +211,20 @@ impl DetailObject {
             }
             Err(TryLockError::WouldBlock) => Err(busy("detail")),
             Err(TryLockError::Poisoned(_)) => Err(broken("detail")),
+        }
+    }
+
+    /// Ends an edit. The host hears, once the detail is free, if the processor had to take over from the graphics device.
+    pub fn leave(&self, mut editor: MutexGuard<'_, Editor>) {
+        let fault = match &mut editor.object {
+            Object::Tiles(object) => object.take_device_fault(),
+            Object::Triangles(_) => None,
+        };
+        drop(editor);
+        if let Some(fault) = fault {
+            let text = format!("the processor took over: {fault}");
+            *self.fault.lock().unwrap_or_else(PoisonError::into_inner) = Some(fault);
+            self.context.log(RLV_LOG_WARNING, &text);
         }
     }
 
@@ -308,12 +324,14 @@ entry! {
         let context = surface.context.clone();
         let executor = &context.context;
         let Pose { shape, points } = surface.snapshot();
+        let mut fault = None;
         let (object, view) = match shape {
             Shape::Tiles(limit) => {
                 let mut options = channel_options(given.tile_size, given.budget);
                 options.face_sizes = sizes.iter().map(|[face, size]| (face, size)).collect();
                 let displacement = Displacement::new(limit.topology().clone(), &options)?;
                 let mut object = DisplacedObject::new(executor, limit, &points, displacement, matrix)?;
+                fault = context.device().and_then(|device| object.use_device(Some(device)).err());
                 let view = View::of_tiles(&mut object, surface.cage.clone(), surface.options, 0, None);
                 (Object::Tiles(Box::new(object)), view)
             }
@@ -332,12 +350,17 @@ entry! {
         views.watch(&view);
         let (imprinter, written) = (Imprinter::new(), Default::default());
         let editor = Editor { object, imprinter, written, pose: 0, moved: false, views };
+        let note = fault.as_ref().map(|fault| format!("the processor edits it: {fault}"));
         let handle = registry::insert(DetailObject {
-            context,
+            context: context.clone(),
             editor: Mutex::new(editor),
             view: RwLock::new(view),
             refused: Mutex::default(),
+            fault: Mutex::new(fault),
         })?;
+        if let Some(note) = note {
+            context.log(RLV_LOG_WARNING, &note);
+        }
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -372,6 +395,14 @@ entry! {
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_detail_device_fault(detail: RlvDetail) {
+        let object = registry::get(detail)?;
+        match &*object.fault.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some(fault) => Err(fault.clone()),
+            None => Ok(()),
+        }
     }
 
     fn rlv_detail_set_budget(detail: RlvDetail, budget: u64) {
@@ -580,6 +611,7 @@ entry! {
         each!(&mut editor.object, it => it.pose(context, &room))?;
         editor.pose += 1;
         editor.moved = true;
+        object.leave(editor);
         Ok(())
     }
 

@@ -53,7 +53,7 @@ thread_local! {
     });
 }
 
-fn result_of(kind: ErrorKind) -> RlvResult {
+pub fn result_of(kind: ErrorKind) -> RlvResult {
     match kind {
         ErrorKind::Invalid => RLV_ERROR_INVALID,
         ErrorKind::Unsupported => RLV_ERROR_UNSUPPORTED,

@@ -69,11 +69,11 @@ pub struct Arrays {
 }
 
 impl Arrays {
-    /// Checks the arrays and that every place is on `shape`.
+    /// Checks the arrays and, by `check`, every place.
     ///
     /// # Safety
     /// `arrays` is NULL or a descriptor whose arrays are as `evaluate.h` demands.
-    pub unsafe fn new(arrays: *const RlvEvaluateArrays, shape: &Shape) -> Result<Self> {
+    pub unsafe fn new(arrays: *const RlvEvaluateArrays, check: impl Fn(u32, [f32; 2]) -> Result<()>) -> Result<Self> {
         // SAFETY: a descriptor of nothing but numbers and NULL pointers.
         let default: RlvEvaluateArrays = unsafe { std::mem::zeroed() };
         // SAFETY: promised by the caller.
@@ -112,18 +112,29 @@ impl Arrays {
             }?,
         };
         for (index, (tile, uv)) in made.tiles.iter().zip(made.uvs.iter()).enumerate() {
-            shape.check_place(tile, uv).map_err(|error| error.at(format!("place {index}")))?;
+            check(tile, uv).map_err(|error| error.at(format!("place {index}")))?;
         }
         Ok(made)
     }
 
+    /// Fails if what only details have is wanted of `what`.
+    pub fn refuse_marks(&self, what: &str) -> Result<()> {
+        let wanted = [("colors", self.colors.is_some()), ("traces", self.traces.is_some())];
+        match wanted.iter().find(|(_, wanted)| *wanted) {
+            Some((name, _)) => Err(Error::unsupported(format!("{what} have no colours and no traces"))
+                .at(*name)
+                .advise("leave them NULL, or evaluate a detail that was given some")),
+            None => Ok(()),
+        }
+    }
+
     /// Where the pieces start.
-    fn starts(&self) -> impl Iterator<Item = usize> + use<> {
+    pub fn starts(&self) -> impl Iterator<Item = usize> + use<> {
         (0..self.count).step_by(CHUNK)
     }
 
     /// The places of the piece that starts at the index `first`, in place of those in `places`.
-    fn places(&self, first: usize, places: &mut Vec<Place>) {
+    pub fn places(&self, first: usize, places: &mut Vec<Place>) {
         let place = |index| {
             let [u, v] = self.uvs.get(index);
             Place { tile: self.tiles.get(index), u, v }
@@ -167,7 +178,8 @@ struct Piece {
     found: Looked,
 }
 
-fn write<T: Plain>(out: Option<Output<T>>, first: usize, count: usize, value: impl Fn(usize) -> T) {
+/// Writes `count` values to the array, if there is one, from the index `first` on.
+pub fn write<T: Plain>(out: Option<Output<T>>, first: usize, count: usize, value: impl Fn(usize) -> T) {
     if let Some(out) = out {
         for index in 0..count {
             out.set(first + index, value(index));
@@ -180,12 +192,8 @@ entry! {
         let object = registry::get(surface)?;
         let shape = object.snapshot().shape;
         // SAFETY: the caller's arrays are as the header demands.
-        let arrays = unsafe { Arrays::new(arrays, &shape) }?;
-        if arrays.colors.is_some() || arrays.traces.is_some() {
-            return Err(Error::unsupported("bare surfaces have no colours and no traces")
-                .at(if arrays.colors.is_some() { "colors" } else { "traces" })
-                .advise("leave them NULL, or evaluate a detail that was given some"));
-        }
+        let arrays = unsafe { Arrays::new(arrays, |tile, uv| shape.check_place(tile, uv)) }?;
+        arrays.refuse_marks("bare surfaces")?;
         let surface = match &shape {
             Shape::Tiles(surface) => surface,
             Shape::Triangles(surface) => {
@@ -220,8 +228,9 @@ entry! {
     fn rlv_evaluate_detail(detail: RlvDetail, arrays: *const RlvEvaluateArrays) {
         let object = registry::get(detail)?;
         let view = object.view();
+        let shape = view.shape();
         // SAFETY: the caller's arrays are as the header demands.
-        let arrays = unsafe { Arrays::new(arrays, &view.shape()) }?;
+        let arrays = unsafe { Arrays::new(arrays, |tile, uv| shape.check_place(tile, uv)) }?;
         if arrays.derivatives.iter().any(Option::is_some) {
             return Err(Error::unsupported("displaced surfaces have positions, normals and displacements only")
                 .at("derivatives")

@@ -10,10 +10,10 @@ use relievo_tiles::triangle::TriangleChannel;
 use relievo_tiles::{Displacement, Traces};
 
 use crate::array::{Input, present, put};
-use crate::collider::RlvCollider;
+use crate::collider::{ColliderObject, RlvCollider};
 use crate::context::{HostProgress, RlvProgress};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
-use crate::detail::{Editor, Object, RlvDetail, each, log_refusal, transform};
+use crate::detail::{DetailObject, Editor, Object, RlvDetail, each, log_refusal, transform};
 use crate::parameter::{RlvParameter, Table, settings, table};
 use crate::registry::{self, try_read, try_write};
 
@@ -50,6 +50,18 @@ descriptor! {
     }
 }
 
+/// The settings and the moment of an imprint.
+///
+/// # Safety
+/// Both are NULL or descriptors that start with their size.
+pub unsafe fn how(
+    settings: *const RlvImprintSettings,
+    moment: *const RlvImprintMoment,
+) -> Result<(ImprintSettings, Moment)> {
+    // SAFETY: promised by the caller.
+    unsafe { Ok((RlvImprintSettings::read(settings)?, moment_of(moment)?)) }
+}
+
 /// # Safety
 /// `moment` is NULL or a descriptor that starts with its size.
 unsafe fn moment_of(moment: *const RlvImprintMoment) -> Result<Moment> {
@@ -73,10 +85,13 @@ unsafe fn check_report(report: *mut RlvImprintReport) -> Result<()> {
 /// # Safety
 /// As for [`check_report`].
 unsafe fn write_report(to: *mut RlvImprintReport, report: &Report) -> Result<()> {
-    if to.is_null() {
-        return Ok(());
-    }
-    let made = RlvImprintReport {
+    // SAFETY: promised by the caller.
+    if to.is_null() { Ok(()) } else { unsafe { write_descriptor(to, report_of(report)) } }
+}
+
+/// What an imprint did, as C has it.
+pub fn report_of(report: &Report) -> RlvImprintReport {
+    RlvImprintReport {
         struct_size: 0,
         reserved: 0,
         steps: report.sub_steps,
@@ -93,9 +108,7 @@ unsafe fn write_report(to: *mut RlvImprintReport, report: &Report) -> Result<()>
         voxel_diagonal: report.voxel_diagonal,
         pushed_volume: report.volumes.pushed,
         raised_volume: report.volumes.raised,
-    };
-    // SAFETY: promised by the caller.
-    unsafe { write_descriptor(to, made) }
+    }
 }
 
 /// What an imprint may change of an object.
@@ -128,24 +141,38 @@ impl Before {
     }
 }
 
-/// Moves a collider from one pose to another and presses it in on the way. After a failure both are as before.
+/// As [`sweep`], for a call.
 ///
 /// # Safety
 /// The pointers are NULL or to descriptors that start with their size.
-unsafe fn sweep(
+unsafe fn sweep_now(
     detail: RlvDetail,
     collider: RlvCollider,
     poses: [Pose; 2],
-    how: (*const RlvImprintSettings, *const RlvImprintMoment),
+    (settings, moment): (*const RlvImprintSettings, *const RlvImprintMoment),
     mut progress: HostProgress,
     report: *mut RlvImprintReport,
 ) -> Result<()> {
-    let detail = registry::get(detail)?;
-    let collider = registry::get(collider)?;
+    let (detail, collider) = (registry::get(detail)?, registry::get(collider)?);
     // SAFETY: promised by the caller.
-    let (settings, moment) = unsafe { (RlvImprintSettings::read(how.0)?, moment_of(how.1)?) };
+    let how = unsafe { how(settings, moment) }?;
     // SAFETY: as above.
     unsafe { check_report(report) }?;
+    let done = sweep(&detail, &collider, poses, &how, &mut progress)?;
+    // SAFETY: as above.
+    unsafe { write_report(report, &done) }
+}
+
+/// Moves a collider from one pose to another and presses it in on the way. After a failure both are as before. The first
+/// progress is reported once it has both for itself.
+pub fn sweep(
+    detail: &DetailObject,
+    collider: &ColliderObject,
+    poses: [Pose; 2],
+    (settings, moment): &(ImprintSettings, Moment),
+    progress: &mut dyn Progress,
+) -> Result<Report> {
+    let moment = *moment;
     let mut collider = try_write(&collider.collider, "collider")?;
     let mut editor = detail.edit()?;
     let Editor { object, imprinter, .. } = &mut *editor;
@@ -156,11 +183,11 @@ unsafe fn sweep(
     let (before, place) = (Before::of(object), Pose { transform: *collider.transform(), points: rest });
     let done = match object {
         Object::Tiles(object) => {
-            imprinter.sweep_watched(context, object, &mut collider, &motion, &settings, moment, &mut progress)
+            imprinter.sweep_watched(context, object, &mut collider, &motion, settings, moment, progress)
         }
         Object::Triangles(object) => progress
             .step(0.0, "imprint")
-            .and_then(|()| imprinter.sweep_triangles(context, object, &mut collider, &motion, &settings, moment)),
+            .and_then(|()| imprinter.sweep_triangles(context, object, &mut collider, &motion, settings, moment)),
     };
     let done = match done.and_then(|done| Ok((each!(&mut *object, object => object.settle(context))?, done))) {
         Ok((refused, mut done)) => {
@@ -174,12 +201,11 @@ unsafe fn sweep(
         }
     };
     let budget = editor.budget();
-    // The log may call back.
-    drop((editor, collider));
+    drop(collider);
+    detail.leave(editor);
     progress.report(1.0, "imprint");
-    log_refusal(&detail, &done.refused, budget);
-    // SAFETY: promised by the caller.
-    unsafe { write_report(report, &done) }
+    log_refusal(detail, &done.refused, budget);
+    Ok(done)
 }
 
 entry! {
@@ -221,8 +247,8 @@ entry! {
         };
         done.refused.extend(each!(object, object => object.settle(context))?);
         let budget = editor.budget();
-        // The log may call back.
-        drop((editor, collider));
+        drop(collider);
+        detail.leave(editor);
         log_refusal(&detail, &done.refused, budget);
         // SAFETY: as above.
         unsafe { write_report(report, &done) }
@@ -242,7 +268,7 @@ entry! {
         // SAFETY: the caller gives NULL or twelve doubles.
         let poses = unsafe { [Pose::rigid(transform(from)?), Pose::rigid(transform(to)?)] };
         // SAFETY: the caller gives NULL or descriptors that start with their size.
-        unsafe { sweep(detail, collider, poses, (settings, moment), HostProgress { callback: progress, user }, report) }
+        unsafe { sweep_now(detail, collider, poses, (settings, moment), HostProgress { callback: progress, user }, report) }
     }
 
     fn rlv_imprint_sweep_points(
@@ -269,7 +295,7 @@ entry! {
         };
         let poses = [pose(from, "from_points", from_points)?, pose(to, "to_points", to_points)?];
         // SAFETY: the caller gives NULL or descriptors that start with their size.
-        unsafe { sweep(detail, collider, poses, (settings, moment), HostProgress { callback: progress, user }, report) }
+        unsafe { sweep_now(detail, collider, poses, (settings, moment), HostProgress { callback: progress, user }, report) }
     }
 
     fn rlv_imprint_collide(
@@ -318,7 +344,8 @@ entry! {
         first_object.settle(&first.context.context)?;
         second_object.settle(&second.context.context)?;
         let budgets = [first_object.displacement().budget(), second_object.displacement().budget()];
-        drop((first_editor, second_editor));
+        first.leave(first_editor);
+        second.leave(second_editor);
         log_refusal(&first, &one.refused, budgets[0]);
         log_refusal(&second, &other.refused, budgets[1]);
         // SAFETY: as above.

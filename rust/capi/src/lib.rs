@@ -14,7 +14,9 @@ pub mod border;
 pub mod array;
 #[macro_use]
 pub mod descriptor;
+pub mod adapter;
 pub mod bake;
+pub mod bezier;
 pub mod brush;
 pub mod caster;
 pub mod collider;
@@ -24,6 +26,7 @@ pub mod document;
 pub mod error;
 pub mod evaluate;
 pub mod imprint;
+pub mod job;
 pub mod layer;
 pub mod mesh;
 pub mod parameter;
@@ -42,6 +45,7 @@ pub mod view;
 pub fn layouts() -> Vec<descriptor::Layout> {
     vec![
         error::RlvError::layout(),
+        adapter::RlvAdapterInfo::layout(),
         context::RlvContextOptions::layout(),
         context::RlvContextInfo::layout(),
         context::RlvContextStat::layout(),
@@ -58,12 +62,18 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         detail::RlvVectorOptions::layout(),
         detail::RlvDecayOptions::layout(),
         detail::RlvChannelInfo::layout(),
+        job::RlvJobInfo::layout(),
         layer::RlvLayerOptions::layout(),
         layer::RlvLayerInfo::layout(),
         document::RlvDocumentInfo::layout(),
         document::RlvDocumentChanges::layout(),
         document::RlvTransferOptions::layout(),
         document::RlvTransferReport::layout(),
+        bezier::RlvBezierArrays::layout(),
+        bezier::RlvBezierInfo::layout(),
+        bezier::RlvBezierView::layout(),
+        bezier::RlvBezierLevels::layout(),
+        bezier::RlvBezierTriangles::layout(),
         bake::RlvBakeOptions::layout(),
         bake::RlvBakePicture::layout(),
         bake::RlvBakeReport::layout(),
@@ -103,6 +113,7 @@ pub fn layouts() -> Vec<descriptor::Layout> {
 pub fn constants() -> Vec<(&'static str, i64)> {
     [
         version::CONSTANTS,
+        adapter::CONSTANTS,
         error::CONSTANTS,
         context::CONSTANTS,
         mesh::CONSTANTS,
@@ -111,6 +122,7 @@ pub fn constants() -> Vec<(&'static str, i64)> {
         bake::CONSTANTS,
         brush::CONSTANTS,
         caster::CONSTANTS,
+        job::CONSTANTS,
         layer::CONSTANTS,
         parameter::CONSTANTS,
         picture::CONSTANTS,

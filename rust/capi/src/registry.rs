@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-const NOUNS: [&str; 13] = [
+const NOUNS: [&str; 15] = [
     "nothing",
     "context",
     "mesh",
@@ -33,6 +33,8 @@ const NOUNS: [&str; 13] = [
     "document",
     "picture",
     "procedural",
+    "job",
+    "bezier",
 ];
 
 /// Defines the handle type of a noun.

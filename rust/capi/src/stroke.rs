@@ -106,8 +106,7 @@ unsafe fn edit(
     let mut editor = detail.edit()?;
     let done = edit(editor.canvas())?.pop().unwrap_or_default();
     let budget = editor.budget();
-    // The log may call back.
-    drop(editor);
+    detail.leave(editor);
     log_refusal(detail, &done.report.refused, budget);
     if to.is_null() {
         return Ok(());

@@ -11,6 +11,7 @@ use relievo_tiles::triangle::{
 use relievo_tiles::{Displaced, Displacement, DisplacementOptions, Tessellation, Tessellator, by_format};
 
 use crate::array::{Output, present, put};
+use crate::context::ContextObject;
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
 use crate::detail::{DetailObject, RlvDetail};
 use crate::mesh::{self, RlvMesh};
@@ -411,6 +412,13 @@ impl Kept {
     }
 }
 
+/// The triangles of what was committed, with their places if those are wanted.
+pub fn tessellate_committed(context: &Arc<ContextObject>, view: &View, options: (Cells, bool)) -> Result<RlvMesh> {
+    let (cells, places) = options;
+    let made = tessellate_view(&context.context, view, cells)?;
+    mesh::register(context.clone(), with_places(made, places))
+}
+
 entry! {
     fn rlv_tessellate_surface(surface: RlvSurface, options: *const RlvTessellateOptions, out: *mut RlvMesh) {
         present("out", out)?;
@@ -428,10 +436,8 @@ entry! {
         present("out", out)?;
         let object = registry::get(detail)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let (cells, places) = unsafe { Cells::new(options) }?;
-        let view = object.view();
-        let made = tessellate_view(&object.context.context, &view, cells)?;
-        let handle = mesh::register(object.context.clone(), with_places(made, places))?;
+        let options = unsafe { Cells::new(options) }?;
+        let handle = tessellate_committed(&object.context, &object.view(), options)?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use relievo_core::{Error, ErrorKind, Result};
-use wgpu::{Backends, DeviceType, Instance, InstanceDescriptor, InstanceFlags};
+use wgpu::{Backends, DeviceType, Features, Instance, InstanceDescriptor, InstanceFlags};
 
 use crate::device::ready;
 
@@ -31,6 +31,12 @@ pub struct AdapterSummary {
     pub backend: &'static str,
     /// What it is made of.
     pub kind: AdapterKind,
+    /// Whether it has all that kernels need.
+    pub is_usable: bool,
+    /// Bytes that one buffer may have.
+    pub buffer_limit: u64,
+    /// Bytes of a buffer that a kernel may be bound to.
+    pub binding_limit: u64,
 }
 
 impl fmt::Display for AdapterSummary {
@@ -51,6 +57,9 @@ pub enum AdapterChoice {
     Named(String),
 }
 
+/// What every kernel needs.
+pub(crate) const NEEDED: Features = Features::IMMEDIATES;
+
 fn instance() -> Instance {
     let mut descriptor = InstanceDescriptor::new_without_display_handle();
     descriptor.backends = Backends::VULKAN | Backends::METAL | Backends::DX12;
@@ -68,7 +77,16 @@ fn summary(adapter: &wgpu::Adapter) -> AdapterSummary {
         DeviceType::Cpu => AdapterKind::Software,
     };
     let driver = format!("{} {}", info.driver, info.driver_info).trim().to_owned();
-    AdapterSummary { name: info.name, driver, backend: info.backend.to_str(), kind }
+    let limits = adapter.limits();
+    AdapterSummary {
+        name: info.name,
+        driver,
+        backend: info.backend.to_str(),
+        kind,
+        is_usable: adapter.features().contains(NEEDED),
+        buffer_limit: limits.max_buffer_size,
+        binding_limit: limits.max_storage_buffer_binding_size,
+    }
 }
 
 /// Adapters with their summaries, best first, those alike in the order of the system.

@@ -17,7 +17,7 @@ use std::time::Duration;
 use relievo_core::{Error, ErrorKind, Result};
 use wgpu::{ErrorFilter, Features, PollType};
 
-use crate::adapter::{AdapterChoice, AdapterSummary, choose};
+use crate::adapter::{AdapterChoice, AdapterSummary, NEEDED, choose};
 use crate::kernel::{Access, Kernel};
 use crate::timing::TimingSet;
 
@@ -99,7 +99,7 @@ impl Device {
     pub fn open(options: &DeviceOptions) -> Result<Self> {
         let (adapter, summary) = choose(&options.adapter)?;
         let there = adapter.features();
-        if !there.contains(Features::IMMEDIATES) {
+        if !summary.is_usable {
             return Err(Error::unsupported(format!("{summary} has no immediate data (push constants)"))
                 .advise("update the driver, or use the device `cpu`"));
         }
@@ -108,7 +108,7 @@ impl Device {
         let limits = adapter.limits();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("relievo"),
-            required_features: Features::IMMEDIATES | (optional & there),
+            required_features: NEEDED | (optional & there),
             required_limits: limits.clone(),
             ..Default::default()
         };

@@ -141,7 +141,7 @@ pub fn build_host(name: &str) -> Outcome {
 
 fn ctest(labels: &[&str]) -> Outcome {
     let mut command = Command::new("ctest");
-    command.arg("--test-dir").arg(target().join("hosts"));
+    command.arg("--test-dir").arg(target().join("hosts")).env("RELIEVO_GPU_TESTS", "required");
     command.arg("--parallel").arg(std::thread::available_parallelism().map_or(1, usize::from).to_string());
     call(command.args(["--output-on-failure", "--no-tests=error"]).args(labels))
 }

@@ -26,16 +26,8 @@ impl BezierSurface {
     /// # Errors
     /// The patch does not exist, or u or v are outside 0 to 1.
     pub fn evaluate(&self, place: Place) -> Result<(Sample, [f32; 3])> {
+        self.check_place(place.tile, place.u, place.v)?;
         let patch = place.tile as usize;
-        if patch >= self.count() {
-            return Err(Error::invalid(format!("patch {patch} does not exist"))
-                .advise(format!("use 0 to {}", self.count() - 1)));
-        }
-        if !((0.0..=1.0).contains(&place.u) && (0.0..=1.0).contains(&place.v)) {
-            return Err(Error::invalid(format!("u {} or v {} is outside the patch", place.u, place.v))
-                .at(format!("patch {patch}"))
-                .advise("use 0 to 1"));
-        }
         let controls = self.controls(patch);
         let forms = Forms::new(controls, f64::from(place.u), f64::from(place.v));
         let mut sample = forms.sample();
@@ -44,6 +36,23 @@ impl BezierSurface {
             sample.p = edge_point(controls, edge, self.edges().senses(patch)[edge], t);
         }
         Ok((sample, self.limit_normal(patch, &forms, f64::from(place.u), f64::from(place.v))))
+    }
+
+    /// Whether there is such a place.
+    ///
+    /// # Errors
+    /// The patch does not exist, or u or v are outside 0 to 1.
+    pub fn check_place(&self, patch: u32, u: f32, v: f32) -> Result<()> {
+        if patch as usize >= self.count() {
+            return Err(Error::invalid(format!("patch {patch} does not exist"))
+                .advise(format!("use 0 to {}", self.count() - 1)));
+        }
+        if !((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
+            return Err(Error::invalid(format!("u {u} or v {v} is outside the patch"))
+                .at(format!("patch {patch}"))
+                .advise("use 0 to 1"));
+        }
+        Ok(())
     }
 
     /// As [`Self::evaluate`], for many places. Results are in the order of the places.

@@ -34,15 +34,35 @@ pub fn snapped(k: u32, fine: u32, coarse: u32) -> u32 {
 }
 
 impl BezierSurface {
+    /// How many points and triangles [`Self::tessellate`] makes.
+    ///
+    /// # Errors
+    /// The levels are those of another surface.
+    pub fn tessellated_counts(&self, levels: &Levels) -> Result<[usize; 2]> {
+        self.check_levels(levels)?;
+        let mut counts = [0; 2];
+        for patch in 0..self.count() {
+            let map = ParametricMap::new(levels.patch(patch))?;
+            counts[0] += map.samples() as usize;
+            counts[1] += (map.triangles() - flat_count(map, levels.edges(patch))) as usize;
+        }
+        Ok(counts)
+    }
+
+    fn check_levels(&self, levels: &Levels) -> Result<()> {
+        if levels.count() == self.count() {
+            return Ok(());
+        }
+        Err(Error::invalid(format!("{} levels are given for {} patches", levels.count(), self.count())))
+    }
+
     /// The triangles of all patches at `levels`.
     ///
     /// # Errors
     /// The levels are those of another surface, or there are more points or triangles than 32 bits count or the memory
     /// limit allows.
     pub fn tessellate(&self, context: &Context, levels: &Levels) -> Result<BezierTessellation> {
-        if levels.count() != self.count() {
-            return Err(Error::invalid(format!("{} levels are given for {} patches", levels.count(), self.count())));
-        }
+        self.check_levels(levels)?;
         let (mut points, mut triangles) = (0u64, 0u64);
         let mut first = Vec::with_capacity(self.count() + 1);
         for patch in 0..self.count() {
@@ -287,10 +307,12 @@ fn grid_body<A: Arithmetic>(
     }
 }
 
-/// The triangles of a patch's grid that have an area in the map when its edges have the levels `edges`.
-fn grid_triangles(map: ParametricMap, edges: [u32; 4], first: u32) -> Vec<[u32; 3]> {
-    let (side, n) = (map.side(), map.segments());
-    let whole = edges == [map.level(); 4];
+/// Corners of the two triangles of a cell of a grid.
+const CELL: [[[u32; 2]; 3]; 2] = [[[0, 0], [1, 0], [0, 1]], [[1, 0], [1, 1], [0, 1]]];
+
+/// Whether a triangle of a patch's grid has no area in the map when its edges have the levels `edges`.
+fn is_flat(map: ParametricMap, edges: [u32; 4], corners: [[u32; 2]; 3]) -> bool {
+    let n = map.segments();
     // The place of a sample in the map.
     let place = |[i, j]: [u32; 2]| {
         let along = |k: u32, edge: usize| {
@@ -307,17 +329,41 @@ fn grid_triangles(map: ParametricMap, edges: [u32; 4], first: u32) -> Vec<[u32; 
             (i, j) => [fine(i), fine(j)],
         }
     };
+    let [a, b, c] = corners.map(place);
+    a == b || b == c || a == c
+}
+
+/// The corners of the triangles of cell (i, j).
+fn cell(i: u32, j: u32) -> [[[u32; 2]; 3]; 2] {
+    CELL.map(|corners| corners.map(|[right, up]| [i + right, j + up]))
+}
+
+/// How many triangles of a patch's grid have no area in the map: only those at edges may.
+fn flat_count(map: ParametricMap, edges: [u32; 4]) -> u64 {
+    if edges == [map.level(); 4] {
+        return 0;
+    }
+    let n = map.segments();
+    let border = (0..n).flat_map(|j| {
+        let step = if j == 0 || j + 1 == n { 1 } else { n as usize - 1 };
+        (0..n).step_by(step).map(move |i| cell(i, j))
+    });
+    border.flatten().filter(|corners| is_flat(map, edges, *corners)).count() as u64
+}
+
+/// The triangles of a patch's grid that have an area in the map when its edges have the levels `edges`.
+fn grid_triangles(map: ParametricMap, edges: [u32; 4], first: u32) -> Vec<[u32; 3]> {
+    let (side, n) = (map.side(), map.segments());
+    let whole = edges == [map.level(); 4];
     let mut triangles = Vec::with_capacity(map.triangles() as usize);
     for j in 0..n {
         for i in 0..n {
-            let corners = [[i, j], [i + 1, j], [i, j + 1], [i + 1, j + 1]];
-            for three in [[0, 1, 2], [1, 3, 2]] {
-                let [a, b, c] = three.map(|corner| corners[corner]);
-                let border = !whole && (i == 0 || j == 0 || i + 1 == n || j + 1 == n);
-                if border && (place(a) == place(b) || place(b) == place(c) || place(a) == place(c)) {
+            let border = !whole && (i == 0 || j == 0 || i + 1 == n || j + 1 == n);
+            for corners in cell(i, j) {
+                if border && is_flat(map, edges, corners) {
                     continue;
                 }
-                triangles.push([a, b, c].map(|[i, j]| first + j * side + i));
+                triangles.push(corners.map(|[i, j]| first + j * side + i));
             }
         }
     }

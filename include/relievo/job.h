@@ -1,0 +1,82 @@
+/* Relievo: jobs, long calls on a thread of their own.
+ *
+ * A job is one of the calls below made in the background. When the function that starts it returns, all that the call
+ * could refuse at once has been refused, what was passed is no longer needed, and the objects that the call needs for
+ * itself are its own: until it has ended, calls that change them, or read what it changes, return RLV_ERROR_BUSY, as
+ * with any two threads. Readers of details see what was committed last and do not notice.
+ *
+ * A job has a thread besides those of its context. Nothing of the host is called on it: texts for the log wait, and are
+ * handed over by rlv_job_poll and rlv_job_wait on the thread that calls those. When its last reference is released, a
+ * job that still runs is asked to stop, and the release does not wait; wait before the process ends. */
+#ifndef RELIEVO_JOB_H
+#define RELIEVO_JOB_H
+
+#include "relievo/bake.h"
+#include "relievo/imprint.h"
+#include "relievo/tessellate.h"
+
+typedef struct RlvJob {
+    uint64_t id;
+} RlvJob;
+
+typedef enum RlvJobState {
+    RLV_JOB_RUNNING = 0,
+    RLV_JOB_DONE = 1,
+    RLV_JOB_FAILED = 2,
+    RLV_JOB_CANCELLED = 3
+} RlvJobState;
+
+typedef struct RlvJobInfo {
+    uint32_t struct_size;
+    uint32_t state;            /* RlvJobState */
+    RlvResult result;          /* what the call returned; RLV_OK while it runs */
+    float fraction;            /* how far it is, 0 to 1 */
+    char stage[RLV_NAME_SIZE]; /* what is being done */
+} RlvJobInfo;
+
+#define RLV_JOB_INFO_INIT {sizeof(RlvJobInfo), RLV_JOB_RUNNING, RLV_OK, 0.0f, {0}}
+
+/* Starts rlv_tessellate_detail, of the detail as it is committed now; rlv_job_mesh has the triangles. Not to be stopped
+ * half-way: a cancelled one works to its end. Fails as rlv_tessellate_detail does, as a job or at once. */
+RLV_API RlvResult rlv_job_tessellate(RlvDetail detail, const RlvTessellateOptions *options, RlvJob *out);
+
+/* Edits the detail, and mutates the collider: starts rlv_imprint_sweep; rlv_job_imprint_report has what it did. Cancelled
+ * or failed it leaves both as they were. Fails as rlv_imprint_sweep does, as a job or at once, with RLV_ERROR_BUSY if
+ * another call is at work on either. */
+RLV_API RlvResult rlv_job_sweep(RlvDetail detail, RlvCollider collider, const double *from, const double *to,
+                                const RlvImprintSettings *settings, const RlvImprintMoment *moment, RlvJob *out);
+
+/* Starts rlv_bake_write, of the detail as it is committed now; rlv_job_bake_report has what it did. Fails as
+ * rlv_bake_write does, as a job or at once. */
+RLV_API RlvResult rlv_job_bake(RlvDetail detail, const RlvBakeOptions *options, const char *path, RlvJob *out);
+
+RLV_API RlvResult rlv_job_retain(RlvJob job);
+RLV_API RlvResult rlv_job_release(RlvJob job);
+
+/* How far the job is, without waiting; hands over what it logged. out may be NULL. That the job failed is no failure of
+ * this call. No failure of its own. */
+RLV_API RlvResult rlv_job_poll(RlvJob job, RlvJobInfo *out);
+
+/* Waits until the job has ended, but no longer than seconds; -1 for as long as it takes. Then as rlv_job_poll: state is
+ * RLV_JOB_RUNNING if the time was up. Fails if seconds is another number below 0 or not finite. */
+RLV_API RlvResult rlv_job_wait(RlvJob job, double seconds, RlvJobInfo *out);
+
+/* Asks the job to stop, and does not wait. It ends as cancelled when it notices, or as done if it was too late. No
+ * failure of its own. */
+RLV_API RlvResult rlv_job_cancel(RlvJob job);
+
+/* Returns what the call of the job returned, and makes its failure the last error of this thread. Fails with
+ * RLV_ERROR_BUSY while it runs. */
+RLV_API RlvResult rlv_job_result(RlvJob job);
+
+/* The mesh that rlv_job_tessellate made, the same one every time. Fails as rlv_job_result does, and if the job makes no
+ * mesh. */
+RLV_API RlvResult rlv_job_mesh(RlvJob job, RlvMesh *out);
+
+/* What rlv_job_sweep did. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_imprint_report(RlvJob job, RlvImprintReport *out);
+
+/* What rlv_job_bake did. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_bake_report(RlvJob job, RlvBakeReport *out);
+
+#endif

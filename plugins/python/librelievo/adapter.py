@@ -1,0 +1,15 @@
+"""Adapters: the graphics devices that a context can be given."""
+
+import ctypes
+
+from . import abi, library, record
+from .parameter import address_of
+
+
+def adapters():
+    """What there is, best first: kind, name, driver, backend and limits. A context takes one by its name."""
+    count = ctypes.c_size_t()
+    library.call("rlv_adapter_list", None, 0, address_of(count))
+    rows = (abi.RlvAdapterInfo * (count.value + 4))()
+    library.call("rlv_adapter_list", rows, len(rows), address_of(count))
+    return [record.read(rows[index]) for index in range(count.value)]

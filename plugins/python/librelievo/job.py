@@ -1,0 +1,74 @@
+"""Jobs: long calls in the background. Nothing of Python runs on their threads: texts for the log of the context come with
+`poll` and `wait`."""
+
+import ctypes
+
+from . import abi, library, record
+from .array import address, matrix
+from .bake import options_of
+from .handle import Handle, path_bytes
+from .imprint import moment_of, settings_of
+from .mesh import Mesh
+from .surface import tessellate_options
+
+
+class Job(Handle):
+    """A call that runs. One that is let go of while it runs is cancelled."""
+
+    noun, kind = "job", abi.RlvJob
+
+    def poll(self):
+        """How far it is: state, result, fraction, stage."""
+        out = record.empty(abi.RlvJobInfo)
+        library.call("rlv_job_poll", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def wait(self, seconds=None):
+        """Waits for its end, no longer than that; how far it is then."""
+        out = record.empty(abi.RlvJobInfo)
+        library.call("rlv_job_wait", self.handle, -1.0 if seconds is None else seconds, ctypes.byref(out))
+        return record.read(out)
+
+    def cancel(self):
+        """Asks it to stop."""
+        library.call("rlv_job_cancel", self.handle)
+
+    def result(self):
+        """What the call returns; raises what it raises, and Busy while it runs."""
+        library.call("rlv_job_result", self.handle)
+        return self._fetch(self)
+
+
+def _report(function, struct):
+    def fetch(job):
+        report = record.empty(struct)
+        library.call(function, job.handle, ctypes.byref(report))
+        return record.read(report)
+
+    return fetch
+
+
+def _started(fetch, function, *arguments):
+    job = Job.of(function, *arguments)
+    job._fetch = fetch
+    return job
+
+
+def tessellate(detail, **options):
+    """Starts `Detail.tessellate`; the result is the mesh."""
+    fetch = lambda job: Mesh.of("rlv_job_mesh", job.handle)
+    return _started(fetch, "rlv_job_tessellate", detail.handle, tessellate_options(options))
+
+
+def sweep(detail, collider, before, after, settings=None, moment=None):
+    """Starts `imprint.sweep`; the result is its report."""
+    before, after = matrix(before), matrix(after)
+    arguments = (address(before), address(after), settings_of(settings), moment_of(moment))
+    fetch = _report("rlv_job_imprint_report", abi.RlvImprintReport)
+    return _started(fetch, "rlv_job_sweep", detail.handle, collider.handle, *arguments)
+
+
+def write(detail, path, **options):
+    """Starts `bake.write`; the result is its report."""
+    fetch = _report("rlv_job_bake_report", abi.RlvBakeReport)
+    return _started(fetch, "rlv_job_bake", detail.handle, options_of(options), path_bytes(path))

@@ -1,0 +1,353 @@
+//! Jobs: long calls on a thread of their own; see `include/relievo/job.h`.
+//!
+//! A call that runs as a job tells its progress as any other. The first word of it says that it has all that it needs for
+//! itself, and is what the function that starts it waits for: so what can be refused is refused there.
+
+use std::cell::RefCell;
+use std::ffi::c_char;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use relievo_core::{Error, ErrorKind, Progress, Result};
+use relievo_detail::{Pose, Report};
+
+use crate::array::{fixed, present, put};
+use crate::bake::{self, RlvBakeOptions, RlvBakeReport};
+use crate::border::caught;
+use crate::collider::RlvCollider;
+use crate::context::{ContextObject, RLV_NAME_SIZE};
+use crate::descriptor::write_descriptor;
+use crate::detail::{RlvDetail, transform};
+use crate::error::{RLV_OK, RlvResult, result_of};
+use crate::imprint::{self, RlvImprintMoment, RlvImprintReport, RlvImprintSettings};
+use crate::mesh::RlvMesh;
+use crate::registry::{self, busy, handle};
+use crate::tessellate::{self, RlvTessellateOptions};
+
+handle!(RlvJob, 13, JobObject);
+
+constants! {
+    u32:
+    RLV_JOB_RUNNING = 0,
+    RLV_JOB_DONE = 1,
+    RLV_JOB_FAILED = 2,
+    RLV_JOB_CANCELLED = 3,
+}
+
+descriptor! {
+    pub struct RlvJobInfo {
+        struct_size: u32,
+        state: u32,
+        result: RlvResult,
+        fraction: f32,
+        stage: [u8; RLV_NAME_SIZE as usize],
+    }
+}
+
+/// What a job made.
+pub enum Product {
+    /// A reference to a mesh, which the job releases.
+    Mesh(RlvMesh),
+    Imprint(Report),
+    Bake(RlvBakeReport),
+}
+
+impl Drop for Product {
+    fn drop(&mut self) {
+        if let Self::Mesh(mesh) = self {
+            // Nothing can be done about a host that released it too often.
+            let _ = registry::release(*mesh);
+        }
+    }
+}
+
+/// How far a job is.
+#[derive(Default)]
+struct State {
+    /// Whether it has what it needs for itself.
+    begun: bool,
+    fraction: f32,
+    stage: String,
+    /// Level and text of what it logged.
+    log: Vec<(u32, String)>,
+    ended: Option<Result<Product>>,
+}
+
+/// What a job shares with its thread.
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+    cancelled: AtomicBool,
+}
+
+impl Shared {
+    // The state is whole after every statement.
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn wait<'a>(&self, state: MutexGuard<'a, State>, until: impl Fn(&State) -> bool) -> MutexGuard<'a, State> {
+        self.changed.wait_while(state, |state| !until(state)).unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+thread_local! {
+    /// The job whose thread this is.
+    static JOB: RefCell<Option<Arc<Shared>>> = const { RefCell::new(None) };
+}
+
+/// Keeps a text for the log if this is the thread of a job.
+pub fn keep_log(level: u32, text: &str) -> bool {
+    let job = JOB.try_with(|job| job.borrow().clone()).ok().flatten();
+    if let Some(job) = &job {
+        job.state().log.push((level, text.to_owned()));
+    }
+    job.is_some()
+}
+
+/// The progress of a job.
+struct JobProgress(Arc<Shared>);
+
+impl Progress for JobProgress {
+    fn report(&mut self, fraction: f32, stage: &str) -> bool {
+        let mut state = self.0.state();
+        state.fraction = fraction;
+        state.stage.clear();
+        state.stage.push_str(stage);
+        if !state.begun {
+            state.begun = true;
+            self.0.changed.notify_all();
+        }
+        !self.0.cancelled.load(Ordering::Relaxed)
+    }
+}
+
+pub struct JobObject {
+    context: Arc<ContextObject>,
+    shared: Arc<Shared>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+}
+
+impl Drop for JobObject {
+    fn drop(&mut self) {
+        self.shared.cancelled.store(true, Ordering::Relaxed);
+    }
+}
+
+impl JobObject {
+    /// Waits, no longer than `time` if there is one, and says how far the job is.
+    fn wait(&self, time: Option<Duration>) -> RlvJobInfo {
+        let state = self.shared.state();
+        let mut state = match time {
+            None => self.shared.wait(state, |state| state.ended.is_some()),
+            Some(time) => {
+                let waited = self.shared.changed.wait_timeout_while(state, time, |state| state.ended.is_none());
+                waited.unwrap_or_else(PoisonError::into_inner).0
+            }
+        };
+        let (number, result) = match &state.ended {
+            None => (RLV_JOB_RUNNING, RLV_OK),
+            Some(Ok(_)) => (RLV_JOB_DONE, RLV_OK),
+            Some(Err(error)) if error.kind == ErrorKind::Cancelled => (RLV_JOB_CANCELLED, result_of(error.kind)),
+            Some(Err(error)) => (RLV_JOB_FAILED, result_of(error.kind)),
+        };
+        let (fraction, stage) = (state.fraction, fixed(&state.stage));
+        let log = std::mem::take(&mut state.log);
+        drop(state);
+        if number != RLV_JOB_RUNNING {
+            let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+            // It has nothing left to do; a panic of it was caught.
+            thread.map(JoinHandle::join);
+        }
+        // The log may call back.
+        log.iter().for_each(|(level, text)| self.context.log(*level, text));
+        RlvJobInfo { struct_size: 0, state: number, result, fraction, stage }
+    }
+
+    /// What the job made, taken out by `take`, which knows it as `what`.
+    fn product<T>(&self, what: &str, take: impl FnOnce(&Product) -> Option<T>) -> Result<T> {
+        match &self.shared.state().ended {
+            None => Err(still_running()),
+            Some(Err(error)) => Err(error.clone()),
+            Some(Ok(product)) => {
+                take(product).ok_or_else(|| Error::invalid(format!("the job was not started for {what}")).at("job"))
+            }
+        }
+    }
+}
+
+fn still_running() -> Error {
+    Error { remedy: "wait for it with rlv_job_wait".into(), ..busy("job") }
+}
+
+/// Starts `work` on a thread of its own. Returns when it has reported progress for the first time, or ended; what fails
+/// before that fails here.
+fn start(
+    context: &Arc<ContextObject>,
+    work: impl FnOnce(&mut dyn Progress) -> Result<Product> + Send + 'static,
+) -> Result<RlvJob> {
+    let shared = Arc::new(Shared::default());
+    let inside = Arc::clone(&shared);
+    let run = move || {
+        JOB.set(Some(Arc::clone(&inside)));
+        let ended = caught(|| work(&mut JobProgress(Arc::clone(&inside))));
+        JOB.set(None);
+        inside.state().ended = Some(ended);
+        inside.changed.notify_all();
+    };
+    let thread = std::thread::Builder::new().name("relievo-job".into()).spawn(run).map_err(|error| {
+        Error::memory(format!("the system gives no thread: {error}")).advise("wait for other jobs first")
+    })?;
+    let state = shared.wait(shared.state(), |state| state.begun || state.ended.is_some());
+    let refused = match &state.ended {
+        Some(Err(error)) if !state.begun => Some(error.clone()),
+        _ => None,
+    };
+    if let Some(error) = refused {
+        drop(state);
+        // It has nothing left to do.
+        let _ = thread.join();
+        return Err(error);
+    }
+    drop(state);
+    registry::insert(JobObject { context: Arc::clone(context), shared, thread: Mutex::new(Some(thread)) })
+}
+
+entry! {
+    fn rlv_job_tessellate(detail: RlvDetail, options: *const RlvTessellateOptions, out: *mut RlvJob) {
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let options = unsafe { tessellate::Cells::new(options) }?;
+        let (context, view) = (detail.context.clone(), detail.view());
+        let job = start(&context.clone(), move |progress| {
+            progress.report(0.0, "tessellate");
+            let made = tessellate::tessellate_committed(&context, &view, options)?;
+            progress.report(1.0, "tessellate");
+            Ok(Product::Mesh(made))
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_sweep(
+        detail: RlvDetail,
+        collider: RlvCollider,
+        from: *const f64,
+        to: *const f64,
+        settings: *const RlvImprintSettings,
+        moment: *const RlvImprintMoment,
+        out: *mut RlvJob,
+    ) {
+        present("out", out)?;
+        let (detail, collider) = (registry::get(detail)?, registry::get(collider)?);
+        // SAFETY: the caller gives NULL or twelve doubles.
+        let poses = unsafe { [Pose::rigid(transform(from)?), Pose::rigid(transform(to)?)] };
+        // SAFETY: the caller gives NULL or descriptors that start with their size.
+        let how = unsafe { imprint::how(settings, moment) }?;
+        let job = start(&detail.context.clone(), move |progress| {
+            imprint::sweep(&detail, &collider, poses, &how, progress).map(Product::Imprint)
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_bake(detail: RlvDetail, options: *const RlvBakeOptions, path: *const c_char, out: *mut RlvJob) {
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        // SAFETY: the caller gives a NUL-terminated text, and NULL or a descriptor that starts with its size.
+        let order = unsafe { bake::Order::read(options, path) }?;
+        let (context, view) = (detail.context.clone(), detail.view());
+        let job = start(&context.clone(), move |progress| {
+            order.write(&context.context, &view, progress).map(Product::Bake)
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_retain(job: RlvJob) {
+        registry::retain(job)
+    }
+
+    fn rlv_job_release(job: RlvJob) {
+        registry::release(job)
+    }
+
+    fn rlv_job_poll(job: RlvJob, out: *mut RlvJobInfo) {
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { wait(job, Some(Duration::ZERO), out) }
+    }
+
+    fn rlv_job_wait(job: RlvJob, seconds: f64, out: *mut RlvJobInfo) {
+        let time = match seconds {
+            -1.0 => None,
+            // Longer than anything counts: as long as it takes.
+            _ if seconds.is_finite() && seconds >= 0.0 => Duration::try_from_secs_f64(seconds).ok(),
+            _ => {
+                return Err(Error::invalid(format!("{seconds} seconds are no time to wait"))
+                    .at("seconds")
+                    .advise("use 0 or more, or -1 for as long as it takes"));
+            }
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { wait(job, time, out) }
+    }
+
+    fn rlv_job_cancel(job: RlvJob) {
+        registry::get(job)?.shared.cancelled.store(true, Ordering::Relaxed);
+        Ok(())
+    }
+
+    fn rlv_job_result(job: RlvJob) {
+        registry::get(job)?.product("", |_| Some(()))
+    }
+
+    fn rlv_job_mesh(job: RlvJob, out: *mut RlvMesh) {
+        present("out", out)?;
+        let mesh = registry::get(job)?.product("triangles", |product| match product {
+            Product::Mesh(mesh) => Some(*mesh),
+            _ => None,
+        })?;
+        registry::retain(mesh)?;
+        // SAFETY: checked above.
+        unsafe { put(out, mesh) };
+        Ok(())
+    }
+
+    fn rlv_job_imprint_report(job: RlvJob, out: *mut RlvImprintReport) {
+        let report = registry::get(job)?.product("an imprint", |product| match product {
+            Product::Imprint(report) => Some(imprint::report_of(report)),
+            _ => None,
+        })?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, report) }
+    }
+
+    fn rlv_job_bake_report(job: RlvJob, out: *mut RlvBakeReport) {
+        let report = registry::get(job)?.product("a bake", |product| match product {
+            Product::Bake(report) => Some(*report),
+            _ => None,
+        })?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, report) }
+    }
+}
+
+/// # Safety
+/// `out` is NULL or a descriptor that starts with its size.
+unsafe fn wait(job: RlvJob, time: Option<Duration>, out: *mut RlvJobInfo) -> Result<()> {
+    let job = registry::get(job)?;
+    if !out.is_null() {
+        // SAFETY: promised by the caller.
+        unsafe { crate::descriptor::check_descriptor(out) }?;
+    }
+    let info = job.wait(time);
+    // SAFETY: promised by the caller.
+    if out.is_null() { Ok(()) } else { unsafe { write_descriptor(out, info) } }
+}
