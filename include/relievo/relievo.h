@@ -7,6 +7,7 @@
 #include "relievo/bake.h"
 #include "relievo/bezier.h"
 #include "relievo/brush.h"
+#include "relievo/buffer.h"
 #include "relievo/caster.h"
 #include "relievo/collider.h"
 #include "relievo/context.h"

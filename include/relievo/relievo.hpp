@@ -1206,6 +1206,43 @@ public:
     }
 };
 
+/// See relievo/buffer.h.
+class Buffer : public Reference<RlvBuffer, rlv_buffer_retain, rlv_buffer_release> {
+public:
+    using Reference::Reference;
+
+    static Buffer create(const Tessellation &tessellation) {
+        Buffer made;
+        check(rlv_buffer_create(tessellation.get(), made.out()));
+        return made;
+    }
+
+    RlvBufferInfo info() const {
+        RlvBufferInfo info = RLV_BUFFER_INFO_INIT;
+        check(rlv_buffer_info(get(), &info));
+        return info;
+    }
+
+    RlvBufferInfo update() const {
+        RlvBufferInfo info = RLV_BUFFER_INFO_INIT;
+        check(rlv_buffer_update(get(), &info));
+        return info;
+    }
+
+    RlvBufferVulkan vulkan() const {
+        RlvBufferVulkan vulkan = RLV_BUFFER_VULKAN_INIT;
+        check(rlv_buffer_vulkan(get(), &vulkan));
+        return vulkan;
+    }
+
+    /// Positions and normals, 6 floats a point.
+    std::vector<std::array<float, 6>> read() const {
+        std::vector<std::array<float, 6>> points(info().point_count);
+        check(rlv_buffer_read(get(), 0, points.size(), points.empty() ? nullptr : points.front().data(), 0));
+        return points;
+    }
+};
+
 } // namespace relievo
 
 #endif

@@ -284,8 +284,8 @@ int main() {
     RlvBezierLevels fine = RLV_BEZIER_LEVELS_INIT;
     fine.levels = needed.data();
     fine.level_count = needed.size();
-    const auto triangles = patch.tessellate(fine);
-    CHECK(triangles.positions.size() == 16 && triangles.corners.size() == 18 && triangles.normals[3][2] == 1);
+    const auto tessellated = patch.tessellate(fine);
+    CHECK(tessellated.positions.size() == 16 && tessellated.corners.size() == 18 && tessellated.normals[3][2] == 1);
     CHECK(patch.mesh().info().triangle_count == 2 * 31 * 31);
 
     // Jobs: results by kind, failures as exceptions.
@@ -309,6 +309,12 @@ int main() {
     }
     context.close_device();
     detail.check_device();
+    try {
+        relievo::Buffer::create(relievo::Tessellation::create(detail));
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.result() == RLV_ERROR_UNSUPPORTED);
+    }
 
     CHECK(!context.stats().empty());
     context.reset_stats();

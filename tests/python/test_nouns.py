@@ -186,7 +186,16 @@ class Devices(unittest.TestCase):
         detail = flat_detail(context, tile_size=16)
         self.assertIsNone(detail.check_device())
         self.assertGreater(context.info.device_memory, 0)
+        tessellation = rl.Tessellation(detail, coarse=4, fine=4)
+        buffer = rl.Buffer(tessellation)
+        self.assertEqual(buffer.info.point_count, tessellation.info.point_count)
+        numpy.testing.assert_array_equal(buffer.points(), numpy.hstack(tessellation.points()))
+        self.assertEqual(buffer.update().written_count, 0)
+        if "vulkan" in adapters[-1].backend:
+            self.assertTrue(buffer.vulkan().device)
         context.close_device()
+        with self.assertRaises(rl.DeviceFailure):
+            buffer.update()
         brush = rl.Brush(context, action="sculpt", height=0.1, settings={"radius": 0.3})
         self.assertGreater(stroke.run(detail, brush, [[0.0, 0.0, 0.0]]).changed_tiles, 0)
         with self.assertRaisesRegex(rl.DeviceFailure, "lost"):

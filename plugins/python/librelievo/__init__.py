@@ -19,6 +19,7 @@ from .abi import RlvParameterKind as ParameterKind
 from .adapter import adapters
 from .bezier import Bezier
 from .brush import Brush
+from .buffer import Buffer
 from .caster import Caster
 from .collider import Collider
 from .context import Context

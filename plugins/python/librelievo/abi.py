@@ -809,6 +809,38 @@ class RlvTessellationChanges(Structure):
     ]
 
 
+class RlvBuffer(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvBufferInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("rebuilt", c_uint32),
+        ("point_count", c_size_t),
+        ("triangle_count", c_size_t),
+        ("written_count", c_size_t),
+        ("bytes", c_uint64),
+    ]
+
+
+class RlvBufferVulkan(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("queue_family", c_uint32),
+        ("queue_index", c_uint32),
+        ("reserved", c_uint32),
+        ("instance", c_uint64),
+        ("physical_device", c_uint64),
+        ("device", c_uint64),
+        ("queue", c_uint64),
+        ("points", c_uint64),
+        ("triangles", c_uint64),
+    ]
+
+
 class RlvCaster(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1217,6 +1249,8 @@ INIT = {
     RlvTessellateOptions: (ctypes.sizeof(RlvTessellateOptions), 0, 0, 0, 0, 0,),
     RlvTessellationInfo: (ctypes.sizeof(RlvTessellationInfo), 0, 0, 0, 0,),
     RlvTessellationChanges: (ctypes.sizeof(RlvTessellationChanges), 0, 0, 0, (0,), (0,),),
+    RlvBufferInfo: (ctypes.sizeof(RlvBufferInfo), 0, 0, 0, 0, 0,),
+    RlvBufferVulkan: (ctypes.sizeof(RlvBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvRayArrays: (ctypes.sizeof(RlvRayArrays), 0, 0, None, 0, None, 0, None, 0, 0, 0,),
     RlvColliderInfo: (ctypes.sizeof(RlvColliderInfo), 0, 0, 0, (0,),),
     RlvToolSettings: (ctypes.sizeof(RlvToolSettings), 1.0, 1.0,),
@@ -1335,6 +1369,13 @@ FUNCTIONS = {
     "rlv_tessellation_get_colors": (RlvResult, [("tessellation", RlvTessellation), ("first", c_size_t), ("count", c_size_t), ("colors", c_float_p), ("stride", c_size_t)]),
     "rlv_tessellation_get_traces": (RlvResult, [("tessellation", RlvTessellation), ("first", c_size_t), ("count", c_size_t), ("traces", c_float_p), ("stride", c_size_t)]),
     "rlv_tessellation_mesh": (RlvResult, [("tessellation", RlvTessellation), ("out", POINTER(RlvMesh))]),
+    "rlv_buffer_create": (RlvResult, [("tessellation", RlvTessellation), ("out", POINTER(RlvBuffer))]),
+    "rlv_buffer_retain": (RlvResult, [("buffer", RlvBuffer)]),
+    "rlv_buffer_release": (RlvResult, [("buffer", RlvBuffer)]),
+    "rlv_buffer_update": (RlvResult, [("buffer", RlvBuffer), ("out", POINTER(RlvBufferInfo))]),
+    "rlv_buffer_info": (RlvResult, [("buffer", RlvBuffer), ("out", POINTER(RlvBufferInfo))]),
+    "rlv_buffer_vulkan": (RlvResult, [("buffer", RlvBuffer), ("out", POINTER(RlvBufferVulkan))]),
+    "rlv_buffer_read": (RlvResult, [("buffer", RlvBuffer), ("first", c_size_t), ("count", c_size_t), ("points", c_float_p), ("stride", c_size_t)]),
     "rlv_caster_create_mesh": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("out", POINTER(RlvCaster))]),
     "rlv_caster_create_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvCaster))]),
     "rlv_caster_retain": (RlvResult, [("caster", RlvCaster)]),

@@ -28,6 +28,8 @@ unsafe impl Plain for [f32; 3] {}
 // SAFETY: as above.
 unsafe impl Plain for [f32; 4] {}
 // SAFETY: as above.
+unsafe impl Plain for [f32; 6] {}
+// SAFETY: as above.
 unsafe impl Plain for [f64; 2] {}
 // SAFETY: as above.
 unsafe impl Plain for [u32; 2] {}

@@ -98,6 +98,14 @@ impl ContextObject {
         self.device.as_ref().ok().filter(|device| device.check().is_ok())
     }
 
+    /// The graphics device, whatever became of it. Fails if there is none.
+    pub fn opened_device(&self) -> Result<&Device> {
+        self.device.as_ref().map_err(|reason| {
+            let none = || Error::unsupported("it has no graphics device").advise("make it with RLV_DEVICE_GPU");
+            reason.clone().unwrap_or_else(none).at("context")
+        })
+    }
+
     /// Why the processor works where a graphics device was asked for.
     fn fallback(&self) -> Option<Error> {
         match &self.device {

@@ -18,6 +18,7 @@ pub mod adapter;
 pub mod bake;
 pub mod bezier;
 pub mod brush;
+pub mod buffer;
 pub mod caster;
 pub mod collider;
 pub mod context;
@@ -98,6 +99,8 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         imprint::RlvImprintSettings::layout(),
         imprint::RlvImprintMoment::layout(),
         imprint::RlvImprintReport::layout(),
+        buffer::RlvBufferInfo::layout(),
+        buffer::RlvBufferVulkan::layout(),
         brush::RlvBrushOptions::layout(),
         brush::RlvBrushSettings::layout(),
         brush::RlvStampOptions::layout(),

@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-const NOUNS: [&str; 15] = [
+const NOUNS: [&str; 16] = [
     "nothing",
     "context",
     "mesh",
@@ -35,6 +35,7 @@ const NOUNS: [&str; 15] = [
     "procedural",
     "job",
     "bezier",
+    "buffer",
 ];
 
 /// Defines the handle type of a noun.

@@ -255,6 +255,49 @@ struct Kept {
     follower: Follower,
     /// First and number of the points that the last update wrote.
     ranges: Vec<[u32; 2]>,
+    /// Number of the last update, and of the last one that made other triangles.
+    serial: u64,
+    rebuilt: u64,
+}
+
+/// What a tessellation has, for copies that follow it.
+pub struct Vertices<'a> {
+    pub points: &'a [[f32; 3]],
+    pub normals: &'a [[f32; 3]],
+    pub corners: &'a [u32],
+    /// First and number of the points that the last update wrote.
+    pub ranges: &'a [[u32; 2]],
+    /// Number of the last update.
+    pub serial: u64,
+    rebuilt: u64,
+}
+
+impl Vertices<'_> {
+    /// Whether there are other triangles than after the update with this number.
+    pub fn rebuilt_since(&self, serial: u64) -> bool {
+        self.rebuilt > serial
+    }
+}
+
+impl TessellationObject {
+    pub fn context(&self) -> &ContextObject {
+        &self.detail.context
+    }
+
+    /// Calls `look` with what the last update left; fails as busy while another one is at work.
+    pub fn with_vertices<R>(&self, look: impl FnOnce(&Vertices<'_>) -> Result<R>) -> Result<R> {
+        let kept = try_read(&self.kept, "tessellation")?;
+        let Kept { serial, rebuilt, ranges, follower, .. } = &*kept;
+        let mesh = follower.mesh();
+        look(&Vertices {
+            points: &mesh.points,
+            normals: kept.normals()?,
+            corners: &mesh.corners,
+            ranges,
+            serial: *serial,
+            rebuilt: *rebuilt,
+        })
+    }
 }
 
 /// Triangles, and how finely what they are of was divided.
@@ -380,21 +423,22 @@ impl Kept {
     fn new(context: &Context, view: Arc<View>, cells: Cells) -> Result<Self> {
         let follower = Follower::new(context, &view, cells)?;
         let ranges = vec![[0, follower.mesh().points.len() as u32]];
-        Ok(Self { view, follower, ranges })
+        Ok(Self { view, follower, ranges, serial: 0, rebuilt: 0 })
     }
 
     /// Brings the triangles to `view`; whether they are others than before.
     fn update(&mut self, context: &Context, view: Arc<View>, cells: Cells) -> Result<bool> {
-        let Self { follower, view: before, .. } = self;
+        let Self { follower, view: before, serial, .. } = self;
+        let serial = *serial + 1;
         let mut ranges = context.scratch().lend::<Vec<Range<u32>>>();
         let update = || follower.update(context, before, &view, cells, &mut ranges);
         if !context.stats().time("tessellate.update", update)? {
-            *self = Self::new(context, view, cells)?;
+            *self = Self { serial, rebuilt: serial, ..Self::new(context, view, cells)? };
             return Ok(true);
         }
         self.ranges.clear();
         self.ranges.extend(ranges.iter().map(|range| [range.start, range.end - range.start]));
-        self.view = view;
+        (self.view, self.serial) = (view, serial);
         Ok(false)
     }
 

@@ -1,0 +1,44 @@
+"""Buffers: triangles of a tessellation in the memory of a graphics device."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import writing
+from .handle import Handle
+
+
+class Buffer(Handle):
+    """The points and triangles of a tessellation on the device of its context; `update` follows it."""
+
+    noun, kind = "buffer", abi.RlvBuffer
+
+    def __init__(self, tessellation):
+        super().__init__("rlv_buffer_create", tessellation.handle)
+
+    @property
+    def info(self):
+        """Counts and bytes."""
+        out = record.empty(abi.RlvBufferInfo)
+        library.call("rlv_buffer_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def update(self):
+        """Brings it to the tessellation's last update and says what was written."""
+        out = record.empty(abi.RlvBufferInfo)
+        library.call("rlv_buffer_update", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def vulkan(self):
+        """Its Vulkan objects as numbers; see buffer.h for who may use them when."""
+        out = record.empty(abi.RlvBufferVulkan)
+        library.call("rlv_buffer_vulkan", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def points(self, first=0, count=None, out=None):
+        """Positions and unit normals (n, 6), copied back from the device."""
+        count = self.info.point_count - first if count is None else count
+        out, place, stride = writing(out, count, numpy.float32, 6, "points")
+        library.call("rlv_buffer_read", self.handle, first, count, place, stride)
+        return out

@@ -1,0 +1,215 @@
+//! Buffers: triangles of tessellations on a graphics device, and the objects behind them; see `include/relievo/buffer.h`.
+
+use std::sync::{Arc, RwLock};
+
+use relievo_core::{Error, Result};
+use relievo_gpu::{Buffer, Device};
+
+use crate::array::{Output, present, put};
+use crate::descriptor::{check_descriptor, write_descriptor};
+use crate::registry::{self, handle, try_read, try_write};
+use crate::tessellate::{RlvTessellation, TessellationObject, Vertices};
+
+handle!(RlvBuffer, 15, BufferObject);
+
+descriptor! {
+    pub struct RlvBufferInfo {
+        struct_size: u32,
+        rebuilt: u32,
+        point_count: usize,
+        triangle_count: usize,
+        written_count: usize,
+        bytes: u64,
+    }
+}
+
+descriptor! {
+    pub struct RlvBufferVulkan {
+        struct_size: u32,
+        queue_family: u32,
+        queue_index: u32,
+        reserved: u32,
+        instance: u64,
+        physical_device: u64,
+        device: u64,
+        queue: u64,
+        points: u64,
+        triangles: u64,
+    }
+}
+
+/// Position and unit normal.
+type Point = [f32; 6];
+
+/// What is on the device.
+struct Uploaded {
+    points: Buffer<Point>,
+    triangles: Buffer<u32>,
+    /// Which update of the tessellation it is of.
+    serial: u64,
+    rebuilt: bool,
+    written: usize,
+}
+
+pub struct BufferObject {
+    device: Device,
+    tessellation: Arc<TessellationObject>,
+    uploaded: RwLock<Uploaded>,
+}
+
+fn point_of(position: &[f32; 3], normal: &[f32; 3]) -> Point {
+    let ([x, y, z], [a, b, c]) = (*position, *normal);
+    [x, y, z, a, b, c]
+}
+
+/// Waits until what was written has arrived.
+fn settle(device: &Device) -> Result<()> {
+    device.frame()?.submit()?.wait().map(drop)
+}
+
+impl Uploaded {
+    fn new(device: &Device, vertices: &Vertices<'_>) -> Result<Self> {
+        let made: Vec<Point> = vertices.points.iter().zip(vertices.normals).map(|(p, n)| point_of(p, n)).collect();
+        let points = Buffer::of(device, "points of a tessellation", &made)?;
+        let triangles = Buffer::of(device, "triangles of a tessellation", vertices.corners)?;
+        settle(device)?;
+        Ok(Self { points, triangles, serial: vertices.serial, rebuilt: true, written: made.len() })
+    }
+
+    fn update(&mut self, device: &Device, vertices: &Vertices<'_>) -> Result<()> {
+        let same = vertices.points.len() == self.points.len() && vertices.corners.len() == self.triangles.len();
+        (self.rebuilt, self.written) = (false, 0);
+        if vertices.serial == self.serial {
+            return device.check();
+        }
+        if vertices.rebuilt_since(self.serial) || !same {
+            *self = Self::new(device, vertices)?;
+            return Ok(());
+        }
+        let all = [[0, vertices.points.len() as u32]];
+        let ranges = if vertices.serial == self.serial + 1 { vertices.ranges } else { &all };
+        let mut room = Vec::new();
+        for [first, count] in ranges {
+            let range = *first as usize..(*first + *count) as usize;
+            room.clear();
+            room.extend(
+                vertices.points[range.clone()].iter().zip(&vertices.normals[range]).map(|(p, n)| point_of(p, n)),
+            );
+            self.points.write(device, *first as usize, &room)?;
+            self.written += room.len();
+        }
+        settle(device)?;
+        self.serial = vertices.serial;
+        Ok(())
+    }
+
+    fn info(&self) -> RlvBufferInfo {
+        RlvBufferInfo {
+            struct_size: 0,
+            rebuilt: u32::from(self.rebuilt),
+            point_count: self.points.len(),
+            triangle_count: self.triangles.len() / 3,
+            written_count: self.written,
+            bytes: (self.points.len() * size_of::<Point>() + self.triangles.len() * size_of::<u32>()) as u64,
+        }
+    }
+}
+
+#[cfg(not(target_vendor = "apple"))]
+fn vulkan(device: &Device, uploaded: &Uploaded) -> Option<RlvBufferVulkan> {
+    use ash::vk::Handle;
+    use relievo_gpu::wgpu::hal::api::Vulkan;
+
+    // SAFETY: nothing that is reached through these is destroyed here, and the guards end with the function; what the
+    // host may do with the handles is said in the header.
+    unsafe {
+        let points = uploaded.points.wgpu().as_hal::<Vulkan>()?.raw_handle().as_raw();
+        let triangles = uploaded.triangles.wgpu().as_hal::<Vulkan>()?.raw_handle().as_raw();
+        let hal = device.wgpu().as_hal::<Vulkan>()?;
+        Some(RlvBufferVulkan {
+            struct_size: 0,
+            queue_family: hal.queue_family_index(),
+            queue_index: hal.queue_index(),
+            reserved: 0,
+            instance: hal.shared_instance().raw_instance().handle().as_raw(),
+            physical_device: hal.raw_physical_device().as_raw(),
+            device: hal.raw_device().handle().as_raw(),
+            queue: hal.raw_queue().as_raw(),
+            points,
+            triangles,
+        })
+    }
+}
+
+#[cfg(target_vendor = "apple")]
+fn vulkan(_: &Device, _: &Uploaded) -> Option<RlvBufferVulkan> {
+    None
+}
+
+entry! {
+    fn rlv_buffer_create(tessellation: RlvTessellation, out: *mut RlvBuffer) {
+        present("out", out)?;
+        let tessellation = registry::get(tessellation)?;
+        let device = tessellation.context().opened_device()?.clone();
+        let uploaded = tessellation.with_vertices(|vertices| Uploaded::new(&device, vertices))?;
+        let handle = registry::insert(BufferObject { device, tessellation, uploaded: RwLock::new(uploaded) })?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_buffer_retain(buffer: RlvBuffer) {
+        registry::retain(buffer)
+    }
+
+    fn rlv_buffer_release(buffer: RlvBuffer) {
+        registry::release(buffer)
+    }
+
+    fn rlv_buffer_update(buffer: RlvBuffer, out: *mut RlvBufferInfo) {
+        let object = registry::get(buffer)?;
+        if !out.is_null() {
+            // SAFETY: the caller gives a descriptor that starts with its size.
+            unsafe { check_descriptor(out) }?;
+        }
+        let mut uploaded = try_write(&object.uploaded, "buffer")?;
+        object.tessellation.with_vertices(|vertices| uploaded.update(&object.device, vertices))?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        if out.is_null() { Ok(()) } else { unsafe { write_descriptor(out, uploaded.info()) } }
+    }
+
+    fn rlv_buffer_info(buffer: RlvBuffer, out: *mut RlvBufferInfo) {
+        let object = registry::get(buffer)?;
+        let info = try_read(&object.uploaded, "buffer")?.info();
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_buffer_vulkan(buffer: RlvBuffer, out: *mut RlvBufferVulkan) {
+        let object = registry::get(buffer)?;
+        object.device.check()?;
+        let found = vulkan(&object.device, &*try_read(&object.uploaded, "buffer")?).ok_or_else(|| {
+            Error::unsupported(format!("{} hands out no Vulkan objects", object.device.summary()))
+                .at("buffer")
+                .advise("copy the points with rlv_buffer_read or rlv_tessellation_get_points")
+        })?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, found) }
+    }
+
+    fn rlv_buffer_read(buffer: RlvBuffer, first: usize, count: usize, points: *mut f32, stride: usize) {
+        let object = registry::get(buffer)?;
+        // SAFETY: the caller promises room for `count` points.
+        let out = unsafe { Output::<[f32; 6]>::new("points", points.cast(), count, stride) }?;
+        let uploaded = try_read(&object.uploaded, "buffer")?;
+        let len = uploaded.points.len();
+        let end = first.checked_add(count).filter(|end| *end <= len).ok_or_else(|| {
+            Error::invalid(format!("there are {len} points, not {count} from {first} on")).at("count")
+        })?;
+        let mut frame = object.device.frame()?;
+        let read = frame.read(&uploaded.points, first..end)?;
+        let _ = frame.submit()?;
+        out.fill(read.get(&object.device)?);
+        Ok(())
+    }
+}
