@@ -99,10 +99,10 @@ RLV_API RlvResult rlv_bezier_info(RlvBezier bezier, RlvBezierInfo *out);
  * Fails if there is no such patch. */
 RLV_API RlvResult rlv_bezier_get_controls(RlvBezier bezier, size_t patch, float *controls, size_t stride);
 
-/* Evaluates at places, whose tile is a patch: positions, normals, and derivatives per unit of u and v. A point on an edge
- * that patches share is the same to the last bit whichever is asked. What only details have is zero. Fails without
- * writing if a patch does not exist or u or v is outside it, and with RLV_ERROR_UNSUPPORTED if colours or traces are
- * wanted. */
+/* Evaluates at places, whose tile is a patch: positions, normals, and du and dv per unit of u and v. A point on an edge
+ * that patches share is the same to the last bit whichever is asked. Displacements and vectors are zero. Fails without
+ * writing if a patch does not exist or u or v is outside it, and with RLV_ERROR_UNSUPPORTED if second derivatives,
+ * colours or traces are wanted. */
 RLV_API RlvResult rlv_bezier_evaluate(RlvBezier bezier, const RlvEvaluateArrays *arrays);
 
 /* The lowest levels of patches whose triangles are nowhere farther from the surface than the tolerance of the view.

@@ -91,7 +91,7 @@ int main(void) {
      * many steps. */
     Scene third = make(context, 0);
     const double far[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 400.0, 2.0, 0.3};
-    settings.sub_steps = 65536;
+    settings.sub_steps = 4096;
     CHECK_OK(rlv_job_sweep(third.detail, third.ball, FROM, far, &settings, NULL, &job));
     CHECK_FAILS(RLV_ERROR_BUSY, rlv_job_sweep(third.detail, third.ball, FROM, TO, NULL, NULL, &untouched), "at work");
     CHECK_FAILS(RLV_ERROR_BUSY, rlv_detail_commit(third.detail, NULL), "detail");

@@ -195,6 +195,11 @@ entry! {
         // SAFETY: the caller's arrays are as the header demands.
         let arrays = unsafe { Arrays::new(arrays, |patch, [u, v]| surface.check_place(patch, u, v)) }?;
         arrays.refuse_marks("Bézier patches")?;
+        if arrays.derivatives[2..].iter().any(Option::is_some) {
+            return Err(Error::unsupported("Bézier patches have first derivatives only")
+                .at("derivatives")
+                .advise("leave duu to dvv NULL"));
+        }
         let mut places = Vec::new();
         for first in arrays.starts() {
             arrays.places(first, &mut places);
@@ -202,12 +207,8 @@ entry! {
             let count = found.len();
             write(arrays.positions, first, count, |index| found[index].0.p);
             write(arrays.normals, first, count, |index| found[index].1);
-            for (number, out) in arrays.derivatives.iter().enumerate() {
-                write(*out, first, count, |index| {
-                    let sample = &found[index].0;
-                    [sample.du, sample.dv, sample.duu, sample.duv, sample.dvv][number]
-                });
-            }
+            write(arrays.derivatives[0], first, count, |index| found[index].0.du);
+            write(arrays.derivatives[1], first, count, |index| found[index].0.dv);
             write(arrays.displacements, first, count, |_| 0.0);
             write(arrays.vectors, first, count, |_| [0.0; 3]);
         }
