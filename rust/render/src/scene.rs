@@ -49,6 +49,10 @@ impl Default for Material {
 pub struct ObjectId(u32);
 
 impl ObjectId {
+    pub(crate) fn of(number: u32) -> Self {
+        Self(number)
+    }
+
     /// The number that pictures of object ids hold.
     pub fn number(self) -> u32 {
         self.0

@@ -28,6 +28,14 @@ impl<'a> Coat<'a> {
         (paint.is_some() || traces.is_some()).then_some(coat)
     }
 
+    /// The colours that are painted, if that is all there is to a coat, or that there are none; `None` if traces tint it.
+    pub fn plain(coat: Option<&Self>) -> Option<Option<AnyField<'a>>> {
+        match coat {
+            Some(coat) if coat.traces.is_some() => None,
+            coat => Some(coat.and_then(|coat| coat.paint)),
+        }
+    }
+
     /// Texels along a side of `tile`, the most of what is allocated there; `None` if nothing is.
     pub fn size(&self, tile: u32) -> Option<u32> {
         let paint = self.paint.filter(|paint| paint.is_allocated(tile)).map(|paint| paint.size(tile));

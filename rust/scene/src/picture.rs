@@ -1,9 +1,11 @@
-//! Pictures of a world: what changed since the last frame is tessellated and handed to the ray caster, then the views
-//! the scene asks for are rendered.
+//! Pictures of a world: what changed since the last frame is tessellated and handed to the ray caster, or handed to a
+//! graphics device that draws surfaces as it has them, then the views the scene asks for are rendered.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Result};
+use relievo_gpu::Device;
 use relievo_render as render;
+use relievo_render::virtual_vertex;
 use relievo_tiles::triangle::TriangleBlock;
 
 use crate::bake::Change;
@@ -13,9 +15,15 @@ use crate::tessellation::{self, Rates};
 use crate::triangles;
 use crate::world::{Item, World};
 
-/// The ray caster's view of a world.
+/// What a world is drawn by.
+enum Stage {
+    Rays(render::Scene),
+    Device(Box<virtual_vertex::Stage>),
+}
+
+/// The view of a world.
 pub struct Studio {
-    scene: render::Scene,
+    stage: Stage,
     objects: Vec<Shown>,
     automatic: View,
 }
@@ -43,10 +51,14 @@ const CHANGED: u32 = 2;
 const RIGID: u32 = 3;
 
 impl Studio {
-    /// A view of `world` in which nothing is drawn before [`Self::update`]. Fails if the ray caster cannot be used.
-    pub fn new(world: &World) -> Result<Self> {
+    /// A view of `world` in which nothing is drawn before [`Self::update`]: by `device`, or by the ray caster. Fails if
+    /// that cannot be used.
+    pub fn new(world: &World, device: Option<&Device>) -> Result<Self> {
         let mut studio = Self {
-            scene: render::Scene::new()?,
+            stage: match device {
+                Some(device) => Stage::Device(Box::new(virtual_vertex::Stage::new(device)?)),
+                None => Stage::Rays(render::Scene::new()?),
+            },
             objects: Vec::new(),
             automatic: automatic_view(&world.scene, world.start_bounds()),
         };
@@ -62,7 +74,7 @@ impl Studio {
                     Item::Triangles(item) => *item.object.transform(),
                     Item::Mesh(item) => item.transform,
                 };
-                shown.id = Some(studio.scene.add_object(transform, material)?);
+                shown.id = Some(studio.stage.add_object(transform, material)?);
             }
             studio.objects.push(shown);
         }
@@ -82,7 +94,7 @@ impl Studio {
             let whole = !drawn || change.is_none_or(|change| change.posed);
             match item {
                 Item::Surface(surface) => {
-                    self.scene.set_transform(id, *surface.transform())?;
+                    self.stage.set_transform(id, *surface.transform())?;
                     let displaced = surface.displaced()?;
                     let coat = world.coat(index);
                     let rates = Rates::new(&displaced, coat.as_ref(), world.scene.output.rate, u32::MAX);
@@ -102,22 +114,39 @@ impl Studio {
                         }
                         _ => true,
                     };
+                    let tag = |tile: u32| {
+                        let changed = changed.binary_search(&tile).is_ok();
+                        let painted = coat.is_some_and(|coat| coat.size(tile).is_some());
+                        match (field.is_allocated(tile) || painted, changed) {
+                            (true, true) => CHANGED,
+                            (true, false) => ALLOCATED,
+                            (false, _) => UNTOUCHED,
+                        }
+                    };
+                    if let Stage::Device(stage) = &mut self.stage
+                        && let Some(colors) = Coat::plain(coat.as_ref())
+                        && displaced.vectors().is_none()
+                    {
+                        // One quad per texel, as far as a draw can have them, also along edges to coarser tiles,
+                        // which become as fine: a device divides an edge as the coarser of its tiles.
+                        let most = 1 << virtual_vertex::MOST_POWER;
+                        let power = |tile: u32| {
+                            let finest = rates.edges(topology, tile).into_iter().fold(rates.of(tile), u32::max);
+                            finest.min(most).trailing_zeros() as u8
+                        };
+                        let powers = (0..field.tile_count() as u32).map(power).collect();
+                        let divided = virtual_vertex::TileRates::new(topology, powers)?;
+                        stage.set_surface(context, id, (&displaced, colors), whole, divided, tag)?;
+                        continue;
+                    }
                     let tiles: Vec<u32> = (0..field.tile_count() as u32).filter(|tile| stale(*tile)).collect();
                     let pieces = context.map(tiles.len(), |at| {
                         tessellation::tile(context, &displaced, coat.as_ref(), &rates, tiles[at])
                     });
                     for (tile, piece) in tiles.iter().zip(pieces) {
                         let piece = piece?;
-                        let changed = changed.binary_search(tile).is_ok();
-                        let allocated =
-                            field.is_allocated(*tile) || coat.is_some_and(|coat| coat.size(*tile).is_some());
-                        let tag = match (allocated, changed) {
-                            (true, true) => CHANGED,
-                            (true, false) => ALLOCATED,
-                            (false, _) => UNTOUCHED,
-                        };
                         count += piece.triangles.len() as u64;
-                        let tags = vec![tag; piece.triangles.len()];
+                        let tags = vec![tag(*tile); piece.triangles.len()];
                         let mesh = render::Mesh {
                             points: piece.points,
                             triangles: piece.triangles,
@@ -126,12 +155,12 @@ impl Studio {
                             tags,
                             edges: piece.edges,
                         };
-                        self.scene.set_mesh(id, *tile, mesh)?;
+                        self.stage.set_mesh(id, *tile, mesh)?;
                     }
                 }
                 Item::Triangles(item) => {
                     let object = &item.object;
-                    self.scene.set_transform(id, *object.transform())?;
+                    self.stage.set_transform(id, *object.transform())?;
                     let tags = if tagged { changed.to_vec() } else { Vec::new() };
                     let recent = std::mem::replace(&mut self.objects[index].recent, tags);
                     let stale: Vec<u32> = match whole {
@@ -157,11 +186,11 @@ impl Studio {
                     for (part, mesh) in stale.iter().zip(parts) {
                         let mesh = mesh?;
                         count += mesh.triangles.len() as u64;
-                        self.scene.set_mesh(id, *part, mesh)?;
+                        self.stage.set_mesh(id, *part, mesh)?;
                     }
                 }
                 Item::Mesh(item) => {
-                    self.scene.set_transform(id, item.transform)?;
+                    self.stage.set_transform(id, item.transform)?;
                     if !whole {
                         continue;
                     }
@@ -170,7 +199,7 @@ impl Studio {
                     let tags = vec![RIGID; triangles.len()];
                     let mesh =
                         render::Mesh { points: item.mesh.points.clone(), triangles, tags, ..render::Mesh::default() };
-                    self.scene.set_mesh(id, 0, mesh)?;
+                    self.stage.set_mesh(id, 0, mesh)?;
                 }
             }
         }
@@ -192,12 +221,42 @@ impl Studio {
             }
             _ => {}
         }
-        let mut frame = context.stats().time("render", || self.scene.render(context, &view))?;
+        let mut frame = context.stats().time("render", || self.stage.render(context, &view))?;
         if kind == "tiles" {
             let entries = TAGS.map(|(text, hex)| (render::color::from_hex(hex), text));
             render::draw_legend(&mut frame.color, &entries);
         }
         Ok(frame)
+    }
+}
+
+impl Stage {
+    fn add_object(&mut self, transform: DAffine3, material: render::Material) -> Result<render::ObjectId> {
+        match self {
+            Self::Rays(scene) => scene.add_object(transform, material),
+            Self::Device(stage) => Ok(stage.add_object(transform, material)),
+        }
+    }
+
+    fn set_transform(&mut self, id: render::ObjectId, transform: DAffine3) -> Result<()> {
+        match self {
+            Self::Rays(scene) => scene.set_transform(id, transform),
+            Self::Device(stage) => stage.set_transform(id, transform),
+        }
+    }
+
+    fn set_mesh(&mut self, id: render::ObjectId, number: u32, mesh: render::Mesh) -> Result<()> {
+        match self {
+            Self::Rays(scene) => scene.set_mesh(id, number, mesh),
+            Self::Device(stage) => stage.set_mesh(id, number, &mesh),
+        }
+    }
+
+    fn render(&mut self, context: &Context, view: &render::View) -> Result<render::Frame> {
+        match self {
+            Self::Rays(scene) => scene.render(context, view),
+            Self::Device(stage) => stage.render(view),
+        }
     }
 }
 

@@ -251,7 +251,7 @@ impl Stepper {
         let documents = output.documents;
         if pictures.includes(frame, last) && !output.pictures.is_empty() && !output.images.is_empty() {
             if self.studio.is_none() {
-                self.studio = Some(Studio::new(&self.world)?);
+                self.studio = Some(Studio::new(&self.world, None)?);
             }
             if let Some(studio) = &mut self.studio {
                 for unseen in self.unseen.drain(..) {

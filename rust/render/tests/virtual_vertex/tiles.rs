@@ -4,7 +4,9 @@ use glam::{DAffine3, DVec3, Vec3, Vec4};
 use half::f16;
 use relievo_core::{Context, Crease, Mesh, Values};
 use relievo_gpu::Device;
-use relievo_render::virtual_vertex::{DeviceMesh, MOST_POWER, Placed, Rasterizer, Shape, TileRates, VirtualTiles};
+use relievo_render::virtual_vertex::{
+    DeviceMesh, MOST_POWER, Placed, Rasterizer, Shape, Stage, TileRates, VirtualTiles,
+};
 use relievo_render::{FalseColor, Frame, Material, NO_OBJECT, Scene, Sun, View, compare_geometry};
 use relievo_surface::bezier::Viewpoint;
 use relievo_surface::{DeviceSurface, Surface, SurfaceOptions};
@@ -65,8 +67,10 @@ fn paint<T: ColorTexel>(surface: &Surface) -> Paint<T> {
         let n = texels.size() as f32;
         for j in 0..texels.size() {
             for (i, texel) in texels.row_mut(j).iter_mut().enumerate() {
-                let at = |k: usize| (std::f32::consts::TAU * (k as f32 + 0.5) / n).cos();
-                *texel = T::of_color(Vec4::new(0.5 + 0.3 * at(i) * at(j as usize), 0.4, 0.3 + 0.2 * at(i), 1.0));
+                // Nothing along edges, so that tiles of any kind agree there.
+                let at = |k: usize| (std::f32::consts::PI * (k as f32 + 0.5) / n).sin().powi(2);
+                let share = at(i) * at(j as usize);
+                *texel = T::of_color(Vec4::new(0.4 + 0.25 * share, 0.4, 0.4 - 0.25 * share, 1.0));
             }
         }
     });
@@ -360,6 +364,56 @@ fn edits_tags_and_placement_are_seen() {
     let difference = compare_geometry(&picture(&theirs), &picture(&ours), None).unwrap().unwrap();
     assert!(difference.silhouette() < 0.002 && difference.depth.unwrap().p999 < 1e-4, "{difference:?}");
     assert!(difference.normal.unwrap().median < 0.5f64.to_radians(), "{difference:?}");
+}
+
+#[test]
+fn stages_keep_what_changes() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let mut model = Model::new(&device, prism(), 0.01);
+    let view = model.view(DVec3::new(1.0, -1.4, 1.1), [96, 72]);
+    let rates = TileRates::uniform(model.surface.topology(), 8).unwrap();
+    let mut stage = Stage::new(&device).unwrap();
+    let nothing = stage.add_object(DAffine3::IDENTITY, MATERIAL);
+    let object = stage.add_object(DAffine3::from_translation(DVec3::X), MATERIAL);
+    stage.set_transform(object, DAffine3::IDENTITY).unwrap();
+    assert!(stage.set_transform(object, DAffine3::ZERO).is_err());
+    let show = |stage: &mut Stage, model: &Model, moved: bool| {
+        let shown = (&model.displaced(), Some(ByFormat::Rgba8(model.paint.field())));
+        stage.set_surface(&context, object, shown, moved, rates.clone(), |_| 0).unwrap();
+        stage.render(&view).unwrap()
+    };
+    let first = show(&mut stage, &model, false);
+    let drawn = model.drawn(&device, 8);
+    let expected = Rasterizer::new(&device).unwrap().render(&[model.placed(&drawn)], &view).unwrap();
+    assert_eq!((&first.depth, &first.color), (&expected.depth, &expected.color));
+    assert!(first.object.iter().all(|number| [object.number(), NO_OBJECT].contains(number)));
+    // An edit of paint and displacement is seen, and its like elsewhere: in a stage that is made anew.
+    let all: Vec<u32> = (0..model.surface.tile_count() as u32).collect();
+    let changes = model.paint.edit(&context, &all[..9], |_, texels| {
+        (0..texels.size()).for_each(|j| texels.row_mut(j).fill(Rgba8([255, 0, 0, 255])));
+    });
+    model.paint.settle(&context, &changes.unwrap()).unwrap();
+    model.displacement.apply(&Sets { deallocate: vec![1, 4], allocate: vec![2], ..Sets::default() }).unwrap();
+    let settled = model.displacement.edit(&context, &[2], |_, texels| {
+        (0..texels.size()).for_each(|j| texels.row_mut(j).fill(f16::from_f32(0.03)));
+    });
+    model.displacement.settle(&context, &settled.unwrap()).unwrap();
+    let after = show(&mut stage, &model, false);
+    assert!(after.color != first.color && after.depth != first.depth);
+    let again = show(&mut stage, &model, true);
+    assert_eq!((&again.depth, &again.color, &again.object), (&after.depth, &after.color, &after.object));
+    // A mesh in place of nothing hides what is behind it.
+    let wall = relievo_render::Mesh {
+        points: [[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]].map(|[x, z]| [x, -4.0, z]).to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Default::default()
+    };
+    stage.set_mesh(nothing, 0, &wall).unwrap();
+    let hidden = stage.render(&view).unwrap();
+    assert!(hidden.object.iter().all(|number| *number == nothing.number()));
+    stage.set_mesh(nothing, 0, &Default::default()).unwrap();
+    assert_eq!(stage.render(&view).unwrap().object, again.object);
 }
 
 #[test]
