@@ -146,7 +146,7 @@ impl DeviceMesh {
     /// # Errors
     /// An index names no vertex, or the device has no memory.
     pub fn indexed(device: &Device, vertices: &[MeshVertex], indices: &[u32]) -> Result<Self> {
-        if indices.len() % 3 != 0 || indices.iter().any(|index| *index as usize >= vertices.len()) {
+        if !indices.len().is_multiple_of(3) || indices.iter().any(|index| *index as usize >= vertices.len()) {
             return Err(Error::invalid("triangles name vertices that do not exist, or one has no third"));
         }
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);

@@ -41,7 +41,7 @@ pub struct TileDraw {
 impl TileDraw {
     /// Triangles of the draw, those without area counted: two for every cell.
     pub fn triangles(&self) -> u64 {
-        2 * u64::from(self.count) << (2 * self.power)
+        u64::from(self.count) * (2u64 << (2 * self.power))
     }
 
     /// Vertices of the draw, each counted once: 2^power + 1 along both sides of a grid.

@@ -69,8 +69,8 @@ fn paint<T: ColorTexel>(surface: &Surface) -> Paint<T> {
             for (i, texel) in texels.row_mut(j).iter_mut().enumerate() {
                 // Nothing along edges, so that tiles of any kind agree there.
                 let at = |k: usize| (std::f32::consts::PI * (k as f32 + 0.5) / n).sin().powi(2);
-                let share = at(i) * at(j as usize);
-                *texel = T::of_color(Vec4::new(0.4 + 0.25 * share, 0.4, 0.4 - 0.25 * share, 1.0));
+                let share = at(i) * at(j);
+                *texel = T::of_color(Vec4::new(0.4 + 0.2 * share, 0.4, 0.4 - 0.2 * share, 1.0));
             }
         }
     });
