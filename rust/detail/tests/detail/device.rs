@@ -305,8 +305,8 @@ fn stamps_of_a_device_are_those_of_the_processor() {
     let once = StampSettings { angle: 0.4, mirror: on, ..StampSettings::default() };
     let often = StampSettings { repeat: 2.5, alternate: on, mid: 0.2, ..StampSettings::default() };
     let actions = [
-        (Action::Sculpt { mode: SculptMode::Draw, height: 0.1 }, often.clone(), StampChannel::Green),
-        (Action::Sculpt { mode: SculptMode::Erase, height: 0.0 }, once.clone(), StampChannel::Alpha),
+        (Action::Sculpt { mode: SculptMode::Draw, height: 0.1 }, often, StampChannel::Green),
+        (Action::Sculpt { mode: SculptMode::Erase, height: 0.0 }, once, StampChannel::Alpha),
         (Action::Paint { mode: PaintMode::Mix, color: [0.9, 0.5, 0.1, 1.0] }, once, StampChannel::Red),
         (Action::Paint { mode: PaintMode::Multiply, color: [0.5, 0.5, 1.5, 1.0] }, often, StampChannel::Red),
     ];
