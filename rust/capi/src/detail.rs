@@ -780,7 +780,7 @@ pub fn log_refusal(detail: &DetailObject, refused: &[u32], budget: u64) {
     };
     faces.sort_unstable();
     faces.dedup();
-    let named = refusal::named(&faces);
+    let named = if refused.is_empty() { String::new() } else { refusal::named(&faces) };
     *detail.refused.lock().unwrap_or_else(PoisonError::into_inner) = faces;
     if !refused.is_empty() {
         let text = format!("{} tiles were refused by the budget of {budget} bytes: {named}", refused.len());

@@ -251,7 +251,9 @@ entry! {
         detail.leave(editor);
         log_refusal(&detail, &done.refused, budget);
         // SAFETY: as above.
-        unsafe { write_report(report, &done) }
+        let written = unsafe { write_report(report, &done) };
+        done.give_back(&detail.context.context);
+        written
     }
 
     fn rlv_imprint_sweep(

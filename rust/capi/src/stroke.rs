@@ -3,10 +3,10 @@
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use glam::DVec3;
-use relievo_core::{Error, Result};
+use relievo_core::{Error, List, Result};
 use relievo_detail::{Canvas, OpenStroke, StrokePoint, StrokeReport};
 
-use crate::array::{Input, Plain, present, put};
+use crate::array::{Input, Plain, present, put, reserve};
 use crate::brush::RlvBrush;
 use crate::descriptor::{check_descriptor, write_descriptor};
 use crate::detail::{DetailObject, RlvDetail, log_refusal};
@@ -75,16 +75,20 @@ unsafe fn points_of(
     points: *const RlvStrokePoint,
     count: usize,
     stride: usize,
-) -> Result<Vec<StrokePoint>> {
+) -> Result<List<'_, StrokePoint>> {
     // SAFETY: promised by the caller.
     let points = unsafe { Input::new("points", points, count, stride) }?;
-    let points = points.to_vec("points", detail.context.context.memory_limit())?;
-    let point = |point: RlvStrokePoint| StrokePoint {
+    let context = &detail.context.context;
+    let mut list = context.scratch().list();
+    if list.capacity() < count {
+        *list = reserve("points", count, context.memory_limit())?;
+    }
+    list.extend(points.iter().map(|point| StrokePoint {
         // A time below 0 is none; what is not a number is refused with the stroke.
         time: (point.time >= 0.0 || point.time.is_nan()).then_some(point.time),
         ..StrokePoint::new(DVec3::from(point.position), point.pressure)
-    };
-    Ok(points.into_iter().map(point).collect())
+    }));
+    Ok(list)
 }
 
 /// # Safety
@@ -104,13 +108,12 @@ unsafe fn edit(
     edit: impl FnOnce(&mut dyn Canvas) -> Result<Vec<StrokeReport>>,
 ) -> Result<()> {
     let mut editor = detail.edit()?;
-    let done = edit(editor.canvas())?.pop().unwrap_or_default();
+    let reports = edit(editor.canvas())?;
     let budget = editor.budget();
     detail.leave(editor);
+    let nothing = StrokeReport::default();
+    let done = reports.first().unwrap_or(&nothing);
     log_refusal(detail, &done.report.refused, budget);
-    if to.is_null() {
-        return Ok(());
-    }
     let made = RlvStrokeReport {
         struct_size: 0,
         reserved: 0,
@@ -125,8 +128,9 @@ unsafe fn edit(
         refused_tiles: done.report.refused.len() as u64,
         bytes: done.report.bytes,
     };
+    StrokeReport::give_back(&detail.context.context, reports);
     // SAFETY: promised by the caller.
-    unsafe { write_descriptor(to, made) }
+    if to.is_null() { Ok(()) } else { unsafe { write_descriptor(to, made) } }
 }
 
 entry! {
@@ -145,7 +149,7 @@ entry! {
             points_of(&detail, points, count, stride)?
         };
         let mut stroke = try_read(&brush.stroke, "brush")?.clone();
-        stroke.points = points;
+        stroke.points = points.detach();
         // SAFETY: as above.
         unsafe { edit(&detail, report, |object| stroke.apply_all(&detail.context.context, &mut [object])) }
     }
@@ -192,7 +196,7 @@ entry! {
         let last = open.as_ref().ok_or_else(ended)?.clone();
         // SAFETY: as above.
         unsafe { edit(detail, report, |object| last.end(&detail.context.context, &mut [object], &[])) }?;
-        *open = None;
+        open.take().into_iter().for_each(|done| done.give_back(&detail.context.context));
         Ok(())
     }
 }

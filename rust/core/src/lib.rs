@@ -21,4 +21,4 @@ pub use mesh::{Attribute, Crease, Domain, Mesh, Values};
 pub use parameter::{Parameter, ParameterKind};
 pub use parts::Parts;
 pub use progress::Progress;
-pub use scratch::Retired;
+pub use scratch::{List, Retired};

@@ -1,6 +1,8 @@
 //! Parameters: one definition yields the struct, its default, and a table with name, type, offset, range, unit and
 //! help of every field. Scene files, the command line, the C ABI and host panels all read that table.
 
+use std::io::Write as _;
+
 use crate::error::nearest;
 use crate::{Error, Result};
 
@@ -75,7 +77,11 @@ impl Field for f32 {
     const KIND: ParameterKind = ParameterKind::F32;
     fn get(self) -> f64 {
         // Through the shortest decimal, so that 0.1 reads as 0.1.
-        self.to_string().parse().unwrap_or(f64::from(self))
+        let mut text = [0; 32];
+        let mut rest = &mut text[..];
+        let left = write!(rest, "{self:e}").map_or(0, |()| rest.len());
+        let text = std::str::from_utf8(&text[..32 - left]).unwrap_or_default();
+        text.parse().unwrap_or(f64::from(self))
     }
     fn of(value: f64) -> Self {
         value as f32

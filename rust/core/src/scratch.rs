@@ -15,8 +15,11 @@ pub struct Scratch {
     shelves: Mutex<Vec<Shelf>>,
 }
 
-/// The values of one type that nobody uses now.
-type Shelf = (TypeId, Vec<Box<dyn Any + Send>>);
+/// A type, and the list of its values that nobody uses now: a `Vec` of them.
+type Shelf = (TypeId, Box<dyn Any + Send>);
+
+/// Values of a type that are kept at most. Nobody gives back more than was lent, unless what was lent is lost.
+const KEPT: usize = 4096;
 
 impl fmt::Debug for Scratch {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -27,25 +30,51 @@ impl fmt::Debug for Scratch {
 impl Scratch {
     /// A value that nobody else uses meanwhile, as the last one left it, or a new one. It comes back when the loan ends.
     pub fn lend<T: Default + Send + 'static>(&self) -> Lent<'_, T> {
-        let kept = {
-            let mut shelves = self.lock();
-            let shelf = shelves.iter_mut().find(|(kind, _)| *kind == TypeId::of::<T>());
-            shelf.and_then(|(_, values)| values.pop())
-        };
-        let value = kept.and_then(|value| value.downcast().ok()).unwrap_or_default();
-        Lent { scratch: self, value: Some(value) }
+        Lent { scratch: self, value: Some(self.take()) }
+    }
+
+    /// An empty list with the room of another. It comes back when the loan ends, and what is in it then is dropped.
+    pub fn list<T: Send + 'static>(&self) -> List<'_, T> {
+        List { scratch: self, values: self.take_list() }
+    }
+
+    /// As [`Self::list`], to be handed out: who has done with it may give it back by [`Self::keep_list`].
+    pub fn take_list<T: Send + 'static>(&self) -> Vec<T> {
+        let mut list: Vec<T> = self.take();
+        list.clear();
+        list
+    }
+
+    /// Drops what is in `list` and keeps its room for another.
+    pub fn keep_list<T: Send + 'static>(&self, mut list: Vec<T>) {
+        list.clear();
+        if list.capacity() > 0 {
+            self.keep(list);
+        }
+    }
+
+    fn take<T: Default + Send + 'static>(&self) -> T {
+        let mut shelves = self.lock();
+        let shelf = shelves.iter_mut().find(|(kind, _)| *kind == TypeId::of::<T>());
+        let kept = shelf.and_then(|(_, values)| values.downcast_mut::<Vec<T>>()?.pop());
+        drop(shelves);
+        kept.unwrap_or_default()
+    }
+
+    fn keep<T: Send + 'static>(&self, value: T) {
+        let mut shelves = self.lock();
+        let at = shelves.iter().position(|(kind, _)| *kind == TypeId::of::<T>());
+        let at = at.unwrap_or_else(|| {
+            shelves.push((TypeId::of::<T>(), Box::new(Vec::<T>::new())));
+            shelves.len() - 1
+        });
+        if let Some(values) = shelves[at].1.downcast_mut::<Vec<T>>().filter(|values| values.len() < KEPT) {
+            values.push(value);
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Shelf>> {
         self.shelves.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn take_back(&self, kind: TypeId, value: Box<dyn Any + Send>) {
-        let mut shelves = self.lock();
-        match shelves.iter_mut().find(|(other, _)| *other == kind) {
-            Some((_, values)) => values.push(value),
-            None => shelves.push((kind, vec![value])),
-        }
     }
 }
 
@@ -53,27 +82,27 @@ impl Scratch {
 pub struct Lent<'a, T: Send + 'static> {
     scratch: &'a Scratch,
     /// There until the loan ends.
-    value: Option<Box<T>>,
+    value: Option<T>,
 }
 
 impl<T: Send> Deref for Lent<'_, T> {
     type Target = T;
 
     fn deref(&self) -> &T {
-        self.value.as_deref().unwrap_or_else(|| unreachable!("a loan has its value until it ends"))
+        self.value.as_ref().unwrap_or_else(|| unreachable!("a loan has its value until it ends"))
     }
 }
 
 impl<T: Send> DerefMut for Lent<'_, T> {
     fn deref_mut(&mut self) -> &mut T {
-        self.value.as_deref_mut().unwrap_or_else(|| unreachable!("a loan has its value until it ends"))
+        self.value.as_mut().unwrap_or_else(|| unreachable!("a loan has its value until it ends"))
     }
 }
 
 impl<T: Send + 'static> Drop for Lent<'_, T> {
     fn drop(&mut self) {
         if let Some(value) = self.value.take() {
-            self.scratch.take_back(TypeId::of::<T>(), value);
+            self.scratch.keep(value);
         }
     }
 }
@@ -81,6 +110,45 @@ impl<T: Send + 'static> Drop for Lent<'_, T> {
 impl<T: Send + fmt::Debug> fmt::Debug for Lent<'_, T> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         (**self).fmt(out)
+    }
+}
+
+/// A list on loan from a [`Scratch`], see [`Scratch::list`].
+pub struct List<'a, T: Send + 'static> {
+    scratch: &'a Scratch,
+    values: Vec<T>,
+}
+
+impl<T: Send> List<'_, T> {
+    /// The list, to be handed out, see [`Scratch::take_list`].
+    pub fn detach(mut self) -> Vec<T> {
+        std::mem::take(&mut self.values)
+    }
+}
+
+impl<T: Send> Deref for List<'_, T> {
+    type Target = Vec<T>;
+
+    fn deref(&self) -> &Vec<T> {
+        &self.values
+    }
+}
+
+impl<T: Send> DerefMut for List<'_, T> {
+    fn deref_mut(&mut self) -> &mut Vec<T> {
+        &mut self.values
+    }
+}
+
+impl<T: Send + 'static> Drop for List<'_, T> {
+    fn drop(&mut self) {
+        self.scratch.keep_list(std::mem::take(&mut self.values));
+    }
+}
+
+impl<T: Send + fmt::Debug> fmt::Debug for List<'_, T> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.values.fmt(out)
     }
 }
 
@@ -133,6 +201,13 @@ mod tests {
         assert!(scratch.lend::<Vec<f32>>().is_empty());
         let again = [scratch.lend::<Vec<u32>>(), scratch.lend::<Vec<u32>>()];
         assert_eq!(again.iter().filter(|list| list.as_ptr() == place && ***list == [1, 2, 3]).count(), 1);
+        drop(again);
+        let taken = [scratch.list::<u32>(), scratch.list::<u32>()];
+        assert!(taken.iter().all(|list| list.is_empty()) && scratch.list::<u32>().capacity() == 0);
+        let taken = taken.map(List::detach);
+        assert!(scratch.list::<u32>().capacity() == 0, "both were handed out");
+        taken.into_iter().filter(|list| list.as_ptr() == place).for_each(|list| scratch.keep_list(list));
+        assert_eq!(scratch.list::<u32>().as_ptr(), place);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Time, memory and counts per stage, kept in one place per context: the table of `relievo run`, its trace file, the
 //! benches and the C ABI's statistics all read from here.
 
+use std::ops::Deref;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -14,7 +15,36 @@ pub struct Event {
     /// How long it took.
     pub length: Duration,
     /// What was counted while it ran, by name.
-    pub counts: Vec<(&'static str, u64)>,
+    pub counts: Counts,
+}
+
+/// Counts of a stage, by name: few, so that a stage asks for no memory.
+#[derive(Clone, Debug, Default)]
+pub struct Counts {
+    list: [(&'static str, u64); FEW],
+    count: usize,
+}
+
+/// Counts that a stage notes at most.
+const FEW: usize = 4;
+
+impl Counts {
+    /// Adds a count, of four at most.
+    pub fn note(&mut self, name: &'static str, value: u64) {
+        debug_assert!(self.count < FEW, "{name} is one count too many");
+        if let Some(place) = self.list.get_mut(self.count) {
+            *place = (name, value);
+            self.count += 1;
+        }
+    }
+}
+
+impl Deref for Counts {
+    type Target = [(&'static str, u64)];
+
+    fn deref(&self) -> &Self::Target {
+        &self.list[..self.count]
+    }
 }
 
 /// The stages a context has run, oldest first.
@@ -45,13 +75,13 @@ impl Stats {
 
     /// Starts a stage, which ends when the returned guard is dropped.
     pub fn begin(&self, stage: &'static str) -> Stage<'_> {
-        Stage { stats: self, stage, start: self.origin.elapsed(), counts: Vec::new() }
+        Stage { stats: self, stage, start: self.origin.elapsed(), counts: Counts::default() }
     }
 
     /// Adds a stage of known length that has just ended, such as one that a graphics device timed.
     pub fn add(&self, stage: &'static str, length: Duration) {
         let start = self.origin.elapsed().saturating_sub(length);
-        self.push(Event { stage, start, length, counts: Vec::new() });
+        self.push(Event { stage, start, length, counts: Counts::default() });
     }
 
     fn push(&self, event: Event) {
@@ -90,13 +120,13 @@ pub struct Stage<'a> {
     stats: &'a Stats,
     stage: &'static str,
     start: Duration,
-    counts: Vec<(&'static str, u64)>,
+    counts: Counts,
 }
 
 impl Stage<'_> {
-    /// Notes a count of this stage.
+    /// Notes a count of this stage, of four at most.
     pub fn count(&mut self, name: &'static str, value: u64) {
-        self.counts.push((name, value));
+        self.counts.note(name, value);
     }
 
     /// Ends the stage, as dropping it does.

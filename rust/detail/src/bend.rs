@@ -5,6 +5,7 @@
 
 use relievo_core::{Context, Result};
 
+use crate::cull;
 use crate::dab::{Dab, DabReport, no_vectors};
 use crate::edit::{self, Moved, Window};
 use crate::frame::Vectors;
@@ -32,7 +33,8 @@ impl Dab {
             None => object.displacement.field().size(tile),
         });
         let Some(vectors) = &object.vectors else { return Err(no_vectors()) };
-        let tiles: Vec<u32> = culled.iter().map(|culled| culled.tile).collect();
+        let mut tiles = context.scratch().list();
+        tiles.extend(culled.iter().map(|culled| culled.tile));
         let coarse = (level > 0).then(|| vectors.field().at_level(context, level, &tiles)).transpose()?;
         let field = coarse.as_ref().unwrap_or(vectors.field());
         let before = start.and_then(|start| start.vectors);
@@ -56,8 +58,9 @@ impl Dab {
         let Some(vectors) = &mut object.vectors else { return Err(no_vectors()) };
         let erase = mode == SculptMode::Erase;
         let report = edit::write_at(context, vectors, coarse.as_ref(), &culled, edits, erase)?;
-        let tiles = edit::stale(vectors.field(), &culled, &report);
+        let tiles = edit::stale(context, vectors.field(), &culled, &report);
         object.refit(context, start, &tiles);
+        cull::give_back(context, culled);
         Ok(report)
     }
 }

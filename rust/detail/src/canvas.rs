@@ -64,7 +64,7 @@ pub trait Canvas: Debug + Send + Sync {
 
     /// Makes `dabs` one after the other, see [`Self::dab`]. Returns what each did; what is known of several together is
     /// told with the last of them.
-    fn dabs(&mut self, context: &Context, dabs: &[&Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
+    fn dabs(&mut self, context: &Context, dabs: &[Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
         dabs.iter().map(|dab| self.dab(context, dab, start, level)).collect()
     }
 
@@ -110,8 +110,8 @@ impl Canvas for DisplacedObject {
         dab.make_at(context, self, start.ground(), level)
     }
 
-    fn dabs(&mut self, context: &Context, dabs: &[&Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
-        let mut done: Vec<DabReport> = Vec::with_capacity(dabs.len());
+    fn dabs(&mut self, context: &Context, dabs: &[Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
+        let mut done: Vec<DabReport> = context.scratch().take_list();
         while let Some((first, _)) = dabs[done.len()..].split_first() {
             let together = match level {
                 0 => self.dab_on_device(context, &dabs[done.len()..], start.ground())?,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DAffine3, DMat3, DVec3};
-use relievo_core::{Context, Error, Mesh, Result};
+use relievo_core::{Context, Error, List, Mesh, Result};
 use relievo_surface::{PatchForm, PatchView};
 use relievo_tiles::tessellate::MAX_RATE;
 
@@ -33,6 +33,9 @@ fn fresh() -> u64 {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
+
+/// Triangles of which the bounds are found by one thread at a time.
+const TOGETHER: usize = 256;
 
 /// Bytes that a cell of a tessellated surface takes: a point and a normal, two triangles with their tile, parameters
 /// and place in the hierarchy.
@@ -168,14 +171,15 @@ impl Collider {
     /// of each slab that the surface leaves tells which. Boxes around open meshes are left as they are.
     pub fn occupied(&self, context: &Context, obb: &Obb) -> Result<Option<Obb>> {
         let to_box = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
-        let mut found = Vec::new();
+        let mut found = context.scratch().list();
         self.hierarchy.query(context, &Region::new(to_box, -obb.half, obb.half), &mut found);
         if !self.closed {
             return Ok((!found.is_empty()).then_some(*obb));
         }
-        let chunks: Vec<&[u32]> = found.chunks(256).collect();
-        let bounds = context.map(chunks.len(), |chunk| {
-            chunks[chunk].iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), index| {
+        let mut bounds = context.scratch().list();
+        context.map_into(found.len().div_ceil(TOGETHER), &mut bounds, |chunk| {
+            let own = found.iter().skip(chunk * TOGETHER).take(TOGETHER);
+            own.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), index| {
                 let corners = self.triangles[*index as usize]
                     .map(|point| to_box.transform_point3(DVec3::from(self.points[point as usize].map(f64::from))));
                 let (from, to) = clipped_bounds(corners, obb.half);
@@ -183,7 +187,7 @@ impl Collider {
             })
         });
         let (mut low, mut high) = bounds
-            .into_iter()
+            .iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |sum, part| (sum.0.min(part.0), sum.1.max(part.1)));
         let part = |low: DVec3, high: DVec3| {
             let local = Obb::from_interval(glam::DMat3::IDENTITY, low, high);
@@ -210,7 +214,7 @@ impl Collider {
 
     /// Whether the middle of `obb` is inside, by a grid of one voxel.
     fn covers(&self, context: &Context, obb: &Obb) -> Result<bool> {
-        let mut voxel = Voxels::default();
+        let mut voxel = context.scratch().lend::<Voxels>();
         self.voxelise(context, &Grid::new(obb, 1, None), &mut voxel)?;
         Ok(voxel.count() > 0)
     }
@@ -227,12 +231,12 @@ impl Collider {
             let deep = |axis: &usize| obb.half[*axis] > 0.05 * obb.half.max_element();
             return Grid::new(obb, budget, along.filter(deep));
         }
-        let mut found = Vec::new();
+        let mut found = context.scratch().list();
         let inverse = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         self.hierarchy.query(context, &Region::new(inverse, -obb.half, obb.half), &mut found);
         let mut area = DVec3::ZERO;
-        for index in found {
-            let [a, b, c] = self.triangles[index as usize]
+        for index in found.iter() {
+            let [a, b, c] = self.triangles[*index as usize]
                 .map(|point| inverse.transform_point3(DVec3::from(self.points[point as usize].map(f64::from))));
             area += (b - a).cross(c - a).abs();
         }
@@ -253,7 +257,7 @@ impl Collider {
     }
 
     /// The side of `grid` on which its columns meet fewer triangles, and those triangles.
-    pub(crate) fn side(&self, context: &Context, grid: &Grid) -> (Side, Vec<u32>) {
+    pub(crate) fn side<'c>(&self, context: &'c Context, grid: &Grid) -> (Side, List<'c, u32>) {
         let map = grid.map * self.transform;
         let dims = DVec3::from(grid.dims.map(f64::from));
         // Snapping moves corners by up to 1/512 voxel.
@@ -264,7 +268,7 @@ impl Collider {
                 Side::Forward => low.z = f64::NEG_INFINITY,
                 Side::Backward => high.z = f64::INFINITY,
             }
-            let mut found = Vec::new();
+            let mut found = context.scratch().list();
             self.hierarchy.query(context, &Region::new(map, low, high), &mut found);
             found
         };

@@ -10,7 +10,7 @@ use std::ops::{Deref, Range};
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
 use relievo_core::simd::{Arithmetic, Level};
-use relievo_core::{Context, dispatch_simd};
+use relievo_core::{Context, List, dispatch_simd};
 use relievo_surface::{PatchForm, PatchView};
 
 use crate::fit::Reach;
@@ -67,12 +67,21 @@ const FEW: usize = 4;
 
 impl BlockList {
     /// As many as `count`, one after another.
-    fn new(count: u32) -> Self {
+    fn new(context: &Context, count: u32) -> Self {
         let block = |index| Block { index, ..Block::EMPTY };
         if count as usize <= FEW {
             return Self::Few(std::array::from_fn(|index| block(index as u32)), count as usize);
         }
-        Self::Many((0..count).map(block).collect())
+        let mut blocks = context.scratch().take_list();
+        blocks.extend((0..count).map(block));
+        Self::Many(blocks)
+    }
+
+    /// Gives its room back to the context.
+    fn give_back(self, context: &Context) {
+        if let Self::Many(blocks) = self {
+            context.scratch().keep_list(blocks);
+        }
     }
 
     fn blocks_mut(&mut self) -> &mut [Block] {
@@ -113,6 +122,25 @@ impl PartialEq for BlockList {
     fn eq(&self, other: &Self) -> bool {
         **self == **other
     }
+}
+
+/// Gives the room of culled tiles back to the context that they were culled with.
+pub fn give_back(context: &Context, mut culled: Vec<CulledTile>) {
+    culled.drain(..).for_each(|tile| tile.blocks.give_back(context));
+    context.scratch().keep_list(culled);
+}
+
+/// Those of `tiles` of which blocks are left.
+fn left(context: &Context, mut tiles: List<'_, CulledTile>) -> Vec<CulledTile> {
+    let mut left = context.scratch().take_list();
+    for tile in tiles.drain(..) {
+        if tile.blocks.is_empty() {
+            tile.blocks.give_back(context);
+        } else {
+            left.push(tile);
+        }
+    }
+    left
 }
 
 /// From object space to voxel coordinates in f32, by way of a place near the middle of the grid so that little is lost.
@@ -197,15 +225,17 @@ pub(crate) fn cull_box(
     let center = object.transform.inverse().transform_point3(obb.center);
     let frame = VoxelFrame::of_map(&map, center, [PARTS as f32; 3]);
     let fit = object.follow(context, start);
-    let mut tiles = Vec::new();
-    fit.hierarchy().query(context, &Region::new(map, DVec3::ZERO, DVec3::splat(PARTS)), &mut tiles);
-    let tiles: Vec<(u32, Reach)> = tiles.into_iter().map(|tile| (tile, fit.reach(tile))).collect();
+    let mut found = context.scratch().list();
+    fit.hierarchy().query(context, &Region::new(map, DVec3::ZERO, DVec3::splat(PARTS)), &mut found);
+    let mut tiles = context.scratch().list::<(u32, Reach)>();
+    tiles.extend(found.iter().map(|tile| (*tile, fit.reach(*tile))));
     let object = &*object;
-    let culled = context.map(tiles.len(), |index| {
+    let mut culled = context.scratch().list();
+    context.map_into(tiles.len(), &mut culled, |index| {
         let (tile, reach) = tiles[index];
-        CulledTile { tile, blocks: blocks(context.level(), object, &frame, tile, size(object, tile), reach) }
+        CulledTile { tile, blocks: blocks(context, object, &frame, tile, size(object, tile), reach) }
     });
-    culled.into_iter().filter(|tile| !tile.blocks.is_empty()).collect()
+    left(context, culled)
 }
 
 fn cull_frame(context: &Context, object: &mut DisplacedObject, frame: &VoxelFrame, map: &DAffine3) -> Vec<CulledTile> {
@@ -216,17 +246,18 @@ fn cull_frame(context: &Context, object: &mut DisplacedObject, frame: &VoxelFram
     let margin = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length()) * reach;
     let dims = DVec3::from(frame.dims.map(f64::from));
     let map = *map;
-    let mut tiles = Vec::new();
+    let mut tiles = context.scratch().list();
     object.hierarchy.query(context, &Region::new(map, -margin, dims + margin), &mut tiles);
-    let culled = context.map(tiles.len(), |index| {
+    let mut culled = context.scratch().list();
+    context.map_into(tiles.len(), &mut culled, |index| {
         let tile = tiles[index];
         let field = object.displacement.field();
         let range = field.block(tile).map_or([0.0; 2], range);
         let length = object.vectors().map_or(0.0, |vectors| vectors.field().length(tile));
         let reach = Reach { range, length };
-        CulledTile { tile, blocks: blocks(context.level(), object, frame, tile, field.size(tile), reach) }
+        CulledTile { tile, blocks: blocks(context, object, frame, tile, field.size(tile), reach) }
     });
-    culled.into_iter().filter(|tile| !tile.blocks.is_empty()).collect()
+    left(context, culled)
 }
 
 /// Every tile with every block: what imprints cost without culling.
@@ -258,11 +289,18 @@ pub(crate) fn range(block: &[f16]) -> [f32; 2] {
 }
 
 /// The blocks of a tile that may have points in the grid.
-fn blocks(level: Level, object: &DisplacedObject, frame: &VoxelFrame, tile: u32, size: u32, reach: Reach) -> BlockList {
+fn blocks(
+    context: &Context,
+    object: &DisplacedObject,
+    frame: &VoxelFrame,
+    tile: u32,
+    size: u32,
+    reach: Reach,
+) -> BlockList {
     let count = size / block_edge(size);
-    let mut blocks = BlockList::new(count * count);
+    let mut blocks = BlockList::new(context, count * count);
     for patch in object.surface.patches(tile) {
-        mark(level, &patch, frame, reach, count, blocks.blocks_mut());
+        mark(context.level(), &patch, frame, reach, count, blocks.blocks_mut());
     }
     blocks.retain(|block| block.low[0] <= block.high[0]);
     blocks

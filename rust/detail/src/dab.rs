@@ -6,6 +6,8 @@
 //! box only grazes takes no memory. Tiles that hold nothing any more after an eraser are given back. Stages report
 //! their time under `dab.intersect` and as [`crate::edit`] says. Displacement is in object units.
 
+use std::borrow::Borrow;
+
 use glam::Vec4;
 use half::f16;
 use relievo_core::{Context, Error, Result};
@@ -83,20 +85,26 @@ impl DabReport {
     }
 
     /// Adds what another dab did afterwards.
-    pub fn merge(&mut self, other: DabReport) {
-        let union = |a: &mut Vec<u32>, b: Vec<u32>| {
-            a.extend(b);
+    pub fn merge(&mut self, other: impl Borrow<Self>) {
+        let other = other.borrow();
+        let union = |a: &mut Vec<u32>, b: &[u32]| {
+            a.extend_from_slice(b);
             a.sort_unstable();
             a.dedup();
         };
         self.tested_tiles += other.tested_tiles;
         self.tested_texels += other.tested_texels;
-        union(&mut self.changed, other.changed);
+        union(&mut self.changed, &other.changed);
         self.changed_texels += other.changed_texels;
         self.allocated += other.allocated;
         self.freed += other.freed;
-        union(&mut self.refused, other.refused);
+        union(&mut self.refused, &other.refused);
         self.bytes = other.bytes;
+    }
+
+    /// Gives the room of its lists back to the context that the dab was made with.
+    pub fn give_back(self, context: &Context) {
+        [self.changed, self.refused].into_iter().for_each(|list| context.scratch().keep_list(list));
     }
 }
 
@@ -151,7 +159,7 @@ impl Dab {
         mode: PaintMode,
         color: Vec4,
     ) -> Result<DabReport> {
-        if let Some(reports) = object.dab_on_device(context, &[self], start)? {
+        if let Some(reports) = object.dab_on_device(context, std::slice::from_ref(self), start)? {
             return Ok(reports.into_iter().next().unwrap_or_default());
         }
         let mut paint = object.take_paint()?;
@@ -211,7 +219,9 @@ impl Dab {
         let edits = edit::evaluate(context, &object.surface, field, &culled, &brush, places, |site, texels| {
             painting.edit(site, texels);
         });
-        edit::write(context, paint, &culled, edits, mode == PaintMode::Erase)
+        let report = edit::write(context, paint, &culled, edits, mode == PaintMode::Erase)?;
+        cull::give_back(context, culled);
+        Ok(report)
     }
 
     /// Changes displacement, vectors or both at a level.
@@ -241,7 +251,9 @@ impl Dab {
         let kept = kept.as_ref().map(|(heights, vectors)| Ground { heights, vectors: vectors.as_ref() });
         let mut report = raise(object, start.or(kept))?;
         let bytes = report.bytes;
-        report.merge(self.bend(context, object, (start.or(kept), level), mode, height)?);
+        let bent = self.bend(context, object, (start.or(kept), level), mode, height)?;
+        report.merge(&bent);
+        bent.give_back(context);
         report.bytes += bytes;
         Ok(report)
     }
@@ -256,7 +268,7 @@ impl Dab {
         height: f32,
     ) -> Result<DabReport> {
         object.layers.displacement.check_editable()?;
-        if let Some(reports) = object.dab_on_device(context, &[self], start)? {
+        if let Some(reports) = object.dab_on_device(context, std::slice::from_ref(self), start)? {
             return Ok(reports.into_iter().next().unwrap_or_default());
         }
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
@@ -266,6 +278,7 @@ impl Dab {
         let displacement: &mut Displacement = &mut object.displacement;
         let report = edit::write(context, displacement, &culled, edits, mode == SculptMode::Erase)?;
         object.refit_after(context, start, &culled, &report, false);
+        cull::give_back(context, culled);
         Ok(report)
     }
 

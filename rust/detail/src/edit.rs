@@ -8,14 +8,14 @@ use std::sync::Arc;
 
 use half::f16;
 use relievo_core::simd::Level;
-use relievo_core::{Context, Result};
+use relievo_core::{Context, List, Result};
 use relievo_surface::{Grid, Placement, Surface};
-use relievo_tiles::{Candidate, Channel, Displaced, Field, Points, Sets, Texel};
+use relievo_tiles::{Applied, Candidate, Channel, Displaced, Field, Points, Sets, Texel};
 
 use crate::cull::CulledTile;
 use crate::dab::DabReport;
 use crate::frame::{Frames, STILL, Vectors};
-use crate::knots::{BLOCK_KNOTS, KnotBlock, PerKnot, block_edge};
+use crate::knots::{BLOCK, BLOCK_KNOTS, KnotBlock, PerKnot, block_edge};
 use crate::spot::Spot;
 use crate::vector::Framed;
 use crate::weights::{BrushParameters, Weights};
@@ -51,11 +51,9 @@ impl Window {
         self.edge as usize
     }
 
-    /// Where its columns and rows of texels are in the tile, 0 to 1.
-    pub fn parameters(&self) -> (Vec<f32>, Vec<f32>) {
-        let places =
-            |first: u32| (first..first + self.edge).map(|i| (i as f32 + 0.5) / self.size as f32).collect::<Vec<f32>>();
-        (places(self.column), places(self.row))
+    /// Where its columns and rows of texels are in the tile, 0 to 1; as many as there are along the block.
+    pub fn parameters(&self) -> [[f32; BLOCK]; 2] {
+        self.first().map(|first| std::array::from_fn(|i| ((first + i as u32) as f32 + 0.5) / self.size as f32))
     }
 
     /// Texels along the tile's sides.
@@ -151,7 +149,7 @@ impl<T> Site<'_, T> {
     pub fn facing(&self, context: &Context, displaced: &Displaced<'_>, out: &mut PerKnot) {
         let Window { tile, size, edge, column, row } = self.window;
         let grid = Grid { size, placement: Placement::Centred, columns: column..column + edge, rows: row..row + edge };
-        let mut points = Points::default();
+        let mut points = context.scratch().lend::<Points>();
         if displaced.grid(context, tile, &grid, &mut points).is_ok() {
             for (k, normal) in points.normal.iter().enumerate() {
                 out[k] = (0..3).map(|axis| normal[axis] * self.places.n[axis][k]).sum();
@@ -197,7 +195,8 @@ pub(crate) fn evaluate<T: Texel>(
 ) -> Vec<TileEdit<T>> {
     let mut stage = context.stats().begin("dab.evaluate");
     let level = context.level();
-    let edits = context.map(culled.len(), |index| {
+    let mut made = context.scratch().list();
+    context.map_into(culled.len(), &mut made, |index| {
         let CulledTile { tile, blocks } = &culled[index];
         let source = field.block(*tile);
         let (mut block_of, mut changed): (Option<Arc<[T]>>, u64) = (None, 0);
@@ -257,7 +256,9 @@ pub(crate) fn evaluate<T: Texel>(
         block_of.map(|texels| TileEdit { tile: *tile, texels, count: changed })
     });
     stage.count("texels", culled.iter().map(|tile| tested(field, tile)).sum());
-    edits.into_iter().flatten().collect()
+    let mut edits = context.scratch().take_list();
+    edits.extend(made.drain(..).flatten());
+    edits
 }
 
 /// Texels of a tile's blocks.
@@ -268,8 +269,9 @@ fn tested<T: Texel>(field: &Field<T>, tile: &CulledTile) -> u64 {
 
 /// The least and the largest texel of the edited tiles, and 0.
 pub(crate) fn range(context: &Context, edits: &[TileEdit<f16>]) -> [f32; 2] {
-    let ranges = context.map(edits.len(), |index| crate::cull::range(&edits[index].texels));
-    ranges.into_iter().fold([0.0f32; 2], |sum, range| [sum[0].min(range[0]), sum[1].max(range[1])])
+    let mut ranges = context.scratch().list();
+    context.map_into(edits.len(), &mut ranges, |index| crate::cull::range(&edits[index].texels));
+    ranges.iter().fold([0.0f32; 2], |sum, range| [sum[0].min(range[0]), sum[1].max(range[1])])
 }
 
 /// The third and fourth pass: the sets of the edit, their memory, the texels, and the rings.
@@ -300,41 +302,51 @@ pub(crate) fn write_at<T: Texel>(
     };
     let before = channel.allocated_count() as u64;
     let mut stage = context.stats().begin("dab.manage");
-    let blocks = |edits: Vec<TileEdit<T>>| edits.into_iter().map(|edit| (edit.tile, edit.texels)).collect();
+    let scratch = context.scratch();
+    let blocks = |mut edits: Vec<TileEdit<T>>| {
+        let mut blocks = scratch.take_list();
+        blocks.extend(edits.drain(..).map(|edit| (edit.tile, edit.texels)));
+        scratch.keep_list(edits);
+        blocks
+    };
     let count = |edits: &[TileEdit<T>]| edits.iter().map(|edit| edit.count).sum();
-    let (applied, tiles, mut changes) = match coarse {
+    let (mut applied, mut tiles) = (scratch.lend::<Applied>(), scratch.take_list());
+    let mut changes = match coarse {
         None => {
-            let candidates: Vec<Candidate> =
-                edits.iter().map(|edit| Candidate { tile: edit.tile, decision: Candidate::MODIFY }).collect();
+            let mut candidates = scratch.list();
+            candidates.extend(edits.iter().map(|edit| Candidate { tile: edit.tile, decision: Candidate::MODIFY }));
             let sets = Sets::scan(context, &candidates, |tile| field.is_allocated(tile));
-            let applied = channel.apply(&sets)?;
+            let done = channel.apply_into(&sets, &mut applied);
+            sets.give_back(context);
+            done?;
             edits.retain(|edit| applied.refused.binary_search(&edit.tile).is_err());
-            let tiles: Vec<u32> = edits.iter().map(|edit| edit.tile).collect();
+            tiles.extend(edits.iter().map(|edit| edit.tile));
             report.changed_texels = count(&edits);
-            let changes = channel.put(context, blocks(edits))?;
-            (applied, tiles, changes)
+            channel.put(context, blocks(edits))?
         }
         Some(coarse) => {
             report.changed_texels = count(&edits);
-            let applied = channel.put_at(context, coarse, blocks(edits))?;
-            let mut tiles: Vec<u32> = applied.changes.iter().map(|change| change.tile).collect();
+            *applied = channel.put_at(context, coarse, blocks(edits))?;
+            tiles.extend(applied.changes.iter().map(|change| change.tile));
             tiles.sort_unstable();
             tiles.dedup();
-            (applied, tiles, Vec::new())
+            scratch.take_list()
         }
     };
     stage.count("tiles", tiles.len() as u64);
     drop(stage);
     let mut stage = context.stats().begin("dab.ring");
-    changes.extend(applied.changes);
-    let mut refused = applied.refused;
+    changes.extend_from_slice(&applied.changes);
+    let mut refused = scratch.take_list();
+    refused.extend_from_slice(&applied.refused);
     refused.extend(channel.settle(context, &changes)?);
+    scratch.keep_list(changes);
     refused.sort_unstable();
     refused.dedup();
     if reclaim {
         // What is around an erased tile may have waited for it.
-        let mut reached: Vec<u32> = culled.iter().map(|tile| tile.tile).collect();
-        reached.extend(around(channel.field(), &tiles));
+        let mut reached = around(context, channel.field(), &tiles);
+        reached.extend(culled.iter().map(|tile| tile.tile));
         report.freed = channel.reclaim(context, &reached)?.len() as u64;
     }
     report.changed = tiles;
@@ -347,10 +359,11 @@ pub(crate) fn write_at<T: Texel>(
 }
 
 /// The tiles that share a vertex with one of `tiles`.
-pub(crate) fn around<T: Texel>(field: &Field<T>, tiles: &[u32]) -> Vec<u32> {
+pub(crate) fn around<'c, T: Texel>(context: &'c Context, field: &Field<T>, tiles: &[u32]) -> List<'c, u32> {
     let topology = field.topology();
     let rings = tiles.iter().flat_map(|tile| topology.rings(*tile));
-    let mut found: Vec<u32> = rings.flat_map(|ring| topology.ring(*ring)).map(|entry| entry.tile).collect();
+    let mut found = context.scratch().list();
+    found.extend(rings.flat_map(|ring| topology.ring(*ring)).map(|entry| entry.tile));
     found.sort_unstable();
     found.dedup();
     found
@@ -358,11 +371,16 @@ pub(crate) fn around<T: Texel>(field: &Field<T>, tiles: &[u32]) -> Vec<u32> {
 
 /// The tiles whose boxes are others after an edit: rings and borders of neighbours changed too, and so did what was
 /// given back.
-pub(crate) fn stale<T: Texel>(field: &Field<T>, culled: &[CulledTile], report: &DabReport) -> Vec<u32> {
-    let mut tiles = around(field, &report.changed);
+pub(crate) fn stale<'c, T: Texel>(
+    context: &'c Context,
+    field: &Field<T>,
+    culled: &[CulledTile],
+    report: &DabReport,
+) -> List<'c, u32> {
+    let mut tiles = around(context, field, &report.changed);
     tiles.extend(culled.iter().map(|tile| tile.tile));
     if report.freed > 0 {
-        tiles = around(field, &tiles);
+        tiles = around(context, field, &tiles);
     }
     tiles.sort_unstable();
     tiles.dedup();

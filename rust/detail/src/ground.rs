@@ -3,6 +3,8 @@
 //! That is the displacement when the stroke began, scalar and vectors, so that dabs which overlap add up. Units: object
 //! units; vectors have their components in the frames of the places.
 
+use std::cell::Cell;
+
 use half::slice::HalfFloatSliceExt;
 use relievo_core::simd::Level;
 use relievo_surface::{Order, Surface};
@@ -13,6 +15,11 @@ use crate::edit::{Moved, Window};
 use crate::frame::{STILL, Vectors};
 use crate::knots::PerKnot;
 use crate::vector::VectorTexel;
+
+thread_local! {
+    /// Room for the displacements of a window.
+    static JETS: Cell<[Jets; 3]> = Cell::default();
+}
 
 /// Displacements that dabs go by.
 #[derive(Clone, Copy, Debug)]
@@ -62,10 +69,11 @@ impl<'a> Ground<'a> {
             spline::coefficient_places(level, block, size, window.first(), window.edge(), out);
             return true;
         }
-        let (us, vs) = window.parameters();
-        let mut jets = Jets::default();
-        spline::grid(level, block, size, &us, &vs, Order::Position, &mut jets);
-        jets.d.iter().zip(out).for_each(|(d, out)| *out = *d);
+        let ([us, vs], edge) = (window.parameters(), window.edge());
+        let mut jets = JETS.take();
+        spline::grid(level, block, size, &us[..edge], &vs[..edge], Order::Position, &mut jets[0]);
+        jets[0].d.iter().zip(out).for_each(|(d, out)| *out = *d);
+        JETS.set(jets);
         true
     }
 
@@ -74,12 +82,13 @@ impl<'a> Ground<'a> {
         let Some((field, block)) = self.vectors.and_then(|field| Some((field, field.block(window.tile)?))) else {
             return false;
         };
-        let (us, vs) = window.parameters();
-        let mut jets: [Jets; 3] = Default::default();
-        spline::vector_grid(level, block, field.size(window.tile), &us, &vs, Order::Position, &mut jets);
+        let ([us, vs], edge, size) = (window.parameters(), window.edge(), field.size(window.tile));
+        let mut jets = JETS.take();
+        spline::vector_grid(level, block, size, &us[..edge], &vs[..edge], Order::Position, &mut jets);
         for (jets, out) in jets.iter().zip(out) {
             jets.d.iter().zip(out).for_each(|(d, out)| *out = *d);
         }
+        JETS.set(jets);
         true
     }
 

@@ -4,6 +4,7 @@
 //! Boxes are sorted along a Morton curve and grouped by eights, level upon level, so that the tree needs no pointers:
 //! group `g` of a level bounds box `g % 8` of group `g / 8` above it. Refitting keeps the order and renews the boxes.
 
+use std::cell::Cell;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -296,16 +297,22 @@ impl Hierarchy {
     /// `within` at first, and then what the last visit returned: how near something was found. Ends with the first error.
     pub fn approach(&self, target: &Target, within: f64, mut visit: impl FnMut(u32) -> Result<f64>) -> Result<()> {
         // Distances are not negative, so their bits are in their order. Level 0 are boxes, level k groups of k − 1.
-        let mut waiting = BinaryHeap::new();
+        let mut waiting = BinaryHeap::from(WAITING.take());
         waiting.push(Reverse((0u64, self.levels.len(), 0usize)));
         let mut within = within * within;
+        let mut done = Ok(());
         while let Some(Reverse((distance, level, index))) = waiting.pop() {
             if f64::from_bits(distance) > within {
                 break;
             }
             if level == 0 {
-                let found = visit(self.order[index])?;
-                within = within.min(found * found);
+                match visit(self.order[index]) {
+                    Ok(found) => within = within.min(found * found),
+                    Err(error) => {
+                        done = Err(error);
+                        break;
+                    }
+                }
                 continue;
             }
             let distances = target.distances(&self.levels[level - 1][index]);
@@ -313,7 +320,9 @@ impl Hierarchy {
                 waiting.push(Reverse((distance.to_bits(), level - 1, index * WIDTH + lane)));
             }
         }
-        Ok(())
+        waiting.clear();
+        WAITING.set(waiting.into_vec());
+        done
     }
 
     fn slabs(&self, region: &Region) -> Slabs {
@@ -333,6 +342,14 @@ impl Hierarchy {
         }
         slabs
     }
+}
+
+/// What waits to be looked at: the square of a distance as bits, a level, and an index there.
+type Waiting = Vec<Reverse<(u64, usize, usize)>>;
+
+thread_local! {
+    /// Room for what waits.
+    static WAITING: Cell<Waiting> = const { Cell::new(Vec::new()) };
 }
 
 /// Boxes made at a time by one thread.

@@ -3,10 +3,12 @@
 //! and reports its time under `imprint.obb`, `imprint.cull`, `imprint.compact`, `imprint.voxelise`, `imprint.raycast`
 //! and `imprint.ring`, and where rims are asked for `imprint.rim`.
 
+use std::borrow::Borrow;
+
 use glam::{DAffine3, DVec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Progress, Result};
-use relievo_tiles::{Candidate, Change, Field, Sets};
+use relievo_tiles::{Applied, Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
@@ -110,18 +112,19 @@ pub struct Report {
 
 impl Report {
     /// Adds what another imprint did afterwards.
-    pub fn merge(&mut self, other: Report) {
-        let union = |a: &mut Vec<u32>, b: Vec<u32>| {
-            a.extend(b);
+    pub fn merge(&mut self, other: impl Borrow<Self>) {
+        let other = other.borrow();
+        let union = |a: &mut Vec<u32>, b: &[u32]| {
+            a.extend_from_slice(b);
             a.sort_unstable();
             a.dedup();
         };
         self.tested_tiles += other.tested_tiles;
         self.tested_coefficients += other.tested_coefficients;
-        union(&mut self.changed, other.changed);
+        union(&mut self.changed, &other.changed);
         self.changed_coefficients += other.changed_coefficients;
         self.allocated += other.allocated;
-        union(&mut self.refused, other.refused);
+        union(&mut self.refused, &other.refused);
         self.clamped += other.clamped;
         self.triangles += other.triangles;
         self.voxel_diagonal = self.voxel_diagonal.max(other.voxel_diagonal);
@@ -129,6 +132,11 @@ impl Report {
         self.bytes = other.bytes;
         self.sub_steps += other.sub_steps;
         self.sub_steps_wanted += other.sub_steps_wanted;
+    }
+
+    /// Gives the room of its lists back to the context that the imprint was made with.
+    pub fn give_back(self, context: &Context) {
+        [self.changed, self.refused].into_iter().for_each(|list| context.scratch().keep_list(list));
     }
 }
 
@@ -259,7 +267,9 @@ impl Imprinter {
             collider.set_pose(context, &motion.at(f64::from(step) / f64::from(count)))?;
             let moment = Moment { step: moment.step + step - 1, ..moment };
             let step = || object.press(context, self, collider, settings, moment, start.as_ref());
-            report.merge(context.within(step)?);
+            let made = context.within(step)?;
+            report.merge(&made);
+            made.give_back(context);
         }
         Ok(report)
     }
@@ -293,6 +303,7 @@ impl Imprinter {
             None => self.cast_here(context, object, collider, start, &grid, settings)?,
         };
         self.finish(context, object, &mut cast, settings, &mut report)?;
+        raycast::give_back(context, cast.dents);
         Ok(report)
     }
 
@@ -322,6 +333,7 @@ impl Imprinter {
             tiles
         };
         if tiles.is_empty() {
+            cull::give_back(context, tiles);
             return Ok(Cast::default());
         }
         let triangles = {
@@ -338,7 +350,9 @@ impl Imprinter {
         stage.count("changed", sum(|dents| dents.changed));
         let clamped = sum(|dents| dents.clamped);
         stage.end();
-        Ok(Cast { dents, tiles: tiles.len() as u64, tested, clamped, triangles })
+        let count = tiles.len() as u64;
+        cull::give_back(context, tiles);
+        Ok(Cast { dents, tiles: count, tested, clamped, triangles })
     }
 
     /// Raises rims around what rays found, and writes it. Where a rim is asked for and something changes, the voxels are
@@ -530,14 +544,16 @@ pub(crate) fn grid_over(
 }
 
 /// The tiles that are left of the cull decisions, by the scan of [`Sets`].
-pub fn compact(context: &Context, object: &DisplacedObject, culled: Vec<CulledTile>) -> Vec<CulledTile> {
+pub fn compact(context: &Context, object: &DisplacedObject, mut culled: Vec<CulledTile>) -> Vec<CulledTile> {
     let decide = |tile: &CulledTile| if tile.blocks.is_empty() { Candidate::KEEP } else { Candidate::MODIFY };
-    let candidates: Vec<Candidate> =
-        culled.iter().map(|tile| Candidate { tile: tile.tile, decision: decide(tile) }).collect();
+    let mut candidates = context.scratch().list();
+    candidates.extend(culled.iter().map(|tile| Candidate { tile: tile.tile, decision: decide(tile) }));
     let field = object.displacement().field();
     let sets = Sets::scan(context, &candidates, |tile| field.is_allocated(tile));
     let mut wanted = sets.modify.iter().peekable();
-    culled.into_iter().filter(|tile| wanted.next_if_eq(&&tile.tile).is_some()).collect()
+    culled.retain(|tile| wanted.next_if_eq(&&tile.tile).is_some());
+    sets.give_back(context);
+    culled
 }
 
 /// Casts the rays of `tiles` into `voxels`. The depth limit counts from `start`, or from what the displacements are.
@@ -564,34 +580,40 @@ pub fn write(
     settings: &ImprintSettings,
     report: &mut Report,
 ) -> Result<()> {
-    let mut dents: Vec<&TileDents> = dents.iter().filter(|dents| dents.changed > 0).collect();
-    dents.sort_unstable_by_key(|dents| dents.tile);
+    let scratch = context.scratch();
+    let mut order = scratch.list::<usize>();
+    order.extend((0..dents.len()).filter(|index| dents[*index].changed > 0));
+    order.sort_unstable_by_key(|index| dents[*index].tile);
     if let Some(traces) = &object.traces {
-        traces::check(object.displacement.field(), &dents, traces)?;
+        traces::check(object.displacement.field(), order.iter().map(|index| &dents[*index]), traces)?;
     }
-    for dents in &dents {
-        object.widen([dents.least.to_f32(), dents.most.to_f32()]);
+    for index in order.iter() {
+        object.widen([dents[*index].least.to_f32(), dents[*index].most.to_f32()]);
     }
     let displacement = &mut object.displacement;
-    let bytes = displacement.bytes();
-    let candidates: Vec<Candidate> =
-        dents.iter().map(|dents| Candidate { tile: dents.tile, decision: Candidate::MODIFY }).collect();
+    let (bytes, before) = (displacement.bytes(), displacement.allocated_count() as u64);
+    let mut candidates = scratch.list();
+    candidates.extend(order.iter().map(|index| Candidate { tile: dents[*index].tile, decision: Candidate::MODIFY }));
     let field = displacement.field();
-    let before = field.allocated().count() as u64;
     let sets = Sets::scan(context, &candidates, |tile| field.is_allocated(tile));
-    let applied = displacement.apply(&sets)?;
-    dents.retain(|dents| applied.refused.binary_search(&dents.tile).is_err());
-    let tiles: Vec<u32> = dents.iter().map(|dents| dents.tile).collect();
-    let smoothed = (settings.smoothing > 0.0).then(|| smoothing::masks(context, displacement.field(), &dents));
-    let mut refused = applied.refused;
+    let mut applied = scratch.lend::<Applied>();
+    let done = displacement.apply_into(&sets, &mut applied);
+    sets.give_back(context);
+    done?;
+    order.retain(|index| applied.refused.binary_search(&dents[*index].tile).is_err());
+    let mut tiles = scratch.take_list::<u32>();
+    tiles.extend(order.iter().map(|index| dents[*index].tile));
+    let smoothed = (settings.smoothing > 0.0).then(|| smoothing::masks(context, displacement.field(), dents, &order));
+    let mut refused = scratch.take_list();
+    refused.extend_from_slice(&applied.refused);
     if let Some(traces) = &mut object.traces {
-        refused.extend(traces::record(context, displacement.field(), &dents, traces, object.time)?);
+        refused.extend(traces::record(context, displacement.field(), (dents, &order), traces, object.time)?);
     }
     let mut changes = displacement.edit(context, &tiles, |tile, texels| {
-        let Ok(index) = dents.binary_search_by_key(&tile, |dents| dents.tile) else { return };
+        let Ok(at) = tiles.binary_search(&tile) else { return };
         let size = texels.size();
         let edge = block_edge(size as u32) as usize;
-        for block in &dents[index].blocks {
+        for block in &dents[order[at]].blocks {
             let place = block.index as usize;
             let (column, row) = (place % (size / edge) * edge, place / (size / edge) * edge);
             for (j, values) in block.values.chunks(edge).take(edge).enumerate() {
@@ -599,23 +621,24 @@ pub fn write(
             }
         }
     })?;
-    changes.extend(applied.changes);
+    changes.extend_from_slice(&applied.changes);
     if settings.compaction == 0 {
         changes.extend(displacement.field().allocated().map(Change::all));
     }
     refused.extend(displacement.settle(context, &changes)?);
+    scratch.keep_list(changes);
     if let Some(masks) = smoothed {
         let (strength, passes) = (settings.smoothing, settings.smoothing_passes);
         refused.extend(smoothing::smooth(context, displacement, &tiles, &masks, strength, passes)?);
     }
     refused.sort_unstable();
     refused.dedup();
-    report.changed_coefficients = dents.iter().map(|dents| u64::from(dents.changed)).sum();
+    report.changed_coefficients = order.iter().map(|index| u64::from(dents[*index].changed)).sum();
     report.changed = tiles;
     report.refused = refused;
     report.bytes = displacement.bytes();
     if report.bytes != bytes {
-        report.allocated = (displacement.field().allocated().count() as u64).saturating_sub(before);
+        report.allocated = (displacement.allocated_count() as u64).saturating_sub(before);
     }
     Ok(())
 }

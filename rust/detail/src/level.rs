@@ -7,7 +7,7 @@
 use relievo_core::{Context, Result};
 use relievo_tiles::{Channel, ColorPlanes, by_format};
 
-use crate::cull::CulledTile;
+use crate::cull::{self, CulledTile};
 use crate::dab::{Action, Dab, DabReport};
 use crate::edit::{self, Window};
 use crate::frame::Vectors;
@@ -31,10 +31,12 @@ impl DisplacedObject {
         finer: bool,
     ) {
         let field = self.displacement.field();
-        let tiles = edit::stale(field, culled, report);
+        let tiles = edit::stale(context, field, culled, report);
         if finer {
-            let ranges = context.map(tiles.len(), |index| field.range(tiles[index]));
-            let range = ranges.into_iter().fold([0.0f32; 2], |all, [low, high]| [all[0].min(low), all[1].max(high)]);
+            let mut ranges = context.scratch().list();
+            context.map_into(tiles.len(), &mut ranges, |index| field.range(tiles[index]));
+            let range =
+                ranges.iter().copied().fold([0.0f32; 2], |all, [low, high]| [all[0].min(low), all[1].max(high)]);
             self.widen(range);
         }
         self.refit(context, start, &tiles);
@@ -89,7 +91,8 @@ impl Dab {
     ) -> Result<DabReport> {
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
         let culled = self.intersect(context, object, start, |_, tile| paint.field().size_at(tile, level));
-        let tiles: Vec<u32> = culled.iter().map(|culled| culled.tile).collect();
+        let mut tiles = context.scratch().list();
+        tiles.extend(culled.iter().map(|culled| culled.tile));
         let coarse = paint.field().at_level(context, level, &tiles)?;
         let blank = coarse.blank().color().to_array();
         let ground = start.unwrap_or(object.ground());
@@ -102,7 +105,9 @@ impl Dab {
         let edits = edit::evaluate(context, &object.surface, &coarse, &culled, &brush, places, |site, texels| {
             painting.edit(site, texels);
         });
-        edit::write_at(context, paint, Some(&coarse), &culled, edits, mode == PaintMode::Erase)
+        let report = edit::write_at(context, paint, Some(&coarse), &culled, edits, mode == PaintMode::Erase)?;
+        cull::give_back(context, culled);
+        Ok(report)
     }
 
     /// Changes the displacement along the normals, at a level.
@@ -118,7 +123,8 @@ impl Dab {
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
         let size = |object: &DisplacedObject, tile: u32| object.displacement.field().size_at(tile, level);
         let culled = self.intersect(context, object, start, size);
-        let tiles: Vec<u32> = culled.iter().map(|culled| culled.tile).collect();
+        let mut tiles = context.scratch().list();
+        tiles.extend(culled.iter().map(|culled| culled.tile));
         let coarse = object.displacement.field().at_level(context, level, &tiles)?;
         let before = start.map(|start| start.heights.at_level(context, level, &tiles)).transpose()?;
         let simd = context.level();
@@ -136,6 +142,7 @@ impl Dab {
         let erase = mode == SculptMode::Erase;
         let report = edit::write_at(context, &mut object.displacement, Some(&coarse), &culled, edits, erase)?;
         object.refit_after(context, start, &culled, &report, true);
+        cull::give_back(context, culled);
         Ok(report)
     }
 }

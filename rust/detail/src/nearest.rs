@@ -61,7 +61,7 @@ impl DisplacedObject {
         let slack = 8.0 * f32::EPSILON * size + 1e-6 * self.surface.extent();
         let Some(target) = Target::new(&self.transform, point, f64::from(reach + slack)) else { return Ok(None) };
         let mut best: Option<SurfacePoint> = None;
-        let mut points = Points::default();
+        let mut points = context.scratch().lend::<Points>();
         hierarchy.approach(&target, within, |tile| {
             let found = self.nearest_in(context, displaced, tile, point, &mut points)?;
             // Whatever the order in which tiles are looked at, the first of those equally near is taken.
@@ -105,7 +105,7 @@ impl DisplacedObject {
         point: DVec3,
     ) -> Result<SurfacePoint> {
         let outwards = self.transform.matrix3.inverse().transpose();
-        let mut points = Points::default();
+        let mut points = context.scratch().lend::<Points>();
         let mut look = |place: Place| -> Result<(SurfacePoint, [DVec3; 2])> {
             // Differences go inwards, so that they stay in the tile.
             let [h, k] = [place.u, place.v].map(|t| if t > 0.5 { -STEP } else { STEP });

@@ -330,11 +330,11 @@ impl DisplacedObject {
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));
         let stretch = DVec3::from(rows.map(|row| row.length()));
         let margin = stretch * (from.abs().max(to.abs()) + f64::from(self.longest()));
-        let mut tiles = Vec::new();
+        let mut tiles = context.scratch().list();
         self.hierarchy.query(context, &Region::new(map, -obb.half - margin, obb.half + margin), &mut tiles);
         let spread = map.matrix3.abs();
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for tile in tiles {
+        for tile in tiles.iter().copied() {
             let (least, most) = self.surface.tile_bounds(tile);
             let (least, most) = (DVec3::from(least.map(f64::from)), DVec3::from(most.map(f64::from)));
             let center = map.transform_point3(0.5 * (least + most));
@@ -391,11 +391,12 @@ impl DisplacedObject {
     /// How much the normals of the tiles in `obb` run along each of its axes, 0 to 1.
     pub fn facing(&mut self, context: &Context, obb: &Obb) -> DVec3 {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
-        let mut tiles = Vec::new();
+        let mut tiles = context.scratch().list();
         self.hierarchy.query(context, &Region::new(map, -obb.half, obb.half), &mut tiles);
         let count = tiles.len().max(1) as f64;
         let sum: DVec3 = tiles
-            .into_iter()
+            .iter()
+            .copied()
             .map(|tile| {
                 let surface = &self.surface;
                 let cone = self.cones.entry(tile).or_insert_with(|| tile_cone(surface, tile));

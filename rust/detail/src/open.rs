@@ -6,11 +6,11 @@ use std::sync::Arc;
 use relievo_core::{Context, Error, Result};
 
 use crate::canvas::{Canvas, Start};
-use crate::dab::{Action, Dab, no_vectors};
+use crate::dab::{Action, no_vectors};
 use crate::mode::PaintMode;
 use crate::path::{Station, StrokePoint};
 use crate::smudge::{Carried, Smudge};
-use crate::stroke::{Stroke, StrokeReport};
+use crate::stroke::{Among, Images, Stroke, StrokeReport};
 
 /// A stroke under way on some objects. They must always be given in the same order, and nothing else may edit them
 /// meanwhile.
@@ -29,7 +29,7 @@ impl OpenStroke {
     ///
     /// Fails if the stroke could not be made with any points, or an object has no colours and is to be painted, or no
     /// vectors and they are to be changed.
-    pub fn begin<C: Canvas + ?Sized>(context: &Context, stroke: Stroke, objects: &mut [&mut C]) -> Result<Self> {
+    pub fn begin<C: Canvas + ?Sized>(context: &Context, mut stroke: Stroke, objects: &mut [&mut C]) -> Result<Self> {
         stroke.check_brush()?;
         if !stroke.points.is_empty() {
             stroke.pace().check(&stroke.points)?;
@@ -47,7 +47,16 @@ impl OpenStroke {
             return Err(no_vectors().at(format!("object {index} of the stroke")));
         }
         let starts = objects.iter_mut().map(|object| object.begin(context)).collect::<Result<_>>()?;
+        // Points come one by one; the list of another stroke has room for them.
+        let mut points = context.scratch().take_list();
+        points.append(&mut stroke.points);
+        stroke.points = points;
         Ok(Self { stroke, starts, made: 0, carried: Vec::new() })
+    }
+
+    /// Gives the room of the list of points back to the context that the stroke was begun with.
+    pub fn give_back(self, context: &Context) {
+        context.scratch().keep_list(self.stroke.points);
     }
 
     /// The stroke with all points so far.
@@ -72,7 +81,7 @@ impl OpenStroke {
             return Err(error);
         }
         if self.made == 0 && self.stroke.pace().waits(&self.stroke.points) {
-            Ok(vec![StrokeReport::default(); objects.len()])
+            Ok(StrokeReport::list(context, objects.len()))
         } else {
             self.make(context, objects)
         }
@@ -106,7 +115,8 @@ impl OpenStroke {
 
     /// Makes the dabs of the stations that have none.
     fn make<C: Canvas + ?Sized>(&mut self, context: &Context, objects: &mut [&mut C]) -> Result<Vec<StrokeReport>> {
-        let stations = self.stroke.pace().stations(&self.stroke.points);
+        let (mut trail, mut stations) = (context.scratch().list(), context.scratch().list());
+        self.stroke.pace().stations_into(&self.stroke.points, &mut trail, &mut stations);
         let left = stations.get(self.made..).unwrap_or_default();
         self.made += left.len();
         self.make_at(context, objects, left)
@@ -129,36 +139,49 @@ impl OpenStroke {
         objects: &mut [&mut C],
         stations: &[Station],
     ) -> Result<Vec<StrokeReport>> {
-        let placed = {
+        let mut found = context.scratch().list();
+        {
             let _stage = context.stats().begin("stroke.nearest");
-            let objects: Vec<(&C, &Start)> = objects.iter().map(|object| &**object).zip(&self.starts).collect();
-            context.map(stations.len(), |index| self.stroke.dabs(context, &objects, &stations[index]))
-        };
-        let placed = placed.into_iter().collect::<Result<Vec<_>>>()?.concat();
+            let objects = Among { objects: &*objects, starts: &self.starts };
+            context.map_into(stations.len(), &mut found, |index| self.stroke.dabs(context, objects, &stations[index]));
+        }
+        let mut placed = context.scratch().list();
+        for found in found.drain(..) {
+            let Images { dabs, count } = found?;
+            placed.extend(dabs.into_iter().take(count));
+        }
         let missed = placed.iter().filter(|dab| dab.is_none()).count() as u64;
-        let mut done = vec![StrokeReport { missed, ..Default::default() }; objects.len()];
+        let mut done = StrokeReport::list(context, objects.len());
+        done.iter_mut().for_each(|done| done.missed = missed);
         let images = placed.len() / stations.len().max(1);
         self.carried.resize(images.max(self.carried.len()), None);
         let smears = matches!(self.stroke.action, Action::Paint { mode: PaintMode::Smear, .. });
         if !smears {
             // What is done to one object does not depend on the others.
-            let dabs: Vec<&Dab> = placed.iter().flatten().map(|(_, dab)| dab).collect();
+            let (mut on, mut dabs) = (context.scratch().list(), context.scratch().list());
+            for (object, dab) in placed.drain(..).flatten() {
+                on.push(object);
+                dabs.push(dab);
+            }
             for (index, object) in objects.iter_mut().enumerate() {
-                let reports = object.dabs(context, &dabs, &self.starts[index], self.stroke.settings.level)?;
-                for ((on, _), report) in placed.iter().flatten().zip(reports) {
+                let mut reports = object.dabs(context, &dabs, &self.starts[index], self.stroke.settings.level)?;
+                for (on, report) in on.iter().zip(reports.drain(..)) {
                     done[index].dabs += u64::from(index == *on || report.changed_texels > 0);
-                    done[index].report.merge(report);
+                    done[index].report.merge(&report);
+                    report.give_back(context);
                 }
+                context.scratch().keep_list(reports);
             }
         }
-        for (at, placed) in placed.into_iter().enumerate().filter(|_| smears) {
+        for (at, placed) in placed.drain(..).enumerate() {
             let Some((on, mut dab)) = placed else { continue };
             let smudge = Smudge::new(self.carried[at % images].take());
             dab.brush = dab.brush.with_smudge(smudge.clone());
             for (index, object) in objects.iter_mut().enumerate() {
                 let report = object.dab(context, &dab, &self.starts[index], self.stroke.settings.level)?;
                 done[index].dabs += u64::from(index == on || report.changed_texels > 0);
-                done[index].report.merge(report);
+                done[index].report.merge(&report);
+                report.give_back(context);
             }
             self.carried[at % images] = smudge.taken();
         }

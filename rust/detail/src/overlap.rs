@@ -15,9 +15,10 @@ pub fn overlap(a: &Obb, b: &Obb) -> Option<Obb> {
     }
     // Boxes that merely touch still give a box, of no depth.
     let slack = 1e-12 * (a.half.max_element() + b.half.max_element());
-    let mut vertices = Vec::with_capacity(48);
+    let mut vertices = Vertices { list: [DVec3::ZERO; 48], count: 0 };
     clipped_edges(a, b, slack, &mut vertices);
     clipped_edges(b, a, slack, &mut vertices);
+    let vertices = &vertices.list[..vertices.count];
     if vertices.is_empty() {
         return None;
     }
@@ -33,8 +34,14 @@ pub fn overlap(a: &Obb, b: &Obb) -> Option<Obb> {
     Some(if second.volume() < first.volume() { second } else { first })
 }
 
+/// Ends of edges of two boxes: two of each at most.
+struct Vertices {
+    list: [DVec3; 48],
+    count: usize,
+}
+
 /// The ends of what the box `clip` leaves of the edges of `of`.
-fn clipped_edges(of: &Obb, clip: &Obb, slack: f64, vertices: &mut Vec<DVec3>) {
+fn clipped_edges(of: &Obb, clip: &Obb, slack: f64, vertices: &mut Vertices) {
     let corners = of.corners();
     let inverse = clip.axes.transpose();
     let half = clip.half + DVec3::splat(slack);
@@ -56,7 +63,10 @@ fn clipped_edges(of: &Obb, clip: &Obb, slack: f64, vertices: &mut Vec<DVec3>) {
                 leave = leave.min(near.max(far));
             }
             if enter <= leave {
-                vertices.extend([from + (to - from) * enter, from + (to - from) * leave]);
+                for share in [enter, leave] {
+                    vertices.list[vertices.count] = from + (to - from) * share;
+                    vertices.count += 1;
+                }
             }
         }
     }

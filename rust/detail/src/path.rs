@@ -99,14 +99,27 @@ impl Pace {
 
     /// The stations along checked points: the first point, one at every step along the way, and one at every tick.
     pub fn stations(&self, points: &[StrokePoint]) -> Vec<Station> {
-        let trail = if self.string > 0.0 { self.trail(points) } else { points.to_vec() };
-        let Some(first) = trail.first() else { return Vec::new() };
+        let mut stations = Vec::new();
+        self.stations_into(points, &mut Vec::new(), &mut stations);
+        stations
+    }
+
+    /// As [`Self::stations`], in place of what `stations` holds; a lazy brush's own way goes to `trail`.
+    pub fn stations_into(&self, points: &[StrokePoint], trail: &mut Vec<StrokePoint>, stations: &mut Vec<Station>) {
+        stations.clear();
+        let trail = if self.string > 0.0 {
+            self.trail(points, trail);
+            trail.as_slice()
+        } else {
+            points
+        };
+        let Some(first) = trail.first() else { return };
         let heading = |pair: &[StrokePoint]| pair[1].position - pair[0].position;
         // An airbrush does not wait for the hand to move.
         let ahead = if self.rate > 0.0 { None } else { trail.windows(2).map(heading).find_map(DVec3::try_normalize) };
         let mut direction = ahead.unwrap_or_default();
         let start = Station { position: first.position, pressure: first.pressure, direction, index: 0 };
-        let mut stations = vec![start];
+        stations.push(start);
         // Counted from the start and not added up, so that nothing drifts.
         let (mut steps, mut ticks) = (1.0, 1.0);
         let (mut gone, begin) = (0.0, first.time.unwrap_or(0.0));
@@ -139,7 +152,6 @@ impl Pace {
             }
             gone += length;
         }
-        stations
     }
 
     /// Whether the first station of a stroke that begins with these points has to wait for more of them, because where
@@ -154,9 +166,10 @@ impl Pace {
     }
 
     /// Where a lazy brush goes: it stays until the string to the point is tight, and is then drawn straight toward it.
-    fn trail(&self, points: &[StrokePoint]) -> Vec<StrokePoint> {
-        let mut trail: Vec<StrokePoint> = points.iter().take(1).copied().collect();
-        let Some(mut at) = points.first().map(|point| point.position) else { return trail };
+    fn trail(&self, points: &[StrokePoint], trail: &mut Vec<StrokePoint>) {
+        trail.clear();
+        trail.extend(points.first());
+        let Some(mut at) = points.first().map(|point| point.position) else { return };
         for pair in points.windows(2) {
             let way = pair[1].position - pair[0].position;
             let count = (way.length() / self.trail_step()).ceil().max(1.0);
@@ -173,7 +186,6 @@ impl Pace {
                 trail.push(StrokePoint { position: at, pressure, time });
             }
         }
-        trail
     }
 }
 
@@ -227,7 +239,8 @@ mod tests {
         let a = 0.5;
         let line = points(&[([0.0, a, 0.0], 1.0), ([0.0; 3], 1.0), ([3.0, 0.0, 0.0], 1.0)]);
         let pace = Pace { step: 0.01, rate: 0.0, string: a };
-        let trail = pace.trail(&line);
+        let mut trail = Vec::new();
+        pace.trail(&line, &mut trail);
         let on_the_way = trail.iter().filter(|point| point.position.x > 0.01);
         for point in on_the_way {
             let (x, y) = (point.position.x, point.position.y);

@@ -7,7 +7,6 @@
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use relievo_core::lanes::Lanes;
-use relievo_core::simd::Level;
 use relievo_core::{Context, dispatch_simd};
 use relievo_surface::Surface;
 use relievo_tiles::{Field, Vector};
@@ -78,15 +77,22 @@ pub fn cast(
     if limits.share <= 0.0 {
         return Vec::new();
     }
-    let level = context.level();
-    context.map(tiles.len(), |index| {
-        cast_tile(level, surface, field, vectors, start, &tiles[index], frame, voxels, limits)
-    })
+    let mut dents = context.scratch().take_list();
+    context.map_into(tiles.len(), &mut dents, |index| {
+        cast_tile(context, surface, field, vectors, start, &tiles[index], frame, voxels, limits)
+    });
+    dents
+}
+
+/// Gives the room of dents back to the context that their rays were cast with.
+pub(crate) fn give_back(context: &Context, mut dents: Vec<TileDents>) {
+    dents.drain(..).for_each(|dents| context.scratch().keep_list(dents.blocks));
+    context.scratch().keep_list(dents);
 }
 
 #[allow(clippy::too_many_arguments)]
 fn cast_tile(
-    level: Level,
+    context: &Context,
     surface: &Surface,
     field: &Field,
     vectors: Option<&Field<Vector>>,
@@ -96,12 +102,14 @@ fn cast_tile(
     voxels: &Voxels,
     limits: &Limits,
 ) -> TileDents {
-    let tile = culled.tile;
+    let (tile, level) = (culled.tile, context.level());
     let size = field.size(tile);
     let edge = block_edge(size);
     let count = (edge * edge) as usize;
     let columns = voxels.columns();
-    let blocks = Vec::with_capacity(culled.blocks.len());
+    // With room for the whole tile, so that whoever gets the list next has enough.
+    let mut blocks = context.scratch().take_list();
+    blocks.reserve((size / edge).pow(2) as usize);
     let mut dents = TileDents { tile, blocks, ..TileDents::default() };
     // What the coefficients are, and what they were if that matters; unallocated ones are zero.
     let sources = [field.block(tile), start.and_then(|start| start.block(tile))];

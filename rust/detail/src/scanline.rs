@@ -7,6 +7,8 @@
 //! that computes it. Planes are followed in floats; where their rounding could decide, integers do. A column keeps
 //! its crossings in one word, two of 16 bits: place and direction. Columns of more crossings have them in a list.
 
+use std::cell::Cell;
+
 use glam::DVec3;
 use relievo_core::dispatch_simd;
 use relievo_core::lanes::Lanes;
@@ -266,7 +268,8 @@ fn fill_body<A: Lanes>(facets: &[Facet], list: &[u32], shape: Shape, first: u32,
     slab.records.fill(0);
     let nx = shape.nx as usize;
     let rows = slab.spans.len() / nx;
-    let mut listed = Vec::new();
+    let mut listed = LISTS.take();
+    listed.clear();
     for facet in list {
         convert(v, &facets[*facet as usize], nx, i64::from(first), rows as i64, slab.records, &mut listed);
     }
@@ -275,6 +278,13 @@ fn fill_body<A: Lanes>(facets: &[Facet], list: &[u32], shape: Shape, first: u32,
     for (row, ((spans, words), records)) in spans.zip(slab.records.chunks(nx)).enumerate() {
         resolve(shape, row * nx, spans, words, records, &listed, slab.cells);
     }
+    LISTS.set(listed);
+}
+
+thread_local! {
+    /// Room for the crossings of columns that have several, by column, and for those of one of them.
+    static LISTS: Cell<Vec<(u32, u16)>> = const { Cell::new(Vec::new()) };
+    static CROSSINGS: Cell<Vec<u16>> = const { Cell::new(Vec::new()) };
 }
 
 /// Notes the crossings of one facet with the columns of the slab.
@@ -423,8 +433,10 @@ fn resolve(
         left_over |= some & !simple;
     }
     if left_over != 0 {
-        let several = records.iter().enumerate().filter(|(column, record)| **record != 0 && spans[*column] == 0);
-        for column in several.map(|(column, _)| column).collect::<Vec<_>>() {
+        for column in 0..records.len() {
+            if records[column] == 0 || spans[column] != 0 {
+                continue;
+            }
             let bits = &mut words[column * shape.words as usize..(column + 1) * shape.words as usize];
             spans[column] = resolve_several(shape, (at + column) as u32, records[column], listed, bits);
         }
@@ -455,12 +467,14 @@ fn resolve(
 
 /// Resolves a column whose crossings do not show at once what is solid: returns its ends, or writes its bits.
 fn resolve_several(shape: Shape, index: u32, record: u32, listed: &[(u32, u16)], bits: &mut [u64]) -> u32 {
-    let mut crossings: Vec<u16> = if record == LISTED {
+    let mut crossings = CROSSINGS.take();
+    crossings.clear();
+    if record == LISTED {
         let from = listed.partition_point(|(other, _)| *other < index);
-        listed[from..].iter().take_while(|(other, _)| *other == index).map(|(_, mark)| *mark).collect()
+        crossings.extend(listed[from..].iter().take_while(|(other, _)| *other == index).map(|(_, mark)| *mark));
     } else {
-        [record as u16, (record >> 16) as u16].into_iter().filter(|mark| *mark != 0).collect()
-    };
+        crossings.extend([record as u16, (record >> 16) as u16].into_iter().filter(|mark| *mark != 0));
+    }
     crossings.sort_unstable();
     bits.fill(0);
     let mut pieces: Option<[u64; 2]> = None;
@@ -477,6 +491,7 @@ fn resolve_several(shape: Shape, index: u32, record: u32, listed: &[(u32, u16)],
             *bits |= below(high.saturating_sub(base)) & !below(low.saturating_sub(base));
         }
     });
+    CROSSINGS.set(crossings);
     match pieces {
         Some([low, high]) if one => (low | high << 16) as u32,
         Some(_) => PIECES,

@@ -45,9 +45,10 @@ pub fn smooth(
     Ok(refused)
 }
 
-/// The texels of each of `dents` within reach of one that will change, row by row. To be asked before they do.
-pub fn masks(context: &Context, field: &Field, dents: &[&TileDents]) -> Vec<Vec<bool>> {
-    context.map(dents.len(), |index| mask(field, dents[index]))
+/// The texels of each of `dents` that `order` names within reach of one that will change, row by row. To be asked before
+/// they do.
+pub fn masks(context: &Context, field: &Field, dents: &[TileDents], order: &[usize]) -> Vec<Vec<bool>> {
+    context.map(order.len(), |index| mask(field, &dents[order[index]]))
 }
 
 fn mask(field: &Field, dents: &TileDents) -> Vec<bool> {

@@ -105,6 +105,52 @@ pub struct StrokeReport {
     pub report: DabReport,
 }
 
+impl StrokeReport {
+    /// Reports of nothing yet on `count` objects, with room from the context.
+    pub(crate) fn list(context: &Context, count: usize) -> Vec<Self> {
+        let list = || context.scratch().take_list();
+        let nothing = || DabReport { changed: list(), refused: list(), ..DabReport::default() };
+        let mut reports = context.scratch().take_list();
+        reports.extend((0..count).map(|_| Self { report: nothing(), ..Self::default() }));
+        reports
+    }
+
+    /// Gives the room of `reports` back to the context that the stroke was made with.
+    pub fn give_back(context: &Context, mut reports: Vec<Self>) {
+        reports.drain(..).for_each(|made| made.report.give_back(context));
+        context.scratch().keep_list(reports);
+    }
+}
+
+/// The objects of a stroke and what they were when it began.
+#[derive(Debug)]
+pub(crate) struct Among<'a, C: ?Sized> {
+    pub objects: &'a [&'a mut C],
+    pub starts: &'a [Start],
+}
+
+impl<C: ?Sized> Clone for Among<'_, C> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<C: ?Sized> Copy for Among<'_, C> {}
+
+/// A dab and its mirror images, each with the object that it is put on; `None` where no surface is near enough.
+#[derive(Default)]
+pub(crate) struct Images {
+    pub dabs: [Option<(usize, Dab)>; 8],
+    pub count: usize,
+}
+
+impl Images {
+    fn push(&mut self, dab: Option<(usize, Dab)>) {
+        self.dabs[self.count] = dab;
+        self.count += 1;
+    }
+}
+
 /// Which chance a number is for.
 #[derive(Clone, Copy, Debug)]
 enum Chance {
@@ -213,47 +259,47 @@ impl Stroke {
     pub(crate) fn dabs<C: Canvas + ?Sized>(
         &self,
         context: &Context,
-        objects: &[(&C, &Start)],
+        objects: Among<'_, C>,
         station: &Station,
-    ) -> Result<Vec<Option<(usize, Dab)>>> {
+    ) -> Result<Images> {
         let first = self.find(context, objects, station.position)?;
         let space = first.map_or(0, |(index, _)| index);
-        let Some(transform) = objects.get(space).map(|(object, _)| object.transform()) else { return Ok(Vec::new()) };
+        let mut images = Images::default();
+        let Some(transform) = objects.objects.get(space).map(|object| object.transform()) else { return Ok(images) };
         let StrokeSettings { symmetry_x, symmetry_y, symmetry_z, .. } = self.settings;
         let planes = [symmetry_x, symmetry_y, symmetry_z];
         let way = match (station.direction, first) {
             (DVec3::ZERO, Some((_, found))) => found.tangent,
             (direction, _) => direction,
         };
-        let mut dabs = Vec::new();
         for mirrors in 0..8u32 {
             let set = |axis: usize| mirrors >> axis & 1 != 0;
             if (0..3).any(|axis| set(axis) && !planes[axis].is_on()) {
                 continue;
             }
             if mirrors == 0 {
-                dabs.push(self.dab(context, objects, station, first, way, false)?);
+                images.push(self.dab(context, objects, station, first, way, false)?);
                 continue;
             }
             let sign = DVec3::from([0, 1, 2].map(|axis| if set(axis) { -1.0 } else { 1.0 }));
             let mirror = *transform * glam::DAffine3::from_mat3(DMat3::from_diagonal(sign)) * transform.inverse();
             let found = self.find(context, objects, mirror.transform_point3(station.position))?;
             let over = mirrors.count_ones() % 2 != 0;
-            dabs.push(self.dab(context, objects, station, found, mirror.transform_vector3(way), over)?);
+            images.push(self.dab(context, objects, station, found, mirror.transform_vector3(way), over)?);
         }
-        Ok(dabs)
+        Ok(images)
     }
 
     /// The nearest place of the surfaces within reach, and whose it is.
     fn find<C: Canvas + ?Sized>(
         &self,
         context: &Context,
-        objects: &[(&C, &Start)],
+        objects: Among<'_, C>,
         point: DVec3,
     ) -> Result<Option<(usize, SurfacePoint)>> {
         let within = f64::from(self.settings.radius) * f64::from(self.settings.reach);
         let mut best: Option<(usize, SurfacePoint)> = None;
-        for (index, (object, start)) in objects.iter().enumerate() {
+        for (index, (object, start)) in objects.objects.iter().zip(objects.starts).enumerate() {
             let within = best.map_or(within, |(_, best)| best.distance);
             if let Some(found) = object.nearest(context, start, point, within)?
                 && found.normal != DVec3::ZERO
@@ -269,7 +315,7 @@ impl Stroke {
     fn dab<C: Canvas + ?Sized>(
         &self,
         context: &Context,
-        objects: &[(&C, &Start)],
+        objects: Among<'_, C>,
         station: &Station,
         found: Option<(usize, SurfacePoint)>,
         way: DVec3,

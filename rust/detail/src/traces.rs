@@ -2,14 +2,14 @@
 
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_tiles::{Candidate, Field, Sets, Traces};
+use relievo_tiles::{Applied, Candidate, Field, Sets, Traces};
 
 use crate::knots::block_edge;
 use crate::raycast::TileDents;
 
 /// Fails if tiles of the traces have other sizes than those of the displacement.
-pub(crate) fn check(field: &Field, dents: &[&TileDents], traces: &Traces) -> Result<()> {
-    match dents.iter().find(|dents| traces.field().size(dents.tile) != field.size(dents.tile)) {
+pub(crate) fn check<'a>(field: &Field, mut dents: impl Iterator<Item = &'a TileDents>, traces: &Traces) -> Result<()> {
+    match dents.find(|dents| traces.field().size(dents.tile) != field.size(dents.tile)) {
         None => Ok(()),
         Some(dents) => Err(Error::invalid("its traces have another size than its displacement")
             .at(format!("tile {}", dents.tile))
@@ -17,23 +17,29 @@ pub(crate) fn check(field: &Field, dents: &[&TileDents], traces: &Traces) -> Res
     }
 }
 
-/// Notes in `traces` that `dents`, ascending by tile, are being pushed at `time`. `field` is the displacement before
-/// it is. Returns the tiles that the budget refused.
+/// Notes in `traces` that those of `dents` that are named, ascending by tile, are being pushed at `time`. `field` is the
+/// displacement before it is. Returns the tiles that the budget refused.
 pub(crate) fn record(
     context: &Context,
     field: &Field,
-    dents: &[&TileDents],
+    (dents, order): (&[TileDents], &[usize]),
     traces: &mut Traces,
     time: f64,
 ) -> Result<Vec<u32>> {
-    let pushes: Vec<Pushes> = context.map(dents.len(), |index| Pushes::new(field, dents[index]));
-    let pushes: Vec<Pushes> = pushes.into_iter().filter(|pushes| !pushes.depths.is_empty()).collect();
-    let candidates: Vec<Candidate> =
-        pushes.iter().map(|pushes| Candidate { tile: pushes.tile, decision: Candidate::MODIFY }).collect();
+    let scratch = context.scratch();
+    let mut pushes = scratch.list();
+    context.map_into(order.len(), &mut pushes, |index| Pushes::new(context, field, &dents[order[index]]));
+    let pushing = || pushes.iter().filter(|pushes| !pushes.depths.is_empty()).map(|pushes| pushes.tile);
+    let mut candidates = scratch.list();
+    candidates.extend(pushing().map(|tile| Candidate { tile, decision: Candidate::MODIFY }));
     let sets = Sets::scan(context, &candidates, |tile| traces.field().is_allocated(tile));
-    let applied = traces.apply(&sets)?;
+    let mut applied = scratch.lend::<Applied>();
+    let done = traces.apply_into(&sets, &mut applied);
+    sets.give_back(context);
+    done?;
     let refused = |tile: u32| applied.refused.binary_search(&tile).is_ok();
-    let tiles: Vec<u32> = pushes.iter().map(|pushes| pushes.tile).filter(|tile| !refused(*tile)).collect();
+    let mut tiles = scratch.list();
+    tiles.extend(pushing().filter(|tile| !refused(*tile)));
     let mut changes = traces.edit(context, &tiles, |tile, texels| {
         let Ok(index) = pushes.binary_search_by_key(&tile, |pushes| pushes.tile) else { return };
         let size = texels.size();
@@ -42,9 +48,11 @@ pub(crate) fn record(
             *texel = texel.pushed(*depth, time as f32);
         }
     })?;
-    changes.extend(applied.changes);
-    let mut refused = applied.refused;
+    changes.extend_from_slice(&applied.changes);
+    pushes.drain(..).for_each(|pushes| scratch.keep_list(pushes.depths));
+    let mut refused = std::mem::take(&mut applied.refused);
     refused.extend(traces.settle(context, &changes)?);
+    scratch.keep_list(changes);
     Ok(refused)
 }
 
@@ -56,11 +64,13 @@ struct Pushes {
 }
 
 impl Pushes {
-    fn new(field: &Field, dents: &TileDents) -> Self {
+    fn new(context: &Context, field: &Field, dents: &TileDents) -> Self {
         let size = field.size(dents.tile);
         let edge = block_edge(size);
         let source = field.block(dents.tile);
-        let mut depths = Vec::new();
+        let mut depths = context.scratch().take_list();
+        // With room for the whole tile, so that whoever gets the list next has enough.
+        depths.reserve(size.pow(2) as usize);
         for block in &dents.blocks {
             let (column, row) = (block.index % (size / edge) * edge, block.index / (size / edge) * edge);
             for (k, new) in (0..edge * edge).zip(&block.values) {

@@ -17,7 +17,7 @@
 
 use glam::DAffine3;
 use relievo_core::simd::Arithmetic;
-use relievo_core::{Context, Error, Result, dispatch_simd};
+use relievo_core::{Context, Error, Parts, Result, dispatch_simd};
 
 use crate::grid::Grid;
 use crate::scanline::{self, Facet, PADDING, Shape, Slab};
@@ -54,6 +54,7 @@ pub struct Voxels {
     words: Vec<u64>,
     records: Vec<u32>,
     facets: Vec<Facet>,
+    lists: Lists,
     /// Lowest solid voxel and the one after the highest, of every [`CELL`] columns of every slab.
     cells: Vec<[u16; 2]>,
     slab_rows: u32,
@@ -83,6 +84,7 @@ impl Default for Voxels {
             words: vec![0],
             records: Vec::new(),
             facets: Vec::new(),
+            lists: Lists::default(),
             cells: vec![[0; 2]],
             slab_rows: 1,
         }
@@ -166,26 +168,53 @@ impl Voxels {
         let words = grid.words();
         let shape = Shape { nx, nz, words, backward: side == Side::Backward, open: !solid.closed };
         let rows = ny.div_ceil(SLABS);
-        let lists = bin(facets, rows, ny);
+        bin(facets, rows, ny, &mut self.lists);
+        let lists = &self.lists;
         self.spans.resize(nx as usize * ny as usize, 0);
         self.words.resize(nx as usize * ny as usize * words as usize, 0);
         let columns = nx as usize * rows as usize;
         let cells = nx.div_ceil(CELL) as usize;
-        let slabs = ny.div_ceil(rows) as usize;
-        self.records.resize(slabs * (columns + PADDING), 0);
+        let count = ny.div_ceil(rows) as usize;
+        self.records.resize(count * (columns + PADDING), 0);
         self.slab_rows = rows;
         self.cells.clear();
-        self.cells.resize(cells * slabs, [u16::MAX, 0]);
-        let mut slabs: Vec<Slab<'_>> = (self.spans.chunks_mut(columns))
-            .zip(self.words.chunks_mut(columns * words as usize))
-            .zip(self.records.chunks_mut(columns + PADDING).zip(self.cells.chunks_mut(cells)))
-            .map(|((spans, words), (records, cells))| Slab { spans, words, records, cells })
-            .collect();
+        self.cells.resize(cells * count, [u16::MAX, 0]);
+        let (spans, words) = (self.spans.as_mut_slice(), self.words.as_mut_slice());
+        let all = Slab { spans, words, records: &mut self.records, cells: &mut self.cells };
+        let slabs = Slabs { all, count, columns, words: shape.words as usize, cells };
         let level = context.level();
-        context.for_each_mut(&mut slabs, |index, slab| {
-            scanline::fill(level, facets, lists.of(index), shape, index as u32 * rows, slab);
-        });
-        Ok(())
+        context.for_each_part(slabs, 1, |index, mut slab| {
+            scanline::fill(level, facets, lists.of(index), shape, index as u32 * rows, &mut slab.all);
+            Ok(())
+        })
+    }
+}
+
+/// Slabs that follow one another.
+struct Slabs<'a> {
+    all: Slab<'a>,
+    count: usize,
+    /// Columns of a slab, words of a column, and coarse cells of a slab. The last slab may have fewer columns.
+    columns: usize,
+    words: usize,
+    cells: usize,
+}
+
+impl Parts for Slabs<'_> {
+    fn len(&self) -> usize {
+        self.count
+    }
+
+    fn split_at(self, at: usize) -> (Self, Self) {
+        let Self { all, count, columns, words, cells } = self;
+        let slabs = |all, count| Slabs { all, count, columns, words, cells };
+        let (spans, spans_left) = Parts::split_at(all.spans, at * columns);
+        let (bits, bits_left) = Parts::split_at(all.words, at * columns * words);
+        let (records, records_left) = Parts::split_at(all.records, at * (columns + PADDING));
+        let (coarse, coarse_left) = Parts::split_at(all.cells, at * cells);
+        let first = Slab { spans, words: bits, records, cells: coarse };
+        let rest = Slab { spans: spans_left, words: bits_left, records: records_left, cells: coarse_left };
+        (slabs(first, at.min(count)), slabs(rest, count.saturating_sub(at)))
     }
 }
 
@@ -263,11 +292,9 @@ fn set_up_all(
 ) -> Result<()> {
     facets.resize(selection.map_or(solid.triangles.len(), <[u32]>::len), Facet::NONE);
     let level = context.level();
-    let mut chunks: Vec<(&mut [Facet], Result<()>)> = facets.chunks_mut(CHUNK).map(|chunk| (chunk, Ok(()))).collect();
-    context.for_each_mut(&mut chunks, |index, (facets, result)| {
-        *result = set_up(level, grid, solid, selection, side, index * CHUNK, facets);
-    });
-    chunks.into_iter().try_for_each(|(_, result)| result)
+    context.for_each_part(facets.as_mut_slice(), CHUNK, |first, facets| {
+        set_up(level, grid, solid, selection, side, first, facets)
+    })
 }
 
 dispatch_simd! {
@@ -314,9 +341,12 @@ fn set_up_body<A: Arithmetic>(
 }
 
 /// The facets of every slab.
+#[derive(Clone, Debug, Default)]
 struct Lists {
     starts: Vec<u32>,
     items: Vec<u32>,
+    /// Where the next facet of every slab goes.
+    next: Vec<u32>,
 }
 
 impl Lists {
@@ -325,13 +355,16 @@ impl Lists {
     }
 }
 
-fn bin(facets: &[Facet], rows: u32, ny: u32) -> Lists {
+/// Sorts facets by the slabs that they meet, into `lists`.
+fn bin(facets: &[Facet], rows: u32, ny: u32, lists: &mut Lists) {
+    let Lists { starts, items, next } = lists;
     let count = ny.div_ceil(rows) as usize;
     let range = |facet: &Facet| {
         let [first, end] = facet.row_range(ny);
         (first / rows) as usize..end.div_ceil(rows) as usize
     };
-    let mut starts = vec![0u32; count + 1];
+    starts.clear();
+    starts.resize(count + 1, 0);
     for facet in facets {
         for slab in range(facet) {
             starts[slab + 1] += 1;
@@ -340,15 +373,15 @@ fn bin(facets: &[Facet], rows: u32, ny: u32) -> Lists {
     for slab in 0..count {
         starts[slab + 1] += starts[slab];
     }
-    let mut next = starts.clone();
-    let mut items = vec![0; starts[count] as usize];
+    next.clone_from(starts);
+    items.clear();
+    items.resize(starts[count] as usize, 0);
     for (index, facet) in facets.iter().enumerate() {
         for slab in range(facet) {
             items[next[slab] as usize] = index as u32;
             next[slab] += 1;
         }
     }
-    Lists { starts, items }
 }
 
 #[cfg(test)]

@@ -129,11 +129,15 @@ fn lane_of(lanes: &mut Vec<Vec<Duration>>, start: Duration, end: Duration) -> us
 
 #[cfg(test)]
 mod tests {
+    use relievo_core::stats::Counts;
+
     use super::*;
 
     fn event(stage: &'static str, start: u64, length: u64) -> Event {
         let milliseconds = Duration::from_millis;
-        Event { stage, start: milliseconds(start), length: milliseconds(length), counts: vec![("tiles", 4)] }
+        let mut counts = Counts::default();
+        counts.note("tiles", 4);
+        Event { stage, start: milliseconds(start), length: milliseconds(length), counts }
     }
 
     fn trace() -> Trace {

@@ -15,10 +15,10 @@ use relievo_core::{Context, Error, Result, Retired};
 use relievo_surface::{Link, TileTopology};
 
 use crate::field::{Entry, Field, Line};
-use crate::heap::{CLASS_COUNT, Heap, MAX_SIZE, MIN_SIZE, SizeClass};
-use crate::mip::{self, Rect};
+use crate::heap::{BlockId, CLASS_COUNT, Heap, MIN_SIZE, SizeClass};
+use crate::mip::Rect;
 use crate::paging::{Paged, Paging};
-use crate::ring::{self, Change, View, Writes, WritesAt};
+use crate::ring::{self, Change, Plan, View, Writes, WritesAt};
 use crate::sets::Sets;
 use crate::slot::Slot;
 use crate::texel::Texel;
@@ -48,8 +48,8 @@ pub struct Channel<T> {
     pub(crate) paging: Paging,
     /// A blank block of each class, shared by tiles that were allocated and not yet written.
     blanks: [Option<[Arc<[T]>; 2]>; CLASS_COUNT],
-    /// Tiles whose mips, or those of their neighbours, are not up to date: what of them changed.
-    pending: Vec<(u32, Vec<Rect>)>,
+    /// Tiles whose mips, or those of their neighbours, are not up to date, and what of them changed, if something did.
+    pub(crate) pending: Vec<(u32, Option<Rect>)>,
     pub(crate) revision: u64,
     /// Tiles changed since the last commit, and a bit for each tile that is listed.
     changed: Vec<u32>,
@@ -60,6 +60,16 @@ pub struct Channel<T> {
     lost: Vec<u32>,
     /// The last commits, for the next one where nobody looks at one any more.
     snapshots: Retired<Snapshot<T>>,
+    room: Room,
+}
+
+/// What [`Channel::apply`] needs on its way.
+#[derive(Debug, Default)]
+struct Room {
+    freed: Vec<BlockId>,
+    wanted: Vec<u32>,
+    classes: Vec<SizeClass>,
+    granted: Vec<Option<BlockId>>,
 }
 
 impl<T: Texel> Clone for Channel<T> {
@@ -77,6 +87,7 @@ impl<T: Texel> Clone for Channel<T> {
             expendable: self.expendable.clone(),
             lost: self.lost.clone(),
             snapshots: Retired::default(),
+            room: Room::default(),
         };
         copy.fork();
         copy
@@ -202,6 +213,7 @@ impl<T: Texel> Channel<T> {
             expendable: Vec::new(),
             lost: Vec::new(),
             snapshots: Retired::default(),
+            room: Room::default(),
         })
     }
 
@@ -295,7 +307,7 @@ impl<T: Texel> Channel<T> {
                 self.heap.free(&[block]);
                 applied.changes.push(Change::all(tile));
                 self.mark(tile);
-                self.touch(tile, Vec::new());
+                self.touch(tile, None);
                 self.lost.push(tile);
             }
         }
@@ -305,31 +317,43 @@ impl<T: Texel> Channel<T> {
     /// out; tiles beyond the budget are reported. With pages, the blocks edited longest ago make room, and those of the
     /// sets come back. Fails, and does nothing, if a tile does not exist or is a hole, or a page cannot be read.
     pub fn apply(&mut self, sets: &Sets) -> Result<Applied> {
+        let mut applied = Applied::default();
+        self.apply_into(sets, &mut applied)?;
+        Ok(applied)
+    }
+
+    /// As [`Self::apply`], in place of what `applied` holds, whose room is used again.
+    pub fn apply_into(&mut self, sets: &Sets, applied: &mut Applied) -> Result<()> {
+        applied.changes.clear();
+        applied.refused.clear();
         for tile in sets.allocate.iter().chain(&sets.deallocate) {
             self.check(*tile)?;
         }
         self.report_fault()?;
         self.check_pages(sets.allocate.iter().chain(&sets.modify).copied())?;
         self.begin();
-        let mut applied = Applied::default();
-        let mut freed = Vec::new();
+        let mut room = std::mem::take(&mut self.room);
+        let Room { freed, wanted, classes, granted } = &mut room;
+        freed.clear();
         for tile in &sets.deallocate {
             if self.field.is_allocated(*tile) {
                 freed.extend(self.take_block(*tile));
                 applied.changes.push(Change::all(*tile));
                 self.mark(*tile);
-                self.touch(*tile, Vec::new());
+                self.touch(*tile, None);
             }
         }
-        self.heap.free(&freed);
-        let mut wanted: Vec<u32> =
-            sets.allocate.iter().copied().filter(|tile| !self.field.is_allocated(*tile)).collect();
+        self.heap.free(freed);
+        wanted.clear();
+        wanted.extend(sets.allocate.iter().copied().filter(|tile| !self.field.is_allocated(*tile)));
         wanted.sort_unstable();
         wanted.dedup();
-        self.clear_the_way(sets, &wanted);
-        self.lose(sets, &wanted, &mut applied);
-        let classes: Vec<SizeClass> = wanted.iter().map(|tile| self.field.class(*tile)).collect();
-        for (tile, block) in wanted.into_iter().zip(self.heap.allocate(&classes)) {
+        self.clear_the_way(sets, wanted);
+        self.lose(sets, wanted, applied);
+        classes.clear();
+        classes.extend(wanted.iter().map(|tile| self.field.class(*tile)));
+        self.heap.allocate_into(classes, granted);
+        for (tile, block) in wanted.iter().copied().zip(granted.iter().copied()) {
             let Some(id) = block else {
                 applied.refused.push(tile);
                 continue;
@@ -342,11 +366,12 @@ impl<T: Texel> Channel<T> {
             let (texels, mips) = (Slot::Here(texels.clone()), Slot::Here(mips.clone()));
             let entry = Entry { texels, mips, id, version: self.revision };
             *self.field.entry_mut(tile) = Some(entry);
-            self.touch(tile, Vec::new());
+            self.touch(tile, None);
             applied.changes.push(Change::all(tile));
             self.mark(tile);
         }
-        Ok(applied)
+        self.room = room;
+        Ok(())
     }
 
     /// Calls `work` for each of `tiles` to change its texels; tiles are worked on in parallel. Returns what changed,
@@ -368,14 +393,17 @@ impl<T: Texel> Channel<T> {
                     .advise("allocate it first"));
             }
         }
-        let mut order = tiles.to_vec();
+        let scratch = context.scratch();
+        let mut order = scratch.list();
+        order.extend_from_slice(tiles);
         order.sort_unstable();
         if let Some(pair) = order.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(Error::invalid("it is listed twice").at(format!("tile {}", pair[0])));
         }
         self.check_pages(order.iter().copied())?;
         let field = &self.field;
-        let edited = context.map(order.len(), |index| {
+        let mut edited = scratch.list::<Option<Edited<T>>>();
+        context.map_into(order.len(), &mut edited, |index| {
             let tile = order[index];
             let old = field.block(tile).unwrap_or(&[]);
             let mut new = field.copied(tile);
@@ -388,16 +416,18 @@ impl<T: Texel> Channel<T> {
             }
             let finite = T::all_finite(&new);
             let rect = if T::MIPS { Rect::of_difference(old, &new, size) } else { None };
-            Some((tile, finite, changed_borders(old, &new, size as u32), rect, new))
+            let borders = changed_borders(old, &new, size as u32);
+            Some(Edited { tile, texels: new, finite, borders, rect })
         });
-        if let Some((tile, ..)) = edited.iter().flatten().find(|(_, finite, ..)| !finite) {
-            return Err(Error::invalid("an edit left a number that is not finite").at(format!("tile {tile}")));
+        if let Some(edited) = edited.iter().flatten().find(|edited| !edited.finite) {
+            let place = format!("tile {}", edited.tile);
+            return Err(Error::invalid("an edit left a number that is not finite").at(place));
         }
         self.begin();
-        let mut changes = Vec::new();
-        for (tile, _, borders, rect, texels) in edited.into_iter().flatten() {
+        let mut changes = scratch.take_list();
+        for Edited { tile, borders, rect, texels, .. } in edited.drain(..).flatten() {
             self.replace(tile, texels);
-            self.touch(tile, rect.into_iter().collect());
+            self.touch(tile, rect);
             changes.push(Change { tile, borders });
         }
         Ok(changes)
@@ -409,7 +439,7 @@ impl<T: Texel> Channel<T> {
     ///
     /// Fails, and changes nothing, if a tile is not allocated or not listed in ascending order, a length is not that of
     /// its block, or a number is not finite.
-    pub fn put(&mut self, context: &Context, blocks: Vec<(u32, Arc<[T]>)>) -> Result<Vec<Change>> {
+    pub fn put(&mut self, context: &Context, mut blocks: Vec<(u32, Arc<[T]>)>) -> Result<Vec<Change>> {
         let place = |tile: u32| format!("tile {tile}");
         if let Some(pair) = blocks.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
             return Err(Error::invalid("it is not after the one before").at(place(pair[1].0)));
@@ -426,7 +456,9 @@ impl<T: Texel> Channel<T> {
             }
         }
         let field = &self.field;
-        let borders = context.map(blocks.len(), |index| {
+        let scratch = context.scratch();
+        let mut borders = scratch.list::<Option<(bool, u8, Option<Rect>)>>();
+        context.map_into(blocks.len(), &mut borders, |index| {
             let (tile, new) = &blocks[index];
             let old = field.block(*tile).unwrap_or(&[]);
             let same = bytemuck::cast_slice::<T, u8>(old) == bytemuck::cast_slice::<T, u8>(new);
@@ -434,44 +466,60 @@ impl<T: Texel> Channel<T> {
             let rect = || if T::MIPS { Rect::of_difference(old, new, size as usize) } else { None };
             (!same).then(|| (T::all_finite(new), changed_borders(old, new, size), rect()))
         });
-        if let Some(((tile, _), _)) = blocks.iter().zip(&borders).find(|(_, found)| matches!(found, Some((false, ..))))
-        {
+        let mut found = blocks.iter().zip(borders.iter());
+        if let Some(((tile, _), _)) = found.find(|(_, found)| matches!(found, Some((false, ..)))) {
             return Err(Error::invalid("an edit left a number that is not finite").at(place(*tile)));
         }
         self.begin();
-        let mut changes = Vec::new();
-        for ((tile, texels), found) in blocks.into_iter().zip(borders) {
+        let mut changes = scratch.take_list();
+        for ((tile, texels), found) in blocks.drain(..).zip(borders.drain(..)) {
             if let Some((_, borders, rect)) = found {
                 self.replace(tile, texels);
-                self.touch(tile, rect.into_iter().collect());
+                self.touch(tile, rect);
                 changes.push(Change { tile, borders });
             }
         }
+        scratch.keep_list(blocks);
         Ok(changes)
     }
 
     /// Ends an edit: allocates the tiles that `changes` reach and brings borders and rings up to date. Returns the
     /// tiles the budget refused; borders toward them are blank again.
     pub fn settle(&mut self, context: &Context, changes: &[Change]) -> Result<Vec<u32>> {
-        let reached = ring::reached(&self.field, changes);
+        let scratch = context.scratch();
+        let mut reached = scratch.list();
+        ring::reached(&self.field, changes, &mut reached);
         if reached.is_empty() {
-            self.update_rings(context, changes)?;
+            self.follow_changes(context, changes, &mut reached)?;
             return Ok(Vec::new());
         }
-        let applied = self.apply(&Sets { allocate: reached, ..Sets::default() })?;
-        let all: Vec<Change> = changes.iter().chain(&applied.changes).copied().collect();
-        self.update_rings(context, &all)?;
-        Ok(applied.refused)
+        let sets = Sets { allocate: reached.detach(), ..Sets::default() };
+        let mut applied = scratch.lend::<Applied>();
+        let done = self.apply_into(&sets, &mut applied);
+        sets.give_back(context);
+        done?;
+        let mut all = scratch.list();
+        all.extend(changes.iter().chain(&applied.changes));
+        self.follow_changes(context, &all, &mut scratch.list())?;
+        Ok(applied.refused.drain(..).collect())
     }
 
     /// Brings borders and rings up to date, see [`crate::ring`]. Returns the tiles that changed by it, ascending.
     pub fn update_rings(&mut self, context: &Context, changes: &[Change]) -> Result<Vec<u32>> {
+        let mut tiles = Vec::new();
+        self.follow_changes(context, changes, &mut tiles)?;
+        Ok(tiles)
+    }
+
+    /// As [`Self::update_rings`]; the tiles are in place of what `tiles` holds.
+    fn follow_changes(&mut self, context: &Context, changes: &[Change], tiles: &mut Vec<u32>) -> Result<()> {
         for change in changes {
             self.check(change.tile)?;
         }
         self.begin();
-        let mut tiles = Vec::new();
-        let plan = ring::plan(&View::whole(&self.field), changes);
+        tiles.clear();
+        let mut plan = context.scratch().lend::<Plan>();
+        ring::plan(&View::whole(&self.field), changes.iter().copied(), &mut plan);
         let mut writes = context.scratch().lend::<Writes<T>>();
         for pass in [ring::borders, ring::rings] {
             pass(context, &self.field, &plan, &mut writes);
@@ -483,75 +531,7 @@ impl<T: Texel> Channel<T> {
         tiles.dedup();
         self.update_mips(context);
         self.trim();
-        self.report_fault()?;
-        Ok(tiles)
-    }
-
-    /// Brings mips up to date with what was written. [`Self::settle`], [`Self::update_rings`] and [`Self::commit`] do
-    /// it as well; only who reads filtered colours after [`Self::write`] and before any of them needs to.
-    pub fn update_mips(&mut self, context: &Context) {
-        let mut pending = std::mem::take(&mut self.pending);
-        if pending.is_empty() {
-            return;
-        }
-        pending.sort_by_key(|(tile, _)| *tile);
-        pending.dedup_by(|next, kept| {
-            let same = next.0 == kept.0;
-            if same {
-                kept.1.append(&mut next.1);
-            }
-            same
-        });
-        // Mips leave their entries while they are written, so that those nobody else holds are written in place.
-        let mut work = Vec::with_capacity(pending.len());
-        for (tile, rects) in pending.iter().filter(|(_, rects)| !rects.is_empty()) {
-            self.fetch(*tile);
-            if let Some(Entry { texels: Slot::Here(texels), mips: Slot::Here(mips), id, .. }) =
-                self.field.entry_mut(*tile)
-            {
-                work.push((*tile, rects.as_slice(), id.class, texels.clone(), std::mem::take(mips)));
-            }
-        }
-        let spare = self.field.spare.clone();
-        context.for_each_mut(&mut work, |_, (_, rects, class, texels, mips)| {
-            if Arc::get_mut(mips).is_none() {
-                *mips = spare.copy_of(mips);
-            }
-            if let Some(mips) = Arc::get_mut(mips) {
-                mip::refresh(context.level(), *class, texels, mips, rects);
-            }
-        });
-        for (tile, _, _, _, mips) in work {
-            if let Some(entry) = self.field.entry_mut(tile) {
-                entry.mips = Slot::Here(mips);
-            }
-        }
-        let changes: Vec<Change> = pending.iter().map(|(tile, _)| Change::all(*tile)).collect();
-        let plan = ring::plan(&View::at(&self.field, 2 * MAX_SIZE), &changes);
-        let mut writes = context.scratch().lend::<Writes<T>>();
-        ring::mip_rings(context, &self.field, &plan, &mut writes);
-        for (_, tile, list) in writes.iter() {
-            self.fetch(tile);
-            let Some(Entry { mips: Slot::Here(mips), .. }) = self.field.entry_mut(tile) else { continue };
-            if Arc::get_mut(mips).is_none() {
-                *mips = spare.copy_of(mips);
-            }
-            if let Some(mips) = Arc::get_mut(mips) {
-                list.iter().for_each(|(at, value)| mips[*at as usize] = *value);
-            }
-        }
-    }
-
-    /// Notes that mips of `tile` and its neighbours are to be made anew: above `rects`, and their rings.
-    fn touch(&mut self, tile: u32, rects: Vec<Rect>) {
-        if T::MIPS {
-            self.pending.push((tile, rects));
-        }
-    }
-
-    /// As [`Self::touch`], of all texels of `tile`.
-    pub(crate) fn touch_all(&mut self, tile: u32) {
-        self.touch(tile, vec![Rect::whole(self.field.size(tile) as usize)]);
+        self.report_fault()
     }
 
     /// Gives back the blocks of those of `tiles` that hold nothing but what tiles without a block read as, unless a
@@ -579,7 +559,8 @@ impl<T: Texel> Channel<T> {
         around.sort_unstable();
         around.dedup();
         let around: Vec<Change> = around.into_iter().map(Change::all).collect();
-        let wanted = ring::reached(&without, &around);
+        let mut wanted = context.scratch().list();
+        ring::reached(&without, &around, &mut wanted);
         gone.retain(|tile| wanted.binary_search(tile).is_err());
         let applied = self.apply(&Sets { deallocate: gone.clone(), ..Sets::default() })?;
         self.update_rings(context, &applied.changes)?;
@@ -725,11 +706,8 @@ impl<T: Texel> Channel<T> {
         for (at, tile, list) in writes.iter() {
             self.mark(tile);
             if T::MIPS {
-                let size = self.field.size(tile) as usize;
-                let rects = Rect::of_indices(list.iter().map(|(at, _)| *at as usize), size);
-                if !rects.is_empty() {
-                    self.touch(tile, rects);
-                }
+                let (size, indices) = (self.field.size(tile) as usize, list.iter().map(|(at, _)| *at as usize));
+                Rect::of_indices(indices, size, |rect| self.touch(tile, Some(rect)));
             }
             // What cannot be read back cannot be written to; it is told.
             if !self.fetch(tile) {
@@ -755,6 +733,16 @@ impl<T: Texel> Channel<T> {
             self.replace(tile, texels);
         }
     }
+}
+
+/// What an edit made of a tile.
+struct Edited<T> {
+    tile: u32,
+    texels: Arc<[T]>,
+    /// Whether all its numbers are.
+    finite: bool,
+    borders: u8,
+    rect: Option<Rect>,
 }
 
 /// Tiles whose blocks somebody shares, where in the writes theirs are, and the copies that take the place of the blocks.

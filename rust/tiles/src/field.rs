@@ -48,6 +48,31 @@ pub struct Field<T = f16> {
     pub(crate) spare: Arc<Spare<T, Page<Entry<T>>>>,
 }
 
+impl<T> Drop for Field<T> {
+    /// What a stroke or a history held is spare for the next ones.
+    fn drop(&mut self) {
+        // Not for a field that is the last one of its channel.
+        if Arc::strong_count(&self.spare) > 1 {
+            self.let_go();
+        }
+    }
+}
+
+impl<T> Field<T> {
+    /// Has no blocks any more. Those that no other field has are spare.
+    pub(crate) fn let_go(&mut self) {
+        let spare = &self.spare;
+        let block = |slot| {
+            if let Slot::Here(texels) = slot {
+                spare.keep(texels);
+            }
+        };
+        let entry = |entry: Entry<T>| [entry.texels, entry.mips].into_iter().for_each(block);
+        self.pages.let_go(entry, |page| spare.keep_page(page));
+        self.pager = None;
+    }
+}
+
 impl<T: Texel> Field<T> {
     /// A field without blocks, where `classes` says the size of every tile and `blank` what it reads as.
     pub(crate) fn new(topology: Arc<TileTopology>, classes: Vec<SizeClass>, blank: T) -> Self {
@@ -72,19 +97,6 @@ impl<T: Texel> Field<T> {
         frames.clone_from(&other.frames);
         pager.clone_from(&other.pager);
         spare.clone_from(&other.spare);
-    }
-
-    /// Has no blocks any more. Those that no other field has are spare.
-    pub(crate) fn let_go(&mut self) {
-        let spare = &self.spare;
-        let block = |slot| {
-            if let Slot::Here(texels) = slot {
-                spare.keep(texels);
-            }
-        };
-        let entry = |entry: Entry<T>| [entry.texels, entry.mips].into_iter().for_each(block);
-        self.pages.let_go(entry, |page| spare.keep_page(page));
-        self.pager = None;
     }
 
     /// A block that is nobody else's, with the texels of `tile` and its ring: blank ones if it is not allocated.

@@ -151,6 +151,8 @@ pub struct BlockId<C = SizeClass> {
 struct ClassHeap {
     free_table: Vec<u32>,
     n_free: usize,
+    /// Blocks that a list of allocations takes of it, while one is granted.
+    wanted: usize,
 }
 
 /// Blocks by which a size of tiles grows.
@@ -214,33 +216,36 @@ impl<C: Class> Heap<C> {
     /// A block for each of `requests`, in order; `None` where the budget does not allow it. Later requests that still
     /// fit are granted.
     pub fn allocate(&mut self, requests: &[C]) -> Vec<Option<BlockId<C>>> {
-        let mut wanted = vec![0; C::COUNT];
-        let granted: Vec<Option<usize>> = requests
-            .iter()
-            .map(|class| {
-                let bytes = self.bytes_of(*class);
-                let fits = self.bytes.checked_add(bytes).is_some_and(|bytes| bytes <= self.budget);
-                fits.then(|| {
-                    self.bytes += bytes;
-                    wanted[class.index()] += 1;
-                    wanted[class.index()] - 1
-                })
-            })
-            .collect();
+        let mut blocks = Vec::with_capacity(requests.len());
+        self.allocate_into(requests, &mut blocks);
+        blocks
+    }
+
+    /// As [`Self::allocate`], in place of what `blocks` holds.
+    pub fn allocate_into(&mut self, requests: &[C], blocks: &mut Vec<Option<BlockId<C>>>) {
+        blocks.clear();
         for class in requests {
-            let wanted = wanted[class.index()];
-            self.classes[class.index()].reserve(wanted, class.group());
+            let bytes = self.bytes_of(*class);
+            let fits = self.bytes.checked_add(bytes).is_some_and(|bytes| bytes <= self.budget);
+            let heap = &mut self.classes[class.index()];
+            blocks.push(fits.then(|| {
+                self.bytes += bytes;
+                heap.wanted += 1;
+                BlockId { class: *class, number: heap.wanted as u32 - 1 }
+            }));
+        }
+        for class in requests {
+            let heap = &mut self.classes[class.index()];
+            heap.reserve(heap.wanted, class.group());
         }
         // Request i of a class takes the entry at n_free − 1 − i.
-        let blocks = requests.iter().zip(granted).map(|(class, order)| {
-            let heap = &self.classes[class.index()];
-            order.map(|order| BlockId { class: *class, number: heap.free_table[heap.n_free - 1 - order] })
-        });
-        let blocks = blocks.collect();
-        for (heap, wanted) in self.classes.iter_mut().zip(wanted) {
-            heap.n_free -= wanted;
+        for block in blocks.iter_mut().flatten() {
+            let heap = &self.classes[block.class.index()];
+            block.number = heap.free_table[heap.n_free - 1 - block.number as usize];
         }
-        blocks
+        for heap in &mut self.classes {
+            heap.n_free -= std::mem::take(&mut heap.wanted);
+        }
     }
 
     /// A block of `class`, whatever the budget says.

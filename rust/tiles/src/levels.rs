@@ -17,7 +17,7 @@ use crate::channel::{Applied, Channel, class_of};
 use crate::field::{Entry, Field};
 use crate::heap::SizeClass;
 use crate::paging::Paged;
-use crate::ring::{self, Change, View, Writes};
+use crate::ring::{self, Change, Plan, View, Writes};
 use crate::sets::Sets;
 use crate::slot::Slot;
 use crate::spline::{coarsen_block, subdivide_block};
@@ -269,10 +269,13 @@ fn differences<T: Texel>(context: &Context, level: &Field<T>, blocks: &[(u32, Ar
     let classes = (0..level.tile_count() as u32).map(|tile| level.class(tile)).collect();
     let mut field: Field<T::Difference> = level.like(classes, Zeroable::zeroed(), made);
     let changes: Vec<Change> = blocks.iter().map(|(tile, _)| Change::all(*tile)).collect();
-    for tile in ring::reached(&field, &changes) {
+    let mut reached = context.scratch().list();
+    ring::reached(&field, &changes, &mut reached);
+    for tile in reached.iter().copied() {
         field.insert(tile, vec![Zeroable::zeroed(); field.class(tile).texels()].into());
     }
-    let plan = ring::plan(&View::whole(&field), &changes);
+    let mut plan = Plan::default();
+    ring::plan(&View::whole(&field), changes.iter().copied(), &mut plan);
     let mut writes = Writes::default();
     ring::rings(context, &field, &plan, &mut writes);
     for (_, tile, list) in writes.iter() {

@@ -7,10 +7,16 @@
 //! level below whenever they are needed. Units: texels.
 
 use std::ops::Range;
+use std::sync::Arc;
 
+use relievo_core::Context;
 use relievo_core::simd::Level;
 
-use crate::heap::SizeClass;
+use crate::channel::Channel;
+use crate::field::Entry;
+use crate::heap::{MAX_SIZE, SizeClass};
+use crate::ring::{self, Change, Plan, View, Writes};
+use crate::slot::Slot;
 use crate::texel::Texel;
 
 /// Texels of a tile that changed, without the ring.
@@ -49,45 +55,132 @@ impl Rect {
         Some(Self { columns: low..high, rows: first..last + 1 })
     }
 
-    /// The rectangles of texels of the block with the indices `list`: one each if they are few, else one for all.
-    pub fn of_indices(list: impl Iterator<Item = usize> + Clone, size: usize) -> Vec<Self> {
+    /// Calls `each` with the rectangles of texels of the block with the indices `list`: one each if they are few, else
+    /// one for all.
+    pub fn of_indices(list: impl Iterator<Item = usize> + Clone, size: usize, mut each: impl FnMut(Self)) {
         /// Above this many a common rectangle is less work.
         const FEW: usize = 8;
         let stride = size + 2;
         let inside = |at: &usize| (1..=size).contains(&(at % stride)) && (1..=size).contains(&(at / stride));
-        let place = |at: usize| (at % stride - 1, at / stride - 1);
-        let texels: Vec<(usize, usize)> = list.filter(inside).map(place).collect();
-        if texels.len() <= FEW {
-            return texels.iter().map(|(i, j)| Self { columns: *i..i + 1, rows: *j..j + 1 }).collect();
+        let texels = list.filter(inside).map(|at| (at % stride - 1, at / stride - 1));
+        let texel = |(i, j): (usize, usize)| Self { columns: i..i + 1, rows: j..j + 1 };
+        if texels.clone().nth(FEW).is_none() {
+            return texels.map(texel).for_each(each);
         }
-        let range = |of: fn(&(usize, usize)) -> usize| {
-            let all = texels.iter().map(of);
-            all.clone().min().unwrap_or(0)..all.max().map_or(0, |last| last + 1)
-        };
-        vec![Self { columns: range(|place| place.0), rows: range(|place| place.1) }]
+        let both = |a: Range<usize>, b: Range<usize>| a.start.min(b.start)..a.end.max(b.end);
+        let with = |a: Self, b: Self| Self { columns: both(a.columns, b.columns), rows: both(a.rows, b.rows) };
+        texels.map(texel).reduce(with).into_iter().for_each(&mut each);
     }
 
-    /// What lies above it.
-    fn halved(&self) -> Self {
-        let half = |range: &Range<usize>| range.start / 2..range.end.div_ceil(2);
+    /// What lies above it, `levels` levels up.
+    fn halved(&self, levels: u32) -> Self {
+        let half = |range: &Range<usize>| range.start >> levels..range.end.div_ceil(1 << levels);
         Self { columns: half(&self.columns), rows: half(&self.rows) }
+    }
+}
+
+/// A tile whose mips are made anew above some of the rectangles that are pending.
+struct MipWork<T> {
+    tile: u32,
+    rects: Range<usize>,
+    class: SizeClass,
+    texels: Arc<[T]>,
+    mips: Arc<[T]>,
+}
+
+impl<T: Texel> Channel<T> {
+    /// Brings mips up to date with what was written. [`Self::settle`], [`Self::update_rings`] and [`Self::commit`] do
+    /// it as well; only who reads filtered colours after [`Self::write`] and before any of them needs to.
+    pub fn update_mips(&mut self, context: &Context) {
+        let mut pending = std::mem::take(&mut self.pending);
+        if pending.is_empty() {
+            return;
+        }
+        pending.sort_unstable_by_key(|(tile, _)| *tile);
+        // Mips leave their entries while they are written, so that those nobody else holds are written in place.
+        let mut work = context.scratch().list::<MipWork<T>>();
+        let mut first = 0;
+        for own in pending.chunk_by(|a, b| a.0 == b.0) {
+            let rects = first..first + own.len();
+            first = rects.end;
+            if own.iter().all(|(_, rect)| rect.is_none()) {
+                continue;
+            }
+            let tile = own[0].0;
+            self.fetch(tile);
+            if let Some(Entry { texels: Slot::Here(texels), mips: Slot::Here(mips), id, .. }) =
+                self.field.entry_mut(tile)
+            {
+                let (class, texels, mips) = (id.class, texels.clone(), std::mem::take(mips));
+                work.push(MipWork { tile, rects, class, texels, mips });
+            }
+        }
+        let spare = self.field.spare.clone();
+        context.for_each_mut(&mut work, |_, MipWork { rects, class, texels, mips, .. }| {
+            if Arc::get_mut(mips).is_none() {
+                *mips = spare.copy_of(mips);
+            }
+            if let Some(mips) = Arc::get_mut(mips) {
+                let rects = pending[rects.clone()].iter().filter_map(|(_, rect)| rect.as_ref());
+                refresh(context.level(), *class, texels, mips, rects);
+            }
+        });
+        for MipWork { tile, mips, .. } in work.drain(..) {
+            if let Some(entry) = self.field.entry_mut(tile) {
+                entry.mips = Slot::Here(mips);
+            }
+        }
+        let mut plan = context.scratch().lend::<Plan>();
+        let changes = pending.chunk_by(|a, b| a.0 == b.0).map(|own| Change::all(own[0].0));
+        ring::plan(&View::at(&self.field, 2 * MAX_SIZE), changes, &mut plan);
+        pending.clear();
+        self.pending = pending;
+        let mut writes = context.scratch().lend::<Writes<T>>();
+        ring::mip_rings(context, &self.field, &plan, &mut writes);
+        for (_, tile, list) in writes.iter() {
+            self.fetch(tile);
+            let Some(Entry { mips: Slot::Here(mips), .. }) = self.field.entry_mut(tile) else { continue };
+            if Arc::get_mut(mips).is_none() {
+                *mips = spare.copy_of(mips);
+            }
+            if let Some(mips) = Arc::get_mut(mips) {
+                list.iter().for_each(|(at, value)| mips[*at as usize] = *value);
+            }
+        }
+    }
+
+    /// Notes that mips of `tile` and its neighbours are to be made anew: above `rect`, if there is one, and their rings.
+    pub(crate) fn touch(&mut self, tile: u32, rect: Option<Rect>) {
+        if T::MIPS {
+            self.pending.push((tile, rect));
+        }
+    }
+
+    /// As [`Self::touch`], of all texels of `tile`.
+    pub(crate) fn touch_all(&mut self, tile: u32) {
+        self.touch(tile, Some(Rect::whole(self.field.size(tile) as usize)));
     }
 }
 
 /// Brings the mips above `rects` of `texels` up to date, rings and equalised corners left out: these are means again
 /// afterwards.
-pub(crate) fn refresh<T: Texel>(simd: Level, class: SizeClass, texels: &[T], mips: &mut [T], rects: &[Rect]) {
-    let mut rects = rects.to_vec();
+fn refresh<'a, T: Texel>(
+    simd: Level,
+    class: SizeClass,
+    texels: &[T],
+    mips: &mut [T],
+    rects: impl Iterator<Item = &'a Rect> + Clone,
+) {
     let mut size = class.size() as usize;
     for level in 1..=class.mips() {
         let (below, rest) = mips.split_at_mut(class.level_start(level).min(mips.len()));
         let source = if level == 1 { texels } else { &below[class.level_start(level - 1)..] };
         let target = &mut rest[..class.level_texels(level)];
         let (from, to) = (size + 2, size / 2 + 2);
-        for rect in &mut rects {
-            *rect = rect.halved();
+        for rect in rects.clone() {
+            let rect = rect.halved(level);
             let (first, count) = (rect.columns.start, rect.columns.len());
-            for j in rect.rows.clone() {
+            for j in rect.rows {
                 let row = |j: usize| &source[j * from + 1 + 2 * first..][..2 * count];
                 let out = &mut target[(j + 1) * to + 1 + first..][..count];
                 T::shrink(simd, row(2 * j + 1), row(2 * j + 2), out);

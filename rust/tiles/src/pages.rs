@@ -23,6 +23,21 @@ pub(crate) type Page<E> = [Option<E>; PAGE];
 #[derive(Clone, Debug)]
 pub(crate) struct Pages<E>(Vec<Option<Arc<Page<E>>>>);
 
+impl<E> Pages<E> {
+    /// Has nothing for any element. What nobody else has either is given to `entry`, then the empty pages to `page`.
+    pub fn let_go(&mut self, mut entry: impl FnMut(E), mut page: impl FnMut(Arc<Page<E>>)) {
+        for mut own in self.0.iter_mut().filter_map(Option::take) {
+            // What is shared is known from the count of references alone.
+            if Arc::strong_count(&own) == 1
+                && let Some(entries) = Arc::get_mut(&mut own)
+            {
+                entries.iter_mut().filter_map(Option::take).for_each(&mut entry);
+                page(own);
+            }
+        }
+    }
+}
+
 impl<E: Clone> Pages<E> {
     /// Nothing for `count` elements.
     pub fn new(count: usize) -> Self {
@@ -32,16 +47,6 @@ impl<E: Clone> Pages<E> {
     /// Shares what `other` has, in the place of what is here.
     pub fn copy_from(&mut self, other: &Self) {
         self.0.clone_from(&other.0);
-    }
-
-    /// Has nothing for any element. What nobody else has either is given to `entry`, then the empty pages to `page`.
-    pub fn let_go(&mut self, mut entry: impl FnMut(E), mut page: impl FnMut(Arc<Page<E>>)) {
-        for mut own in self.0.iter_mut().filter_map(Option::take) {
-            if let Some(entries) = Arc::get_mut(&mut own) {
-                entries.iter_mut().filter_map(Option::take).for_each(&mut entry);
-                page(own);
-            }
-        }
     }
 
     /// As [`Self::entry_mut`], where a page that others have is copied to one that `spare` gives, if it does.

@@ -26,7 +26,7 @@
 
 use std::ops::Range;
 
-use relievo_core::Context;
+use relievo_core::{Context, List};
 use relievo_surface::{Incidence, Link, RingClass, Side, TileTopology};
 
 use crate::field::{Field, Line};
@@ -129,10 +129,10 @@ fn around<T: Texel>(field: &View<'_, T>, ring: u32, from: usize, to: usize) -> T
 }
 
 /// The tiles that are not allocated but that `changes` reach: across a border that is not blank, or at a vertex whose
-/// corner texel is not blank. Ascending.
-pub fn reached<T: Texel>(field: &Field<T>, changes: &[Change]) -> Vec<u32> {
+/// corner texel is not blank. Ascending, in place of what `tiles` holds.
+pub fn reached<T: Texel>(field: &Field<T>, changes: &[Change], tiles: &mut Vec<u32>) {
     let field = &View::whole(field);
-    let mut tiles = Vec::new();
+    tiles.clear();
     for change in changes {
         let tile = change.tile;
         let Some(block) = field.block(tile) else { continue };
@@ -165,10 +165,10 @@ pub fn reached<T: Texel>(field: &Field<T>, changes: &[Change]) -> Vec<u32> {
     }
     tiles.sort_unstable();
     tiles.dedup();
-    tiles
 }
 
 /// The sides and vertices that an update concerns.
+#[derive(Default)]
 pub(crate) struct Plan {
     /// By ascending tile.
     work: Vec<Work>,
@@ -180,12 +180,12 @@ pub(crate) struct Plan {
 const POLE: usize = 16;
 
 /// The tiles as one pass sees them: as they are, or each at the mip that is nearest to a density.
-pub(crate) struct View<'a, T> {
+pub(crate) struct View<'a, T: Texel> {
     field: &'a Field<T>,
     /// Texels along an edge of the cage, at most; `u32::MAX` for the tiles themselves.
     density: u32,
-    /// The values of poles, ascending.
-    poles: Vec<(u32, Vertex<T>)>,
+    /// The values of poles, ascending, if they are known.
+    poles: Option<List<'a, (u32, Vertex<T>)>>,
 }
 
 impl<'a, T: Texel> View<'a, T> {
@@ -196,13 +196,14 @@ impl<'a, T: Texel> View<'a, T> {
 
     /// Tiles of at most `density` texels along an edge of the cage, where they have such a mip.
     pub fn at(field: &'a Field<T>, density: u32) -> Self {
-        Self { field, density, poles: Vec::new() }
+        Self { field, density, poles: None }
     }
 
     /// Knows the values at the poles of `plan`.
-    pub fn with_poles(mut self, context: &Context, plan: &Plan) -> Self {
-        let poles = context.map(plan.poles.len(), |index| (plan.poles[index], vertex(&self, plan.poles[index])));
-        self.poles = poles;
+    pub fn with_poles(mut self, context: &'a Context, plan: &Plan) -> Self {
+        let mut poles = context.scratch().list();
+        context.map_into(plan.poles.len(), &mut poles, |index| (plan.poles[index], vertex(&self, plan.poles[index])));
+        self.poles = Some(poles);
         self
     }
 
@@ -334,8 +335,8 @@ fn ring_of<T: Texel>(field: &View<'_, T>, work: Work, mut write_at: impl FnMut(u
 /// block counts as a blank one, so that borders beside it keep what they are, and vertices are made from the means of
 /// the tiles' corners, which is not what they hold once they are equalised.
 pub(crate) fn mip_rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan, writes: &mut Writes<T>) {
-    let views: Vec<View<'_, T>> =
-        (1..=MAX_SIZE.ilog2()).map(|power| View::at(field, 1 << power).with_poles(context, plan)).collect();
+    let views: [View<'_, T>; MAX_SIZE.ilog2() as usize] =
+        std::array::from_fn(|power| View::at(field, 2 << power).with_poles(context, plan));
     collect(context, &plan.work, writes, |work, out| {
         let class = field.class(work.tile);
         let sub = u32::from(field.topology().is_sub(work.tile));
@@ -438,12 +439,13 @@ fn collect<T: Texel>(
     }
 }
 
-/// The sides and vertices that `changes` concern, of allocated tiles.
-pub(crate) fn plan<T: Texel>(field: &View<'_, T>, changes: &[Change]) -> Plan {
+/// The sides and vertices that `changes` concern, of allocated tiles, in place of what `plan` holds.
+pub(crate) fn plan<T: Texel>(field: &View<'_, T>, changes: impl Iterator<Item = Change>, plan: &mut Plan) {
     let topology = field.topology();
-    let mut work: Vec<Work> = Vec::with_capacity(8 * changes.len());
+    let Plan { work, poles: vertices } = plan;
+    work.clear();
+    vertices.clear();
     let side = |side: Side| Work { tile: side.tile, edges: 1 << side.edge, corners: 0 };
-    let mut vertices = Vec::with_capacity(4 * changes.len());
     for change in changes {
         let tile = change.tile;
         for edge in (0..4u8).filter(|edge| change.borders >> edge & 1 != 0) {
@@ -489,7 +491,6 @@ pub(crate) fn plan<T: Texel>(field: &View<'_, T>, changes: &[Change]) -> Plan {
         same
     });
     vertices.retain(|ring| topology.ring(*ring).len() > POLE);
-    Plan { work, poles: vertices }
 }
 
 /// The parts of a side that have a neighbour: one, or two beside sub-tiles; none at borders and non-manifold edges.
@@ -738,9 +739,10 @@ fn vertex<T: Texel>(field: &View<'_, T>, ring: u32) -> Vertex<T> {
     let topology = field.topology();
     let entries = topology.ring(ring);
     if entries.len() > POLE
-        && let Ok(index) = field.poles.binary_search_by_key(&ring, |(pole, _)| *pole)
+        && let Some(poles) = &field.poles
+        && let Ok(index) = poles.binary_search_by_key(&ring, |(pole, _)| *pole)
     {
-        return field.poles[index].1;
+        return poles[index].1;
     }
     let class = topology.ring_class(ring);
     if class == RingClass::Pinned || !entries.iter().all(|entry| field.is_allocated(entry.tile)) {

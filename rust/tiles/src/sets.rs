@@ -6,7 +6,7 @@
 //! whatever the number of threads.
 
 use bytemuck::{Pod, Zeroable};
-use relievo_core::Context;
+use relievo_core::{Context, Parts};
 
 /// What the classification kernel found out about a tile. As stored in buffers.
 #[repr(C)]
@@ -44,49 +44,73 @@ const GROUP: usize = 2048;
 impl Sets {
     /// The sets of `candidates`, in their order, where `allocated` tells which tiles have a block.
     pub fn scan(context: &Context, candidates: &[Candidate], allocated: impl Fn(u32) -> bool + Sync) -> Self {
-        let groups: Vec<_> = candidates.chunks(GROUP).collect();
         // Membership in the three sets, in this order.
         let flags = |candidate: &Candidate| match candidate.decision {
             Candidate::MODIFY => [!allocated(candidate.tile), true, false],
             Candidate::CLEAR => [false, false, allocated(candidate.tile)],
             _ => [false; 3],
         };
-        let counts = context.map(groups.len(), |group| {
+        let scratch = context.scratch();
+        let mut counts = scratch.list::<[usize; 3]>();
+        context.map_into(candidates.len().div_ceil(GROUP), &mut counts, |group| {
             let mut counts = [0usize; 3];
-            for candidate in groups[group] {
+            for candidate in candidates.iter().skip(group * GROUP).take(GROUP) {
                 for (count, flag) in counts.iter_mut().zip(flags(candidate)) {
                     *count += usize::from(flag);
                 }
             }
             counts
         });
-        let mut lists: [Vec<u32>; 3] = std::array::from_fn(|set| vec![0; counts.iter().map(|count| count[set]).sum()]);
-        // Every group gets its own part of each list.
-        let [mut allocate, mut modify, mut deallocate] = lists.each_mut().map(Vec::as_mut_slice);
-        let mut parts: Vec<[&mut [u32]; 3]> = Vec::with_capacity(groups.len());
-        for count in &counts {
-            parts.push([take(&mut allocate, count[0]), take(&mut modify, count[1]), take(&mut deallocate, count[2])]);
-        }
-        context.for_each_mut(&mut parts, |group, part| {
-            let mut at = [0; 3];
-            for candidate in groups[group] {
-                for (set, flag) in flags(candidate).into_iter().enumerate() {
-                    if flag {
-                        part[set][at[set]] = candidate.tile;
-                        at[set] += 1;
-                    }
+        let list = |set: usize| {
+            let mut list = scratch.take_list::<u32>();
+            list.resize(counts.iter().map(|count| count[set]).sum(), 0);
+            list
+        };
+        let mut sets = Self { allocate: list(0), modify: list(1), deallocate: list(2) };
+        let lists = [&mut sets.allocate, &mut sets.modify, &mut sets.deallocate].map(Vec::as_mut_slice);
+        let scattered = context.for_each_part(Groups { candidates, counts: &counts, lists }, 1, |_, groups| {
+            let mut lists = groups.lists.map(|list| list.iter_mut());
+            for candidate in groups.candidates {
+                for (list, _) in lists.iter_mut().zip(flags(candidate)).filter(|(_, flag)| *flag) {
+                    list.next().into_iter().for_each(|tile| *tile = candidate.tile);
                 }
             }
+            Ok(())
         });
-        drop(parts);
-        let [allocate, modify, deallocate] = lists;
-        Self { allocate, modify, deallocate }
+        debug_assert!(scattered.is_ok());
+        sets
+    }
+
+    /// Gives the room of the lists back to the context they are from.
+    pub fn give_back(self, context: &Context) {
+        [self.allocate, self.modify, self.deallocate].into_iter().for_each(|list| context.scratch().keep_list(list));
     }
 }
 
-/// Splits the first `count` places off `rest`.
-fn take<'a>(rest: &mut &'a mut [u32], count: usize) -> &'a mut [u32] {
-    rest.split_off_mut(..count).unwrap_or_default()
+/// Groups of candidates with what they have in each set, and their parts of the lists.
+struct Groups<'a> {
+    candidates: &'a [Candidate],
+    counts: &'a [[usize; 3]],
+    lists: [&'a mut [u32]; 3],
+}
+
+impl Parts for Groups<'_> {
+    fn len(&self) -> usize {
+        self.counts.len()
+    }
+
+    fn split_at(self, at: usize) -> (Self, Self) {
+        let (counts, more_counts) = Parts::split_at(self.counts, at);
+        let (candidates, more) = Parts::split_at(self.candidates, at * GROUP);
+        let mut set = 0..3;
+        let parts = self.lists.map(|list| {
+            let own: usize = set.next().map_or(0, |set| counts.iter().map(|count| count[set]).sum());
+            Parts::split_at(list, own)
+        });
+        let [(a, more_a), (b, more_b), (c, more_c)] = parts;
+        let first = Groups { candidates, counts, lists: [a, b, c] };
+        (first, Groups { candidates: more, counts: more_counts, lists: [more_a, more_b, more_c] })
+    }
 }
 
 #[cfg(test)]

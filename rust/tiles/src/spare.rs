@@ -25,10 +25,6 @@ impl<T, P> Default for Spare<T, P> {
 }
 
 impl<T: Copy, P> Spare<T, P> {
-    fn lists(&self) -> MutexGuard<'_, Lists<T, P>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// A block that holds what `source` does, and is nobody else's.
     pub fn copy_of(&self, source: &[T]) -> Arc<[T]> {
         self.with(source.len(), |block| block.copy_from_slice(source)).unwrap_or_else(|| source.into())
@@ -49,6 +45,12 @@ impl<T: Copy, P> Spare<T, P> {
         };
         write(Arc::get_mut(&mut block)?);
         Some(block)
+    }
+}
+
+impl<T, P> Spare<T, P> {
+    fn lists(&self) -> MutexGuard<'_, Lists<T, P>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Keeps a block, unless somebody else holds it or there are many.

@@ -55,7 +55,7 @@ impl DisplacedObject {
         let none = || Error::unsupported("the dab is none that a graphics device makes for this object");
         let Some(Kind::Sculpt(mode)) = self.kind_on_device(dab) else { return Err(none()) };
         let mut device = self.device.take().ok_or_else(none)?;
-        let made = device.sculpt(self, &[dab], None, mode);
+        let made = device.sculpt(self, std::slice::from_ref(dab), None, mode);
         self.device = Some(device);
         Ok(made?.map_or_else(Vec::new, |event| event.times))
     }
@@ -67,7 +67,7 @@ impl DisplacedObject {
     pub(crate) fn dab_on_device(
         &mut self,
         context: &Context,
-        dabs: &[&Dab],
+        dabs: &[Dab],
         start: Option<Ground<'_>>,
     ) -> Result<Option<Vec<DabReport>>> {
         let Some(kind) = dabs.first().and_then(|dab| self.kind_on_device(dab)) else { return Ok(None) };
@@ -77,7 +77,7 @@ impl DisplacedObject {
             (Some(one), Some(other)) => one.is_like(other),
             (one, other) => one.is_none() && other.is_none(),
         };
-        let alike = |dab: &&&Dab| self.kind_on_device(dab) == Some(kind) && same_stamp(dab);
+        let alike = |dab: &&Dab| self.kind_on_device(dab) == Some(kind) && same_stamp(dab);
         let dabs = &dabs[..dabs.iter().take_while(alike).count()];
         match kind {
             Kind::Sculpt(mode) => {
@@ -174,7 +174,7 @@ impl DeviceObject {
     fn sculpt(
         &mut self,
         object: &DisplacedObject,
-        dabs: &[&Dab],
+        dabs: &[Dab],
         start: Option<Ground<'_>>,
         mode: SculptMode,
     ) -> Result<Option<Event<f16>>> {
@@ -206,7 +206,7 @@ impl DeviceObject {
         &mut self,
         object: &DisplacedObject,
         channel: &Channel<T>,
-        dabs: &[&Dab],
+        dabs: &[Dab],
         start: Option<Ground<'_>>,
     ) -> Result<Option<Event<T>>> {
         let start = start.map(|start| start.heights);
@@ -241,12 +241,8 @@ impl DeviceObject {
 }
 
 /// What dabs do to texels of an object.
-fn edits(
-    object: &DisplacedObject,
-    dabs: &[&Dab],
-    mut set: impl FnMut(&Dab, &mut Edit),
-) -> Vec<(BrushParameters, Edit)> {
-    let edit = |dab: &&Dab| {
+fn edits(object: &DisplacedObject, dabs: &[Dab], mut set: impl FnMut(&Dab, &mut Edit)) -> Vec<(BrushParameters, Edit)> {
+    let edit = |dab: &Dab| {
         let brush = BrushParameters::new(&dab.brush, dab.strength, &object.transform);
         let mut edit = Edit::new(&brush, dab.brush.stamp());
         set(dab, &mut edit);
