@@ -9,7 +9,8 @@ use relievo_scene::file::parse;
 use relievo_scene::stepper::{RunOptions, run};
 use relievo_scene::world::{Item, World};
 
-/// The scene of the demo with fewer faces, texels and voxels.
+/// The scene of the demo with fewer faces, texels and voxels, and without what the processor adds to imprints: rims and
+/// smoothing take what one grazing ray changes to all of its contact.
 fn snow() -> String {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/snow.toml");
     let mut text = std::fs::read_to_string(path).unwrap();
@@ -17,7 +18,8 @@ fn snow() -> String {
         ("faces = 60", "faces = 24"),
         ("tile_size = 128", "tile_size = 64"),
         ("[imprints]\n", "[imprints]\nvoxels = 131072\n"),
-        ("frames = 60", "frames = 8"),
+        ("smoothing = 0.5\nrim = 0.4", "smoothing = 0\nrim = 0"),
+        ("frames = 60", "frames = 20"),
         ("images = [\"png\"]", "pictures = []"),
         ("mesh = \"last\"\nmesh_formats = [\"glb\", \"obj\"]\ntiles = \"last\"", "mesh = \"none\""),
     ] {
@@ -47,7 +49,7 @@ fn the_demo_on_a_graphics_device_is_that_of_the_processor() {
         let mut world = world(&context, device);
         let mut baker = Baker::default();
         let mut all = vec![baker.start(&context, &mut world).unwrap()];
-        all.extend((1..8).map(|frame| baker.advance(&context, &mut world, frame).unwrap()));
+        all.extend((1..20).map(|frame| baker.advance(&context, &mut world, frame).unwrap()));
         assert_eq!(world.take_device_faults(), Vec::<String>::new());
         (world, all)
     };
@@ -76,7 +78,7 @@ fn the_demo_on_a_graphics_device_is_that_of_the_processor() {
         }
     }
     println!("{apart} of {all} coefficients are more than one half apart after {imprints} imprints");
-    assert!(all > 100_000 && apart * 10_000 < all, "{apart} of {all}");
+    assert!(all > 5_000 && apart * 10_000 < all, "{apart} of {all}");
 }
 
 #[test]
