@@ -1,7 +1,7 @@
 /* Adapters and contexts on them: what is listed can be opened, strokes on a device are the processor's but for rounding, and
  * where a device is lost in mid-stroke, or too small, the processor goes on and nothing is lost. With the argument "none",
  * where the environment hides all drivers: what is said then. */
-#include "check.h"
+#include "ball.h"
 
 enum { SIDE = 4, POINTS = 12, TEXELS = 34 * 34 };
 
@@ -52,6 +52,27 @@ static void draw(RlvContext context, RlvDetail detail, const RlvContext *cut) {
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK_OK(rlv_stroke_release(stroke));
     CHECK_OK(rlv_brush_release(brush));
+}
+
+/* A ball that rolls over the plane, as a job. */
+static void roll(RlvContext context, RlvDetail detail) {
+    const double from[12] = CHECK_MOVED(0.8, 2.0, 0.3), to[12] = CHECK_MOVED(2.8, 2.0, 0.3);
+    RlvMesh mesh = check_ball_of(context, 0.4, 24, 48);
+    RlvCollider ball = RLV_NULL;
+    RlvImprintSettings settings = RLV_IMPRINT_SETTINGS_INIT;
+    RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
+    RlvJob job = RLV_NULL;
+    settings.voxels = 1 << 15;
+    settings.sub_steps = 6;
+    CHECK_OK(rlv_collider_create_mesh(context, mesh, from, &ball));
+    CHECK_OK(rlv_job_sweep(detail, ball, from, to, &settings, NULL, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_imprint_report(job, &report));
+    CHECK(report.steps == 6 && report.changed_tiles > 0 && report.refused_tiles == 0);
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_job_release(job));
+    CHECK_OK(rlv_collider_release(ball));
+    CHECK_OK(rlv_mesh_release(mesh));
 }
 
 /* A half float as a whole number in the order of the numbers. */
@@ -159,6 +180,16 @@ int main(int argc, char **argv) {
     CHECK_OK(rlv_context_info(context, &info));
     CHECK(info.device_memory > 0);
     CHECK(differing(here, there, 4) < 500);
+    CHECK_OK(rlv_detail_release(there));
+
+    /* So is an imprint, but for rays that graze a voxel. */
+    RlvDetail pressed = make(serial);
+    there = make(context);
+    roll(serial, pressed);
+    roll(context, there);
+    CHECK_OK(rlv_detail_device_fault(there));
+    CHECK(differing(pressed, there, 0x7fff) < 500);
+    CHECK_OK(rlv_detail_release(pressed));
     CHECK_OK(rlv_detail_release(there));
 
     /* Lost in the middle of a stroke. */
