@@ -36,7 +36,7 @@ pub struct RunOptions {
     pub allowed: Vec<PathBuf>,
     /// Whether cached frames are computed again.
     pub rebake: bool,
-    /// The graphics device that makes imprints and evaluates dabs, as far as it can.
+    /// The graphics device that makes imprints, evaluates dabs and draws pictures, as far as it can.
     pub device: Option<Device>,
 }
 
@@ -83,6 +83,7 @@ pub fn run(
     let mut world = World::new(context, scene, &options.allowed)?;
     world.use_device(options.device.as_ref())?;
     let mut stepper = Stepper::new(context, world, &options.out)?;
+    stepper.device = options.device.clone();
     stepper.summary.notes.extend(stepper.world.notes());
     let start = stepper.begin(first, options.rebake)?;
     let load = context.stats().take();
@@ -115,6 +116,8 @@ pub struct Stepper {
     /// The cached form of the state the world is in.
     current: Option<Frame>,
     studio: Option<Studio>,
+    /// What draws pictures, as long as it can.
+    device: Option<Device>,
     /// Changes that no picture has shown yet.
     unseen: Vec<Changes>,
     folder: Folder,
@@ -146,6 +149,7 @@ impl Stepper {
             cache,
             current: None,
             studio: None,
+            device: None,
             unseen: Vec::new(),
             folder,
             summary: Summary::default(),
@@ -250,17 +254,20 @@ impl Stepper {
         let (pictures, mesh, tiles) = (output.picture_frames, output.mesh, output.tiles);
         let documents = output.documents;
         if pictures.includes(frame, last) && !output.pictures.is_empty() && !output.images.is_empty() {
-            if self.studio.is_none() {
-                self.studio = Some(Studio::new(&self.world, None)?);
-            }
-            if let Some(studio) = &mut self.studio {
-                for unseen in self.unseen.drain(..) {
-                    studio.update(context, &self.world, &unseen.for_pictures())?;
+            let drawn = self.draw(context, frame, changes);
+            let written = match (drawn, self.device.take()) {
+                (Err(fault), Some(_)) => {
+                    let note = format!("pictures are drawn by the processor from frame {frame} on: {fault}");
+                    self.summary.notes.push(note);
+                    self.studio = None;
+                    self.draw(context, frame, changes)?
                 }
-                studio.update(context, &self.world, &changes.for_pictures())?;
-                let written = export::write_pictures(context, &self.world, studio, &self.folder, frame)?;
-                self.summary.files.extend(written);
-            }
+                (drawn, device) => {
+                    self.device = device;
+                    drawn?
+                }
+            };
+            self.summary.files.extend(written);
         } else if self.studio.is_some() {
             self.unseen.push(changes.clone());
         }
@@ -281,6 +288,19 @@ impl Stepper {
             self.summary.files.extend(blender::write(context, &self.world, &self.folder, frame)?);
         }
         Ok(())
+    }
+
+    /// Writes the pictures of `frame` and returns their files.
+    fn draw(&mut self, context: &Context, frame: u32, changes: &Changes) -> relievo_core::Result<Vec<PathBuf>> {
+        let studio = match &mut self.studio {
+            Some(studio) => studio,
+            none => none.insert(Studio::new(&self.world, self.device.as_ref())?),
+        };
+        for unseen in self.unseen.drain(..) {
+            studio.update(context, &self.world, &unseen.for_pictures())?;
+        }
+        studio.update(context, &self.world, &changes.for_pictures())?;
+        export::write_pictures(context, &self.world, studio, &self.folder, frame)
     }
 
     /// Writes the stage of all frames, which are opened again from the cache; the world already is in the last.

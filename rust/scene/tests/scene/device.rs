@@ -1,9 +1,10 @@
-//! Scenes whose imprints are made on a graphics device.
+//! Scenes whose imprints are made, and whose pictures are drawn, on a graphics device.
 
 use half::f16;
 use relievo_core::Context;
 use relievo_core::progress::Silent;
 use relievo_gpu::Device;
+use relievo_render::{PIXELS_PER_DEGREE, Picture, compare, compare_geometry};
 use relievo_scene::bake::{Baker, Changes};
 use relievo_scene::file::parse;
 use relievo_scene::stepper::{RunOptions, run};
@@ -33,6 +34,24 @@ fn world(context: &Context, device: Option<&Device>) -> World {
     let mut world = World::new(context, parse("snow.toml".as_ref(), &snow()).unwrap(), &[]).unwrap();
     world.use_device(device).unwrap();
     world
+}
+
+/// The scene of the painted egg with fewer texels and pixels, over two frames, and with depths and normals.
+fn egg() -> String {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/paint.toml");
+    let mut text = std::fs::read_to_string(path).unwrap();
+    for (long, short) in [
+        ("tile_size = 128\npaint_size = 128", "tile_size = 64\npaint_size = 64"),
+        ("frames = 1\nwidth = 960\nheight = 720", "frames = 2\nwidth = 320\nheight = 240"),
+        ("samples = 8\nsky_rays = 2", "samples = 1\nsky_rays = 0"),
+        ("images = [\"png\"]", "images = [\"exr\"]"),
+        ("mesh = \"last\"", "mesh = \"none\""),
+        ("rate = 8", "rate = 64"),
+    ] {
+        assert!(text.contains(long), "{long}");
+        text = text.replace(long, short);
+    }
+    text
 }
 
 /// Half floats in order, so that neighbours are one apart.
@@ -114,4 +133,46 @@ fn a_run_on_a_lost_device_goes_on_and_says_so() {
     };
     let again = run(&context, parse("snow.toml".as_ref(), &snow()).unwrap(), &options, &mut Silent).unwrap();
     assert_eq!((again.baked, again.opened), (4, 0));
+}
+
+#[test]
+fn pictures_of_a_run_on_a_graphics_device_are_those_of_the_ray_caster() {
+    let Some(device) = relievo_testing::device() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let context = Context::serial();
+    let go = |name: &str, device: Option<Device>, lost: bool| {
+        let scene = parse("egg.toml".as_ref(), &egg()).unwrap();
+        let (out, allowed) = (folder.path().join(name), Vec::new());
+        let options = RunOptions { out, frames: None, allowed, rebake: false, device };
+        let mut watch = |_: f32, stage: &str| {
+            if lost && stage == "frame 1" {
+                options.device.iter().for_each(Device::abandon);
+            }
+            true
+        };
+        run(&context, scene, &options, &mut watch).unwrap()
+    };
+    go("here", None, false);
+    let summary = go("there", Some(device), false);
+    assert!(summary.notes.iter().all(|note| !note.contains("processor")), "{:?}", summary.notes);
+    let read = |name: &str, picture: &str| Picture::read(&folder.path().join(name).join(picture), 1 << 30).unwrap();
+    let [here, there] = ["here", "there"].map(|name| read(name, "beauty-000001.exr"));
+    let geometry = compare_geometry(&here, &there).unwrap();
+    let (depth, normal) = (geometry.depth.unwrap(), geometry.normal.unwrap());
+    println!("silhouette {:.6}, depth {depth:?}, normal {normal:?}", geometry.silhouette());
+    assert!(geometry.inside > 20_000, "{}", geometry.inside);
+    assert!(geometry.silhouette() < 0.002 && depth.p999 < 1e-4 && normal.median < 0.5_f64.to_radians());
+    let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
+    println!("FLIP {:?}, SSIM {}", colors.flip, colors.ssim);
+    assert!(colors.flip.mean < 0.02 && colors.ssim > 0.98, "{:?} {}", colors.flip, colors.ssim);
+    let [here, there] = ["here", "there"].map(|name| read(name, "tiles-000001.exr"));
+    let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
+    assert!(colors.flip.mean < 0.02, "the states of tiles: {:?}", colors.flip);
+
+    // A device that is lost on the way is no end of the run.
+    let Some(device) = relievo_testing::device() else { return };
+    let summary = go("lost", Some(device), true);
+    assert!(summary.notes.iter().any(|note| note.contains("from frame 1 on")), "{:?}", summary.notes);
+    let [here, lost] = ["here", "lost"].map(|name| read(name, "beauty-000001.exr"));
+    assert!(compare(&here, &lost, PIXELS_PER_DEGREE).unwrap().flip.mean < 1e-4);
 }
