@@ -52,7 +52,7 @@ enum Command {
     Info(info::Arguments),
     /// Makes a mesh of Bézier patches.
     Tessellate(tessellate::Arguments),
-    /// Draws a picture of Bézier patches on a graphics device.
+    /// Draws a picture of Bézier patches, a mesh or a document, on a graphics device or by rays.
     Draw(draw::Arguments),
     /// Lists the processor and the graphics devices of this machine.
     Devices(devices::Arguments),

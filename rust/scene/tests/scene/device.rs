@@ -157,7 +157,7 @@ fn pictures_of_a_run_on_a_graphics_device_are_those_of_the_ray_caster() {
     assert!(summary.notes.iter().all(|note| !note.contains("processor")), "{:?}", summary.notes);
     let read = |name: &str, picture: &str| Picture::read(&folder.path().join(name).join(picture), 1 << 30).unwrap();
     let [here, there] = ["here", "there"].map(|name| read(name, "beauty-000001.exr"));
-    let geometry = compare_geometry(&here, &there).unwrap();
+    let geometry = compare_geometry(&here, &there, None).unwrap().unwrap();
     let (depth, normal) = (geometry.depth.unwrap(), geometry.normal.unwrap());
     println!("silhouette {:.6}, depth {depth:?}, normal {normal:?}", geometry.silhouette());
     assert!(geometry.inside > 20_000, "{}", geometry.inside);
