@@ -20,10 +20,8 @@ struct Snap {
     scale: f32,
     // Subtracted from coordinates as integers.
     origin: vec3<i32>,
-    padding: u32,
     // Where the origin is, with half a unit for rounding: low words and high words.
     low: vec3<u32>,
-    padding_low: u32,
     high: vec3<u32>,
 }
 

@@ -36,22 +36,26 @@ fn world(context: &Context, device: Option<&Device>) -> World {
     world
 }
 
-/// The scene of the painted egg with fewer texels and pixels, over two frames, and with depths and normals.
+/// The scene of the painted egg with its first strokes, fewer texels and pixels, two frames, and depths and normals.
 fn egg() -> String {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/paint.toml");
     let mut text = std::fs::read_to_string(path).unwrap();
     for (long, short) in [
-        ("tile_size = 128\npaint_size = 128", "tile_size = 64\npaint_size = 64"),
+        ("tile_size = 128\npaint_size = 128", "tile_size = 32\npaint_size = 32"),
         ("frames = 1\nwidth = 960\nheight = 720", "frames = 2\nwidth = 320\nheight = 240"),
         ("samples = 8\nsky_rays = 2", "samples = 1\nsky_rays = 0"),
         ("images = [\"png\"]", "images = [\"exr\"]"),
         ("mesh = \"last\"", "mesh = \"none\""),
-        ("rate = 8", "rate = 64"),
+        // Shadow maps have no penumbra.
+        ("angle = 2", "angle = 0"),
+        ("rate = 8", "rate = 32"),
     ] {
         assert!(text.contains(long), "{long}");
         text = text.replace(long, short);
     }
-    text
+    let (strokes, rest) = text.split_once("[camera]").unwrap();
+    let strokes: Vec<&str> = strokes.split("[[strokes]]").take(8).collect();
+    strokes.join("[[strokes]]") + "[camera]" + rest
 }
 
 /// Half floats in order, so that neighbours are one apart.
@@ -164,10 +168,11 @@ fn pictures_of_a_run_on_a_graphics_device_are_those_of_the_ray_caster() {
     assert!(geometry.silhouette() < 0.002 && depth.p999 < 1e-4 && normal.median < 0.5_f64.to_radians());
     let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
     println!("FLIP {:?}, SSIM {}", colors.flip, colors.ssim);
-    assert!(colors.flip.mean < 0.02 && colors.ssim > 0.98, "{:?} {}", colors.flip, colors.ssim);
+    // Rims of shadows have the texels of a map, and the ray caster's paint those of its triangles' corners.
+    assert!(colors.flip.mean < 0.05 && colors.ssim > 0.96, "{:?} {}", colors.flip, colors.ssim);
     let [here, there] = ["here", "there"].map(|name| read(name, "tiles-000001.exr"));
     let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
-    assert!(colors.flip.mean < 0.02, "the states of tiles: {:?}", colors.flip);
+    assert!(colors.flip.mean < 0.05, "the states of tiles: {:?}", colors.flip);
 
     // A device that is lost on the way is no end of the run.
     let Some(device) = relievo_testing::device() else { return };
