@@ -36,8 +36,9 @@ fn world(context: &Context, device: Option<&Device>) -> World {
     world
 }
 
-/// The scene of the painted egg with its first strokes, fewer texels and pixels, two frames, and depths and normals.
-fn egg() -> String {
+/// The scene of the painted egg with some of its strokes, counted from 1, fewer texels and pixels, two frames, and depths
+/// and normals.
+fn egg(strokes: &[usize]) -> String {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/paint.toml");
     let mut text = std::fs::read_to_string(path).unwrap();
     for (long, short) in [
@@ -49,13 +50,16 @@ fn egg() -> String {
         // Shadow maps have no penumbra.
         ("angle = 2", "angle = 0"),
         ("rate = 8", "rate = 32"),
+        ("spacing = 0.1\n", "spacing = 1\n"),
+        ("spacing = 0.15\n", "spacing = 1\n"),
     ] {
         assert!(text.contains(long), "{long}");
         text = text.replace(long, short);
     }
-    let (strokes, rest) = text.split_once("[camera]").unwrap();
-    let strokes: Vec<&str> = strokes.split("[[strokes]]").take(8).collect();
-    strokes.join("[[strokes]]") + "[camera]" + rest
+    let (before, rest) = text.split_once("[camera]").unwrap();
+    let parts: Vec<&str> = before.split("[[strokes]]").collect();
+    let kept: Vec<&str> = [0].iter().chain(strokes).map(|at| parts[*at]).collect();
+    kept.join("[[strokes]]") + "[camera]" + rest
 }
 
 /// Half floats in order, so that neighbours are one apart.
@@ -144,8 +148,8 @@ fn pictures_of_a_run_on_a_graphics_device_are_those_of_the_ray_caster() {
     let Some(device) = relievo_testing::device() else { return };
     let folder = tempfile::tempdir().unwrap();
     let context = Context::serial();
-    let go = |name: &str, device: Option<Device>, lost: bool| {
-        let scene = parse("egg.toml".as_ref(), &egg()).unwrap();
+    let go = |name: &str, strokes: &[usize], device: Option<Device>, lost: bool| {
+        let scene = parse("egg.toml".as_ref(), &egg(strokes)).unwrap();
         let (out, allowed) = (folder.path().join(name), Vec::new());
         let options = RunOptions { out, frames: None, allowed, rebake: false, device };
         let mut watch = |_: f32, stage: &str| {
@@ -156,8 +160,8 @@ fn pictures_of_a_run_on_a_graphics_device_are_those_of_the_ray_caster() {
         };
         run(&context, scene, &options, &mut watch).unwrap()
     };
-    go("here", None, false);
-    let summary = go("there", Some(device), false);
+    go("here", &[1, 7, 9, 10], None, false);
+    let summary = go("there", &[1, 7, 9, 10], Some(device), false);
     assert!(summary.notes.iter().all(|note| !note.contains("processor")), "{:?}", summary.notes);
     let read = |name: &str, picture: &str| Picture::read(&folder.path().join(name).join(picture), 1 << 30).unwrap();
     let [here, there] = ["here", "there"].map(|name| read(name, "beauty-000001.exr"));
@@ -169,15 +173,16 @@ fn pictures_of_a_run_on_a_graphics_device_are_those_of_the_ray_caster() {
     let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
     println!("FLIP {:?}, SSIM {}", colors.flip, colors.ssim);
     // Rims of shadows have the texels of a map, and the ray caster's paint those of its triangles' corners.
-    assert!(colors.flip.mean < 0.05 && colors.ssim > 0.96, "{:?} {}", colors.flip, colors.ssim);
+    assert!(colors.flip.mean < 0.03 && colors.ssim > 0.97, "{:?} {}", colors.flip, colors.ssim);
     let [here, there] = ["here", "there"].map(|name| read(name, "tiles-000001.exr"));
     let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
     assert!(colors.flip.mean < 0.05, "the states of tiles: {:?}", colors.flip);
 
     // A device that is lost on the way is no end of the run.
     let Some(device) = relievo_testing::device() else { return };
-    let summary = go("lost", Some(device), true);
+    let summary = go("lost", &[], Some(device), true);
     assert!(summary.notes.iter().any(|note| note.contains("from frame 1 on")), "{:?}", summary.notes);
-    let [here, lost] = ["here", "lost"].map(|name| read(name, "beauty-000001.exr"));
-    assert!(compare(&here, &lost, PIXELS_PER_DEGREE).unwrap().flip.mean < 1e-4);
+    let [before, after] = ["beauty-000000.exr", "beauty-000001.exr"].map(|picture| read("lost", picture));
+    let colors = compare(&before, &after, PIXELS_PER_DEGREE).unwrap();
+    assert!(colors.flip.mean < 0.05, "{:?}", colors.flip);
 }
