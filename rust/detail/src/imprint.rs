@@ -550,8 +550,12 @@ pub fn compact(context: &Context, object: &DisplacedObject, mut culled: Vec<Cull
     candidates.extend(culled.iter().map(|tile| Candidate { tile: tile.tile, decision: decide(tile) }));
     let field = object.displacement().field();
     let sets = Sets::scan(context, &candidates, |tile| field.is_allocated(tile));
-    let mut wanted = sets.modify.iter().peekable();
-    culled.retain(|tile| wanted.next_if_eq(&&tile.tile).is_some());
+    let mut found = 0;
+    culled.retain(|tile| {
+        let wanted = sets.modify.get(found) == Some(&tile.tile);
+        found += usize::from(wanted);
+        wanted
+    });
     sets.give_back(context);
     culled
 }
