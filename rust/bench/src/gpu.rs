@@ -253,6 +253,7 @@ impl Scene {
         let eye = middle + DVec3::new(0.1, -0.5, 0.9).normalize() * radius * 2.4;
         let mut view = View::new(Camera::look_at(eye, middle, DVec3::Y, 0.7)?);
         [view.settings.width, view.settings.height] = SIZE;
+        view.settings.shadows = relievo_core::parameter::Switch::OFF;
         Ok(Self { surface, view })
     }
 }
