@@ -46,7 +46,9 @@ struct Object {
     mirrored: u32,
 }
 
-@group(0) @binding(0) var<uniform> view: View;
+/// A storage buffer because lavapipe compiles shaders anew, and keeps them all, whenever a uniform that decides about a
+/// branch may have changed.
+@group(0) @binding(0) var<storage, read> view: View;
 @group(0) @binding(1) var<uniform> object: Object;
 @group(0) @binding(2) var shadow_maps: texture_depth_2d_array;
 @group(0) @binding(3) var shadow_sampler: sampler_comparison;
@@ -93,7 +95,7 @@ fn shaded(p: vec3<f32>, normal: vec3<f32>, grid: vec3<f32>, uv: vec2<f32>, part:
 fn gloss(normal: vec3<f32>, toward: vec3<f32>, to_eye: vec3<f32>) -> f32 {
     let light = dot(normal, toward);
     let eye = dot(normal, to_eye);
-    if object.specular <= 0.0 || light <= 0.0 || eye <= 0.0 {
+    if light <= 0.0 || eye <= 0.0 {
         return 0.0;
     }
     let half_way = normalize(toward + to_eye);
@@ -106,7 +108,7 @@ fn gloss(normal: vec3<f32>, toward: vec3<f32>, to_eye: vec3<f32>) -> f32 {
     let from_eye = light * sqrt(alpha2 + (1.0 - alpha2) * eye * eye);
     let visible = 0.5 / max(from_light + from_eye, 1e-6);
     let fresnel = object.specular + (1.0 - object.specular) * pow(1.0 - clamp(dot(half_way, to_eye), 0.0, 1.0), 5.0);
-    return density * visible * fresnel;
+    return select(0.0, density * visible * fresnel, object.specular > 0.0);
 }
 
 /// The share of a sun's light that arrives at a point whose triangle has the normal `facing` to the lit side: the mean

@@ -69,15 +69,6 @@ impl<T: Pod> Buffer<T> {
         Self::with_usage(device, label, len, usage, u64::MAX)
     }
 
-    /// A uniform block that holds `items`: small, read only in kernels, the same for all invocations.
-    pub fn uniform(device: &Device, label: &str, items: &[T]) -> Result<Self> {
-        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-        let buffer =
-            Self::with_usage(device, label, items.len(), usage, device.limits().max_uniform_buffer_binding_size)?;
-        buffer.write(device, 0, items)?;
-        Ok(buffer)
-    }
-
     /// Number of items.
     pub fn len(&self) -> usize {
         self.len

@@ -12,7 +12,7 @@ use relievo_tiles::ByFormat;
 use super::patches::{Storage, UNIFORM_PATCHES};
 use super::placed::{MeshVertex, PassedVertex, Shape};
 use super::targets::{DEPTH, FORMATS};
-use super::view::{OBJECT_BYTES, ViewBlock};
+use super::view::OBJECT_BYTES;
 
 /// Immediate data of a draw of patches: the first of them and the level.
 const PATCHES_CALL: u32 = 8;
@@ -111,7 +111,7 @@ impl Pipelines {
         let object = uniform(true, OBJECT_BYTES);
         let points = texture(wgpu::TextureSampleType::Float { filterable: false }, wgpu::TextureViewDimension::D2);
         let scene = [
-            (0, uniform(false, size_of::<ViewBlock>() as u64)),
+            (0, buffer),
             (1, object),
             (2, texture(wgpu::TextureSampleType::Depth, wgpu::TextureViewDimension::D2Array)),
             (3, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),

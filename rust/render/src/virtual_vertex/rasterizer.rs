@@ -60,7 +60,7 @@ impl Rasterizer {
         })?;
         Ok(Self {
             pipelines: Pipelines::new(device)?,
-            view: Buffer::uniform(device, "view", &[bytemuck::Zeroable::zeroed()])?,
+            view: Buffer::new(device, "view", 1)?,
             objects: None,
             nothing: Buffer::new(device, "no colours", 1)?,
             sampler,

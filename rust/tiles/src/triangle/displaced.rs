@@ -5,6 +5,7 @@
 //! that all faces there have the same points to the bit. Units: object units.
 
 use glam::Vec3;
+use half::f16;
 use relievo_core::{Error, Result};
 use relievo_surface::{TriangleSide, TriangleSurface};
 
@@ -173,13 +174,18 @@ impl<'a> TriangleDisplaced<'a> {
     /// The least and the largest displacement in and around `face`, 0 between them.
     pub fn range(&self, face: u32) -> [f32; 2] {
         let topology = self.field.topology();
-        let blocks = topology.edges_of(face).map(|edge| self.field.edge(edge).unwrap_or(&[]));
-        let inside = self.field.face(face).unwrap_or(&[]);
-        let corners = topology.face(face).map(|vertex| self.field.vertex(vertex));
-        let all = blocks.iter().copied().flatten().chain(inside).chain(&corners);
-        all.fold([0.0, 0.0], |[low, high], value| {
-            let value = value.value() as f32;
-            [low.min(value), high.max(value)]
-        })
+        let mut range = [0.0f32; 2];
+        let mut widen = |values: &[f16]| {
+            for value in values {
+                let value = value.to_f32();
+                range = [range[0].min(value), range[1].max(value)];
+            }
+        };
+        widen(self.field.face(face).unwrap_or(&[]));
+        for edge in topology.edges_of(face) {
+            widen(self.field.edge(edge).unwrap_or(&[]));
+        }
+        widen(&topology.face(face).map(|vertex| self.field.vertex(vertex)));
+        range
     }
 }
