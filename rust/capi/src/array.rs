@@ -231,20 +231,52 @@ pub unsafe fn text<'a>(name: &str, pointer: *const std::ffi::c_char) -> Result<&
     text.to_str().map_err(|_| Error::invalid("the text is not UTF-8").at(name))
 }
 
-/// A text as C keeps it in an array of `N` bytes: cut at a character boundary if it is too long, NUL-terminated.
-pub fn fixed<const N: usize>(text: &str) -> [u8; N] {
-    let mut end = text.len().min(N - 1);
+/// As much of a text as C keeps in an array of `room` bytes: cut at a character boundary, so that NUL has room.
+fn cut(text: &str, room: usize) -> &[u8] {
+    let mut end = text.len().min(room - 1);
     while !text.is_char_boundary(end) {
         end -= 1;
     }
+    &text.as_bytes()[..end]
+}
+
+/// A text as C keeps it in an array of `N` bytes: cut at a character boundary if it is too long, NUL-terminated.
+pub fn fixed<const N: usize>(text: &str) -> [u8; N] {
+    let text = cut(text, N);
     let mut bytes = [0; N];
-    bytes[..end].copy_from_slice(&text.as_bytes()[..end]);
+    bytes[..text.len()].copy_from_slice(text);
     bytes
+}
+
+/// Writes a text and its NUL to an array, cut as by [`fixed`].
+///
+/// # Safety
+/// `to` can be written to.
+pub unsafe fn write_text<const N: usize>(to: *mut [u8; N], text: &str) {
+    let text = cut(text, N);
+    // SAFETY: the text and its NUL are no longer than the array, by the caller's promise.
+    unsafe {
+        std::ptr::copy_nonoverlapping(text.as_ptr(), to.cast(), text.len());
+        to.cast::<u8>().add(text.len()).write(0);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn texts_are_cut_between_characters() {
+        for (text, kept) in [("", ""), ("aéb", "aéb"), ("abcdé", "abcd"), ("abcdefg", "abcde")] {
+            let mut written = [7u8; 6];
+            // SAFETY: it is an array.
+            unsafe { write_text(&mut written, text) };
+            let kept = kept.as_bytes();
+            assert_eq!((&written[..kept.len()], written[kept.len()]), (kept, 0));
+            assert!(written[kept.len() + 1..].iter().all(|byte| *byte == 7), "bytes behind the end stay");
+            assert_eq!(fixed::<6>(text)[..=kept.len()], written[..=kept.len()]);
+        }
+    }
 
     #[test]
     fn strides_and_counts_are_checked() {

@@ -14,7 +14,7 @@ use relievo_tiles::by_format;
 
 use crate::array::text;
 use crate::context::{HostProgress, RLV_PROGRESS_CONTINUE, RlvProgress};
-use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
+use crate::descriptor::{check_optional, read_optional, write_descriptor};
 use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_TRACES, RlvDetail, missing};
 use crate::registry;
 use crate::view::{Layers, TileView, TriangleView, View};
@@ -191,13 +191,6 @@ impl Request {
 }
 
 /// # Safety
-/// `report` is NULL or a descriptor that starts with its size.
-unsafe fn check_report(report: *mut RlvBakeReport) -> Result<()> {
-    // SAFETY: promised by the caller.
-    if report.is_null() { Ok(()) } else { unsafe { check_descriptor(report) } }
-}
-
-/// # Safety
 /// As for [`check_report`].
 unsafe fn write_report(to: *mut RlvBakeReport, report: RlvBakeReport) -> Result<()> {
     // SAFETY: promised by the caller.
@@ -292,7 +285,7 @@ entry! {
         })?;
         // SAFETY: the caller gives NULL or descriptors that start with their size.
         let request = unsafe {
-            check_report(report)?;
+            check_optional(report)?;
             Request::read(options)?
         };
         let detail = registry::get(detail)?;
@@ -330,7 +323,7 @@ entry! {
     ) {
         // SAFETY: the caller gives a NUL-terminated text, and NULL or descriptors that start with their size.
         let order = unsafe {
-            check_report(report)?;
+            check_optional(report)?;
             Order::read(options, path)?
         };
         let detail = registry::get(detail)?;

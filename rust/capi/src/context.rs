@@ -8,7 +8,7 @@ use relievo_core::{Context, ContextOptions, Error, Progress, Result};
 use relievo_gpu::{AdapterChoice, Device, DeviceOptions};
 
 use crate::array::{Output, fixed, present, put, text};
-use crate::descriptor::{read_optional, write_descriptor};
+use crate::descriptor::{check_descriptor, read_optional};
 use crate::job;
 use crate::registry::{self, handle};
 
@@ -234,20 +234,22 @@ entry! {
     fn rlv_context_info(context: RlvContext, out: *mut RlvContextInfo) {
         let object = registry::get(context)?;
         let limit = object.context.memory_limit();
-        let info = RlvContextInfo {
-            struct_size: 0,
-            device: if object.device().is_some() { RLV_DEVICE_GPU } else { RLV_DEVICE_CPU },
-            threads: u32::try_from(object.context.threads()).unwrap_or(u32::MAX),
-            reserved: 0,
-            memory_limit: if limit == u64::MAX { 0 } else { limit },
-            simd: fixed(object.context.level().name()),
-            device_memory_limit: object.device_memory_limit,
-            device_memory: object.device.as_ref().map_or(0, Device::memory),
-            adapter: fixed(object.device.as_ref().map_or("", |device| &device.summary().name)),
-            fallback: fixed(&object.fallback().map_or_else(String::new, |reason| reason.to_string())),
-        };
+        let fallback = object.fallback().map(|reason| reason.to_string());
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, info) }
+        unsafe {
+            write_fields!(out: RlvContextInfo {
+                device: if object.device().is_some() { RLV_DEVICE_GPU } else { RLV_DEVICE_CPU },
+                threads: u32::try_from(object.context.threads()).unwrap_or(u32::MAX),
+                reserved: 0,
+                memory_limit: if limit == u64::MAX { 0 } else { limit },
+                device_memory_limit: object.device_memory_limit,
+                device_memory: object.device.as_ref().map_or(0, Device::memory),
+            } texts {
+                simd: object.context.level().name(),
+                adapter: object.device.as_ref().map_or("", |device| &device.summary().name),
+                fallback: fallback.as_deref().unwrap_or(""),
+            })
+        }
     }
 
     fn rlv_context_close_device(context: RlvContext) {

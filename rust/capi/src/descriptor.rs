@@ -138,16 +138,47 @@ pub unsafe fn write_descriptor<D: Descriptor>(to: *mut D, value: D) -> Result<()
     Ok(())
 }
 
-/// Fails if `to` is NULL or not a descriptor; called before the work whose result goes there.
+/// As [`write_descriptor`], field by field and then text by text, which saves copies of long ones. Bytes of the caller's
+/// behind the end of a text stay as they are.
+macro_rules! write_fields {
+    ($to:ident: $name:ident { $($field:ident: $value:expr,)* } texts { $($array:ident: $text:expr,)* }) => {{
+        use std::mem::offset_of;
+        let size = check_descriptor::<$name>($to)?;
+        $(
+            let value = $value;
+            if offset_of!($name, $field) + size_of_val(&value) <= size {
+                (&raw mut (*$to).$field).write_unaligned(value);
+            }
+        )*
+        $(
+            let array = &raw mut (*$to).$array;
+            if offset_of!($name, $array) + (*array).len() <= size {
+                $crate::array::write_text(array, $text);
+            }
+        )*
+        Ok(())
+    }};
+}
+
+/// The size of the descriptor at `to`. Fails if it is NULL or not a descriptor; called before the work whose result goes there.
 ///
 /// # Safety
 /// As for [`write_descriptor`].
-pub unsafe fn check_descriptor<D: Descriptor>(to: *mut D) -> Result<()> {
+pub unsafe fn check_descriptor<D: Descriptor>(to: *mut D) -> Result<usize> {
     if to.is_null() {
         return Err(Error::invalid("the output pointer is NULL").at(D::NAME).advise("pass a place for the result"));
     }
     // SAFETY: the caller promises the first four bytes.
-    declared_size::<D>(unsafe { to.cast::<u32>().read_unaligned() } as usize).map(|_| ())
+    declared_size::<D>(unsafe { to.cast::<u32>().read_unaligned() } as usize)
+}
+
+/// As [`check_descriptor`], where NULL says that no result is wanted.
+///
+/// # Safety
+/// As for [`write_descriptor`].
+pub unsafe fn check_optional<D: Descriptor>(to: *mut D) -> Result<()> {
+    // SAFETY: promised by the caller.
+    if to.is_null() { Ok(()) } else { unsafe { check_descriptor(to) }.map(|_| ()) }
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use relievo_document::Document;
 
 use crate::array::{present, put, text};
 use crate::context::{HostProgress, RLV_LOG_WARNING, RlvContext, RlvProgress};
-use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
+use crate::descriptor::{check_optional, read_optional, write_descriptor};
 use crate::detail::{DetailObject, Object, RlvDetail, each, fit_traces};
 use crate::mesh::{self, RlvMesh};
 use crate::registry::{self, broken, busy, handle, try_read};
@@ -95,13 +95,6 @@ fn or_default(memory: u64) -> u64 {
     if memory == 0 { MEMORY } else { memory }
 }
 
-/// # Safety
-/// `changes` is NULL or a descriptor that starts with its size.
-unsafe fn check_changes(changes: *mut RlvDocumentChanges) -> Result<()> {
-    // SAFETY: promised by the caller.
-    if changes.is_null() { Ok(()) } else { unsafe { check_descriptor(changes) } }
-}
-
 /// What a history does.
 enum Task<'a> {
     Begin(&'a str),
@@ -130,7 +123,7 @@ impl Task<'_> {
 unsafe fn work(document: RlvDocument, to: *mut RlvDocumentChanges, task: Task<'_>) -> Result<()> {
     let document = registry::get(document)?;
     // SAFETY: promised by the caller.
-    unsafe { check_changes(to) }?;
+    unsafe { check_optional(to) }?;
     let (mut history, mut editor) = (document.history()?, document.detail.edit()?);
     let context = &document.detail.context.context;
     let changed = each!(&mut editor.object, object => task.run(&mut history, context, &mut **object))?;
@@ -297,9 +290,7 @@ entry! {
         let none = RlvTransferOptions { struct_size: 0, reserved: 0, from: RlvMesh { id: 0 }, reach: 0.0 };
         // SAFETY: the caller gives NUL-terminated texts, and NULL or descriptors that start with their size.
         let (path, to_path, given) = unsafe {
-            if !report.is_null() {
-                check_descriptor(report)?;
-            }
+            check_optional(report)?;
             (text("path", path)?, text("to_path", to_path)?, read_optional(options, none)?)
         };
         let from = if given.from.id == 0 { None } else { Some(registry::get(given.from)?) };

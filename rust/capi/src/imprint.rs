@@ -12,7 +12,7 @@ use relievo_tiles::{Displacement, Traces};
 use crate::array::{Input, present, put};
 use crate::collider::{ColliderObject, RlvCollider};
 use crate::context::{HostProgress, RlvProgress};
-use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
+use crate::descriptor::{check_optional, read_optional, write_descriptor};
 use crate::detail::{DetailObject, Editor, Object, RlvDetail, each, log_refusal, transform};
 use crate::parameter::{RlvParameter, Table, settings, table};
 use crate::registry::{self, try_read, try_write};
@@ -69,15 +69,6 @@ unsafe fn moment_of(moment: *const RlvImprintMoment) -> Result<Moment> {
     // SAFETY: promised by the caller.
     let moment = unsafe { read_optional(moment, first) }?;
     Ok(Moment { frame: moment.frame, step: moment.step, pair: moment.pair })
-}
-
-/// Fails if `report` is neither NULL nor a descriptor.
-///
-/// # Safety
-/// `report` is NULL or a descriptor that starts with its size.
-unsafe fn check_report(report: *mut RlvImprintReport) -> Result<()> {
-    // SAFETY: promised by the caller.
-    if report.is_null() { Ok(()) } else { unsafe { check_descriptor(report) } }
 }
 
 /// Writes what an imprint did, unless `to` is NULL.
@@ -157,7 +148,7 @@ unsafe fn sweep_now(
     // SAFETY: promised by the caller.
     let how = unsafe { how(settings, moment) }?;
     // SAFETY: as above.
-    unsafe { check_report(report) }?;
+    unsafe { check_optional(report) }?;
     let done = sweep(&detail, &collider, poses, &how, &mut progress)?;
     // SAFETY: as above.
     unsafe { write_report(report, &done) }
@@ -234,7 +225,7 @@ entry! {
         // SAFETY: the caller gives NULL or descriptors that start with their size.
         let (settings, moment) = unsafe { (RlvImprintSettings::read(settings)?, moment_of(moment)?) };
         // SAFETY: as above.
-        unsafe { check_report(report) }?;
+        unsafe { check_optional(report) }?;
         let collider = try_read(&collider.collider, "collider")?;
         let mut editor = detail.edit()?;
         let Editor { object, imprinter, .. } = &mut *editor;
@@ -319,8 +310,8 @@ entry! {
         };
         // SAFETY: as above.
         unsafe {
-            check_report(first_report)?;
-            check_report(second_report)?;
+            check_optional(first_report)?;
+            check_optional(second_report)?;
         }
         let cages = [first.view().cage.clone(), second.view().cage.clone()];
         let (mut first_editor, mut second_editor) = (first.edit()?, second.edit()?);

@@ -12,7 +12,7 @@ use relievo_tiles::{ChannelOptions, Field, by_format};
 
 use crate::array::text;
 use crate::context::{HostProgress, RlvProgress};
-use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
+use crate::descriptor::{check_optional, read_optional, write_descriptor};
 use crate::detail::{
     RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_TRACES, RLV_CHANNEL_VECTORS, RlvDetail, fit_traces,
     missing,
@@ -115,9 +115,7 @@ entry! {
         let detail = registry::get(detail)?;
         // SAFETY: the caller gives a NUL-terminated text, and NULL or descriptors that start with their size.
         let (path, given) = unsafe {
-            if !report.is_null() {
-                check_descriptor(report)?;
-            }
+            check_optional(report)?;
             let none = RlvPtexOptions { struct_size: 0, kind: RLV_PTEX_STATED, budget: 0 };
             (text("path", path)?, read_optional(options, none)?)
         };

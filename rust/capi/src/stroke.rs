@@ -8,7 +8,7 @@ use relievo_detail::{Canvas, OpenStroke, StrokePoint, StrokeReport};
 
 use crate::array::{Input, Plain, present, put, reserve};
 use crate::brush::RlvBrush;
-use crate::descriptor::{check_descriptor, write_descriptor};
+use crate::descriptor::{check_optional, write_descriptor};
 use crate::detail::{DetailObject, RlvDetail, log_refusal};
 use crate::registry::{self, broken, busy, handle, try_read};
 
@@ -91,13 +91,6 @@ unsafe fn points_of(
     Ok(list)
 }
 
-/// # Safety
-/// `report` is NULL or a descriptor that starts with its size.
-unsafe fn check_report(report: *mut RlvStrokeReport) -> Result<()> {
-    // SAFETY: promised by the caller.
-    if report.is_null() { Ok(()) } else { unsafe { check_descriptor(report) } }
-}
-
 /// Edits the detail with `edit`, and says what that did.
 ///
 /// # Safety
@@ -145,7 +138,7 @@ entry! {
         let (detail, brush) = (registry::get(detail)?, registry::get(brush)?);
         // SAFETY: the caller promises `count` points, and NULL or a descriptor that starts with its size.
         let points = unsafe {
-            check_report(report)?;
+            check_optional(report)?;
             points_of(&detail, points, count, stride)?
         };
         let mut stroke = try_read(&brush.stroke, "brush")?.clone();
@@ -178,7 +171,7 @@ entry! {
         let detail = &stroke.detail;
         // SAFETY: the caller promises `count` points, and NULL or a descriptor that starts with its size.
         let points = unsafe {
-            check_report(report)?;
+            check_optional(report)?;
             points_of(detail, points, count, stride)?
         };
         let mut open = stroke.open()?;
@@ -191,7 +184,7 @@ entry! {
         let stroke = registry::get(stroke)?;
         let detail = &stroke.detail;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { check_report(report) }?;
+        unsafe { check_optional(report) }?;
         let mut open = stroke.open()?;
         let last = open.as_ref().ok_or_else(ended)?.clone();
         // SAFETY: as above.
