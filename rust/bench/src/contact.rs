@@ -93,12 +93,8 @@ impl Contact {
         let settings = &self.settings;
         let moment = |pair| Moment { pair: pair as u32, ..Moment::default() };
         let presses = colliders.iter().enumerate();
-        let presses = presses.map(|(pair, collider)| relievo_detail::device::Press {
-            into: 0,
-            collider,
-            settings,
-            moment: moment(pair),
-        });
+        let presses =
+            presses.map(|(pair, collider)| relievo_detail::Press { into: 0, collider, settings, moment: moment(pair) });
         let presses: Vec<_> = presses.collect();
         let imprinter = &mut self.imprinter;
         timed(context, object, |object| {

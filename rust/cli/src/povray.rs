@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         rebake: false,
         device: None,
     };
-    let summary = relievo_scene::stepper::run(&context, scene, &options, &mut Silent)?;
+    let summary = relievo_scene::stepper::run_baked(&context, scene, &options, &mut Silent)?;
     for note in &summary.notes {
         eprintln!("note: {note}");
     }

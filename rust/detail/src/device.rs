@@ -17,11 +17,12 @@ mod rays;
 mod state;
 mod voxel;
 
+pub(crate) use blocks::MOST_LINKS;
 pub use bounds::DeviceBounds;
 pub(crate) use chain::DeviceChain;
 pub use collider::{DeviceCollider, Faults};
 pub use cull::DeviceCull;
-pub use imprint::Press;
+pub(crate) use imprint::{Batch, is_for_batch};
 pub use rays::{BlockReport, DeviceRays};
 pub(crate) use state::DeviceObject;
 pub use voxel::DeviceVoxels;

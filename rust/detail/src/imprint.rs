@@ -7,7 +7,7 @@ use std::borrow::Borrow;
 
 use glam::{DAffine3, DVec3};
 use relievo_core::progress::Silent;
-use relievo_core::{Context, Progress, Result};
+use relievo_core::{Context, Error, Progress, Result};
 use relievo_tiles::{Applied, Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
@@ -22,6 +22,7 @@ use crate::object::DisplacedObject;
 use crate::overlap::{jittered, overlap};
 use crate::raycast::{self, Limits, TileDents};
 use crate::rim::{self, Volumes};
+use crate::row::Sweep;
 use crate::smoothing;
 use crate::traces;
 use crate::voxel::Voxels;
@@ -232,11 +233,12 @@ impl Imprinter {
         progress: &mut dyn Progress,
     ) -> Result<Report> {
         settings.check()?;
-        self.sweep_over(context, object, collider, motion, settings, moment, progress)
+        let sweep = Sweep { into: 0, by: 0, motion, settings, moment };
+        let reports = self.sweep_watching(context, &mut [object], &mut [collider], &[sweep], progress)?;
+        reports.into_iter().next().ok_or_else(|| Error::internal("a motion without a report"))
     }
 
-    /// As [`Imprinter::sweep_watched`], over any surface, with settings that were checked.
-    #[allow(clippy::too_many_arguments)]
+    /// As [`Imprinter::sweep`], over any surface, with settings that were checked.
     pub(crate) fn sweep_over<P: Pressed>(
         &mut self,
         context: &Context,
@@ -245,25 +247,11 @@ impl Imprinter {
         motion: &Motion,
         settings: &ImprintSettings,
         moment: Moment,
-        progress: &mut dyn Progress,
     ) -> Result<Report> {
         let start = (settings.depth_limit < Self::NO_LIMIT).then(|| object.start());
         let count = motion.sub_steps().min(settings.sub_steps);
         let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
-        let whole = (motion, count);
-        let made = object.press_together(
-            context,
-            self,
-            collider,
-            whole,
-            settings,
-            moment,
-            start.as_ref(),
-            progress,
-            &mut report,
-        )?;
-        for step in made + 1..=count {
-            progress.step((step - 1) as f32 / count as f32, "imprint")?;
+        for step in 1..=count {
             collider.set_pose(context, &motion.at(f64::from(step) / f64::from(count)))?;
             let moment = Moment { step: moment.step + step - 1, ..moment };
             let step = || object.press(context, self, collider, settings, moment, start.as_ref());
@@ -275,7 +263,7 @@ impl Imprinter {
     }
 
     /// The depth limit that limits nothing, because half floats reach no further.
-    const NO_LIMIT: f32 = 60000.0;
+    pub(crate) const NO_LIMIT: f32 = 60000.0;
 
     pub(crate) fn step(
         &mut self,
@@ -426,24 +414,6 @@ pub(crate) trait Pressed: Send {
         moment: Moment,
         start: Option<&Self::Heights>,
     ) -> Result<Report>;
-
-    /// Makes the first of a motion's sub-steps, of which there are so many, in other ways than one by one, if there is
-    /// one. Returns how many were made.
-    #[allow(clippy::too_many_arguments)]
-    fn press_together(
-        &mut self,
-        _context: &Context,
-        _imprinter: &mut Imprinter,
-        _collider: &mut Collider,
-        _motion: (&Motion, u32),
-        _settings: &ImprintSettings,
-        _moment: Moment,
-        _start: Option<&Self::Heights>,
-        _progress: &mut dyn Progress,
-        _report: &mut Report,
-    ) -> Result<u32> {
-        Ok(0)
-    }
 }
 
 impl Pressed for DisplacedObject {
@@ -483,21 +453,6 @@ impl Pressed for DisplacedObject {
         start: Option<&Field>,
     ) -> Result<Report> {
         imprinter.step(context, self, collider, settings, moment, start)
-    }
-
-    fn press_together(
-        &mut self,
-        context: &Context,
-        imprinter: &mut Imprinter,
-        collider: &mut Collider,
-        motion: (&Motion, u32),
-        settings: &ImprintSettings,
-        moment: Moment,
-        start: Option<&Field>,
-        progress: &mut dyn Progress,
-        report: &mut Report,
-    ) -> Result<u32> {
-        imprinter.sweep_on_device(context, self, collider, motion, settings, moment, start, progress, report)
     }
 }
 

@@ -41,6 +41,7 @@ pub mod raycast;
 mod rays;
 pub mod refusal;
 pub mod rim;
+pub mod row;
 mod scanline;
 #[cfg(test)]
 mod shapes;
@@ -81,6 +82,7 @@ pub use open::OpenStroke;
 pub use pair::Deformable;
 pub use path::{Station, StrokePoint};
 pub use rim::Volumes;
+pub use row::{Press, Sweep};
 pub use stamp::{Stamp, StampChannel, StampImage, StampSettings};
 pub use stroke::{PressureCurves, Stroke, StrokeReport, StrokeSettings};
 pub use triangle::TriangleObject;

@@ -14,7 +14,7 @@ use relievo_detail::overlap::overlap;
 use relievo_detail::tool::{foremost, pressed};
 use relievo_detail::{
     Collider, Deformable, DisplacedObject, FadingObject, Grid, ImprintSettings, Imprinter, LayeredObject, Moment,
-    Motion, Obb, Pose, Report, StrokeReport,
+    Motion, Obb, Pose, Report, StrokeReport, Sweep,
 };
 
 use crate::blocks;
@@ -115,8 +115,17 @@ impl Baker {
         world.advance(context, now)?;
         {
             let _stage = context.stats().begin("imprint");
-            for group in groups(world, now) {
-                let way = Way { path, before, now, frame };
+            let way = Way { path, before, now, frame };
+            let groups = groups(world, now);
+            let mut rest = &groups[..];
+            while let Some((group, more)) = rest.split_first() {
+                let (row, after) = rest.split_at(rest.iter().take_while(|group| is_plain(world, group, &way)).count());
+                if row.len() > 1 {
+                    self.sweep_row(context, world, row, &way, &mut changes)?;
+                    rest = after;
+                    continue;
+                }
+                rest = more;
                 let report = match group[..] {
                     [one] if matches!(world.items().get(one.by), Some(Item::Mesh(_))) => {
                         let (report, pressed) = self.sweep(context, world, one, &way)?;
@@ -126,7 +135,7 @@ impl Baker {
                         changes.refusals.add(one.into, &report.refused);
                         report
                     }
-                    _ => self.surfaces(context, world, &group, &way, &mut changes.refusals)?,
+                    _ => self.surfaces(context, world, group, &way, &mut changes.refusals)?,
                 };
                 changes.report.merge(report);
             }
@@ -161,6 +170,52 @@ impl Baker {
         Ok(changes)
     }
 
+    /// Moves meshes along their ways, one after another, and presses them into surfaces that stay where they are.
+    fn sweep_row(
+        &mut self,
+        context: &Context,
+        world: &mut World,
+        groups: &[Vec<Pair>],
+        way: &Way,
+        changes: &mut Changes,
+    ) -> Result<()> {
+        let pairs: Vec<Pair> = groups.iter().flatten().copied().collect();
+        let [into, by] = [|pair: &Pair| pair.into, |pair: &Pair| pair.by]
+            .map(|object| pairs.iter().map(object).collect::<BTreeSet<_>>());
+        let (mut surfaces, mut colliders) = world.surfaces_and_colliders(&into, &by);
+        let place = |set: &BTreeSet<usize>, object: usize| set.range(..object).count();
+        let mut motions = Vec::new();
+        for pair in &pairs {
+            let parts = way.parts(pair);
+            let collider = place(&by, pair.by);
+            for part in 0..parts {
+                let [from, to] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
+                let [from, to] = [from, to].map(|share| Pose::rigid(way.at(pair.by, share)));
+                motions.push((
+                    pair,
+                    part,
+                    collider,
+                    Motion::new(&*colliders[collider], from, to)?,
+                    settings_of(pair, parts),
+                ));
+            }
+        }
+        let sweeps = motions.iter().map(|(pair, part, collider, motion, settings)| Sweep {
+            into: place(&into, pair.into),
+            by: *collider,
+            motion,
+            settings,
+            moment: Moment { frame: u64::from(way.frame), step: part << 16, pair: pair.number },
+        });
+        let sweeps: Vec<_> = sweeps.collect();
+        let reports = self.imprinter.sweep_all(context, &mut surfaces, &mut colliders, &sweeps)?;
+        for ((pair, ..), report) in motions.iter().zip(reports) {
+            changes.refusals.add(pair.into, &report.refused);
+            changes.report.merge(report);
+        }
+        Ok(())
+    }
+
     /// Moves a mesh along its way and presses it into a surface. Returns also where a tool ends that a force presses
     /// in.
     fn sweep(
@@ -179,11 +234,7 @@ impl Baker {
         if world.is_object_animated(pair.into) || way.moves(pair.into) {
             return self.sweep_moving(context, world, pair, way, parts);
         }
-        let mut settings = pair.settings;
-        // The limit holds for a sweep; what a frame's sweeps do adds up.
-        if settings.depth_limit < ImprintSettings::default().depth_limit {
-            settings.depth_limit /= parts as f32;
-        }
+        let settings = settings_of(&pair, parts);
         let mut report = Report::default();
         for part in 0..parts {
             let [start, end] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
@@ -213,11 +264,7 @@ impl Baker {
     fn sweep_triangles(&mut self, context: &Context, world: &mut World, pair: Pair, way: &Way) -> Result<Report> {
         let animated = world.is_object_animated(pair.into);
         let parts = if animated || way.moves(pair.into) { way.steps() } else { way.parts(&pair) };
-        let mut settings = pair.settings;
-        // The limit holds for a sweep; what a frame's sweeps do adds up.
-        if settings.depth_limit < ImprintSettings::default().depth_limit {
-            settings.depth_limit /= parts as f32;
-        }
+        let settings = settings_of(&pair, parts);
         let mut report = Report::default();
         for part in 0..parts {
             let [start, end] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
@@ -354,6 +401,25 @@ impl Baker {
         report.sub_steps = u64::from(steps);
         Ok(report)
     }
+}
+
+/// How a collider presses in each of the `parts` of its way.
+fn settings_of(pair: &Pair, parts: u32) -> ImprintSettings {
+    let mut settings = pair.settings;
+    // The limit holds for a sweep; what a frame's sweeps do adds up.
+    if settings.depth_limit < ImprintSettings::default().depth_limit {
+        settings.depth_limit /= parts as f32;
+    }
+    settings
+}
+
+/// Whether it is a mesh that keeps its points, on a way of its own, and a surface that stays as and where it is.
+fn is_plain(world: &World, group: &[Pair], way: &Way) -> bool {
+    let [pair] = group else { return false };
+    let item = |object: usize| world.items().get(object);
+    let kinds = matches!((item(pair.by), item(pair.into)), (Some(Item::Mesh(_)), Some(Item::Surface(_))));
+    let animated = [pair.by, pair.into].into_iter().any(|object| world.is_object_animated(object));
+    kinds && pair.tool.is_none() && !animated && !way.moves(pair.into)
 }
 
 /// Where a tool is after a `share` of the way when its force presses it into the surface it comes upon; `None` if it

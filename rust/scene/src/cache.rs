@@ -180,6 +180,17 @@ impl Cache {
         }
     }
 
+    /// Takes the frames `first` to `last` as they are if all were baked from its scene by the same instruction level and
+    /// device, whichever that was.
+    pub fn adopt(&mut self, first: u32, last: u32) {
+        let header = |frame: u32| read_header(&mut File::open(Self::path(&self.folder, frame)).ok()?, frame).ok();
+        let Some(level) = header(first).map(|header| header.level) else { return };
+        let scene = self.identity.scene;
+        if (first..=last).all(|it| header(it).is_some_and(|header| (header.scene, header.level) == (scene, level))) {
+            self.identity.level = level;
+        }
+    }
+
     /// Removes all frames from `first` on, as a new bake makes them worthless.
     pub fn truncate(&self, first: u32) -> Result<()> {
         let entries = std::fs::read_dir(&self.folder).map_err(|error| Error::io(&self.folder, &error))?;

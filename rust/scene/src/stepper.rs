@@ -72,6 +72,27 @@ pub fn run(
     options: &RunOptions,
     progress: &mut dyn Progress,
 ) -> Result<Summary, Failure> {
+    run_with(context, scene, options, progress, false)
+}
+
+/// As [`run`], of frames as they are in the cache if all of them are, whatever computed them: another instruction level
+/// or a graphics device.
+pub fn run_baked(
+    context: &Context,
+    scene: Scene,
+    options: &RunOptions,
+    progress: &mut dyn Progress,
+) -> Result<Summary, Failure> {
+    run_with(context, scene, options, progress, true)
+}
+
+fn run_with(
+    context: &Context,
+    scene: Scene,
+    options: &RunOptions,
+    progress: &mut dyn Progress,
+    as_baked: bool,
+) -> Result<Summary, Failure> {
     let last_frame = scene.output.frames - 1;
     let (first, last) = options.frames.unwrap_or((0, last_frame));
     if first > last || last > last_frame {
@@ -85,6 +106,9 @@ pub fn run(
     let mut stepper = Stepper::new(context, world, &options.out)?;
     stepper.device = options.device.clone();
     stepper.summary.notes.extend(stepper.world.notes());
+    if as_baked && !options.rebake {
+        stepper.cache.adopt(first, last);
+    }
     let start = stepper.begin(first, options.rebake)?;
     let load = context.stats().take();
     stepper.summary.trace.add(start, load);

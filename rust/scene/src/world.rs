@@ -1,5 +1,6 @@
 //! The objects of a scene as the kernels want them: surfaces with displacement, colliders, and where everything is.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -462,6 +463,20 @@ impl World {
             (Item::Surface(surface), Some(collider)) => Some((surface, collider)),
             _ => None,
         }
+    }
+
+    /// The surfaces among the objects `into`, and the meshes among `by` that press, as colliders; both ascending.
+    pub(crate) fn surfaces_and_colliders(
+        &mut self,
+        into: &BTreeSet<usize>,
+        by: &BTreeSet<usize>,
+    ) -> (Vec<&mut DisplacedObject>, Vec<&mut Collider>) {
+        let surfaces = self.items.iter_mut().enumerate().filter_map(|(index, item)| match item {
+            Item::Surface(surface) if into.contains(&index) => Some(&mut **surface),
+            _ => None,
+        });
+        let colliders = self.colliders.iter_mut().enumerate().filter(|(index, _)| by.contains(index));
+        (surfaces.collect(), colliders.filter_map(|(_, collider)| collider.as_mut()).collect())
     }
 
     /// A triangle mesh to press into and the mesh that presses, as a collider; `None` unless that is what the two are.

@@ -40,6 +40,9 @@ enum Task {
         /// Installs missing packages without asking
         #[arg(long)]
         yes: bool,
+        /// What makes imprints and pictures, as of `relievo run`: `cpu`, `gpu` or `auto`
+        #[arg(long, default_value = "cpu")]
+        device: String,
     },
     /// Sets up, builds, and runs every test: Rust, C and C++ hosts, Valgrind, fuzz targets
     Test {
@@ -97,7 +100,7 @@ enum Task {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().task {
         Task::Setup { yes } => packages::install(packages::ALL, yes),
-        Task::Demo { yes } => demo::run(yes),
+        Task::Demo { yes, device } => demo::run(yes, &device),
         Task::Test { yes } => suite::run(yes),
         Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
         Task::Wheel => wheel::run(),

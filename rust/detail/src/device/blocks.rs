@@ -95,7 +95,7 @@ const FIRST: usize = 4;
 const TOLD: usize = size_of::<Told>() / 4;
 
 /// Imprints that are submitted together at most.
-pub(super) const MOST_LINKS: usize = 64;
+pub(crate) const MOST_LINKS: usize = 64;
 
 /// Where the slots of an object's blocks are.
 #[derive(Clone, Copy, Debug)]

@@ -4,34 +4,16 @@
 //! their grids do not depend on that: what reaches outwards stays, and inwards all reach equally far. Where rims rise or
 //! what changed is smoothed, which the processor does, they are submitted one by one.
 
-use relievo_core::{Context, Error, ErrorKind, Progress, Result};
+use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_tiles::Field;
 
-use super::blocks::MOST_LINKS;
 use super::chain::{DeviceChain, Link, Target};
 use crate::collider::Collider;
 use crate::grid::Grid;
 use crate::imprint::{Cast, ImprintSettings, Imprinter, Moment, Report, overlap_grid};
 use crate::knots::block_edge;
-use crate::motion::Motion;
 use crate::object::DisplacedObject;
 use crate::raycast::TileDents;
-
-/// One of several imprints that are made in a row.
-#[derive(Clone, Copy, Debug)]
-pub struct Press<'a> {
-    /// Which of the objects is pressed into.
-    pub into: usize,
-    /// The collider, where it is.
-    pub collider: &'a Collider,
-    /// How.
-    pub settings: &'a ImprintSettings,
-    /// When.
-    pub moment: Moment,
-}
-
-/// Sub-steps of a motion that are submitted together.
-const TOGETHER: u32 = 8;
 
 /// Whether imprints of the given settings on `object` are for its device: displacement along normals, of tiles that are
 /// culled. Colliders that are too far from a grid are besides, see [`Link::is_near`].
@@ -39,12 +21,13 @@ fn is_for_device(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
     object.device.is_some() && object.vectors.is_none() && settings.culling != 0 && settings.share > 0.0
 }
 
-/// Whether several such imprints can be submitted together.
-fn only_pushes(settings: &ImprintSettings) -> bool {
-    settings.rim <= 0.0 && settings.smoothing <= 0.0
+/// Whether imprints of the given settings can be submitted with others: what rises or is smoothed is the processor's.
+pub(crate) fn is_for_batch(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
+    is_for_device(object, settings) && settings.rim <= 0.0 && settings.smoothing <= 0.0
 }
 
 /// An imprint whose grid is known.
+#[derive(Debug)]
 struct Ready {
     target: usize,
     settings: ImprintSettings,
@@ -52,111 +35,51 @@ struct Ready {
     grid: Option<Grid>,
 }
 
-impl Imprinter {
-    /// Presses colliders into `objects` where they stand, each after those before it. On a graphics device they are one
-    /// submission, unless rims or smoothing are asked for, or objects are on several devices.
-    ///
-    /// Fails as [`Imprinter::imprint`] does, and where an object does not exist; those before stay made.
-    pub fn imprint_all(
-        &mut self,
-        context: &Context,
-        objects: &mut [&mut DisplacedObject],
-        presses: &[Press<'_>],
-    ) -> Result<Vec<Report>> {
-        for (index, press) in presses.iter().enumerate() {
-            press.settings.check()?;
-            if press.into >= objects.len() {
-                return Err(Error::invalid("the object does not exist").at(format!("imprint {index}")));
-            }
-        }
-        context.within(|| {
-            let mut reports = Vec::with_capacity(presses.len());
-            while let Some((press, more)) = presses[reports.len()..].split_first() {
-                let done = reports.len();
-                let rest = &presses[done..presses.len().min(done + MOST_LINKS)];
-                let together = |press: &Press<'_>| {
-                    is_for_device(objects[press.into], press.settings) && only_pushes(press.settings)
-                };
-                if !more.is_empty() && rest.iter().all(together) {
-                    self.press_rest(context, objects, rest, &mut reports)?;
-                }
-                // What cannot be made together is made one by one.
-                if reports.len() == done {
-                    let object = &mut *objects[press.into];
-                    reports.push(self.step(context, object, press.collider, press.settings, press.moment, None)?);
-                }
-            }
-            Ok(reports)
-        })
-    }
+/// Imprints that are to be submitted together.
+#[derive(Debug, Default)]
+pub(crate) struct Batch {
+    all: Vec<Ready>,
+    links: Vec<Link>,
+}
 
-    /// Submits imprints together and adds the reports of those that stay.
-    fn press_rest(
+impl Batch {
+    /// Adds the imprint of a collider, where it is, on one of the objects; `false`, and nothing is added, if it is not
+    /// for the device.
+    pub fn add(
         &mut self,
         context: &Context,
-        objects: &mut [&mut DisplacedObject],
-        presses: &[Press<'_>],
-        reports: &mut Vec<Report>,
-    ) -> Result<()> {
-        let (mut all, mut links) = (Vec::with_capacity(presses.len()), Vec::with_capacity(presses.len()));
-        for press in presses {
-            let (object, settings) = (&mut *objects[press.into], press.settings);
-            let ready = ready(context, press.into, object, press.collider, settings, press.moment)?;
-            links.extend(ready.link(context, press.collider));
-            all.push(ready);
-        }
-        let colliders: Vec<&Collider> = presses.iter().map(|press| press.collider).collect();
-        match self.cast_together(context, objects, None, &colliders, &links) {
-            Some(casts) => self.take_up(context, objects, &all, casts, reports),
-            None => Ok(()),
-        }
-    }
-
-    /// Makes the sub-steps of [`Imprinter::sweep_watched`] on the object's device, `count` in all, several at a time.
-    /// Returns how many were made and adds what they did to the report; the rest is to be made one by one.
-    #[allow(clippy::too_many_arguments)]
-    pub(crate) fn sweep_on_device(
-        &mut self,
-        context: &Context,
+        target: usize,
         object: &mut DisplacedObject,
-        collider: &mut Collider,
-        (motion, count): (&Motion, u32),
+        collider: &Collider,
         settings: &ImprintSettings,
         moment: Moment,
-        start: Option<&Field>,
-        progress: &mut dyn Progress,
-        report: &mut Report,
-    ) -> Result<u32> {
-        let mut made = 0;
-        while count - made > 1 && motion.is_rigid() && is_for_device(object, settings) && only_pushes(settings) {
-            let (mut until, mut stopped) = (made, Ok(()));
-            while until < count.min(made + TOGETHER) && stopped.is_ok() {
-                stopped = progress.step(until as f32 / count as f32, "imprint");
-                until += u32::from(stopped.is_ok());
-            }
-            let reports = context.within(|| {
-                let (mut all, mut links, mut reports) = (Vec::new(), Vec::new(), Vec::new());
-                for step in made..until {
-                    collider.set_pose(context, &motion.at(f64::from(step + 1) / f64::from(count)))?;
-                    let moment = Moment { step: moment.step + step, ..moment };
-                    let ready = ready(context, 0, object, collider, settings, moment)?;
-                    links.extend(ready.link(context, collider));
-                    all.push(ready);
-                }
-                if let Some(casts) = self.cast_together(context, &mut [&mut *object], start, &[collider], &links) {
-                    self.take_up(context, &mut [&mut *object], &all, casts, &mut reports)?;
-                }
-                Ok::<_, Error>(reports)
-            })?;
-            let done = reports.len() as u32;
-            reports.into_iter().for_each(|it| report.merge(it));
-            made += done;
-            stopped?;
-            if done == 0 {
-                break;
-            }
+    ) -> Result<bool> {
+        let grid = context.stats().time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?;
+        let link = grid.as_ref().map(|grid| Link::new(context, target, collider, grid, &settings.limits()));
+        if link.as_ref().is_some_and(|link| !link.is_near()) {
+            return Ok(false);
         }
-        Ok(made)
+        self.links.extend(link);
+        self.all.push(Ready { target, settings: *settings, grid });
+        Ok(true)
+    }
+}
+
+impl Imprinter {
+    /// Submits imprints together and adds the reports of those that stay: none where the device does not make them.
+    pub(crate) fn submit(
+        &mut self,
+        context: &Context,
+        objects: &mut [&mut DisplacedObject],
+        start: Option<&Field>,
+        colliders: &[&Collider],
+        batch: Batch,
+        reports: &mut Vec<Report>,
+    ) -> Result<()> {
+        match self.cast_together(context, objects, start, colliders, &batch.links) {
+            Some(casts) => self.take_up(context, objects, &batch.all, casts, reports),
+            None => Ok(()),
+        }
     }
 
     /// Culls, voxelises and casts rays on the object's device; `None` if the processor is to do it.
@@ -276,23 +199,4 @@ fn is_written(field: &Field, dents: &TileDents) -> bool {
             texels[first..first + edge] == *values
         })
     })
-}
-
-fn ready(
-    context: &Context,
-    target: usize,
-    object: &mut DisplacedObject,
-    collider: &Collider,
-    settings: &ImprintSettings,
-    moment: Moment,
-) -> Result<Ready> {
-    let grid = context.stats().time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?;
-    Ok(Ready { target, settings: *settings, grid })
-}
-
-impl Ready {
-    fn link(&self, context: &Context, collider: &Collider) -> Option<Link> {
-        let limits = self.settings.limits();
-        self.grid.as_ref().map(|grid| Link::new(context, self.target, collider, grid, &limits))
-    }
 }

@@ -7,7 +7,6 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
-use relievo_core::progress::Silent;
 use relievo_core::{Context, Result};
 use relievo_tiles::triangle::TriangleField;
 
@@ -55,7 +54,7 @@ impl Imprinter {
     ) -> Result<Report> {
         settings.check()?;
         object.renew_vectors(context);
-        self.sweep_over(context, object, collider, motion, settings, moment, &mut Silent)
+        self.sweep_over(context, object, collider, motion, settings, moment)
     }
 
     fn step_triangles(

@@ -3,8 +3,9 @@
 use glam::{DAffine3, DQuat, DVec3};
 use half::f16;
 use relievo_core::{Context, Mesh};
-use relievo_detail::device::Press;
-use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Motion, Pose, Report};
+use relievo_detail::{
+    Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Motion, Pose, Press, Report, Sweep,
+};
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_testing::{device, grid};
 use relievo_tiles::{Displacement, DisplacementOptions, Field, Traces};
@@ -298,15 +299,18 @@ fn sweeps_of_a_device_are_those_of_the_processor() {
     assert!(apart * 10_000 < all, "{apart} of {all}");
 }
 
+/// A flat sheet without extraordinary vertices, at which imprints are not independent of the ring update.
+fn plate() -> Mesh {
+    let points = (0..64).map(|k| [(k % 8) as f32, (k / 8) as f32, 0.0]).collect();
+    let corners = (0..49u32).map(|k| 8 * (k / 7) + k % 7).flat_map(|a| [a, a + 1, a + 9, a + 8]).collect();
+    Mesh::new(points, vec![4; 49], corners)
+}
+
 #[test]
 fn pairs_of_a_frame_are_one_submission() {
     let Some(device) = device() else { return };
     let context = Context::serial();
-    // Without extraordinary vertices, at which imprints are not independent of the ring update.
-    let points = (0..64).map(|k| [(k % 8) as f32, (k / 8) as f32, 0.0]).collect();
-    let corners = (0..49u32).map(|k| 8 * (k / 7) + k % 7).flat_map(|a| [a, a + 1, a + 9, a + 8]).collect();
-    let plate = Mesh::new(points, vec![4; 49], corners);
-    let make = || transforms().map(|transform| object_of(&context, plate.clone(), 32, transform));
+    let make = || transforms().map(|transform| object_of(&context, plate(), 32, transform));
     let [mut here, mut there] = [make(), make()];
     for object in &mut there {
         object.use_device(Some(&device)).unwrap();
@@ -347,6 +351,65 @@ fn pairs_of_a_frame_are_one_submission() {
     assert!(apart * 10_000 < all, "{apart} of {all}");
     let missing = [Press { into: 3, collider: &balls[0], settings: &settings, moment: Moment::default() }];
     assert!(Imprinter::new().imprint_all(&context, &mut there.each_mut(), &missing).is_err());
+}
+
+#[test]
+fn motions_of_a_frame_are_one_submission() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let (settings, limited) = (settings(), ImprintSettings { depth_limit: 0.25, ..settings() });
+    // Three balls on their way over two sheets; the last motion begins where those before have ended.
+    let cases = [(0, 0, 0, &settings), (1, 1, 0, &settings), (0, 2, 1, &settings), (1, 0, 2, &limited)];
+    let sweep = |objects: &mut [DisplacedObject; 2], together: bool| {
+        let mut balls = [0.7, 0.6, 0.5].map(|radius| ball(&context, radius));
+        let motions = cases.map(|(into, by, step, _)| {
+            let ends = [step, step + 1].map(|step| Pose::rigid(place(&objects[into], step)));
+            let [from, to] = ends;
+            Motion::new(&balls[by], from, to).unwrap()
+        });
+        let moment = |pair| Moment { pair, ..Moment::default() };
+        let mut imprinter = Imprinter::new();
+        if !together {
+            let one = |(pair, ((into, by, _, settings), motion)): (usize, (&(usize, usize, u32, &_), &Motion))| {
+                let (object, ball) = (&mut objects[*into], &mut balls[*by]);
+                imprinter.sweep(&context, object, ball, motion, settings, moment(pair as u32)).unwrap()
+            };
+            return cases.iter().zip(&motions).enumerate().map(one).collect::<Vec<_>>();
+        }
+        let sweeps: Vec<_> = (0..)
+            .zip(cases.iter().zip(&motions))
+            .map(|(pair, (&(into, by, _, settings), motion))| Sweep {
+                into,
+                by,
+                motion,
+                settings,
+                moment: moment(pair),
+            })
+            .collect();
+        imprinter.sweep_all(&context, &mut objects.each_mut(), &mut balls.each_mut(), &sweeps).unwrap()
+    };
+    let make = || [transforms()[0], transforms()[1]].map(|it| object_of(&context, plate(), 32, it));
+    let [mut one_by_one, mut here, mut there] = [make(), make(), make()];
+    for object in &mut there {
+        object.use_device(Some(&device)).unwrap();
+    }
+    let expected = sweep(&mut one_by_one, false);
+    assert_eq!(sweep(&mut here, true), expected);
+    context.stats().take();
+    let found = sweep(&mut there, true);
+    let submitted = context.stats().take().iter().filter(|event| event.stage == "imprint.device.submit").count();
+    assert!(submitted == 2 && expected.iter().map(|report| report.sub_steps).sum::<u64>() > 6, "{submitted}");
+    let (mut apart, mut all) = (0, 0);
+    for (a, b) in found.iter().zip(&expected) {
+        assert_eq!((&a.changed, a.sub_steps, a.allocated, a.bytes), (&b.changed, b.sub_steps, b.allocated, b.bytes));
+    }
+    for (here, there) in here.iter().zip(&mut there) {
+        assert!(there.take_device_fault().is_none());
+        let (differ, count) = difference(here.displacement().field(), there.displacement().field());
+        (apart, all) = (apart + differ, all + count);
+    }
+    println!("{apart} of {all} coefficients are more than one half apart");
+    assert!(apart * 10_000 < all, "{apart} of {all}");
 }
 
 #[test]

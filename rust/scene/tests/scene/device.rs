@@ -7,7 +7,7 @@ use relievo_gpu::Device;
 use relievo_render::{PIXELS_PER_DEGREE, Picture, compare, compare_geometry};
 use relievo_scene::bake::{Baker, Changes};
 use relievo_scene::file::parse;
-use relievo_scene::stepper::{RunOptions, run};
+use relievo_scene::stepper::{RunOptions, run, run_baked};
 use relievo_scene::world::{Item, World};
 
 /// The scene of the demo with fewer faces, texels and voxels, and without what the processor adds to imprints: rims and
@@ -131,7 +131,7 @@ fn a_run_on_a_lost_device_goes_on_and_says_so() {
     let told = summary.notes.iter().filter(|note| note.contains("the processor took over for `snow`")).count();
     assert_eq!(told, 1, "{:?}", summary.notes);
     assert!(summary.trace.costs().iter().any(|cost| cost.stage == "imprint.device.cull"));
-    // What was baked on a device is not what the processor would have.
+    // What was baked on a device is shown as it is, but it is not what the processor would have.
     let options = RunOptions {
         out: folder.path().join("lost"),
         frames: Some((0, 3)),
@@ -139,8 +139,14 @@ fn a_run_on_a_lost_device_goes_on_and_says_so() {
         rebake: false,
         device: None,
     };
+    let shown = run_baked(&context, parse("snow.toml".as_ref(), &snow()).unwrap(), &options, &mut Silent).unwrap();
+    assert_eq!((shown.baked, shown.opened), (0, 4));
+    let beyond = RunOptions { frames: Some((3, 4)), ..options.clone() };
     let again = run(&context, parse("snow.toml".as_ref(), &snow()).unwrap(), &options, &mut Silent).unwrap();
     assert_eq!((again.baked, again.opened), (4, 0));
+    // What is missing is computed from what is the processor's.
+    let more = run_baked(&context, parse("snow.toml".as_ref(), &snow()).unwrap(), &beyond, &mut Silent).unwrap();
+    assert_eq!((more.baked, more.opened), (1, 2));
 }
 
 #[test]
