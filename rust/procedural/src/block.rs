@@ -121,19 +121,13 @@ pub(crate) const LANES: usize = 32;
 /// Cells are numbered as their first corners; the last of them is 18.
 const CELLS: usize = 24;
 /// Which of them are cells.
-const IS_CELL: [u32; CELLS] = {
-    let mut lanes = [0; CELLS];
-    let mut lane = 0;
-    while lane < 4 * SIDE {
-        lanes[lane] = if lane % SIDE < 4 { u32::MAX } else { 0 };
-        lane += 1;
-    }
-    lanes
-};
+const IS_CELL: u32 = 0b1111_01111_01111_01111;
 /// By how much of a triangle's size rays may miss it where corners are on chords but for rounding.
 const SEAM: f32 = 1.0 / 1024.0;
 /// No distance; above the bits of all that are.
 const MISS: u32 = u32::MAX;
+/// Bits that the number of a leaf takes.
+const LEAF_BITS: u32 = 15;
 
 /// A ray and the space in which it runs along the third axis.
 struct Sheared {
@@ -179,9 +173,21 @@ impl Sheared {
     }
 }
 
-/// Where a ray enters the boxes of the leaves; infinity where it does not.
+/// One instruction each; the standard library's mind NaN, of which there are none here.
 #[inline(always)]
-fn enter<A: Arithmetic>(view: &View<'_>, ray: &Sheared, far: f32, out: &mut [f32; 16]) {
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// Where a ray enters the boxes of the leaves: the bits of the distance, rounded down to hold the number of the leaf in
+/// the last four; [`MISS`] where it does not.
+#[inline(always)]
+fn enter<A: Arithmetic>(view: &View<'_>, ray: &Sheared, far: f32) -> [u32; 16] {
     let mut low = [[0.0; 16]; 3];
     let mut high = [[0.0; 16]; 3];
     unfold::<A>(&view.begin, view.step, &mut low, &mut high);
@@ -203,17 +209,30 @@ fn enter<A: Arithmetic>(view: &View<'_>, ray: &Sheared, far: f32, out: &mut [f32
         for lane in 0..16 {
             let a = (low[axis][lane] - origin) * inverse;
             let b = (high[axis][lane] - origin) * inverse;
-            near[lane] = near[lane].max(a.min(b));
-            last[lane] = last[lane].min(a.max(b));
+            near[lane] = larger(near[lane], smaller(a, b));
+            last[lane] = smaller(last[lane], larger(a, b));
         }
     }
+    let leaves = (view.begin.boxes.len() / 6) as u32;
+    let mut keys = [MISS; 16];
     for lane in 0..16 {
         // What rounding may have moved the ends by.
-        let is_met = near[lane] * (1.0 - 1e-6) <= last[lane] * (1.0 + 1e-6);
-        out[lane] = if is_met { near[lane] } else { f32::INFINITY };
+        let is_met = (near[lane] * (1.0 - 1e-6) <= last[lane] * (1.0 + 1e-6)) & ((lane as u32) < leaves);
+        keys[lane] = near[lane].abs().to_bits() & !LEAF_BITS | lane as u32 | u32::from(is_met).wrapping_sub(1);
     }
-    let leaves = view.begin.boxes.len() / 6;
-    out[leaves.min(16)..].fill(f32::INFINITY);
+    keys
+}
+
+/// The least of the keys that are not below `from`, [`MISS`] if there is none; by halves, as vectors are reduced.
+#[inline(always)]
+fn least_from(keys: &[u32; 16], from: u32) -> u32 {
+    let mut left = keys.map(|key| if key < from { MISS } else { key });
+    for half in [8, 4, 2, 1] {
+        for lane in 0..half {
+            left[lane] = left[lane].min(left[lane + half]);
+        }
+    }
+    left[0]
 }
 
 /// The boxes of a pose; what lies beyond the last means nothing.
@@ -239,16 +258,16 @@ fn unfold<A: Arithmetic>(stored: &Stored<'_>, step: f32, low: &mut [[f32; 16]; 3
 
 /// The corners of a leaf along an axis; what lies beyond them means nothing.
 #[inline(always)]
-fn corners(stored: &Stored<'_>, axis: usize, leaf: usize, step: f32, out: &mut [f32; LANES]) {
+fn corners<A: Arithmetic>(stored: &Stored<'_>, axis: usize, leaf: usize, step: f32, out: &mut [f32; LANES]) {
     let first = leaf * LEAF_NUMBERS + axis * CORNERS;
     let offsets: &[u16; LANES] = match stored.corners[first..first + LANES].try_into() {
         Ok(offsets) => offsets,
         Err(_) => return,
     };
-    let base = stored.pose.base[axis];
+    let base = stored.pose.base[axis] as f32 * step;
     for lane in 0..LANES {
-        // Exact: both are below 2²⁴.
-        out[lane] = (base + i32::from(offsets[lane])) as f32 * step;
+        // Exact, fused or not: whole numbers of steps below 2²⁴.
+        out[lane] = A::fma(f32::from(offsets[lane]), step, base);
     }
 }
 
@@ -258,20 +277,21 @@ struct Nearest {
     distance: f32,
     leaf: usize,
     lane: usize,
-    upper: bool,
-    weights: [f32; 3],
+    is_upper: bool,
+    /// Twice those of the triangle's thirds, as the ray sees them.
+    areas: [f32; 3],
 }
 
 /// Corners of a leaf in object space, from the origin.
 type Points = [[f32; LANES]; 3];
 
 #[inline(always)]
-fn points(view: &View<'_>, leaf: usize, time: f32, out: &mut Points) {
+fn points<A: Arithmetic>(view: &View<'_>, leaf: usize, time: f32, out: &mut Points) {
     for axis in 0..3 {
-        corners(&view.begin, axis, leaf, view.step, &mut out[axis]);
+        corners::<A>(&view.begin, axis, leaf, view.step, &mut out[axis]);
         if let Some(end) = &view.end {
             let mut next = [0.0; LANES];
-            corners(end, axis, leaf, view.step, &mut next);
+            corners::<A>(end, axis, leaf, view.step, &mut next);
             for lane in 0..LANES {
                 // At both ends exactly what is stored.
                 out[axis][lane] = (1.0 - time) * out[axis][lane] + time * next[lane];
@@ -284,115 +304,112 @@ fn points(view: &View<'_>, leaf: usize, time: f32, out: &mut Points) {
 #[inline(always)]
 fn meet<A: Arithmetic>(view: &View<'_>, leaf: usize, ray: &Sheared, nearest: &mut Nearest) -> bool {
     let mut p: Points = [[0.0; LANES]; 3];
-    points(view, leaf, ray.time, &mut p);
+    points::<A>(view, leaf, ray.time, &mut p);
     let [first, second, third] = ray.axes;
     let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
         let depth = p[third][lane] - ray.origin[third];
-        x[lane] = (p[first][lane] - ray.origin[first]) - ray.shear[0] * depth;
-        y[lane] = (p[second][lane] - ray.origin[second]) - ray.shear[1] * depth;
+        x[lane] = A::fma(-ray.shear[0], depth, p[first][lane] - ray.origin[first]);
+        y[lane] = A::fma(-ray.shear[1], depth, p[second][lane] - ray.origin[second]);
         z[lane] = ray.shear[2] * depth;
     }
     let slack = if view.header.is_seam { SEAM } else { 0.0 };
-    let (mut lower, mut upper) = ([MISS; CELLS], [MISS; CELLS]);
-    let (near, far) = (ray.near, nearest.distance);
+    // Twice the areas with the ray; no fused arithmetic, so that edges are antisymmetric.
+    let area = |i: usize, j: usize| x[j] * y[i] - y[j] * x[i];
+    let (mut lower, mut upper) = (0u32, 0u32);
     for lane in 0..CELLS {
-        // The corners (0, 0), (1, 0), (0, 1) and (1, 1) of the cell.
-        let [a, b, c, d] = [lane, lane + 1, lane + SIDE, lane + SIDE + 1];
-        // Twice the areas with the ray; no fused arithmetic, so that edges are antisymmetric.
-        let diagonal = x[a] * y[d] - y[a] * x[d];
-        let (u1, v1, w1) = (x[d] * y[b] - y[d] * x[b], diagonal, x[b] * y[a] - y[b] * x[a]);
-        let (u2, v2, w2) = (x[c] * y[d] - y[c] * x[d], x[a] * y[c] - y[a] * x[c], -diagonal);
-        lower[lane] = IS_CELL[lane] & met::<A>([u1, v1, w1], [z[a], z[b], z[d]], slack, near, far) | !IS_CELL[lane];
-        upper[lane] = IS_CELL[lane] & met::<A>([u2, v2, w2], [z[a], z[d], z[c]], slack, near, far) | !IS_CELL[lane];
+        let [a, b, c, d] = cell(lane);
+        let diagonal = area(d, a);
+        lower |= u32::from(is_inside([area(b, d), diagonal, area(a, b)], slack)) << lane;
+        upper |= u32::from(is_inside([area(d, c), area(c, a), -diagonal], slack)) << lane;
     }
-    let mut least = MISS;
-    for lane in 0..CELLS {
-        least = least.min(lower[lane]).min(upper[lane]);
-    }
-    if least == MISS {
-        return false;
-    }
-    for lane in 0..CELLS {
-        let is_upper = lower[lane] != least;
-        if is_upper && upper[lane] != least {
-            continue;
-        }
-        let [a, b, c, d] = [lane, lane + 1, lane + SIDE, lane + SIDE + 1];
-        let [i, j, k] = if is_upper { [a, d, c] } else { [a, b, d] };
-        let areas = [x[k] * y[j] - y[k] * x[j], x[i] * y[k] - y[i] * x[k], x[j] * y[i] - y[j] * x[i]];
+    let mut found = false;
+    // Seldom more than one, so that what follows is not worth doing for all: those of the upper triangles after the lower.
+    let mut met = u64::from(lower & IS_CELL) | u64::from(upper & IS_CELL) << 32;
+    while met != 0 {
+        let (lane, is_upper) = (met.trailing_zeros() as usize % 32, met.trailing_zeros() >= 32);
+        met &= met - 1;
+        let [i, j, k] = triangle(lane, is_upper);
+        let areas = [area(j, k), area(k, i), area(i, j)];
         let whole = areas[0] + areas[1] + areas[2];
-        *nearest = Nearest {
-            distance: f32::from_bits(least),
-            leaf,
-            lane,
-            upper: is_upper,
-            weights: [areas[0] / whole, areas[1] / whole, areas[2] / whole],
-        };
-        return true;
+        let distance = A::fma(areas[0], z[i], A::fma(areas[1], z[j], areas[2] * z[k])) / whole;
+        if whole != 0.0 && distance >= ray.near && distance < nearest.distance {
+            *nearest = Nearest { distance, leaf, lane, is_upper, areas };
+            found = true;
+        }
     }
-    false
+    found
 }
 
-/// The bits of the distance of a triangle, or [`MISS`].
+/// The corners (0, 0), (1, 0), (0, 1) and (1, 1) of a cell.
 #[inline(always)]
-fn met<A: Arithmetic>([u, v, w]: [f32; 3], z: [f32; 3], slack: f32, near: f32, far: f32) -> u32 {
-    let whole = u + v + w;
-    let beyond = slack * whole.abs();
-    let is_inside = (u >= -beyond) & (v >= -beyond) & (w >= -beyond) | (u <= beyond) & (v <= beyond) & (w <= beyond);
-    let distance = A::fma(u, z[0], A::fma(v, z[1], w * z[2])) / whole;
-    let is_hit = is_inside & (whole != 0.0) & (distance >= near) & (distance < far);
-    if is_hit { distance.to_bits() } else { MISS }
+fn cell(lane: usize) -> [usize; 4] {
+    [lane, lane + 1, lane + SIDE, lane + SIDE + 1]
+}
+
+/// The corners of one of the triangles of a cell.
+#[inline(always)]
+fn triangle(lane: usize, is_upper: bool) -> [usize; 3] {
+    // Without a branch, since which it is cannot be foretold.
+    let [second, third] = if is_upper { [SIDE + 1, SIDE] } else { [1, SIDE + 1] };
+    [lane, lane + second, lane + third]
+}
+
+/// Whether a ray meets a triangle with which it has these areas, or misses it by no more than `slack` of its size.
+#[inline(always)]
+fn is_inside([u, v, w]: [f32; 3], slack: f32) -> bool {
+    let beyond = slack * (u + v + w).abs();
+    (u >= -beyond) & (v >= -beyond) & (w >= -beyond) | (u <= beyond) & (v <= beyond) & (w <= beyond)
 }
 
 #[inline(always)]
 fn intersect_body<A: Arithmetic>(view: &View<'_>, ray: &BlockRay, origin: [f32; 3], any: bool) -> Option<BlockHit> {
     let ray = Sheared::new(ray, origin, view.end.is_some());
-    let mut entries = [f32::INFINITY; 16];
-    enter::<A>(view, &ray, ray.far, &mut entries);
+    let keys = enter::<A>(view, &ray, ray.far);
     // Distances that equal the limit count.
     let limit = if ray.far < f32::INFINITY { ray.far.next_up() } else { ray.far };
-    let mut nearest = Nearest { distance: limit, leaf: 0, lane: 0, upper: false, weights: [0.0; 3] };
+    let mut nearest = Nearest { distance: limit, leaf: 0, lane: 0, is_upper: false, areas: [0.0; 3] };
     let mut found = false;
+    // Leaves by where the ray enters them.
+    let mut next = 0;
     loop {
-        let (mut leaf, mut entry) = (16, f32::INFINITY);
-        for (lane, value) in entries.iter().enumerate() {
-            if *value < entry {
-                (leaf, entry) = (lane, *value);
-            }
-        }
-        if leaf == 16 || entry * (1.0 - 1e-6) > nearest.distance {
+        let least = least_from(&keys, next);
+        if least == MISS || f32::from_bits(least & !LEAF_BITS) * (1.0 - 1e-6) > nearest.distance {
             break;
         }
-        entries[leaf] = f32::INFINITY;
-        found |= meet::<A>(view, leaf, &ray, &mut nearest);
+        next = least + 1;
+        found |= meet::<A>(view, (least & LEAF_BITS) as usize, &ray, &mut nearest);
         if found && any {
             return Some(BlockHit { distance: nearest.distance, ..BlockHit::default() });
         }
     }
-    if !found {
-        return None;
-    }
-    let mut p: Points = [[0.0; LANES]; 3];
-    points(view, nearest.leaf, ray.time, &mut p);
-    Some(finish(view.header, &nearest, &p))
+    if found { Some(finish(view, ray.time, &nearest)) } else { None }
+}
+
+/// A corner of a leaf in object space, from the origin: the same as [`points`] has.
+#[inline(always)]
+fn point(view: &View<'_>, leaf: usize, time: f32, index: usize) -> [f32; 3] {
+    let of = |stored: &Stored<'_>, axis: usize| {
+        let offset = stored.corners[leaf * LEAF_NUMBERS + axis * CORNERS + index];
+        (stored.pose.base[axis] + i32::from(offset)) as f32 * view.step
+    };
+    [0, 1, 2].map(|axis| {
+        let begin = of(&view.begin, axis);
+        view.end.as_ref().map_or(begin, |end| (1.0 - time) * begin + time * of(end, axis))
+    })
 }
 
 /// Place and normal of the nearest hit.
 #[inline(always)]
-fn finish(header: &Header, nearest: &Nearest, p: &Points) -> BlockHit {
-    let lane = nearest.lane;
-    let [a, b, c, d] = [lane, lane + 1, lane + SIDE, lane + SIDE + 1];
-    let [i, j, k] = if nearest.upper { [a, d, c] } else { [a, b, d] };
-    let mut edges = [[0.0; 3]; 2];
-    for axis in 0..3 {
-        edges[0][axis] = p[axis][j] - p[axis][i];
-        edges[1][axis] = p[axis][k] - p[axis][i];
-    }
-    let [e, f] = edges;
+fn finish(view: &View<'_>, time: f32, nearest: &Nearest) -> BlockHit {
+    let (header, lane) = (view.header, nearest.lane);
+    let [i, j, k] = triangle(lane, nearest.is_upper).map(|index| point(view, nearest.leaf, time, index));
+    let e = [0, 1, 2].map(|axis| j[axis] - i[axis]);
+    let f = [0, 1, 2].map(|axis| k[axis] - i[axis]);
     let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
-    let [_, second, third] = nearest.weights;
-    let within = if nearest.upper { [second, second + third] } else { [second + third, third] };
+    let whole = nearest.areas[0] + nearest.areas[1] + nearest.areas[2];
+    let [second, third] = [nearest.areas[1] / whole, nearest.areas[2] / whole];
+    let within = if nearest.is_upper { [second, second + third] } else { [second + third, third] };
     let leaves = usize::from(header.edge) / LEAF as usize;
     let cell = [
         usize::from(header.column) + LEAF as usize * (nearest.leaf % leaves) + lane % SIDE,
