@@ -1,6 +1,6 @@
 // import shade
 // import tiles
-// Displaced surfaces drawn from virtual vertices: a draw is one grid of vertices for every tile of a rate, and the vertex
+// Displaced surfaces drawn from virtual vertices: a draw is one part of the grid for every tile of a rate, and the vertex
 // stage evaluates its patch, Bézier or Gregory, with its displacement. Colours are looked up at every pixel.
 
 /// What texels of colours are: 0 where there are none, 1 for four bytes, 2 for four half floats.
@@ -17,8 +17,8 @@ struct TilesCall {
 /// middles of edges in turn. A tile, and in its parameters, in quarters, where the edge starts and how it goes on: four
 /// bytes, each 128 more than it stands for.
 @group(3) @binding(0) var<storage, read> joints: array<vec2<u32>>;
-/// The tiles that are drawn: the tile; then, in four bits each, the powers of two that its sides and its four edges are
-/// divided into, and its tag.
+/// What is drawn: the tile; then, in four bits each, the powers of two that its sides and the edge of a strip are divided
+/// into and the part (0: the whole grid, 1: cells that touch no edge, 2 to 5: the strip beside an edge), and its tag.
 @group(3) @binding(1) var<storage, read> drawn_tiles: array<vec2<u32>>;
 @group(3) @binding(2) var<storage, read> color_entries: array<TileEntry>;
 /// Blocks of (size + 2)² texels, row by row.
@@ -28,13 +28,16 @@ var<immediate> call: TilesCall;
 /// The cosine of the angle from which the normals on both sides of an edge show a sharp edge, not rounding.
 const SHARP: f32 = 0.94;
 
-/// The place on `edge` of a tile at `t` from its first corner.
-fn on_edge(edge: u32, t: f32) -> vec2<f32> {
+/// Bits of the number of a vertex of a strip, above which is which corner of its triangles it is.
+const VERTEX_BITS: u32 = 20u;
+
+/// The place at `t` from the first corner of `edge` of a tile, `depth` inside.
+fn beside_edge(edge: u32, t: f32, depth: f32) -> vec2<f32> {
     switch edge {
-        case 0u: { return vec2(t, 0.0); }
-        case 1u: { return vec2(1.0, t); }
-        case 2u: { return vec2(1.0 - t, 1.0); }
-        default: { return vec2(0.0, 1.0 - t); }
+        case 0u: { return vec2(t, depth); }
+        case 1u: { return vec2(1.0 - depth, t); }
+        case 2u: { return vec2(1.0 - t, 1.0 - depth); }
+        default: { return vec2(depth, 1.0 - t); }
     }
 }
 
@@ -47,32 +50,51 @@ fn nibble(bits: u32, start: u32) -> u32 {
 fn vertex_tiles(@builtin(vertex_index) sample: u32, @builtin(instance_index) instance: u32) -> Shaded {
     let drawn = drawn_tiles[call.first + instance];
     let rate = 1u << nibble(drawn.y, 0u);
-    let i = sample % (rate + 1u);
-    let j = sample / (rate + 1u);
+    let part = nibble(drawn.y, 8u);
+    var segments = rate;
     var edge = 4u;
-    var k = 0u;
-    if j == 0u && i < rate {
-        edge = 0u;
-        k = i;
-    } else if i == rate && j < rate {
-        edge = 1u;
-        k = j;
-    } else if j == rate && i > 0u {
-        edge = 2u;
-        k = rate - i;
-    } else if i == 0u {
-        edge = 3u;
-        k = rate - j;
+    var at = 0u;
+    var uv: vec2<f32>;
+    var grid: vec3<f32>;
+    if part < 2u {
+        let side = rate + 1u - 2u * part;
+        let i = part + sample % side;
+        let j = part + sample / side;
+        if j == 0u && i < rate {
+            edge = 0u;
+            at = i;
+        } else if i == rate && j < rate {
+            edge = 1u;
+            at = j;
+        } else if j == rate && i > 0u {
+            edge = 2u;
+            at = rate - i;
+        } else if i == 0u {
+            edge = 3u;
+            at = rate - j;
+        }
+        uv = vec2(f32(i), f32(j)) / f32(rate);
+        // Diagonals go from the first corner of a cell to the third.
+        grid = vec3(f32(i), f32(j), f32(i) - f32(j));
+    } else {
+        segments = 1u << nibble(drawn.y, 4u);
+        let number = sample & ((1u << VERTEX_BITS) - 1u);
+        let corner = sample >> VERTEX_BITS;
+        if number <= segments {
+            edge = part - 2u;
+            at = number;
+        } else {
+            uv = beside_edge(part - 2u, f32(number - segments) / f32(rate), 1.0 / f32(rate));
+        }
+        grid[corner] = 0.5;
     }
-    var uv = vec2(f32(i), f32(j)) / f32(rate);
     var place = uv;
     var tile = drawn.x;
     if edge < 4u {
-        // The nearest sample of the edge, which both of its sides divide alike and evaluate in the same tile.
-        let segments = 1u << nibble(drawn.y, 4u + 4u * edge);
-        let at = (2u * k * segments + rate) / (2u * rate);
+        // All sides of an edge divide it alike, and evaluate it in the same tile.
         let t = f32(at) / f32(segments);
-        uv = on_edge(edge, t);
+        uv = beside_edge(edge, t, 0.0);
+        place = uv;
         var number = 2u * edge + select(0u, 1u, 2u * at > segments);
         if at == 0u || at == segments {
             number = 8u + 2u * ((edge + select(0u, 1u, at == segments)) % 4u);
@@ -92,9 +114,7 @@ fn vertex_tiles(@builtin(vertex_index) sample: u32, @builtin(instance_index) ins
             normal = own;
         }
     }
-    // Diagonals go from the first corner of a cell to the third.
-    let grid = uv * f32(rate);
-    return shaded(point.p, normal, vec3(grid, grid.x - grid.y), uv, drawn.x, drawn.y >> 20u);
+    return shaded(point.p, normal, grid, uv, drawn.x, drawn.y >> 20u);
 }
 
 fn linear_of(encoded: f32) -> f32 {

@@ -23,5 +23,5 @@ pub use rasterizer::Rasterizer;
 pub use rates::{MOST_POWER, TileRates};
 pub use stage::Stage;
 pub use surface::DrawnSurface;
-pub use tiles::{TileDraw, VirtualTiles};
+pub use tiles::{TileDraw, TilePart, VirtualTiles};
 pub use tuner::{Measured, Tuned, Tuning};

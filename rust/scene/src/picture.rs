@@ -127,13 +127,9 @@ impl Studio {
                         && let Some(colors) = Coat::plain(coat.as_ref())
                         && displaced.vectors().is_none()
                     {
-                        // One quad per texel, as far as a draw can have them, also along edges to coarser tiles,
-                        // which become as fine: a device divides an edge as the coarser of its tiles.
+                        // One quad per texel, as far as a draw can have them.
                         let most = 1 << virtual_vertex::MOST_POWER;
-                        let power = |tile: u32| {
-                            let finest = rates.edges(topology, tile).into_iter().fold(rates.of(tile), u32::max);
-                            finest.min(most).trailing_zeros() as u8
-                        };
+                        let power = |tile: u32| rates.of(tile).min(most).trailing_zeros() as u8;
                         let powers = (0..field.tile_count() as u32).map(power).collect();
                         let divided = virtual_vertex::TileRates::new(topology, powers)?;
                         stage.set_surface(context, id, (&displaced, colors), whole, divided, tag)?;

@@ -373,8 +373,8 @@ fn draw_shape(pass: &mut wgpu::RenderPass<'_>, shape: &Shape<'_>, groups: &Group
                 ByFormat::Rgba16(tiles) => color_of(tiles.field()),
             });
             for draw in drawn.draws() {
-                let Some(grid) = drawn.grids.get(&draw.power) else {
-                    return Err(Error::internal("a power has no grid"));
+                let Some(grid) = drawn.grids.get(&(draw.power, draw.part)) else {
+                    return Err(Error::internal("a part has no triangles"));
                 };
                 pass.set_index_buffer(grid.wgpu().slice(..), wgpu::IndexFormat::Uint32);
                 pass.set_immediates(0, bytemuck::bytes_of(&TilesCall { blank, first: draw.first }));

@@ -1,16 +1,17 @@
-//! How finely tiles are divided: powers of two, chosen by an error on the picture, and equal on both sides of an edge.
+//! How finely tiles and their edges are divided: powers of two, chosen by an error on the picture.
 //!
-//! A tile of power p is a grid of 2^p cells a side, so that cells are those of its texels or of whole numbers of them,
-//! and that two sub-tiles divide the edge of a quad in its middle. As with Bézier patches an edge is divided as the
-//! coarsest tile at it is, and samples of a finer grid move to the nearest sample of the edge: triangles without area,
-//! but no cracks. Errors are estimated from second derivatives of the surface and second differences of the texels
-//! (Filip, Magedson, Markot 1986, *Surface algorithms using bounds on derivatives*).
+//! A tile of power p has the inner points of a grid of 2^p cells a side, so that cells are those of its texels or of
+//! whole numbers of them. An edge has a power of its own, which all tiles along it share and which depends on what is
+//! along it alone; between it and the inner points runs a strip of triangles. So a tile that needs many triangles makes
+//! the strips beside it finer, and nothing farther away. Errors are estimated from second differences of the surface
+//! and of the texels (Filip, Magedson, Markot 1986, *Surface algorithms using bounds on derivatives*).
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use relievo_core::{Context, Error, Result};
 use relievo_surface::bezier::Viewpoint;
-use relievo_surface::{Grid, Link, Order, Placement, Samples, TileTopology};
+use relievo_surface::{Grid, Link, Order, Placement, Samples, Side, TileTopology};
 use relievo_tiles::Displaced;
 
 /// The highest power: 256 cells a side.
@@ -38,7 +39,7 @@ impl TileRates {
         Self::new(topology, (0..topology.tile_count() as u32).map(of).collect())
     }
 
-    /// These powers of tiles; edges get the lowest of the tiles they belong to.
+    /// These powers of tiles; edges get the highest of the tiles they belong to.
     ///
     /// # Errors
     /// There is not one power for every tile, or one is not from 1 to [`MOST_POWER`].
@@ -53,13 +54,22 @@ impl TileRates {
                 .at(format!("tile {tile}"))
                 .advise(format!("use powers from 1 to {MOST_POWER}")));
         }
-        let mut edges = vec![[0; 4]; tiles.len()];
-        for (tile, edges) in (0..).zip(&mut edges) {
-            for (number, edge) in (0..).zip(edges) {
-                *edge = whole_edge(topology, &tiles, tile, number) - u8::from(topology.is_sub(tile));
-            }
-        }
-        Ok(Self { tiles, edges })
+        let sides = tiles.iter().map(|power| [*power; 4]).collect();
+        Ok(Self::of_sides(topology, tiles, sides))
+    }
+
+    /// These powers of tiles; edges get the highest that one of their sides wants.
+    fn of_sides(topology: &TileTopology, tiles: Vec<u8>, wanted: Vec<[u8; 4]>) -> Self {
+        let sub = |tile: u32| u8::from(topology.is_sub(tile));
+        // A sub-tile has half of an edge of the cage.
+        let of = |side: Side| wanted[side.tile as usize][usize::from(side.edge)] + sub(side.tile);
+        let edge = |tile: u32, edge: u8| {
+            let mut most = of(Side { tile, edge });
+            along(topology, tile, edge, |side| most = most.max(of(side)));
+            most.min(MOST_POWER) - sub(tile)
+        };
+        let edges = (0..tiles.len() as u32).map(|tile| [0, 1, 2, 3].map(|number| edge(tile, number))).collect();
+        Self { tiles, edges }
     }
 
     /// The power of `tile`.
@@ -70,7 +80,7 @@ impl TileRates {
         self.tiles[tile as usize]
     }
 
-    /// The powers of its edges, none above its own.
+    /// The powers of its edges, which all tiles along them divide alike.
     ///
     /// # Panics
     /// It does not exist.
@@ -84,82 +94,160 @@ impl TileRates {
     }
 }
 
-/// The power that the edge of the cage at an edge of a tile is divided by: the lowest of all tiles along it, where
-/// sub-tiles count one more, since they have half of the edge.
-fn whole_edge(topology: &TileTopology, tiles: &[u8], tile: u32, edge: u8) -> u8 {
-    let of = |tile: u32| tiles[tile as usize] + u8::from(topology.is_sub(tile));
-    let own = of(tile);
+/// Tells of the other sides along the edge of the cage at an edge of a tile.
+fn along(topology: &TileTopology, tile: u32, edge: u8, mut tell: impl FnMut(Side)) {
     match topology.link(tile, edge) {
-        Link::Boundary => own,
-        Link::Whole { side, .. } => own.min(of(side.tile)),
-        Link::Halves { first, second, .. } => own.min(of(first.tile)).min(of(second.tile)),
-        // The quad's edge decides, which looks at both halves.
-        Link::Half { side, .. } => whole_edge(topology, tiles, side.tile, side.edge),
-        Link::Pinned { edge } => topology.pinned_sides(edge).map(|side| of(side.tile)).fold(own, u8::min),
+        Link::Boundary => {}
+        Link::Whole { side, .. } => tell(side),
+        Link::Halves { first, second, .. } => [first, second].into_iter().for_each(tell),
+        Link::Half { side, .. } => {
+            tell(side);
+            if let Link::Halves { first, second, .. } = topology.link(side.tile, side.edge) {
+                [first, second].into_iter().for_each(tell);
+            }
+        }
+        Link::Pinned { edge } => topology.pinned_sides(edge).for_each(tell),
     }
 }
 
 /// How far triangles of a tile are from it, and where it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Relief {
-    /// Object units of the surface at one cell; a quarter of it at each further power.
-    bend: f32,
-    /// As [`Self::bend`], of the displacement, which is never more than `range`.
-    bump: f32,
+    surface: Bends,
+    displacement: Bends,
+    /// How far apart displacements of the tile are.
     range: f32,
     pub low: [f32; 3],
     pub high: [f32; 3],
 }
 
-/// Samples along a side of a tile from which its bend is estimated.
-const SAMPLES: u32 = 5;
+/// How far one triangle of half a tile would be from it, in object units.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Bends {
+    /// Anywhere.
+    inside: f32,
+    /// Along an edge and in the strip beside it.
+    edges: [f32; 4],
+    /// What the twist of the strip adds.
+    twists: [f32; 4],
+}
+
+impl Bends {
+    /// By second differences of a lattice of `side` points a side, whose cells have `unit` of a tile's side; what is
+    /// along an edge is looked for in the `rows` rows that are nearest to it.
+    fn new(side: usize, rows: usize, unit: f32, at: impl Fn(usize, usize) -> Vec3) -> Self {
+        let mut bends = Self::default();
+        let inner = 1..side - 1;
+        for j in 0..side {
+            for i in 0..side {
+                let here = at(i, j);
+                let [mut uu, mut vv, mut uv] = [Vec3::ZERO; 3];
+                if inner.contains(&i) {
+                    uu = at(i - 1, j) - 2.0 * here + at(i + 1, j);
+                }
+                if inner.contains(&j) {
+                    vv = at(i, j - 1) - 2.0 * here + at(i, j + 1);
+                }
+                if i + 1 < side && j + 1 < side {
+                    uv = here + at(i + 1, j + 1) - at(i + 1, j) - at(i, j + 1);
+                }
+                let [bend_u, bend_v, twist] = [uu, vv, 2.0 * uv].map(Vec3::length);
+                bends.inside = bends.inside.max(bend_u).max(bend_v).max((uu + vv).length() + twist);
+                let away = [j, side - 1 - i, side - 1 - j, i];
+                for ((edge, away), bend) in (0..).zip(away).zip([bend_u, bend_v, bend_u, bend_v]) {
+                    if away < rows {
+                        bends.edges[edge] = bends.edges[edge].max(bend);
+                    }
+                    if away <= rows {
+                        bends.twists[edge] = bends.twists[edge].max(twist);
+                    }
+                }
+            }
+        }
+        let scale = 0.125 * MARGIN / (unit * unit);
+        let Self { inside, edges, twists } = bends;
+        Self {
+            inside: scale * inside,
+            edges: edges.map(|bend| scale * (bend + STRIP * inside)),
+            twists: twists.map(|twist| scale * twist),
+        }
+    }
+
+    fn max(self, other: Self) -> Self {
+        let of = |a: [f32; 4], b: [f32; 4]| std::array::from_fn(|edge| a[edge].max(b[edge]));
+        Self {
+            inside: self.inside.max(other.inside),
+            edges: of(self.edges, other.edges),
+            twists: of(self.twists, other.twists),
+        }
+    }
+
+    /// Of a tile divided by 2^power.
+    fn error(&self, power: u8) -> f64 {
+        f64::from(self.inside) * step(power) * step(power)
+    }
+
+    /// Of the strip between it and an edge divided by 2^along.
+    fn edge_error(&self, edge: usize, power: u8, along: u8) -> f64 {
+        let [bend, twist] = [self.edges[edge], self.twists[edge]].map(f64::from);
+        step(along) * (bend * step(along) + twist * step(power))
+    }
+}
+
+fn step(power: u8) -> f64 {
+    (-f64::from(power)).exp2()
+}
+
+/// Cells along a side of the lattice from which the bend of a surface is measured.
+const CELLS: usize = 8;
+/// How much of the bend inside a tile is seen in the strip beside an edge: the most of (1 − h)² h, where h goes from the
+/// edge to the tips of the triangles that stand on it.
+const STRIP: f32 = 4.0 / 27.0;
+/// What is kept for what lies between the points of the lattice, and for triangles of strips that lean.
+const MARGIN: f32 = 1.25;
 
 impl Relief {
     /// Of `tile`.
     pub fn new(context: &Context, displaced: &Displaced<'_>, tile: u32) -> Self {
         let (low, high) = displaced.tile_bounds(tile);
-        let mut samples = Samples::default();
-        let grid = Grid::whole(SAMPLES - 1, Placement::Lattice);
-        displaced.surface().grid(context.level(), tile, &grid, Order::Second, &mut samples);
-        let length = |of: &[Vec<f32>; 3], at: usize| glam::Vec3::new(of[0][at], of[1][at], of[2][at]).length();
-        let second = |at: usize| length(&samples.duu, at) + 2.0 * length(&samples.duv, at) + length(&samples.dvv, at);
-        let bend = 0.125 * (0..samples.len()).map(second).fold(0.0, f32::max);
         let field = displaced.field();
-        let mut relief = Self { bend, low, high, ..Self::default() };
-        if let Some(block) = field.block(tile) {
-            let size = field.size(tile) as usize;
-            let texel = |i: usize, j: usize| block[j * (size + 2) + i].to_f32();
-            let mut most = 0.0f32;
-            for j in 0..size {
-                for i in 0..size {
-                    let (here, right, up) = (texel(i, j), texel(i + 1, j), texel(i, j + 1));
-                    let uu = texel(i + 2, j) - 2.0 * right + here;
-                    let vv = texel(i, j + 2) - 2.0 * up + here;
-                    let uv = texel(i + 1, j + 1) - right - up + here;
-                    most = most.max(uu.abs() + 2.0 * uv.abs() + vv.abs());
-                }
-            }
-            relief.bump = 0.125 * most * (size * size) as f32;
-            let [least, greatest] = field.range(tile);
-            relief.range = greatest - least;
+        let block = field.block(tile);
+        let [least, most] = if block.is_some() { field.range(tile) } else { [0.0; 2] };
+        let away = if most > -least { most } else { least };
+        let order = if away == 0.0 { Order::Position } else { Order::First };
+        let grid = Grid::whole(CELLS as u32, Placement::Lattice);
+        let mut samples = Samples::default();
+        displaced.surface().grid(context.level(), tile, &grid, order, &mut samples);
+        let vector = |of: &[Vec<f32>; 3], at: usize| Vec3::new(of[0][at], of[1][at], of[2][at]);
+        let number = |i: usize, j: usize| j * (CELLS + 1) + i;
+        let unit = 1.0 / CELLS as f32;
+        let mut surface = Bends::new(CELLS + 1, 1, unit, |i, j| vector(&samples.p, number(i, j)));
+        if order == Order::First {
+            // What is away from the surface bends as the parallel surface there.
+            let moved = |at: usize| {
+                let normal = vector(&samples.du, at).cross(vector(&samples.dv, at)).normalize_or_zero();
+                vector(&samples.p, at) + away * normal
+            };
+            let parallel: Vec<Vec3> = (0..samples.len()).map(moved).collect();
+            surface = surface.max(Bends::new(CELLS + 1, 1, unit, |i, j| parallel[number(i, j)]));
         }
-        relief
+        let displacement = block.map_or(Bends::default(), |block| {
+            let size = field.size(tile) as usize;
+            let texel = |i: usize, j: usize| Vec3::new(block[j * (size + 2) + i].to_f32(), 0.0, 0.0);
+            // On an edge the spline is between the ring and the first row.
+            Bends::new(size + 2, 3, 1.0 / size as f32, texel)
+        });
+        Self { surface, displacement, range: most - least, low, high }
     }
 
-    /// How far triangles are from the tile where it is divided by 2^power and its edges are by 2^edges.
-    fn error(&self, power: u8, edges: [u8; 4]) -> f64 {
-        let step = |power: u8| (-f64::from(power)).exp2();
-        let inner = step(power);
-        // Beside a coarser edge triangles reach from its samples to the inner one that is nearest.
-        let long = edges.into_iter().filter(|edge| *edge < power).map(|edge| step(edge) + inner).fold(inner, f64::max);
-        let square = long * long;
-        f64::from(self.bend) * square + (f64::from(self.bump) * square).min(f64::from(self.range))
+    fn error(&self, of: impl Fn(&Bends) -> f64) -> f64 {
+        of(&self.surface) + of(&self.displacement).min(f64::from(self.range))
     }
 }
 
 /// The lowest powers whose triangles are nowhere farther than `tolerance` pixels from the surface as the picture shows
-/// it, by the estimate of `reliefs`. Tiles for which the highest power is not enough get it, and so do those that reach
-/// behind the camera; those out of its sight get the lowest.
+/// it, by the estimate of `reliefs`. What the highest power is not enough for gets it, and so does what reaches behind
+/// the camera; tiles out of its sight get the lowest.
 pub(super) fn select(
     topology: &Arc<TileTopology>,
     reliefs: &[Relief],
@@ -170,47 +258,15 @@ pub(super) fn select(
         return Err(Error::invalid(format!("the tolerance of {tolerance} pixels cannot be met"))
             .advise("use a number above zero"));
     }
-    let reach: Vec<f64> = reliefs.iter().map(|relief| view.reach(relief.low, relief.high, tolerance)).collect();
-    let enough = |tile: usize, power: u8, edges: [u8; 4]| reliefs[tile].error(power, edges) <= reach[tile];
-    let lowest = |tile: usize| (1..MOST_POWER).find(|power| enough(tile, *power, [*power; 4])).unwrap_or(MOST_POWER);
-    let mut rates = TileRates::new(topology, (0..reliefs.len()).map(lowest).collect())?;
-    // Triangles beside an edge that is coarser than a tile are longer: where they are too long, the tiles that make it
-    // coarse get finer. Powers only grow, so this ends.
-    loop {
-        let mut raised = rates.tiles.clone();
-        for tile in 0..reliefs.len() {
-            let (power, edges) = (rates.tiles[tile], rates.edges[tile]);
-            if edges == [power; 4] || enough(tile, power, edges) {
-                continue;
-            }
-            let sub = |tile: u32| u8::from(topology.is_sub(tile));
-            for (number, edge) in (0..).zip(edges) {
-                // One more than the whole edge has, on every tile along it.
-                let wanted = edge + sub(tile as u32) + 1;
-                let mut raise = |beside: u32| {
-                    let power = &mut raised[beside as usize];
-                    *power = (*power).max((wanted - sub(beside)).min(MOST_POWER));
-                };
-                if edge >= power {
-                    continue;
-                }
-                match topology.link(tile as u32, number) {
-                    Link::Boundary => {}
-                    Link::Whole { side, .. } => raise(side.tile),
-                    Link::Halves { first, second, .. } => [first, second].iter().for_each(|side| raise(side.tile)),
-                    Link::Half { side, .. } => {
-                        raise(side.tile);
-                        if let Link::Halves { first, second, .. } = topology.link(side.tile, side.edge) {
-                            [first, second].iter().for_each(|side| raise(side.tile));
-                        }
-                    }
-                    Link::Pinned { edge } => topology.pinned_sides(edge).for_each(|side| raise(side.tile)),
-                }
-            }
-        }
-        if raised == rates.tiles {
-            return Ok(rates);
-        }
-        rates = TileRates::new(topology, raised)?;
+    let (mut tiles, mut sides) = (Vec::with_capacity(reliefs.len()), Vec::with_capacity(reliefs.len()));
+    for relief in reliefs {
+        let reach = view.reach(relief.low, relief.high, tolerance);
+        let lowest =
+            |error: &dyn Fn(u8) -> f64| (1..MOST_POWER).find(|power| error(*power) <= reach).unwrap_or(MOST_POWER);
+        let power = lowest(&|power| relief.error(|bends| bends.error(power)));
+        let side = |edge: usize| lowest(&|along| relief.error(|bends| bends.edge_error(edge, power, along)));
+        tiles.push(power);
+        sides.push(std::array::from_fn(side));
     }
+    Ok(TileRates::of_sides(topology, tiles, sides))
 }

@@ -3,6 +3,7 @@
 //!
 //! The vertices of a grid have no data: the vertex stage finds the cell from their number. An index buffer goes through
 //! the grid in bands of few columns, so that devices evaluate a vertex about once and not at each of its six triangles.
+//! A tile whose edges are divided otherwise than its inside is drawn as its inner cells and four strips beside them.
 //! Places on edges and at vertices are evaluated at the canonical place that the processor has too
 //! ([`Field::canonical`]), in the one tile that it names, so that all tiles there get the same bits.
 
@@ -24,30 +25,84 @@ use crate::scene::Material;
 const BAND: u32 = 8;
 /// Places of a tile that are evaluated elsewhere: halves of edges, then corners and middles of edges.
 const JOINTS: usize = 16;
+/// Bits of the number of a vertex in indices of strips.
+const VERTEX_BITS: u32 = 20;
+const VERTEX: u32 = (1 << VERTEX_BITS) - 1;
 /// Tags that false colours tell apart at most.
 const TAGS: u32 = 1 << 12;
 
-/// A draw of grids of one power.
+/// What is drawn of tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TilePart {
+    /// All cells of the grid.
+    Whole,
+    /// Cells that touch no edge.
+    Inside,
+    /// A strip between the cells inside and an edge of 2^power segments.
+    Strip(u8),
+}
+
+/// A draw of parts of one kind of tiles of one power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TileDraw {
     /// Grids have 2^power cells a side.
     pub power: u8,
-    /// The first of its tiles, in the order of the draws.
+    /// What is drawn of them.
+    pub part: TilePart,
+    /// The first of its parts, in the order of the draws.
     pub first: u32,
-    /// How many tiles.
+    /// How many parts.
     pub count: u32,
 }
 
 impl TileDraw {
-    /// Triangles of the draw, those without area counted: two for every cell.
+    /// Triangles of the draw: two for every cell of grids, one for every segment of both sides of strips.
     pub fn triangles(&self) -> u64 {
-        u64::from(self.count) * (2u64 << (2 * self.power))
+        let cells = 1u64 << self.power;
+        let part = match self.part {
+            TilePart::Whole => 2 * cells * cells,
+            TilePart::Inside => 2 * (cells - 2) * (cells - 2),
+            TilePart::Strip(edge) => (1 << edge) + cells - 2,
+        };
+        u64::from(self.count) * part
     }
 
-    /// Vertices of the draw, each counted once: 2^power + 1 along both sides of a grid.
+    /// Vertices of the draw, those of a part counted once.
     pub fn vertices(&self) -> u64 {
-        u64::from(self.count) * ((1u64 << self.power) + 1).pow(2)
+        u64::from(self.count) * u64::from(self.part.vertices(self.power))
     }
+}
+
+impl TilePart {
+    /// Vertices of a part of a tile of 2^power cells a side.
+    fn vertices(self, power: u8) -> u32 {
+        let cells = 1u32 << power;
+        match self {
+            Self::Whole => (cells + 1) * (cells + 1),
+            Self::Inside => (cells - 1) * (cells - 1),
+            Self::Strip(edge) => (1 << edge) + cells,
+        }
+    }
+
+    /// Its triangles, counter-clockwise.
+    fn triangles(self, power: u8) -> Vec<u32> {
+        let cells = 1u32 << power;
+        match self {
+            Self::Whole => grid(cells),
+            Self::Inside => grid(cells - 2),
+            Self::Strip(edge) => strip(cells, 1 << edge),
+        }
+    }
+}
+
+/// A part of a tile that is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Drawn {
+    power: u8,
+    part: TilePart,
+    tile: u32,
+    /// The edge of a strip.
+    edge: u8,
 }
 
 /// How a displaced surface is drawn.
@@ -58,10 +113,11 @@ pub struct VirtualTiles {
     rates: TileRates,
     tags: Vec<u32>,
     draws: Vec<TileDraw>,
+    parts: Vec<Drawn>,
     order: Vec<u32>,
     pub(super) joints: Buffer<[u32; 2]>,
     pub(super) drawn: Buffer<[u32; 2]>,
-    pub(super) grids: BTreeMap<u8, Buffer<u32>>,
+    pub(super) grids: BTreeMap<(u8, TilePart), Buffer<u32>>,
 }
 
 impl VirtualTiles {
@@ -77,6 +133,7 @@ impl VirtualTiles {
             reliefs: vec![Relief::default(); count],
             tags: vec![0; count],
             draws: Vec::new(),
+            parts: Vec::new(),
             order: Vec::new(),
             joints: Buffer::new(device, "joints", JOINTS * count.max(1))?,
             drawn: Buffer::new(device, "drawn tiles", count.max(1))?,
@@ -141,14 +198,28 @@ impl VirtualTiles {
         let topology = &self.topology;
         self.order = (0..rates.count() as u32).filter(|tile| !topology.is_hole(*tile)).collect();
         self.order.sort_by_key(|tile| rates.tile(*tile));
+        self.parts.clear();
+        for tile in &self.order {
+            let (tile, power, edges) = (*tile, rates.tile(*tile), rates.edges(*tile));
+            let mut add = |part: TilePart, edge: u8| self.parts.push(Drawn { power, part, tile, edge });
+            if edges == [power; 4] {
+                add(TilePart::Whole, 0);
+                continue;
+            }
+            if power > 1 {
+                add(TilePart::Inside, 0);
+            }
+            (0..).zip(edges).for_each(|(edge, segments)| add(TilePart::Strip(segments), edge));
+        }
+        self.parts.sort_by_key(|drawn| (drawn.power, drawn.part));
         self.draws.clear();
         let mut first = 0;
-        for run in self.order.chunk_by(|a, b| rates.tile(*a) == rates.tile(*b)) {
-            let (power, count) = (rates.tile(run[0]), run.len() as u32);
-            self.draws.push(TileDraw { power, first, count });
+        for run in self.parts.chunk_by(|a, b| (a.power, a.part) == (b.power, b.part)) {
+            let (Drawn { power, part, .. }, count) = (run[0], run.len() as u32);
+            self.draws.push(TileDraw { power, part, first, count });
             first += count;
-            if let std::collections::btree_map::Entry::Vacant(entry) = self.grids.entry(power) {
-                let indices = grid(1 << power);
+            if let std::collections::btree_map::Entry::Vacant(entry) = self.grids.entry((power, part)) {
+                let indices = part.triangles(power);
                 let buffer = Buffer::vertices(device, "grid", indices.len())?;
                 buffer.write(device, 0, &indices)?;
                 entry.insert(buffer);
@@ -196,9 +267,9 @@ impl VirtualTiles {
         if u32::try_from(count).is_err() || displaced.field().tile_count() != self.reliefs.len() {
             return Err(Error::unsupported(format!("{count} vertices of these tiles cannot be passed through")));
         }
-        let places = context.map(self.order.len(), |at| self.places(self.order[at]));
+        let (places, triangles) = self.triangles(context);
         let mut points = Points::default();
-        displaced.evaluate(context, places.concat().as_slice(), &mut points)?;
+        displaced.evaluate(context, &places, &mut points)?;
         let vertex = |at: usize| MeshVertex {
             p: points.p[at],
             normal: points.normal[at],
@@ -207,31 +278,42 @@ impl VirtualTiles {
             tag: NO_TAG,
         };
         let vertices: Vec<MeshVertex> = (0..points.p.len()).map(vertex).collect();
-        let (mut indices, mut first) = (Vec::new(), 0);
-        for (tile, places) in self.order.iter().zip(&places) {
-            indices.extend(grid(1 << self.rates.tile(*tile)).into_iter().map(|index| first + index));
-            first += places.len() as u32;
-        }
-        DeviceMesh::indexed(device, &vertices, &indices)
+        DeviceMesh::indexed(device, &vertices, triangles.as_flattened())
     }
 
-    /// The places of the vertices of a tile, row by row.
-    fn places(&self, tile: u32) -> Vec<Place> {
-        let cells = 1u32 << self.rates.tile(tile);
-        let edges = self.rates.edges(tile);
-        let place = |i: u32, j: u32| {
-            let (edge, along) = match (i, j) {
-                (i, 0) if i < cells => (0, i),
-                (i, j) if i == cells && j < cells => (1, j),
-                (i, j) if j == cells && i > 0 => (2, cells - i),
-                (0, j) => (3, cells - j),
-                _ => return Place::new(tile, i as f32 / cells as f32, j as f32 / cells as f32),
-            };
-            let segments = 1u32 << edges[usize::from(edge)];
-            let nearest = (2 * along * segments + cells) / (2 * cells);
-            Place::on_edge(tile, edge, nearest as f32 / segments as f32)
+    /// The places of all vertices, part by part, and the triangles, counter-clockwise, of their numbers.
+    pub fn triangles(&self, context: &Context) -> (Vec<Place>, Vec<[u32; 3]>) {
+        let places = context.map(self.parts.len(), |at| self.places(self.parts[at]));
+        let (mut triangles, mut first) = (Vec::new(), 0);
+        for (drawn, places) in self.parts.iter().zip(&places) {
+            let indices = drawn.part.triangles(drawn.power);
+            let number = |index: u32| first + (index & VERTEX);
+            triangles.extend(indices.as_chunks::<3>().0.iter().map(|corners| corners.map(number)));
+            first += places.len() as u32;
+        }
+        (places.concat(), triangles)
+    }
+
+    /// The places of the vertices of a part.
+    fn places(&self, Drawn { power, part, tile, edge }: Drawn) -> Vec<Place> {
+        let cells = 1u32 << power;
+        let unit = 1.0 / cells as f32;
+        let (low, high) = match part {
+            TilePart::Whole => (0, cells),
+            TilePart::Inside => (1, cells - 1),
+            TilePart::Strip(power) => {
+                let along = (0..=1u32 << power).map(|k| k as f32 / (1u32 << power) as f32);
+                let border = along.map(|t| Place::on_edge(tile, edge, t));
+                let inner = (1..cells).map(|k| {
+                    let (t, back) = (k as f32 * unit, (cells - k) as f32 * unit);
+                    let (u, v) = [(t, unit), (1.0 - unit, t), (back, 1.0 - unit), (unit, back)][usize::from(edge)];
+                    Place::new(tile, u, v)
+                });
+                return border.chain(inner).collect();
+            }
         };
-        (0..=cells).flat_map(|j| (0..=cells).map(move |i| (i, j))).map(|(i, j)| place(i, j)).collect()
+        let place = |i: u32, j: u32| Place::new(tile, i as f32 * unit, j as f32 * unit);
+        (low..=high).flat_map(|j| (low..=high).map(move |i| place(i, j))).collect()
     }
 
     /// How tiles are divided.
@@ -239,7 +321,7 @@ impl VirtualTiles {
         &self.rates
     }
 
-    /// The draws: one for each power that tiles have.
+    /// The draws: one for each part of each power.
     pub fn draws(&self) -> &[TileDraw] {
         &self.draws
     }
@@ -259,14 +341,20 @@ impl VirtualTiles {
         (low, high)
     }
 
-    fn write(&self, device: &Device) -> Result<()> {
-        let record = |tile: &u32| {
-            let edges = self.rates.edges(*tile);
-            let powers = (0..4)
-                .fold(u32::from(self.rates.tile(*tile)), |bits, edge| bits | u32::from(edges[edge]) << (4 + 4 * edge));
-            [*tile, powers | self.tags[*tile as usize] << 20]
+    fn write(&mut self, device: &Device) -> Result<()> {
+        let record = |drawn: &Drawn| {
+            let (kind, edge) = match drawn.part {
+                TilePart::Whole => (0, 0),
+                TilePart::Inside => (1, 0),
+                TilePart::Strip(segments) => (2 + u32::from(drawn.edge), u32::from(segments)),
+            };
+            [drawn.tile, u32::from(drawn.power) | edge << 4 | kind << 8 | self.tags[drawn.tile as usize] << 20]
         };
-        self.drawn.write(device, 0, &self.order.iter().map(record).collect::<Vec<_>>())
+        let records: Vec<[u32; 2]> = self.parts.iter().map(record).collect();
+        if self.drawn.len() < records.len() {
+            self.drawn = Buffer::new(device, "drawn tiles", records.len() + records.len() / 2)?;
+        }
+        self.drawn.write(device, 0, &records)
     }
 }
 
@@ -280,6 +368,32 @@ fn grid(cells: u32) -> Vec<u32> {
                 let at = row * side + column;
                 indices.extend([at, at + 1, at + side + 1, at, at + side + 1, at + side]);
             }
+        }
+    }
+    indices
+}
+
+/// Triangles between an edge of `segments` segments and the inner points of a grid beside it, of which there are
+/// `cells` − 1, in the order of their parameters. Vertices are those of the edge, then the inner ones. Above their
+/// number is which of the three corners they are of all triangles that they belong to, for the lines of a wireframe.
+fn strip(cells: u32, segments: u32) -> Vec<u32> {
+    let vertex = |number: u32, corner: u32| number | corner << VERTEX_BITS;
+    let mut indices = Vec::with_capacity(3 * (segments + cells - 2) as usize);
+    let (mut k, mut i) = (0, 1);
+    let (mut outer, mut inner) = (vertex(0, 0), vertex(segments + i, 1));
+    while k < segments || i + 1 < cells {
+        let other = 3 - (outer >> VERTEX_BITS) - (inner >> VERTEX_BITS);
+        // Middles of the next segments, times 2 · both numbers.
+        if k < segments && (i + 1 == cells || (2 * k + 1) * cells <= (2 * i + 1) * segments) {
+            k += 1;
+            let next = vertex(k, other);
+            indices.extend([outer, next, inner]);
+            outer = next;
+        } else {
+            i += 1;
+            let next = vertex(segments + i, other);
+            indices.extend([inner, outer, next]);
+            inner = next;
         }
     }
     indices
@@ -326,10 +440,42 @@ mod tests {
     use super::*;
 
     #[test]
+    fn strips_have_every_segment_of_both_sides_once() {
+        for (power, edge) in [(1, 0), (1, 1), (1, 4), (2, 0), (3, 3), (4, 1), (3, 6)] {
+            let (cells, segments) = (1u32 << power, 1u32 << edge);
+            let part = TilePart::Strip(edge);
+            let draw = TileDraw { power, part, first: 0, count: 1 };
+            let indices = part.triangles(power);
+            assert_eq!(indices.len() as u64, 3 * draw.triangles());
+            // In units of 1 / (cells · segments), of an edge from the left to the right.
+            let at = |index: &u32| match index & VERTEX {
+                number if number <= segments => [(number * cells) as i32, 0],
+                number => [((number - segments) * segments) as i32, segments as i32],
+            };
+            let mut area = 0;
+            let mut seen = std::collections::BTreeSet::<u32>::new();
+            for triangle in indices.as_chunks::<3>().0 {
+                let [[ax, ay], [bx, by], [cx, cy]] = triangle.each_ref().map(at);
+                let twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+                assert!(twice > 0);
+                area += twice;
+                let mut corners = triangle.map(|index| index >> VERTEX_BITS);
+                corners.sort_unstable();
+                assert_eq!(corners, [0, 1, 2]);
+                seen.extend(triangle);
+            }
+            // A vertex is the same corner of all its triangles.
+            assert_eq!(seen.len() as u64, draw.vertices());
+            assert_eq!(area, (segments * (cells * segments + (cells - 2) * segments)) as i32);
+        }
+    }
+
+    #[test]
     fn grids_have_every_cell_once_and_few_vertices_at_a_time() {
         for cells in [2, 4, 32] {
             let indices = grid(cells);
-            let draw = TileDraw { power: cells.trailing_zeros() as u8, first: 0, count: 1 };
+            let power = cells.trailing_zeros() as u8;
+            let draw = TileDraw { power, part: TilePart::Whole, first: 0, count: 1 };
             assert_eq!(indices.len() as u64, 3 * draw.triangles());
             assert_eq!(u64::from(*indices.iter().max().unwrap()) + 1, draw.vertices());
             let mut seen = vec![0; (cells * cells) as usize];
