@@ -1,9 +1,7 @@
 // import common
-// import tiles
 // import brush
 // A brush at places of a surface, and what edits of blocks share (Schäfer et al. 2015, *Local Painting and Deformation of
-// Meshes on the GPU*, Sections 3 and 5.2). The same as `weights` of rust/detail. The tiles of group 2 are those from when
-// the stroke began: they say where places are.
+// Meshes on the GPU*, Sections 3 and 5.2). The same as `weights` of rust/detail.
 
 struct Edit {
     // From object space, less the origin, to the brush's coordinates: rows with their shift.
@@ -22,27 +20,27 @@ struct Edit {
     dab: u32,
     room: u32,
     flags: u32,
+    // Segments along the side of a triangle; 0 on tiles.
+    segments: u32,
     // The colour of the brush, and of what is not painted.
     color: vec4<f32>,
     blank: vec4<f32>,
 }
 
-// The tiles to modify come first, and how many they are.
+// The tiles, or triangles, to modify come first, and how many they are.
 @group(0) @binding(0) var<storage, read> lists: array<u32>;
 @group(0) @binding(1) var<storage, read> counts: array<u32>;
 @group(0) @binding(2) var<storage, read> pointers: array<u32>;
-@group(0) @binding(3) var<storage, read> brush_tiles: array<BrushTile>;
-@group(0) @binding(4) var<storage, read_write> states: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read_write> states: array<atomic<u32>>;
 // Texels of the blocks, rings as they were before the event.
-@group(0) @binding(5) var<storage, read_write> blocks: array<u32>;
+@group(0) @binding(4) var<storage, read_write> blocks: array<u32>;
 // Tiles, their texels, and those that changed, of every dab.
-@group(0) @binding(6) var<storage, read_write> tested: array<atomic<u32>>;
-// The tiles that are edited as they were before the event.
-@group(3) @binding(0) var<storage, read> entries: array<TileEntry>;
-@group(3) @binding(1) var<storage, read> texels: array<u32>;
+@group(0) @binding(5) var<storage, read_write> tested: array<atomic<u32>>;
 var<immediate> work: Edit;
 
+// Texels that changed, and those of them that no other block has too.
 var<workgroup> changed: atomic<u32>;
+var<workgroup> counted: atomic<u32>;
 
 // Bits of the edit: colours are of half floats; the brush has an image, seen from the other side of the first axis.
 const WIDE: u32 = 1u;
@@ -95,20 +93,12 @@ fn turned(row: vec4<f32>, n: vec3<f32>) -> f32 {
     return fma(row.x, n.x, fma(row.y, n.y, row.z * n.z));
 }
 
-/// The brush at (u, v) of a tile, displaced by `height` along the normal; the share is 0 where there is no surface.
-fn brush_at(tile: u32, uv: vec2<f32>, height: f32) -> BrushPlace {
+/// The brush at a point displaced by `height` along the normal.
+fn brush_over(point: vec3<f32>, normal: vec3<f32>, height: f32) -> BrushPlace {
     var found: BrushPlace;
-    let patch_index = surface_find(tile, uv);
-    if patch_index == SURFACE_NONE {
-        return found;
-    }
-    let sample = surface_evaluate(patch_index, uv);
-    let across = cross(sample.du, sample.dv);
-    let square = dot(across, across);
-    found.normal = across * select(0.0, 1.0 / sqrt(square), square > 0.0);
-    let p = sample.p - work.origin;
-    found.rises =
-        vec3(turned(work.row_x, found.normal), turned(work.row_y, found.normal), turned(work.row_z, found.normal));
+    found.normal = normal;
+    let p = point - work.origin;
+    found.rises = vec3(turned(work.row_x, normal), turned(work.row_y, normal), turned(work.row_z, normal));
     let still = vec3(along(work.row_x, p), along(work.row_y, p), along(work.row_z, p));
     let place = fma(vec3(height), found.rises, still);
     found.place = place;
@@ -122,8 +112,14 @@ fn edit_is(bit: u32) -> bool {
     return (work.flags & bit) != 0u;
 }
 
-/// The tile and the block of a workgroup that edits the `index`th tile; the block may be none.
-fn edited_block(index: u32) -> vec2<u32> {
+/// The tile and the block of a workgroup that edits one of those to modify; the block may be none. All of it calls this
+/// first.
+fn begin_edit(index: u32, local: u32) -> vec2<u32> {
+    if local == 0u {
+        atomicStore(&changed, 0u);
+        atomicStore(&counted, 0u);
+    }
+    workgroupBarrier();
     if index >= counts[0] {
         return vec2(0u, BLOCK_NONE);
     }
@@ -136,25 +132,34 @@ fn is_new(block: u32) -> bool {
     return atomicLoad(&states[BLOCK_WORDS * block + BLOCK_TAKEN]) == work.dab;
 }
 
-/// Notes that the texel in column `i` and row `j` of a block, its ring counted, changed.
-fn note_texel(block: u32, size: u32, i: u32, j: u32) {
-    if (j == 1u || j == size) && (i == 1u || i == size) {
-        let corner = select(select(3u, 2u, i == size), select(0u, 1u, i == size), j == 1u);
-        atomicOr(&states[BLOCK_WORDS * block + BLOCK_CORNERS + corner], 1u << (work.dab - 1u));
+/// Notes in word `word` of what is known of a block that this dab changed something.
+fn note_dab(block: u32, word: u32) {
+    atomicOr(&states[BLOCK_WORDS * block + word], 1u << (work.dab - 1u));
+}
+
+/// Notes what an invocation changed.
+fn note_texels(count: u32, of_them: u32) {
+    if count > 0u {
+        atomicAdd(&changed, count);
+        atomicAdd(&counted, of_them);
     }
 }
 
-/// Notes that `count` texels of a block changed; `first` is set in one workgroup of the block.
-fn note_block(tile: u32, block: u32, count: u32, first: bool) {
+/// Ends the edit of a workgroup, which all of it calls last; `first` is set in one workgroup of the block of `values`.
+fn finish_edit(block: u32, values: u32, first: bool, local: u32) {
+    workgroupBarrier();
+    if local != 0u || block == BLOCK_NONE {
+        return;
+    }
     let dab = 3u * (work.dab - 1u);
+    let count = atomicLoad(&changed);
     if count > 0u {
         atomicAdd(&states[BLOCK_WORDS * block + BLOCK_CHANGES], count);
-        atomicOr(&states[BLOCK_WORDS * block + BLOCK_DABS], 1u << (work.dab - 1u));
-        atomicAdd(&tested[dab + 2u], count);
+        note_dab(block, BLOCK_DABS);
+        atomicAdd(&tested[dab + 2u], atomicLoad(&counted));
     }
     if first {
-        let size = brush_tiles[tile].size;
         atomicAdd(&tested[dab], 1u);
-        atomicAdd(&tested[dab + 1u], size * size);
+        atomicAdd(&tested[dab + 1u], values);
     }
 }

@@ -4,15 +4,6 @@
 // Which tiles the box of a brush may reach, and what is to be done with the memory of each (Schäfer et al. 2015, Sections
 // 3 and 4): first the box of a tile, grown by its displacement, then those of its patches in the brush's coordinates.
 
-struct Intersect {
-    // From object space, less the origin, to the brush's coordinates: rows with their shift.
-    row_x: vec4<f32>,
-    row_y: vec4<f32>,
-    row_z: vec4<f32>,
-    origin: vec3<f32>,
-    tiles: u32,
-}
-
 // As `brush_bounds` makes them.
 @group(0) @binding(0) var<storage, read> boxes: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read> brush_tiles: array<BrushTile>;
@@ -22,10 +13,6 @@ struct Intersect {
 // The sets of every tile.
 @group(0) @binding(4) var<storage, read_write> masks: array<u32>;
 var<immediate> work: Intersect;
-
-// What bounds are widened by against rounding: a part of the box, and of coordinates in object space.
-const SLACK: f32 = 0.002;
-const ROUNDING: f32 = 1e-6;
 
 fn box_meets(low: vec3<f32>, high: vec3<f32>, reach: f32) -> bool {
     if low.x > high.x {
@@ -94,12 +81,6 @@ fn intersect(
         return;
     }
     let block = pointers[tile];
-    var sets = 0u;
-    if meets(tile) {
-        sets = select(MODIFY, MODIFY | ALLOCATE, block == BLOCK_NONE);
-    } else if block != BLOCK_NONE {
-        // What a dab before only grazed.
-        sets = select(0u, DEALLOCATE, states[BLOCK_WORDS * block + BLOCK_CHANGES] == 0u);
-    }
-    masks[tile] = sets;
+    let unchanged = block != BLOCK_NONE && states[BLOCK_WORDS * block + BLOCK_CHANGES] == 0u;
+    masks[tile] = sets_of(meets(tile), block != BLOCK_NONE, unchanged);
 }

@@ -1,33 +1,11 @@
-// import brush_stamp
+// import brush_tiles
+// import brush_sculpt_modes
 // A brush at every texel of the tiles to modify: their new coefficients of displacement, and how many of them change
-// (Schäfer et al. 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 5.2). The same as `mode` of
-// rust/detail.
-
-const DRAW: u32 = 0u;
-const SMOOTH: u32 = 1u;
-const FLATTEN: u32 = 2u;
-const ERASE: u32 = 3u;
-const CLAY: u32 = 4u;
-const SCRAPE: u32 = 5u;
-const LAYER: u32 = 6u;
-const INFLATE: u32 = 7u;
-
-// The least cosine that inflating divides by.
-const LEAST_FACING: f32 = 0.25;
+// (Schäfer et al. 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 5.2).
 
 fn texel(first: u32, index: u32) -> f32 {
     let pair = unpack2x16float(texels[first + index / 2u]);
     return select(pair.x, pair.y, (index & 1u) == 1u);
-}
-
-/// How far a place that has risen is under the plane `height` over the middle of the box, along its normal; 0 where that
-/// does not rise.
-fn under(height: f32, level: f32, rise: f32, risen: f32) -> f32 {
-    return select(0.0, fma(height, work.unit, -level) / rise - risen, rise > 0.0);
-}
-
-fn held(value: f32) -> f32 {
-    return clamp(value, -MOST, MOST);
 }
 
 /// The displacement at texel (i, j) of a tile when the stroke began.
@@ -45,74 +23,31 @@ fn place_at(tile: u32, size: u32, cell: vec2<u32>) -> BrushPlace {
 
 /// The new coefficient at texel (i, j) of a tile that has `now` there.
 fn edited(tile: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
-    let uv = (vec2<f32>(cell) + vec2(0.5)) / f32(size);
-    let at = (cell.y + 1u) * (size + 2u) + cell.x + 1u;
-    let risen = now - begun_at(tile, size, cell);
     let at_place = place_at(tile, size, cell);
-    let place = at_place.place;
-    let rises = at_place.rises;
-    var share = at_place.share;
-    if !(share > 0.0) {
-        return now;
-    }
-    var height = work.height;
-    if edit_is(STAMPED) {
-        let next = stamp_beside(cell, size);
+    var amount = vec2(at_place.share, work.height);
+    if edit_is(STAMPED) && amount.x > 0.0 {
+        let next = cells_beside(cell, size);
         let beside = place_at(tile, size, vec2(next.x, cell.y)).place;
         let over = place_at(tile, size, vec2(cell.x, next.y)).place;
-        let pixel = stamp_at(place.xy, stamp_footprint(place, beside, over));
-        let channel = u32(stamp[1].z);
-        let value = stamp[1].y * (pixel[channel] - stamp[1].x);
-        share *= select(pixel.w, 1.0, channel == 3u);
-        // Modes without a height are masked by it.
-        if work.mode == DRAW || work.mode == CLAY || work.mode == LAYER || work.mode == INFLATE {
-            height *= value;
-        } else {
-            share *= clamp(value, 0.0, 1.0);
-        }
-        if !(share > 0.0) {
-            return now;
-        }
+        amount = sculpt_stamped(at_place.place, amount.x, tile_footprint(at_place.place, beside, over));
     }
-    switch work.mode {
-        case DRAW: {
-            return held(fma(height, share, now));
-        }
-        case SMOOTH: {
-            let entry = entries[tile];
-            if entry.first == TILES_NONE {
-                return now;
-            }
-            let stride = size + 2u;
-            let rows = texel(entry.first, at - stride) + texel(entry.first, at + stride);
-            let columns = texel(entry.first, at - 1u) + texel(entry.first, at + 1u);
-            return fma(0.25 * (rows + columns) - now, share, now);
-        }
-        case FLATTEN: {
-            return held(fma(under(0.0, place.z, rises.z, risen), share, now));
-        }
-        case ERASE: {
-            return fma(-now, share, now);
-        }
-        case CLAY: {
-            let far = under(height, place.z, rises.z, risen);
-            return held(fma(select(max(far, 0.0), min(far, 0.0), height < 0.0), share, now));
-        }
-        case SCRAPE: {
-            return held(fma(min(under(0.0, place.z, rises.z, risen), 0.0), share, now));
-        }
-        case LAYER: {
-            let far = fma(height, share, -risen);
-            return held(now + select(max(far, 0.0), min(far, 0.0), height < 0.0));
-        }
-        case INFLATE: {
-            let facing = dot(tiles_displaced(tile, uv).normal, at_place.normal);
-            return held(fma(height / max(facing, LEAST_FACING), share, now));
-        }
-        default: {
-            return now;
-        }
+    if !(amount.x > 0.0) {
+        return now;
     }
+    var it = Sculpted(now, now - begun_at(tile, size, cell), now, 1.0);
+    let first = entries[tile].first;
+    if work.mode == SCULPT_SMOOTH && first != TILES_NONE {
+        let stride = size + 2u;
+        let at = (cell.y + 1u) * stride + cell.x + 1u;
+        let rows = texel(first, at - stride) + texel(first, at + stride);
+        let columns = texel(first, at - 1u) + texel(first, at + 1u);
+        it.mean = 0.25 * (rows + columns);
+    }
+    if work.mode == SCULPT_INFLATE {
+        let uv = (vec2<f32>(cell) + vec2(0.5)) / f32(size);
+        it.facing = dot(tiles_displaced(tile, uv).normal, at_place.normal);
+    }
+    return sculpted(at_place, amount.x, amount.y, it);
 }
 
 // One word, two texels of a row, of the block of one tile.
@@ -122,21 +57,13 @@ fn edit(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let found = edited_block(group.x + groups.x * group.z);
-    if local == 0u {
-        atomicStore(&changed, 0u);
-    }
-    workgroupBarrier();
+    let found = begin_edit(group.x + groups.x * group.z, local);
+    let size = brush_tiles[found.x].size;
     if found.y != BLOCK_NONE {
         let count = edit_word(found.x, found.y, group.y * GROUP + local);
-        if count > 0u {
-            atomicAdd(&changed, count);
-        }
+        note_texels(count, count);
     }
-    workgroupBarrier();
-    if local == 0u && found.y != BLOCK_NONE {
-        note_block(found.x, found.y, atomicLoad(&changed), group.y == 0u);
-    }
+    finish_edit(found.y, size * size, group.y == 0u, local);
 }
 
 /// Makes two texels anew; returns how many of them change.
@@ -170,7 +97,7 @@ fn edit_word(tile: u32, block: u32, word: u32) -> u32 {
                 bits = half_bits(value);
             }
             if bits != half {
-                note_texel(block, size, i, row);
+                note_corner(block, size, i, row);
                 count++;
             }
         }

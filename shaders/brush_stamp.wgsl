@@ -5,7 +5,7 @@
 // How it lies in the box: cosine and sine of its angle, repeats, and bits; the number that means no height, how many one
 // more is, the channel of heights, and how many reductions there are. Then of each of those the first pixel, width and
 // height; then pixels, multiplied by alpha.
-@group(0) @binding(7) var<storage, read> stamp: array<vec4<f32>>;
+@group(0) @binding(6) var<storage, read> stamp: array<vec4<f32>>;
 
 const STAMP_MIRROR: u32 = 1u;
 const STAMP_ALTERNATE: u32 = 2u;
@@ -62,15 +62,4 @@ fn stamp_at(place: vec2<f32>, footprint: f32) -> vec4<f32> {
     let low = u32(reduction);
     let pixel = mix(stamp_bilinear(low, st), stamp_bilinear(min(low + 1u, last), st), reduction - f32(low));
     return select(vec4(0.0), vec4(pixel.xyz / pixel.w, pixel.w), pixel.w > 0.0);
-}
-
-/// The columns and rows of the two neighbours, by which the footprint of a texel is measured: in blocks of 16 × 16 the next
-/// ones, of the last ones those before.
-fn stamp_beside(cell: vec2<u32>, size: u32) -> vec2<u32> {
-    let edge = min(size, 16u);
-    return select(cell - vec2(1u), cell + vec2(1u), cell % edge + vec2(1u) < vec2(edge));
-}
-
-fn stamp_footprint(place: vec3<f32>, beside: vec3<f32>, over: vec3<f32>) -> f32 {
-    return max(distance(place.xy, beside.xy), distance(place.xy, over.xy));
 }

@@ -218,7 +218,7 @@ impl DetailObject {
     pub fn leave(&self, mut editor: MutexGuard<'_, Editor>) {
         let fault = match &mut editor.object {
             Object::Tiles(object) => object.take_device_fault(),
-            Object::Triangles(_) => None,
+            Object::Triangles(object) => object.take_device_fault(),
         };
         drop(editor);
         if let Some(fault) = fault {
@@ -324,7 +324,7 @@ entry! {
         let context = surface.context.clone();
         let executor = &context.context;
         let Pose { shape, points } = surface.snapshot();
-        let mut fault = None;
+        let fault;
         let (object, view) = match shape {
             Shape::Tiles(limit) => {
                 let mut options = channel_options(given.tile_size, given.budget);
@@ -342,6 +342,7 @@ entry! {
                 let options = TriangleOptions { segments: segments_of(given.tile_size), budget };
                 let displacement = TriangleChannel::displacement(mesh.topology().clone(), &options)?;
                 let mut object = TriangleObject::new(executor, (*mesh).clone(), displacement, matrix)?;
+                fault = context.device().and_then(|device| object.use_device(Some(device)).err());
                 let view = View::of_triangles(executor, &mut object, None, surface.cage.clone(), 0)?;
                 (Object::Triangles(Box::new(object)), view)
             }

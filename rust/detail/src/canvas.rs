@@ -171,6 +171,21 @@ impl Canvas for TriangleObject {
         done
     }
 
+    fn dabs(&mut self, context: &Context, dabs: &[Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
+        let mut done: Vec<DabReport> = context.scratch().take_list();
+        while let Some((first, _)) = dabs[done.len()..].split_first() {
+            let together = match level {
+                0 => self.dab_on_device(context, &dabs[done.len()..], start.triangles())?,
+                _ => None,
+            };
+            match together {
+                Some(reports) => done.extend(reports),
+                None => done.push(Canvas::dab(self, context, first, start, level)?),
+            }
+        }
+        Ok(done)
+    }
+
     fn show(&mut self, context: &Context) -> Result<Vec<u32>> {
         self.settle_colors(context)
     }

@@ -4,6 +4,7 @@
 
 mod bend;
 mod dab;
+mod device;
 mod fading;
 pub(crate) mod imprint;
 mod layers;

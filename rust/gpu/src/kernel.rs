@@ -160,13 +160,24 @@ impl Device {
                 format!("{} buffers for the {count} bindings of group {group} of {}", buffers.len(), kernel.label);
             return Err(Error::internal(what));
         }
+        self.bind_to(&kernel.layouts[group], buffers).map_err(|it| it.at(&*kernel.label))
+    }
+
+    /// Binds `buffers` to a group of every kernel in which it has these accesses.
+    pub fn bind_as(&self, accesses: &[Access], buffers: &[&wgpu::Buffer]) -> Result<Bindings> {
+        if buffers.len() != accesses.len() || buffers.is_empty() {
+            let what = format!("{} buffers for {} bindings", buffers.len(), accesses.len());
+            return Err(Error::internal(what));
+        }
+        self.bind_to(&self.bind_group_layout(accesses)?, buffers)
+    }
+
+    fn bind_to(&self, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> Result<Bindings> {
         let entries: Vec<_> = (0..)
             .zip(buffers)
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
-        let layout = &kernel.layouts[group];
         let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
-        let group = self.guard(|| self.wgpu().create_bind_group(&descriptor)).map_err(|it| it.at(&*kernel.label))?;
-        Ok(Bindings { group })
+        Ok(Bindings { group: self.guard(|| self.wgpu().create_bind_group(&descriptor))? })
     }
 }

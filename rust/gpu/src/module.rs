@@ -19,8 +19,11 @@ pub const MODULES: &[(&str, &str)] = &[
     ("brush_intersect", include_str!("../../../shaders/brush_intersect.wgsl")),
     ("brush_manage", include_str!("../../../shaders/brush_manage.wgsl")),
     ("brush_paint", include_str!("../../../shaders/brush_paint.wgsl")),
+    ("brush_paint_modes", include_str!("../../../shaders/brush_paint_modes.wgsl")),
     ("brush_sculpt", include_str!("../../../shaders/brush_sculpt.wgsl")),
+    ("brush_sculpt_modes", include_str!("../../../shaders/brush_sculpt_modes.wgsl")),
     ("brush_stamp", include_str!("../../../shaders/brush_stamp.wgsl")),
+    ("brush_tiles", include_str!("../../../shaders/brush_tiles.wgsl")),
     ("common", include_str!("../../../shaders/common.wgsl")),
     ("compaction", include_str!("../../../shaders/compaction.wgsl")),
     ("imprint_arrange", include_str!("../../../shaders/imprint_arrange.wgsl")),
@@ -46,6 +49,9 @@ pub const MODULES: &[(&str, &str)] = &[
     ("tiles", include_str!("../../../shaders/tiles.wgsl")),
     ("tiles_draw", include_str!("../../../shaders/tiles_draw.wgsl")),
     ("tiles_evaluate", include_str!("../../../shaders/tiles_evaluate.wgsl")),
+    ("triangle_brush", include_str!("../../../shaders/triangle_brush.wgsl")),
+    ("triangle_intersect", include_str!("../../../shaders/triangle_intersect.wgsl")),
+    ("triangles", include_str!("../../../shaders/triangles.wgsl")),
     ("wide", include_str!("../../../shaders/wide.wgsl")),
 ];
 

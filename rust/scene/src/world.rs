@@ -220,12 +220,14 @@ impl World {
         &self.items
     }
 
-    /// Has a graphics device make imprints on surfaces and evaluate dabs from now on, or the processor again. What a
-    /// device does not do, the processor does. Fails where the device has no room for a surface.
+    /// Has a graphics device make imprints on surfaces, and dabs on surfaces and meshes, from now on, or the processor
+    /// again. What a device does not do, the processor does. Fails where the device has no room for one of them.
     pub fn use_device(&mut self, device: Option<&Device>) -> relievo_core::Result<()> {
         for item in &mut self.items {
-            if let Item::Surface(surface) = item {
-                surface.use_device(device)?;
+            match item {
+                Item::Surface(surface) => surface.use_device(device)?,
+                Item::Triangles(item) => item.object.use_device(device)?,
+                Item::Mesh(_) => {}
             }
         }
         self.on_device = device.is_some();
@@ -241,8 +243,11 @@ impl World {
     pub fn take_device_faults(&mut self) -> Vec<String> {
         let (items, objects) = (&mut self.items, &self.scene.objects);
         let told = items.iter_mut().zip(objects).filter_map(|(item, object)| {
-            let Item::Surface(surface) = item else { return None };
-            let fault = surface.take_device_fault()?;
+            let fault = match item {
+                Item::Surface(surface) => surface.take_device_fault(),
+                Item::Triangles(item) => item.object.take_device_fault(),
+                Item::Mesh(_) => None,
+            }?;
             Some(format!("the processor took over for `{}`: {fault}", object.name.text))
         });
         told.collect()

@@ -25,4 +25,4 @@ pub use patch::{Patch, PatchForm};
 pub use place::Place;
 pub use relievo_opensubdiv::BoundaryRule;
 pub use topology::{Incidence, Link, RingClass, Segment, Side, TileTopology};
-pub use triangle::{TriangleSide, TriangleSurface, TriangleTopology};
+pub use triangle::{DeviceMesh, MESH_GROUP, TriangleSide, TriangleSurface, TriangleTopology};

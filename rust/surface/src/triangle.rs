@@ -5,12 +5,14 @@
 
 mod carried;
 mod closest;
+mod device;
 mod split;
 mod surface;
 mod topology;
 
 pub use carried::Pieces;
 pub use closest::closest;
+pub use device::{DeviceMesh, MESH_GROUP};
 pub use split::{SplitReport, split};
 pub use surface::TriangleSurface;
 pub use topology::{TriangleSide, TriangleTopology};

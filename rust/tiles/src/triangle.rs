@@ -9,6 +9,7 @@ pub mod change;
 pub mod channel;
 pub mod composite;
 pub mod decay;
+mod device;
 pub mod displaced;
 mod expendable;
 pub mod field;
@@ -28,6 +29,7 @@ pub use change::{TriangleChange, TriangleSets, TriangleSnapshot, TriangleValues}
 pub use channel::{TriangleChannel, TriangleOptions};
 pub use composite::TriangleSheet;
 pub use decay::{TriangleDecay, TriangleStamps};
+pub use device::{DeviceTriangles, TRIANGLES_GROUP};
 pub use displaced::{Foot, TriangleDisplaced, edge_foot, foot, foot_at};
 pub use field::{TriangleClass, TriangleField};
 pub use normals::TriangleNormals;

@@ -8,110 +8,24 @@
 //! each other by their own texels alone are made together; else the processor's rings come between them.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
-use half::f16;
 use relievo_core::Result;
-use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, PassTime};
+use relievo_gpu::{Access, Device, KernelSpec, Pass, PassTime};
 use relievo_surface::{DeviceSurface, Link, RingClass, SURFACE_GROUP};
-use relievo_tiles::{Channel, DeviceTiles, Field, Rgba8, Rgba16, TILES_GROUP, Texel};
+use relievo_tiles::{Channel, DeviceTiles, Field, TILES_GROUP, Texel};
 
+use super::events::{DeviceEvents, DeviceTexel, Edit, Ended, Returned, WORDS};
 use super::intersect::DeviceIntersection;
-use super::memory::{BlockState, DeviceMemory, MOST_DABS, Memory, Tested};
+use super::memory::{BlockState, DeviceMemory, Tested};
 use crate::edit::TileEdit;
 use crate::stamp::Stamp;
 use crate::weights::BrushParameters;
 
-/// What a dab does to texels, as in `brush_edit.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Edit {
-    rows: [[f32; 4]; 3],
-    origin: [f32; 3],
-    falloff: u32,
-    strength: f32,
-    /// What is drawn where the share is 1, object units.
-    pub height: f32,
-    unit: f32,
-    /// The number of the mode.
-    pub mode: u32,
-    dab: u32,
-    room: u32,
-    /// Bits, see [`WIDE`] and what follows.
-    pub flags: u32,
-    /// To the alignment of the colours.
-    padding: u32,
-    /// The colour of the brush.
-    pub color: [f32; 4],
-    /// The colour of what is not painted.
-    pub blank: [f32; 4],
-}
-
-impl Edit {
-    /// An edit by a brush in mode 0, without a height and a colour, with the image of the brush if it has one.
-    pub fn new(brush: &BrushParameters, stamp: Option<&Stamp>) -> Self {
-        let [x, y, z, _] = brush.origin;
-        let over = |stamp: &Stamp| if stamp.is_turned_over() { TURNED_OVER } else { 0 };
-        Self {
-            flags: stamp.map_or(0, |stamp| STAMPED | over(stamp)),
-            rows: brush.rows,
-            origin: [x, y, z],
-            falloff: brush.falloff,
-            strength: brush.strength,
-            unit: brush.unit(),
-            ..Self::zeroed()
-        }
-    }
-}
-
-/// Texels that a device edits.
-pub(crate) trait DeviceTexel: Texel {
-    /// The module of the kernel that does.
-    const MODULE: &'static str;
-    /// [`WIDE`] for colours of half floats.
-    const FLAGS: u32 = 0;
-}
-
-/// As in `brush_edit.wgsl`.
-const WIDE: u32 = 1;
-const STAMPED: u32 = 2;
-const TURNED_OVER: u32 = 4;
-
-impl DeviceTexel for f16 {
-    const MODULE: &'static str = "brush_sculpt";
-}
-
-impl DeviceTexel for Rgba8 {
-    const MODULE: &'static str = "brush_paint";
-}
-
-impl DeviceTexel for Rgba16 {
-    const MODULE: &'static str = "brush_paint";
-    const FLAGS: u32 = WIDE;
-}
-
-/// Words of the blocks of an event, as long as it needs no more.
-const WORDS: u32 = 1 << 20;
-
-/// Blocks that are read back with an event before it is known how many there are.
-const FEW: u32 = 16;
-
-/// What dabs on one kind of texels need of a device, beside the surface, its displacement and the texels themselves. All
-/// of it is kept from event to event.
+/// What dabs on the texels of tiles need of a device, beside the surface, its displacement and the texels themselves.
 #[derive(Debug)]
 pub(crate) struct DeviceBrush<T> {
-    kernel: Arc<Kernel>,
-    memory: DeviceMemory,
+    events: DeviceEvents,
     intersection: DeviceIntersection<T>,
-    editing: Bindings,
-    /// The image of the brush, and what the device has of it: something, where there is none.
-    stamp: Option<Stamp>,
-    image: Buffer<[f32; 4]>,
-    /// Blocks that the last event used.
-    expected: u32,
-    /// Dabs of the next event at most.
-    most: usize,
 }
 
 /// What came back of an event.
@@ -145,7 +59,7 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         let kernel = device.kernel(&KernelSpec {
             module: T::MODULE,
             entry: "edit",
-            groups: &[&[Read, Read, Read, Read, Write, Write, Write, Read], &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
+            groups: &[&[Read, Read, Read, Write, Write, Write, Read, Read], &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
             immediates: size_of::<Edit>() as u32,
             constants: &[],
         })?;
@@ -153,9 +67,8 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         // Sizes are known when an event comes.
         let memory = DeviceMemory::new(device, tiles, 1, 1)?;
         let intersection = DeviceIntersection::new(device, tiles, &memory)?;
-        let image = Buffer::new(device, "image of a brush", 1)?;
-        let editing = editing(device, &kernel, &memory, &intersection, &image)?;
-        let made = Self { kernel, memory, intersection, editing, stamp: None, image, expected: 0, most: MOST_DABS };
+        let events = DeviceEvents::new(device, kernel, memory, &[intersection.tiles()])?;
+        let made = Self { events, intersection };
         let mut frame = device.frame()?;
         made.measure(&mut frame.pass("surface.boxes"), surface)?;
         let _ = frame.submit()?;
@@ -177,20 +90,19 @@ impl<T: DeviceTexel> DeviceBrush<T> {
     ) -> Result<Option<Event<T>>> {
         let Stage { device, ground, channel, .. } = stage;
         let field = channel.field();
-        if !self.take_stamp(device, stamp)? {
+        if !self.events.take_stamp(device, stamp)? {
             return Ok(None);
         }
         if let Some(largest) = self.intersection.update(device, ground.1, field)? {
             let room = ((largest + 2) * (largest + 2) * size_of::<T>() as u32).div_ceil(4);
-            if room > self.memory.room() {
+            if room > self.events.memory().room() {
                 self.make_room(device, room, (WORDS / room).clamp(1, field.tile_count().max(1) as u32))?;
             }
         }
-        // Where dabs turned out to be too close, fewer are tried, and then more again.
-        let edits = &edits[..edits.len().min(if together { self.most } else { 1 })];
+        let edits = &edits[..self.events.tried(edits.len(), together)];
         let Some((states, event)) = self.run(stage, edits)? else { return Ok(None) };
         let apart = apart(channel, &states, edits.len());
-        self.most = if apart < edits.len() { apart } else { (2 * self.most).min(MOST_DABS) };
+        self.events.learn(edits.len(), apart);
         if apart == edits.len() {
             return Ok(Some(event));
         }
@@ -198,30 +110,8 @@ impl<T: DeviceTexel> DeviceBrush<T> {
     }
 
     fn make_room(&mut self, device: &Device, room: u32, capacity: u32) -> Result<()> {
-        self.memory = DeviceMemory::new(device, self.memory.masks.len(), room, capacity)?;
-        self.intersection.rebind(device, &self.memory)?;
-        self.rebind(device)
-    }
-
-    fn rebind(&mut self, device: &Device) -> Result<()> {
-        self.editing = editing(device, &self.kernel, &self.memory, &self.intersection, &self.image)?;
-        Ok(())
-    }
-
-    /// Takes on the image of the brush. False if the device cannot hold it.
-    fn take_stamp(&mut self, device: &Device, stamp: Option<&Stamp>) -> Result<bool> {
-        let Some(stamp) = stamp.filter(|stamp| !self.stamp.as_ref().is_some_and(|own| own.is_like(stamp))) else {
-            return Ok(true);
-        };
-        let most = device.limits().max_storage_buffer_binding_size.min(device.limits().max_buffer_size);
-        // Where pixels begin is a number of an f32.
-        if stamp.pixels() >= 1 << 23 || 16 * (stamp.pixels() as u64 + 64) > most {
-            return Ok(false);
-        }
-        self.image = Buffer::of(device, "image of a brush", &stamp.packed())?;
-        self.stamp = Some(stamp.clone());
-        self.rebind(device)?;
-        Ok(true)
+        self.events.make_room(device, room, capacity)?;
+        self.intersection.rebind(device, self.events.memory())
     }
 
     /// Makes `edits` in one submission, and again with more room if they needed it. Returns the states of the blocks that
@@ -232,100 +122,33 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         edits: &[(BrushParameters, Edit)],
     ) -> Result<Option<(Vec<BlockState>, Event<T>)>> {
         let Stage { device, surface, ground, tiles, channel } = stage;
-        let field = channel.field();
         loop {
-            let memory = &self.memory;
-            let mut frame = device.frame()?;
-            memory.reset(&mut frame)?;
-            for (dab, (brush, edit)) in (1..).zip(edits) {
-                let edit = Edit { dab, room: memory.room(), flags: edit.flags | T::FLAGS, ..*edit };
-                self.intersection.intersect(&mut frame.pass("dab.intersect"), surface, brush)?;
-                memory.compact(&mut frame.pass("dab.scan"))?;
-                memory.manage_sets(&mut frame.pass("dab.manage"), dab)?;
-                let groups = [&self.editing, surface.group(), ground.0.group(), tiles.group()];
-                let immediates = bytemuck::bytes_of(&edit);
-                let mut pass = frame.pass("dab.edit");
-                pass.run_indirect(&self.kernel, &groups, immediates, &memory.header, DeviceMemory::EDIT)?;
+            let groups = [surface.group(), ground.0.group(), tiles.group()];
+            let intersection = &self.intersection;
+            let intersect = |pass: &mut Pass<'_>, brush: &BrushParameters| intersection.intersect(pass, surface, brush);
+            let room = self.events.memory().room();
+            match self.events.run(device, (edits, T::FLAGS), groups, intersect)? {
+                Ended::Made(made) => return Ok(Some(collect(channel.field(), made, room))),
+                Ended::Short(needed) => self.make_room(device, room, needed)?,
+                Ended::Never => return Ok(None),
             }
-            let few = self.expected.max(FEW).min(memory.capacity());
-            let header = frame.read(&memory.header, 0..memory.header.len())?;
-            let tested = frame.read(&memory.tested, 0..edits.len())?;
-            let states = frame.read(&memory.states, 0..few as usize)?;
-            let blocks = frame.read(&memory.blocks, 0..(few * memory.room()) as usize)?;
-            let times = frame.submit()?.wait()?;
-            let header = header.get(device)?;
-            let header: Memory = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&header));
-            if header.refused > 0 {
-                let (room, there) = (memory.room(), memory.capacity());
-                let needed = there.saturating_add(header.refused).min(field.tile_count() as u32);
-                let limits = device.limits();
-                let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
-                if needed <= there || DeviceMemory::bytes(room, needed) > most {
-                    return Ok(None);
-                }
-                self.make_room(device, room, needed)?;
-                continue;
-            }
-            let used = header.used(memory.capacity());
-            self.expected = used;
-            let (mut states, mut blocks) = (states.get(device)?, blocks.get(device)?);
-            if used > few {
-                let mut frame = device.frame()?;
-                let more = frame.read(&memory.states, few as usize..used as usize)?;
-                let words = (few * memory.room()) as usize..(used * memory.room()) as usize;
-                let rest = frame.read(&memory.blocks, words)?;
-                let _ = frame.submit()?;
-                states.extend(more.get(device)?);
-                blocks.extend(rest.get(device)?);
-            }
-            states.truncate(used as usize);
-            let tested = tested.get(device)?;
-            let (states, edits, looked) = collect(field, states, &blocks, memory.room());
-            return Ok(Some((states, Event { edits, looked, tested, times })));
         }
     }
 }
 
-fn editing<T: DeviceTexel>(
-    device: &Device,
-    kernel: &Kernel,
-    memory: &DeviceMemory,
-    intersection: &DeviceIntersection<T>,
-    image: &Buffer<[f32; 4]>,
-) -> Result<Bindings> {
-    let bound = [
-        memory.compaction.lists().wgpu(),
-        memory.compaction.counts().wgpu(),
-        memory.pointers.wgpu(),
-        intersection.tiles(),
-        memory.states.wgpu(),
-        memory.blocks.wgpu(),
-        memory.tested.wgpu(),
-        image.wgpu(),
-    ];
-    device.bind(kernel, 0, &bound)
-}
-
-/// The states of blocks that changed, the edits in them, by ascending tile, and all tiles that had blocks.
-fn collect<T: DeviceTexel>(
-    field: &Field<T>,
-    states: Vec<BlockState>,
-    blocks: &[u32],
-    room: u32,
-) -> (Vec<BlockState>, Vec<TileEdit<T>>, Vec<u32>) {
-    let mut used: Vec<(usize, BlockState)> = states.into_iter().enumerate().filter(|(_, it)| it.taken > 0).collect();
-    used.sort_unstable_by_key(|(_, it)| (it.tile, it.changes == 0));
-    // What was given back and taken again has two blocks, of which one did not change.
-    used.dedup_by_key(|(_, it)| it.tile);
+/// The states of blocks that changed, and the event: the edits in them, by ascending tile, and all tiles that had blocks.
+fn collect<T: DeviceTexel>(field: &Field<T>, made: Returned, room: u32) -> (Vec<BlockState>, Event<T>) {
+    let mut used = made.taken();
     let looked = used.iter().map(|(_, it)| it.tile).collect();
     used.retain(|(_, it)| it.changes > 0);
     let edit = |(index, state): &(usize, BlockState)| {
-        let words = &blocks[index * room as usize..][..room as usize];
+        let words = &made.blocks[index * room as usize..][..room as usize];
         let texels = &bytemuck::cast_slice::<u32, T>(words)[..field.class(state.tile).texels()];
         TileEdit { tile: state.tile, texels: texels.into(), count: u64::from(state.changes) }
     };
     let edits = used.iter().map(edit).collect();
-    (used.into_iter().map(|(_, it)| it).collect(), edits, looked)
+    let event = Event { edits, looked, tested: made.tested, times: made.times };
+    (used.into_iter().map(|(_, it)| it).collect(), event)
 }
 
 /// How many of the `count` dabs of an event, at least one, do together what they do one after the other: the processor
@@ -368,35 +191,4 @@ fn apart<T: Texel>(channel: &Channel<T>, changed: &[BlockState], count: usize) -
     // All before the second of them.
     let before = |bits: u32| (bits & bits.wrapping_sub(1)).trailing_zeros() as usize;
     close.into_iter().map(before).fold(count, usize::min)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
-
-    #[test]
-    fn the_layout_is_that_of_the_kernels() {
-        let rows = offset_of!(Edit, rows);
-        let fields = [
-            ("row_x", rows),
-            ("row_y", rows + 16),
-            ("row_z", rows + 32),
-            ("origin", offset_of!(Edit, origin)),
-            ("falloff", offset_of!(Edit, falloff)),
-            ("strength", offset_of!(Edit, strength)),
-            ("height", offset_of!(Edit, height)),
-            ("unit", offset_of!(Edit, unit)),
-            ("mode", offset_of!(Edit, mode)),
-            ("dab", offset_of!(Edit, dab)),
-            ("room", offset_of!(Edit, room)),
-            ("flags", offset_of!(Edit, flags)),
-            ("color", offset_of!(Edit, color)),
-            ("blank", offset_of!(Edit, blank)),
-        ];
-        for module in ["brush_sculpt", "brush_paint"] {
-            assert_layout(module, "Edit", size_of::<Edit>(), &fields);
-        }
-    }
 }

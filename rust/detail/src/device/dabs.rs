@@ -1,12 +1,14 @@
 //! Dabs of an object that a graphics device makes, and which those are.
 
-use glam::Vec4;
+use glam::{DAffine3, Vec4};
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::PassTime;
 use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Rgba8, Rgba16, by_format};
 
-use super::brush::{DeviceBrush, DeviceTexel, Edit, Event, Stage};
+use super::brush::{DeviceBrush, Event, Stage};
+use super::events::{DeviceTexel, Edit};
+use super::memory::Tested;
 use super::state::DeviceObject;
 use crate::cull::{BlockList, CulledTile};
 use crate::dab::{Action, Dab, DabReport};
@@ -39,9 +41,33 @@ impl DeviceColor for Rgba16 {
 
 /// What dabs that can be made together have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+pub(crate) enum Kind {
     Sculpt(SculptMode),
     Paint(PaintMode),
+}
+
+impl Kind {
+    /// That of a dab, if kernels know it.
+    pub fn of(dab: &Dab) -> Option<Self> {
+        match dab.action {
+            Action::Sculpt { mode, .. } => (!mode.needs_vectors()).then_some(Self::Sculpt(mode)),
+            Action::Paint { mode, .. } => (mode != PaintMode::Smear).then_some(Self::Paint(mode)),
+        }
+    }
+
+    /// The first of `dabs` that are of one kind, with the same image of the brush; `None` if the first has none. Fails as
+    /// [`Dab::check`].
+    pub fn first(dabs: &[Dab], kind: impl Fn(&Dab) -> Option<Self>) -> Result<Option<(Self, &[Dab])>> {
+        let Some(first) = dabs.first().and_then(&kind) else { return Ok(None) };
+        dabs.iter().try_for_each(|dab| dab.check())?;
+        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let same_stamp = |dab: &Dab| match (dab.brush.stamp(), stamp) {
+            (Some(one), Some(other)) => one.is_like(other),
+            (one, other) => one.is_none() && other.is_none(),
+        };
+        let alike = |dab: &&Dab| kind(dab) == Some(first) && same_stamp(dab);
+        Ok(Some((first, &dabs[..dabs.iter().take_while(alike).count()])))
+    }
 }
 
 impl DisplacedObject {
@@ -70,15 +96,7 @@ impl DisplacedObject {
         dabs: &[Dab],
         start: Option<Ground<'_>>,
     ) -> Result<Option<Vec<DabReport>>> {
-        let Some(kind) = dabs.first().and_then(|dab| self.kind_on_device(dab)) else { return Ok(None) };
-        dabs.iter().try_for_each(|dab| dab.check())?;
-        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
-        let same_stamp = |dab: &Dab| match (dab.brush.stamp(), stamp) {
-            (Some(one), Some(other)) => one.is_like(other),
-            (one, other) => one.is_none() && other.is_none(),
-        };
-        let alike = |dab: &&Dab| self.kind_on_device(dab) == Some(kind) && same_stamp(dab);
-        let dabs = &dabs[..dabs.iter().take_while(alike).count()];
+        let Some((kind, dabs)) = Kind::first(dabs, |dab| self.kind_on_device(dab))? else { return Ok(None) };
         match kind {
             Kind::Sculpt(mode) => {
                 self.layers.displacement.check_editable()?;
@@ -123,11 +141,7 @@ impl DisplacedObject {
 
     /// What a dab does, if there is a device that does it.
     fn kind_on_device(&self, dab: &Dab) -> Option<Kind> {
-        let plain = self.device.is_some() && self.vectors.is_none();
-        match dab.action {
-            Action::Sculpt { mode, .. } => (plain && !mode.needs_vectors()).then_some(Kind::Sculpt(mode)),
-            Action::Paint { mode, .. } => (plain && mode != PaintMode::Smear).then_some(Kind::Paint(mode)),
-        }
+        Kind::of(dab).filter(|_| self.device.is_some() && self.vectors.is_none())
     }
 }
 
@@ -142,17 +156,20 @@ fn take<T: DeviceTexel>(
     let blocks = || BlockList::Many(Vec::new());
     let culled: Vec<CulledTile> = event.looked.into_iter().map(|tile| CulledTile { tile, blocks: blocks() }).collect();
     let whole = edit::write(context, channel, &culled, event.edits, erases)?;
-    let mut reports: Vec<DabReport> = event
-        .tested
-        .into_iter()
-        .map(|it| DabReport {
-            tested_tiles: u64::from(it.tiles),
-            tested_texels: u64::from(it.texels),
-            changed_texels: u64::from(it.changed),
-            bytes: whole.bytes,
-            ..DabReport::default()
-        })
-        .collect();
+    let reports = reports_of(&event.tested, &whole);
+    Ok((whole, reports, culled))
+}
+
+/// What each dab of an event did, by what they found and what they did together, which is told with the last.
+pub(crate) fn reports_of(tested: &[Tested], whole: &DabReport) -> Vec<DabReport> {
+    let report = |it: &Tested| DabReport {
+        tested_tiles: u64::from(it.tiles),
+        tested_texels: u64::from(it.texels),
+        changed_texels: u64::from(it.changed),
+        bytes: whole.bytes,
+        ..DabReport::default()
+    };
+    let mut reports: Vec<DabReport> = tested.iter().map(report).collect();
     // Texels of tiles that the budget refused did not change.
     let all: u64 = reports.iter().map(|report| report.changed_texels).sum();
     let mut excess = all.saturating_sub(whole.changed_texels);
@@ -165,7 +182,7 @@ fn take<T: DeviceTexel>(
         let DabReport { tested_tiles, tested_texels, changed_texels, .. } = *last;
         *last = DabReport { tested_tiles, tested_texels, changed_texels, ..whole.clone() };
     }
-    Ok((whole, reports, culled))
+    reports
 }
 
 impl DeviceObject {
@@ -188,7 +205,7 @@ impl DeviceObject {
         let Self { device, surface, tiles, .. } = &*self;
         let ground = self.begun().filter(|_| start.is_some()).unwrap_or(tiles);
         let ground = (ground, start.unwrap_or(channel.field()));
-        let edits = edits(object, dabs, |dab, edit| {
+        let edits = edits_of(&object.transform, dabs, |dab, edit| {
             if let Action::Sculpt { mode, height } = dab.action {
                 (edit.mode, edit.height) = (mode as u32, height);
             }
@@ -223,7 +240,7 @@ impl DeviceObject {
         };
         let blank = channel.field().blank().color();
         let mut blurs = false;
-        let edits = edits(object, dabs, |dab, edit| {
+        let edits = edits_of(&object.transform, dabs, |dab, edit| {
             if let Action::Paint { mode, color } = dab.action {
                 blurs |= mode.needs_mean();
                 (edit.mode, edit.color, edit.blank) = (mode as u32, Vec4::from(color).to_array(), blank.to_array());
@@ -240,10 +257,14 @@ impl DeviceObject {
     }
 }
 
-/// What dabs do to texels of an object.
-fn edits(object: &DisplacedObject, dabs: &[Dab], mut set: impl FnMut(&Dab, &mut Edit)) -> Vec<(BrushParameters, Edit)> {
+/// What dabs do to texels of an object with this transform to the world.
+pub(crate) fn edits_of(
+    transform: &DAffine3,
+    dabs: &[Dab],
+    mut set: impl FnMut(&Dab, &mut Edit),
+) -> Vec<(BrushParameters, Edit)> {
     let edit = |dab: &Dab| {
-        let brush = BrushParameters::new(&dab.brush, dab.strength, &object.transform);
+        let brush = BrushParameters::new(&dab.brush, dab.strength, transform);
         let mut edit = Edit::new(&brush, dab.brush.stamp());
         set(dab, &mut edit);
         (brush, edit)

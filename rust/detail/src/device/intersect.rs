@@ -24,13 +24,21 @@ struct BrushTile {
     size: u32,
 }
 
-/// As in `brush_intersect.wgsl`.
+/// As in `brush.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Intersect {
+pub(super) struct Intersect {
     rows: [[f32; 4]; 3],
     origin: [f32; 3],
     tiles: u32,
+}
+
+impl Intersect {
+    /// A brush against so many tiles or triangles.
+    pub fn new(brush: &BrushParameters, tiles: u32) -> Self {
+        let [x, y, z, _] = brush.origin;
+        Self { rows: brush.rows, origin: [x, y, z], tiles }
+    }
 }
 
 /// Boxes of tiles, and how far they are displaced.
@@ -130,9 +138,8 @@ impl<T: Texel> DeviceIntersection<T> {
 
     /// Records which sets tiles of `surface` are in for a brush.
     pub fn intersect(&self, pass: &mut Pass<'_>, surface: &DeviceSurface, brush: &BrushParameters) -> Result<()> {
-        let [x, y, z, _] = brush.origin;
         let tiles = self.known.len() as u32;
-        let work = Intersect { rows: brush.rows, origin: [x, y, z], tiles };
+        let work = Intersect::new(brush, tiles);
         let size = groups(tiles.div_ceil(GROUP));
         pass.run(&self.intersect, &[&self.buffers, surface.group()], bytemuck::bytes_of(&work), size)
     }

@@ -46,7 +46,8 @@ pub(crate) struct BlockState {
     pub changes: u32,
     /// Bits of the dabs that changed texels.
     pub dabs: u32,
-    /// Bits of the dabs that changed the texel at each corner.
+    /// Bits of the dabs that changed the texel at each corner. Of triangles, bits of the dabs that changed values inside
+    /// or at corners, of those that changed values on sides, and of the parts that changed.
     pub corners: [u32; 4],
 }
 

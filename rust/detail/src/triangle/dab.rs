@@ -44,6 +44,9 @@ impl TriangleObject {
         start: Option<TriangleGround<'_>>,
     ) -> Result<DabReport> {
         dab.check()?;
+        if let Some(reports) = self.dab_on_device(context, std::slice::from_ref(dab), start)? {
+            return Ok(reports.into_iter().next().unwrap_or_default());
+        }
         match dab.action {
             Action::Paint { mode, color } => {
                 let mut paint = self.take_paint()?;

@@ -13,6 +13,7 @@ use relievo_tiles::triangle::{
 };
 use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, StoredTexel, Texel, Trace, Vector, by_format};
 
+use super::device::TriangleDevice;
 use crate::fading::FadingObject;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::layered::{self, Channels, LayeredObject, Layers, Stored};
@@ -53,6 +54,9 @@ pub struct TriangleObject {
     stale: Option<Vec<u32>>,
     level: u32,
     pub(super) time: f64,
+    /// What makes dabs in place of the processor, and why it stopped to.
+    pub(super) device: Option<TriangleDevice>,
+    pub(super) device_fault: Option<Error>,
 }
 
 impl TriangleObject {
@@ -91,6 +95,8 @@ impl TriangleObject {
             stale: None,
             level: 0,
             time: 0.0,
+            device: None,
+            device_fault: None,
         })
     }
 
@@ -101,6 +107,7 @@ impl TriangleObject {
         let hierarchy = &mut self.hierarchy;
         context.stats().time("object.refit", || hierarchy.refit(context, |face| bounds(&surface, face)));
         self.surface = surface;
+        self.pose_on_device();
         self.bent = true;
         self.stale = None;
         Ok(())

@@ -4,6 +4,7 @@ mod bending;
 mod budgets;
 mod device;
 mod device_imprints;
+mod device_triangles;
 mod fading;
 mod half_colors;
 mod history;

@@ -1,0 +1,173 @@
+//! Dabs on triangle meshes on a graphics device (`shaders/triangle_*.wgsl`): triangles in the box, sets, memory and edit of
+//! all dabs of an event are one submission.
+//!
+//! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 6. The
+//! paper's kernels go over faces and over edges. Here a triangle's block, which lives for an event, has the values of its
+//! sides and corners too, so that there is one list: what changes is in the box, and so are all triangles that share it.
+
+use std::sync::Arc;
+
+use relievo_core::{Error, Result};
+use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
+use relievo_surface::{DeviceMesh, MESH_GROUP};
+use relievo_tiles::triangle::{DeviceTriangles, Pattern, TRIANGLES_GROUP, TriangleChannel, TriangleField};
+
+use super::events::{DeviceEvents, DeviceTexel, Edit, Ended, Returned, WORDS};
+use super::intersect::Intersect;
+use super::memory::{BlockState, DeviceMemory};
+use crate::stamp::Stamp;
+use crate::triangle::TriangleGround;
+use crate::weights::BrushParameters;
+
+/// What dabs on the values of triangles need of a device, beside the mesh, its displacement and the values themselves.
+#[derive(Debug)]
+pub(crate) struct TriangleBrush {
+    events: DeviceEvents,
+    intersect: Arc<Kernel>,
+    /// How far triangles are displaced, what the device has of it, and the displacement that it is of.
+    reaches: Buffer<f32>,
+    known: Vec<f32>,
+    seen: Option<TriangleField>,
+    sets: Bindings,
+}
+
+/// What dabs are made on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TriangleStage<'a, T: DeviceTexel> {
+    pub device: &'a Device,
+    pub mesh: &'a DeviceMesh,
+    /// The displacement that places go by, there and here.
+    pub ground: (&'a DeviceTriangles, &'a TriangleField),
+    /// The values before the event, in the pattern of the ground.
+    pub values: &'a DeviceTriangles<T>,
+    pub channel: &'a TriangleChannel<T>,
+}
+
+impl TriangleBrush {
+    /// For the values of `mesh` in `pattern`. Fails where the device has no room.
+    pub fn new<T: DeviceTexel>(device: &Device, mesh: &DeviceMesh, pattern: Pattern) -> Result<Self> {
+        use Access::{Read, Write};
+        let own: &[Access] = &[Read, Read, Read, Write, Write, Write, Read];
+        let kernel = device.kernel(&KernelSpec {
+            module: "triangle_brush",
+            entry: T::TRIANGLES,
+            groups: &[own, &MESH_GROUP, &TRIANGLES_GROUP, &TRIANGLES_GROUP],
+            immediates: size_of::<Edit>() as u32,
+            constants: &[],
+        })?;
+        let intersect = device.kernel(&KernelSpec {
+            module: "triangle_intersect",
+            entry: "intersect",
+            groups: &[&[Read, Read, Read, Write], &MESH_GROUP],
+            immediates: size_of::<Intersect>() as u32,
+            constants: &[],
+        })?;
+        let (faces, room) = (mesh.face_count(), DeviceTriangles::<T>::words(pattern));
+        let memory = DeviceMemory::new(device, faces, room, (WORDS / room).clamp(1, faces.max(1) as u32))?;
+        let known = vec![0.0; faces];
+        let reaches = Buffer::of(device, "reaches of triangles", &known)?;
+        let sets = bind(device, &intersect, &reaches, &memory)?;
+        let events = DeviceEvents::new(device, kernel, memory, &[])?;
+        Ok(Self { events, intersect, reaches, known, seen: None, sets })
+    }
+
+    /// Makes the first of `edits`, or the first few at once where they may be made `together`, all with the same image of
+    /// the brush. Returns what came back and the words of a block; `None` if the device cannot hold that, or blocks for
+    /// all triangles that they reach.
+    pub fn event<T: DeviceTexel>(
+        &mut self,
+        stage: TriangleStage<'_, T>,
+        (edits, stamp): (&[(BrushParameters, Edit)], Option<&Stamp>),
+        together: bool,
+    ) -> Result<Option<(Returned, u32)>> {
+        let pattern = stage.values.pattern();
+        if !self.events.take_stamp(stage.device, stamp)? {
+            return Ok(None);
+        }
+        self.update(stage.device, stage.ground.1)?;
+        let tried = &edits[..self.events.tried(edits.len(), together)];
+        let Some(made) = self.run(stage, tried)? else { return Ok(None) };
+        let states: Vec<BlockState> = made.0.taken().into_iter().map(|(_, state)| state).collect();
+        let apart = apart(stage.channel, pattern, &states, tried.len());
+        self.events.learn(tried.len(), apart);
+        if apart == tried.len() {
+            return Ok(Some(made));
+        }
+        self.run(stage, &tried[..apart])
+    }
+
+    /// Takes on how far triangles are displaced by `ground`.
+    fn update(&mut self, device: &Device, ground: &TriangleField) -> Result<()> {
+        let topology = ground.topology();
+        if topology.face_count() != self.known.len() {
+            return Err(Error::internal("another displacement than that of the triangles"));
+        }
+        let of = |face: u32| TriangleGround { heights: ground, vectors: None }.reach(face);
+        match self.seen.replace(ground.clone()) {
+            None => {
+                self.known = (0..self.known.len() as u32).map(of).collect();
+                self.reaches.write(device, 0, &self.known)
+            }
+            Some(before) => ground.changes(&before).faces_shown(topology).into_iter().try_for_each(|face| {
+                let new = of(face);
+                if std::mem::replace(&mut self.known[face as usize], new) == new {
+                    return Ok(());
+                }
+                self.reaches.write(device, face as usize, &[new])
+            }),
+        }
+    }
+
+    /// Makes `edits` in one submission, and again with more room if they needed it.
+    fn run<T: DeviceTexel>(
+        &mut self,
+        stage: TriangleStage<'_, T>,
+        edits: &[(BrushParameters, Edit)],
+    ) -> Result<Option<(Returned, u32)>> {
+        let TriangleStage { device, mesh, ground, values, .. } = stage;
+        loop {
+            let groups = [mesh.group(), ground.0.group(), values.group()];
+            let (kernel, sets, count) = (&self.intersect, &self.sets, self.known.len() as u32);
+            let intersect = |pass: &mut Pass<'_>, brush: &BrushParameters| {
+                let (work, size) = (Intersect::new(brush, count), groups_of(count));
+                pass.run(kernel, &[sets, mesh.group()], bytemuck::bytes_of(&work), size)
+            };
+            let room = self.events.memory().room();
+            match self.events.run(device, (edits, T::FLAGS), groups, intersect)? {
+                Ended::Made(made) => return Ok(Some((made, room))),
+                Ended::Short(needed) => {
+                    self.events.make_room(device, room, needed)?;
+                    self.sets = bind(device, &self.intersect, &self.reaches, self.events.memory())?;
+                }
+                Ended::Never => return Ok(None),
+            }
+        }
+    }
+}
+
+fn groups_of(count: u32) -> [u32; 3] {
+    groups(count.div_ceil(GROUP))
+}
+
+fn bind(device: &Device, kernel: &Kernel, reaches: &Buffer<f32>, memory: &DeviceMemory) -> Result<Bindings> {
+    device.bind(kernel, 0, &[reaches.wgpu(), memory.pointers.wgpu(), memory.states.wgpu(), memory.masks.wgpu()])
+}
+
+/// How many of the `count` dabs of an event, at least one, do together what they do one after the other. What a triangle
+/// without a block reads inside follows its sides, so that a dab which changes these comes before one which changes that;
+/// and the budget may refuse blocks.
+fn apart<T: DeviceTexel>(channel: &TriangleChannel<T>, pattern: Pattern, states: &[BlockState], count: usize) -> usize {
+    let values = pattern.face_values() + 3 * pattern.edge_values();
+    let changed = states.iter().filter(|state| state.changes > 0);
+    let wanted = changed.clone().count() as u64 * (values * size_of::<T>()) as u64;
+    if channel.bytes().saturating_add(wanted) > channel.budget() {
+        return 1;
+    }
+    let field = channel.field();
+    let without = changed.filter(|state| field.face_pattern(state.tile) != Some(pattern));
+    let cut = |state: &BlockState| {
+        let [inner, sides] = [state.corners[0], state.corners[1]].map(u32::trailing_zeros);
+        if sides < inner { inner as usize } else { count }
+    };
+    without.map(cut).fold(count, usize::min)
+}

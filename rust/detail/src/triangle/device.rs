@@ -1,0 +1,289 @@
+//! Dabs of a triangle mesh that a graphics device makes, and what it keeps of the mesh.
+//!
+//! What comes back of an event becomes the edit that the processor would have made, by the same code, so that documents,
+//! undo and the journal do not know of the device.
+
+use std::collections::BTreeMap;
+
+use glam::Vec4;
+use half::f16;
+use relievo_core::{Context, Error, Result};
+use relievo_gpu::Device;
+use relievo_surface::{DeviceMesh, TriangleSurface};
+use relievo_tiles::triangle::{DeviceTriangles, Pattern, TriangleChannel, TriangleField};
+use relievo_tiles::{ColorPlanes, Rgba8, Rgba16, by_format};
+
+use super::dab::write;
+use super::object::{TriangleGround, TriangleObject};
+use super::site::{Element, ElementEdit, values};
+use crate::dab::{Action, Dab, DabReport};
+use crate::device::{DeviceTexel, Edit, Kind, Returned, TriangleBrush, TriangleStage, edits_of, reports_of};
+use crate::layered::LayeredObject;
+use crate::mode::{PaintMode, SculptMode};
+use crate::stamp::Stamp;
+use crate::weights::BrushParameters;
+
+/// The state of a mesh on a device.
+#[derive(Debug)]
+pub(crate) struct TriangleDevice {
+    device: Device,
+    mesh: DeviceMesh,
+    sculpting: Option<Tool<f16>>,
+    painting: Option<Tool<Rgba8>>,
+    half_painting: Option<Tool<Rgba16>>,
+}
+
+/// What edits one kind of values, once something did.
+#[derive(Debug)]
+struct Tool<T: DeviceTexel> {
+    /// The displacement that places go by, at the vertices that have values.
+    ground: DeviceTriangles,
+    values: DeviceTriangles<T>,
+    brush: TriangleBrush,
+}
+
+/// Colours that a device has room for.
+trait DeviceColor: ColorPlanes + DeviceTexel {
+    fn slot(object: &mut TriangleDevice) -> &mut Option<Tool<Self>>;
+}
+
+impl DeviceColor for Rgba8 {
+    fn slot(object: &mut TriangleDevice) -> &mut Option<Tool<Self>> {
+        &mut object.painting
+    }
+}
+
+impl DeviceColor for Rgba16 {
+    fn slot(object: &mut TriangleDevice) -> &mut Option<Tool<Self>> {
+        &mut object.half_painting
+    }
+}
+
+impl TriangleObject {
+    /// Has dabs made on a graphics device from now on, or on the processor again. What a device does not do (inflating,
+    /// smearing, meshes with vector displacement, edits at other levels), the processor does.
+    ///
+    /// Fails, and changes nothing, where the device has no room for the mesh.
+    pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
+        self.device = device.map(|device| TriangleDevice::new(device, &self.surface)).transpose()?;
+        Ok(())
+    }
+
+    /// The failure after which the processor took over, told once.
+    pub fn take_device_fault(&mut self) -> Option<Error> {
+        self.device_fault.take()
+    }
+
+    /// Brings the mesh on the device to its pose; where that fails the processor takes over.
+    pub(super) fn pose_on_device(&mut self) {
+        if let Some(mut device) = self.device.take() {
+            match device.mesh.pose(&device.device, &self.surface) {
+                Ok(()) => self.device = Some(device),
+                Err(error) => self.device_fault = Some(error),
+            }
+        }
+    }
+
+    /// Makes the first of `dabs`, or the first few at once, on the device. Returns what each did, what is known of several
+    /// together with the last; `None` if the processor is to make the first.
+    ///
+    /// Fails as [`Self::dab`] does.
+    pub(crate) fn dab_on_device(
+        &mut self,
+        context: &Context,
+        dabs: &[Dab],
+        start: Option<TriangleGround<'_>>,
+    ) -> Result<Option<Vec<DabReport>>> {
+        let Some((kind, dabs)) = Kind::first(dabs, |dab| self.kind_on_device(dab))? else { return Ok(None) };
+        match kind {
+            Kind::Sculpt(mode) => {
+                self.layers.displacement.check_editable()?;
+                let made = self.on_device(context, |device, object| device.sculpt(object, dabs, start, mode));
+                let Some(event) = made else { return Ok(None) };
+                let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
+                self.widen(event.edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
+                let erases = mode == SculptMode::Erase;
+                let (reports, shown) = event.take(context, &mut self.displacement, erases)?;
+                self.touch(&shown);
+                Ok(Some(reports))
+            }
+            Kind::Paint(mode) => {
+                let mut paint = self.take_paint()?;
+                let done = by_format!(&mut paint, paint => {
+                    let made = self.on_device(context, |device, object| device.paint(object, paint, dabs, start));
+                    made.map(|event| event.take(context, paint, mode == PaintMode::Erase)).transpose()
+                });
+                self.put_paint(paint);
+                Ok(done?.map(|(reports, _)| reports))
+            }
+        }
+    }
+
+    /// What the device makes; `None` if the processor is to.
+    fn on_device<E>(
+        &mut self,
+        context: &Context,
+        make: impl FnOnce(&mut TriangleDevice, &Self) -> Result<Option<E>>,
+    ) -> Option<E> {
+        let mut device = self.device.take()?;
+        match context.stats().time("dab.device", || make(&mut device, self)) {
+            Ok(made) => {
+                self.device = Some(device);
+                made
+            }
+            Err(error) => {
+                self.device_fault = Some(error);
+                None
+            }
+        }
+    }
+
+    /// What a dab does, if there is a device that does it.
+    fn kind_on_device(&self, dab: &Dab) -> Option<Kind> {
+        let plain = self.device.is_some() && self.vectors.is_none() && self.level() == 0;
+        Kind::of(dab).filter(|kind| plain && *kind != Kind::Sculpt(SculptMode::Inflate))
+    }
+}
+
+/// What came back of an event.
+#[derive(Debug)]
+struct Event<T> {
+    pattern: Pattern,
+    /// By element, ascending.
+    edits: Vec<ElementEdit<T>>,
+    /// The faces that were looked at, ascending.
+    looked: Vec<u32>,
+    made: Returned,
+}
+
+impl<T: DeviceTexel> Event<T> {
+    /// The edits in blocks of `room` words.
+    fn new(field: &TriangleField<T>, pattern: Pattern, (made, room): (Returned, u32)) -> Self {
+        let topology = field.topology();
+        let taken = made.taken();
+        let looked = taken.iter().map(|(_, state)| state.tile).collect();
+        let mut new: BTreeMap<Element, &[T]> = BTreeMap::new();
+        for (index, state) in taken.iter().filter(|(_, state)| state.changes > 0) {
+            let words = &made.blocks[index * room as usize..][..room as usize];
+            let (inside, sides, corners) = DeviceTriangles::<T>::parts(pattern, bytemuck::cast_slice(words));
+            let is_changed = |part: usize| state.corners[2] >> part & 1 != 0;
+            if is_changed(6) {
+                new.insert(Element::Face(state.tile), inside);
+            }
+            // All faces of an edge or a vertex have the same values there.
+            for k in (0..3).filter(|k| is_changed(*k)) {
+                new.insert(Element::Edge(topology.edges_of(state.tile)[k]), sides[k]);
+            }
+            for k in (0..3).filter(|k| is_changed(3 + *k)) {
+                new.insert(Element::Vertex(topology.face(state.tile)[k]), &corners[k..=k]);
+            }
+        }
+        let edit = |(element, new): (Element, &[T])| {
+            let old = values(field, element, pattern)?;
+            let count = old.iter().zip(new).filter(|(old, new)| !old.same(**new)).count() as u64;
+            Some(ElementEdit { element, pattern, values: new.to_vec(), count })
+        };
+        let edits = new.into_iter().filter_map(edit).collect();
+        Self { pattern, edits, looked, made }
+    }
+
+    /// Makes the event the channel's: memory and values. Returns what each of its dabs did, and the faces that look
+    /// different.
+    fn take(
+        self,
+        context: &Context,
+        channel: &mut TriangleChannel<T>,
+        erases: bool,
+    ) -> Result<(Vec<DabReport>, Vec<u32>)> {
+        let (mut whole, shown) = write(context, channel, self.pattern, &self.looked, self.edits, erases)?;
+        let changed = self.made.tested.iter().map(|it| u64::from(it.changed)).sum();
+        if self.made.tested.len() > 1 {
+            // A value that several dabs changed counts for each.
+            whole.changed_texels = changed;
+        }
+        Ok((reports_of(&self.made.tested, &whole), shown))
+    }
+}
+
+impl TriangleDevice {
+    fn new(device: &Device, surface: &TriangleSurface) -> Result<Self> {
+        let mesh = DeviceMesh::new(device, surface)?;
+        Ok(Self { device: device.clone(), mesh, sculpting: None, painting: None, half_painting: None })
+    }
+
+    fn sculpt(
+        &mut self,
+        object: &TriangleObject,
+        dabs: &[Dab],
+        start: Option<TriangleGround<'_>>,
+        mode: SculptMode,
+    ) -> Result<Option<Event<f16>>> {
+        let channel = &object.displacement;
+        let heights = start.map_or(channel.field(), |start| start.heights);
+        let edits = edits_of(&object.transform, dabs, |dab, edit| {
+            if let Action::Sculpt { mode, height } = dab.action {
+                (edit.mode, edit.height) = (mode as u32, height);
+            }
+        });
+        // A dab that looks at neighbours needs their values, and one that is by itself its own displacement.
+        let together = start.is_some() && !mode.needs_mean();
+        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let mut tool = self.sculpting.take();
+        let made = self.event(&mut tool, channel, heights, (edits, stamp), together);
+        self.sculpting = tool;
+        made
+    }
+
+    fn paint<T: DeviceColor>(
+        &mut self,
+        object: &TriangleObject,
+        channel: &TriangleChannel<T>,
+        dabs: &[Dab],
+        start: Option<TriangleGround<'_>>,
+    ) -> Result<Option<Event<T>>> {
+        let heights = start.map_or(object.displacement.field(), |start| start.heights);
+        let blank = channel.field().blank().color();
+        let mut blurs = false;
+        let edits = edits_of(&object.transform, dabs, |dab, edit| {
+            if let Action::Paint { mode, color } = dab.action {
+                blurs |= mode.needs_mean();
+                (edit.mode, edit.color, edit.blank) = (mode as u32, Vec4::from(color).to_array(), blank.to_array());
+            }
+        });
+        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let mut tool = T::slot(self).take();
+        let made = self.event(&mut tool, channel, heights, (edits, stamp), !blurs);
+        *T::slot(self) = tool;
+        made
+    }
+
+    /// Makes the first of some edits, or the first few at once. `None` if they reach more triangles than the device can
+    /// have blocks for.
+    fn event<T: DeviceTexel>(
+        &self,
+        tool: &mut Option<Tool<T>>,
+        channel: &TriangleChannel<T>,
+        heights: &TriangleField,
+        (mut edits, stamp): (Vec<(BrushParameters, Edit)>, Option<&Stamp>),
+        together: bool,
+    ) -> Result<Option<Event<T>>> {
+        let (device, mesh, field) = (&self.device, &self.mesh, channel.field());
+        let pattern = field.pattern();
+        let tool = match tool.take().filter(|tool| tool.values.pattern() == pattern) {
+            Some(mut known) => {
+                known.ground.update(device, heights)?;
+                known.values.update(device, field)?;
+                tool.insert(known)
+            }
+            None => tool.insert(Tool {
+                ground: DeviceTriangles::new(device, heights, pattern)?,
+                values: DeviceTriangles::new(device, field, pattern)?,
+                brush: TriangleBrush::new::<T>(device, mesh, pattern)?,
+            }),
+        };
+        edits.iter_mut().for_each(|(_, edit)| edit.segments = pattern.segments());
+        let stage = TriangleStage { device, mesh, ground: (&tool.ground, heights), values: &tool.values, channel };
+        let made = tool.brush.event(stage, (&edits, stamp), together)?;
+        Ok(made.map(|made| Event::new(field, pattern, made)))
+    }
+}

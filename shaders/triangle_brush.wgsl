@@ -1,0 +1,237 @@
+// import triangles
+// import brush_sculpt_modes
+// import brush_paint_modes
+// A brush at every value of the triangles to modify (Schäfer et al. 2015, *Local Painting and Deformation of Meshes on the
+// GPU*, Section 6.2). A triangle's block has the values of its sides and corners too: a value that changes is in the box, so
+// that all triangles which share it are modified and come to the same bits.
+
+// First words of the triangles' blocks from when the stroke began, of displacement, and of those before the event.
+@group(2) @binding(0) var<storage, read> begun_entries: array<u32>;
+@group(2) @binding(1) var<storage, read> begun_values: array<u32>;
+@group(3) @binding(0) var<storage, read> entries: array<u32>;
+@group(3) @binding(1) var<storage, read> values: array<u32>;
+
+// Of what is known of a block: bits of the dabs that changed values inside or at corners, and of those that changed values
+// on sides; bits of the parts that changed, see `part_of`.
+const STATE_INNER: u32 = BLOCK_CORNERS;
+const STATE_SIDES: u32 = BLOCK_CORNERS + 1u;
+const STATE_PARTS: u32 = BLOCK_CORNERS + 2u;
+
+/// The part of a block that a value is in: its sides, its corners, its inside.
+fn part_of(node: Node) -> u32 {
+    return select(select(node.side, 3u + node.side, node.step == 0u), 6u, node.ring > 0u);
+}
+
+/// Notes that a value of a block changed; returns whether no other block is the first to have it.
+fn note_value(face: u32, block: u32, node: Node) -> u32 {
+    let part = part_of(node);
+    note_dab(block, select(STATE_INNER, STATE_SIDES, part < 3u));
+    atomicOr(&states[BLOCK_WORDS * block + STATE_PARTS], 1u << part);
+    let others = sharing(face, node);
+    return select(0u, 1u, others.count == 0u || mesh_words[others.first] == 3u * face + node.side);
+}
+
+/// The displacement from when the stroke began.
+fn begun_at(face: u32, node: Node) -> f32 {
+    let first = begun_entries[face];
+    if first == TRIANGLE_NONE {
+        return 0.0;
+    }
+    let index = value_of(face, work.segments, node);
+    let pair = unpack2x16float(begun_values[first + index / 2u]);
+    return select(pair.x, pair.y, (index & 1u) == 1u);
+}
+
+/// The words of colour `index` of a block before the event.
+fn color_before(first: u32, index: u32) -> vec2<u32> {
+    if edit_is(WIDE) {
+        return vec2(values[first + 2u * index], values[first + 2u * index + 1u]);
+    }
+    return vec2(values[first + index], 0u);
+}
+
+/// What a vertex had before the event, seen from a face: a colour, or a coefficient of displacement.
+fn value_before(face: u32, node: Node, colors: bool) -> vec4<f32> {
+    let first = entries[face];
+    let index = value_of(face, work.segments, node);
+    if first == TRIANGLE_NONE {
+        return select(vec4(0.0), work.blank, colors);
+    }
+    if colors {
+        return decoded(color_before(first, index));
+    }
+    let pair = unpack2x16float(values[first + index / 2u]);
+    return vec4(select(pair.x, pair.y, (index & 1u) == 1u), 0.0, 0.0, 0.0);
+}
+
+/// The mean of the neighbours of a vertex in all faces that have it.
+fn mean_around(face: u32, node: Node, colors: bool) -> vec4<f32> {
+    let others = sharing(face, node);
+    var sum = vec4(0.0);
+    var count = 0.0;
+    for (var k = 0u; k < max(others.count, 1u); k++) {
+        var seen = node;
+        var from_face = face;
+        if others.count > 0u {
+            let item = mesh_words[others.first + k];
+            seen = node_from(face, work.segments, node, item);
+            from_face = item / 3u;
+        }
+        for (var i = 0u; i < ring_count(work.segments, seen); i++) {
+            sum += value_before(from_face, ring_node(work.segments, seen, i), colors);
+            count += 1.0;
+        }
+    }
+    return sum / count;
+}
+
+/// How far neighbours are away across the brush: of all values of a face, an edge or a vertex alike, by the first face that
+/// has it.
+fn footprint_of(face: u32, node: Node) -> f32 {
+    let others = sharing(face, node);
+    var first = face;
+    if others.count > 0u {
+        first = mesh_words[others.first] / 3u;
+    }
+    let a = mesh_foot(mesh_corner(first, 0u)).p;
+    let b = mesh_foot(mesh_corner(first, 1u)).p;
+    let c = mesh_foot(mesh_corner(first, 2u)).p;
+    let spacing = (distance(a, b) + distance(b, c) + distance(c, a)) / (3.0 * f32(work.segments));
+    return spacing * max(length(work.row_x.xyz), length(work.row_y.xyz));
+}
+
+fn brush_at(face: u32, node: Node) -> BrushPlace {
+    let foot = foot_of(face, work.segments, node);
+    return brush_over(foot.p, foot.normal, begun_at(face, node));
+}
+
+/// The new coefficient of a vertex that has `now`.
+fn sculpted_at(face: u32, node: Node, now: f32) -> f32 {
+    let at = brush_at(face, node);
+    var amount = vec2(at.share, work.height);
+    if edit_is(STAMPED) && amount.x > 0.0 {
+        amount = sculpt_stamped(at.place, amount.x, footprint_of(face, node));
+    }
+    if !(amount.x > 0.0) {
+        return now;
+    }
+    var it = Sculpted(now, now - begun_at(face, node), now, 1.0);
+    if work.mode == SCULPT_SMOOTH {
+        it.mean = mean_around(face, node, false).x;
+    }
+    return sculpted(at, amount.x, amount.y, it);
+}
+
+/// The new colour of a vertex that has `now`.
+fn painted_at(face: u32, node: Node, now: vec4<f32>) -> vec4<f32> {
+    let at = brush_at(face, node);
+    var tint = Tint(work.color, at.share);
+    if edit_is(STAMPED) && tint.share > 0.0 {
+        tint = paint_stamped(at.place, tint.share, footprint_of(face, node));
+    }
+    if !(tint.share > 0.0) {
+        return now;
+    }
+    var mean = now;
+    if work.mode == PAINT_BLUR {
+        mean = mean_around(face, node, true);
+    }
+    return painted(tint, now, mean);
+}
+
+// One word, two coefficients, of the block of one triangle.
+@compute @workgroup_size(GROUP)
+fn sculpt(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let found = begin_edit(group.x + groups.x * group.z, local);
+    if found.y != BLOCK_NONE {
+        sculpt_word(found.x, found.y, group.y * GROUP + local);
+    }
+    finish_edit(found.y, value_count(work.segments), group.y == 0u, local);
+}
+
+fn sculpt_word(face: u32, block: u32, word: u32) {
+    let all = value_count(work.segments);
+    if 2u * word >= all {
+        return;
+    }
+    let at = block * work.room + word;
+    let taken = is_new(block);
+    var old = 0u;
+    if !taken {
+        old = blocks[at];
+    } else if entries[face] != TRIANGLE_NONE {
+        old = values[entries[face] + word];
+    }
+    let pair = unpack2x16float(old);
+    var new_word = 0u;
+    for (var k = 0u; k < 2u; k++) {
+        let half = (old >> (16u * k)) & 0xffffu;
+        var bits = half;
+        if 2u * word + k < all {
+            let node = node_of(face, work.segments, 2u * word + k);
+            let value = sculpted_at(face, node, pair[k]);
+            if value != pair[k] {
+                bits = half_bits(value);
+            }
+            if bits != half {
+                note_texels(1u, note_value(face, block, node));
+            }
+        }
+        new_word |= bits << (16u * k);
+    }
+    if taken || new_word != old {
+        blocks[at] = new_word;
+    }
+}
+
+// One colour of the block of one triangle.
+@compute @workgroup_size(GROUP)
+fn paint(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let found = begin_edit(group.x + groups.x * group.z, local);
+    if found.y != BLOCK_NONE {
+        paint_value(found.x, found.y, group.y * GROUP + local);
+    }
+    finish_edit(found.y, value_count(work.segments), group.y == 0u, local);
+}
+
+fn paint_value(face: u32, block: u32, index: u32) {
+    if index >= value_count(work.segments) {
+        return;
+    }
+    let at = block * work.room + index * (1u + (work.flags & WIDE));
+    let taken = is_new(block);
+    var old = coded(work.blank);
+    if !taken {
+        old = vec2(blocks[at], 0u);
+        if edit_is(WIDE) {
+            old.y = blocks[at + 1u];
+        }
+    } else if entries[face] != TRIANGLE_NONE {
+        old = color_before(entries[face], index);
+    }
+    let node = node_of(face, work.segments, index);
+    let now = decoded(old);
+    let color = painted_at(face, node, now);
+    var new_words = old;
+    if any(color != now) {
+        new_words = coded(color);
+    }
+    let differs = any(new_words != old);
+    if differs {
+        note_texels(1u, note_value(face, block, node));
+    }
+    if taken || differs {
+        blocks[at] = new_words.x;
+        if edit_is(WIDE) {
+            blocks[at + 1u] = new_words.y;
+        }
+    }
+}
