@@ -52,6 +52,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("triangle_brush", include_str!("../../../shaders/triangle_brush.wgsl")),
     ("triangle_intersect", include_str!("../../../shaders/triangle_intersect.wgsl")),
     ("triangles", include_str!("../../../shaders/triangles.wgsl")),
+    ("triangles_draw", include_str!("../../../shaders/triangles_draw.wgsl")),
     ("wide", include_str!("../../../shaders/wide.wgsl")),
 ];
 

@@ -2,9 +2,10 @@
 //! their own, after Concheiro, Amor, Padrón, Gil, Martorell 2013 (*Rendering of Bézier Surfaces on Handheld Devices*).
 //!
 //! [`VirtualVertices`] are Bézier patches with their maps and draws on a device, [`VirtualTiles`] what is drawn of a
-//! displaced Catmull-Clark surface, which [`DrawnSurface`] keeps with the rest that a device has of it; [`Rasterizer`]
-//! draws them, and meshes beside them.
+//! displaced Catmull-Clark surface, which [`DrawnSurface`] keeps with the rest that a device has of it,
+//! [`VirtualTriangles`] displaced triangle meshes; [`Rasterizer`] draws them, and meshes beside them.
 
+mod indices;
 mod patches;
 mod pipelines;
 mod placed;
@@ -13,7 +14,9 @@ mod rates;
 mod stage;
 mod surface;
 mod targets;
+mod thinning;
 mod tiles;
+mod triangles;
 mod tuner;
 mod view;
 
@@ -24,4 +27,5 @@ pub use rates::{MOST_POWER, TileRates};
 pub use stage::Stage;
 pub use surface::DrawnSurface;
 pub use tiles::{TileDraw, TilePart, VirtualTiles};
+pub use triangles::{TriangleColors, TriangleDraw, TrianglePart, TriangleRates, VirtualTriangles};
 pub use tuner::{Measured, Tuned, Tuning};

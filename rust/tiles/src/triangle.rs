@@ -34,6 +34,6 @@ pub use displaced::{Foot, TriangleDisplaced, edge_foot, foot, foot_at};
 pub use field::{TriangleClass, TriangleField};
 pub use normals::TriangleNormals;
 pub use pattern::{Node, Pattern, Slot};
-pub use piece::{FaceRates, TrianglePiece};
+pub use piece::{FaceRates, TrianglePiece, border_strip};
 pub use tessellate::TriangleTessellation;
 pub use vectors::Offset;

@@ -8,7 +8,9 @@ use relievo_core::{Context, Error, Mesh, Result, Values};
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 use relievo_gpu::Device;
-use relievo_render::virtual_vertex::{DeviceMesh, DrawnSurface, Placed, Rasterizer, Shape, TileRates};
+use relievo_render::virtual_vertex::{
+    DeviceMesh, DrawnSurface, Placed, Rasterizer, Shape, TileRates, VirtualTriangles,
+};
 use relievo_render::{FalseColor, Frame, Material, Scene, View, color, draw_legend};
 use relievo_scene::showing::Showing;
 use relievo_surface::{Surface, SurfaceOptions};
@@ -225,6 +227,17 @@ fn triangles(
         mesh.tags = faces.iter().map(|face| if object.is_allocated(*face) { 2 } else { 0 }).collect();
     }
     match device {
+        Some(device) if displaced.vector_reach() == 0.0 => {
+            let mut drawn = VirtualTriangles::new(context, device, &displaced, object.normals(), object.colors())?;
+            if arguments.tiles {
+                drawn.tag(device, |face| if object.is_allocated(face) { 2 } else { 0 })?;
+            }
+            let viewpoint = view.viewpoint(&DAffine3::IDENTITY);
+            drawn.adapt(device, &viewpoint, arguments.tolerance.unwrap_or(TOLERANCE))?;
+            let (count, draws) = (drawn.triangle_count(), drawn.draws().len());
+            eprintln!("{}: {count} triangles in {draws} draws", device.summary());
+            Rasterizer::new(device)?.render(&[Placed::new(Shape::Triangles(&drawn), material)], &view)
+        }
         Some(device) => {
             let count = mesh.triangles.len();
             eprintln!("{}: {count} triangles, tessellated by the processor", device.summary());

@@ -17,6 +17,9 @@ use super::view::OBJECT_BYTES;
 /// Immediate data of a draw of patches: the first of them and the level.
 const PATCHES_CALL: u32 = 8;
 
+/// Immediate data of a draw of triangles: the first of its parts.
+const TRIANGLES_CALL: u32 = 4;
+
 /// As in `tiles_draw.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -33,6 +36,8 @@ pub(super) enum Draw {
     Strips,
     /// Tiles without colours, with those of four bytes, with those of four half floats.
     Tiles(u8),
+    /// Triangles in the pattern of their values, with colours or without.
+    Triangles(bool),
     Mesh,
 }
 
@@ -44,6 +49,7 @@ impl Draw {
             Shape::Tiles { colors: None, .. } => Self::Tiles(0),
             Shape::Tiles { colors: Some(ByFormat::Rgba8(_)), .. } => Self::Tiles(1),
             Shape::Tiles { colors: Some(ByFormat::Rgba16(_)), .. } => Self::Tiles(2),
+            Shape::Triangles(triangles) => Self::Triangles(triangles.painted),
             Shape::Mesh(_) => Self::Mesh,
         }
     }
@@ -52,6 +58,7 @@ impl Draw {
         match self {
             Self::Patches(..) | Self::Strips => "bezier_draw",
             Self::Tiles(_) => "tiles_draw",
+            Self::Triangles(_) => "triangles_draw",
             Self::Mesh => "mesh_draw",
         }
     }
@@ -63,6 +70,7 @@ impl Draw {
             Self::Patches(Storage::Buffer, _) => "vertex_buffer",
             Self::Strips => "vertex_passed",
             Self::Tiles(_) => "vertex_tiles",
+            Self::Triangles(_) => "vertex_triangles",
             Self::Mesh => "vertex_mesh",
         }
     }
@@ -77,6 +85,7 @@ pub(super) struct Pipelines {
     scene: [wgpu::BindGroupLayout; 2],
     records: BTreeMap<Storage, [wgpu::BindGroupLayout; 1]>,
     tiles: [wgpu::BindGroupLayout; 3],
+    triangles: [wgpu::BindGroupLayout; 2],
     made: BTreeMap<(Draw, bool), wgpu::RenderPipeline>,
 }
 
@@ -125,6 +134,7 @@ impl Pipelines {
             scene: [layout(device, &scene)?, layout(device, &[(1, object)])?],
             records,
             tiles: [buffers(4)?, buffers(2)?, buffers(4)?],
+            triangles: [buffers(2)?, buffers(3)?],
             modules: BTreeMap::new(),
             made: BTreeMap::new(),
             device: device.clone(),
@@ -141,6 +151,7 @@ impl Pipelines {
         match draw {
             Draw::Patches(storage, _) => &self.records[&storage],
             Draw::Tiles(_) => &self.tiles,
+            Draw::Triangles(_) => &self.triangles,
             Draw::Strips | Draw::Mesh => &[],
         }
     }
@@ -176,6 +187,7 @@ impl Pipelines {
             Draw::Patches(..) => (size_of::<VirtualVertex>(), &virtual_vertex, PATCHES_CALL),
             Draw::Strips => (size_of::<PassedVertex>(), &passed_vertex, 0),
             Draw::Tiles(_) => (0, &[], size_of::<TilesCall>() as u32),
+            Draw::Triangles(_) => (0, &[], TRIANGLES_CALL),
             Draw::Mesh => (size_of::<MeshVertex>(), &mesh_vertex, 0),
         };
         let buffers = [Some(wgpu::VertexBufferLayout {
@@ -186,6 +198,7 @@ impl Pipelines {
         let constants = match draw {
             Draw::Patches(_, rational) => vec![("RATIONAL", f64::from(u8::from(rational)))],
             Draw::Tiles(colors) => vec![("COLORS", f64::from(colors))],
+            Draw::Triangles(colors) => vec![("COLORS", f64::from(u8::from(colors)))],
             Draw::Strips | Draw::Mesh => Vec::new(),
         };
         let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
@@ -258,6 +271,7 @@ mod tests {
     fn layouts_are_those_of_the_shaders() {
         let call = [("blank", offset_of!(TilesCall, blank)), ("first", offset_of!(TilesCall, first))];
         assert_layout("tiles_draw", "TilesCall", size_of::<TilesCall>(), &call);
+        assert_layout("triangles_draw", "TrianglesCall", TRIANGLES_CALL as usize, &[("first", 0)]);
         assert_layout("bezier_draw", "Draw", PATCHES_CALL as usize, &[("first", 0), ("level", 4)]);
         assert_eq!((size_of::<MeshVertex>(), size_of::<PassedVertex>()), (52, 32));
     }

@@ -9,6 +9,7 @@ use relievo_tiles::{ByFormat, DeviceTiles, Rgba8, Rgba16};
 
 use super::patches::VirtualVertices;
 use super::tiles::VirtualTiles;
+use super::triangles::VirtualTriangles;
 use crate::scene::{Material, Mesh};
 
 /// Colours of a surface on a device.
@@ -32,6 +33,8 @@ pub enum Shape<'a> {
         /// How it is divided.
         drawn: &'a VirtualTiles,
     },
+    /// A displaced triangle mesh, straight from what the device has of it.
+    Triangles(&'a VirtualTriangles),
     /// Triangles.
     Mesh(&'a DeviceMesh),
 }
@@ -60,6 +63,7 @@ impl<'a> Placed<'a> {
         match self.shape {
             Shape::Patches(patches) | Shape::Strips(patches, _) => patches.bounds(),
             Shape::Tiles { drawn, .. } => drawn.bounds(),
+            Shape::Triangles(triangles) => triangles.bounds(),
             Shape::Mesh(mesh) => mesh.bounds,
         }
     }

@@ -292,6 +292,10 @@ impl Rasterizer {
                     self.buffer_group(draw, 2, &last)?,
                 ]
             }
+            Shape::Triangles(triangles) => vec![
+                self.buffer_group(draw, 0, &triangles.mesh.buffers())?,
+                self.buffer_group(draw, 1, &triangles.buffers())?,
+            ],
         };
         Ok(Groups { own })
     }
@@ -379,6 +383,17 @@ fn draw_shape(pass: &mut wgpu::RenderPass<'_>, shape: &Shape<'_>, groups: &Group
                 pass.set_index_buffer(grid.wgpu().slice(..), wgpu::IndexFormat::Uint32);
                 pass.set_immediates(0, bytemuck::bytes_of(&TilesCall { blank, first: draw.first }));
                 pass.draw_indexed(0..grid.len() as u32, 0, 0..draw.count);
+            }
+            Ok(())
+        }
+        Shape::Triangles(triangles) => {
+            for draw in triangles.draws() {
+                let Some(indices) = triangles.indices.get(&draw.part) else {
+                    return Err(Error::internal("a part has no triangles"));
+                };
+                pass.set_index_buffer(indices.wgpu().slice(..), wgpu::IndexFormat::Uint32);
+                pass.set_immediates(0, bytemuck::bytes_of(&draw.first));
+                pass.draw_indexed(0..indices.len() as u32, 0, 0..draw.count);
             }
             Ok(())
         }

@@ -17,6 +17,7 @@ use relievo_surface::bezier::Viewpoint;
 use relievo_surface::{Place, TileTopology};
 use relievo_tiles::{Displaced, Field, Points};
 
+use super::indices::{VERTEX, VERTEX_BITS};
 use super::placed::{DeviceMesh, MeshVertex, NO_TAG};
 use super::rates::{Relief, TileRates, select};
 use crate::scene::Material;
@@ -25,11 +26,8 @@ use crate::scene::Material;
 const BAND: u32 = 8;
 /// Places of a tile that are evaluated elsewhere: halves of edges, then corners and middles of edges.
 const JOINTS: usize = 16;
-/// Bits of the number of a vertex in indices of strips.
-const VERTEX_BITS: u32 = 20;
-const VERTEX: u32 = (1 << VERTEX_BITS) - 1;
 /// Tags that false colours tell apart at most.
-const TAGS: u32 = 1 << 12;
+pub(super) const TAGS: u32 = 1 << 12;
 
 /// What is drawn of tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -2,6 +2,7 @@
 
 mod patches;
 mod tiles;
+mod triangles;
 
 use glam::DVec3;
 use relievo_render::{Camera, Frame, Picture, View};

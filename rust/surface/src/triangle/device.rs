@@ -2,7 +2,7 @@
 //! normals, which the processor makes of a pose.
 
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device};
+use relievo_gpu::{Access, Bindings, Buffer, Device, wgpu};
 
 use super::surface::TriangleSurface;
 use super::topology::TriangleTopology;
@@ -16,7 +16,7 @@ pub struct DeviceMesh {
     points: Buffer<[f32; 6]>,
     faces: usize,
     group: Bindings,
-    _words: Buffer<u32>,
+    words: Buffer<u32>,
 }
 
 impl DeviceMesh {
@@ -26,7 +26,7 @@ impl DeviceMesh {
         let words = Buffer::of(device, "triangles", &words(topology))?;
         let points = Buffer::of(device, "points of triangles", &points(surface))?;
         let group = device.bind_as(&MESH_GROUP, &[points.wgpu(), words.wgpu()])?;
-        Ok(Self { points, faces: topology.face_count(), group, _words: words })
+        Ok(Self { points, faces: topology.face_count(), group, words })
     }
 
     /// Takes on the pose of `surface`, which has the same triangles. Fails if it has another number of points, or the
@@ -42,6 +42,11 @@ impl DeviceMesh {
     /// What is bound as group 1 of kernels that import `triangles`.
     pub fn group(&self) -> &Bindings {
         &self.group
+    }
+
+    /// The buffers of [`Self::group`] in the order of their bindings, for pipelines that draw.
+    pub fn buffers(&self) -> [&wgpu::Buffer; 2] {
+        [self.points.wgpu(), self.words.wgpu()]
     }
 
     /// Number of triangles.

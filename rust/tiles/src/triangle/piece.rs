@@ -93,12 +93,12 @@ impl FaceRates {
         };
         let mut triangles = Vec::new();
         for side in 0..3 {
-            if self.sides[side] == pattern.segments() {
-                triangles.extend(pattern.strip(0, side as u32).map(|triangle| triangle.map(inner)));
-            } else {
-                let ring = |step: u32| inner(pattern.node(1, side as u32, step));
-                stitch(&mut triangles, pattern, self.sides[side], ring, |step| outer(side, step));
-            }
+            let segments = self.sides[side];
+            let at = |number: u32| match number.checked_sub(segments + 1) {
+                Some(step) => inner(pattern.node(1, side as u32, step)),
+                None => outer(side, number),
+            };
+            triangles.extend(border_strip(pattern, segments).into_iter().map(|triangle| triangle.map(at)));
         }
         let deeper = (1..pattern.center()).flat_map(|ring| (0..3).flat_map(move |side| pattern.strip(ring, side)));
         triangles.extend(deeper.map(|triangle| triangle.map(inner)));
@@ -106,29 +106,36 @@ impl FaceRates {
     }
 }
 
-/// Triangles between ring 1 of a pattern and a side of `count` segments, in the order of their parameters.
-fn stitch(
-    triangles: &mut Vec<[u32; 3]>,
-    pattern: Pattern,
-    count: u32,
-    ring: impl Fn(u32) -> u32,
-    outer: impl Fn(u32) -> u32,
-) {
-    let (segments, last) = (pattern.segments(), pattern.segments() - 2);
+/// The triangles, counter-clockwise, between a side of a face that is divided into `segments` and ring 1 of the pattern
+/// inside. Vertices are those of the side, then those of the ring beside it.
+pub fn border_strip(pattern: Pattern, segments: u32) -> Vec<[u32; 3]> {
+    let (own, last) = (pattern.segments(), pattern.segments() - 2);
+    let ring = |step: u32| segments + 1 + step;
+    if segments == own {
+        let number = |node: Node| match node {
+            Node { ring: 0, side: 0, step } => step,
+            Node { ring: 0, .. } => segments,
+            // The ring's other corner starts its next side; the centroid has no other.
+            Node { side, step, .. } => ring(if side == 0 { step } else { last }),
+        };
+        return pattern.strip(0, 0).map(|triangle| triangle.map(number)).collect();
+    }
+    let mut triangles = Vec::with_capacity((segments + last) as usize);
     let (mut i, mut k) = (0, 0);
-    while k < count || i < last {
+    while k < segments || i < last {
         // Step i of the ring is beside i + 1 of the pattern's own border. Middles of the next steps, times 2 · both
         // counts.
-        let outer_next = (2 * k + 1) * segments;
-        let inner_next = (2 * i + 3) * count;
-        if k < count && (i == last || outer_next <= inner_next) {
-            triangles.push([outer(k), outer(k + 1), ring(i)]);
+        let outer_next = (2 * k + 1) * own;
+        let inner_next = (2 * i + 3) * segments;
+        if k < segments && (i == last || outer_next <= inner_next) {
+            triangles.push([k, k + 1, ring(i)]);
             k += 1;
         } else {
-            triangles.push([ring(i), outer(k), ring(i + 1)]);
+            triangles.push([ring(i), k, ring(i + 1)]);
             i += 1;
         }
     }
+    triangles
 }
 
 /// The triangles of one face, with what is known at their vertices.
