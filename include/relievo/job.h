@@ -12,7 +12,9 @@
 #define RELIEVO_JOB_H
 
 #include "relievo/bake.h"
+#include "relievo/document.h"
 #include "relievo/imprint.h"
+#include "relievo/ptex.h"
 #include "relievo/tessellate.h"
 
 typedef struct RlvJob {
@@ -46,9 +48,26 @@ RLV_API RlvResult rlv_job_tessellate(RlvDetail detail, const RlvTessellateOption
 RLV_API RlvResult rlv_job_sweep(RlvDetail detail, RlvCollider collider, const double *from, const double *to,
                                 const RlvImprintSettings *settings, const RlvImprintMoment *moment, RlvJob *out);
 
+/* Edits the detail, and mutates the collider: starts rlv_imprint_sweep_points, as rlv_job_sweep does. */
+RLV_API RlvResult rlv_job_sweep_points(RlvDetail detail, RlvCollider collider, const double *from, const double *to,
+                                       const float *from_points, const float *to_points, size_t count, size_t stride,
+                                       const RlvImprintSettings *settings, const RlvImprintMoment *moment, RlvJob *out);
+
 /* Starts rlv_bake_write, of the detail as it is committed now; rlv_job_bake_report has what it did. Fails as
  * rlv_bake_write does, as a job or at once. */
 RLV_API RlvResult rlv_job_bake(RlvDetail detail, const RlvBakeOptions *options, const char *path, RlvJob *out);
+
+/* Starts rlv_ptex_write, of the detail as it is committed now. Fails as rlv_ptex_write does, as a job or at once. */
+RLV_API RlvResult rlv_job_ptex_write(RlvDetail detail, uint32_t channel, const char *path, RlvJob *out);
+
+/* Edits the detail: starts rlv_ptex_read; rlv_job_ptex_report has what became of the faces. Fails, and changes nothing, as
+ * rlv_ptex_read does, as a job or at once. */
+RLV_API RlvResult rlv_job_ptex_read(RlvDetail detail, const char *path, const RlvPtexOptions *options, RlvJob *out);
+
+/* Starts rlv_document_transfer, to a copy of the mesh; rlv_job_transfer_report has what it did. Fails as
+ * rlv_document_transfer does, as a job or at once. */
+RLV_API RlvResult rlv_job_transfer(RlvContext context, const char *path, RlvMesh to, const char *to_path,
+                                   const RlvTransferOptions *options, RlvJob *out);
 
 RLV_API RlvResult rlv_job_retain(RlvJob job);
 RLV_API RlvResult rlv_job_release(RlvJob job);
@@ -73,10 +92,16 @@ RLV_API RlvResult rlv_job_result(RlvJob job);
  * mesh. */
 RLV_API RlvResult rlv_job_mesh(RlvJob job, RlvMesh *out);
 
-/* What rlv_job_sweep did. Fails as rlv_job_result does, and if the job was another. */
+/* What rlv_job_sweep or rlv_job_sweep_points did. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_imprint_report(RlvJob job, RlvImprintReport *out);
 
 /* What rlv_job_bake did. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_bake_report(RlvJob job, RlvBakeReport *out);
+
+/* What became of the faces of a file for rlv_job_ptex_read. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_ptex_report(RlvJob job, RlvPtexReport *out);
+
+/* What rlv_job_transfer did. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_transfer_report(RlvJob job, RlvTransferReport *out);
 
 #endif

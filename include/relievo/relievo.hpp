@@ -1163,6 +1163,43 @@ public:
         return made;
     }
 
+    /// Of a collider that deforms: its points at either place, as many as it has.
+    static Job sweep(const Detail &detail, const Collider &collider, const Matrix &from, const Matrix &to,
+                     const std::vector<std::array<float, 3>> &from_points,
+                     const std::vector<std::array<float, 3>> &to_points,
+                     const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
+                     const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT) {
+        if (from_points.size() != to_points.size()) {
+            throw std::invalid_argument("sweep: a collider has as many points before as after");
+        }
+        Job made;
+        check(rlv_job_sweep_points(detail.get(), collider.get(), from.data(), to.data(),
+                                   reinterpret_cast<const float *>(from_points.data()),
+                                   reinterpret_cast<const float *>(to_points.data()), from_points.size(), 0, &settings,
+                                   &moment, made.out()));
+        return made;
+    }
+
+    static Job write_ptex(const Detail &detail, std::uint32_t channel, const std::string &path) {
+        Job made;
+        check(rlv_job_ptex_write(detail.get(), channel, path.c_str(), made.out()));
+        return made;
+    }
+
+    static Job read_ptex(const Detail &detail, const std::string &path,
+                         const RlvPtexOptions &options = RLV_PTEX_OPTIONS_INIT) {
+        Job made;
+        check(rlv_job_ptex_read(detail.get(), path.c_str(), &options, made.out()));
+        return made;
+    }
+
+    static Job transfer(const Context &context, const std::string &path, const Mesh &to, const std::string &to_path,
+                        const RlvTransferOptions &options = RLV_TRANSFER_OPTIONS_INIT) {
+        Job made;
+        check(rlv_job_transfer(context.get(), path.c_str(), to.get(), to_path.c_str(), &options, made.out()));
+        return made;
+    }
+
     static Job bake(const Detail &detail, const std::string &path,
                     const RlvBakeOptions &options = RLV_BAKE_OPTIONS_INIT) {
         Job made;
@@ -1202,6 +1239,18 @@ public:
     RlvBakeReport bake_report() const {
         RlvBakeReport report = RLV_BAKE_REPORT_INIT;
         check(rlv_job_bake_report(get(), &report));
+        return report;
+    }
+
+    RlvPtexReport ptex_report() const {
+        RlvPtexReport report = RLV_PTEX_REPORT_INIT;
+        check(rlv_job_ptex_report(get(), &report));
+        return report;
+    }
+
+    RlvTransferReport transfer_report() const {
+        RlvTransferReport report = RLV_TRANSFER_REPORT_INIT;
+        check(rlv_job_transfer_report(get(), &report));
         return report;
     }
 };

@@ -1,5 +1,5 @@
-/* What a host may hand over by mistake to layers, documents, pictures and procedurals, of tiles and of triangles: NULL,
- * handles that are dead, of another noun or made up, descriptors of other sizes, numbers that are none, and two threads
+/* What a host may hand over by mistake to layers, documents, pictures, procedurals, jobs and Bezier patches, of tiles and of
+ * triangles: NULL, handles that are dead, of another noun or made up, descriptors of other sizes, numbers that are none, and two threads
  * at once. All is an error by the rules of the headers, or done. */
 #include "ball.h"
 
@@ -52,10 +52,36 @@ static RlvResult retain_procedural(uint64_t id) { return rlv_procedural_retain((
 static RlvResult release_procedural(uint64_t id) { return rlv_procedural_release((RlvProcedural){id}); }
 static RlvResult procedural_info(uint64_t id) { RlvProceduralInfo out = RLV_PROCEDURAL_INFO_INIT; return rlv_procedural_info((RlvProcedural){id}, &out); }
 static RlvResult procedural_table(uint64_t id) { RlvProceduralTable out = RLV_PROCEDURAL_TABLE_INIT; return rlv_procedural_table((RlvProcedural){id}, &out); }
+static RlvResult job_tessellate(uint64_t id) { RlvJob out; return rlv_job_tessellate((RlvDetail){id}, NULL, &out); }
+static RlvResult job_bake(uint64_t id) { RlvJob out; return rlv_job_bake((RlvDetail){id}, NULL, "a.exr", &out); }
+static RlvResult job_ptex_write(uint64_t id) { RlvJob out; return rlv_job_ptex_write((RlvDetail){id}, 0, "a.ptx", &out); }
+static RlvResult job_ptex_read(uint64_t id) { RlvJob out; return rlv_job_ptex_read((RlvDetail){id}, "a.ptx", NULL, &out); }
+static RlvResult job_transfer(uint64_t id) { RlvJob out; return rlv_job_transfer((RlvContext){id}, "a.relievo", (RlvMesh){id}, "b.relievo", NULL, &out); }
+static RlvResult retain_job(uint64_t id) { return rlv_job_retain((RlvJob){id}); }
+static RlvResult release_job(uint64_t id) { return rlv_job_release((RlvJob){id}); }
+static RlvResult poll_job(uint64_t id) { RlvJobInfo out = RLV_JOB_INFO_INIT; return rlv_job_poll((RlvJob){id}, &out); }
+static RlvResult wait_job(uint64_t id) { return rlv_job_wait((RlvJob){id}, -1.0, NULL); }
+static RlvResult cancel_job(uint64_t id) { return rlv_job_cancel((RlvJob){id}); }
+static RlvResult job_result(uint64_t id) { return rlv_job_result((RlvJob){id}); }
+static RlvResult job_mesh(uint64_t id) { RlvMesh out; return rlv_job_mesh((RlvJob){id}, &out); }
+static RlvResult job_report(uint64_t id) { RlvImprintReport out = RLV_IMPRINT_REPORT_INIT; return rlv_job_imprint_report((RlvJob){id}, &out); }
+static RlvResult read_bezier(uint64_t id) { RlvBezier out; return rlv_bezier_read((RlvContext){id}, "a.bpt", &out); }
+static RlvResult retain_bezier(uint64_t id) { return rlv_bezier_retain((RlvBezier){id}); }
+static RlvResult release_bezier(uint64_t id) { return rlv_bezier_release((RlvBezier){id}); }
+static RlvResult bezier_info(uint64_t id) { RlvBezierInfo out = RLV_BEZIER_INFO_INIT; return rlv_bezier_info((RlvBezier){id}, &out); }
+static RlvResult bezier_controls(uint64_t id) { float out[64]; return rlv_bezier_get_controls((RlvBezier){id}, 0, out, 0); }
+static RlvResult evaluate_bezier(uint64_t id) { RlvEvaluateArrays out = RLV_EVALUATE_ARRAYS_INIT; return rlv_bezier_evaluate((RlvBezier){id}, &out); }
+static RlvResult bezier_levels(uint64_t id) { RlvBezierView view = RLV_BEZIER_VIEW_INIT; uint32_t out[4]; return rlv_bezier_levels((RlvBezier){id}, &view, out, 4); }
+static RlvResult count_bezier(uint64_t id) { size_t points, triangles; return rlv_bezier_count((RlvBezier){id}, NULL, &points, &triangles); }
+static RlvResult bezier_mesh(uint64_t id) { RlvMesh out; return rlv_bezier_mesh((RlvBezier){id}, NULL, &out); }
+static RlvResult update_buffer(uint64_t id) { return rlv_buffer_update((RlvBuffer){id}, NULL); }
+static RlvResult release_buffer(uint64_t id) { return rlv_buffer_release((RlvBuffer){id}); }
+static RlvResult read_buffer(uint64_t id) { float out[6]; return rlv_buffer_read((RlvBuffer){id}, 0, 1, out, 0); }
+static RlvResult vulkan_buffer(uint64_t id) { RlvBufferVulkan out = RLV_BUFFER_VULKAN_INIT; return rlv_buffer_vulkan((RlvBuffer){id}, &out); }
 static RlvResult evaluate(uint64_t id) { RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT; return rlv_procedural_evaluate((RlvProcedural){id}, &hits); }
 
 /* The nouns whose handles a function takes. */
-enum { CONTEXT, DETAIL, DOCUMENT, PICTURE, PROCEDURAL, NOUNS };
+enum { CONTEXT, DETAIL, DOCUMENT, PICTURE, PROCEDURAL, JOB, BEZIER, BUFFER, NOUNS };
 
 static const struct {
     ByHandle call;
@@ -71,6 +97,13 @@ static const struct {
     {picture_info, PICTURE},      {picture_image, PICTURE},      {picture_meta, PICTURE},       {read_picture, PICTURE},
     {create_procedural, DETAIL},  {create_moving, PROCEDURAL},   {retain_procedural, PROCEDURAL},
     {release_procedural, PROCEDURAL}, {procedural_info, PROCEDURAL}, {procedural_table, PROCEDURAL}, {evaluate, PROCEDURAL},
+    {job_tessellate, DETAIL},     {job_bake, DETAIL},            {job_ptex_write, DETAIL},      {job_ptex_read, DETAIL},
+    {job_transfer, CONTEXT},      {retain_job, JOB},             {release_job, JOB},            {poll_job, JOB},
+    {wait_job, JOB},              {cancel_job, JOB},             {job_result, JOB},             {job_mesh, JOB},
+    {job_report, JOB},            {read_bezier, CONTEXT},        {retain_bezier, BEZIER},       {release_bezier, BEZIER},
+    {bezier_info, BEZIER},        {bezier_controls, BEZIER},     {evaluate_bezier, BEZIER},     {bezier_levels, BEZIER},
+    {count_bezier, BEZIER},       {bezier_mesh, BEZIER},         {update_buffer, BUFFER},       {release_buffer, BUFFER},
+    {read_buffer, BUFFER},        {vulkan_buffer, BUFFER},
 };
 
 /* What is garbage to one host is another's object: all that is there. */
@@ -79,6 +112,8 @@ typedef struct Objects {
     RlvDocument document;
     RlvPicture picture;
     RlvProcedural procedural;
+    RlvJob job;
+    RlvBezier bezier;
     char path[64];
 } Objects;
 
@@ -103,6 +138,16 @@ static Objects make(RlvContext context, uint32_t kind, const char *name) {
     CHECK_OK(rlv_document_create(made.detail, NULL, 0, &made.document));
     CHECK_OK(rlv_picture_open(context, made.path, &made.picture));
     CHECK_OK(rlv_procedural_create(made.detail, NULL, &made.procedural));
+    CHECK_OK(rlv_job_tessellate(made.detail, NULL, &made.job));
+    CHECK_OK(rlv_job_wait(made.job, -1.0, NULL));
+    RlvBezierArrays arrays = RLV_BEZIER_ARRAYS_INIT;
+    float points[16][3];
+    for (int k = 0; k < 16; ++k) {
+        points[k][0] = (float)(k % 4), points[k][1] = (float)(k / 4), points[k][2] = 0.0f;
+    }
+    arrays.points = points[0];
+    arrays.point_count = 16;
+    CHECK_OK(rlv_bezier_create(context, &arrays, &made.bezier));
     CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_mesh_release(plane));
     return made;
@@ -112,6 +157,8 @@ static void release(Objects objects) {
     CHECK_OK(rlv_document_release(objects.document));
     CHECK_OK(rlv_picture_release(objects.picture));
     CHECK_OK(rlv_procedural_release(objects.procedural));
+    CHECK_OK(rlv_job_release(objects.job));
+    CHECK_OK(rlv_bezier_release(objects.bezier));
     CHECK_OK(rlv_detail_release(objects.detail));
     remove(objects.path);
 }
@@ -119,8 +166,11 @@ static void release(Objects objects) {
 static void check_handles(RlvContext context, Objects objects) {
     const Objects dead = make(context, RLV_SURFACE_CATMULL_CLARK, "dead");
     release(dead);
-    const uint64_t alive[NOUNS] = {context.id, objects.detail.id, objects.document.id, objects.picture.id, objects.procedural.id};
+    /* A buffer needs a device; c_buffer has them. */
+    const uint64_t alive[NOUNS] = {context.id, objects.detail.id, objects.document.id, objects.picture.id, objects.procedural.id,
+                                   objects.job.id, objects.bezier.id, 0};
     const uint64_t others[] = {0, 1, UINT64_MAX, dead.detail.id, dead.document.id, dead.picture.id, dead.procedural.id,
+                               dead.job.id, dead.bezier.id,
                                objects.detail.id ^ (UINT64_C(1) << 40), objects.picture.id + 1};
     for (size_t k = 0; k < sizeof FUNCTIONS / sizeof *FUNCTIONS; ++k) {
         for (int noun = 0; noun < NOUNS; ++noun) {
@@ -163,6 +213,33 @@ static void check_null(RlvContext context, Objects objects) {
     CHECK(rlv_procedural_create_moving(objects.procedural, detail, NULL) == RLV_ERROR_INVALID);
     CHECK(rlv_procedural_info(objects.procedural, NULL) == RLV_ERROR_INVALID && rlv_procedural_table(objects.procedural, NULL) == RLV_ERROR_INVALID);
     CHECK(rlv_procedural_create_moving(objects.procedural, (RlvDetail)RLV_NULL, &procedural) == RLV_ERROR_INVALID);
+    RlvJob job;
+    RlvBezier bezier;
+    RlvBezierArrays arrays = RLV_BEZIER_ARRAYS_INIT;
+    RlvBuffer buffer;
+    RlvTessellation triangles = RLV_NULL;
+    uint32_t level;
+    CHECK(rlv_job_tessellate(detail, NULL, NULL) == RLV_ERROR_INVALID && rlv_job_bake(detail, NULL, NULL, &job) == RLV_ERROR_INVALID);
+    CHECK(rlv_job_ptex_read(detail, NULL, NULL, &job) == RLV_ERROR_INVALID && rlv_job_ptex_write(detail, 0, NULL, &job) == RLV_ERROR_INVALID);
+    CHECK(rlv_job_ptex_write(detail, 0, "garbage.ptx", NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_job_mesh(objects.job, NULL) == RLV_ERROR_INVALID && rlv_job_imprint_report(objects.job, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_bezier_create(context, NULL, &bezier) == RLV_ERROR_INVALID && rlv_bezier_create(context, &arrays, &bezier) == RLV_ERROR_INVALID);
+    arrays.point_count = 16;
+    CHECK(rlv_bezier_create(context, &arrays, &bezier) == RLV_ERROR_INVALID);
+    arrays.point_count = SIZE_MAX;
+    arrays.points = uv;
+    CHECK(rlv_bezier_create(context, &arrays, &bezier) == RLV_ERROR_INVALID);
+    CHECK(rlv_bezier_read(context, NULL, &bezier) == RLV_ERROR_INVALID && rlv_bezier_read(context, objects.path, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_bezier_info(objects.bezier, NULL) == RLV_ERROR_INVALID && rlv_bezier_get_controls(objects.bezier, 0, NULL, 0) == RLV_ERROR_INVALID);
+    CHECK(rlv_bezier_get_controls(objects.bezier, 1, (float[64]){0}, 0) == RLV_ERROR_INVALID);
+    CHECK(rlv_bezier_evaluate(objects.bezier, NULL) == RLV_ERROR_INVALID && rlv_bezier_mesh(objects.bezier, NULL, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_bezier_levels(objects.bezier, NULL, &level, 1) == RLV_ERROR_INVALID);
+    CHECK(rlv_bezier_tessellate(objects.bezier, NULL, NULL) == RLV_ERROR_INVALID);
+    /* The context has no device. */
+    CHECK_OK(rlv_tessellation_create(detail, NULL, &triangles));
+    CHECK(rlv_buffer_create(triangles, &buffer) == RLV_ERROR_UNSUPPORTED && rlv_buffer_create(triangles, NULL) == RLV_ERROR_INVALID);
+    CHECK_OK(rlv_tessellation_release(triangles));
+    CHECK(rlv_adapter_list(NULL, 0, NULL) == RLV_ERROR_INVALID);
     hits.count = 1;
     hits.uvs = uv;
     CHECK(rlv_procedural_evaluate(objects.procedural, &hits) == RLV_ERROR_INVALID);

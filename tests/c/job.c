@@ -147,6 +147,65 @@ int main(void) {
     CHECK_OK(rlv_job_wait(job, -1.0, NULL));
     CHECK_OK(rlv_job_release(job));
 
+    /* Points that stay as they are in their own space: the sweep again. */
+    Scene points = make(context, 0);
+    RlvMesh ball = check_ball(context, 0.4f);
+    float *at;
+    CHECK_OK(rlv_mesh_info(ball, &made));
+    at = malloc(made.point_count * 3 * sizeof *at);
+    CHECK(at != NULL);
+    CHECK_OK(rlv_mesh_get_points(ball, at, made.point_count, 0));
+    CHECK_OK(rlv_job_sweep_points(points.detail, points.ball, FROM, TO, at, at, made.point_count, 0, NULL, NULL, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_imprint_report(job, &report));
+    CHECK(report.changed_coefficients == expected.changed_coefficients);
+    CHECK_OK(rlv_job_release(job));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_sweep_points(points.detail, points.ball, FROM, TO, at, NULL, made.point_count, 0, NULL, NULL, &untouched),
+                "to_points");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_sweep_points(points.detail, points.ball, FROM, TO, at, at, made.point_count - 1, 0, NULL, NULL, &untouched),
+                "points");
+    free(at);
+
+    /* To Ptex and back. */
+    RlvPtexReport faces = RLV_PTEX_REPORT_INIT;
+    Scene copy = make(context, 0);
+    CHECK_OK(rlv_detail_commit(points.detail, NULL));
+    CHECK_OK(rlv_job_ptex_write(points.detail, RLV_CHANNEL_DISPLACEMENT, "job.ptx", &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_result(job));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_ptex_report(job, &faces), "was not started for reading Ptex");
+    CHECK_OK(rlv_job_release(job));
+    CHECK_OK(rlv_job_ptex_read(copy.detail, "job.ptx", NULL, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_ptex_report(job, &faces));
+    CHECK(faces.face_count == 16 && faces.channel == RLV_CHANNEL_DISPLACEMENT);
+    CHECK_OK(rlv_job_release(job));
+    CHECK(fabsf(deepest(copy.detail) - deepest(points.detail)) < 0.01f);
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_job_ptex_write(points.detail, RLV_CHANNEL_TRACES, "job.ptx", &untouched), "traces");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_ptex_write(points.detail, 99, "job.ptx", &untouched), "channel");
+    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_job_ptex_read(points.detail, "nowhere.ptx", NULL, &untouched), "nowhere.ptx");
+    CHECK(remove("job.ptx") == 0);
+    release(copy);
+
+    /* A document to the mesh it was made on. */
+    RlvDocument document = RLV_NULL;
+    RlvTransferReport moved = RLV_TRANSFER_REPORT_INIT;
+    RlvMesh plane = check_plane(context, 4, 4);
+    CHECK_OK(rlv_document_create(points.detail, "job.relievo", 0, &document));
+    CHECK_OK(rlv_document_release(document));
+    CHECK_OK(rlv_job_transfer(context, "job.relievo", plane, "job_to.relievo", NULL, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_transfer_report(job, &moved));
+    CHECK(moved.layer_count == 1 && moved.uncovered_area == 0.0 && moved.area > 0.0);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_ptex_report(job, &faces), "was not started for");
+    CHECK_OK(rlv_job_release(job));
+    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_job_transfer(context, "nowhere.relievo", plane, "job_to.relievo", NULL, &untouched), "nowhere");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_transfer(context, "job.relievo", plane, NULL, NULL, &untouched), "to_path");
+    CHECK(remove("job.relievo") == 0 && remove("job_to.relievo") == 0);
+    CHECK_OK(rlv_mesh_release(plane));
+    CHECK_OK(rlv_mesh_release(ball));
+    release(points);
+
     /* A bake that fails: the plane has no texture coordinates. */
     result = rlv_job_bake(one.detail, NULL, "job.exr", &job);
     if (result == RLV_OK) {

@@ -300,6 +300,15 @@ int main() {
     } catch (const relievo::Error &error) {
         CHECK(error.result() == RLV_ERROR_INVALID);
     }
+    // Both ways through Ptex, and a document to its own mesh.
+    std::snprintf(name, sizeof name, "wrapper-%p.ptx", static_cast<const void *>(&job));
+    relievo::Job::write_ptex(other, RLV_CHANNEL_DISPLACEMENT, name).wait();
+    const auto taken_up = relievo::Job::read_ptex(other, name);
+    CHECK(taken_up.wait().state == RLV_JOB_DONE && taken_up.ptex_report().face_count == 2 && std::remove(name) == 0);
+    std::snprintf(name, sizeof name, "wrapper-%p.relievo", static_cast<const void *>(&job));
+    relievo::Document::create(other, name);
+    const auto moved_to = relievo::Job::transfer(context, name, moved, name);
+    CHECK(moved_to.wait().state == RLV_JOB_DONE && moved_to.transfer_report().layer_count == 1 && std::remove(name) == 0);
     const auto meshed = relievo::Job::tessellate(detail);
     CHECK(meshed.wait(60).state == RLV_JOB_DONE && meshed.mesh().info().triangle_count > 0);
 

@@ -247,8 +247,29 @@ class Jobs(unittest.TestCase):
             self.assertEqual(written.wait().state, rl.JobState.DONE)
             self.assertEqual(written.result().picture_count, 1)
             self.assertTrue(path.exists())
+            kept, other = Path(folder, "kept.ptx"), flat_detail(self.context, tile_size=32)
+            self.assertEqual(job.write_ptex(detail, "displacement", kept).wait().state, rl.JobState.DONE)
+            read = job.read_ptex(other, kept)
+            read.wait()
+            self.assertEqual(read.result().face_count, 16)
+            document_path, to = Path(folder, "kept.relievo"), Path(folder, "moved.relievo")
+            rl.Document(detail, document_path).release()
+            points, corners, _ = shapes.grid(6)
+            moved = job.transfer(self.context, document_path, rl.Mesh(self.context, points, corners, 4), to)
+            moved.wait()
+            self.assertAlmostEqual(moved.result().area, 4.0, delta=0.01)
+            self.assertTrue(to.exists())
         with self.assertRaisesRegex(rl.Invalid, "seconds"):
             written.wait(-3.0)
+
+    def test_a_collider_that_deforms_is_swept_in_the_background(self):
+        here, there = (flat_detail(self.context, tile_size=32) for _ in range(2))
+        points, _ = shapes.ball(0.3)
+        places = (self.before, points), (self.after, [1.5 * numpy.asarray(point) for point in points])
+        expected = imprint.sweep_points(here, self.ball, *places, {"voxels": 2**18})
+        started = job.sweep_points(there, self.ball, *places, {"voxels": 2**18})
+        started.wait()
+        self.assertEqual(started.result(), expected)
 
 
 class Details(unittest.TestCase):

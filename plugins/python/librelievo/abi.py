@@ -158,6 +158,13 @@ class RlvCurve(IntEnum):
     ANGLE = 2
 
 
+class RlvPtexKind(IntEnum):
+    STATED = 0
+    DISPLACEMENT = 1
+    COLOR = 2
+    VECTORS = 3
+
+
 class RlvJobState(IntEnum):
     RUNNING = 0
     DONE = 1
@@ -202,13 +209,6 @@ class RlvPictureContent(IntEnum):
     VECTORS = 2
     TRACES = 3
     NUMBERS = 4
-
-
-class RlvPtexKind(IntEnum):
-    STATED = 0
-    DISPLACEMENT = 1
-    COLOR = 2
-    VECTORS = 3
 
 
 class c_float_p(c_void_p):
@@ -997,6 +997,29 @@ class RlvImprintReport(Structure):
     ]
 
 
+class RlvPtexOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_uint32),
+        ("budget", c_uint64),
+    ]
+
+
+class RlvPtexReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("channel", c_uint32),
+        ("face_count", c_size_t),
+        ("constant_count", c_size_t),
+        ("squared_count", c_size_t),
+        ("reduced_count", c_size_t),
+        ("enlarged_count", c_size_t),
+        ("ignored_numbers", c_size_t),
+        ("deviation", c_float),
+        ("reserved", c_uint32),
+    ]
+
+
 class RlvJob(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1161,29 +1184,6 @@ class RlvProceduralHits(Structure):
     ]
 
 
-class RlvPtexOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("kind", c_uint32),
-        ("budget", c_uint64),
-    ]
-
-
-class RlvPtexReport(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("channel", c_uint32),
-        ("face_count", c_size_t),
-        ("constant_count", c_size_t),
-        ("squared_count", c_size_t),
-        ("reduced_count", c_size_t),
-        ("enlarged_count", c_size_t),
-        ("ignored_numbers", c_size_t),
-        ("deviation", c_float),
-        ("reserved", c_uint32),
-    ]
-
-
 class RlvStroke(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1261,6 +1261,8 @@ INIT = {
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
+    RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
@@ -1271,8 +1273,6 @@ INIT = {
     RlvProceduralInfo: (ctypes.sizeof(RlvProceduralInfo), 0, 0, 0.0, 0, 0, (0,), (0,),),
     RlvProceduralTable: (ctypes.sizeof(RlvProceduralTable), 0, 0, 0, None, None, None, None, None,),
     RlvProceduralHits: (ctypes.sizeof(RlvProceduralHits), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
-    RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
-    RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
     RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
 }
 
@@ -1411,9 +1411,15 @@ FUNCTIONS = {
     "rlv_imprint_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_collide": (RlvResult, [("first", RlvDetail), ("second", RlvDetail), ("first_settings", POINTER(RlvImprintSettings)), ("second_settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("first_report", POINTER(RlvImprintReport)), ("second_report", POINTER(RlvImprintReport))]),
+    "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
+    "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
     "rlv_job_tessellate": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),
+    "rlv_job_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),
     "rlv_job_bake": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvBakeOptions)), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
     "rlv_job_poll": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvJobInfo))]),
@@ -1423,6 +1429,8 @@ FUNCTIONS = {
     "rlv_job_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvMesh))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
+    "rlv_job_ptex_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvPtexReport))]),
+    "rlv_job_transfer_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTransferReport))]),
     "rlv_layer_count": (RlvResult, [("detail", RlvDetail), ("count", c_size_t_p)]),
     "rlv_layer_info": (RlvResult, [("detail", RlvDetail), ("index", c_size_t), ("out", POINTER(RlvLayerInfo))]),
     "rlv_layer_add": (RlvResult, [("detail", RlvDetail), ("name", c_char_p), ("options", POINTER(RlvLayerOptions)), ("out", c_uint32_p)]),
@@ -1447,8 +1455,6 @@ FUNCTIONS = {
     "rlv_procedural_info": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralInfo))]),
     "rlv_procedural_table": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralTable))]),
     "rlv_procedural_evaluate": (RlvResult, [("procedural", RlvProcedural), ("hits", POINTER(RlvProceduralHits))]),
-    "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
-    "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
     "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
     "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
     "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),

@@ -86,14 +86,19 @@ def mesh(context, path):
     return Mesh.of("rlv_document_mesh", context.handle, path_bytes(path))
 
 
-def transfer(context, path, to, to_path, source=None, reach=0.0, progress=None):
-    """Takes the layers of a document to another mesh and writes them as another document."""
+def transfer_arguments(path, to, to_path, source, reach):
+    """What calls that transfer take after the context."""
     options = record.empty(abi.RlvTransferOptions)
     options.reach = reach
     if source is not None:
         setattr(options, "from", source.handle)
+    return (path_bytes(path), to.handle, path_bytes(to_path), ctypes.byref(options))
+
+
+def transfer(context, path, to, to_path, source=None, reach=0.0, progress=None):
+    """Takes the layers of a document to another mesh and writes them as another document."""
     report = record.empty(abi.RlvTransferReport)
-    files = (path_bytes(path), to.handle, path_bytes(to_path), ctypes.byref(options))
+    files = transfer_arguments(path, to, to_path, source, reach)
     with watched(progress) as callback:
         library.call("rlv_document_transfer", context.handle, *files, callback, None, ctypes.byref(report))
     return record.read(report)

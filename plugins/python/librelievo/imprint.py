@@ -44,21 +44,33 @@ def sweep(detail, collider, before, after, settings=None, moment=None, progress=
     return record.read(report)
 
 
+class Deforming:
+    """Where a collider that deforms is before and after: pairs of a matrix and all of its points."""
+
+    def __init__(self, before, after):
+        (before, before_points), (after, after_points) = before, after
+        self._matrices = matrix(before), matrix(after)
+        self._points = [
+            Reading(numpy.ascontiguousarray(points, numpy.float32), numpy.float32, 3, "points")
+            for points in (before_points, after_points)
+        ]
+        first, last = self._points
+        if first.count != last.count:
+            raise Invalid(f"points: there are {first.count} before and {last.count} after")
+
+    def arguments(self):
+        """What calls of the library take, valid as long as this lives."""
+        first, last = self._points
+        return (*map(address, self._matrices), first.address, last.address, first.count, 0)
+
+
 def sweep_points(detail, collider, before, after, settings=None, moment=None, progress=None):
     """The same for a collider that deforms: `before` and `after` are pairs of a matrix and all of its points."""
     report = record.empty(abi.RlvImprintReport)
-    (before, before_points), (after, after_points) = before, after
-    before, after = matrix(before), matrix(after)
-    first, last = (
-        Reading(numpy.ascontiguousarray(points, numpy.float32), numpy.float32, 3, "points")
-        for points in (before_points, after_points)
-    )
-    if first.count != last.count:
-        raise Invalid(f"points: there are {first.count} before and {last.count} after")
-    points = (first.address, last.address, first.count, 0)
+    path = Deforming(before, after)
     options = (settings_of(settings), moment_of(moment))
     with watched(progress) as callback:
-        arguments = (address(before), address(after), *points, *options, callback, None, ctypes.byref(report))
+        arguments = (*path.arguments(), *options, callback, None, ctypes.byref(report))
         library.call("rlv_imprint_sweep_points", detail.handle, collider.handle, *arguments)
     return record.read(report)
 

@@ -6,9 +6,12 @@ import ctypes
 from . import abi, library, record
 from .array import address, matrix
 from .bake import options_of
+from .detail import number_of
+from .document import transfer_arguments
 from .handle import Handle, path_bytes
-from .imprint import moment_of, settings_of
+from .imprint import Deforming, moment_of, settings_of
 from .mesh import Mesh
+from .ptex import options_of as ptex_options
 from .surface import tessellate_options
 
 
@@ -68,7 +71,33 @@ def sweep(detail, collider, before, after, settings=None, moment=None):
     return _started(fetch, "rlv_job_sweep", detail.handle, collider.handle, *arguments)
 
 
+def sweep_points(detail, collider, before, after, settings=None, moment=None):
+    """Starts `imprint.sweep_points`; the result is its report."""
+    path = Deforming(before, after)
+    fetch = _report("rlv_job_imprint_report", abi.RlvImprintReport)
+    arguments = (*path.arguments(), settings_of(settings), moment_of(moment))
+    return _started(fetch, "rlv_job_sweep_points", detail.handle, collider.handle, *arguments)
+
+
 def write(detail, path, **options):
     """Starts `bake.write`; the result is its report."""
     fetch = _report("rlv_job_bake_report", abi.RlvBakeReport)
     return _started(fetch, "rlv_job_bake", detail.handle, options_of(options), path_bytes(path))
+
+
+def write_ptex(detail, channel, path):
+    """Starts `ptex.write`; there is no result."""
+    return _started(lambda job: None, "rlv_job_ptex_write", detail.handle, number_of(channel), path_bytes(path))
+
+
+def read_ptex(detail, path, **options):
+    """Starts `ptex.read`; the result is its report."""
+    fetch = _report("rlv_job_ptex_report", abi.RlvPtexReport)
+    return _started(fetch, "rlv_job_ptex_read", detail.handle, path_bytes(path), ptex_options(options))
+
+
+def transfer(context, path, to, to_path, source=None, reach=0.0):
+    """Starts `document.transfer`; the result is its report."""
+    fetch = _report("rlv_job_transfer_report", abi.RlvTransferReport)
+    arguments = transfer_arguments(path, to, to_path, source, reach)
+    return _started(fetch, "rlv_job_transfer", context.handle, *arguments)

@@ -14,9 +14,14 @@ def write(detail, channel, path, progress=None):
         library.call("rlv_ptex_write", detail.handle, number_of(channel), path_bytes(path), callback, None)
 
 
+def options_of(options):
+    """RlvPtexOptions from a dictionary."""
+    return ctypes.byref(record.fill(abi.RlvPtexOptions, options, kind=abi.RlvPtexKind))
+
+
 def read(detail, path, progress=None, **options):
     """Gives the detail what a file has; options are the fields of RlvPtexOptions."""
-    options = ctypes.byref(record.fill(abi.RlvPtexOptions, options, kind=abi.RlvPtexKind))
+    options = options_of(options)
     report = record.empty(abi.RlvPtexReport)
     with watched(progress) as callback:
         arguments = (path_bytes(path), options, callback, None, ctypes.byref(report))

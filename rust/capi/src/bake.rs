@@ -14,7 +14,7 @@ use relievo_tiles::by_format;
 
 use crate::array::text;
 use crate::context::{HostProgress, RLV_PROGRESS_CONTINUE, RlvProgress};
-use crate::descriptor::{check_optional, read_optional, write_descriptor};
+use crate::descriptor::{check_optional, read_optional, write_optional};
 use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_TRACES, RlvDetail, missing};
 use crate::registry;
 use crate::view::{Layers, TileView, TriangleView, View};
@@ -190,13 +190,6 @@ impl Request {
     }
 }
 
-/// # Safety
-/// As for [`check_report`].
-unsafe fn write_report(to: *mut RlvBakeReport, report: RlvBakeReport) -> Result<()> {
-    // SAFETY: promised by the caller.
-    if to.is_null() { Ok(()) } else { unsafe { write_descriptor(to, report) } }
-}
-
 /// Bakes what `request` asks for and gives `each` every picture, what its numbers are, and how files have them.
 fn run(
     context: &Context,
@@ -310,7 +303,7 @@ entry! {
             }
         })?;
         // SAFETY: as above.
-        unsafe { write_report(report, done) }
+        unsafe { write_optional(report, done) }
     }
 
     fn rlv_bake_write(
@@ -329,6 +322,6 @@ entry! {
         let detail = registry::get(detail)?;
         let done = order.write(&detail.context.context, &detail.view(), &mut HostProgress { callback: progress, user })?;
         // SAFETY: as above.
-        unsafe { write_report(report, done) }
+        unsafe { write_optional(report, done) }
     }
 }

@@ -6,7 +6,7 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Device};
 
 use crate::array::{Output, present, put};
-use crate::descriptor::{check_descriptor, write_descriptor};
+use crate::descriptor::{check_optional, write_descriptor, write_optional};
 use crate::registry::{self, handle, try_read, try_write};
 use crate::tessellate::{RlvTessellation, TessellationObject, Vertices};
 
@@ -168,14 +168,12 @@ entry! {
 
     fn rlv_buffer_update(buffer: RlvBuffer, out: *mut RlvBufferInfo) {
         let object = registry::get(buffer)?;
-        if !out.is_null() {
-            // SAFETY: the caller gives a descriptor that starts with its size.
-            unsafe { check_descriptor(out) }?;
-        }
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { check_optional(out) }?;
         let mut uploaded = try_write(&object.uploaded, "buffer")?;
         object.tessellation.with_vertices(|vertices| uploaded.update(&object.device, vertices))?;
-        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        if out.is_null() { Ok(()) } else { unsafe { write_descriptor(out, uploaded.info()) } }
+        // SAFETY: as above.
+        unsafe { write_optional(out, uploaded.info()) }
     }
 
     fn rlv_buffer_info(buffer: RlvBuffer, out: *mut RlvBufferInfo) {

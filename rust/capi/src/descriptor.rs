@@ -138,6 +138,15 @@ pub unsafe fn write_descriptor<D: Descriptor>(to: *mut D, value: D) -> Result<()
     Ok(())
 }
 
+/// As [`write_descriptor`], where NULL says that no result is wanted.
+///
+/// # Safety
+/// As for [`write_descriptor`].
+pub unsafe fn write_optional<D: Descriptor>(to: *mut D, value: D) -> Result<()> {
+    // SAFETY: promised by the caller.
+    if to.is_null() { Ok(()) } else { unsafe { write_descriptor(to, value) } }
+}
+
 /// As [`write_descriptor`], field by field and then text by text, which saves copies of long ones. Bytes of the caller's
 /// behind the end of a text stay as they are.
 macro_rules! write_fields {

@@ -1,18 +1,18 @@
 //! Documents that are worked on; see `include/relievo/document.h`.
 
 use std::ffi::{c_char, c_void};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use relievo_bake::transfer::transfer_watched;
-use relievo_core::{Context, Error, ErrorKind, Result};
+use relievo_core::{Context, Error, ErrorKind, Mesh, Progress, Result};
 use relievo_detail::history::Changed;
 use relievo_detail::{History, LayeredObject, Recorded};
 use relievo_document::Document;
 
 use crate::array::{present, put, text};
-use crate::context::{HostProgress, RLV_LOG_WARNING, RlvContext, RlvProgress};
-use crate::descriptor::{check_optional, read_optional, write_descriptor};
+use crate::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvContext, RlvProgress};
+use crate::descriptor::{check_optional, read_optional, write_descriptor, write_optional};
 use crate::detail::{DetailObject, Object, RlvDetail, each, fit_traces};
 use crate::mesh::{self, RlvMesh};
 use crate::registry::{self, broken, busy, handle, try_read};
@@ -119,7 +119,7 @@ impl Task<'_> {
 /// Lets the history of `document` work on its detail, and says what that changed.
 ///
 /// # Safety
-/// As for [`check_changes`].
+/// As for [`write_optional`].
 unsafe fn work(document: RlvDocument, to: *mut RlvDocumentChanges, task: Task<'_>) -> Result<()> {
     let document = registry::get(document)?;
     // SAFETY: promised by the caller.
@@ -127,9 +127,6 @@ unsafe fn work(document: RlvDocument, to: *mut RlvDocumentChanges, task: Task<'_
     let (mut history, mut editor) = (document.history()?, document.detail.edit()?);
     let context = &document.detail.context.context;
     let changed = each!(&mut editor.object, object => task.run(&mut history, context, &mut **object))?;
-    if to.is_null() {
-        return Ok(());
-    }
     let changes = RlvDocumentChanges {
         struct_size: 0,
         is_done: u32::from(changed.is_some()),
@@ -138,7 +135,59 @@ unsafe fn work(document: RlvDocument, to: *mut RlvDocumentChanges, task: Task<'_
         bytes: changed.map_or(0, |changed| changed.bytes),
     };
     // SAFETY: promised by the caller.
-    unsafe { write_descriptor(to, changes) }
+    unsafe { write_optional(to, changes) }
+}
+
+/// A document whose layers another mesh takes.
+pub struct Transfer {
+    path: String,
+    to_path: PathBuf,
+    from: Option<Mesh>,
+    to: Mesh,
+    reach: Option<f64>,
+}
+
+impl Transfer {
+    /// # Safety
+    /// The paths are NUL-terminated texts, `options` is NULL or a descriptor that starts with its size.
+    pub unsafe fn read(
+        path: *const c_char,
+        to: RlvMesh,
+        to_path: *const c_char,
+        options: *const RlvTransferOptions,
+    ) -> Result<Self> {
+        let none = RlvTransferOptions { struct_size: 0, reserved: 0, from: RlvMesh { id: 0 }, reach: 0.0 };
+        // SAFETY: promised by the caller.
+        let (path, to_path, given) = unsafe {
+            (text("path", path)?.to_owned(), PathBuf::from(text("to_path", to_path)?), read_optional(options, none)?)
+        };
+        let mesh = |handle: RlvMesh| -> Result<Mesh> { Ok(try_read(&registry::get(handle)?.mesh, "mesh")?.clone()) };
+        let from = if given.from.id == 0 { None } else { Some(mesh(given.from)?) };
+        let reach = (given.reach != 0.0).then_some(given.reach);
+        Ok(Self { path, to_path, from, to: mesh(to)?, reach })
+    }
+
+    /// Writes the document of the other mesh.
+    pub fn run(&self, context: &ContextObject, progress: &mut dyn Progress) -> Result<RlvTransferReport> {
+        let (executor, path) = (&context.context, &self.path);
+        let document = Document::open(Path::new(path), executor.memory_limit())?;
+        let (made, done) = transfer_watched(executor, &document, self.from.as_ref(), &self.to, self.reach, progress)
+            .map_err(|error| error.at(path.clone()))?;
+        made.write(&self.to_path)?;
+        for note in document.notes.iter().chain(&done.notes) {
+            context.log(RLV_LOG_WARNING, &format!("{path}: {note}"));
+        }
+        let sum = |part: usize| done.layers.iter().map(|(_, areas)| areas[part]).sum();
+        Ok(RlvTransferReport {
+            struct_size: 0,
+            layer_count: done.layers.len() as u32,
+            area: done.area[0],
+            uncovered_area: done.area[1],
+            edited_area: sum(0),
+            lost_area: sum(1),
+            reach: done.reach,
+        })
+    }
 }
 
 entry! {
@@ -286,41 +335,15 @@ entry! {
         user: *mut c_void,
         report: *mut RlvTransferReport,
     ) {
-        let (context, mesh) = (registry::get(context)?, registry::get(to)?);
-        let none = RlvTransferOptions { struct_size: 0, reserved: 0, from: RlvMesh { id: 0 }, reach: 0.0 };
+        let context = registry::get(context)?;
         // SAFETY: the caller gives NUL-terminated texts, and NULL or descriptors that start with their size.
-        let (path, to_path, given) = unsafe {
+        let transfer = unsafe {
             check_optional(report)?;
-            (text("path", path)?, text("to_path", to_path)?, read_optional(options, none)?)
+            Transfer::read(path, to, to_path, options)?
         };
-        let from = if given.from.id == 0 { None } else { Some(registry::get(given.from)?) };
-        let executor = &context.context;
-        let document = Document::open(Path::new(path), executor.memory_limit())?;
-        let mesh = try_read(&mesh.mesh, "mesh")?.clone();
-        let from = from.map(|from| try_read(&from.mesh, "mesh").map(|from| from.clone())).transpose()?;
-        let reach = (given.reach != 0.0).then_some(given.reach);
-        let progress = &mut HostProgress { callback: progress, user };
-        let (made, done) = transfer_watched(executor, &document, from.as_ref(), &mesh, reach, progress)
-            .map_err(|error| error.at(path))?;
-        made.write(Path::new(to_path))?;
-        for note in document.notes.iter().chain(&done.notes) {
-            context.log(RLV_LOG_WARNING, &format!("{path}: {note}"));
-        }
-        if report.is_null() {
-            return Ok(());
-        }
-        let sum = |part: usize| done.layers.iter().map(|(_, areas)| areas[part]).sum();
-        let report_made = RlvTransferReport {
-            struct_size: 0,
-            layer_count: done.layers.len() as u32,
-            area: done.area[0],
-            uncovered_area: done.area[1],
-            edited_area: sum(0),
-            lost_area: sum(1),
-            reach: done.reach,
-        };
+        let done = transfer.run(&context, &mut HostProgress { callback: progress, user })?;
         // SAFETY: as above.
-        unsafe { write_descriptor(report, report_made) }
+        unsafe { write_optional(report, done) }
     }
 }
 

@@ -12,7 +12,7 @@ use relievo_tiles::{Displacement, Traces};
 use crate::array::{Input, present, put};
 use crate::collider::{ColliderObject, RlvCollider};
 use crate::context::{HostProgress, RlvProgress};
-use crate::descriptor::{check_optional, read_optional, write_descriptor};
+use crate::descriptor::{check_optional, read_optional, write_optional};
 use crate::detail::{DetailObject, Editor, Object, RlvDetail, each, log_refusal, transform};
 use crate::parameter::{RlvParameter, Table, settings, table};
 use crate::registry::{self, try_read, try_write};
@@ -71,15 +71,6 @@ unsafe fn moment_of(moment: *const RlvImprintMoment) -> Result<Moment> {
     Ok(Moment { frame: moment.frame, step: moment.step, pair: moment.pair })
 }
 
-/// Writes what an imprint did, unless `to` is NULL.
-///
-/// # Safety
-/// As for [`check_report`].
-unsafe fn write_report(to: *mut RlvImprintReport, report: &Report) -> Result<()> {
-    // SAFETY: promised by the caller.
-    if to.is_null() { Ok(()) } else { unsafe { write_descriptor(to, report_of(report)) } }
-}
-
 /// What an imprint did, as C has it.
 pub fn report_of(report: &Report) -> RlvImprintReport {
     RlvImprintReport {
@@ -132,6 +123,24 @@ impl Before {
     }
 }
 
+/// Where a collider is, and what has become of its points.
+///
+/// # Safety
+/// `matrix` is NULL or has twelve doubles, `points` `count` points.
+pub unsafe fn pose_of(
+    collider: &ColliderObject,
+    matrix: *const f64,
+    (name, points): (&'static str, *const f32),
+    count: usize,
+    stride: usize,
+) -> Result<Pose> {
+    let limit = collider.context.context.memory_limit();
+    // SAFETY: promised by the caller.
+    let (transform, points) =
+        unsafe { (transform(matrix)?, Input::new(name, points.cast::<[f32; 3]>(), count, stride)?) };
+    Ok(Pose { transform, points: Some(points.to_vec(name, limit)?.into()) })
+}
+
 /// As [`sweep`], for a call.
 ///
 /// # Safety
@@ -151,7 +160,7 @@ unsafe fn sweep_now(
     unsafe { check_optional(report) }?;
     let done = sweep(&detail, &collider, poses, &how, &mut progress)?;
     // SAFETY: as above.
-    unsafe { write_report(report, &done) }
+    unsafe { write_optional(report, report_of(&done)) }
 }
 
 /// Moves a collider from one pose to another and presses it in on the way. After a failure both are as before. The first
@@ -242,7 +251,7 @@ entry! {
         detail.leave(editor);
         log_refusal(&detail, &done.refused, budget);
         // SAFETY: as above.
-        let written = unsafe { write_report(report, &done) };
+        let written = unsafe { write_optional(report, report_of(&done)) };
         done.give_back(&detail.context.context);
         written
     }
@@ -279,13 +288,9 @@ entry! {
         user: *mut c_void,
         report: *mut RlvImprintReport,
     ) {
-        let limit = registry::get(collider)?.context.context.memory_limit();
-        let pose = |matrix: *const f64, name: &'static str, points: *const f32| {
-            // SAFETY: the caller gives NULL or twelve doubles, and `count` points.
-            let (transform, points) =
-                unsafe { (transform(matrix)?, Input::new(name, points.cast::<[f32; 3]>(), count, stride)?) };
-            Ok::<_, Error>(Pose { transform, points: Some(points.to_vec(name, limit)?.into()) })
-        };
+        let object = registry::get(collider)?;
+        // SAFETY: the caller gives NULL or twelve doubles, and `count` points.
+        let pose = |matrix, name, points| unsafe { pose_of(&object, matrix, (name, points), count, stride) };
         let poses = [pose(from, "from_points", from_points)?, pose(to, "to_points", to_points)?];
         // SAFETY: the caller gives NULL or descriptors that start with their size.
         unsafe { sweep_now(detail, collider, poses, (settings, moment), HostProgress { callback: progress, user }, report) }
@@ -343,8 +348,8 @@ entry! {
         log_refusal(&second, &other.refused, budgets[1]);
         // SAFETY: as above.
         unsafe {
-            write_report(first_report, &one)?;
-            write_report(second_report, &other)
+            write_optional(first_report, report_of(&one))?;
+            write_optional(second_report, report_of(&other))
         }
     }
 }

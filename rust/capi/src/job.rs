@@ -17,12 +17,14 @@ use crate::array::{fixed, present, put};
 use crate::bake::{self, RlvBakeOptions, RlvBakeReport};
 use crate::border::caught;
 use crate::collider::RlvCollider;
-use crate::context::{ContextObject, RLV_NAME_SIZE};
-use crate::descriptor::write_descriptor;
+use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
+use crate::descriptor::{check_optional, write_descriptor, write_optional};
 use crate::detail::{RlvDetail, transform};
+use crate::document::{RlvTransferOptions, RlvTransferReport, Transfer};
 use crate::error::{RLV_OK, RlvResult, result_of};
 use crate::imprint::{self, RlvImprintMoment, RlvImprintReport, RlvImprintSettings};
 use crate::mesh::RlvMesh;
+use crate::ptex::{Export, Import, RlvPtexOptions, RlvPtexReport};
 use crate::registry::{self, busy, handle};
 use crate::tessellate::{self, RlvTessellateOptions};
 
@@ -52,6 +54,10 @@ pub enum Product {
     Mesh(RlvMesh),
     Imprint(Report),
     Bake(RlvBakeReport),
+    /// A file without more to say about it.
+    File,
+    Ptex(RlvPtexReport),
+    Transfer(RlvTransferReport),
 }
 
 impl Drop for Product {
@@ -257,6 +263,35 @@ entry! {
         Ok(())
     }
 
+    fn rlv_job_sweep_points(
+        detail: RlvDetail,
+        collider: RlvCollider,
+        from: *const f64,
+        to: *const f64,
+        from_points: *const f32,
+        to_points: *const f32,
+        count: usize,
+        stride: usize,
+        settings: *const RlvImprintSettings,
+        moment: *const RlvImprintMoment,
+        out: *mut RlvJob,
+    ) {
+        present("out", out)?;
+        let (detail, collider) = (registry::get(detail)?, registry::get(collider)?);
+        // SAFETY: the caller gives NULL or twelve doubles, `count` points, and NULL or descriptors that start with their
+        // size.
+        let (poses, how) = unsafe {
+            let pose = |matrix, name, points| imprint::pose_of(&collider, matrix, (name, points), count, stride);
+            ([pose(from, "from_points", from_points)?, pose(to, "to_points", to_points)?], imprint::how(settings, moment)?)
+        };
+        let job = start(&detail.context.clone(), move |progress| {
+            imprint::sweep(&detail, &collider, poses, &how, progress).map(Product::Imprint)
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
     fn rlv_job_bake(detail: RlvDetail, options: *const RlvBakeOptions, path: *const c_char, out: *mut RlvJob) {
         present("out", out)?;
         let detail = registry::get(detail)?;
@@ -265,6 +300,52 @@ entry! {
         let (context, view) = (detail.context.clone(), detail.view());
         let job = start(&context.clone(), move |progress| {
             order.write(&context.context, &view, progress).map(Product::Bake)
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_ptex_write(detail: RlvDetail, channel: u32, path: *const c_char, out: *mut RlvJob) {
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        // SAFETY: the caller gives a NUL-terminated text.
+        let export = unsafe { Export::read(&detail, channel, path) }?;
+        let job = start(&detail.context.clone(), move |progress| {
+            export.write(&detail.context.context, progress).map(|()| Product::File)
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_ptex_read(detail: RlvDetail, path: *const c_char, options: *const RlvPtexOptions, out: *mut RlvJob) {
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        // SAFETY: the caller gives a NUL-terminated text, and NULL or a descriptor that starts with its size.
+        let import = unsafe { Import::read(path, options) }?;
+        let job = start(&detail.context.clone(), move |progress| {
+            import.take_up(&detail, progress).map(Product::Ptex)
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_transfer(
+        context: RlvContext,
+        path: *const c_char,
+        to: RlvMesh,
+        to_path: *const c_char,
+        options: *const RlvTransferOptions,
+        out: *mut RlvJob,
+    ) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        // SAFETY: the caller gives NUL-terminated texts, and NULL or a descriptor that starts with its size.
+        let transfer = unsafe { Transfer::read(path, to, to_path, options) }?;
+        let job = start(&context.clone(), move |progress| {
+            transfer.run(&context, progress).map(Product::Transfer)
         })?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
@@ -329,6 +410,24 @@ entry! {
         unsafe { write_descriptor(out, report) }
     }
 
+    fn rlv_job_ptex_report(job: RlvJob, out: *mut RlvPtexReport) {
+        let report = registry::get(job)?.product("reading Ptex", |product| match product {
+            Product::Ptex(report) => Some(*report),
+            _ => None,
+        })?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, report) }
+    }
+
+    fn rlv_job_transfer_report(job: RlvJob, out: *mut RlvTransferReport) {
+        let report = registry::get(job)?.product("a transfer", |product| match product {
+            Product::Transfer(report) => Some(*report),
+            _ => None,
+        })?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, report) }
+    }
+
     fn rlv_job_bake_report(job: RlvJob, out: *mut RlvBakeReport) {
         let report = registry::get(job)?.product("a bake", |product| match product {
             Product::Bake(report) => Some(*report),
@@ -343,11 +442,9 @@ entry! {
 /// `out` is NULL or a descriptor that starts with its size.
 unsafe fn wait(job: RlvJob, time: Option<Duration>, out: *mut RlvJobInfo) -> Result<()> {
     let job = registry::get(job)?;
-    if !out.is_null() {
-        // SAFETY: promised by the caller.
-        unsafe { crate::descriptor::check_descriptor(out) }?;
-    }
-    let info = job.wait(time);
     // SAFETY: promised by the caller.
-    if out.is_null() { Ok(()) } else { unsafe { write_descriptor(out, info) } }
+    unsafe { check_optional(out) }?;
+    let info = job.wait(time);
+    // SAFETY: as above.
+    unsafe { write_optional(out, info) }
 }

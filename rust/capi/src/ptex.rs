@@ -1,7 +1,8 @@
 //! Ptex files; see `include/relievo/ptex.h`.
 
 use std::ffi::{c_char, c_void};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use relievo_bake::ptex::{Imported, PtexImport, PtexKind, PtexTexel, from_ptex_watched, to_ptex_watched};
 use relievo_core::{Context, Error, Mesh, Progress, Result};
@@ -12,12 +13,13 @@ use relievo_tiles::{ChannelOptions, Field, by_format};
 
 use crate::array::text;
 use crate::context::{HostProgress, RlvProgress};
-use crate::descriptor::{check_optional, read_optional, write_descriptor};
+use crate::descriptor::{check_optional, read_optional, write_optional};
 use crate::detail::{
-    RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_TRACES, RLV_CHANNEL_VECTORS, RlvDetail, fit_traces,
-    missing,
+    DetailObject, RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_TRACES, RLV_CHANNEL_VECTORS, RlvDetail,
+    fit_traces, missing,
 };
 use crate::registry;
+use crate::view::View;
 
 constants! {
     u32:
@@ -75,6 +77,110 @@ fn store(context: &Context, document: &mut Document, imported: &Imported) -> Res
     })
 }
 
+/// A channel that is written to a file.
+pub struct Export {
+    view: Arc<View>,
+    channel: u32,
+    path: PathBuf,
+}
+
+impl Export {
+    /// Of a detail as it was committed last.
+    ///
+    /// # Safety
+    /// `path` is a NUL-terminated text.
+    pub unsafe fn read(detail: &DetailObject, channel: u32, path: *const c_char) -> Result<Self> {
+        // SAFETY: promised by the caller.
+        let path = PathBuf::from(unsafe { text("path", path) }?);
+        let view = detail.view();
+        let tiles = view.tiles("Ptex")?;
+        let is_there = match channel {
+            RLV_CHANNEL_DISPLACEMENT => true,
+            RLV_CHANNEL_COLOR => tiles.paint.is_some(),
+            RLV_CHANNEL_VECTORS => tiles.vectors.is_some(),
+            RLV_CHANNEL_TRACES => {
+                return Err(Error::unsupported("traces are not written as Ptex").at("channel").advise("bake them"));
+            }
+            _ => false,
+        };
+        if is_there { Ok(Self { view, channel, path }) } else { Err(missing(channel)) }
+    }
+
+    /// Writes the file.
+    pub fn write(&self, context: &Context, progress: &mut dyn Progress) -> Result<()> {
+        let Self { view, channel, path } = self;
+        let (cage, tiles) = (&view.cage, view.tiles("Ptex")?);
+        let written = match *channel {
+            RLV_CHANNEL_COLOR => tiles
+                .paint
+                .as_ref()
+                .map(|paint| by_format!(paint, it => write(context, cage, it.field(), path, progress))),
+            RLV_CHANNEL_VECTORS => tiles.vectors.as_ref().map(|it| write(context, cage, it.field(), path, progress)),
+            _ => Some(write(context, cage, tiles.snapshot.field(), path, progress)),
+        };
+        written.unwrap_or_else(|| Err(missing(*channel)))
+    }
+}
+
+/// A file whose texels a detail takes up.
+pub struct Import {
+    path: String,
+    kind: Option<PtexKind>,
+    budget: u64,
+}
+
+impl Import {
+    /// # Safety
+    /// `path` is a NUL-terminated text, `options` NULL or a descriptor that starts with its size.
+    pub unsafe fn read(path: *const c_char, options: *const RlvPtexOptions) -> Result<Self> {
+        let none = RlvPtexOptions { struct_size: 0, kind: RLV_PTEX_STATED, budget: 0 };
+        // SAFETY: promised by the caller.
+        let (path, given) = unsafe { (text("path", path)?.to_owned(), read_optional(options, none)?) };
+        let kind = match given.kind {
+            RLV_PTEX_STATED => None,
+            RLV_PTEX_DISPLACEMENT => Some(PtexKind::Displacement),
+            RLV_PTEX_COLOR => Some(PtexKind::Color),
+            RLV_PTEX_VECTORS => Some(PtexKind::Vector),
+            other => {
+                return Err(Error::invalid(format!("there is no kind {other}"))
+                    .at("kind")
+                    .advise("use an RLV_PTEX_ value"));
+            }
+        };
+        let budget = if given.budget == 0 { ChannelOptions::default().budget } else { given.budget };
+        Ok(Self { path, kind, budget })
+    }
+
+    /// Reads the file. The first progress is reported once the detail is there for this alone.
+    pub fn take_up(&self, detail: &DetailObject, progress: &mut dyn Progress) -> Result<RlvPtexReport> {
+        let context = &detail.context.context;
+        let mut editor = detail.edit()?;
+        let object = editor.tiles("Ptex")?;
+        let reader = Reader::open(Path::new(&self.path), context.memory_limit())?;
+        let import = PtexImport { kind: self.kind, budget: self.budget, eight_bits: true };
+        let (imported, done) = from_ptex_watched(context, object.surface(), &reader, &import, progress)
+            .map_err(|error| error.at(self.path.clone()))?;
+        progress.step(0.9, "ptex.take_up")?;
+        // As of a document with that layer alone.
+        let mut document = Document::new(&detail.view().cage, context.level().name())?;
+        let channel = store(context, &mut document, &imported)?;
+        object.take_up(context, &document, self.budget)?;
+        fit_traces(context, object)?;
+        Ok(RlvPtexReport {
+            struct_size: 0,
+            channel,
+            face_count: done.faces,
+            constant_count: done.constant,
+            squared_count: done.squared,
+            reduced_count: done.reduced,
+            enlarged_count: done.enlarged,
+            ignored_numbers: done.ignored,
+            deviation: done.deviation,
+            reserved: 0,
+        })
+    }
+}
+
 entry! {
     fn rlv_ptex_write(
         detail: RlvDetail,
@@ -85,23 +191,8 @@ entry! {
     ) {
         let detail = registry::get(detail)?;
         // SAFETY: the caller gives a NUL-terminated text.
-        let path = Path::new(unsafe { text("path", path) }?);
-        let (context, view) = (&detail.context.context, detail.view());
-        let (cage, view) = (&view.cage, view.tiles("Ptex")?);
-        let progress = &mut HostProgress { callback: progress, user };
-        match channel {
-            RLV_CHANNEL_DISPLACEMENT => Some(write(context, cage, view.snapshot.field(), path, progress)),
-            RLV_CHANNEL_COLOR => view
-                .paint
-                .as_ref()
-                .map(|paint| by_format!(paint, it => write(context, cage, it.field(), path, progress))),
-            RLV_CHANNEL_VECTORS => view.vectors.as_ref().map(|it| write(context, cage, it.field(), path, progress)),
-            RLV_CHANNEL_TRACES => {
-                return Err(Error::unsupported("traces are not written as Ptex").at("channel").advise("bake them"));
-            }
-            _ => None,
-        }
-        .ok_or_else(|| missing(channel))?
+        let export = unsafe { Export::read(&detail, channel, path) }?;
+        export.write(&detail.context.context, &mut HostProgress { callback: progress, user })
     }
 
     fn rlv_ptex_read(
@@ -114,52 +205,12 @@ entry! {
     ) {
         let detail = registry::get(detail)?;
         // SAFETY: the caller gives a NUL-terminated text, and NULL or descriptors that start with their size.
-        let (path, given) = unsafe {
+        let import = unsafe {
             check_optional(report)?;
-            let none = RlvPtexOptions { struct_size: 0, kind: RLV_PTEX_STATED, budget: 0 };
-            (text("path", path)?, read_optional(options, none)?)
+            Import::read(path, options)?
         };
-        let kind = match given.kind {
-            RLV_PTEX_STATED => None,
-            RLV_PTEX_DISPLACEMENT => Some(PtexKind::Displacement),
-            RLV_PTEX_COLOR => Some(PtexKind::Color),
-            RLV_PTEX_VECTORS => Some(PtexKind::Vector),
-            other => {
-                return Err(Error::invalid(format!("there is no kind {other}")).at("kind").advise("use an RLV_PTEX_ value"));
-            }
-        };
-        let budget = if given.budget == 0 { ChannelOptions::default().budget } else { given.budget };
-        let context = &detail.context.context;
-        let mut editor = detail.edit()?;
-        let object = editor.tiles("Ptex")?;
-        let named = |error: Error| error.at(path.to_string());
-        let reader = Reader::open(Path::new(path), context.memory_limit())?;
-        let progress = &mut HostProgress { callback: progress, user };
-        let import = PtexImport { kind, budget, eight_bits: true };
-        let (imported, done) =
-            from_ptex_watched(context, object.surface(), &reader, &import, progress).map_err(named)?;
-        progress.step(0.9, "ptex.take_up")?;
-        // As of a document with that layer alone.
-        let mut document = Document::new(&detail.view().cage, context.level().name())?;
-        let channel = store(context, &mut document, &imported)?;
-        object.take_up(context, &document, budget)?;
-        fit_traces(context, object)?;
-        if report.is_null() {
-            return Ok(());
-        }
-        let made = RlvPtexReport {
-            struct_size: 0,
-            channel,
-            face_count: done.faces,
-            constant_count: done.constant,
-            squared_count: done.squared,
-            reduced_count: done.reduced,
-            enlarged_count: done.enlarged,
-            ignored_numbers: done.ignored,
-            deviation: done.deviation,
-            reserved: 0,
-        };
+        let done = import.take_up(&detail, &mut HostProgress { callback: progress, user })?;
         // SAFETY: as above.
-        unsafe { write_descriptor(report, made) }
+        unsafe { write_optional(report, done) }
     }
 }

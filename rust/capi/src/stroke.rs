@@ -8,7 +8,7 @@ use relievo_detail::{Canvas, OpenStroke, StrokePoint, StrokeReport};
 
 use crate::array::{Input, Plain, present, put, reserve};
 use crate::brush::RlvBrush;
-use crate::descriptor::{check_optional, write_descriptor};
+use crate::descriptor::{check_optional, write_optional};
 use crate::detail::{DetailObject, RlvDetail, log_refusal};
 use crate::registry::{self, broken, busy, handle, try_read};
 
@@ -94,7 +94,7 @@ unsafe fn points_of(
 /// Edits the detail with `edit`, and says what that did.
 ///
 /// # Safety
-/// As for [`check_report`].
+/// As for [`write_optional`].
 unsafe fn edit(
     detail: &DetailObject,
     to: *mut RlvStrokeReport,
@@ -123,7 +123,7 @@ unsafe fn edit(
     };
     StrokeReport::give_back(&detail.context.context, reports);
     // SAFETY: promised by the caller.
-    if to.is_null() { Ok(()) } else { unsafe { write_descriptor(to, made) } }
+    unsafe { write_optional(to, made) }
 }
 
 entry! {

@@ -9,6 +9,7 @@ use std::ptr::{null, null_mut};
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use relievo_abi::bake::*;
+use relievo_abi::bezier::*;
 use relievo_abi::brush::*;
 use relievo_abi::caster::*;
 use relievo_abi::collider::*;
@@ -18,6 +19,7 @@ use relievo_abi::document::*;
 use relievo_abi::error::{RLV_ERROR_INTERNAL, RLV_OK, RlvResult};
 use relievo_abi::evaluate::*;
 use relievo_abi::imprint::*;
+use relievo_abi::job::*;
 use relievo_abi::layer::*;
 use relievo_abi::mesh::*;
 use relievo_abi::procedural::*;
@@ -42,10 +44,12 @@ struct Handles {
     strokes: Vec<u64>,
     documents: Vec<u64>,
     procedurals: Vec<u64>,
+    beziers: Vec<u64>,
+    jobs: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 11] {
+    fn lists(&self) -> [&[u64]; 13] {
         let Self {
             contexts,
             meshes,
@@ -58,8 +62,24 @@ impl Handles {
             strokes,
             documents,
             procedurals,
+            beziers,
+            jobs,
         } = self;
-        [contexts, meshes, surfaces, details, colliders, casters, tessellations, brushes, strokes, documents, procedurals]
+        [
+            contexts,
+            meshes,
+            surfaces,
+            details,
+            colliders,
+            casters,
+            tessellations,
+            brushes,
+            strokes,
+            documents,
+            procedurals,
+            beziers,
+            jobs,
+        ]
     }
 
     /// A handle of `noun`, mostly one that was given out.
@@ -67,7 +87,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=10)?],
+            2 => self.lists()[bytes.int_in_range(0..=12)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -401,9 +421,7 @@ fn press(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             0 => {
                 let user = (&raw mut patience).cast();
                 let [from, to] = [pointer(&places[0]), pointer(&places[1])];
-                called(rlv_imprint_sweep(
-                    detail, collider, from, to, settings, &moment, Some(wait), user, &mut report,
-                ));
+                called(rlv_imprint_sweep(detail, collider, from, to, settings, &moment, Some(wait), user, &mut report));
             }
             8 => {
                 let user = (&raw mut patience).cast();
@@ -415,7 +433,19 @@ fn press(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
                 }
                 let place = points.as_ptr().cast();
                 called(rlv_imprint_sweep_points(
-                    detail, collider, from, to, place, place, count, 0, settings, &moment, Some(wait), user, &mut report,
+                    detail,
+                    collider,
+                    from,
+                    to,
+                    place,
+                    place,
+                    count,
+                    0,
+                    settings,
+                    &moment,
+                    Some(wait),
+                    user,
+                    &mut report,
                 ));
             }
             1 => {
@@ -463,7 +493,11 @@ fn draw(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let (detail, brush) = (RlvDetail { id: handles.pick(bytes, 3)? }, RlvBrush { id: handles.pick(bytes, 7)? });
     let point = |bytes: &mut Unstructured| -> Result<RlvStrokePoint> {
         let position = [number(bytes)?, number(bytes)?, number(bytes)? / 16.0].map(f64::from);
-        Ok(RlvStrokePoint { position, pressure: f64::from(number(bytes)?.abs() / 16.0), time: f64::from(number(bytes)?) })
+        Ok(RlvStrokePoint {
+            position,
+            pressure: f64::from(number(bytes)?.abs() / 16.0),
+            time: f64::from(number(bytes)?),
+        })
     };
     let points = [point(bytes)?, point(bytes)?, point(bytes)?];
     let count = count(bytes, points.len())?;
@@ -724,6 +758,110 @@ fn primitives(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     Ok(())
 }
 
+/// Bézier patches, at levels and from places that may be none.
+fn patches(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let points = numbers(bytes, 96)?;
+    let weights: Vec<f32> = (0..32).map(|_| Ok(number(bytes)?.abs() + 0.125)).collect::<Result<_>>()?;
+    let indices: Vec<u32> = (0..32).map(|_| bytes.int_in_range(0..=32)).collect::<Result<_>>()?;
+    let mut arrays: RlvBezierArrays = sized(bytes)?;
+    (arrays.points, arrays.point_count) = (points.as_ptr(), count(bytes, 32)?);
+    if bytes.arbitrary()? {
+        arrays.weights = weights.as_ptr();
+    }
+    if bytes.arbitrary()? {
+        (arrays.indices, arrays.index_count) = (indices.as_ptr(), count(bytes, 32)?);
+    }
+    let context = RlvContext { id: handles.pick(bytes, 0)? };
+    let mut out = RlvBezier { id: UNTOUCHED };
+    // SAFETY: arrays hold at least what their counts say, or are NULL.
+    let result = unsafe { rlv_bezier_create(context, &arrays, &mut out) };
+    made(result, out.id, &mut handles.beziers);
+    let bezier = RlvBezier { id: handles.pick(bytes, 11)? };
+    let mut info: RlvBezierInfo = sized(bytes)?;
+    let mut controls = [0.0_f32; 64];
+    let mut view: RlvBezierView = sized(bytes)?;
+    (view.most, view.forward) = (bytes.int_in_range(0..=3)?, [0.0, 0.0, -1.0]);
+    view.eye = [f64::from(number(bytes)?), f64::from(number(bytes)?), f64::from(number(bytes)?)];
+    (view.pixels, view.corner) = (f64::from(number(bytes)?.abs()) * 64.0, f64::from(number(bytes)?.abs()));
+    view.tolerance = f64::from(number(bytes)?.abs());
+    let mut needed = [0_u32; 2];
+    let mut fine: RlvBezierLevels = sized(bytes)?;
+    fine.level = bytes.int_in_range(0..=3)?;
+    let own = [bytes.int_in_range(0..=2)?, bytes.int_in_range(1..=9)?];
+    if bytes.arbitrary()? {
+        (fine.levels, fine.level_count) = (own.as_ptr(), count(bytes, 2)?);
+    }
+    let (tiles, uvs) = ([0_u32, bytes.int_in_range(0..=2)?], numbers(bytes, 4)?);
+    let mut outputs = [[0.0_f32; 6]; 4];
+    let [positions, normals, du, dv] = &mut outputs;
+    let mut places: RlvEvaluateArrays = sized(bytes)?;
+    (places.count, places.tiles, places.uvs) = (2, tiles.as_ptr(), uvs.as_ptr());
+    (places.positions, places.normals) = (positions.as_mut_ptr(), normals.as_mut_ptr());
+    (places.du, places.dv) = (du.as_mut_ptr(), dv.as_mut_ptr());
+    let (mut point_count, mut triangle_count) = (0, 0);
+    let mut mesh = RlvMesh { id: UNTOUCHED };
+    // SAFETY: every array has the room that is told.
+    let result = unsafe {
+        called(rlv_bezier_info(bezier, &mut info));
+        called(rlv_bezier_get_controls(bezier, bytes.int_in_range(0..=2)?, controls.as_mut_ptr(), 0));
+        called(rlv_bezier_evaluate(bezier, &places));
+        called(rlv_bezier_levels(bezier, &view, needed.as_mut_ptr(), 2));
+        if called(rlv_bezier_count(bezier, &fine, &mut point_count, &mut triangle_count)) {
+            let mut points = vec![0.0_f32; 3 * point_count];
+            let mut corners = vec![0_u32; 3 * triangle_count];
+            let mut room: RlvBezierTriangles = sized(bytes)?;
+            (room.positions, room.point_capacity) = (points.as_mut_ptr(), point_count);
+            (room.corners, room.triangle_capacity) = (corners.as_mut_ptr(), count(bytes, triangle_count)?);
+            if called(rlv_bezier_tessellate(bezier, &fine, &room)) {
+                assert!(points.iter().all(|value| value.is_finite()));
+                assert!(corners.iter().all(|corner| (*corner as usize) < point_count));
+            }
+        }
+        rlv_bezier_mesh(bezier, &fine, &mut mesh)
+    };
+    made(result, mesh.id, &mut handles.meshes);
+    Ok(())
+}
+
+/// Jobs, some of which are waited for.
+fn background(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let (detail, collider) = (RlvDetail { id: handles.pick(bytes, 3)? }, RlvCollider { id: handles.pick(bytes, 4)? });
+    let places = [matrix(bytes)?, matrix(bytes)?];
+    let options = tessellation(bytes)?;
+    let mut out = RlvJob { id: UNTOUCHED };
+    let path = c"/nowhere/nothing".as_ptr();
+    // SAFETY: descriptors are sized, matrices have twelve numbers, texts end.
+    let result = unsafe {
+        match bytes.int_in_range(0..=3_u8)? {
+            0 => rlv_job_tessellate(detail, &options, &mut out),
+            1 => rlv_job_ptex_read(detail, path, null(), &mut out),
+            2 => rlv_job_bake(detail, null(), path, &mut out),
+            _ => rlv_job_sweep(detail, collider, pointer(&places[0]), pointer(&places[1]), null(), null(), &mut out),
+        }
+    };
+    made(result, out.id, &mut handles.jobs);
+    let job = RlvJob { id: handles.pick(bytes, 12)? };
+    let (mut info, mut report): (RlvJobInfo, RlvImprintReport) = (sized(bytes)?, sized(bytes)?);
+    let mut mesh = RlvMesh { id: UNTOUCHED };
+    // SAFETY: descriptors are sized, the output is there.
+    let result = unsafe {
+        if bytes.arbitrary()? {
+            called(rlv_job_cancel(job));
+        }
+        called(rlv_job_poll(job, &mut info));
+        called(rlv_job_wait(
+            job,
+            if bytes.ratio(1, 4)? { f64::from(number(bytes)?) / 1024.0 } else { -1.0 },
+            &mut info,
+        ));
+        called(rlv_job_result(job));
+        called(rlv_job_imprint_report(job, &mut report));
+        rlv_job_mesh(job, &mut mesh)
+    };
+    made(result, mesh.id, &mut handles.meshes);
+    Ok(())
+}
+
 /// Retains or releases a handle as the given noun.
 fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
     // SAFETY: handles are checked by the library, whatever their number.
@@ -749,8 +887,12 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (8, false) => rlv_stroke_release(RlvStroke { id }),
             (9, true) => rlv_document_retain(RlvDocument { id }),
             (9, false) => rlv_document_release(RlvDocument { id }),
-            (_, true) => rlv_procedural_retain(RlvProcedural { id }),
-            (_, false) => rlv_procedural_release(RlvProcedural { id }),
+            (10, true) => rlv_procedural_retain(RlvProcedural { id }),
+            (10, false) => rlv_procedural_release(RlvProcedural { id }),
+            (11, true) => rlv_bezier_retain(RlvBezier { id }),
+            (11, false) => rlv_bezier_release(RlvBezier { id }),
+            (_, true) => rlv_job_retain(RlvJob { id }),
+            (_, false) => rlv_job_release(RlvJob { id }),
         }
     }
 }
@@ -764,7 +906,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=21_u8)? {
+        match bytes.int_in_range(0..=23_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -778,8 +920,10 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             18 => bake(bytes, handles)?,
             19 => remember(bytes, handles)?,
             20 => primitives(bytes, handles)?,
+            21 => patches(bytes, handles)?,
+            22 => background(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=10)?;
+                let noun = bytes.int_in_range(0..=12)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }
@@ -792,6 +936,10 @@ fuzz_target!(|data: &[u8]| {
     let mut handles = Handles::default();
     // The bytes end somewhere in the sequence.
     let _ = sequence(&mut Unstructured::new(data), &mut handles);
+    for id in &handles.jobs {
+        // SAFETY: handles are checked by the library; nothing is to run when the next sequence begins.
+        called(unsafe { rlv_job_wait(RlvJob { id: *id }, -1.0, null_mut()) });
+    }
     for (noun, list) in handles.lists().into_iter().enumerate() {
         for id in list {
             while count_reference(noun, *id, false) == RLV_OK {}
