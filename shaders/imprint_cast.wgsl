@@ -28,6 +28,8 @@ struct Cast {
     deepest: i32,
     // 0, or where `counts` has the number of blocks, from 1.
     length: u32,
+    // 0, see `rounded`.
+    zero: u32,
 }
 
 // P, du and dv of every coefficient's place.
@@ -84,6 +86,11 @@ fn key_below(exact: f32) -> i32 {
         return -1 - i32(min(half + u32(rest != 0u), 0x7c00u));
     }
     return i32(min(half, 0x7bffu));
+}
+
+// A product that is rounded before anything is added to it: compilers may fuse the two. The word is zero.
+fn rounded(product: f32) -> f32 {
+    return bitcast<f32>(bitcast<u32>(product) ^ work.zero);
 }
 
 fn word_of(column: u32, z: u32) -> u32 {
@@ -145,7 +152,8 @@ fn follow(start: vec3<f32>, direction: vec3<f32>, limit: f32) -> vec2<f32> {
     let still = direction == vec3(0.0);
     let inverse = 1.0 / select(direction, vec3(1.0), still);
     let face = vec3<f32>(voxel + select(vec3(0), vec3(1), ahead));
-    var next = select((face - start) * inverse, vec3(NEVER), still);
+    let faces = (face - start) * inverse;
+    var next = select(vec3(rounded(faces.x), rounded(faces.y), rounded(faces.z)), vec3(NEVER), still);
     let nearest = min(min(next.x, next.y), next.z);
     let delta = select(abs(inverse), vec3(NEVER), still);
     let step = select(vec2(-1, -dims.x), vec2(1, dims.x), ahead.xy);
@@ -159,7 +167,7 @@ fn follow(start: vec3<f32>, direction: vec3<f32>, limit: f32) -> vec2<f32> {
         let by_y = next.y <= next.x;
         let side = select(next.x, next.y, by_y);
         // The voxel in which the ray leaves the column, or reaches the limit; −1 below it and `dims.z` above it.
-        let height = clamp(start.z + min(side, limit) * direction.z, -1.0, f32(dims.z));
+        let height = clamp(start.z + rounded(min(side, limit) * direction.z), -1.0, f32(dims.z));
         let end = i32(round(height - 0.5));
         if direction.z < 0.0 {
             let before = z;
@@ -205,6 +213,11 @@ fn follow(start: vec3<f32>, direction: vec3<f32>, limit: f32) -> vec2<f32> {
     return vec2(min(far, limit), select(0.0, 1.0, held && far < limit));
 }
 
+// A row of the map, with the processor's roundings.
+fn turned(row: vec4<f32>, v: vec3<f32>, base: f32) -> f32 {
+    return fma(row.x, v.x, fma(row.y, v.y, fma(row.z, v.z, base)));
+}
+
 // The new key of a coefficient, and whether its ray was held.
 fn moved(index: u32, half: u32, start_half: u32) -> vec2<i32> {
     let old = key(half);
@@ -213,20 +226,25 @@ fn moved(index: u32, half: u32, start_half: u32) -> vec2<i32> {
     let p = vec3(samples[at], samples[at + 1u], samples[at + 2u]);
     let du = vec3(samples[at + 3u], samples[at + 4u], samples[at + 5u]);
     let dv = vec3(samples[at + 6u], samples[at + 7u], samples[at + 8u]);
-    let across = cross(du, dv);
-    let square = dot(across, across);
+    let across = vec3(
+        rounded(du.y * dv.z) - rounded(du.z * dv.y),
+        rounded(du.z * dv.x) - rounded(du.x * dv.z),
+        rounded(du.x * dv.y) - rounded(du.y * dv.x),
+    );
+    let square = fma(across.x, across.x, fma(across.y, across.y, across.z * across.z));
     // A degenerate place of the surface has no normal.
     if !(square > 0.0) {
         return unchanged;
     }
-    let n = across / sqrt(square);
+    let n = across * (1.0 / sqrt(square));
     let height = value(half);
-    let q = vec4(p - work.origin, 1.0);
-    let up = vec3(dot(work.x.xyz, n), dot(work.y.xyz, n), dot(work.z.xyz, n));
-    let place = height * up + vec3(dot(work.x, q), dot(work.y, q), dot(work.z, q));
+    let q = p - work.origin;
+    let up = vec3(turned(work.x, n, 0.0), turned(work.y, n, 0.0), turned(work.z, n, 0.0));
+    let foot = vec3(turned(work.x, q, work.x.w), turned(work.y, q, work.y.w), turned(work.z, q, work.z.w));
+    let place = fma(vec3(height), up, foot);
     let inside = all(place >= vec3(0.0)) && all(place < vec3<f32>(work.dims));
     let room = min(height + work.max_displacement, work.depth - (value(start_half) - height));
-    let limit = room / work.share;
+    let limit = room * (1.0 / work.share);
     if !inside || !(limit > 0.0) || all(up == vec3(0.0)) {
         return unchanged;
     }

@@ -33,6 +33,7 @@ struct Sampling {
     flags: u32,
     base: u32,
     stride: u32,
+    zero: u32,
 }
 
 /// As in `imprint_keep.wgsl`.
@@ -223,7 +224,7 @@ impl DeviceBlocks {
     ) -> Result<()> {
         let flags = if start.is_some() { STARTED } else { 0 } | chained(slots);
         let Slots { base, stride } = slots.unwrap_or(Slots { base: 0, stride: 0 });
-        let work = Sampling { flags, base, stride };
+        let work = Sampling { flags, base, stride, zero: 0 };
         let groups = [&self.sampling, surface.group(), tiles.group(), start.unwrap_or(tiles).group()];
         pass.run_indirect(&self.sample, &groups, bytemuck::bytes_of(&work), &self.arguments, 1)
     }
@@ -281,6 +282,7 @@ mod tests {
             ("flags", offset_of!(Sampling, flags)),
             ("base", offset_of!(Sampling, base)),
             ("stride", offset_of!(Sampling, stride)),
+            ("zero", offset_of!(Sampling, zero)),
         ];
         assert_layout("imprint_sample", "Sampling", size_of::<Sampling>(), &sampling);
         let keeping = [

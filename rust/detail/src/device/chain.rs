@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use glam::DAffine3;
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::Device;
+use relievo_gpu::{Device, Pass};
 use relievo_tiles::Field;
 
 use super::blocks::{DeviceBlocks, MOST_LINKS, Record, Slots, Told, parse};
@@ -200,6 +200,46 @@ impl DeviceChain {
         Ok(())
     }
 
+    fn mesh(&self, mesh: u64) -> Result<&DeviceCollider> {
+        let brought = self.colliders.get(&mesh).map(|brought| &brought.mesh);
+        brought.ok_or_else(|| Error::internal("a collider that was not brought to the device"))
+    }
+
+    /// Records a stage of an imprint, of which the submission has so many before it.
+    fn record(
+        &mut self,
+        pass: &mut Pass<'_>,
+        stage: Stage,
+        (index, link): (usize, &Link),
+        (Target { state, object, start }, slots): (&Target<'_>, Option<Slots>),
+    ) -> Result<()> {
+        match &mut self.voxels {
+            Some(voxels) => voxels.prepare(&self.device, &link.grid)?,
+            none => *none = Some(DeviceVoxels::new(&self.device, &link.grid)?),
+        }
+        let voxels = self.voxels.as_ref().ok_or_else(|| Error::internal("no room for voxels"))?;
+        let (blocks, culling, mesh) = (&self.blocks, state.culling()?, self.mesh(link.mesh)?);
+        let view = VoxelFrame::new(&link.grid, object.transform());
+        match stage {
+            Stage::Cull => culling.cull(pass, &state.surface, &view),
+            Stage::Compact => {
+                culling.compact(pass)?;
+                blocks.list(pass, culling, index as u32)
+            }
+            Stage::Voxelise => {
+                mesh.snap(pass, &link.grid, &link.transform)?;
+                let mirrored = (link.grid.map * link.transform).matrix3.determinant() < 0.0;
+                voxels.fill(pass, mesh, link.side, mirrored)
+            }
+            Stage::Raycast => {
+                let start = start.and_then(|_| state.begun());
+                blocks.sample(pass, &state.surface, &state.tiles, start, slots)?;
+                blocks.cast(pass, voxels, &view, &link.limits)?;
+                blocks.keep(pass, culling, slots, index as u32)
+            }
+        }
+    }
+
     /// Records and submits everything. Returns how many blocks changed, what is told of every imprint, and the blocks, as
     /// many as there was room for.
     fn submit(
@@ -209,47 +249,29 @@ impl DeviceChain {
         links: &[Link],
         slots: &[Option<Slots>],
     ) -> Result<(usize, Vec<Told>, Vec<Record>)> {
-        let (device, blocks) = (&self.device, &self.blocks);
+        let device = &self.device.clone();
         let stage = context.stats().begin("imprint.device.submit");
         let mut frame = device.frame()?;
-        blocks.begin(&mut frame);
+        self.blocks.begin(&mut frame);
         if slots.iter().any(Option::is_some) {
-            blocks.clear_slots(&mut frame);
+            self.blocks.clear_slots(&mut frame);
         }
-        for (index, link) in links.iter().enumerate() {
-            let (Target { state, object, start }, slots) = (&targets[link.target], slots[link.target]);
-            let missing = || Error::internal("a collider that was not brought to the device");
-            let mesh = &self.colliders.get(&link.mesh).ok_or_else(missing)?.mesh;
-            let culling = state.culling()?;
-            let voxels = match &mut self.voxels {
-                Some(voxels) => {
-                    voxels.prepare(device, &link.grid)?;
-                    voxels
-                }
-                none => none.insert(DeviceVoxels::new(device, &link.grid)?),
-            };
-            let view = VoxelFrame::new(&link.grid, object.transform());
-            culling.cull(&mut frame.pass("imprint.device.cull"), &state.surface, &view)?;
-            {
-                let mut pass = frame.pass("imprint.device.compact");
-                culling.compact(&mut pass)?;
-                blocks.list(&mut pass, culling, index as u32)?;
-            }
-            {
-                let mut pass = frame.pass("imprint.device.voxelise");
-                mesh.snap(&mut pass, &link.grid, &link.transform)?;
-                let mirrored = (link.grid.map * link.transform).matrix3.determinant() < 0.0;
-                voxels.fill(&mut pass, mesh, link.side, mirrored)?;
-            }
-            {
-                let mut pass = frame.pass("imprint.device.raycast");
-                let start = start.and_then(|_| state.begun());
-                blocks.sample(&mut pass, &state.surface, &state.tiles, start, slots)?;
-                blocks.cast(&mut pass, voxels, &view, &link.limits)?;
-                blocks.keep(&mut pass, culling, slots, index as u32)?;
-            }
-            let (told, at) = blocks.told(index);
-            mesh.tell(&mut frame, told, at)?;
+        let mut steps = links.iter().enumerate().flat_map(|(index, link)| STAGES.map(|stage| (stage, index, link)));
+        let of = |link: &Link| (&targets[link.target], slots[link.target]);
+        if device.is_timed() {
+            steps.try_for_each(|((name, stage), index, link)| {
+                self.record(&mut frame.pass(name), stage, (index, link), of(link))
+            })?;
+        } else {
+            // Every pass is a command buffer: those that nobody times are one.
+            let mut pass = frame.pass("imprint.device");
+            steps.try_for_each(|((_, stage), index, link)| self.record(&mut pass, stage, (index, link), of(link)))?;
+        }
+        let blocks = &self.blocks;
+        let used: BTreeMap<u64, usize> = (0..).zip(links).map(|(index, link)| (link.mesh, index)).collect();
+        for (mesh, last) in used {
+            let (told, at) = blocks.told(last);
+            self.mesh(mesh)?.tell(&mut frame, told, at)?;
         }
         for (target, _) in targets.iter().zip(slots).filter(|(_, slots)| slots.is_some()) {
             target.state.culling()?.forget(&mut frame);
@@ -276,6 +298,22 @@ impl DeviceChain {
         Ok((kept, told, records))
     }
 }
+
+/// The stages of an imprint, each a pass where passes are timed.
+#[derive(Clone, Copy, Debug)]
+enum Stage {
+    Cull,
+    Compact,
+    Voxelise,
+    Raycast,
+}
+
+const STAGES: [(&str, Stage); 4] = [
+    ("imprint.device.cull", Stage::Cull),
+    ("imprint.device.compact", Stage::Compact),
+    ("imprint.device.voxelise", Stage::Voxelise),
+    ("imprint.device.raycast", Stage::Raycast),
+];
 
 /// Where the blocks of every target are noted that imprints change before others look at them: of targets that several
 /// imprints meet. And how many such places there are.

@@ -27,6 +27,8 @@ struct Cast {
     depth: f32,
     deepest: i32,
     length: u32,
+    zero: u32,
+    padding: [u32; 3],
 }
 
 /// What became of a block of coefficients. As stored in buffers.
@@ -124,6 +126,8 @@ impl DeviceRays {
             depth: limits.depth,
             deepest: deepest(limits).into(),
             length: 0,
+            zero: 0,
+            padding: [0; 3],
         }
     }
 
@@ -188,6 +192,7 @@ mod tests {
             ("depth", offset_of!(Cast, depth)),
             ("deepest", offset_of!(Cast, deepest)),
             ("length", offset_of!(Cast, length)),
+            ("zero", offset_of!(Cast, zero)),
         ];
         assert_layout("imprint_cast", "Cast", size_of::<Cast>(), &fields);
     }
