@@ -11,6 +11,7 @@ use std::sync::Arc;
 use relievo_core::{Context, Error, Result};
 use relievo_document::head::STAMPS_OF;
 use relievo_document::{Document, Head, Kind, Stamps};
+use relievo_gpu::Device;
 use relievo_tiles::{Blocks, Channel, Decay, DecayOptions, Displacement, Field, Paint, Rgba16, StoredTexel};
 
 use crate::history::{BlockState, LayerState};
@@ -32,6 +33,13 @@ pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {
 
     /// Bytes of the stamps and what they belong to.
     fn bytes(&self) -> u64;
+
+    /// Has a graphics device evaluate what is left of edits from now on, or the processor again, which also takes over
+    /// where the device fails.
+    fn use_device(&mut self, device: Option<&Device>);
+
+    /// The failure after which the processor took over, told once.
+    fn take_device_fault(&mut self) -> Option<Error>;
 
     /// The newest stamp there is.
     fn newest(&self) -> Option<f32>;
@@ -92,6 +100,14 @@ impl<T: Absorb> LayerDecay<Channel<T>> for Decay<T> {
 
     fn bytes(&self) -> u64 {
         Decay::bytes(self)
+    }
+
+    fn use_device(&mut self, device: Option<&Device>) {
+        Decay::use_device(self, device);
+    }
+
+    fn take_device_fault(&mut self) -> Option<Error> {
+        Decay::take_device_fault(self)
     }
 
     fn newest(&self) -> Option<f32> {
@@ -241,15 +257,18 @@ impl<C: LayerChannel> Kept<'_, C> {
         self.composite.set_expendable(&tiles.into_iter().map(|(_, tile)| tile).collect::<Vec<_>>());
     }
 
-    /// Returns the tiles or faces that look different.
-    fn fade(&mut self, context: &Context, time: f64) -> Result<Vec<u32>> {
-        let mut shown = Vec::new();
+    /// Has `device` evaluate it, if there is one. Returns the tiles or faces that look different, and why the processor
+    /// took over, if it had to.
+    fn fade(&mut self, context: &Context, time: f64, device: Option<&Device>) -> Result<(Vec<u32>, Option<Error>)> {
+        let (mut shown, mut fault) = (Vec::new(), None);
         for faded in &mut *self.faded {
+            faded.decay.use_device(device);
             if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
                 shown.extend(faded.decay.fade(context, channel, time)?);
             }
+            fault = faded.decay.take_device_fault().or(fault);
         }
-        Ok(shown)
+        Ok((shown, fault))
     }
 
     fn take_as_stamped(&mut self) {
@@ -569,14 +588,19 @@ pub trait FadingObject: LayeredObject {
         self.settle(context)?;
         self.stamp(context)?;
         self.set_edit_time(time)?;
-        let mut shown = Vec::new();
+        let device = self.device_in_use().cloned();
+        let (mut shown, mut fault) = (Vec::new(), None);
         each_kind!(self, kept => {
             let is_color = kept.kind().is_color();
-            let faded = kept.fade(context, time)?;
+            let (faded, failed) = kept.fade(context, time, device.as_ref())?;
+            fault = failed.or(fault);
             if !is_color {
                 shown = faded;
             }
         });
+        if let Some(fault) = fault {
+            self.lose_device(fault);
+        }
         self.note_shown(&shown);
         self.settle(context)?;
         self.take_as_stamped();

@@ -6,10 +6,12 @@ use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_document::head::STAMPS_OF;
 use relievo_document::{self as document, Document, Head, Kind, MAX_LAYERS, PageStore, Settings};
+use relievo_gpu::Device;
 use relievo_tiles::{
     Blocks, ByFormat, Channel, ColorTexel, Displacement, Paint, Rgba8, Rgba16, Traces, VectorDisplacement,
 };
 
+use crate::device::DeviceObject;
 use crate::fading::{Fading, FadingObject, add_stamp_states, find_stamps, put_stamps, stop_fading};
 use crate::history::{BlockState, LayerState, LayerStates, Recorded};
 use crate::layer_channel::{BlockChannel, LayerChannel};
@@ -159,6 +161,12 @@ pub trait LayeredObject: Sized {
 
     /// When edits are made from now on, in seconds. Fails if the time is not finite.
     fn set_edit_time(&mut self, time: f64) -> Result<()>;
+
+    /// The graphics device that edits are made on, if there is one.
+    fn device_in_use(&self) -> Option<&Device>;
+
+    /// Has edits made on the processor from now on, because of `fault`.
+    fn lose_device(&mut self, fault: Error);
 
     /// Notes that displacement looks different in and around tiles or faces, because it has faded or was lost.
     fn note_shown(&mut self, _tiles: &[u32]) {}
@@ -773,6 +781,14 @@ impl LayeredObject for DisplacedObject {
 
     fn set_edit_time(&mut self, time: f64) -> Result<()> {
         self.set_time(time)
+    }
+
+    fn device_in_use(&self) -> Option<&Device> {
+        self.device.as_ref().map(DeviceObject::device)
+    }
+
+    fn lose_device(&mut self, fault: Error) {
+        (self.device, self.device_fault) = (None, Some(fault));
     }
 
     fn channels(&self) -> Channels<&Displacement, &Option<Paint>, &Option<Paint<Rgba16>>, &Layers> {

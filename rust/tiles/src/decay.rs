@@ -10,14 +10,17 @@
 
 use std::any::Any;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
 use relievo_core::{Context, Error, Result};
 use relievo_document::{Document, Kind, Stamps};
+use relievo_gpu::Device;
 
 use crate::blocks::Blocks;
 use crate::channel::{Channel, neighbours};
+use crate::fade::{Fader, Fading, words};
 use crate::field::Field;
 use crate::heap::{Heap, SizeClass};
 use crate::pages::{Entry, Pages};
@@ -74,6 +77,7 @@ pub struct Decay<T> {
     texel: PhantomData<T>,
     /// Tiles whose stamps changed since they were last asked for.
     changed: Vec<u32>,
+    fader: Fader,
 }
 
 /// What a fade did.
@@ -90,7 +94,19 @@ impl<T: Texel> Decay<T> {
     pub fn new(tiles: usize, options: DecayOptions, budget: u64) -> Result<Self> {
         options.check()?;
         let heap = Heap::new(size_of::<T>() + size_of::<f32>(), budget);
-        Ok(Self { options, heap, pages: Pages::new(tiles), texel: PhantomData, changed: Vec::new() })
+        let (pages, fader) = (Pages::new(tiles), Fader::default());
+        Ok(Self { options, heap, pages, texel: PhantomData, changed: Vec::new(), fader })
+    }
+
+    /// Has a graphics device evaluate what is left of edits from now on, or the processor again, which also takes over
+    /// where the device fails.
+    pub fn use_device(&mut self, device: Option<&Device>) {
+        self.fader.use_device(device);
+    }
+
+    /// The failure after which the processor took over, told once.
+    pub fn take_device_fault(&mut self) -> Option<Error> {
+        self.fader.take_fault()
     }
 
     /// When edits fade.
@@ -238,21 +254,35 @@ impl<T: Texel> Decay<T> {
 
     /// As [`Self::fade`] without giving anything back, so that stamps stay what they are: after stamps and blocks of
     /// `restored` tiles were put back, which may be those of another time. Returns the tiles of which texels changed.
-    pub fn bring(&self, context: &Context, channel: &mut Channel<T>, time: f64, restored: &[u32]) -> Result<Vec<u32>> {
-        let (known, options) = (self, self.options);
+    pub fn bring(
+        &mut self,
+        context: &Context,
+        channel: &mut Channel<T>,
+        time: f64,
+        restored: &[u32],
+    ) -> Result<Vec<u32>> {
+        let options = self.options;
         let fading =
             self.chosen(context, channel, |stamps| stamps.iter().any(|stamp| options.share(*stamp, time) < 1.0));
         let blank = channel.field().blank();
+        let left = self.evaluate(context, &fading, blank, time);
+        let known = &*self;
         let mut changes = channel.edit(context, &fading, |tile, texels| {
             let Some(known) = known.block(tile) else { return };
             let size = texels.size();
             let rows = known.texels.chunks_exact(size + 2).zip(known.stamps.chunks_exact(size + 2)).skip(1);
+            let left = left.get(&tile).map(|left| &left[size + 2..]);
             for (j, (edited, stamps)) in (0..size).zip(rows) {
-                for ((texel, edited), stamp) in texels.row_mut(j).iter_mut().zip(&edited[1..]).zip(&stamps[1..]) {
+                let left = left.map(|left| &left[j * (size + 2) + 1..]);
+                let row = texels.row_mut(j).iter_mut().zip(&edited[1..]).zip(&stamps[1..]);
+                for (i, ((texel, edited), stamp)) in row.enumerate() {
                     let share = options.share(*stamp, time);
                     if share < 1.0 {
-                        let (from, to) = (blank.value(), edited.value());
-                        *texel = if share > 0.0 { T::nearest(from + (to - from) * share) } else { blank };
+                        *texel = match left {
+                            _ if share <= 0.0 => blank,
+                            Some(left) => left[i],
+                            None => T::nearest(blank.value() + (edited.value() - blank.value()) * share),
+                        };
                     }
                 }
             }
@@ -261,6 +291,20 @@ impl<T: Texel> Decay<T> {
         changes.extend(restored.iter().map(|tile| Change::all(*tile)));
         channel.settle(context, &changes)?;
         Ok(changed)
+    }
+
+    /// What a device says is left of tiles that fade; nothing where the processor is to.
+    fn evaluate(&mut self, context: &Context, fading: &[u32], blank: T, time: f64) -> BTreeMap<u32, Vec<T>> {
+        if !self.fader.is_on_device() || fading.is_empty() {
+            return BTreeMap::new();
+        }
+        let block = |tile: &u32| {
+            let entry = self.pages.entry(*tile)?;
+            Some(Fading { block: *tile, words: entry.texels.clone(), texels: entry.id.class.texels() })
+        };
+        let blocks: Vec<Fading> = fading.iter().filter_map(block).collect();
+        let (fader, options) = (&mut self.fader, self.options);
+        context.stats().time("decay.device", || fader.evaluate(&blocks, blank, options, time))
     }
 
     /// The stamped texels of `tile` as bytes: all texels, then all stamps; `None` if there are none.
@@ -439,11 +483,4 @@ pub(crate) fn order(stamp: f32) -> u64 {
     // Floats of one sign are ordered as their bits are.
     let bits = stamp.to_bits();
     u64::from(if bits >> 31 == 0 { bits | 1 << 31 } else { !bits })
-}
-
-/// Texels and then stamps. A tile's number of texels is divisible by four, so that all kinds of texels fill words.
-fn words<T: Texel>(texels: &[T], stamps: &[f32]) -> Arc<[u32]> {
-    let texels = bytemuck::cast_slice::<T, u8>(texels).chunks_exact(size_of::<u32>());
-    let texels = texels.map(bytemuck::pod_read_unaligned);
-    texels.chain(stamps.iter().map(|stamp| bytemuck::cast(*stamp))).collect()
 }

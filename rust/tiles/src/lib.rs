@@ -19,6 +19,7 @@ mod device;
 pub mod displaced;
 pub mod displacement;
 pub mod face_varying;
+mod fade;
 pub mod field;
 pub mod filter;
 pub mod frame;

@@ -100,6 +100,11 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
         [0.0; 2]
     }
 
+    /// The format that kernels know such texels by, and its numbers; `None` of those that they do not.
+    fn on_device(self) -> Option<(u32, [f32; 4])> {
+        None
+    }
+
     /// Whether two texels are the same, to the bit.
     fn same(self, other: Self) -> bool {
         bytemuck::bytes_of(&self) == bytemuck::bytes_of(&other)
@@ -114,6 +119,10 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
 impl Texel for f16 {
     type Value = f64;
     type Difference = Self;
+
+    fn on_device(self) -> Option<(u32, [f32; 4])> {
+        Some((0, [self.to_f32(), 0.0, 0.0, 0.0]))
+    }
 
     #[inline]
     fn value(self) -> f64 {
@@ -323,6 +332,10 @@ impl Texel for Rgba8 {
 
     const MIPS: bool = true;
 
+    fn on_device(self) -> Option<(u32, [f32; 4])> {
+        Some((1, self.value().as_vec4().to_array()))
+    }
+
     fn shrink(_: Level, above: &[Self], below: &[Self], out: &mut [Self]) {
         let (fields, means) = (&*FIELDS, &*MEANS);
         // Alpha has the ten bits that are left.
@@ -404,6 +417,10 @@ impl Texel for Rgba16 {
     type Difference = Self;
 
     const MIPS: bool = true;
+
+    fn on_device(self) -> Option<(u32, [f32; 4])> {
+        Some((2, self.value().as_vec4().to_array()))
+    }
 
     fn shrink(level: Level, above: &[Self], below: &[Self], out: &mut [Self]) {
         let [above, below] = [above, below].map(bytemuck::cast_slice);

@@ -211,6 +211,11 @@ impl TriangleDevice {
         Ok(Self { device: device.clone(), mesh, sculpting: None, painting: None, half_painting: None })
     }
 
+    /// The device that it is on.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
     fn sculpt(
         &mut self,
         object: &TriangleObject,

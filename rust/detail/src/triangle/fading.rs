@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use relievo_core::{Context, Result};
+use relievo_core::{Context, Error, Result};
 use relievo_document::{Document, Stamps};
+use relievo_gpu::Device;
 use relievo_tiles::triangle::{TriangleChannel, TriangleDecay, TriangleField};
 use relievo_tiles::{Blocks, DecayOptions};
 
@@ -25,6 +26,14 @@ impl<T: Absorb> LayerDecay<TriangleChannel<T>> for TriangleDecay<T> {
 
     fn bytes(&self) -> u64 {
         TriangleDecay::bytes(self)
+    }
+
+    fn use_device(&mut self, device: Option<&Device>) {
+        TriangleDecay::use_device(self, device);
+    }
+
+    fn take_device_fault(&mut self) -> Option<Error> {
+        TriangleDecay::take_device_fault(self)
     }
 
     fn newest(&self) -> Option<f32> {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 use relievo_document::{self as document, Document, Kind, PageStore};
+use relievo_gpu::Device;
 use relievo_surface::{TriangleSurface, TriangleTopology};
 use relievo_tiles::triangle::{
     FaceRates, Offset, TriangleBlock, TriangleChange, TriangleChannel, TriangleDisplaced, TriangleField,
@@ -493,6 +494,14 @@ impl LayeredObject for TriangleObject {
 
     fn set_edit_time(&mut self, time: f64) -> Result<()> {
         self.set_time(time)
+    }
+
+    fn device_in_use(&self) -> Option<&Device> {
+        self.device.as_ref().map(TriangleDevice::device)
+    }
+
+    fn lose_device(&mut self, fault: Error) {
+        (self.device, self.device_fault) = (None, Some(fault));
     }
 
     fn note_shown(&mut self, faces: &[u32]) {

@@ -3,6 +3,7 @@
 mod bending;
 mod budgets;
 mod device;
+mod device_fading;
 mod device_history;
 mod device_imprints;
 mod device_triangles;

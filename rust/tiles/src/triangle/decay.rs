@@ -15,6 +15,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use relievo_core::{Context, Error, Result};
 use relievo_document::{Document, Kind, Stamps};
+use relievo_gpu::Device;
 use relievo_surface::TriangleTopology;
 
 use super::allocation::values_of;
@@ -25,6 +26,7 @@ use super::field::{TriangleClass, TriangleField};
 use super::pattern::Pattern;
 use crate::blocks::Blocks;
 use crate::decay::{DecayOptions, Faded, PERMANENT, order};
+use crate::fade::{Fader, Fading, words};
 use crate::stored::StoredTexel;
 use crate::texel::Texel;
 
@@ -74,6 +76,7 @@ pub struct TriangleDecay<T> {
     ages: BTreeMap<u32, u64>,
     /// Blocks that were put back one by one, around which some may be missing.
     torn: Vec<u32>,
+    fader: Fader,
 }
 
 /// Values of an element, those that it was edited to, and their stamps.
@@ -104,6 +107,15 @@ impl Element {
             }
         }
         change
+    }
+
+    /// The number of its block; vertices have none of their own.
+    fn block(self, topology: &TriangleTopology) -> Option<u32> {
+        match self {
+            Self::Face(face) => Some(TriangleBlock::Face(face).number(topology)),
+            Self::Edge(edge) => Some(TriangleBlock::Edge(edge).number(topology)),
+            Self::Vertex(_) => None,
+        }
     }
 
     /// What `field` holds of it.
@@ -156,7 +168,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
         };
         let edited = TriangleChannel::blank(field.topology().clone(), field.blank(), &sizes(size_of::<T>()))?;
         let stamps = TriangleChannel::blank(field.topology().clone(), Stamp::NONE, &sizes(size_of::<Stamp>()))?;
-        Ok(Self { options, edited, stamps, ages: BTreeMap::new(), torn: Vec::new() })
+        Ok(Self { options, edited, stamps, ages: BTreeMap::new(), torn: Vec::new(), fader: Fader::default() })
     }
 
     /// When edits fade.
@@ -330,13 +342,46 @@ impl<T: StoredTexel> TriangleDecay<T> {
         Ok(refused)
     }
 
+    /// Has a graphics device evaluate what is left of edits in faces and on edges from now on, or the processor again,
+    /// which also takes over where the device fails.
+    pub fn use_device(&mut self, device: Option<&Device>) {
+        self.fader.use_device(device);
+    }
+
+    /// The failure after which the processor took over, told once.
+    pub fn take_device_fault(&mut self) -> Option<Error> {
+        self.fader.take_fault()
+    }
+
+    /// What a device says is left of the blocks of `elements` that fade; nothing where the processor is to.
+    fn evaluate(&mut self, context: &Context, elements: &[Element], blank: T, time: f64) -> BTreeMap<u32, Vec<T>> {
+        if !self.fader.is_on_device() {
+            return BTreeMap::new();
+        }
+        let (edited, stamps, options) = (self.edited.field(), self.stamps.field(), self.options);
+        let topology = stamps.topology();
+        let blocks = context.map(elements.len(), |index| {
+            let block = elements[index].block(topology)?;
+            let (from, times) = (elements[index].held(edited)?, elements[index].held(stamps)?);
+            let fades = |stamp: &Stamp| !stamp.is_none() && options.share(stamp.0, time) < 1.0;
+            if from.len() != times.len() || !times.iter().any(fades) {
+                return None;
+            }
+            Some(Fading { block, texels: from.len(), words: words(&from, bytemuck::cast_slice(&times)) })
+        });
+        let blocks: Vec<Fading> = blocks.into_iter().flatten().collect();
+        let fader = &mut self.fader;
+        context.stats().time("decay.device", || fader.evaluate(&blocks, blank, options, time))
+    }
+
     /// What is left of elements at `time` where something has faded.
-    fn faded(&self, context: &Context, field: &TriangleField<T>, time: f64) -> Vec<Stamped<T>> {
-        let (edited, stamps) = (self.edited.field(), self.stamps.field());
-        let mut held = TriangleBlock::change(&self.topology(), stamps.blocks());
-        held.vertices.retain(|vertex| !stamps.vertex(*vertex).is_none());
+    fn faded(&mut self, context: &Context, field: &TriangleField<T>, time: f64) -> Vec<Stamped<T>> {
+        let mut held = TriangleBlock::change(&self.topology(), self.stamps.field().blocks());
+        held.vertices.retain(|vertex| !self.stamps.field().vertex(*vertex).is_none());
         let elements = Element::of(&held);
         let (options, blank) = (self.options, field.blank());
+        let left = self.evaluate(context, &elements, blank, time);
+        let (edited, stamps) = (self.edited.field(), self.stamps.field());
         let faded = context.map(elements.len(), |index| {
             let element = elements[index];
             let times = element.held(stamps)?;
@@ -348,11 +393,15 @@ impl<T: StoredTexel> TriangleDecay<T> {
             if values.len() != times.len() || from.len() != times.len() {
                 return None;
             }
-            for ((value, from), stamp) in values.iter_mut().zip(&from).zip(&times) {
+            let left = element.block(stamps.topology()).and_then(|block| left.get(&block));
+            for (k, ((value, from), stamp)) in values.iter_mut().zip(&from).zip(&times).enumerate() {
                 let share = share(*stamp);
                 if share < 1.0 {
-                    let (low, high) = (blank.value(), from.value());
-                    *value = if share > 0.0 { T::nearest(low + (high - low) * share) } else { blank };
+                    *value = match left {
+                        _ if share <= 0.0 => blank,
+                        Some(left) => left[k],
+                        None => T::nearest(blank.value() + (from.value() - blank.value()) * share),
+                    };
                 }
             }
             Some((element, values, from, times))
