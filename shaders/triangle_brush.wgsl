@@ -5,6 +5,9 @@
 // GPU*, Section 6.2). A triangle's block has the values of its sides and corners too: a value that changes is in the box, so
 // that all triangles which share it are modified and come to the same bits.
 
+// First words of what normals differ by from the smooth ones, where the mesh is displaced, and that, three numbers each.
+@group(0) @binding(7) var<storage, read> turn_entries: array<u32>;
+@group(0) @binding(8) var<storage, read> turn_values: array<f32>;
 // First words of the triangles' blocks from when the stroke began, of displacement, and of those before the event.
 @group(2) @binding(0) var<storage, read> begun_entries: array<u32>;
 @group(2) @binding(1) var<storage, read> begun_values: array<u32>;
@@ -105,6 +108,18 @@ fn brush_at(face: u32, node: Node) -> BrushPlace {
     return brush_over(foot.p, foot.normal, begun_at(face, node));
 }
 
+/// The cosine between the normals of the mesh and of the displaced one.
+fn facing_at(face: u32, node: Node, smooth_normal: vec3<f32>) -> f32 {
+    let first = turn_entries[face];
+    if first == TRIANGLE_NONE {
+        return dot(smooth_normal, smooth_normal);
+    }
+    let at = first + 3u * value_of(face, work.segments, node);
+    let turned = smooth_normal + vec3(turn_values[at], turn_values[at + 1u], turn_values[at + 2u]);
+    let square = dot(turned, turned);
+    return dot(smooth_normal, select(smooth_normal, turned / sqrt(square), square > 0.0));
+}
+
 /// The new coefficient of a vertex that has `now`.
 fn sculpted_at(face: u32, node: Node, now: f32) -> f32 {
     let at = brush_at(face, node);
@@ -118,6 +133,9 @@ fn sculpted_at(face: u32, node: Node, now: f32) -> f32 {
     var it = Sculpted(now, now - begun_at(face, node), now, 1.0);
     if work.mode == SCULPT_SMOOTH {
         it.mean = mean_around(face, node, false).x;
+    }
+    if work.mode == SCULPT_INFLATE {
+        it.facing = facing_at(face, node, at.normal);
     }
     return sculpted(at, amount.x, amount.y, it);
 }

@@ -61,8 +61,8 @@ impl Edit {
 pub(crate) trait DeviceTexel: Texel {
     /// The module of the kernel that does on tiles.
     const MODULE: &'static str;
-    /// The entry point of the one that does on triangles.
-    const TRIANGLES: &'static str;
+    /// The entry point of the one that does on triangles, and how many tables it has for normals.
+    const TRIANGLES: (&'static str, usize);
     /// [`WIDE`] for colours of half floats.
     const FLAGS: u32 = 0;
 }
@@ -74,17 +74,17 @@ const TURNED_OVER: u32 = 4;
 
 impl DeviceTexel for f16 {
     const MODULE: &'static str = "brush_sculpt";
-    const TRIANGLES: &'static str = "sculpt";
+    const TRIANGLES: (&'static str, usize) = ("sculpt", 2);
 }
 
 impl DeviceTexel for Rgba8 {
     const MODULE: &'static str = "brush_paint";
-    const TRIANGLES: &'static str = "paint";
+    const TRIANGLES: (&'static str, usize) = ("paint", 0);
 }
 
 impl DeviceTexel for Rgba16 {
     const MODULE: &'static str = "brush_paint";
-    const TRIANGLES: &'static str = "paint";
+    const TRIANGLES: (&'static str, usize) = ("paint", 0);
     const FLAGS: u32 = WIDE;
 }
 
@@ -158,6 +158,12 @@ impl DeviceEvents {
     fn rebind(&mut self, device: &Device) -> Result<()> {
         self.editing = editing(device, &self.kernel, &self.memory, &self.image, &self.tables)?;
         Ok(())
+    }
+
+    /// Replaces what the kernel has as its last bindings.
+    pub fn set_tables(&mut self, device: &Device, tables: &[&wgpu::Buffer]) -> Result<()> {
+        self.tables = tables.iter().map(|table| (*table).clone()).collect();
+        self.rebind(device)
     }
 
     /// Takes on the image of the brush. False if the device cannot hold it.

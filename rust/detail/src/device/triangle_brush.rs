@@ -10,7 +10,7 @@ use std::sync::Arc;
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceMesh, MESH_GROUP};
-use relievo_tiles::triangle::{DeviceTriangles, Pattern, TRIANGLES_GROUP, TriangleChannel, TriangleField};
+use relievo_tiles::triangle::{DeviceTriangles, Offset, Pattern, TRIANGLES_GROUP, TriangleChannel, TriangleField};
 
 use super::events::{DeviceEvents, DeviceTexel, Edit, Ended, Returned, WORDS};
 use super::intersect::Intersect;
@@ -47,11 +47,12 @@ impl TriangleBrush {
     /// For the values of `mesh` in `pattern`. Fails where the device has no room.
     pub fn new<T: DeviceTexel>(device: &Device, mesh: &DeviceMesh, pattern: Pattern) -> Result<Self> {
         use Access::{Read, Write};
-        let own: &[Access] = &[Read, Read, Read, Write, Write, Write, Read];
+        let (entry, tables) = T::TRIANGLES;
+        let own = [&[Read, Read, Read, Write, Write, Write, Read][..], &vec![Read; tables][..]].concat();
         let kernel = device.kernel(&KernelSpec {
             module: "triangle_brush",
-            entry: T::TRIANGLES,
-            groups: &[own, &MESH_GROUP, &TRIANGLES_GROUP, &TRIANGLES_GROUP],
+            entry,
+            groups: &[&own, &MESH_GROUP, &TRIANGLES_GROUP, &TRIANGLES_GROUP],
             immediates: size_of::<Edit>() as u32,
             constants: &[],
         })?;
@@ -67,8 +68,14 @@ impl TriangleBrush {
         let known = vec![0.0; faces];
         let reaches = Buffer::of(device, "reaches of triangles", &known)?;
         let sets = bind(device, &intersect, &reaches, &memory)?;
-        let events = DeviceEvents::new(device, kernel, memory, &[])?;
+        // There are no normals until a mode needs them.
+        let events = DeviceEvents::new(device, kernel, memory, &vec![reaches.wgpu(); tables])?;
         Ok(Self { events, intersect, reaches, known, seen: None, sets })
+    }
+
+    /// Takes on by how much normals differ from the smooth ones, for modes that need them.
+    pub fn take_turns(&mut self, device: &Device, turns: &DeviceTriangles<Offset>) -> Result<()> {
+        self.events.set_tables(device, &turns.buffers())
     }
 
     /// Makes the first of `edits`, or the first few at once where they may be made `together`, all with the same image of

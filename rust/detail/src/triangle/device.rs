@@ -10,10 +10,11 @@ use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
 use relievo_surface::{DeviceMesh, TriangleSurface};
-use relievo_tiles::triangle::{DeviceTriangles, Pattern, TriangleChannel, TriangleField};
+use relievo_tiles::triangle::{DeviceTriangles, Offset, Pattern, TriangleChannel, TriangleField};
 use relievo_tiles::{ColorPlanes, Rgba8, Rgba16, by_format};
 
 use super::dab::write;
+use super::level::refined;
 use super::object::{TriangleGround, TriangleObject};
 use super::site::{Element, ElementEdit, values};
 use crate::dab::{Action, Dab, DabReport};
@@ -29,6 +30,8 @@ pub(crate) struct TriangleDevice {
     device: Device,
     mesh: DeviceMesh,
     sculpting: Option<Tool<f16>>,
+    /// The normals, once a dab needed them.
+    turns: Option<DeviceTriangles<Offset>>,
     painting: Option<Tool<Rgba8>>,
     half_painting: Option<Tool<Rgba16>>,
 }
@@ -60,8 +63,8 @@ impl DeviceColor for Rgba16 {
 }
 
 impl TriangleObject {
-    /// Has dabs made on a graphics device from now on, or on the processor again. What a device does not do (inflating,
-    /// smearing, meshes with vector displacement, edits at other levels), the processor does.
+    /// Has dabs made on a graphics device from now on, or on the processor again. What a device does not do (smearing,
+    /// meshes with vector displacement), the processor does.
     ///
     /// Fails, and changes nothing, where the device has no room for the mesh.
     pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
@@ -98,7 +101,7 @@ impl TriangleObject {
         match kind {
             Kind::Sculpt(mode) => {
                 self.layers.displacement.check_editable()?;
-                let made = self.on_device(context, |device, object| device.sculpt(object, dabs, start, mode));
+                let made = self.on_device(context, |device, object| device.sculpt(context, object, dabs, start, mode));
                 let Some(event) = made else { return Ok(None) };
                 let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
                 self.widen(event.edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
@@ -110,7 +113,7 @@ impl TriangleObject {
             Kind::Paint(mode) => {
                 let mut paint = self.take_paint()?;
                 let done = by_format!(&mut paint, paint => {
-                    let made = self.on_device(context, |device, object| device.paint(object, paint, dabs, start));
+                    let made = self.on_device(context, |device, object| device.paint(context, object, paint, dabs, start));
                     made.map(|event| event.take(context, paint, mode == PaintMode::Erase)).transpose()
                 });
                 self.put_paint(paint);
@@ -140,8 +143,7 @@ impl TriangleObject {
 
     /// What a dab does, if there is a device that does it.
     fn kind_on_device(&self, dab: &Dab) -> Option<Kind> {
-        let plain = self.device.is_some() && self.vectors.is_none() && self.level() == 0;
-        Kind::of(dab).filter(|kind| plain && *kind != Kind::Sculpt(SculptMode::Inflate))
+        Kind::of(dab).filter(|_| self.device.is_some() && self.vectors.is_none())
     }
 }
 
@@ -157,8 +159,8 @@ struct Event<T> {
 }
 
 impl<T: DeviceTexel> Event<T> {
-    /// The edits in blocks of `room` words.
-    fn new(field: &TriangleField<T>, pattern: Pattern, (made, room): (Returned, u32)) -> Self {
+    /// The edits in blocks of `room` words, of what is finer than `pattern` those that follow.
+    fn new(context: &Context, field: &TriangleField<T>, pattern: Pattern, (made, room): (Returned, u32)) -> Self {
         let topology = field.topology();
         let taken = made.taken();
         let looked = taken.iter().map(|(_, state)| state.tile).collect();
@@ -184,6 +186,7 @@ impl<T: DeviceTexel> Event<T> {
             Some(ElementEdit { element, pattern, values: new.to_vec(), count })
         };
         let edits = new.into_iter().filter_map(edit).collect();
+        let edits = if pattern == field.pattern() { edits } else { refined(context, field, pattern, edits) };
         Self { pattern, edits, looked, made }
     }
 
@@ -196,19 +199,23 @@ impl<T: DeviceTexel> Event<T> {
         erases: bool,
     ) -> Result<(Vec<DabReport>, Vec<u32>)> {
         let (mut whole, shown) = write(context, channel, self.pattern, &self.looked, self.edits, erases)?;
-        let changed = self.made.tested.iter().map(|it| u64::from(it.changed)).sum();
+        let changed = whole.changed_texels;
         if self.made.tested.len() > 1 {
             // A value that several dabs changed counts for each.
-            whole.changed_texels = changed;
+            whole.changed_texels = self.made.tested.iter().map(|it| u64::from(it.changed)).sum();
         }
-        Ok((reports_of(&self.made.tested, &whole), shown))
+        let mut reports = reports_of(&self.made.tested, &whole);
+        if let [report] = &mut reports[..] {
+            report.changed_texels = changed;
+        }
+        Ok((reports, shown))
     }
 }
 
 impl TriangleDevice {
     fn new(device: &Device, surface: &TriangleSurface) -> Result<Self> {
         let mesh = DeviceMesh::new(device, surface)?;
-        Ok(Self { device: device.clone(), mesh, sculpting: None, painting: None, half_painting: None })
+        Ok(Self { device: device.clone(), mesh, sculpting: None, turns: None, painting: None, half_painting: None })
     }
 
     /// The device that it is on.
@@ -218,6 +225,7 @@ impl TriangleDevice {
 
     fn sculpt(
         &mut self,
+        context: &Context,
         object: &TriangleObject,
         dabs: &[Dab],
         start: Option<TriangleGround<'_>>,
@@ -234,13 +242,26 @@ impl TriangleDevice {
         let together = start.is_some() && !mode.needs_mean();
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
         let mut tool = self.sculpting.take();
-        let made = self.event(&mut tool, channel, heights, (edits, stamp), together);
+        let tools = self.tool(&mut tool, channel, (heights, object.level()))?;
+        if mode.needs_facing() {
+            let (device, normals, pattern) = (&self.device, object.normals.turns(), tools.values.pattern());
+            let turns = match self.turns.take().filter(|turns| turns.pattern() == pattern) {
+                Some(mut turns) => {
+                    turns.update(device, normals)?;
+                    self.turns.insert(turns)
+                }
+                None => self.turns.insert(DeviceTriangles::new(device, normals, pattern)?),
+            };
+            tools.brush.take_turns(device, turns)?;
+        }
+        let made = self.event(context, tools, channel, heights, (edits, stamp), together);
         self.sculpting = tool;
         made
     }
 
     fn paint<T: DeviceColor>(
         &mut self,
+        context: &Context,
         object: &TriangleObject,
         channel: &TriangleChannel<T>,
         dabs: &[Dab],
@@ -257,24 +278,22 @@ impl TriangleDevice {
         });
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
         let mut tool = T::slot(self).take();
-        let made = self.event(&mut tool, channel, heights, (edits, stamp), !blurs);
+        let tools = self.tool(&mut tool, channel, (heights, object.level()))?;
+        let made = self.event(context, tools, channel, heights, (edits, stamp), !blurs);
         *T::slot(self) = tool;
         made
     }
 
-    /// Makes the first of some edits, or the first few at once. `None` if they reach more triangles than the device can
-    /// have blocks for.
-    fn event<T: DeviceTexel>(
+    /// What edits `channel` at `level`, with the displacement `heights` to go by, up to date.
+    fn tool<'a, T: DeviceTexel>(
         &self,
-        tool: &mut Option<Tool<T>>,
+        tool: &'a mut Option<Tool<T>>,
         channel: &TriangleChannel<T>,
-        heights: &TriangleField,
-        (mut edits, stamp): (Vec<(BrushParameters, Edit)>, Option<&Stamp>),
-        together: bool,
-    ) -> Result<Option<Event<T>>> {
-        let (device, mesh, field) = (&self.device, &self.mesh, channel.field());
-        let pattern = field.pattern();
-        let tool = match tool.take().filter(|tool| tool.values.pattern() == pattern) {
+        (heights, level): (&TriangleField, u32),
+    ) -> Result<&'a mut Tool<T>> {
+        let (device, field) = (&self.device, channel.field());
+        let pattern = field.pattern().coarser(level);
+        Ok(match tool.take().filter(|tool| tool.values.pattern() == pattern) {
             Some(mut known) => {
                 known.ground.update(device, heights)?;
                 known.values.update(device, field)?;
@@ -283,12 +302,29 @@ impl TriangleDevice {
             None => tool.insert(Tool {
                 ground: DeviceTriangles::new(device, heights, pattern)?,
                 values: DeviceTriangles::new(device, field, pattern)?,
-                brush: TriangleBrush::new::<T>(device, mesh, pattern)?,
+                brush: TriangleBrush::new::<T>(device, &self.mesh, pattern)?,
             }),
-        };
+        })
+    }
+
+    /// Makes the first of some edits, or the first few at once. `None` if they reach more triangles than the device can
+    /// have blocks for.
+    fn event<T: DeviceTexel>(
+        &self,
+        context: &Context,
+        tool: &mut Tool<T>,
+        channel: &TriangleChannel<T>,
+        heights: &TriangleField,
+        (mut edits, stamp): (Vec<(BrushParameters, Edit)>, Option<&Stamp>),
+        together: bool,
+    ) -> Result<Option<Event<T>>> {
+        let (device, mesh, field) = (&self.device, &self.mesh, channel.field());
+        let pattern = tool.values.pattern();
         edits.iter_mut().for_each(|(_, edit)| edit.segments = pattern.segments());
         let stage = TriangleStage { device, mesh, ground: (&tool.ground, heights), values: &tool.values, channel };
+        // Finer values follow the edit of a coarser level dab by dab.
+        let together = together && pattern == field.pattern();
         let made = tool.brush.event(stage, (&edits, stamp), together)?;
-        Ok(made.map(|made| Event::new(field, pattern, made)))
+        Ok(made.map(|made| Event::new(context, field, pattern, made)))
     }
 }

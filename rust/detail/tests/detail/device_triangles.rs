@@ -103,7 +103,6 @@ fn dabs_of_a_device_on_triangles_are_those_of_the_processor() {
         (SculptMode::Clay, 0.1),
         (SculptMode::Scrape, 0.0),
         (SculptMode::Layer, -0.1),
-        // What the processor does.
         (SculptMode::Inflate, 0.05),
     ];
     let (mut differing, mut changed) = (0, 0);
@@ -326,6 +325,45 @@ fn stamps_of_a_device_on_triangles_are_those_of_the_processor() {
         let (_, apart) = difference(&here, &there);
         let colors = color_difference(&here, &there);
         assert!(apart <= 16 && colors <= 1.0, "{action:?}: {apart} steps, {colors}");
+    }
+    assert!(there.take_device_fault().is_none());
+}
+
+#[test]
+fn levels_of_a_device_on_triangles_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let make = || {
+        let mut object = object(&context, 32);
+        let topology = object.surface().topology().clone();
+        let options = TriangleOptions { segments: 16, ..Default::default() };
+        object.set_paint(TriangleChannel::of_color(topology, Vec4::splat(0.5), &options).unwrap()).unwrap();
+        object
+    };
+    let [mut here, mut there] = [make(), make()];
+    let [sculpt, clay, inflate] =
+        [SculptMode::Draw, SculptMode::Clay, SculptMode::Inflate].map(|mode| Action::Sculpt { mode, height: 0.1 });
+    let paint = |mode| Action::Paint { mode, color: [0.9, 0.5, 0.1, 1.0] };
+    let settings = |level| StrokeSettings { radius: 0.9, spacing: 0.5, level, ..StrokeSettings::default() };
+    // Detail that stays, on a part of what comes.
+    let detail = [(sculpt, 0.3), (paint(PaintMode::Mix), 0.4)];
+    for (action, radius) in detail {
+        let settings = StrokeSettings { radius, ..settings(0) };
+        let stroke = stroke(&here, &[[2.2, 2.2, 0.0], [2.9, 2.3, 0.0]], action, settings);
+        apply(&context, &stroke, [&mut here, &mut there]);
+    }
+    there.use_device(Some(&device)).unwrap();
+    let coarse = [(1, sculpt), (2, clay), (1, inflate), (2, paint(PaintMode::Mix)), (1, paint(PaintMode::Blur))];
+    for (level, action) in coarse {
+        let stroke = stroke(&here, &[[1.6, 2.0, 0.0], [2.6, 2.4, 0.0]], action, settings(level));
+        context.stats().take();
+        let [expected, found] = apply(&context, &stroke, [&mut here, &mut there]);
+        assert!(context.stats().take().iter().any(|event| event.stage == "dab.device"));
+        assert_eq!((found.dabs, &found.report.changed), (expected.dabs, &expected.report.changed), "{action:?}");
+        assert!(expected.report.changed_texels > 100, "{expected:?}");
+        let (_, apart) = difference(&here, &there);
+        let colors = color_difference(&here, &there);
+        assert!(apart <= 4 && colors <= 1.0, "{level} {action:?}: {apart} steps, {colors}");
     }
     assert!(there.take_device_fault().is_none());
 }

@@ -7,7 +7,7 @@
 
 use half::f16;
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device};
+use relievo_gpu::{Access, Bindings, Buffer, Device, wgpu};
 
 use super::block::TriangleBlock;
 use super::field::TriangleField;
@@ -115,6 +115,11 @@ impl<T: Texel> DeviceTriangles<T> {
     /// What is bound as the group. An update may replace it.
     pub fn group(&self) -> &Bindings {
         &self.group
+    }
+
+    /// The buffers of [`Self::group`] in the order of their bindings.
+    pub fn buffers(&self) -> [&wgpu::Buffer; 2] {
+        [self.on_device.wgpu(), self.values.wgpu()]
     }
 
     /// The pattern that it is read in.

@@ -85,6 +85,11 @@ impl TriangleNormals {
         faces.chain(edges).sum::<usize>() as u64
     }
 
+    /// By how much normals differ from the smooth ones of the undisplaced mesh.
+    pub fn turns(&self) -> &TriangleField<Offset> {
+        &self.turns
+    }
+
     /// The unit normal at a vertex of any pattern laid over `face`; zero where the mesh has none.
     pub fn at(&self, surface: &TriangleSurface, face: u32, pattern: Pattern, node: Node) -> Vec3 {
         let smooth = foot(surface, face, pattern, node).normal;
