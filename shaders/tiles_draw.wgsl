@@ -1,5 +1,5 @@
 // import shade
-// import tiles
+// import vectors
 // Displaced surfaces drawn from virtual vertices: a draw is one part of the grid for every tile of a rate, and the vertex
 // stage evaluates its patch, Bézier or Gregory, with its displacement. Colours are looked up at every pixel.
 
@@ -106,10 +106,10 @@ fn vertex_tiles(@builtin(vertex_index) sample: u32, @builtin(instance_index) ins
         tile = joint.x;
         place = 0.25 * (quarters.xy + quarters.zw * t);
     }
-    let point = tiles_displaced(tile, place);
+    let point = vectors_displaced(tile, place);
     var normal = point.normal;
     if tile != drawn.x || any(place != uv) {
-        let own = tiles_displaced(drawn.x, uv).normal;
+        let own = vectors_displaced(drawn.x, uv).normal;
         if dot(own, normal) < SHARP {
             normal = own;
         }

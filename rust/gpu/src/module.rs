@@ -55,6 +55,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("triangle_intersect", include_str!("../../../shaders/triangle_intersect.wgsl")),
     ("triangles", include_str!("../../../shaders/triangles.wgsl")),
     ("triangles_draw", include_str!("../../../shaders/triangles_draw.wgsl")),
+    ("vectors", include_str!("../../../shaders/vectors.wgsl")),
     ("wide", include_str!("../../../shaders/wide.wgsl")),
 ];
 

@@ -125,7 +125,6 @@ impl Studio {
                     };
                     if let Stage::Device(stage) = &mut self.stage
                         && let Some(colors) = Coat::plain(coat.as_ref())
-                        && displaced.vectors().is_none()
                     {
                         // One quad per texel, as far as a draw can have them.
                         let most = 1 << virtual_vertex::MOST_POWER;

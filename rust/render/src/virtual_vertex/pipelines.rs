@@ -34,8 +34,8 @@ pub(super) enum Draw {
     /// Patches with control points in some storage, with weights or without.
     Patches(Storage, bool),
     Strips,
-    /// Tiles without colours, with those of four bytes, with those of four half floats.
-    Tiles(u8),
+    /// Tiles without colours, with those of four bytes, with those of four half floats; without vectors or with them.
+    Tiles(u8, bool),
     /// Triangles in the pattern of their values, with colours or without.
     Triangles(bool),
     Mesh,
@@ -46,9 +46,9 @@ impl Draw {
         match shape {
             Shape::Patches(patches) => Self::Patches(patches.storage(), patches.is_rational()),
             Shape::Strips(..) => Self::Strips,
-            Shape::Tiles { colors: None, .. } => Self::Tiles(0),
-            Shape::Tiles { colors: Some(ByFormat::Rgba8(_)), .. } => Self::Tiles(1),
-            Shape::Tiles { colors: Some(ByFormat::Rgba16(_)), .. } => Self::Tiles(2),
+            Shape::Tiles { colors: None, vectors, .. } => Self::Tiles(0, vectors.is_some()),
+            Shape::Tiles { colors: Some(ByFormat::Rgba8(_)), vectors, .. } => Self::Tiles(1, vectors.is_some()),
+            Shape::Tiles { colors: Some(ByFormat::Rgba16(_)), vectors, .. } => Self::Tiles(2, vectors.is_some()),
             Shape::Triangles(triangles) => Self::Triangles(triangles.painted),
             Shape::Mesh(_) => Self::Mesh,
         }
@@ -57,7 +57,7 @@ impl Draw {
     fn module(self) -> &'static str {
         match self {
             Self::Patches(..) | Self::Strips => "bezier_draw",
-            Self::Tiles(_) => "tiles_draw",
+            Self::Tiles(..) => "tiles_draw",
             Self::Triangles(_) => "triangles_draw",
             Self::Mesh => "mesh_draw",
         }
@@ -69,7 +69,7 @@ impl Draw {
             Self::Patches(Storage::Texture, _) => "vertex_texture",
             Self::Patches(Storage::Buffer, _) => "vertex_buffer",
             Self::Strips => "vertex_passed",
-            Self::Tiles(_) => "vertex_tiles",
+            Self::Tiles(..) => "vertex_tiles",
             Self::Triangles(_) => "vertex_triangles",
             Self::Mesh => "vertex_mesh",
         }
@@ -133,7 +133,7 @@ impl Pipelines {
         Ok(Self {
             scene: [layout(device, &scene)?, layout(device, &[(1, object)])?],
             records,
-            tiles: [buffers(4)?, buffers(2)?, buffers(4)?],
+            tiles: [buffers(4)?, buffers(2)?, buffers(6)?],
             triangles: [buffers(2)?, buffers(3)?],
             modules: BTreeMap::new(),
             made: BTreeMap::new(),
@@ -150,7 +150,7 @@ impl Pipelines {
     pub fn layouts(&self, draw: Draw) -> &[wgpu::BindGroupLayout] {
         match draw {
             Draw::Patches(storage, _) => &self.records[&storage],
-            Draw::Tiles(_) => &self.tiles,
+            Draw::Tiles(..) => &self.tiles,
             Draw::Triangles(_) => &self.triangles,
             Draw::Strips | Draw::Mesh => &[],
         }
@@ -186,7 +186,7 @@ impl Pipelines {
         let (stride, attributes, immediates): (usize, &[_], u32) = match draw {
             Draw::Patches(..) => (size_of::<VirtualVertex>(), &virtual_vertex, PATCHES_CALL),
             Draw::Strips => (size_of::<PassedVertex>(), &passed_vertex, 0),
-            Draw::Tiles(_) => (0, &[], size_of::<TilesCall>() as u32),
+            Draw::Tiles(..) => (0, &[], size_of::<TilesCall>() as u32),
             Draw::Triangles(_) => (0, &[], TRIANGLES_CALL),
             Draw::Mesh => (size_of::<MeshVertex>(), &mesh_vertex, 0),
         };
@@ -197,7 +197,9 @@ impl Pipelines {
         })];
         let constants = match draw {
             Draw::Patches(_, rational) => vec![("RATIONAL", f64::from(u8::from(rational)))],
-            Draw::Tiles(colors) => vec![("COLORS", f64::from(colors))],
+            Draw::Tiles(colors, vectors) => {
+                vec![("COLORS", f64::from(colors)), ("VECTORS", f64::from(u8::from(vectors)))]
+            }
             Draw::Triangles(colors) => vec![("COLORS", f64::from(u8::from(colors)))],
             Draw::Strips | Draw::Mesh => Vec::new(),
         };

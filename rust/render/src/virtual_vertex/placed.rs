@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Device};
 use relievo_surface::DeviceSurface;
-use relievo_tiles::{ByFormat, DeviceTiles, Rgba8, Rgba16};
+use relievo_tiles::{ByFormat, DeviceTiles, Rgba8, Rgba16, Vector};
 
 use super::patches::VirtualVertices;
 use super::tiles::VirtualTiles;
@@ -28,6 +28,8 @@ pub enum Shape<'a> {
         surface: &'a DeviceSurface,
         /// Its displacement.
         tiles: &'a DeviceTiles,
+        /// Its vector displacement, if it has some.
+        vectors: Option<&'a DeviceTiles<Vector>>,
         /// Its colours, in place of the material's.
         colors: Option<DeviceColors<'a>>,
         /// How it is divided.

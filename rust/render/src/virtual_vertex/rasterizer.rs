@@ -277,15 +277,16 @@ impl Rasterizer {
         let own = match shape {
             Shape::Patches(patches) => vec![self.record_group(patches)?],
             Shape::Strips(..) | Shape::Mesh(_) => Vec::new(),
-            Shape::Tiles { surface, tiles, colors, drawn } => {
+            Shape::Tiles { surface, tiles, vectors, colors, drawn } => {
                 let nothing = self.nothing.wgpu();
                 let colors = colors.map_or([nothing; 2], |colors| by_format!(colors, tiles => tiles.buffers()));
                 let count = drawn.rates().count();
-                let field_counts = [tiles.field().tile_count()];
-                if field_counts.iter().any(|found| *found != count) {
+                let others = vectors.map(|vectors| vectors.field().tile_count());
+                if [tiles.field().tile_count(), others.unwrap_or(count)] != [count; 2] {
                     return Err(Error::invalid("the displacement that is drawn is that of another surface"));
                 }
-                let last = [drawn.joints.wgpu(), drawn.drawn.wgpu(), colors[0], colors[1]];
+                let vectors = vectors.map_or([nothing; 2], |vectors| vectors.buffers());
+                let last = [drawn.joints.wgpu(), drawn.drawn.wgpu(), colors[0], colors[1], vectors[0], vectors[1]];
                 vec![
                     self.buffer_group(draw, 0, &surface.buffers())?,
                     self.buffer_group(draw, 1, &tiles.buffers())?,

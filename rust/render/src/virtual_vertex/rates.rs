@@ -12,7 +12,7 @@ use glam::Vec3;
 use relievo_core::{Context, Error, Result};
 use relievo_surface::bezier::Viewpoint;
 use relievo_surface::{Grid, Link, Order, Placement, Samples, Side, TileTopology};
-use relievo_tiles::Displaced;
+use relievo_tiles::{Displaced, Points};
 
 /// The highest power: 256 cells a side.
 pub const MOST_POWER: u8 = 8;
@@ -173,6 +173,14 @@ impl Bends {
         }
     }
 
+    fn add(&mut self, other: Self) {
+        self.inside += other.inside;
+        for edge in 0..4 {
+            self.edges[edge] += other.edges[edge];
+            self.twists[edge] += other.twists[edge];
+        }
+    }
+
     fn max(self, other: Self) -> Self {
         let of = |a: [f32; 4], b: [f32; 4]| std::array::from_fn(|edge| a[edge].max(b[edge]));
         Self {
@@ -231,13 +239,25 @@ impl Relief {
             let parallel: Vec<Vec3> = (0..samples.len()).map(moved).collect();
             surface = surface.max(Bends::new(CELLS + 1, 1, unit, |i, j| parallel[number(i, j)]));
         }
-        let displacement = block.map_or(Bends::default(), |block| {
-            let size = field.size(tile) as usize;
-            let texel = |i: usize, j: usize| Vec3::new(block[j * (size + 2) + i].to_f32(), 0.0, 0.0);
-            // On an edge the spline is between the ring and the first row.
-            Bends::new(size + 2, 3, 1.0 / size as f32, texel)
+        // On an edge the spline is between the ring and the first row.
+        let of_texels = |size: u32, texel: &dyn Fn(usize) -> Vec3| {
+            let side = size as usize + 2;
+            Bends::new(side, 3, 1.0 / size as f32, |i, j| texel(j * side + i))
+        };
+        let mut displacement = block.map_or(Bends::default(), |block| {
+            of_texels(field.size(tile), &|at| Vec3::new(block[at].to_f32(), 0.0, 0.0))
         });
-        Self { surface, displacement, range: most - least, low, high }
+        let mut range = most - least;
+        if let Some((vectors, block)) = displaced.vectors().and_then(|vectors| Some((vectors, vectors.block(tile)?))) {
+            displacement.add(of_texels(vectors.size(tile), &|at| Vec3::from(block[at].0.map(|part| part.to_f32()))));
+            range += 2.0 * vectors.length(tile);
+            // Their frames turn with the surface.
+            let mut points = Points::default();
+            if displaced.grid(context, tile, &grid, &mut points).is_ok() {
+                surface = surface.max(Bends::new(CELLS + 1, 1, unit, |i, j| Vec3::from(points.p[number(i, j)])));
+            }
+        }
+        Self { surface, displacement, range, low, high }
     }
 
     fn error(&self, of: impl Fn(&Bends) -> f64) -> f64 {

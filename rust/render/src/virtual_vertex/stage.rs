@@ -79,7 +79,7 @@ impl Stage {
     /// tagged for false colours by `tag`.
     ///
     /// # Errors
-    /// There is no such object, the surface has other tiles or vector displacement, or the device fails.
+    /// There is no such object, the surface has other tiles, or the device fails.
     pub fn set_surface(
         &mut self,
         context: &Context,

@@ -5,7 +5,7 @@ use relievo_core::{Context, Result};
 use relievo_gpu::Device;
 use relievo_surface::DeviceSurface;
 use relievo_surface::bezier::Viewpoint;
-use relievo_tiles::{AnyField, ByFormat, DeviceTiles, Displaced, Rgba8, Rgba16};
+use relievo_tiles::{AnyField, ByFormat, DeviceTiles, Displaced, Field, Rgba8, Rgba16, Vector};
 
 use super::placed::{Placed, Shape};
 use super::tiles::VirtualTiles;
@@ -17,6 +17,7 @@ use crate::settings::View;
 pub struct DrawnSurface {
     surface: DeviceSurface,
     tiles: DeviceTiles,
+    vectors: Option<DeviceTiles<Vector>>,
     colors: Option<ByFormat<DeviceTiles<Rgba8>, DeviceTiles<Rgba16>>>,
     drawn: VirtualTiles,
 }
@@ -25,20 +26,19 @@ impl DrawnSurface {
     /// Brings a surface to a device. It is divided as coarsely as can be before [`Self::adapt`] or [`Self::divide`].
     ///
     /// # Errors
-    /// The surface has vector displacement, which devices do not draw, or the device has no room.
+    /// The device has no room.
     pub fn new(
         context: &Context,
         device: &Device,
         displaced: &Displaced<'_>,
         colors: Option<AnyField<'_>>,
     ) -> Result<Self> {
-        // Refused before anything is sent.
-        let drawn = VirtualTiles::new(context, device, displaced, 2)?;
         Ok(Self {
             surface: DeviceSurface::new(device, displaced.surface())?,
             tiles: DeviceTiles::new(device, displaced.field())?,
+            vectors: displaced.vectors().map(|vectors| DeviceTiles::new(device, vectors)).transpose()?,
             colors: colors.map(|colors| bring(device, colors)).transpose()?,
-            drawn,
+            drawn: VirtualTiles::new(context, device, displaced, 2)?,
         })
     }
 
@@ -46,7 +46,7 @@ impl DrawnSurface {
     /// pose of the surface it was made from or was last [posed](Self::pose) in.
     ///
     /// # Errors
-    /// The surface has other tiles or vector displacement, or the device fails.
+    /// The surface has other tiles, or the device fails.
     pub fn update(
         &mut self,
         context: &Context,
@@ -54,7 +54,17 @@ impl DrawnSurface {
         displaced: &Displaced<'_>,
         colors: Option<AnyField<'_>>,
     ) -> Result<()> {
-        let changed = self.tiles.update(device, displaced.field())?;
+        let mut changed = self.tiles.update(device, displaced.field())?;
+        match (&mut self.vectors, displaced.vectors()) {
+            (Some(held), Some(vectors)) => changed.extend(held.update(device, vectors)?),
+            (held, vectors) => {
+                let of = |vectors: &Field<Vector>| vectors.allocated().collect::<Vec<u32>>();
+                changed.extend(held.iter().map(DeviceTiles::field).chain(vectors).flat_map(of));
+                *held = vectors.map(|vectors| DeviceTiles::new(device, vectors)).transpose()?;
+            }
+        }
+        changed.sort_unstable();
+        changed.dedup();
         self.drawn.update(context, device, displaced, &changed)?;
         match (&mut self.colors, colors) {
             (Some(ByFormat::Rgba8(tiles)), Some(ByFormat::Rgba8(field))) => {
@@ -113,7 +123,13 @@ impl DrawnSurface {
             ByFormat::Rgba8(tiles) => ByFormat::Rgba8(tiles),
             ByFormat::Rgba16(tiles) => ByFormat::Rgba16(tiles),
         });
-        let shape = Shape::Tiles { surface: &self.surface, tiles: &self.tiles, colors, drawn: &self.drawn };
+        let shape = Shape::Tiles {
+            surface: &self.surface,
+            tiles: &self.tiles,
+            vectors: self.vectors.as_ref(),
+            colors,
+            drawn: &self.drawn,
+        };
         Placed { shape, transform, material, number }
     }
 }

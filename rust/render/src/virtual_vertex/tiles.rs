@@ -5,7 +5,7 @@
 //! the grid in bands of few columns, so that devices evaluate a vertex about once and not at each of its six triangles.
 //! A tile whose edges are divided otherwise than its inside is drawn as its inner cells and four strips beside them.
 //! Places on edges and at vertices are evaluated at the canonical place that the processor has too
-//! ([`Field::canonical`]), in the one tile that it names, so that all tiles there get the same bits.
+//! ([`Displaced::canonical`]), in the one tile that it names, so that all tiles there get the same bits.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Buffer, Device};
 use relievo_surface::bezier::Viewpoint;
 use relievo_surface::{Place, TileTopology};
-use relievo_tiles::{Displaced, Field, Points};
+use relievo_tiles::{Displaced, Points};
 
 use super::indices::{VERTEX, VERTEX_BITS};
 use super::placed::{DeviceMesh, MeshVertex, NO_TAG};
@@ -122,7 +122,7 @@ impl VirtualTiles {
     /// All tiles of a surface, divided into `cells` along an edge of the cage.
     ///
     /// # Errors
-    /// `cells` is not a power of two from 2 to 256, the surface has vector displacement, or the device has no memory.
+    /// `cells` is not a power of two from 2 to 256, or the device has no memory.
     pub fn new(context: &Context, device: &Device, displaced: &Displaced<'_>, cells: u32) -> Result<Self> {
         let topology = displaced.field().topology().clone();
         let count = topology.tile_count();
@@ -148,7 +148,7 @@ impl VirtualTiles {
     /// device has of the surface and its displacement is to be updated apart.
     ///
     /// # Errors
-    /// The surface has other tiles or vector displacement, or the device fails.
+    /// The surface has other tiles, or the device fails.
     pub fn update(
         &mut self,
         context: &Context,
@@ -161,10 +161,6 @@ impl VirtualTiles {
             let what = format!("a surface of {} tiles instead of {}", field.tile_count(), self.reliefs.len());
             return Err(Error::invalid(what).advise("give the surface that is drawn"));
         }
-        if displaced.vectors().is_some_and(|vectors| vectors.allocated().next().is_some()) {
-            return Err(Error::unsupported("vector displacement is not drawn by graphics devices")
-                .advise("use the device `cpu`"));
-        }
         let live = |tile: &u32| (*tile as usize) < self.reliefs.len() && !self.topology.is_hole(*tile);
         let changed: Vec<u32> = changed.iter().copied().filter(live).collect();
         let reliefs = context.map(changed.len(), |at| Relief::new(context, displaced, changed[at]));
@@ -175,7 +171,7 @@ impl VirtualTiles {
         let mut beside: Vec<u32> = changed.iter().flat_map(|tile| around(&self.topology, *tile)).collect();
         beside.sort_unstable();
         beside.dedup();
-        let joints = context.map(beside.len(), |at| joints_of(field, beside[at]));
+        let joints = context.map(beside.len(), |at| joints_of(displaced, beside[at]));
         let mut first = 0;
         for run in beside.chunk_by(|a, b| a + 1 == *b) {
             let lists = &joints[first..first + run.len()];
@@ -410,8 +406,8 @@ fn around(topology: &TileTopology, tile: u32) -> impl Iterator<Item = u32> {
 }
 
 /// Where places on the edges of `tile` are evaluated.
-fn joints_of(field: &Field, tile: u32) -> [[u32; 2]; JOINTS] {
-    if field.topology().is_hole(tile) {
+fn joints_of(displaced: &Displaced<'_>, tile: u32) -> [[u32; 2]; JOINTS] {
+    if displaced.field().topology().is_hole(tile) {
         return [[0; 2]; JOINTS];
     }
     // Along a half of an edge the canonical place is linear, with whole numbers of quarters.
@@ -419,7 +415,7 @@ fn joints_of(field: &Field, tile: u32) -> [[u32; 2]; JOINTS] {
         let numbers = [start.u, start.v, step[0], step[1]].map(|number| (4.0 * number) as i32 + 128);
         [start.tile, numbers.iter().rev().fold(0, |word, number| word << 8 | *number as u32 & 0xff)]
     };
-    let canonical = |edge: u8, t: f32| field.canonical(Place::on_edge(tile, edge, t));
+    let canonical = |edge: u8, t: f32| displaced.canonical(Place::on_edge(tile, edge, t));
     std::array::from_fn(|number| {
         let edge = (number % 8 / 2) as u8;
         let second = number % 2 == 1;

@@ -5,7 +5,7 @@ use half::f16;
 use relievo_core::{Context, Crease, Mesh, Values};
 use relievo_gpu::Device;
 use relievo_render::virtual_vertex::{
-    DeviceMesh, MOST_POWER, Placed, Rasterizer, Shape, Stage, TileRates, VirtualTiles,
+    DeviceMesh, DrawnSurface, MOST_POWER, Placed, Rasterizer, Shape, Stage, TileRates, VirtualTiles,
 };
 use relievo_render::{FalseColor, Frame, Material, NO_OBJECT, Scene, Sun, View, compare_geometry};
 use relievo_surface::bezier::Viewpoint;
@@ -14,7 +14,7 @@ use relievo_testing::{Random, device, grid};
 use relievo_tiles::channel::ChannelOptions;
 use relievo_tiles::{
     ByFormat, ColorTexel, DeviceTiles, Displaced, Displacement, DisplacementOptions, Paint, Points, Rgba8, Rgba16,
-    Sets, uniform_rates,
+    Sets, Vector, VectorDisplacement, uniform_rates,
 };
 
 use crate::{picture, view};
@@ -116,7 +116,10 @@ impl Model {
 
     fn placed<'a>(&'a self, drawn: &'a VirtualTiles) -> Placed<'a> {
         let colors = Some(ByFormat::Rgba8(&self.colors));
-        Placed::new(Shape::Tiles { surface: &self.on_device, tiles: &self.tiles, colors, drawn }, MATERIAL)
+        Placed::new(
+            Shape::Tiles { surface: &self.on_device, tiles: &self.tiles, vectors: None, colors, drawn },
+            MATERIAL,
+        )
     }
 
     /// The same as triangles, with the colours of its points.
@@ -216,7 +219,7 @@ fn displaced_surfaces_are_those_of_the_ray_caster() {
     // Half floats hold the same colours.
     let halves = DeviceTiles::new(&device, paint::<Rgba16>(&model.surface).field()).unwrap();
     let colors = Some(ByFormat::Rgba16(&halves));
-    let shape = Shape::Tiles { surface: &model.on_device, tiles: &model.tiles, colors, drawn: &drawn };
+    let shape = Shape::Tiles { surface: &model.on_device, tiles: &model.tiles, vectors: None, colors, drawn: &drawn };
     let halved = rasterizer.render(&[Placed::new(shape, MATERIAL)], &view).unwrap();
     assert_eq!(halved.depth, frame.depth);
     let albedo = differences(&halved, &frame, |frame, x, y| color_of(&frame.albedo, x, y));
@@ -343,7 +346,7 @@ fn error(displaced: &Displaced<'_>, drawn: &VirtualTiles, view: &View) -> f64 {
     largest
 }
 
-fn triangles(drawn: &VirtualTiles) -> u64 {
+fn triangles_of(drawn: &VirtualTiles) -> u64 {
     drawn.draws().iter().map(|draw| draw.triangles()).sum()
 }
 
@@ -366,7 +369,7 @@ fn adapted_tiles_are_within_the_tolerance_and_have_few_triangles() {
             let view = model.view(from, size);
             drawn.adapt(&device, &viewpoint(&view), tolerance).unwrap();
             let found = error(&model.displaced(), &drawn, &view);
-            println!("depth {depth} {size:?} {tolerance}: {} triangles, {found} pixels", triangles(&drawn));
+            println!("depth {depth} {size:?} {tolerance}: {} triangles, {found} pixels", triangles_of(&drawn));
             assert!(found < tolerance, "{depth} {size:?}: {found} instead of {tolerance} pixels");
         }
     }
@@ -393,7 +396,7 @@ fn adapted_tiles_are_within_the_tolerance_and_have_few_triangles() {
     let beside = others.iter().filter(|tile| rates.edges(**tile).iter().any(|edge| edge + 2 >= rates.tile(14))).count();
     assert!(beside <= 4, "{rates:?}");
     let found = error(&displaced, &drawn, &sheet);
-    println!("a fine tile among 36: {} triangles, {found} pixels", triangles(&drawn));
+    println!("a fine tile among 36: {} triangles, {found} pixels", triangles_of(&drawn));
     assert!(found < 0.5, "{found}");
     let Some(path) = relievo_testing::file("cages/spot_quadrangulated.obj") else { return };
     let cage = relievo_meshio::read(&context, &path).unwrap();
@@ -407,8 +410,8 @@ fn adapted_tiles_are_within_the_tolerance_and_have_few_triangles() {
     let view = view(middle, middle + DVec3::new(0.6, 0.3, -1.0) * 1.8 * (high - low).length(), DVec3::Y, [480, 400]);
     drawn.adapt(&device, &viewpoint(&view), 0.5).unwrap();
     let found = error(&displaced, &drawn, &view);
-    println!("spot: {} triangles, {found} pixels", triangles(&drawn));
-    assert!(found < 0.5 && triangles(&drawn) < 50_000, "{found} {}", triangles(&drawn));
+    println!("spot: {} triangles, {found} pixels", triangles_of(&drawn));
+    assert!(found < 0.5 && triangles_of(&drawn) < 50_000, "{found} {}", triangles_of(&drawn));
 }
 
 #[test]
@@ -517,6 +520,71 @@ fn stages_keep_what_changes() {
     assert!(hidden.object.iter().all(|number| *number == nothing.number()));
     stage.set_mesh(nothing, 0, &Default::default()).unwrap();
     assert_eq!(stage.render(&view).unwrap().object, again.object);
+}
+
+#[test]
+fn vectors_are_those_of_the_ray_caster() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let mut cage = prism();
+    cage.creases.retain(|crease| crease.sharpness < 2.0);
+    let model = Model::new(&device, cage, 0.005);
+    let options = ChannelOptions { size: 16, ..ChannelOptions::default() };
+    let mut vectors = VectorDisplacement::on(&model.surface, &options).unwrap();
+    let mut drawn = DrawnSurface::new(&context, &device, &model.displaced(), None).unwrap();
+    let some: Vec<u32> = (0..model.surface.tile_count() as u32).filter(|tile| tile % 4 != 1).collect();
+    vectors.apply(&Sets { allocate: some.clone(), ..Sets::default() }).unwrap();
+    let length = 0.02 * model.surface.extent();
+    let changes = vectors.edit(&context, &some, |tile, texels| {
+        let n = texels.size() as f32;
+        for j in 0..texels.size() {
+            for (i, texel) in texels.row_mut(j).iter_mut().enumerate() {
+                // Nothing along edges, where frames of texels turn.
+                let [u, v] = [i, j].map(|at| (at as f32 + 0.5) / n);
+                let share = length * [u, v].map(|at| (std::f32::consts::PI * at).sin().powi(2)).iter().product::<f32>();
+                let [a, b] = [4.0 * (u + tile as f32), 4.0 * v];
+                *texel = Vector([a.sin(), (a + b).cos(), (a - b).sin()].map(|part| f16::from_f32(share * part)));
+            }
+        }
+    });
+    vectors.settle(&context, &changes.unwrap()).unwrap();
+    let displaced = model.displaced().with_vectors(vectors.field()).unwrap();
+    let mut rasterizer = Rasterizer::new(&device).unwrap();
+    let view = model.view(DVec3::new(1.0, -1.4, 1.1), [240, 180]);
+    let before = rasterizer.render(&[drawn.placed(DAffine3::IDENTITY, MATERIAL, None)], &view).unwrap();
+    drawn.update(&context, &device, &displaced, None).unwrap();
+    drawn.tiles_mut().divide(&device, TileRates::uniform(model.surface.topology(), 32).unwrap()).unwrap();
+    let frame = rasterizer.render(&[drawn.placed(DAffine3::IDENTITY, MATERIAL, None)], &view).unwrap();
+    assert!(before.depth != frame.depth);
+    let passed = drawn.tiles().passed(&context, &device, &displaced, &MATERIAL).unwrap();
+    let passed = rasterizer.render(&[Placed::new(Shape::Mesh(&passed), MATERIAL)], &view).unwrap();
+    let rates = uniform_rates(model.surface.topology(), 32);
+    let made = displaced.tessellate(&context, &model.cage, &rates).unwrap();
+    let normals = match &made.mesh.attribute("normal").unwrap().values {
+        Values::F32(values) => values.as_chunks::<3>().0.to_vec(),
+        Values::U32(_) => Vec::new(),
+    };
+    let triangles = made.mesh.corners.as_chunks::<3>().0.to_vec();
+    let mesh = relievo_render::Mesh { points: made.mesh.points, triangles, normals, ..Default::default() };
+    // The processor's points in the same triangles, and its own tessellation.
+    for (expected, share) in [(&passed, 1e-5), (&cast(mesh, &view), 1e-2)] {
+        let found = compare_geometry(&picture(expected), &picture(&frame), None).unwrap().unwrap();
+        println!("{found:?}");
+        assert!(found.covered > 6000 && found.silhouette() < 0.002, "{found:?}");
+        assert!(found.depth.unwrap().p999 < share && found.normal.unwrap().median < 1e-4, "{found:?}");
+    }
+    drawn.adapt(&device, &view, &DAffine3::IDENTITY, 0.5).unwrap();
+    let away = error(&displaced, drawn.tiles(), &view);
+    println!("vectors: {} triangles, {away} pixels", triangles_of(drawn.tiles()));
+    assert!(away < 0.5, "{away}");
+    let adapted = rasterizer.render(&[drawn.placed(DAffine3::IDENTITY, MATERIAL, None)], &view).unwrap();
+    let found = compare_geometry(&picture(&frame), &picture(&adapted), None).unwrap().unwrap();
+    assert!(found.silhouette() < 0.004, "{found:?}");
+    // Without them it is as before.
+    drawn.update(&context, &device, &model.displaced(), None).unwrap();
+    drawn.tiles_mut().divide(&device, TileRates::uniform(model.surface.topology(), 2).unwrap()).unwrap();
+    let after = rasterizer.render(&[drawn.placed(DAffine3::IDENTITY, MATERIAL, None)], &view).unwrap();
+    assert_eq!(before.depth, after.depth);
 }
 
 #[test]
