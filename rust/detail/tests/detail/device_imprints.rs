@@ -4,8 +4,10 @@ use glam::{DAffine3, DQuat, DVec3};
 use half::f16;
 use relievo_core::{Context, Mesh};
 use relievo_detail::{
-    Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Motion, Pose, Press, Report, Sweep,
+    Collider, DisplacedObject, History, ImprintSettings, Imprinter, LayeredObject, Moment, Motion, Pose, Press, Report,
+    Sweep,
 };
+use relievo_document::Document;
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_testing::{device, grid};
 use relievo_tiles::{Displacement, DisplacementOptions, Field, Traces};
@@ -435,4 +437,82 @@ fn what_a_budget_refuses_is_not_there_for_those_that_follow() {
     assert_eq!(found.sub_steps, expected.sub_steps);
     let (apart, all) = difference(here.displacement().field(), there.displacement().field());
     assert!(apart * 1000 < all, "{apart} of {all}");
+}
+
+#[test]
+fn journals_of_imprints_on_a_device_undo_and_recover_them() {
+    const LIMIT: u64 = 1 << 30;
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("imprints.relievo");
+    let settings = ImprintSettings { smoothing: 0.4, ..settings() };
+    let mut collider = ball(&context, 0.7);
+    let mut make = |object: &mut DisplacedObject, number: u32| {
+        collider.set_transform(place(object, number)).unwrap();
+        let moment = Moment { frame: u64::from(number), ..Moment::default() };
+        let report = Imprinter::new().imprint(&context, object, &collider, &settings, moment).unwrap();
+        assert!(!report.changed.is_empty());
+    };
+    let is = |object: &DisplacedObject, state: &Vec<(u32, Vec<u16>)>| bits(object.displacement().field()) == *state;
+    let fresh = || {
+        let mut object = object(&context, 32, DAffine3::IDENTITY);
+        object.use_device(Some(&device)).unwrap();
+        object
+    };
+    let mut object = fresh();
+    let mut document = Document::new(&sheet(), context.level().name()).unwrap();
+    object.store(&context, &mut document).unwrap();
+    let mut history = History::new(LIMIT);
+    history.save(&path, &document).unwrap();
+    let mut states = vec![bits(object.displacement().field())];
+    for number in 0..4 {
+        history.begin(&context, &mut object, &format!("imprint {number}")).unwrap();
+        make(&mut object, number);
+        history.end(&context, &mut object).unwrap().unwrap();
+        states.push(bits(object.displacement().field()));
+    }
+    for state in states[..4].iter().rev() {
+        history.undo(&context, &mut object).unwrap().unwrap();
+        assert!(is(&object, state));
+    }
+    // Made after something was undone and made again, an imprint is what it was.
+    for _ in 0..3 {
+        history.redo(&context, &mut object).unwrap().unwrap();
+    }
+    history.begin(&context, &mut object, "imprint 3").unwrap();
+    make(&mut object, 3);
+    assert!(is(&object, &states[4]));
+    // The program ends before the texels are journalled: its input is there, and what it changed is not.
+    assert!(object.take_device_fault().is_none() && history.is_under_way());
+    drop((object, history));
+    let under_way = Document::open(&path, LIMIT).unwrap().notes;
+    assert!(under_way.iter().any(|note| note.contains("not in it: imprint 3")), "{under_way:?}");
+    let (document, mut history) = History::open(&path, LIMIT, LIMIT).unwrap();
+    let mut object = fresh();
+    object.take_up(&context, &document, LIMIT).unwrap();
+    assert!(history.undo_count() == 3 && is(&object, &states[3]));
+    // Only that one is made again, once it is the device that does it and once, after its loss, the processor.
+    history.begin(&context, &mut object, "imprint 3").unwrap();
+    make(&mut object, 3);
+    assert!(is(&object, &states[4]));
+    history.abandon(&context, &mut object).unwrap();
+    assert!(is(&object, &states[3]));
+    history.begin(&context, &mut object, "imprint 3").unwrap();
+    device.abandon();
+    make(&mut object, 3);
+    history.end(&context, &mut object).unwrap().unwrap();
+    assert!(object.take_device_fault().is_some());
+    let last = bits(object.displacement().field());
+    history.undo(&context, &mut object).unwrap().unwrap();
+    assert!(is(&object, &states[3]));
+    drop(history);
+    let (document, history) = History::open(&path, LIMIT, LIMIT).unwrap();
+    let mut opened = self::object(&context, 32, DAffine3::IDENTITY);
+    opened.take_up(&context, &document, LIMIT).unwrap();
+    assert_eq!((history.undo_count(), history.redo_count()), (3, 1));
+    assert!(is(&opened, &states[3]));
+    let mut history = history;
+    history.redo(&context, &mut opened).unwrap().unwrap();
+    assert!(is(&opened, &last));
 }
