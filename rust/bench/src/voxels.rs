@@ -35,7 +35,13 @@ fn measure(context: &Context, report: &mut Report, name: &str, mesh: &Mesh) -> R
     let grid = Grid::new(&obb.enlarged(0.02 * obb.half.max_element()), VOXELS, None);
     let local = |point: &[f32; 3]| grid.map.transform_point3(DVec3::from(point.map(f64::from))) - 0.5;
     let points: Vec<[f32; 3]> = mesh.points.iter().map(|point| local(point).as_vec3().to_array()).collect();
-    let solid = Solid { points: &mesh.points, triangles: &triangles, transform: DAffine3::IDENTITY, closed: true };
+    let solid = Solid {
+        points: &mesh.points,
+        triangles: &triangles,
+        transform: DAffine3::IDENTITY,
+        closed: true,
+        lattice: None,
+    };
     let mut voxels = Voxels::default();
     // What goes well once goes well every time: the timed calls need no check.
     voxels.fill(context, &grid, &solid, None, Side::Forward)?;

@@ -11,6 +11,7 @@ use relievo_tiles::tessellate::MAX_RATE;
 
 use crate::grid::Grid;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
+use crate::lattice::Lattice;
 use crate::obb::Obb;
 use crate::object::{DisplacedObject, check_transform};
 use crate::voxel::{Side, Solid, Voxels};
@@ -250,10 +251,20 @@ impl Collider {
     /// triangles were looked at.
     pub fn voxelise(&self, context: &Context, grid: &Grid, voxels: &mut Voxels) -> Result<usize> {
         let (side, selection) = self.side(context, grid);
-        let solid =
-            Solid { points: &self.points, triangles: &self.triangles, transform: self.transform, closed: self.closed };
+        let solid = Solid {
+            points: &self.points,
+            triangles: &self.triangles,
+            transform: self.transform,
+            closed: self.closed,
+            lattice: self.lattice(grid),
+        };
         voxels.fill(context, grid, &solid, Some(&selection), side)?;
         Ok(selection.len())
+    }
+
+    /// Where its points are on the lattice of `grid`; `None` where that is not a matter of integers.
+    pub(crate) fn lattice(&self, grid: &Grid) -> Option<Lattice> {
+        Lattice::new(grid, &self.transform, self.object_obb())
     }
 
     /// The side of `grid` on which its columns meet fewer triangles, and those triangles.

@@ -140,7 +140,13 @@ mod tests {
             axes: DMat3::from_rotation_x(0.3),
             half: DVec3::new(1.2, 0.9, 0.4),
         };
-        let solid = Solid { points: &points, triangles: &triangles, transform: DAffine3::IDENTITY, closed: true };
+        let solid = Solid {
+            points: &points,
+            triangles: &triangles,
+            transform: DAffine3::IDENTITY,
+            closed: true,
+            lattice: None,
+        };
         let mut voxels = Voxels::default();
         voxels.fill(&Context::serial(), &Grid::new(&obb, 1 << 16, None), &solid, None, Side::Forward).unwrap();
         voxels
@@ -239,7 +245,13 @@ mod tests {
     fn axis_rays_through_a_full_grid_end_at_its_faces() {
         let (points, triangles) = shapes::cube(10.0);
         let obb = Obb { center: DVec3::ZERO, axes: DMat3::IDENTITY, half: DVec3::ONE };
-        let solid = Solid { points: &points, triangles: &triangles, transform: DAffine3::IDENTITY, closed: true };
+        let solid = Solid {
+            points: &points,
+            triangles: &triangles,
+            transform: DAffine3::IDENTITY,
+            closed: true,
+            lattice: None,
+        };
         let mut voxels = Voxels::default();
         let grid = Grid { dims: [16, 8, 128], ..Grid::new(&obb, 1 << 14, None) };
         voxels.fill(&Context::serial(), &grid, &solid, None, Side::Forward).unwrap();

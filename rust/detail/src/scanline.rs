@@ -9,7 +9,6 @@
 
 use std::cell::Cell;
 
-use glam::DVec3;
 use relievo_core::dispatch_simd;
 use relievo_core::lanes::Lanes;
 
@@ -93,11 +92,10 @@ impl Facet {
         leaves: 0,
     };
 
-    /// Sets up a triangle given in voxel coordinates; `None` if no column meets it or it does not matter.
+    /// Sets up a triangle given on the lattice; `None` if no column meets it or it does not matter.
     #[inline(always)]
-    pub fn new(places: &[DVec3; 3], mirrored: bool, [nx, ny, nz]: [i64; 3], backward: bool) -> Option<Self> {
-        let mut corners: [(i64, i64, i64); 3] =
-            std::array::from_fn(|i| (snap(places[i].x), snap(places[i].y), snap(places[i].z)));
+    pub fn new(corners: &[[i64; 3]; 3], mirrored: bool, [nx, ny, nz]: [i64; 3], backward: bool) -> Option<Self> {
+        let mut corners = corners.map(|[x, y, z]| (x, y, z));
         // A corner at the centre of row j belongs to row j: rows are half open upwards.
         let row = |y: i64| (y - HALF + SUB - 1).div_euclid(SUB);
         let mut odd = mirrored;

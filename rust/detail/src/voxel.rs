@@ -20,7 +20,8 @@ use relievo_core::simd::Arithmetic;
 use relievo_core::{Context, Error, Parts, Result, dispatch_simd};
 
 use crate::grid::Grid;
-use crate::scanline::{self, Facet, PADDING, Shape, Slab};
+use crate::lattice::Lattice;
+use crate::scanline::{self, Facet, PADDING, Shape, Slab, snap};
 
 /// A triangle mesh to be voxelised.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +34,8 @@ pub struct Solid<'a> {
     pub transform: DAffine3,
     /// Whether the mesh has no open edge.
     pub closed: bool,
+    /// The lattice of the grid for it, if its points are to be where graphics devices put them.
+    pub lattice: Option<Lattice>,
 }
 
 /// The end of the columns that the triangles around are taken from.
@@ -324,16 +327,21 @@ fn set_up_body<A: Arithmetic>(
         let missing =
             || Error::invalid("the triangle or one of its points does not exist").at(format!("triangle {triangle}"));
         let corners = solid.triangles.get(triangle).ok_or_else(missing)?;
-        let mut places = [glam::DVec3::ZERO; 3];
+        let mut places = [[0; 3]; 3];
         for (place, corner) in places.iter_mut().zip(corners) {
-            let [x, y, z] = *solid.points.get(*corner as usize).ok_or_else(missing)?;
-            *place = map.transform_point3(glam::DVec3::new(x.into(), y.into(), z.into()));
-        }
-        // Not a number fails this as well.
-        if !places.iter().all(|place| place.abs().max_element() < FAR) {
-            return Err(Error::unsupported("the collider reaches too far beyond the overlap to be voxelised")
-                .at(format!("triangle {triangle}"))
-                .advise("cut the collider down, or make the objects that collide closer in size"));
+            let point = *solid.points.get(*corner as usize).ok_or_else(missing)?;
+            if let Some(near) = solid.lattice.and_then(|lattice| lattice.place(point)) {
+                *place = near;
+                continue;
+            }
+            let far = map.transform_point3(glam::DVec3::from(point.map(f64::from)));
+            // Not a number fails this as well.
+            if !(far.abs().max_element() < FAR) {
+                return Err(Error::unsupported("the collider reaches too far beyond the overlap to be voxelised")
+                    .at(format!("triangle {triangle}"))
+                    .advise("cut the collider down, or make the objects that collide closer in size"));
+            }
+            *place = far.to_array().map(snap);
         }
         *facet = Facet::new(&places, mirrored, dims, side == Side::Backward).unwrap_or(Facet::NONE);
     }
@@ -402,7 +410,7 @@ mod tests {
 
     fn fill(soup: &Soup, grid: &Grid, selection: Option<&[u32]>, side: Side, closed: bool, threads: usize) -> Voxels {
         let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
-        let solid = Solid { points: &soup.0, triangles: &soup.1, transform: DAffine3::IDENTITY, closed };
+        let solid = Solid { points: &soup.0, triangles: &soup.1, transform: DAffine3::IDENTITY, closed, lattice: None };
         let mut voxels = Voxels::default();
         voxels.fill(&context, grid, &solid, selection, side).unwrap();
         voxels
@@ -574,7 +582,8 @@ mod tests {
         assert_eq!(voxels.count(), grid.dims.iter().map(|n| u64::from(*n)).product::<u64>());
         let mut far = soup.clone();
         far.0[0] = [1e30; 3];
-        let solid = Solid { points: &far.0, triangles: &far.1, transform: DAffine3::IDENTITY, closed: true };
+        let solid =
+            Solid { points: &far.0, triangles: &far.1, transform: DAffine3::IDENTITY, closed: true, lattice: None };
         let error = Voxels::default().fill(&Context::serial(), &grid, &solid, None, Side::Forward).unwrap_err();
         assert!(error.to_string().contains("too far"), "{error}");
         let solid = Solid { points: &soup.0, triangles: &[[0, 1, 99]], ..solid };

@@ -22,6 +22,7 @@ use crate::cull::VoxelFrame;
 use crate::grid::Grid;
 use crate::imprint::Cast;
 use crate::knots::{BLOCK_KNOTS, block_edge};
+use crate::lattice::Lattice;
 use crate::object::DisplacedObject;
 use crate::raycast::{DentBlock, Limits, TileDents, unkey};
 use crate::voxel::Side;
@@ -46,20 +47,22 @@ pub(crate) struct Link {
     side: Side,
     grid: Grid,
     limits: Limits,
-    near: bool,
+    lattice: Lattice,
 }
 
 /// Voxels from the grid within which kernels place points, less what rounding takes.
 const FAR: f64 = 65_000.0;
 
 impl Link {
-    /// The imprint of `collider`, where it is now, on one of the targets.
-    pub fn new(context: &Context, target: usize, collider: &Collider, grid: &Grid, limits: &Limits) -> Self {
-        // Of a closed mesh either side will do.
-        let side = if collider.is_closed() { Side::Forward } else { collider.side(context, grid).0 };
+    /// The imprint of `collider`, where it is now, on one of the targets. `None` where not all of it is near enough to the
+    /// grid for a device: at a first touch voxels may be tiny.
+    pub fn new(context: &Context, target: usize, collider: &Collider, grid: &Grid, limits: &Limits) -> Option<Self> {
         let corners = collider.obb().corners();
         let near = corners.into_iter().all(|it| grid.map.transform_point3(it).abs().max_element() < FAR);
-        Self {
+        let lattice = collider.lattice(grid).filter(|_| near)?;
+        // Of a closed mesh either side will do.
+        let side = if collider.is_closed() { Side::Forward } else { collider.side(context, grid).0 };
+        Some(Self {
             target,
             mesh: collider.identity[0],
             triangles: collider.triangles().len() as u64,
@@ -67,13 +70,8 @@ impl Link {
             side,
             grid: *grid,
             limits: *limits,
-            near,
-        }
-    }
-
-    /// Whether all of the collider is near enough to the grid for a device: at a first touch voxels may be tiny.
-    pub fn is_near(&self) -> bool {
-        self.near
+            lattice,
+        })
     }
 }
 
@@ -227,7 +225,7 @@ impl DeviceChain {
                 blocks.list(pass, culling, index as u32)
             }
             Stage::Voxelise => {
-                mesh.snap(pass, &link.grid, &link.transform)?;
+                mesh.snap(pass, &link.lattice)?;
                 let mirrored = (link.grid.map * link.transform).matrix3.determinant() < 0.0;
                 voxels.fill(pass, mesh, link.side, mirrored)
             }

@@ -4,15 +4,13 @@
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, Scan, groups};
 
 use super::voxel::{Shape, facets};
 use crate::grid::Grid;
-
-/// Snapped units beyond which the kernels do not place points.
-const FAR: i32 = 1 << 24;
+use crate::lattice::{FAR, Lattice};
 
 /// Triangles up to which the kernels' sum of the work cannot wrap round.
 const MOST_TRIANGLES: usize = 1 << 21;
@@ -35,43 +33,12 @@ struct Snap {
     padding_high: u32,
 }
 
-/// The power of two that a number does not exceed, 0 for 0.
-fn exponent(value: f64) -> i32 {
-    if value > 0.0 { value.log2().ceil() as i32 } else { 0 }
-}
-
 impl Snap {
-    /// The map to voxels in integers, for `count` points with coordinates up to `largest`; `center` is where precision
-    /// is wanted. Fails where there are not enough bits for it.
-    fn new(map: &DAffine3, center: DVec3, largest: f32, count: u32) -> Result<Self> {
-        let unit = crate::scanline::SUB as f64;
-        // Of coordinates 28 bits, of the map 29: logarithms are rounded, and differences have a bit more.
-        let bits = (28 - exponent(largest.into())).clamp(-90, 90);
-        let scale = 2.0_f64.powi(bits);
-        let origin = (center * scale).round().clamp(DVec3::splat(-(1 << 29) as f64), DVec3::splat((1 << 29) as f64));
-        let linear = map.matrix3 * unit;
-        let most = linear.to_cols_array().into_iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let place = map.transform_point3(origin / scale) * unit + 0.5;
-        let shift = (bits + 29 - exponent(most)).min(60 - exponent(place.abs().max_element() + 1.0)).min(62);
-        if shift < 1 || !place.is_finite() {
-            return Err(too_far());
-        }
-        let row = |axis: usize| (linear.row(axis) * 2.0_f64.powi(shift - bits)).round().to_array().map(|it| it as i32);
-        let offset = (place * 2.0_f64.powi(shift)).to_array().map(|it| it.round() as i64);
-        Ok(Self {
-            x: row(0),
-            count,
-            y: row(1),
-            shift: shift as u32,
-            z: row(2),
-            scale: scale as f32,
-            origin: origin.to_array().map(|it| it as i32),
-            padding: 0,
-            low: offset.map(|it| it as u32),
-            padding_low: 0,
-            high: offset.map(|it| (it >> 32) as u32),
-            padding_high: 0,
-        })
+    fn new(lattice: &Lattice, count: u32) -> Self {
+        let Lattice { rows: [x, y, z], shift, scale, origin, offset } = *lattice;
+        let (low, high) = (offset.map(|it| it as u32), offset.map(|it| (it >> 32) as u32));
+        let (padding, padding_low, padding_high) = (0, 0, 0);
+        Self { x, count, y, shift, z, scale, origin, padding, low, padding_low, high, padding_high }
     }
 }
 
@@ -79,8 +46,6 @@ impl Snap {
 #[derive(Debug)]
 pub struct DeviceCollider {
     points: Buffer<f32>,
-    /// No coordinate is larger.
-    largest: f32,
     corners: Buffer<[i32; 4]>,
     pub(super) arguments: Buffer<u32>,
     state: Buffer<u32>,
@@ -149,7 +114,6 @@ impl DeviceCollider {
         let items = device.bind(&*facets(device)?, 1, &[starts.wgpu(), arguments.wgpu()])?;
         Ok(Self {
             points: flat,
-            largest: largest(points),
             corners,
             arguments,
             state,
@@ -171,8 +135,8 @@ impl DeviceCollider {
         self.closed
     }
 
-    /// Its points in object space, three numbers each, for kernels that move them; no coordinate may become larger than
-    /// the largest that was written.
+    /// Its points in object space, three numbers each, for kernels that move them; they stay within the box for which
+    /// a lattice is made.
     pub fn points(&self) -> &Buffer<f32> {
         &self.points
     }
@@ -188,7 +152,6 @@ impl DeviceCollider {
         if 3 * points.len() != self.points.len() {
             return Err(Error::invalid(format!("{} points for a mesh of {}", points.len(), self.points.len() / 3)));
         }
-        self.largest = largest(points);
         self.points.write(device, 0, bytemuck::cast_slice(points))
     }
 
@@ -199,7 +162,7 @@ impl DeviceCollider {
         let mut corners = Vec::with_capacity(points.len());
         for (index, point) in points.iter().enumerate() {
             let place = map.transform_point3(point.map(f64::from).into()).to_array().map(crate::scanline::snap);
-            if place.iter().any(|value| value.abs() > i64::from(FAR)) {
+            if place.iter().any(|value| value.abs() > FAR) {
                 return Err(too_far().at(format!("point {index}")));
             }
             corners.push([place[0] as i32, place[1] as i32, place[2] as i32, 0]);
@@ -207,13 +170,10 @@ impl DeviceCollider {
         self.corners.write(device, 0, &corners)
     }
 
-    /// Records its points on the lattice of `grid`, with `transform` from object space to the world: those of the
-    /// processor, but where they lie within 2⁻¹⁰ units of the lattice of where it is divided. Fails where the grid is too
-    /// far away.
-    pub fn snap(&self, pass: &mut Pass<'_>, grid: &Grid, transform: &DAffine3) -> Result<()> {
-        let center = transform.inverse().transform_point3(grid.obb.center);
+    /// Records its points on a lattice, to the bit as [`Lattice::place`] puts them there.
+    pub fn snap(&self, pass: &mut Pass<'_>, lattice: &Lattice) -> Result<()> {
         let count = self.corners.len() as u32;
-        let work = Snap::new(&(grid.map * *transform), center, self.largest, count)?;
+        let work = Snap::new(lattice, count);
         let Work { kernel, bindings } = &self.snapping;
         pass.run(kernel, &[bindings], bytemuck::bytes_of(&work), groups(count.div_ceil(GROUP)))
     }
@@ -241,11 +201,6 @@ impl DeviceCollider {
         frame.clear(&self.state);
         Ok(())
     }
-}
-
-/// The largest coordinate; what is not finite is left to the kernel.
-fn largest(points: &[[f32; 3]]) -> f32 {
-    points.iter().flatten().filter(|it| it.is_finite()).fold(0.0, |most, value| most.max(value.abs()))
 }
 
 fn too_far() -> Error {

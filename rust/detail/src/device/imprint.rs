@@ -16,7 +16,7 @@ use crate::object::DisplacedObject;
 use crate::raycast::TileDents;
 
 /// Whether imprints of the given settings on `object` are for its device: displacement along normals, of tiles that are
-/// culled. Colliders that are too far from a grid are besides, see [`Link::is_near`].
+/// culled. Colliders that are too far from a grid are besides, see [`Link::new`].
 fn is_for_device(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
     object.device.is_some() && object.vectors.is_none() && settings.culling != 0 && settings.share > 0.0
 }
@@ -55,11 +55,10 @@ impl Batch {
         moment: Moment,
     ) -> Result<bool> {
         let grid = context.stats().time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?;
-        let link = grid.as_ref().map(|grid| Link::new(context, target, collider, grid, &settings.limits()));
-        if link.as_ref().is_some_and(|link| !link.is_near()) {
-            return Ok(false);
+        if let Some(grid) = &grid {
+            let Some(link) = Link::new(context, target, collider, grid, &settings.limits()) else { return Ok(false) };
+            self.links.push(link);
         }
-        self.links.extend(link);
         self.all.push(Ready { target, settings: *settings, grid });
         Ok(true)
     }
@@ -95,7 +94,7 @@ impl Imprinter {
         if !is_for_device(object, settings) {
             return None;
         }
-        let link = Link::new(context, 0, collider, grid, &settings.limits());
+        let link = Link::new(context, 0, collider, grid, &settings.limits())?;
         self.cast_together(context, &mut [object], start, &[collider], &[link])?.pop()
     }
 
@@ -111,9 +110,6 @@ impl Imprinter {
     ) -> Option<Vec<Cast>> {
         if links.is_empty() {
             return Some(Vec::new());
-        }
-        if !links.iter().all(Link::is_near) {
-            return None;
         }
         let _stage = context.stats().begin("imprint.device");
         let mut states: Vec<_> = objects.iter_mut().map(|object| object.device.take()).collect();

@@ -246,7 +246,8 @@ mod tests {
         let center = DVec3::from(far.map(f64::from));
         let obb = Obb { center, axes: DMat3::from_rotation_x(0.4), half: DVec3::new(1.3, 1.2, 0.7) };
         let grid = Grid::new(&obb, 1 << 18, Some(1));
-        let solid = Solid { points: &soup.0, triangles: &soup.1, transform: DAffine3::IDENTITY, closed: true };
+        let solid =
+            Solid { points: &soup.0, triangles: &soup.1, transform: DAffine3::IDENTITY, closed: true, lattice: None };
         let mut voxels = Voxels::default();
         voxels.fill(&context, &grid, &solid, None, Side::Forward).unwrap();
         let collider = DeviceCollider::new(&device, &soup.0, &soup.1, true).unwrap();

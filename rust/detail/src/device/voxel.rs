@@ -137,6 +137,7 @@ impl DeviceVoxels {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lattice::Lattice;
     use crate::obb::Obb;
     use crate::shapes::{self, Soup};
     use crate::voxel::{Solid, Voxels};
@@ -166,7 +167,7 @@ mod tests {
 
     /// Voxelises on both and compares every voxel and every column's ends. Returns the solid voxels.
     fn compare(device: &Device, soup: &Soup, grid: &Grid, transform: DAffine3, side: Side, closed: bool) -> u64 {
-        let solid = Solid { points: &soup.0, triangles: &soup.1, transform, closed };
+        let solid = Solid { points: &soup.0, triangles: &soup.1, transform, closed, lattice: None };
         let mut voxels = Voxels::default();
         voxels.fill(&Context::serial(), grid, &solid, None, side).unwrap();
         let collider = DeviceCollider::new(device, &soup.0, &soup.1, closed).unwrap();
@@ -266,9 +267,10 @@ mod tests {
         let transform = DAffine3::from_rotation_x(0.3);
         let mut collider = DeviceCollider::new(&device, &points, &triangles, true).unwrap();
         let count = points.len();
+        let lattice = Lattice::new(&grid, &transform, &Obb::of_points(&points).unwrap()).unwrap();
         let snapped = |collider: &DeviceCollider| {
             let mut frame = device.frame().unwrap();
-            collider.snap(&mut frame.pass("snap"), &grid, &transform).unwrap();
+            collider.snap(&mut frame.pass("snap"), &lattice).unwrap();
             let corners = frame.read(collider.corners(), 0..count).unwrap();
             let faults = collider.faults(&mut frame).unwrap();
             let _ = frame.submit().unwrap();
@@ -276,15 +278,9 @@ mod tests {
         };
         let (corners, told) = snapped(&collider);
         told.unwrap();
-        let map = grid.map * transform;
         for (corner, point) in corners.iter().zip(&points) {
-            let place = map.transform_point3(point.map(f64::from).into()).to_array();
-            for axis in 0..3 {
-                // Two integers are possible only where the place is in the middle of them, as far as 30 bits tell.
-                let place = 256.0 * place[axis] + 0.5;
-                let near = (place - place.round()).abs() < 1e-3;
-                assert!(near || f64::from(corner[axis]) == place.floor(), "{corner:?} {place:?}");
-            }
+            let place = lattice.place(*point).unwrap();
+            assert_eq!(corner[..3].iter().map(|it| i64::from(*it)).collect::<Vec<_>>(), place);
         }
         points[7][1] = 1e9;
         assert!(collider.set_points(&device, &points[1..]).is_err());

@@ -35,7 +35,8 @@ fn signs_agree_with_openvdb_beyond_a_voxel_diagonal() {
         let axes = DMat3::from_euler(EulerRot::XYZ, angle, 0.3 * angle, -angle);
         let grid =
             Grid::new(&Obb { center: DVec3::new(0.01, 0.02, 0.03), axes, half: DVec3::from(half) }, 1 << 18, None);
-        let solid = Solid { points: &soup.0, triangles: &soup.1, transform: DAffine3::IDENTITY, closed: true };
+        let solid =
+            Solid { points: &soup.0, triangles: &soup.1, transform: DAffine3::IDENTITY, closed: true, lattice: None };
         let mut voxels = Voxels::default();
         voxels.fill(&Context::serial(), &grid, &solid, None, Side::Forward).unwrap();
         let points: Vec<[f32; 3]> = soup
