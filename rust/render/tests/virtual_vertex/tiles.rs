@@ -378,9 +378,9 @@ fn adapted_tiles_are_within_the_tolerance_and_have_few_triangles() {
     let mut displacement = Displacement::new(surface.topology().clone(), &Default::default()).unwrap();
     displacement.apply(&Sets { allocate: vec![14], ..Sets::default() }).unwrap();
     let changes = displacement.edit(&context, &[14], |_, texels| {
-        let inner = 2..texels.size() as usize - 2;
+        let inner = 2..texels.size() - 2;
         for j in inner.clone() {
-            let row = texels.row_mut(j as _);
+            let row = texels.row_mut(j);
             inner.clone().for_each(|i| row[i] = f16::from_f32(if (i + j) % 2 == 0 { 0.005 } else { -0.005 }));
         }
     });
