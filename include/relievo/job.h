@@ -48,7 +48,8 @@ RLV_API RlvResult rlv_job_tessellate(RlvDetail detail, const RlvTessellateOption
 RLV_API RlvResult rlv_job_sweep(RlvDetail detail, RlvCollider collider, const double *from, const double *to,
                                 const RlvImprintSettings *settings, const RlvImprintMoment *moment, RlvJob *out);
 
-/* Edits the detail, and mutates the collider: starts rlv_imprint_sweep_points, as rlv_job_sweep does. */
+/* Edits the detail, and mutates the collider: starts rlv_imprint_sweep_points, as rlv_job_sweep does. Fails as
+ * rlv_imprint_sweep_points does, as a job or at once. */
 RLV_API RlvResult rlv_job_sweep_points(RlvDetail detail, RlvCollider collider, const double *from, const double *to,
                                        const float *from_points, const float *to_points, size_t count, size_t stride,
                                        const RlvImprintSettings *settings, const RlvImprintMoment *moment, RlvJob *out);

@@ -41,10 +41,15 @@ pub fn run(yes: bool) -> Outcome {
 
 fn tests() -> Command {
     let mut test = cargo();
-    test.args(["test", "--release", "--no-fail-fast"]).env("PROPTEST_RNG_SEED", SEED.to_string());
+    surroundings(test.args(["test", "--release", "--no-fail-fast"]));
+    test
+}
+
+/// Sets what tests ask their surroundings for.
+fn surroundings(test: &mut Command) {
+    test.env("PROPTEST_RNG_SEED", SEED.to_string());
     // Without the second, Mesa looks for a screen at every start and says that there is none.
     test.env("RELIEVO_GPU_TESTS", "required").env("NODEVICE_SELECT", "1");
-    test
 }
 
 /// Folders of crates with kernels that are compiled for several instruction levels.
@@ -113,7 +118,7 @@ fn run_with(tests: &[(PathBuf, PathBuf)], variable: &str, value: &OsStr) -> Outc
     let mut failed = Vec::new();
     for (folder, executable) in tests {
         let mut test = Command::new(executable);
-        test.current_dir(folder).env(variable, value).env("PROPTEST_RNG_SEED", SEED.to_string());
+        surroundings(test.current_dir(folder).env(variable, value));
         failed.extend(call(test.arg("--quiet")).err());
     }
     if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
