@@ -158,6 +158,22 @@ impl Studio {
                     self.stage.set_transform(id, *object.transform())?;
                     let tags = if tagged { changed.to_vec() } else { Vec::new() };
                     let recent = std::mem::replace(&mut self.objects[index].recent, tags);
+                    let topology = object.surface().topology();
+                    let fresh = TriangleBlock::change(topology, changed.iter().copied()).faces;
+                    let tag = |face: u32| match (object.is_allocated(face), fresh.binary_search(&face).is_ok()) {
+                        (true, true) => CHANGED,
+                        (true, false) => ALLOCATED,
+                        (false, _) => UNTOUCHED,
+                    };
+                    if let Stage::Device(stage) = &mut self.stage
+                        && object.vectors().is_none()
+                        && (world.scene.objects[index].traces.is_none() || object.traces().is_none())
+                    {
+                        let shown = (&object.displaced()?, object.normals(), object.colors());
+                        let stale = (!whole).then(|| triangles::stale_faces(object, changed));
+                        stage.set_triangles(context, id, shown, stale.as_deref(), tag)?;
+                        continue;
+                    }
                     let stale: Vec<u32> = match whole {
                         true => (0..triangles::part_count(object)).collect(),
                         false => {
@@ -168,13 +184,6 @@ impl Studio {
                             parts.dedup();
                             parts
                         }
-                    };
-                    let topology = object.surface().topology();
-                    let fresh = TriangleBlock::change(topology, changed.iter().copied()).faces;
-                    let tag = |face: u32| match (object.is_allocated(face), fresh.binary_search(&face).is_ok()) {
-                        (true, true) => CHANGED,
-                        (true, false) => ALLOCATED,
-                        (false, _) => UNTOUCHED,
                     };
                     let parts = context
                         .map(stale.len(), |at| triangles::part(object, &world.scene.objects[index], stale[at], tag));

@@ -164,14 +164,20 @@ impl TriangleItem {
 /// Faces that are one mesh for the ray caster, so that there are not as many as faces.
 pub const PART: usize = 256;
 
-/// The parts that look different after blocks changed, ascending. Normals of the neighbours may be others too.
-pub fn stale_parts(object: &TriangleObject, blocks: &[u32]) -> Vec<u32> {
+/// The faces that look different after blocks changed, ascending. Normals of the neighbours may be others too.
+pub fn stale_faces(object: &TriangleObject, blocks: &[u32]) -> Vec<u32> {
     let topology = object.surface().topology();
     let changed = TriangleBlock::change(topology, blocks.iter().copied()).faces_shown(topology);
     let vertices = changed.iter().flat_map(|face| topology.face(*face));
-    let around = vertices.flat_map(|vertex| topology.faces_around(vertex));
-    let mut parts: Vec<u32> = around.map(|(face, _)| face / PART as u32).collect();
-    parts.sort_unstable();
+    let mut faces: Vec<u32> = vertices.flat_map(|vertex| topology.faces_around(vertex)).map(|(face, _)| face).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces
+}
+
+/// The parts that look different after blocks changed, ascending.
+pub fn stale_parts(object: &TriangleObject, blocks: &[u32]) -> Vec<u32> {
+    let mut parts: Vec<u32> = stale_faces(object, blocks).into_iter().map(|face| face / PART as u32).collect();
     parts.dedup();
     parts
 }

@@ -5,17 +5,19 @@ use std::collections::BTreeMap;
 use glam::DAffine3;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
+use relievo_tiles::triangle::{TriangleDisplaced, TriangleNormals};
 use relievo_tiles::{AnyField, Displaced};
 
 use super::placed::{DeviceMesh, Placed, Shape};
 use super::rasterizer::Rasterizer;
 use super::rates::TileRates;
 use super::surface::DrawnSurface;
+use super::triangles::{TriangleColors, VirtualTriangles};
 use crate::caster::Frame;
 use crate::scene::{Material, Mesh, ObjectId};
 use crate::settings::View;
 
-/// Objects, each a displaced surface, a number of meshes, or both.
+/// Objects, each a displaced surface, a displaced triangle mesh, a number of meshes, or all of them.
 #[derive(Debug)]
 pub struct Stage {
     device: Device,
@@ -28,6 +30,7 @@ struct Entry {
     transform: DAffine3,
     material: Material,
     surface: Option<DrawnSurface>,
+    triangles: Option<VirtualTriangles>,
     meshes: BTreeMap<u32, DeviceMesh>,
 }
 
@@ -42,7 +45,7 @@ impl Stage {
 
     /// Adds an object that shows nothing yet. Its number in pictures counts from 0.
     pub fn add_object(&mut self, transform: DAffine3, material: Material) -> ObjectId {
-        self.objects.push(Entry { transform, material, surface: None, meshes: BTreeMap::new() });
+        self.objects.push(Entry { transform, material, surface: None, triangles: None, meshes: BTreeMap::new() });
         ObjectId::of(self.objects.len() as u32 - 1)
     }
 
@@ -101,6 +104,32 @@ impl Stage {
         surface.tiles_mut().tag(&device, tag)
     }
 
+    /// Makes an object show a displaced triangle mesh with its colours, as finely as values are kept, or brings what it
+    /// shows up to date where `changed` faces, ascending, look different: all of it, in another pose too, if that is
+    /// `None`. Faces are tagged for false colours by `tag`.
+    ///
+    /// # Errors
+    /// There is no such object, the mesh is another one or has vector displacement, or the device fails.
+    pub fn set_triangles(
+        &mut self,
+        context: &Context,
+        object: ObjectId,
+        (displaced, normals, colors): (&TriangleDisplaced<'_>, &TriangleNormals, Option<TriangleColors<'_>>),
+        changed: Option<&[u32]>,
+        tag: impl Fn(u32) -> u32,
+    ) -> Result<()> {
+        let device = self.device.clone();
+        let slot = &mut self.object(object)?.triangles;
+        let kept = slot.as_mut().filter(|triangles| triangles.painted == colors.is_some());
+        if let (Some(triangles), Some(changed)) = (kept, changed) {
+            triangles.update(context, &device, displaced, normals, colors, changed)?;
+            triangles.divide(&device, triangles.finest())?;
+        } else {
+            *slot = Some(VirtualTriangles::new(context, &device, displaced, normals, colors)?);
+        }
+        slot.as_mut().map_or(Ok(()), |triangles| triangles.tag(&device, tag))
+    }
+
     /// Draws a picture. Objects have the numbers of their ids.
     ///
     /// # Errors
@@ -110,9 +139,9 @@ impl Stage {
         for (number, entry) in (0..).zip(&self.objects) {
             let (transform, material) = (entry.transform, entry.material);
             placed.extend(entry.surface.iter().map(|surface| surface.placed(transform, material, Some(number))));
-            let meshes = entry.meshes.values();
-            let number = Some(number);
-            placed.extend(meshes.map(|mesh| Placed { shape: Shape::Mesh(mesh), transform, material, number }));
+            let triangles = entry.triangles.iter().map(Shape::Triangles);
+            let shapes = triangles.chain(entry.meshes.values().map(Shape::Mesh));
+            placed.extend(shapes.map(|shape| Placed { shape, transform, material, number: Some(number) }));
         }
         self.rasterizer.render(&placed, view)
     }

@@ -36,12 +36,23 @@ fn world(context: &Context, device: Option<&Device>) -> World {
     world
 }
 
-/// The scene of the painted egg with some of its strokes, counted from 1, fewer texels and pixels, two frames, and depths
-/// and normals.
-fn egg(strokes: &[usize]) -> String {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/paint.toml");
+/// An example with some of its strokes, counted from 1, and other changes.
+fn shortened(name: &str, changes: &[(&str, &str)], strokes: &[usize]) -> String {
+    let path = format!("{}/../../examples/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let mut text = std::fs::read_to_string(path).unwrap();
-    for (long, short) in [
+    for (long, short) in changes {
+        assert!(text.contains(long), "{long}");
+        text = text.replace(long, short);
+    }
+    let (before, rest) = text.split_once("[camera]").unwrap();
+    let parts: Vec<&str> = before.split("[[strokes]]").collect();
+    let kept: Vec<&str> = [0].iter().chain(strokes).map(|at| parts[*at]).collect();
+    kept.join("[[strokes]]") + "[camera]" + rest
+}
+
+/// The scene of the painted egg with some of its strokes, fewer texels and pixels, two frames, and depths and normals.
+fn egg(strokes: &[usize]) -> String {
+    let changes = [
         ("tile_size = 128\npaint_size = 128", "tile_size = 32\npaint_size = 32"),
         ("frames = 1\nwidth = 960\nheight = 720", "frames = 2\nwidth = 320\nheight = 240"),
         ("samples = 8\nsky_rays = 2", "samples = 1\nsky_rays = 0"),
@@ -52,14 +63,22 @@ fn egg(strokes: &[usize]) -> String {
         ("rate = 8", "rate = 32"),
         ("spacing = 0.1\n", "spacing = 1\n"),
         ("spacing = 0.15\n", "spacing = 1\n"),
-    ] {
-        assert!(text.contains(long), "{long}");
-        text = text.replace(long, short);
-    }
-    let (before, rest) = text.split_once("[camera]").unwrap();
-    let parts: Vec<&str> = before.split("[[strokes]]").collect();
-    let kept: Vec<&str> = [0].iter().chain(strokes).map(|at| parts[*at]).collect();
-    kept.join("[[strokes]]") + "[camera]" + rest
+    ];
+    shortened("paint", &changes, strokes)
+}
+
+/// The scene of the ball of triangles with a band and a line, no traces, and fewer pixels, with depths and normals.
+fn ball() -> String {
+    let changes = [
+        ("traces = { colour = \"#6d3a8c\", depth = 0.08 }\n", ""),
+        ("width = 960\nheight = 720", "width = 320\nheight = 240"),
+        ("samples = 8\nsky_rays = 2", "samples = 1\nsky_rays = 0"),
+        ("images = [\"png\"]", "images = [\"exr\"]"),
+        ("mesh = \"last\"\nmesh_formats = [\"glb\"]\ndocuments = \"last\"", "mesh = \"none\""),
+        ("angle = 2", "angle = 0"),
+        ("spacing = 0.1\n", "spacing = 2\n"),
+    ];
+    shortened("triangles", &changes, &[1, 4])
 }
 
 /// Half floats in order, so that neighbours are one apart.
@@ -191,4 +210,33 @@ fn pictures_of_a_run_on_a_graphics_device_are_those_of_the_ray_caster() {
     let [before, after] = ["beauty-000000.exr", "beauty-000001.exr"].map(|picture| read("lost", picture));
     let colors = compare(&before, &after, PIXELS_PER_DEGREE).unwrap();
     assert!(colors.flip.mean < 0.05, "{:?}", colors.flip);
+}
+
+#[test]
+fn triangle_meshes_of_a_run_are_drawn_from_what_the_device_has_of_them() {
+    let Some(device) = relievo_testing::device() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let context = Context::serial();
+    let go = |name: &str, device: Option<Device>| {
+        let scene = parse("ball.toml".as_ref(), &ball()).unwrap();
+        let options =
+            RunOptions { out: folder.path().join(name), frames: None, allowed: Vec::new(), rebake: false, device };
+        run(&context, scene, &options, &mut Silent).unwrap()
+    };
+    go("here", None);
+    go("there", Some(device));
+    let read = |name: &str, picture: &str| Picture::read(&folder.path().join(name).join(picture), 1 << 30).unwrap();
+    // Pressed into after it was drawn first.
+    let [here, there] = ["here", "there"].map(|name| read(name, "beauty-000002.exr"));
+    let geometry = compare_geometry(&here, &there, None).unwrap().unwrap();
+    let (depth, normal) = (geometry.depth.unwrap(), geometry.normal.unwrap());
+    println!("silhouette {:.6}, depth {depth:?}, normal {normal:?}", geometry.silhouette());
+    assert!(geometry.inside > 20_000, "{}", geometry.inside);
+    assert!(geometry.silhouette() < 0.002 && depth.p999 < 1e-4 && normal.median < 0.5_f64.to_radians());
+    let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
+    println!("FLIP {:?}, SSIM {}", colors.flip, colors.ssim);
+    assert!(colors.flip.mean < 0.03 && colors.ssim > 0.97, "{:?} {}", colors.flip, colors.ssim);
+    let [here, there] = ["here", "there"].map(|name| read(name, "tiles-000002.exr"));
+    let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
+    assert!(colors.flip.mean < 0.05, "the states of faces: {:?}", colors.flip);
 }
