@@ -313,16 +313,8 @@ fn meet<A: Arithmetic>(view: &View<'_>, leaf: usize, ray: &Sheared, nearest: &mu
         y[lane] = A::fma(-ray.shear[1], depth, p[second][lane] - ray.origin[second]);
         z[lane] = ray.shear[2] * depth;
     }
-    let slack = if view.header.is_seam { SEAM } else { 0.0 };
-    // Twice the areas with the ray; no fused arithmetic, so that edges are antisymmetric.
-    let area = |i: usize, j: usize| x[j] * y[i] - y[j] * x[i];
-    let (mut lower, mut upper) = (0u32, 0u32);
-    for lane in 0..CELLS {
-        let [a, b, c, d] = cell(lane);
-        let diagonal = area(d, a);
-        lower |= u32::from(is_inside([area(b, d), diagonal, area(a, b)], slack)) << lane;
-        upper |= u32::from(is_inside([area(d, c), area(c, a), -diagonal], slack)) << lane;
-    }
+    let area = |i: usize, j: usize| area(&x, &y, i, j);
+    let (lower, upper) = if view.header.is_seam { inside::<true>(&x, &y) } else { inside::<false>(&x, &y) };
     let mut found = false;
     // Seldom more than one, so that what follows is not worth doing for all: those of the upper triangles after the lower.
     let mut met = u64::from(lower & IS_CELL) | u64::from(upper & IS_CELL) << 32;
@@ -355,11 +347,29 @@ fn triangle(lane: usize, is_upper: bool) -> [usize; 3] {
     [lane, lane + second, lane + third]
 }
 
-/// Whether a ray meets a triangle with which it has these areas, or misses it by no more than `slack` of its size.
+/// Twice the area of the ray with two corners; no fused arithmetic, so that edges are antisymmetric.
 #[inline(always)]
-fn is_inside([u, v, w]: [f32; 3], slack: f32) -> bool {
-    let beyond = slack * (u + v + w).abs();
-    (u >= -beyond) & (v >= -beyond) & (w >= -beyond) | (u <= beyond) & (v <= beyond) & (w <= beyond)
+fn area(x: &[f32; LANES], y: &[f32; LANES], i: usize, j: usize) -> f32 {
+    x[j] * y[i] - y[j] * x[i]
+}
+
+/// The lower and the upper triangles that the ray meets, by the bits of their cells; at seams those too that it misses by
+/// no more than [`SEAM`] of their size.
+#[inline(always)]
+fn inside<const IS_SEAM: bool>(x: &[f32; LANES], y: &[f32; LANES]) -> (u32, u32) {
+    let area = |i: usize, j: usize| area(x, y, i, j);
+    let is_inside = |[u, v, w]: [f32; 3]| {
+        let beyond = if IS_SEAM { SEAM * (u + v + w).abs() } else { 0.0 };
+        (u >= -beyond) & (v >= -beyond) & (w >= -beyond) | (u <= beyond) & (v <= beyond) & (w <= beyond)
+    };
+    let (mut lower, mut upper) = (0u32, 0u32);
+    for lane in 0..CELLS {
+        let [a, b, c, d] = cell(lane);
+        let diagonal = area(d, a);
+        lower |= u32::from(is_inside([area(b, d), diagonal, area(a, b)])) << lane;
+        upper |= u32::from(is_inside([area(d, c), area(c, a), -diagonal])) << lane;
+    }
+    (lower, upper)
 }
 
 #[inline(always)]
