@@ -123,22 +123,25 @@ impl Before {
     }
 }
 
-/// Where a collider is, and what has become of its points.
+/// Where a deforming collider starts and ends: transforms, and points of its mesh, at both moments.
 ///
 /// # Safety
-/// `matrix` is NULL or has twelve doubles, `points` `count` points.
-pub unsafe fn pose_of(
+/// A matrix is NULL or has twelve doubles; `from_points` and `to_points` have `count` points.
+pub unsafe fn poses_of(
     collider: &ColliderObject,
-    matrix: *const f64,
-    (name, points): (&'static str, *const f32),
+    [from, to]: [*const f64; 2],
+    [from_points, to_points]: [*const f32; 2],
     count: usize,
     stride: usize,
-) -> Result<Pose> {
+) -> Result<[Pose; 2]> {
     let limit = collider.context.context.memory_limit();
-    // SAFETY: promised by the caller.
-    let (transform, points) =
-        unsafe { (transform(matrix)?, Input::new(name, points.cast::<[f32; 3]>(), count, stride)?) };
-    Ok(Pose { transform, points: Some(points.to_vec(name, limit)?.into()) })
+    let pose = |matrix, name, points: *const f32| {
+        // SAFETY: promised by the caller.
+        let (transform, points) =
+            unsafe { (transform(matrix)?, Input::new(name, points.cast::<[f32; 3]>(), count, stride)?) };
+        Ok(Pose { transform, points: Some(points.to_vec(name, limit)?.into()) })
+    };
+    Ok([pose(from, "from_points", from_points)?, pose(to, "to_points", to_points)?])
 }
 
 /// As [`sweep`], for a call.
@@ -290,8 +293,7 @@ entry! {
     ) {
         let object = registry::get(collider)?;
         // SAFETY: the caller gives NULL or twelve doubles, and `count` points.
-        let pose = |matrix, name, points| unsafe { pose_of(&object, matrix, (name, points), count, stride) };
-        let poses = [pose(from, "from_points", from_points)?, pose(to, "to_points", to_points)?];
+        let poses = unsafe { poses_of(&object, [from, to], [from_points, to_points], count, stride) }?;
         // SAFETY: the caller gives NULL or descriptors that start with their size.
         unsafe { sweep_now(detail, collider, poses, (settings, moment), HostProgress { callback: progress, user }, report) }
     }

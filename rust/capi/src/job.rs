@@ -281,8 +281,8 @@ entry! {
         // SAFETY: the caller gives NULL or twelve doubles, `count` points, and NULL or descriptors that start with their
         // size.
         let (poses, how) = unsafe {
-            let pose = |matrix, name, points| imprint::pose_of(&collider, matrix, (name, points), count, stride);
-            ([pose(from, "from_points", from_points)?, pose(to, "to_points", to_points)?], imprint::how(settings, moment)?)
+            let poses = imprint::poses_of(&collider, [from, to], [from_points, to_points], count, stride)?;
+            (poses, imprint::how(settings, moment)?)
         };
         let job = start(&detail.context.clone(), move |progress| {
             imprint::sweep(&detail, &collider, poses, &how, progress).map(Product::Imprint)

@@ -92,18 +92,7 @@ impl Export {
     pub unsafe fn read(detail: &DetailObject, channel: u32, path: *const c_char) -> Result<Self> {
         // SAFETY: promised by the caller.
         let path = PathBuf::from(unsafe { text("path", path) }?);
-        let view = detail.view();
-        let tiles = view.tiles("Ptex")?;
-        let is_there = match channel {
-            RLV_CHANNEL_DISPLACEMENT => true,
-            RLV_CHANNEL_COLOR => tiles.paint.is_some(),
-            RLV_CHANNEL_VECTORS => tiles.vectors.is_some(),
-            RLV_CHANNEL_TRACES => {
-                return Err(Error::unsupported("traces are not written as Ptex").at("channel").advise("bake them"));
-            }
-            _ => false,
-        };
-        if is_there { Ok(Self { view, channel, path }) } else { Err(missing(channel)) }
+        Ok(Self { view: detail.view(), channel, path })
     }
 
     /// Writes the file.
@@ -116,7 +105,11 @@ impl Export {
                 .as_ref()
                 .map(|paint| by_format!(paint, it => write(context, cage, it.field(), path, progress))),
             RLV_CHANNEL_VECTORS => tiles.vectors.as_ref().map(|it| write(context, cage, it.field(), path, progress)),
-            _ => Some(write(context, cage, tiles.snapshot.field(), path, progress)),
+            RLV_CHANNEL_DISPLACEMENT => Some(write(context, cage, tiles.snapshot.field(), path, progress)),
+            RLV_CHANNEL_TRACES => {
+                return Err(Error::unsupported("traces are not written as Ptex").at("channel").advise("bake them"));
+            }
+            _ => None,
         };
         written.unwrap_or_else(|| Err(missing(*channel)))
     }
