@@ -1,3 +1,4 @@
+// import grid
 // Bicubic Bézier patches at virtual vertices (Concheiro et al. 2013, Section 4 and Figure 3), with normals and with
 // edges whose points are equal to the bit from both sides. The same as `rust/surface/src/bezier` computes.
 //
@@ -54,22 +55,10 @@ fn slope(t: f32, a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>) -> vec4
 fn place_of(level: u32, i: u32, j: u32, uv: vec2<f32>, edges: u32) -> Place {
     let n = (2u << level) - 1u;
     var place = Place(vec3<i32>(0, 1, 4), uv, -1.0, 1.0, false);
-    var edge = 4u;
-    var k = 0u;
-    if j == 0u && i < n {
-        edge = 0u;
-        k = i;
-    } else if i == n && j < n {
-        edge = 1u;
-        k = j;
-    } else if j == n && i > 0u {
-        edge = 2u;
-        k = n - i;
-    } else if i == 0u {
-        edge = 3u;
-        k = n - j;
-    }
-    if edge == 4u {
+    let found = grid_edge(i, j, n);
+    var edge = found.x;
+    var k = found.y;
+    if edge == GRID_INSIDE {
         return place;
     }
     // Where an edge begins the one before it ends: if that is a point, it has the limit of the normal.

@@ -33,6 +33,43 @@ fn tiles_texel(first: u32, index: u32) -> f32 {
     return select(pair.x, pair.y, (index & 1u) == 1u);
 }
 
+/// The biquadratic spline at a place of a tile.
+struct TilesSpline {
+    // The first of nine texels, and texels of a row.
+    index: u32,
+    stride: u32,
+    // Weights of the columns and rows for values and for derivatives.
+    value_u: vec3<f32>,
+    value_v: vec3<f32>,
+    slope_u: vec3<f32>,
+    slope_v: vec3<f32>,
+}
+
+fn tiles_spline(size: u32, uv: vec2<f32>) -> TilesSpline {
+    let n = f32(size);
+    let x = uv * n;
+    let cell = min(vec2<u32>(x), vec2(size - 1u));
+    let f = x - vec2<f32>(cell);
+    let a = 0.5 * (vec2(1.0) - f) * (vec2(1.0) - f);
+    let c = 0.5 * f * f;
+    let b = vec2(1.0) - a - c;
+    var spline: TilesSpline;
+    spline.stride = size + 2u;
+    spline.index = cell.y * spline.stride + cell.x;
+    spline.value_u = vec3(a.x, b.x, c.x);
+    spline.value_v = vec3(a.y, b.y, c.y);
+    spline.slope_u = n * vec3(f.x - 1.0, 1.0 - 2.0 * f.x, f.x);
+    spline.slope_v = n * vec3(f.y - 1.0, 1.0 - 2.0 * f.y, f.y);
+    return spline;
+}
+
+/// Three texels of a row from `index` on, which are in two words.
+fn tiles_row(first: u32, index: u32) -> vec3<f32> {
+    let low = unpack2x16float(tiles_texels[first + index / 2u]);
+    let high = unpack2x16float(tiles_texels[first + index / 2u + 1u]);
+    return select(vec3(low, high.x), vec3(low.y, high), (index & 1u) == 1u);
+}
+
 fn tiles_combine(weights: vec3<f32>, c: vec3<f32>) -> f32 {
     return fma(weights.x, c.x, fma(weights.y, c.y, weights.z * c.z));
 }
@@ -44,33 +81,22 @@ fn tiles_jet(tile: u32, uv: vec2<f32>) -> TilesJet {
     if entry.first == TILES_NONE {
         return jet;
     }
-    let n = f32(entry.size);
-    let x = uv * n;
-    let cell = min(vec2<u32>(x), vec2(entry.size - 1u));
-    let f = x - vec2<f32>(cell);
-    let a = 0.5 * (vec2(1.0) - f) * (vec2(1.0) - f);
-    let c = 0.5 * f * f;
-    let b = vec2(1.0) - a - c;
-    let value_u = vec3(a.x, b.x, c.x);
-    let value_v = vec3(a.y, b.y, c.y);
-    let slope_u = n * vec3(f.x - 1.0, 1.0 - 2.0 * f.x, f.x);
-    let slope_v = n * vec3(f.y - 1.0, 1.0 - 2.0 * f.y, f.y);
-    let stride = entry.size + 2u;
+    let spline = tiles_spline(entry.size, uv);
+    // By columns, as the processor sums.
+    let columns = transpose(mat3x3(
+        tiles_row(entry.first, spline.index),
+        tiles_row(entry.first, spline.index + spline.stride),
+        tiles_row(entry.first, spline.index + 2u * spline.stride),
+    ));
     var value: vec3<f32>;
     var slope: vec3<f32>;
     for (var i = 0u; i < 3u; i++) {
-        let index = cell.y * stride + cell.x + i;
-        let column = vec3(
-            tiles_texel(entry.first, index),
-            tiles_texel(entry.first, index + stride),
-            tiles_texel(entry.first, index + 2u * stride),
-        );
-        value[i] = tiles_combine(value_v, column);
-        slope[i] = tiles_combine(slope_v, column);
+        value[i] = tiles_combine(spline.value_v, columns[i]);
+        slope[i] = tiles_combine(spline.slope_v, columns[i]);
     }
-    jet.d = tiles_combine(value_u, value);
-    jet.du = tiles_combine(slope_u, value);
-    jet.dv = tiles_combine(value_u, slope);
+    jet.d = tiles_combine(spline.value_u, value);
+    jet.du = tiles_combine(spline.slope_u, value);
+    jet.dv = tiles_combine(spline.value_u, slope);
     return jet;
 }
 

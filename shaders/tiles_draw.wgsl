@@ -1,16 +1,22 @@
 // import shade
+// import colors
+// import grid
+// import tints
 // import vectors
 // Displaced surfaces drawn from virtual vertices: a draw is one part of the grid for every tile of a rate, and the vertex
-// stage evaluates its patch, Bézier or Gregory, with its displacement. Colours are looked up at every pixel.
+// stage evaluates its patch, Bézier or Gregory, with its displacement. Colours and traces are looked up at every pixel.
 
 /// What texels of colours are: 0 where there are none, 1 for four bytes, 2 for four half floats.
 override COLORS: u32 = 0u;
+/// 1 where there are traces.
+override TRACES: u32 = 0u;
 
 struct TilesCall {
     /// Colour of tiles without a block of colours.
     blank: vec3<f32>,
     /// The first of its tiles.
     first: u32,
+    tint: Tint,
 }
 
 /// Where the places on the edges of a tile are evaluated, 16 a tile: by halves of edges, 2 an edge, then corners and
@@ -20,13 +26,23 @@ struct TilesCall {
 /// What is drawn: the tile; then, in four bits each, the powers of two that its sides and the edge of a strip are divided
 /// into and the part (0: the whole grid, 1: cells that touch no edge, 2 to 5: the strip beside an edge), and its tag.
 @group(3) @binding(1) var<storage, read> drawn_tiles: array<vec2<u32>>;
-@group(3) @binding(2) var<storage, read> color_entries: array<TileEntry>;
+@group(3) @binding(4) var<storage, read> color_entries: array<TileEntry>;
 /// Blocks of (size + 2)² texels, row by row.
-@group(3) @binding(3) var<storage, read> color_texels: array<u32>;
+@group(3) @binding(5) var<storage, read> color_texels: array<u32>;
+/// Of every tile where its list is that of `Field::seams`, SEAMS_NONE for none, and its texels a side; then the lists,
+/// of half floats.
+@group(3) @binding(6) var<storage, read> color_seams: array<vec2<u32>>;
+@group(3) @binding(7) var<storage, read> trace_entries: array<TileEntry>;
+/// Blocks of (size + 2)² texels, row by row: contact and depth in half floats, and a float.
+@group(3) @binding(8) var<storage, read> trace_texels: array<u32>;
 var<immediate> call: TilesCall;
 
 /// The cosine of the angle from which the normals on both sides of an edge show a sharp edge, not rounding.
 const SHARP: f32 = 0.94;
+
+const SEAMS_NONE: u32 = 0xffffffffu;
+/// Texels from an edge within which the colour of a coarser tile beyond it is seen.
+const SEAM_REACH: f32 = 4.0;
 
 /// Bits of the number of a vertex of a strip, above which is which corner of its triangles it is.
 const VERTEX_BITS: u32 = 20u;
@@ -52,7 +68,7 @@ fn vertex_tiles(@builtin(vertex_index) sample: u32, @builtin(instance_index) ins
     let rate = 1u << nibble(drawn.y, 0u);
     let part = nibble(drawn.y, 8u);
     var segments = rate;
-    var edge = 4u;
+    var edge = GRID_INSIDE;
     var at = 0u;
     var uv: vec2<f32>;
     var grid: vec3<f32>;
@@ -60,22 +76,13 @@ fn vertex_tiles(@builtin(vertex_index) sample: u32, @builtin(instance_index) ins
         let side = rate + 1u - 2u * part;
         let i = part + sample % side;
         let j = part + sample / side;
-        if j == 0u && i < rate {
-            edge = 0u;
-            at = i;
-        } else if i == rate && j < rate {
-            edge = 1u;
-            at = j;
-        } else if j == rate && i > 0u {
-            edge = 2u;
-            at = rate - i;
-        } else if i == 0u {
-            edge = 3u;
-            at = rate - j;
-        }
+        let found = grid_edge(i, j, rate);
+        edge = found.x;
+        at = found.y;
         uv = vec2(f32(i), f32(j)) / f32(rate);
-        // Diagonals go from the first corner of a cell to the third.
-        grid = vec3(f32(i), f32(j), f32(i) - f32(j));
+        // Diagonals go from the first corner of a cell to the third, but beside the first edge and the third the other way.
+        let bent = select(0.0, 2.0, j == rate && i < rate) - select(0.0, 2.0, j == 0u && i > 0u);
+        grid = vec3(f32(i), f32(j), f32(i) - f32(j) + select(0.0, bent, part == 0u));
     } else {
         segments = 1u << nibble(drawn.y, 4u);
         let number = sample & ((1u << VERTEX_BITS) - 1u);
@@ -90,7 +97,7 @@ fn vertex_tiles(@builtin(vertex_index) sample: u32, @builtin(instance_index) ins
     }
     var place = uv;
     var tile = drawn.x;
-    if edge < 4u {
+    if edge < GRID_INSIDE {
         // All sides of an edge divide it alike, and evaluate it in the same tile.
         let t = f32(at) / f32(segments);
         uv = beside_edge(edge, t, 0.0);
@@ -117,33 +124,88 @@ fn vertex_tiles(@builtin(vertex_index) sample: u32, @builtin(instance_index) ins
     return shaded(point.p, normal, grid, uv, drawn.x, drawn.y >> 20u);
 }
 
-fn linear_of(encoded: f32) -> f32 {
-    return select(pow((encoded + 0.055) / 1.055, 2.4), encoded / 12.92, encoded <= 0.04045);
+/// The cell of texels around a place of a tile of `size` texels, and where the place is between them.
+struct Around {
+    at: u32,
+    stride: u32,
+    f: vec2<f32>,
+}
+
+fn around(size: u32, uv: vec2<f32>) -> Around {
+    let x = clamp(uv, vec2(0.0), vec2(1.0)) * f32(size) + vec2(0.5);
+    let cell = min(vec2<u32>(x), vec2(size));
+    return Around(cell.y * (size + 2u) + cell.x, size + 2u, x - vec2<f32>(cell));
 }
 
 fn color_texel(first: u32, index: u32) -> vec3<f32> {
     if COLORS == 1u {
-        let bytes = unpack4x8unorm(color_texels[first + index]);
-        return vec3(linear_of(bytes.x), linear_of(bytes.y), linear_of(bytes.z));
+        return color_of(vec2(color_texels[first + index], 0u), false).xyz;
     }
-    let halves = unpack2x16float(color_texels[first + 2u * index]);
-    return vec3(halves, unpack2x16float(color_texels[first + 2u * index + 1u]).x);
+    let at = first + 2u * index;
+    return color_of(vec2(color_texels[at], color_texels[at + 1u]), true).xyz;
 }
 
-/// The colour between the four texels around a place.
-fn color_at(tile: u32, uv: vec2<f32>) -> vec3<f32> {
-    let entry = color_entries[tile];
-    if entry.first == TILES_NONE {
-        return call.blank;
+/// What a list of seams has at a whole number.
+fn seam_item(at: u32) -> vec3<f32> {
+    let words = color_seams[at];
+    return vec3(unpack2x16float(words.x), unpack2x16float(words.y).x);
+}
+
+/// What coarser tiles around it add to the colour of a tile.
+fn seam_at(tile: u32, uv: vec2<f32>) -> vec3<f32> {
+    let list = color_seams[tile];
+    if list.x == SEAMS_NONE {
+        return vec3(0.0);
     }
-    let x = clamp(uv, vec2(0.0), vec2(1.0)) * f32(entry.size) + vec2(0.5);
-    let cell = min(vec2<u32>(x), vec2(entry.size));
-    let f = x - vec2<f32>(cell);
-    let stride = entry.size + 2u;
-    let at = cell.y * stride + cell.x;
-    let low = mix(color_texel(entry.first, at), color_texel(entry.first, at + 1u), f.x);
-    let high = mix(color_texel(entry.first, at + stride), color_texel(entry.first, at + stride + 1u), f.x);
-    return mix(low, high, f.y);
+    let size = f32(list.y);
+    let weights = max(vec4(0.0), vec4(1.0) - vec4(uv.y, 1.0 - uv.x, 1.0 - uv.y, uv.x) * (size / SEAM_REACH));
+    let along = vec4(uv.x, uv.y, 1.0 - uv.x, 1.0 - uv.y) * (2.0 * size);
+    var sum = vec3(0.0);
+    for (var edge = 0u; edge < 4u; edge++) {
+        if weights[edge] > 0.0 {
+            let k = min(u32(along[edge]), 2u * list.y - 1u);
+            let at = list.x + 4u + edge * (2u * list.y + 1u) + k;
+            sum += weights[edge] * mix(seam_item(at), seam_item(at + 1u), along[edge] - f32(k));
+        }
+        let both = weights[edge] * weights[(edge + 3u) & 3u];
+        if both > 0.0 {
+            sum -= both * seam_item(list.x + edge);
+        }
+    }
+    return sum;
+}
+
+/// The colour between the four texels around a place, as `Field::color` has it.
+fn color_at(tile: u32, place: vec2<f32>) -> vec3<f32> {
+    let uv = clamp(place, vec2(0.0), vec2(1.0));
+    let entry = color_entries[tile];
+    var color = call.blank;
+    if entry.first != TILES_NONE {
+        let it = around(entry.size, uv);
+        let low = mix(color_texel(entry.first, it.at), color_texel(entry.first, it.at + 1u), it.f.x);
+        let next = it.at + it.stride;
+        let high = mix(color_texel(entry.first, next), color_texel(entry.first, next + 1u), it.f.x);
+        color = mix(low, high, it.f.y);
+    }
+    return color + seam_at(tile, uv);
+}
+
+fn trace_texel(first: u32, index: u32) -> vec3<f32> {
+    let at = first + 2u * index;
+    return vec3(unpack2x16float(trace_texels[at]), bitcast<f32>(trace_texels[at + 1u]));
+}
+
+/// The trace between the four texels around a place, as `Field::mark` has it: contact, depth, moment.
+fn trace_at(tile: u32, uv: vec2<f32>) -> vec3<f32> {
+    let entry = trace_entries[tile];
+    if entry.first == TILES_NONE {
+        return vec3(0.0);
+    }
+    let it = around(entry.size, uv);
+    let low = mix(trace_texel(entry.first, it.at), trace_texel(entry.first, it.at + 1u), it.f.x);
+    let next = it.at + it.stride;
+    let high = mix(trace_texel(entry.first, next), trace_texel(entry.first, next + 1u), it.f.x);
+    return mix(low, high, it.f.y);
 }
 
 @fragment
@@ -151,6 +213,9 @@ fn fragment(in: Shaded, @builtin(front_facing) front: bool) -> Pixel {
     var albedo = object.base_color;
     if COLORS > 0u {
         albedo = color_at(in.part, in.uv);
+    }
+    if TRACES > 0u {
+        albedo = tint_over(albedo, trace_at(in.part, in.uv), call.tint);
     }
     return pixel(in, front, albedo);
 }

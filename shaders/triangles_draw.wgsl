@@ -1,20 +1,27 @@
 // import shade
+// import tints
 // import triangles
 // Displaced triangle meshes drawn from virtual vertices: a draw is a part of the pattern of every triangle that is divided
 // alike. Values of edges are kept by edge, so that all faces along one come to the same bits.
 
 /// 1 where values have colours.
 override COLORS: u32 = 0u;
+/// 1 where values have vectors.
+override VECTORS: u32 = 0u;
+/// 1 where values have traces.
+override TRACES: u32 = 0u;
 
 struct TrianglesCall {
+    tint: Tint,
     /// The first of its parts.
     first: u32,
 }
 
 /// Of all faces, then of all edges, the first value inside and the power of two of the pattern.
 @group(2) @binding(0) var<storage, read> held: array<vec2<u32>>;
-/// A displacement, a normal, a colour in half floats; those of the vertices of the mesh are the first.
-@group(2) @binding(1) var<storage, read> held_values: array<vec4<u32>>;
+/// A displacement, a normal, a colour in half floats; then a vector of object space and a trace, if there are some.
+/// Those of the vertices of the mesh are the first.
+@group(2) @binding(1) var<storage, read> held_values: array<u32>;
 /// What is drawn: the face; then in four bits each the power of the pattern, that of a side and the part (0: the inside, 1
 /// to 3: the strip beside a side, 4 to 6: the fan from the other corner over a side), and its tag.
 @group(2) @binding(2) var<storage, read> drawn_parts: array<vec2<u32>>;
@@ -85,14 +92,22 @@ fn vertex_triangles(@builtin(vertex_index) sample: u32, @builtin(instance_index)
         node = Node(0u, (side + 2u) % 3u, 0u);
     }
     let foot = foot_of(face, 1u << level, node);
-    let value = held_values[held_at(face, node, level)];
-    let p = foot.p + foot.normal * bitcast<f32>(value.x);
+    let value = (4u + 3u * VECTORS + 2u * TRACES) * held_at(face, node, level);
+    var p = foot.p + foot.normal * bitcast<f32>(held_values[value]);
+    if VECTORS > 0u {
+        p += bitcast<vec3<f32>>(vec3(held_values[value + 4u], held_values[value + 5u], held_values[value + 6u]));
+    }
     var grid: vec3<f32>;
     grid[sample >> VERTEX_BITS] = 0.5;
-    let out = shaded(p, unfolded(value.y), grid, vec2(0.0), face, drawn.y >> 20u);
+    let out = shaded(p, unfolded(held_values[value + 1u]), grid, vec2(0.0), face, drawn.y >> 20u);
     var color = object.base_color;
     if COLORS > 0u {
-        color = vec3(unpack2x16float(value.z), unpack2x16float(value.w).x);
+        color = vec3(unpack2x16float(held_values[value + 2u]), unpack2x16float(held_values[value + 3u]).x);
+    }
+    if TRACES > 0u {
+        let at = value + 4u + 3u * VECTORS;
+        let trace = vec3(unpack2x16float(held_values[at]), bitcast<f32>(held_values[at + 1u]));
+        color = tint_over(color, trace, call.tint);
     }
     return Painted(out.position, out.p, out.normal, out.grid, color, out.part, out.tag);
 }

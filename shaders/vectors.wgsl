@@ -12,9 +12,9 @@ struct VectorsJet {
     dv: vec3<f32>,
 }
 
-@group(3) @binding(4) var<storage, read> vectors_entries: array<TileEntry>;
+@group(3) @binding(2) var<storage, read> vectors_entries: array<TileEntry>;
 // Blocks of (size + 2)² texels of three half floats, row by row.
-@group(3) @binding(5) var<storage, read> vectors_texels: array<u32>;
+@group(3) @binding(3) var<storage, read> vectors_texels: array<u32>;
 
 fn vectors_texel(first: u32, index: u32) -> vec3<f32> {
     var texel: vec3<f32>;
@@ -28,29 +28,18 @@ fn vectors_texel(first: u32, index: u32) -> vec3<f32> {
 
 /// The spline of a block at a place of its tile.
 fn vectors_jet(entry: TileEntry, uv: vec2<f32>) -> VectorsJet {
-    let n = f32(entry.size);
-    let x = uv * n;
-    let cell = min(vec2<u32>(x), vec2(entry.size - 1u));
-    let f = x - vec2<f32>(cell);
-    let a = 0.5 * (vec2(1.0) - f) * (vec2(1.0) - f);
-    let c = 0.5 * f * f;
-    let b = vec2(1.0) - a - c;
-    let value_u = vec3(a.x, b.x, c.x);
-    let value_v = vec3(a.y, b.y, c.y);
-    let slope_u = n * vec3(f.x - 1.0, 1.0 - 2.0 * f.x, f.x);
-    let slope_v = n * vec3(f.y - 1.0, 1.0 - 2.0 * f.y, f.y);
-    let stride = entry.size + 2u;
+    let spline = tiles_spline(entry.size, uv);
     var jet: VectorsJet;
     for (var i = 0u; i < 3u; i++) {
-        let index = cell.y * stride + cell.x + i;
+        let index = spline.index + i;
         let low = vectors_texel(entry.first, index);
-        let middle = vectors_texel(entry.first, index + stride);
-        let high = vectors_texel(entry.first, index + 2u * stride);
-        let value = value_v.x * low + value_v.y * middle + value_v.z * high;
-        let slope = slope_v.x * low + slope_v.y * middle + slope_v.z * high;
-        jet.d += value_u[i] * value;
-        jet.du += slope_u[i] * value;
-        jet.dv += value_u[i] * slope;
+        let middle = vectors_texel(entry.first, index + spline.stride);
+        let high = vectors_texel(entry.first, index + 2u * spline.stride);
+        let value = mat3x3(low, middle, high) * spline.value_v;
+        let slope = mat3x3(low, middle, high) * spline.slope_v;
+        jet.d += spline.value_u[i] * value;
+        jet.du += spline.slope_u[i] * value;
+        jet.dv += spline.value_u[i] * slope;
     }
     return jet;
 }

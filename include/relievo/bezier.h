@@ -99,10 +99,11 @@ RLV_API RlvResult rlv_bezier_info(RlvBezier bezier, RlvBezierInfo *out);
  * Fails if there is no such patch. */
 RLV_API RlvResult rlv_bezier_get_controls(RlvBezier bezier, size_t patch, float *controls, size_t stride);
 
-/* Evaluates at places, whose tile is a patch: positions, normals, and du and dv per unit of u and v. A point on an edge
- * that patches share is the same to the last bit whichever is asked. Displacements and vectors are zero. Fails without
- * writing if a patch does not exist or u or v is outside it, and with RLV_ERROR_UNSUPPORTED if second derivatives,
- * colours or traces are wanted. */
+/* Evaluates at places, whose tile is a patch: positions, normals, and first and second derivatives per unit of u and v,
+ * also of patches with weights. A point on an edge that patches share is the same to the last bit whichever is asked.
+ * Where an edge is collapsed to a point, normals are limits, and the derivatives along it, which are those of the patch
+ * itself, zero. Displacements and vectors are zero. Fails without writing if a patch does not exist or u or v is outside
+ * it, and with RLV_ERROR_UNSUPPORTED if colours or traces are wanted. */
 RLV_API RlvResult rlv_bezier_evaluate(RlvBezier bezier, const RlvEvaluateArrays *arrays);
 
 /* The lowest levels of patches whose triangles are nowhere farther from the surface than the tolerance of the view.

@@ -78,9 +78,17 @@ int main(void) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_bezier_evaluate(bezier, &at), "place 2");
     CHECK(positions[0] == 9.0f);
     at.uvs = uvs;
-    at.duu = normals;
-    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_bezier_evaluate(bezier, &at), "first derivatives");
-    at.duu = NULL;
+    float duu[9], duv[9], dvv[9];
+    at.duu = duu;
+    at.duv = duv;
+    at.dvv = dvv;
+    CHECK_OK(rlv_bezier_evaluate(bezier, &at));
+    for (size_t k = 0; k < 3; ++k) {
+        CHECK_NEAR(duu[3 * k], 0.0, 1e-5);
+        CHECK_NEAR(duu[3 * k + 2], 2.0, 1e-5);
+        CHECK_NEAR(duv[3 * k + 2], 0.0, 1e-5);
+        CHECK_NEAR(dvv[3 * k + 2], 0.0, 1e-5);
+    }
     at.colors = controls[0][0];
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_bezier_evaluate(bezier, &at), "colors");
 

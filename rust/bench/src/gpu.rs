@@ -12,7 +12,7 @@ use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::{AdapterKind, Device, DeviceOptions};
 use relievo_render::virtual_vertex::{
-    DrawnSurface, PassedVertex, PassedVertices, Placed, Rasterizer, Shape, Storage, TileDraw, TileRates, Tuning,
+    Coat, DrawnSurface, PassedVertex, PassedVertices, Placed, Rasterizer, Shape, Storage, TileDraw, TileRates, Tuning,
     VirtualVertices,
 };
 use relievo_render::{Camera, Material, View};
@@ -167,7 +167,7 @@ fn displaced(
     })?;
     displacement.settle(context, &changes)?;
     let made = Displaced::new(&surface, displacement.field())?;
-    let mut drawn = DrawnSurface::new(context, device, &made, None)?;
+    let mut drawn = DrawnSurface::new(context, device, &made, Coat::default())?;
     drawn.tiles_mut().divide(device, TileRates::uniform(surface.topology(), 16)?)?;
     let (low, high) = surface.bounds();
     let [low, high] = [low, high].map(|corner| DVec3::from(corner.map(f64::from)));

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use relievo_core::{Error, Result};
 use relievo_meshio::read_patches;
+use relievo_surface::Sample;
 use relievo_surface::bezier::{BezierSurface, CONTROLS, Levels, Viewpoint};
 
 use crate::array::{Input, Output, present, put, text};
@@ -195,11 +196,6 @@ entry! {
         // SAFETY: the caller's arrays are as the header demands.
         let arrays = unsafe { Arrays::new(arrays, |patch, [u, v]| surface.check_place(patch, u, v)) }?;
         arrays.refuse_marks("Bézier patches")?;
-        if arrays.derivatives[2..].iter().any(Option::is_some) {
-            return Err(Error::unsupported("Bézier patches have first derivatives only")
-                .at("derivatives")
-                .advise("leave duu to dvv NULL"));
-        }
         let mut places = Vec::new();
         for first in arrays.starts() {
             arrays.places(first, &mut places);
@@ -207,8 +203,11 @@ entry! {
             let count = found.len();
             write(arrays.positions, first, count, |index| found[index].0.p);
             write(arrays.normals, first, count, |index| found[index].1);
-            write(arrays.derivatives[0], first, count, |index| found[index].0.du);
-            write(arrays.derivatives[1], first, count, |index| found[index].0.dv);
+            let derivatives: [fn(&Sample) -> [f32; 3]; 5] =
+                [|at| at.du, |at| at.dv, |at| at.duu, |at| at.duv, |at| at.dvv];
+            for (out, derivative) in arrays.derivatives.into_iter().zip(derivatives) {
+                write(out, first, count, |index| derivative(&found[index].0));
+            }
             write(arrays.displacements, first, count, |_| 0.0);
             write(arrays.vectors, first, count, |_| [0.0; 3]);
         }

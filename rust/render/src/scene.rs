@@ -4,7 +4,7 @@
 //! a surface that changes in places should be cut accordingly; an object that only moves rebuilds nothing.
 
 use glam::{DAffine3, DVec3, Mat3, Vec3};
-use relievo_core::{Error, Result};
+use relievo_core::{Error, Result, Values};
 use relievo_embree as embree;
 
 use crate::color::Color;
@@ -25,6 +25,19 @@ pub struct Mesh {
     /// Per triangle the edges that count as marked for the wireframe, bit e for the edge from corner e to the next;
     /// empty if all are.
     pub edges: Vec<u8>,
+}
+
+impl Mesh {
+    /// The triangles of a tessellation with its point attributes `normal` and `color`, where it has them.
+    pub fn of_tessellation(mesh: relievo_core::Mesh) -> Self {
+        let list = |name: &str| match mesh.attribute(name).map(|attribute| &attribute.values) {
+            Some(Values::F32(values)) => values.as_chunks::<3>().0.to_vec(),
+            _ => Vec::new(),
+        };
+        let (normals, colors) = (list("normal"), list("color"));
+        let triangles = mesh.corners.as_chunks::<3>().0.to_vec();
+        Self { points: mesh.points, triangles, normals, colors, ..Self::default() }
+    }
 }
 
 /// How a surface reflects.

@@ -5,6 +5,8 @@
 //! displaced Catmull-Clark surface, which [`DrawnSurface`] keeps with the rest that a device has of it,
 //! [`VirtualTriangles`] displaced triangle meshes; [`Rasterizer`] draws them, and meshes beside them.
 
+mod coat;
+mod heap;
 mod indices;
 mod patches;
 mod pipelines;
@@ -16,16 +18,18 @@ mod surface;
 mod targets;
 mod thinning;
 mod tiles;
+mod triangle_values;
 mod triangles;
 mod tuner;
 mod view;
 
+pub use coat::{Coat, DeviceCoat, Tint, TriangleCoat, TriangleColors};
 pub use patches::{DrawCall, Storage, UNIFORM_PATCHES, VirtualVertices};
-pub use placed::{DeviceColors, DeviceMesh, MeshVertex, NO_TAG, PassedVertex, PassedVertices, Placed, Shape};
+pub use placed::{DeviceMesh, MeshVertex, NO_TAG, PassedVertex, PassedVertices, Placed, Shape};
 pub use rasterizer::Rasterizer;
 pub use rates::{MOST_POWER, TileRates};
 pub use stage::Stage;
 pub use surface::DrawnSurface;
 pub use tiles::{TileDraw, TilePart, VirtualTiles};
-pub use triangles::{TriangleColors, TriangleDraw, TrianglePart, TriangleRates, VirtualTriangles};
+pub use triangles::{TriangleDraw, TrianglePart, TriangleRates, VirtualTriangles};
 pub use tuner::{Measured, Tuned, Tuning};

@@ -1,6 +1,7 @@
 //! What a surface of a scene looks like at a place: the colours painted on it, and over them the tint of its traces.
 
 use glam::Vec3;
+use relievo_render as render;
 use relievo_surface::Place;
 use relievo_tiles::{AnyField, Field, Mark, Trace};
 
@@ -28,12 +29,10 @@ impl<'a> Coat<'a> {
         (paint.is_some() || traces.is_some()).then_some(coat)
     }
 
-    /// The colours that are painted, if that is all there is to a coat, or that there are none; `None` if traces tint it.
-    pub fn plain(coat: Option<&Self>) -> Option<Option<AnyField<'a>>> {
-        match coat {
-            Some(coat) if coat.traces.is_some() => None,
-            coat => Some(coat.and_then(|coat| coat.paint)),
-        }
+    /// What a graphics device draws of a coat, or of none.
+    pub fn drawn(coat: Option<&Self>) -> render::virtual_vertex::Coat<'a> {
+        let traces = |coat: &Self| coat.traces.map(|(traces, tint)| (traces, tint.drawn(coat.time)));
+        render::virtual_vertex::Coat { colors: coat.and_then(|coat| coat.paint), traces: coat.and_then(traces) }
     }
 
     /// Texels along a side of `tile`, the most of what is allocated there; `None` if nothing is.
@@ -60,6 +59,11 @@ impl TintEntry {
     /// The colour of a place of colour `base` with a mark at `time`.
     pub(crate) fn over(&self, base: Vec3, mark: &Mark, time: f32) -> [f32; 3] {
         base.lerp(self.colour.into(), self.share(mark, time)).to_array()
+    }
+
+    /// The same for a graphics device.
+    pub(crate) fn drawn(&self, time: f32) -> render::virtual_vertex::Tint {
+        render::virtual_vertex::Tint { color: self.colour, depth: self.depth, fade: self.fade, time }
     }
 
     /// How much of the tint a mark gets at `time`.

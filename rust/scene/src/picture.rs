@@ -123,15 +123,20 @@ impl Studio {
                             (false, _) => UNTOUCHED,
                         }
                     };
-                    if let Stage::Device(stage) = &mut self.stage
-                        && let Some(colors) = Coat::plain(coat.as_ref())
-                    {
+                    if let Stage::Device(stage) = &mut self.stage {
                         // One quad per texel, as far as a draw can have them.
                         let most = 1 << virtual_vertex::MOST_POWER;
                         let power = |tile: u32| rates.of(tile).min(most).trailing_zeros() as u8;
                         let powers = (0..field.tile_count() as u32).map(power).collect();
                         let divided = virtual_vertex::TileRates::new(topology, powers)?;
-                        stage.set_surface(context, id, (&displaced, colors), whole, divided, tag)?;
+                        stage.set_surface(
+                            context,
+                            id,
+                            (&displaced, Coat::drawn(coat.as_ref())),
+                            whole,
+                            divided,
+                            tag,
+                        )?;
                         continue;
                     }
                     let tiles: Vec<u32> = (0..field.tile_count() as u32).filter(|tile| stale(*tile)).collect();
@@ -165,11 +170,9 @@ impl Studio {
                         (true, false) => ALLOCATED,
                         (false, _) => UNTOUCHED,
                     };
-                    if let Stage::Device(stage) = &mut self.stage
-                        && object.vectors().is_none()
-                        && (world.scene.objects[index].traces.is_none() || object.traces().is_none())
-                    {
-                        let shown = (&object.displaced()?, object.normals(), object.colors());
+                    if let Stage::Device(stage) = &mut self.stage {
+                        let coat = triangles::coat(object, &world.scene.objects[index]);
+                        let shown = (&object.displaced()?, object.normals(), coat);
                         let stale = (!whole).then(|| triangles::stale_faces(object, changed));
                         stage.set_triangles(context, id, shown, stale.as_deref(), tag)?;
                         continue;

@@ -217,6 +217,15 @@ pub fn part(object: &TriangleObject, entry: &ObjectEntry, part: u32, tag: impl F
     Ok(mesh)
 }
 
+/// What a graphics device draws of the colours and traces of the object that `entry` describes.
+pub fn coat<'a>(object: &'a TriangleObject, entry: &ObjectEntry) -> render::virtual_vertex::TriangleCoat<'a> {
+    let traces = object.traces().map(TriangleChannel::field).zip(entry.traces.as_ref());
+    render::virtual_vertex::TriangleCoat {
+        colors: object.colors(),
+        traces: traces.map(|(traces, tint)| (traces, tint.drawn(object.time() as f32))),
+    }
+}
+
 /// How many parts there are.
 pub fn part_count(object: &TriangleObject) -> u32 {
     object.surface().topology().face_count().div_ceil(PART) as u32

@@ -137,7 +137,7 @@ impl<T: Texel> Field<T> {
 
     /// Where coarser tiles, or whole ones a sub-tile, meet `tile`, whether they are allocated or not: bit e for edge e,
     /// bit 4 + c for corner c. Always 0 where texels have no mips.
-    pub(crate) fn uneven(&self, tile: u32) -> u8 {
+    pub fn uneven(&self, tile: u32) -> u8 {
         self.uneven.get(tile as usize).copied().unwrap_or(0)
     }
 

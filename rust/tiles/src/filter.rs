@@ -179,40 +179,49 @@ impl<T: ColorTexel> Field<T> {
     /// What is added near edges and corners where a coarser tile rules, `uneven` as [`Field::uneven`] has it.
     #[cold]
     fn correction(&self, place: Place, width: f32, uneven: u8) -> Vec4 {
-        let reach = (2.0 * width).clamp(4.0 / self.size(place.tile) as f32, 0.5);
-        let weight = |distance: f32| (1.0 - distance / reach).max(0.0);
-        let weights = [place.v, 1.0 - place.u, 1.0 - place.v, place.u].map(weight);
+        let reach = self.reach(place.tile, width);
+        let weights = [place.v, 1.0 - place.u, 1.0 - place.v, place.u].map(|distance| weight(distance, reach));
         if weights == [0.0; 4] {
             return Vec4::ZERO;
         }
         let along = [place.u, place.v, 1.0 - place.u, 1.0 - place.v];
-        let corner = |corner: usize| {
-            if uneven >> (4 + corner) & 1 == 0 {
-                return Vec4::ZERO;
-            }
-            self.at_vertex(place.tile, corner as u8, width)
-                - self.trilinear(Place::corner(place.tile, corner as u8), width)
-        };
         let mut sum = Vec4::ZERO;
         for edge in (0..4).filter(|edge| weights[*edge] > 0.0) {
-            let t = along[edge];
-            let here = Place::on_edge(place.tile, edge as u8, t);
-            let shift = if uneven >> edge & 1 != 0 {
-                self.beyond(place.tile, edge as u8, t, width) - self.trilinear(here, width)
-            } else {
-                let (start, end) = (weight(t), weight(1.0 - t));
-                let part = |share: f32, at: usize| if share > 0.0 { corner(at) * share } else { Vec4::ZERO };
-                part(start, edge) + part(end, (edge + 1) & 3)
-            };
-            sum += shift * weights[edge];
+            sum += self.edge_shift(place.tile, edge as u8, along[edge], width, uneven) * weights[edge];
         }
         for at in 0..4 {
             let both = weights[at] * weights[(at + 3) & 3];
             if both > 0.0 {
-                sum -= corner(at) * both;
+                sum -= self.corner_shift(place.tile, at as u8, width, uneven) * both;
             }
         }
         sum
+    }
+
+    /// How far from an edge of `tile` what rules there is seen.
+    fn reach(&self, tile: u32, width: f32) -> f32 {
+        (2.0 * width).clamp(4.0 / self.size(tile) as f32, 0.5)
+    }
+
+    /// What is added at the point at `t` of an edge.
+    pub(crate) fn edge_shift(&self, tile: u32, edge: u8, t: f32, width: f32, uneven: u8) -> Vec4 {
+        if uneven >> edge & 1 != 0 {
+            return self.beyond(tile, edge, t, width) - self.trilinear(Place::on_edge(tile, edge, t), width);
+        }
+        let reach = self.reach(tile, width);
+        let (start, end) = (weight(t, reach), weight(1.0 - t, reach));
+        let part = |share: f32, corner: u8| {
+            if share > 0.0 { self.corner_shift(tile, corner, width, uneven) * share } else { Vec4::ZERO }
+        };
+        part(start, edge) + part(end, (edge + 1) & 3)
+    }
+
+    /// What is added at a corner.
+    pub(crate) fn corner_shift(&self, tile: u32, corner: u8, width: f32, uneven: u8) -> Vec4 {
+        if uneven >> (4 + corner) & 1 == 0 {
+            return Vec4::ZERO;
+        }
+        self.at_vertex(tile, corner, width) - self.trilinear(Place::corner(tile, corner), width)
     }
 
     /// What the tile across an edge has at the point at `t` of it.
@@ -234,6 +243,11 @@ impl<T: ColorTexel> Field<T> {
         };
         self.trilinear(place, width * scale)
     }
+}
+
+/// How much of what rules an edge is seen at a distance from it.
+fn weight(distance: f32, reach: f32) -> f32 {
+    (1.0 - distance / reach).max(0.0)
 }
 
 /// A parameter in the tile.

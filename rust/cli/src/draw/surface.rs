@@ -4,12 +4,12 @@ use std::path::Path;
 
 use glam::DAffine3;
 use relievo_bake::opened::{ColorLayer, Opened};
-use relievo_core::{Context, Error, Mesh, Result, Values};
+use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 use relievo_gpu::Device;
 use relievo_render::virtual_vertex::{
-    DeviceMesh, DrawnSurface, Placed, Rasterizer, Shape, TileRates, VirtualTriangles,
+    Coat, DrawnSurface, Placed, Rasterizer, Shape, TileRates, TriangleCoat, VirtualTriangles,
 };
 use relievo_render::{FalseColor, Frame, Material, Scene, View, color, draw_legend};
 use relievo_scene::showing::Showing;
@@ -155,7 +155,7 @@ fn rasterized(context: &Context, arguments: &Arguments, seen: &Seen, device: &De
         ColorLayer::Rgba8(paint) => ByFormat::Rgba8(paint.field()),
         ColorLayer::Rgba16(paint) => ByFormat::Rgba16(paint.field()),
     });
-    let mut drawn = DrawnSurface::new(context, device, &displaced, colors)?;
+    let mut drawn = DrawnSurface::new(context, device, &displaced, Coat { colors, traces: None })?;
     match arguments.cells {
         Some(cells) => {
             let rates = TileRates::uniform(seen.surface.topology(), cells)?;
@@ -190,7 +190,7 @@ fn cast(context: &Context, arguments: &Arguments, seen: &Seen) -> Result<Frame> 
         }
         made
     };
-    let mut mesh = mesh_of(mesh);
+    let mut mesh = relievo_render::Mesh::of_tessellation(mesh);
     if arguments.tiles {
         mesh.tags = tiles.iter().map(|tile| seen.state(*tile)).collect();
     }
@@ -222,13 +222,14 @@ fn triangles(
         (std::array::from_fn(|axis| low[axis].min(p[axis])), std::array::from_fn(|axis| high[axis].max(p[axis])))
     });
     let (view, material) = view(arguments, (low, high))?;
-    let mut mesh = mesh_of(made.mesh);
+    let mut mesh = relievo_render::Mesh::of_tessellation(made.mesh);
     if arguments.tiles {
         mesh.tags = faces.iter().map(|face| if object.is_allocated(*face) { 2 } else { 0 }).collect();
     }
     match device {
-        Some(device) if displaced.vector_reach() == 0.0 => {
-            let mut drawn = VirtualTriangles::new(context, device, &displaced, object.normals(), object.colors())?;
+        Some(device) => {
+            let coat = TriangleCoat { colors: object.colors(), traces: None };
+            let mut drawn = VirtualTriangles::new(context, device, &displaced, object.normals(), coat)?;
             if arguments.tiles {
                 drawn.tag(device, |face| if object.is_allocated(face) { 2 } else { 0 })?;
             }
@@ -238,12 +239,6 @@ fn triangles(
             eprintln!("{}: {count} triangles in {draws} draws", device.summary());
             Rasterizer::new(device)?.render(&[Placed::new(Shape::Triangles(&drawn), material)], &view)
         }
-        Some(device) => {
-            let count = mesh.triangles.len();
-            eprintln!("{}: {count} triangles, tessellated by the processor", device.summary());
-            let mesh = DeviceMesh::new(device, &mesh, &material)?;
-            Rasterizer::new(device)?.render(&[Placed::new(Shape::Mesh(&mesh), material)], &view)
-        }
         None => {
             let mut scene = Scene::new()?;
             let object = scene.add_object(DAffine3::IDENTITY, material)?;
@@ -251,15 +246,4 @@ fn triangles(
             scene.render(context, &view)
         }
     }
-}
-
-/// The triangles of a tessellation with their normals and colours.
-fn mesh_of(mesh: Mesh) -> relievo_render::Mesh {
-    let list = |name: &str| match mesh.attribute(name).map(|attribute| &attribute.values) {
-        Some(Values::F32(values)) => values.as_chunks::<3>().0.to_vec(),
-        _ => Vec::new(),
-    };
-    let (normals, colors) = (list("normal"), list("color"));
-    let triangles = mesh.corners.as_chunks::<3>().0.to_vec();
-    relievo_render::Mesh { points: mesh.points, triangles, normals, colors, ..Default::default() }
 }

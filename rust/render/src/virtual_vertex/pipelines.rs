@@ -7,18 +7,16 @@ use relievo_core::{Error, Result};
 use relievo_gpu::module::compose;
 use relievo_gpu::{Device, wgpu};
 use relievo_surface::bezier::VirtualVertex;
-use relievo_tiles::ByFormat;
 
+use super::coat::{DeviceCoat, TintBlock};
 use super::patches::{Storage, UNIFORM_PATCHES};
 use super::placed::{MeshVertex, PassedVertex, Shape};
 use super::targets::{DEPTH, FORMATS};
+use super::triangle_values::Kind;
 use super::view::OBJECT_BYTES;
 
 /// Immediate data of a draw of patches: the first of them and the level.
 const PATCHES_CALL: u32 = 8;
-
-/// Immediate data of a draw of triangles: the first of its parts.
-const TRIANGLES_CALL: u32 = 4;
 
 /// As in `tiles_draw.wgsl`.
 #[repr(C)]
@@ -26,6 +24,16 @@ const TRIANGLES_CALL: u32 = 4;
 pub(super) struct TilesCall {
     pub blank: [f32; 3],
     pub first: u32,
+    pub tint: TintBlock,
+}
+
+/// As in `triangles_draw.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct TrianglesCall {
+    pub tint: TintBlock,
+    pub first: u32,
+    pub padding: [u32; 3],
 }
 
 /// What vertex and fragment stages do.
@@ -34,10 +42,14 @@ pub(super) enum Draw {
     /// Patches with control points in some storage, with weights or without.
     Patches(Storage, bool),
     Strips,
-    /// Tiles without colours, with those of four bytes, with those of four half floats; without vectors or with them.
-    Tiles(u8, bool),
-    /// Triangles in the pattern of their values, with colours or without.
-    Triangles(bool),
+    /// Tiles without colours, with those of four bytes, with those of four half floats; with vectors, with traces.
+    Tiles {
+        colors: u8,
+        vectors: bool,
+        traces: bool,
+    },
+    /// Triangles in the pattern of their values.
+    Triangles(Kind),
     Mesh,
 }
 
@@ -46,10 +58,12 @@ impl Draw {
         match shape {
             Shape::Patches(patches) => Self::Patches(patches.storage(), patches.is_rational()),
             Shape::Strips(..) => Self::Strips,
-            Shape::Tiles { colors: None, vectors, .. } => Self::Tiles(0, vectors.is_some()),
-            Shape::Tiles { colors: Some(ByFormat::Rgba8(_)), vectors, .. } => Self::Tiles(1, vectors.is_some()),
-            Shape::Tiles { colors: Some(ByFormat::Rgba16(_)), vectors, .. } => Self::Tiles(2, vectors.is_some()),
-            Shape::Triangles(triangles) => Self::Triangles(triangles.painted),
+            Shape::Tiles { coat, vectors, .. } => Self::Tiles {
+                colors: coat.map_or(0, DeviceCoat::format),
+                vectors: vectors.is_some(),
+                traces: coat.is_some_and(DeviceCoat::has_traces),
+            },
+            Shape::Triangles(triangles) => Self::Triangles(triangles.kind()),
             Shape::Mesh(_) => Self::Mesh,
         }
     }
@@ -57,7 +71,7 @@ impl Draw {
     fn module(self) -> &'static str {
         match self {
             Self::Patches(..) | Self::Strips => "bezier_draw",
-            Self::Tiles(..) => "tiles_draw",
+            Self::Tiles { .. } => "tiles_draw",
             Self::Triangles(_) => "triangles_draw",
             Self::Mesh => "mesh_draw",
         }
@@ -69,7 +83,7 @@ impl Draw {
             Self::Patches(Storage::Texture, _) => "vertex_texture",
             Self::Patches(Storage::Buffer, _) => "vertex_buffer",
             Self::Strips => "vertex_passed",
-            Self::Tiles(..) => "vertex_tiles",
+            Self::Tiles { .. } => "vertex_tiles",
             Self::Triangles(_) => "vertex_triangles",
             Self::Mesh => "vertex_mesh",
         }
@@ -89,11 +103,15 @@ pub(super) struct Pipelines {
     made: BTreeMap<(Draw, bool), wgpu::RenderPipeline>,
 }
 
-fn layout(device: &Device, entries: &[(u32, wgpu::BindingType)]) -> Result<wgpu::BindGroupLayout> {
-    let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
+fn layout(device: &Device, entries: &[(u32, wgpu::ShaderStages, wgpu::BindingType)]) -> Result<wgpu::BindGroupLayout> {
     let entries: Vec<_> = entries
         .iter()
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry { binding: *binding, visibility, ty: *ty, count: None })
+        .map(|(binding, visibility, ty)| wgpu::BindGroupLayoutEntry {
+            binding: *binding,
+            visibility: *visibility,
+            ty: *ty,
+            count: None,
+        })
         .collect();
     let descriptor = wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries };
     device.guard(|| device.wgpu().create_bind_group_layout(&descriptor))
@@ -116,25 +134,30 @@ impl Pipelines {
             has_dynamic_offset: false,
             min_binding_size: None,
         };
-        let buffers = |count: u32| layout(device, &(0..count).map(|at| (at, buffer)).collect::<Vec<_>>());
+        const BOTH: wgpu::ShaderStages = wgpu::ShaderStages::VERTEX_FRAGMENT;
+        // Stages have few storage buffers on some devices: each sees what it reads.
+        let buffers = |vertex: u32, fragment: u32| {
+            let stage = |at: u32| if at < vertex { wgpu::ShaderStages::VERTEX } else { wgpu::ShaderStages::FRAGMENT };
+            layout(device, &(0..vertex + fragment).map(|at| (at, stage(at), buffer)).collect::<Vec<_>>())
+        };
         let object = uniform(true, OBJECT_BYTES);
         let points = texture(wgpu::TextureSampleType::Float { filterable: false }, wgpu::TextureViewDimension::D2);
         let scene = [
-            (0, buffer),
-            (1, object),
-            (2, texture(wgpu::TextureSampleType::Depth, wgpu::TextureViewDimension::D2Array)),
-            (3, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
+            (0, BOTH, buffer),
+            (1, BOTH, object),
+            (2, BOTH, texture(wgpu::TextureSampleType::Depth, wgpu::TextureViewDimension::D2Array)),
+            (3, BOTH, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
         ];
         let records = BTreeMap::from([
-            (Storage::Uniform, [layout(device, &[(0, uniform(true, u64::from(UNIFORM_PATCHES) * 272))])?]),
-            (Storage::Texture, [layout(device, &[(1, points)])?]),
-            (Storage::Buffer, [layout(device, &[(2, buffer)])?]),
+            (Storage::Uniform, [layout(device, &[(0, BOTH, uniform(true, u64::from(UNIFORM_PATCHES) * 272))])?]),
+            (Storage::Texture, [layout(device, &[(1, BOTH, points)])?]),
+            (Storage::Buffer, [layout(device, &[(2, BOTH, buffer)])?]),
         ]);
         Ok(Self {
-            scene: [layout(device, &scene)?, layout(device, &[(1, object)])?],
+            scene: [layout(device, &scene)?, layout(device, &[(1, BOTH, object)])?],
             records,
-            tiles: [buffers(4)?, buffers(2)?, buffers(6)?],
-            triangles: [buffers(2)?, buffers(3)?],
+            tiles: [buffers(4, 0)?, buffers(2, 0)?, buffers(4, 5)?],
+            triangles: [buffers(2, 0)?, buffers(3, 0)?],
             modules: BTreeMap::new(),
             made: BTreeMap::new(),
             device: device.clone(),
@@ -150,7 +173,7 @@ impl Pipelines {
     pub fn layouts(&self, draw: Draw) -> &[wgpu::BindGroupLayout] {
         match draw {
             Draw::Patches(storage, _) => &self.records[&storage],
-            Draw::Tiles(..) => &self.tiles,
+            Draw::Tiles { .. } => &self.tiles,
             Draw::Triangles(_) => &self.triangles,
             Draw::Strips | Draw::Mesh => &[],
         }
@@ -186,8 +209,8 @@ impl Pipelines {
         let (stride, attributes, immediates): (usize, &[_], u32) = match draw {
             Draw::Patches(..) => (size_of::<VirtualVertex>(), &virtual_vertex, PATCHES_CALL),
             Draw::Strips => (size_of::<PassedVertex>(), &passed_vertex, 0),
-            Draw::Tiles(..) => (0, &[], size_of::<TilesCall>() as u32),
-            Draw::Triangles(_) => (0, &[], TRIANGLES_CALL),
+            Draw::Tiles { .. } => (0, &[], size_of::<TilesCall>() as u32),
+            Draw::Triangles(_) => (0, &[], size_of::<TrianglesCall>() as u32),
             Draw::Mesh => (size_of::<MeshVertex>(), &mesh_vertex, 0),
         };
         let buffers = [Some(wgpu::VertexBufferLayout {
@@ -195,12 +218,15 @@ impl Pipelines {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes,
         })];
+        let number = |on: bool| f64::from(u8::from(on));
         let constants = match draw {
-            Draw::Patches(_, rational) => vec![("RATIONAL", f64::from(u8::from(rational)))],
-            Draw::Tiles(colors, vectors) => {
-                vec![("COLORS", f64::from(colors)), ("VECTORS", f64::from(u8::from(vectors)))]
+            Draw::Patches(_, rational) => vec![("RATIONAL", number(rational))],
+            Draw::Tiles { colors, vectors, traces } => {
+                vec![("COLORS", f64::from(colors)), ("VECTORS", number(vectors)), ("TRACES", number(traces))]
             }
-            Draw::Triangles(colors) => vec![("COLORS", f64::from(u8::from(colors)))],
+            Draw::Triangles(Kind { colors, vectors, traces }) => {
+                vec![("COLORS", number(colors)), ("VECTORS", number(vectors)), ("TRACES", number(traces))]
+            }
             Draw::Strips | Draw::Mesh => Vec::new(),
         };
         let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
@@ -271,9 +297,14 @@ mod tests {
 
     #[test]
     fn layouts_are_those_of_the_shaders() {
-        let call = [("blank", offset_of!(TilesCall, blank)), ("first", offset_of!(TilesCall, first))];
+        let call = [
+            ("blank", offset_of!(TilesCall, blank)),
+            ("first", offset_of!(TilesCall, first)),
+            ("tint", offset_of!(TilesCall, tint)),
+        ];
         assert_layout("tiles_draw", "TilesCall", size_of::<TilesCall>(), &call);
-        assert_layout("triangles_draw", "TrianglesCall", TRIANGLES_CALL as usize, &[("first", 0)]);
+        let call = [("tint", offset_of!(TrianglesCall, tint)), ("first", offset_of!(TrianglesCall, first))];
+        assert_layout("triangles_draw", "TrianglesCall", size_of::<TrianglesCall>(), &call);
         assert_layout("bezier_draw", "Draw", PATCHES_CALL as usize, &[("first", 0), ("level", 4)]);
         assert_eq!((size_of::<MeshVertex>(), size_of::<PassedVertex>()), (52, 32));
     }

@@ -5,15 +5,13 @@ use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Device};
 use relievo_surface::DeviceSurface;
-use relievo_tiles::{ByFormat, DeviceTiles, Rgba8, Rgba16, Vector};
+use relievo_tiles::{DeviceTiles, Vector};
 
+use super::coat::DeviceCoat;
 use super::patches::VirtualVertices;
 use super::tiles::VirtualTiles;
 use super::triangles::VirtualTriangles;
 use crate::scene::{Material, Mesh};
-
-/// Colours of a surface on a device.
-pub type DeviceColors<'a> = ByFormat<&'a DeviceTiles<Rgba8>, &'a DeviceTiles<Rgba16>>;
 
 /// The form of something that is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -30,8 +28,8 @@ pub enum Shape<'a> {
         tiles: &'a DeviceTiles,
         /// Its vector displacement, if it has some.
         vectors: Option<&'a DeviceTiles<Vector>>,
-        /// Its colours, in place of the material's.
-        colors: Option<DeviceColors<'a>>,
+        /// Its colours and traces, if it has some.
+        coat: Option<&'a DeviceCoat>,
         /// How it is divided.
         drawn: &'a VirtualTiles,
     },

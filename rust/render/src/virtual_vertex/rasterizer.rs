@@ -11,15 +11,15 @@ use half::f16;
 use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Charge, Device, wgpu};
 
+use super::coat::{DeviceCoat, Tint};
 use super::patches::{Records, Storage, UNIFORM_PATCHES, VirtualVertices};
-use super::pipelines::{Draw, Pipelines, TilesCall};
+use super::pipelines::{Draw, Pipelines, TilesCall, TrianglesCall};
 use super::placed::{Placed, Shape};
 use super::targets::{PIXEL_BYTES, SHADOW_SIDE, ShadowMaps, Target, Targets};
 use super::view::{Extent, OBJECT_BYTES, ObjectBlock, SUNS, ViewBlock, projection, shadow};
 use crate::caster::{Frame, NO_OBJECT};
 use crate::image::Image;
 use crate::settings::View;
-use relievo_tiles::{ByFormat, by_format};
 
 /// What draws: its pipelines, its targets and the view.
 #[derive(Debug)]
@@ -277,16 +277,19 @@ impl Rasterizer {
         let own = match shape {
             Shape::Patches(patches) => vec![self.record_group(patches)?],
             Shape::Strips(..) | Shape::Mesh(_) => Vec::new(),
-            Shape::Tiles { surface, tiles, vectors, colors, drawn } => {
+            Shape::Tiles { surface, tiles, vectors, coat, drawn } => {
                 let nothing = self.nothing.wgpu();
-                let colors = colors.map_or([nothing; 2], |colors| by_format!(colors, tiles => tiles.buffers()));
                 let count = drawn.rates().count();
-                let others = vectors.map(|vectors| vectors.field().tile_count());
-                if [tiles.field().tile_count(), others.unwrap_or(count)] != [count; 2] {
-                    return Err(Error::invalid("the displacement that is drawn is that of another surface"));
+                let channels = [tiles.field().tile_count()].into_iter();
+                let channels = channels.chain(vectors.map(|vectors| vectors.field().tile_count()));
+                if channels.chain(coat.iter().flat_map(|coat| coat.tile_counts())).any(|tiles| tiles != count) {
+                    return Err(Error::invalid(
+                        "the displacement or colours that are drawn are those of another surface",
+                    ));
                 }
                 let vectors = vectors.map_or([nothing; 2], |vectors| vectors.buffers());
-                let last = [drawn.joints.wgpu(), drawn.drawn.wgpu(), colors[0], colors[1], vectors[0], vectors[1]];
+                let mut last = vec![drawn.joints.wgpu(), drawn.drawn.wgpu(), vectors[0], vectors[1]];
+                last.extend(coat.map_or([nothing; 5], |coat| coat.buffers(nothing)));
                 vec![
                     self.buffer_group(draw, 0, &surface.buffers())?,
                     self.buffer_group(draw, 1, &tiles.buffers())?,
@@ -372,28 +375,28 @@ fn draw_shape(pass: &mut wgpu::RenderPass<'_>, shape: &Shape<'_>, groups: &Group
             }
             Ok(())
         }
-        Shape::Tiles { drawn, colors, .. } => {
-            let blank = colors.map_or([0.0; 3], |colors| match colors {
-                ByFormat::Rgba8(tiles) => color_of(tiles.field()),
-                ByFormat::Rgba16(tiles) => color_of(tiles.field()),
-            });
+        Shape::Tiles { drawn, coat, .. } => {
+            let blank = coat.map_or([0.0; 3], DeviceCoat::blank);
+            let tint = coat.map_or(Tint::default(), DeviceCoat::tint).into();
             for draw in drawn.draws() {
                 let Some(grid) = drawn.grids.get(&(draw.power, draw.part)) else {
                     return Err(Error::internal("a part has no triangles"));
                 };
                 pass.set_index_buffer(grid.wgpu().slice(..), wgpu::IndexFormat::Uint32);
-                pass.set_immediates(0, bytemuck::bytes_of(&TilesCall { blank, first: draw.first }));
+                pass.set_immediates(0, bytemuck::bytes_of(&TilesCall { blank, first: draw.first, tint }));
                 pass.draw_indexed(0..grid.len() as u32, 0, 0..draw.count);
             }
             Ok(())
         }
         Shape::Triangles(triangles) => {
+            let tint = triangles.tint().into();
             for draw in triangles.draws() {
                 let Some(indices) = triangles.indices.get(&draw.part) else {
                     return Err(Error::internal("a part has no triangles"));
                 };
                 pass.set_index_buffer(indices.wgpu().slice(..), wgpu::IndexFormat::Uint32);
-                pass.set_immediates(0, bytemuck::bytes_of(&draw.first));
+                let call = TrianglesCall { tint, first: draw.first, padding: [0; 3] };
+                pass.set_immediates(0, bytemuck::bytes_of(&call));
                 pass.draw_indexed(0..indices.len() as u32, 0, 0..draw.count);
             }
             Ok(())
@@ -407,10 +410,6 @@ fn draw_shape(pass: &mut wgpu::RenderPass<'_>, shape: &Shape<'_>, groups: &Group
             Ok(())
         }
     }
-}
-
-fn color_of<T: relievo_tiles::ColorTexel>(field: &relievo_tiles::Field<T>) -> [f32; 3] {
-    field.blank().color().truncate().to_array()
 }
 
 fn draw_patches(pass: &mut wgpu::RenderPass<'_>, patches: &VirtualVertices, groups: &Groups) -> Result<()> {

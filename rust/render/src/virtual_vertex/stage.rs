@@ -5,14 +5,15 @@ use std::collections::BTreeMap;
 use glam::DAffine3;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
+use relievo_tiles::Displaced;
 use relievo_tiles::triangle::{TriangleDisplaced, TriangleNormals};
-use relievo_tiles::{AnyField, Displaced};
 
+use super::coat::{Coat, TriangleCoat};
 use super::placed::{DeviceMesh, Placed, Shape};
 use super::rasterizer::Rasterizer;
 use super::rates::TileRates;
 use super::surface::DrawnSurface;
-use super::triangles::{TriangleColors, VirtualTriangles};
+use super::triangles::VirtualTriangles;
 use crate::caster::Frame;
 use crate::scene::{Material, Mesh, ObjectId};
 use crate::settings::View;
@@ -77,7 +78,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Makes an object show a displaced surface with its colours, or brings what it shows up to date: what changed in a
+    /// Makes an object show a displaced surface with its colours and traces, or brings what it shows up to date: what changed in a
     /// channel is found and sent. `moved` says that the cage is in another pose. Tiles are divided as `rates` says, and
     /// tagged for false colours by `tag`.
     ///
@@ -87,7 +88,7 @@ impl Stage {
         &mut self,
         context: &Context,
         object: ObjectId,
-        (displaced, colors): (&Displaced<'_>, Option<AnyField<'_>>),
+        (displaced, coat): (&Displaced<'_>, Coat<'_>),
         moved: bool,
         rates: TileRates,
         tag: impl Fn(u32) -> u32,
@@ -95,37 +96,42 @@ impl Stage {
         let device = self.device.clone();
         let slot = &mut self.object(object)?.surface;
         if let Some(surface) = slot.as_mut().filter(|_| !moved) {
-            surface.update(context, &device, displaced, colors)?;
+            surface.update(context, &device, displaced, coat)?;
         } else {
-            *slot = Some(DrawnSurface::new(context, &device, displaced, colors)?);
+            *slot = Some(DrawnSurface::new(context, &device, displaced, coat)?);
         }
         let Some(surface) = slot else { return Ok(()) };
-        surface.tiles_mut().divide(&device, rates)?;
+        if *surface.tiles().rates() != rates {
+            surface.tiles_mut().divide(&device, rates)?;
+        }
         surface.tiles_mut().tag(&device, tag)
     }
 
-    /// Makes an object show a displaced triangle mesh with its colours, as finely as values are kept, or brings what it
+    /// Makes an object show a displaced triangle mesh with its colours and traces, as finely as values are kept, or brings what it
     /// shows up to date where `changed` faces, ascending, look different: all of it, in another pose too, if that is
     /// `None`. Faces are tagged for false colours by `tag`.
     ///
     /// # Errors
-    /// There is no such object, the mesh is another one or has vector displacement, or the device fails.
+    /// There is no such object, the mesh is another one, or the device fails.
     pub fn set_triangles(
         &mut self,
         context: &Context,
         object: ObjectId,
-        (displaced, normals, colors): (&TriangleDisplaced<'_>, &TriangleNormals, Option<TriangleColors<'_>>),
+        (displaced, normals, coat): (&TriangleDisplaced<'_>, &TriangleNormals, TriangleCoat<'_>),
         changed: Option<&[u32]>,
         tag: impl Fn(u32) -> u32,
     ) -> Result<()> {
         let device = self.device.clone();
         let slot = &mut self.object(object)?.triangles;
-        let kept = slot.as_mut().filter(|triangles| triangles.painted == colors.is_some());
+        let kept = slot.as_mut().filter(|triangles| triangles.shows(displaced, coat));
         if let (Some(triangles), Some(changed)) = (kept, changed) {
-            triangles.update(context, &device, displaced, normals, colors, changed)?;
-            triangles.divide(&device, triangles.finest())?;
+            triangles.update(context, &device, displaced, normals, coat, changed)?;
+            let finest = triangles.finest();
+            if *triangles.rates() != finest {
+                triangles.divide(&device, finest)?;
+            }
         } else {
-            *slot = Some(VirtualTriangles::new(context, &device, displaced, normals, colors)?);
+            *slot = Some(VirtualTriangles::new(context, &device, displaced, normals, coat)?);
         }
         slot.as_mut().map_or(Ok(()), |triangles| triangles.tag(&device, tag))
     }

@@ -5,20 +5,21 @@ use relievo_core::{Context, Result};
 use relievo_gpu::Device;
 use relievo_surface::DeviceSurface;
 use relievo_surface::bezier::Viewpoint;
-use relievo_tiles::{AnyField, ByFormat, DeviceTiles, Displaced, Field, Rgba8, Rgba16, Vector};
+use relievo_tiles::{DeviceTiles, Displaced, Field, Vector};
 
+use super::coat::{Coat, DeviceCoat};
 use super::placed::{Placed, Shape};
 use super::tiles::VirtualTiles;
 use crate::scene::Material;
 use crate::settings::View;
 
-/// A displaced Catmull-Clark surface that is drawn, with its colours.
+/// A displaced Catmull-Clark surface that is drawn, with its colours and traces.
 #[derive(Debug)]
 pub struct DrawnSurface {
     surface: DeviceSurface,
     tiles: DeviceTiles,
     vectors: Option<DeviceTiles<Vector>>,
-    colors: Option<ByFormat<DeviceTiles<Rgba8>, DeviceTiles<Rgba16>>>,
+    coat: DeviceCoat,
     drawn: VirtualTiles,
 }
 
@@ -27,22 +28,17 @@ impl DrawnSurface {
     ///
     /// # Errors
     /// The device has no room.
-    pub fn new(
-        context: &Context,
-        device: &Device,
-        displaced: &Displaced<'_>,
-        colors: Option<AnyField<'_>>,
-    ) -> Result<Self> {
+    pub fn new(context: &Context, device: &Device, displaced: &Displaced<'_>, coat: Coat<'_>) -> Result<Self> {
         Ok(Self {
             surface: DeviceSurface::new(device, displaced.surface())?,
             tiles: DeviceTiles::new(device, displaced.field())?,
             vectors: displaced.vectors().map(|vectors| DeviceTiles::new(device, vectors)).transpose()?,
-            colors: colors.map(|colors| bring(device, colors)).transpose()?,
+            coat: DeviceCoat::new(context, device, coat)?,
             drawn: VirtualTiles::new(context, device, displaced, 2)?,
         })
     }
 
-    /// Makes the device have what `displaced` and `colors` are now: a later or earlier state of the same cage, in the
+    /// Makes the device have what `displaced` and `coat` are now: a later or earlier state of the same cage, in the
     /// pose of the surface it was made from or was last [posed](Self::pose) in.
     ///
     /// # Errors
@@ -52,7 +48,7 @@ impl DrawnSurface {
         context: &Context,
         device: &Device,
         displaced: &Displaced<'_>,
-        colors: Option<AnyField<'_>>,
+        coat: Coat<'_>,
     ) -> Result<()> {
         let mut changed = self.tiles.update(device, displaced.field())?;
         match (&mut self.vectors, displaced.vectors()) {
@@ -66,16 +62,7 @@ impl DrawnSurface {
         changed.sort_unstable();
         changed.dedup();
         self.drawn.update(context, device, displaced, &changed)?;
-        match (&mut self.colors, colors) {
-            (Some(ByFormat::Rgba8(tiles)), Some(ByFormat::Rgba8(field))) => {
-                tiles.update(device, field)?;
-            }
-            (Some(ByFormat::Rgba16(tiles)), Some(ByFormat::Rgba16(field))) => {
-                tiles.update(device, field)?;
-            }
-            (held, colors) => *held = colors.map(|colors| bring(device, colors)).transpose()?,
-        }
-        Ok(())
+        self.coat.update(context, device, coat)
     }
 
     /// Moves the surface to another pose of the cage: `displaced` is of that pose and `points` are its points.
@@ -119,24 +106,13 @@ impl DrawnSurface {
 
     /// The surface in the world, with the numbers of its tiles in pictures, or with one of its own.
     pub fn placed(&self, transform: DAffine3, material: Material, number: Option<u32>) -> Placed<'_> {
-        let colors = self.colors.as_ref().map(|colors| match colors {
-            ByFormat::Rgba8(tiles) => ByFormat::Rgba8(tiles),
-            ByFormat::Rgba16(tiles) => ByFormat::Rgba16(tiles),
-        });
         let shape = Shape::Tiles {
             surface: &self.surface,
             tiles: &self.tiles,
             vectors: self.vectors.as_ref(),
-            colors,
+            coat: Some(&self.coat),
             drawn: &self.drawn,
         };
         Placed { shape, transform, material, number }
     }
-}
-
-fn bring(device: &Device, colors: AnyField<'_>) -> Result<ByFormat<DeviceTiles<Rgba8>, DeviceTiles<Rgba16>>> {
-    Ok(match colors {
-        ByFormat::Rgba8(field) => ByFormat::Rgba8(DeviceTiles::new(device, field)?),
-        ByFormat::Rgba16(field) => ByFormat::Rgba16(DeviceTiles::new(device, field)?),
-    })
 }

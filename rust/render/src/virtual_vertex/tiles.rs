@@ -86,8 +86,8 @@ impl TilePart {
     fn triangles(self, power: u8) -> Vec<u32> {
         let cells = 1u32 << power;
         match self {
-            Self::Whole => grid(cells),
-            Self::Inside => grid(cells - 2),
+            Self::Whole => grid(cells, true),
+            Self::Inside => grid(cells - 2, false),
             Self::Strip(edge) => strip(cells, 1 << edge),
         }
     }
@@ -242,6 +242,9 @@ impl VirtualTiles {
         if tags.iter().any(|tag| *tag >= TAGS) {
             return Err(Error::invalid(format!("tags of tiles go up to {}", TAGS - 1)));
         }
+        if tags == self.tags {
+            return Ok(());
+        }
         self.tags = tags;
         self.write(device)
     }
@@ -352,15 +355,18 @@ impl VirtualTiles {
     }
 }
 
-/// Triangles of a grid of `cells`² cells, counter-clockwise from the front: bands of columns, row by row.
-fn grid(cells: u32) -> Vec<u32> {
+/// Triangles of a grid of `cells`² cells, counter-clockwise from the front: bands of columns, row by row. `whole` grids
+/// are divided beside their edges as [`strip`] does, and with that as tessellations are.
+fn grid(cells: u32, whole: bool) -> Vec<u32> {
     let side = cells + 1;
     let mut indices = Vec::with_capacity(6 * (cells * cells) as usize);
     for band in (0..cells).step_by(BAND as usize) {
         for row in 0..cells {
             for column in band..(band + BAND).min(cells) {
                 let at = row * side + column;
-                indices.extend([at, at + 1, at + side + 1, at, at + side + 1, at + side]);
+                let [a, b, c, d] = [at, at + 1, at + side + 1, at + side];
+                let bent = row == 0 && column > 0 || row + 1 == cells && column + 1 < cells;
+                indices.extend(if whole && bent { [a, b, d, b, c, d] } else { [a, b, c, a, c, d] });
             }
         }
     }
@@ -467,7 +473,7 @@ mod tests {
     #[test]
     fn grids_have_every_cell_once_and_few_vertices_at_a_time() {
         for cells in [2, 4, 32] {
-            let indices = grid(cells);
+            let indices = grid(cells, true);
             let power = cells.trailing_zeros() as u8;
             let draw = TileDraw { power, part: TilePart::Whole, first: 0, count: 1 };
             assert_eq!(indices.len() as u64, 3 * draw.triangles());
@@ -483,7 +489,7 @@ mod tests {
         }
         // A cache of the 32 vertices that were used last misses about once a vertex.
         let (mut cache, mut misses) = (std::collections::VecDeque::new(), 0);
-        for index in grid(64) {
+        for index in grid(64, true) {
             if !cache.contains(&index) {
                 misses += 1;
                 cache.push_back(index);

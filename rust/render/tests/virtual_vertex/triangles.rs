@@ -6,7 +6,9 @@ use glam::{DAffine3, DVec3, Vec3, Vec4};
 use half::f16;
 use relievo_core::{Context, Mesh, Values};
 use relievo_gpu::Device;
-use relievo_render::virtual_vertex::{Placed, Rasterizer, Shape, TriangleRates, VirtualTriangles};
+use relievo_render::virtual_vertex::{
+    Placed, Rasterizer, Shape, Stage, Tint, TriangleCoat, TriangleRates, VirtualTriangles,
+};
 use relievo_render::{Frame, Material, NO_OBJECT, Scene, View, compare_geometry, write_png};
 use relievo_surface::TriangleSurface;
 use relievo_testing::{Random, device};
@@ -14,7 +16,7 @@ use relievo_tiles::triangle::{
     FaceRates, Pattern, TriangleChannel, TriangleDisplaced, TriangleNormals, TriangleOptions, TriangleSets,
     TriangleTessellation, TriangleValues,
 };
-use relievo_tiles::{ByFormat, ColorTexel, Rgba8, Texel};
+use relievo_tiles::{ByFormat, ColorTexel, Rgba8, Texel, Trace, Vector};
 
 use crate::{picture, view};
 
@@ -111,8 +113,11 @@ impl Model {
     }
 
     fn drawn(&self, device: &Device) -> VirtualTriangles {
-        let colors = Some(ByFormat::Rgba8(self.paint.field()));
-        VirtualTriangles::new(&Context::serial(), device, &self.displaced(), &self.normals(), colors).unwrap()
+        VirtualTriangles::new(&Context::serial(), device, &self.displaced(), &self.normals(), self.coat()).unwrap()
+    }
+
+    fn coat(&self) -> TriangleCoat<'_> {
+        TriangleCoat { colors: Some(ByFormat::Rgba8(self.paint.field())), traces: None }
     }
 
     /// The same as triangles of the processor, with the colours of their corners.
@@ -122,13 +127,7 @@ impl Model {
         let context = Context::serial();
         let mut made = TriangleTessellation::new(&context, &displaced, &self.normals(), &self.mesh, rates).unwrap();
         made.paint(self.paint.field()).unwrap();
-        let list = |name: &str| match &made.mesh.attribute(name).unwrap().values {
-            Values::F32(values) => values.as_chunks::<3>().0.to_vec(),
-            Values::U32(_) => Vec::new(),
-        };
-        let (normals, colors) = (list("normal"), list("color"));
-        let triangles = made.mesh.corners.as_chunks::<3>().0.to_vec();
-        relievo_render::Mesh { points: made.mesh.points, triangles, normals, colors, ..Default::default() }
+        relievo_render::Mesh::of_tessellation(made.mesh)
     }
 }
 
@@ -217,7 +216,8 @@ fn adapted_triangles_look_like_all_of_them() {
     let mut rasterizer = Rasterizer::new(&device).unwrap();
     let mut model = Model::new(ball(), 0.004);
     let context = Context::serial();
-    let plainly = VirtualTriangles::new(&context, &device, &model.displaced(), &model.normals(), None);
+    let plainly =
+        VirtualTriangles::new(&context, &device, &model.displaced(), &model.normals(), TriangleCoat::default());
     let mut drawn = plainly.unwrap();
     let all = drawn.triangle_count();
     let mut before = u64::MAX;
@@ -248,11 +248,76 @@ fn adapted_triangles_look_like_all_of_them() {
     model.displacement.apply(&context, Pattern::new(16).unwrap(), &sets).unwrap();
     fill(&mut model.displacement, |value| f16::from_f32(-0.02 * value));
     let changed: Vec<u32> = (0..model.mesh.triangles().len() as u32).collect();
-    let colors = Some(ByFormat::Rgba8(model.paint.field()));
-    drawn.update(&context, &device, &model.displaced(), &model.normals(), colors, &changed).unwrap();
+    drawn.update(&context, &device, &model.displaced(), &model.normals(), model.coat(), &changed).unwrap();
     drawn.divide(&device, drawn.finest()).unwrap();
     let after = rasterizer.render(&shown(&drawn), &near).unwrap();
     let anew = rasterizer.render(&shown(&model.drawn(&device)), &near).unwrap();
     assert_eq!((&after.depth, &after.color, &after.object), (&anew.depth, &anew.color, &anew.object));
-    assert!(drawn.update(&context, &device, &model.displaced(), &model.normals(), None, &[]).is_err());
+    let bare = TriangleCoat::default();
+    assert!(drawn.update(&context, &device, &model.displaced(), &model.normals(), bare, &[]).is_err());
+}
+
+#[test]
+fn vectors_and_traces_of_triangles_are_those_of_the_ray_caster() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let model = Model::new(ball(), 0.01);
+    let topology = model.surface.topology().clone();
+    let faces = topology.face_count() as u32;
+    let options = TriangleOptions { segments: 16, budget: 1 << 26 };
+    let mut vectors = TriangleChannel::<Vector>::vectors(topology, &options).unwrap();
+    let sets = TriangleSets { allocate: (0..faces).filter(|face| face % 4 == 1).collect(), ..Default::default() };
+    vectors.apply(&context, Pattern::new(8).unwrap(), &sets).unwrap();
+    fill(&mut vectors, |value| Vector([0.03 * value, 0.03 - 0.04 * value, -0.02 * value].map(f16::from_f32)));
+    let mut traces = TriangleChannel::<Trace>::of(model.displacement.field(), 1 << 26).unwrap();
+    let sets = TriangleSets { allocate: (0..faces).filter(|face| face % 5 < 2).collect(), ..Default::default() };
+    traces.apply(&context, Pattern::new(16).unwrap(), &sets).unwrap();
+    fill(&mut traces, |value| Trace::default().pushed(0.2 * value, 1.0 + value));
+    let offsets = vectors.field().in_object_space(&context, &model.surface);
+    let displaced = model.displaced().with_vectors(&offsets).unwrap();
+    let normals = TriangleNormals::of(&context, &displaced).unwrap();
+    let view = plain(view(DVec3::ZERO, DVec3::new(2.0, -3.0, 2.5), DVec3::Z, [240, 180]));
+    let tint = Tint { color: [0.05, 0.1, 0.8], depth: 0.1, fade: 4.0, time: 2.5 };
+    let mut stage = Stage::new(&device).unwrap();
+    let object = stage.add_object(DAffine3::IDENTITY, MATERIAL);
+    let mut before: Option<Frame> = None;
+    for (tint, colors) in [(tint, None), (Tint { time: 4.5, ..tint }, None), (tint, model.coat().colors)] {
+        let coat = TriangleCoat { colors, traces: Some((traces.field(), tint)) };
+        // Only the time is another the second time; colours are new the third.
+        let changed = before.as_ref().map(|_| &[][..]);
+        stage.set_triangles(&context, object, (&displaced, &normals, coat), changed, |_| 0).unwrap();
+        let frame = stage.render(&view).unwrap();
+        let rates = |face: u32| {
+            let rates = displaced.rates(face).with(FaceRates::of(traces.field(), face));
+            if colors.is_some() { rates.with(FaceRates::of(model.paint.field(), face)) } else { rates }
+        };
+        let mut made = TriangleTessellation::new(&context, &displaced, &normals, &model.mesh, rates).unwrap();
+        made.trace(traces.field(), f64::from(tint.time));
+        made.paint(model.paint.field()).unwrap();
+        let list = |name: &str| match &made.mesh.attribute(name).unwrap().values {
+            Values::F32(values) => values.clone(),
+            Values::U32(_) => Vec::new(),
+        };
+        let [contact, depth, age] = ["contact", "depth", "age"].map(list);
+        let mut mesh = relievo_render::Mesh::of_tessellation(made.mesh);
+        for (at, color) in mesh.colors.iter_mut().enumerate() {
+            let base = if colors.is_some() { *color } else { MATERIAL.base_color };
+            let share = contact[at] * (depth[at] / tint.depth).min(1.0) * (1.0 - age[at] / tint.fade).max(0.0);
+            *color = Vec3::from(base).lerp(Vec3::from(tint.color), share).to_array();
+        }
+        let expected = cast(mesh, &view);
+        if let Ok(folder) = std::env::var("RELIEVO_PICTURES") {
+            for (name, frame) in [("device", &frame), ("rays", &expected)] {
+                let file = format!("triangle_vectors_{}_{name}.png", tint.time);
+                write_png(&std::path::Path::new(&folder).join(file), &frame.color).unwrap();
+            }
+        }
+        let found = compare_geometry(&picture(&expected), &picture(&frame), None).unwrap().unwrap();
+        assert!(found.covered > 6000 && found.silhouette() < 0.002, "{found:?}");
+        assert!(found.depth.unwrap().p999 < 1e-4 && found.normal.unwrap().median < 0.5f64.to_radians(), "{found:?}");
+        let albedo = difference(&expected, &frame, 0.99, |frame, x, y| Vec3::from(frame.albedo.color(x, y)));
+        println!("{tint:?}: {found:?}; albedo {albedo}");
+        assert!(albedo < 1.0 / 255.0, "{albedo}");
+        assert!(before.replace(frame.clone()).is_none_or(|before| before.albedo != frame.albedo));
+    }
 }

@@ -67,10 +67,9 @@ fn egg(strokes: &[usize]) -> String {
     shortened("paint", &changes, strokes)
 }
 
-/// The scene of the ball of triangles with a band and a line, no traces, and fewer pixels, with depths and normals.
+/// The scene of the ball of triangles with a band and a line, traces, and fewer pixels, with depths and normals.
 fn ball() -> String {
     let changes = [
-        ("traces = { colour = \"#6d3a8c\", depth = 0.08 }\n", ""),
         ("width = 960\nheight = 720", "width = 320\nheight = 240"),
         ("samples = 8\nsky_rays = 2", "samples = 1\nsky_rays = 0"),
         ("images = [\"png\"]", "images = [\"exr\"]"),

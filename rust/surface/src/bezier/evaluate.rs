@@ -1,5 +1,5 @@
-//! Evaluation of Bézier patches at single places, in f64: position, first derivatives, and the normal with its limits
-//! where the tangents vanish.
+//! Evaluation of Bézier patches at single places, in f64: position, first and second derivatives, and the normal with
+//! its limits where the tangents vanish.
 //!
 //! Points on edges are evaluated from the control points of the edge alone, in its one direction, so that neighbours
 //! agree to the bit when they are asked for the same place of it.
@@ -20,6 +20,11 @@ const NUDGE: f64 = 1.0 / 1024.0;
 impl BezierSurface {
     /// Position, derivatives and unit normal at `place`, whose tile is the patch.
     ///
+    /// Derivatives are those of the patch itself, which has them everywhere since weights are above zero: along an edge
+    /// that is collapsed to a point they are zero, and none of them needs a limit. Those of a rational patch S = P/w
+    /// follow from P_uu = S_uu·w + 2·S_u·w_u + S·w_uu and its like (Farin 2002, *Curves and Surfaces for CAGD*, Section
+    /// 13.6).
+    ///
     /// Where an edge is collapsed to a point, or tangents vanish at a corner, the normal is the limit along the line of
     /// constant u or v that ends there. It is zero only where a patch has no area.
     ///
@@ -31,6 +36,8 @@ impl BezierSurface {
         let controls = self.controls(patch);
         let forms = Forms::new(controls, f64::from(place.u), f64::from(place.v));
         let mut sample = forms.sample();
+        let second = forms.second(controls, f64::from(place.u), f64::from(place.v));
+        [sample.duu, sample.duv, sample.dvv] = second.map(|vector| vector.as_vec3().to_array());
         if let Some((edge, t)) = place.edge() {
             let edge = usize::from(edge);
             sample.p = edge_point(controls, edge, self.edges().senses(patch)[edge], t);
@@ -128,6 +135,11 @@ fn bernstein_first(t: f64) -> [f64; 4] {
     [-3.0 * s * s, 3.0 * s * (s - 2.0 * t), 3.0 * t * (2.0 * s - t), 3.0 * t * t]
 }
 
+fn bernstein_second(t: f64) -> [f64; 4] {
+    let s = 1.0 - t;
+    [6.0 * s, 6.0 * (t - 2.0 * s), 6.0 * (s - 2.0 * t), 6.0 * t]
+}
+
 /// The homogeneous forms (w·x, w·y, w·z, w) of a place and their derivatives.
 pub(super) struct Forms {
     p: DVec4,
@@ -166,6 +178,25 @@ impl Forms {
         let p = self.p.truncate() / self.p.w;
         let tangent = |form: DVec4| (form.truncate() - p * form.w) / self.p.w;
         [p, tangent(self.du), tangent(self.dv)]
+    }
+
+    /// The second derivatives by uu, uv and vv at the place these forms are of.
+    fn second(&self, controls: &[[f32; 4]; 16], u: f64, v: f64) -> [DVec3; 3] {
+        let [in_u, in_v] = [u, v].map(|t| [bernstein(t), bernstein_first(t), bernstein_second(t)]);
+        let [p, du, dv] = self.project();
+        [[2, 0], [1, 1], [0, 2]].map(|[i, j]| {
+            // About the place itself, so that how far it is from the origin does not count, and S·w_uu is nothing.
+            let sum = controls.iter().enumerate().fold(DVec3::ZERO, |sum, (number, control)| {
+                let share = in_u[i][number % 4] * in_v[j][number / 4] * f64::from(control[3]);
+                sum + share * (point(control) - p)
+            });
+            let turned = match i {
+                2 => 2.0 * du * self.du.w,
+                1 => du * self.dv.w + dv * self.du.w,
+                _ => 2.0 * dv * self.dv.w,
+            };
+            (sum - turned) / self.p.w
+        })
     }
 
     fn sample(&self) -> Sample {
@@ -235,6 +266,7 @@ fn normal_at_edge(controls: &[[f32; 4]; 16], edge: usize, t: f64) -> Option<[f32
 mod tests {
     use super::*;
     use crate::bezier::CONTROLS;
+    use glam::Vec3;
 
     /// De Casteljau's algorithm in homogeneous coordinates.
     fn de_casteljau(controls: &[[f32; 4]; CONTROLS], u: f64, v: f64) -> DVec3 {
@@ -277,12 +309,20 @@ mod tests {
                 let at = |du: f64, dv: f64| de_casteljau(surface.controls(0), f64::from(u) + du, f64::from(v) + dv);
                 let step = 1e-5;
                 let slope = |a: DVec3, b: DVec3| (a - b) / (2.0 * step);
+                let wide = 1e-3;
+                let bend = |a: DVec3, b: DVec3| (a - 2.0 * at(0.0, 0.0) + b) / (wide * wide);
+                let (duu, dvv) = (bend(at(wide, 0.0), at(-wide, 0.0)), bend(at(0.0, wide), at(0.0, -wide)));
+                let across = at(wide, wide) - at(wide, -wide) - at(-wide, wide) + at(-wide, -wide);
+                let duv = across / (4.0 * wide * wide);
                 let (du, dv) = (slope(at(step, 0.0), at(-step, 0.0)), slope(at(0.0, step), at(0.0, -step)));
                 for (got, expected, tolerance) in [
                     (sample.p, at(0.0, 0.0), 1e-6),
                     (sample.du, du, 1e-5),
                     (sample.dv, dv, 1e-5),
                     (normal, du.cross(dv).normalize(), 1e-5),
+                    (sample.duu, duu, 1e-4),
+                    (sample.duv, duv, 1e-4),
+                    (sample.dvv, dvv, 1e-4),
                 ] {
                     let got = DVec3::from(got.map(f64::from));
                     assert!(
@@ -292,6 +332,69 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn second_derivatives_are_those_of_closed_forms() {
+        let context = Context::serial();
+        // x = u, y = v, z = u³ + 2 u²v + 3 v³, by its polar form at 0, 1/3, 2/3, 1.
+        let third = |k: usize| k as f32 / 3.0;
+        // Bézier ordinates of 1, t, t², t³ in degree 3.
+        let power = |degree: usize, k: usize| match degree {
+            0 => 1.0,
+            1 => third(k),
+            2 => [0.0, 0.0, 1.0 / 3.0, 1.0][k],
+            _ => [0.0, 0.0, 0.0, 1.0][k],
+        };
+        let points: Vec<[f32; 3]> = (0..16)
+            .map(|at| {
+                let (i, j) = (at % 4, at / 4);
+                [third(i), third(j), power(3, i) + 2.0 * power(2, i) * power(1, j) + 3.0 * power(3, j)]
+            })
+            .collect();
+        // A quarter of a cylinder of radius 2 along z, an arc of degree 2 raised to 3, off the origin.
+        let corner = std::f32::consts::FRAC_1_SQRT_2;
+        let arc = [[2.0, 0.0, 1.0], [2.0, 2.0, corner], [0.0, 2.0, 1.0]].map(|[x, y, w]| [x * w, y * w, w]);
+        let raised = |k: usize| -> [f32; 3] {
+            let share = third(k);
+            let blend = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|axis| share * a[axis] + (1.0 - share) * b[axis]);
+            [arc[0], blend(arc[0], arc[1]), blend(arc[1], arc[2]), arc[2]][k]
+        };
+        let round: Vec<[f32; 3]> = (0..16)
+            .map(|at| {
+                let [x, y, w] = raised(at % 4);
+                [x / w + 5.0, y / w, 4.0 * third(at / 4)]
+            })
+            .collect();
+        let weights: Vec<f32> = (0..16).map(|at| raised(at % 4)[2]).collect();
+        let graph = BezierSurface::new(&context, &points, None, None).unwrap();
+        let cylinder = BezierSurface::new(&context, &round, None, Some(&weights)).unwrap();
+        for (u, v) in [(0.0f32, 0.0f32), (0.25, 0.75), (1.0, 0.5), (0.5, 1.0), (1.0, 1.0)] {
+            let near = |got: [f32; 3], expected: [f32; 3]| {
+                assert!(Vec3::from(got).distance(Vec3::from(expected)) < 2e-5, "{u} {v}: {got:?} {expected:?}");
+            };
+            let (sample, _) = graph.evaluate(Place::new(0, u, v)).unwrap();
+            near(sample.duu, [0.0, 0.0, 6.0 * u + 4.0 * v]);
+            near(sample.duv, [0.0, 0.0, 4.0 * u]);
+            near(sample.dvv, [0.0, 0.0, 18.0 * v]);
+            let (sample, _) = cylinder.evaluate(Place::new(0, u, v)).unwrap();
+            near(sample.duv, [0.0; 3]);
+            near(sample.dvv, [0.0; 3]);
+            // On a circle c about its middle: c·c'' = −c'·c'.
+            let [c, first, second] =
+                [sample.p, sample.du, sample.duu].map(|it| Vec3::from(it) * Vec3::new(1.0, 1.0, 0.0));
+            let c = c - Vec3::new(5.0, 0.0, 0.0);
+            assert!((c.length() - 2.0).abs() < 1e-5, "{c}");
+            assert!((c.dot(second) + first.length_squared()).abs() < 1e-4, "{u} {v}: {c} {first} {second}");
+        }
+        // Along an edge that is a point nothing moves; inwards the patch bends as it does beside the edge.
+        let mut points = points;
+        points[..4].fill([0.0; 3]);
+        let pointed = BezierSurface::new(&context, &points, None, None).unwrap();
+        let at = |v: f32| pointed.evaluate(Place::new(0, 0.5, v)).unwrap().0;
+        assert_eq!((at(0.0).du, at(0.0).duu), ([0.0; 3], [0.0; 3]));
+        assert!(Vec3::from(at(0.0).dvv).length() > 0.1);
+        assert!(Vec3::from(at(0.0).dvv).distance(Vec3::from(at(1e-4).dvv)) < 1e-2);
     }
 
     #[test]

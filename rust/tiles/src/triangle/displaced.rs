@@ -143,6 +143,11 @@ impl<'a> TriangleDisplaced<'a> {
         self.field
     }
 
+    /// The vectors that it is moved by further.
+    pub fn vectors(&self) -> Option<&'a TriangleField<Offset>> {
+        self.vectors
+    }
+
     /// The undisplaced surface and the displacement at a vertex of any pattern laid over `face`.
     pub fn at(&self, face: u32, pattern: Pattern, node: Node) -> (Foot, f32) {
         (foot(self.surface, face, pattern, node), self.field.at(face, pattern, node) as f32)
