@@ -1,31 +1,22 @@
 // import common
-// The workgroups of the pass over all chunks, from the sum of the triangles' work.
+// import imprint_link
+// The workgroups of the pass over all chunks of an imprint, from the sum of its triangles' work. A workgroup takes an
+// imprint.
 
-struct Arrange {
-    // Where the sum of all is.
-    last: u32,
-}
-
-const ROW: u32 = 32768u;
-const TOO_MUCH: u32 = 2u;
-
-@group(0) @binding(0) var<storage, read> sums: array<u32>;
-// The number of chunks, and the workgroups in x, y and z.
-@group(0) @binding(1) var<storage, read_write> arguments: array<u32>;
-@group(0) @binding(2) var<storage, read_write> state: array<u32>;
-var<immediate> work: Arrange;
+@group(0) @binding(1) var<storage, read> starts: array<u32>;
+// Of every imprint the number of chunks and the workgroups in x, y and z, and the same of its blocks.
+@group(0) @binding(2) var<storage, read_write> arguments: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read_write> told: AllTold;
 
 @compute @workgroup_size(1)
-fn arrange() {
-    var total = sums[work.last];
-    if state[1] >= (1u << 21u) {
-        state[0] |= TOO_MUCH;
+fn arrange(@builtin(workgroup_id) group: vec3<u32>) {
+    let link = step.link + group.x;
+    let first = links[link].first_work;
+    var total = starts[first + links[link].triangles] - starts[first];
+    if atomicLoad(&told.links[link].work) >= (1u << 21u) {
+        atomicOr(&told.links[link].faults, TOO_MUCH);
         total = 0u;
     }
-    state[1] = 0u;
     let needed = (total + GROUP - 1u) / GROUP;
-    arguments[0] = total;
-    arguments[1] = min(needed, ROW);
-    arguments[2] = (needed + ROW - 1u) / ROW;
-    arguments[3] = 1u;
+    arguments[2u * link] = vec4(total, min(needed, ROW), (needed + ROW - 1u) / ROW, 1u);
 }

@@ -1,6 +1,9 @@
 // import common
-// The displacement update: every coefficient's point that lies in the voxels goes along −N until it leaves them (Schäfer
-// et al. 2014, Section 6). A workgroup takes a block of 256 coefficients, an invocation two, which share a word.
+// import imprint_link
+// import tiles
+// The displacement update of listed blocks: every coefficient's point that lies in the voxels goes along −N until it
+// leaves them (Schäfer et al. 2014, Section 6). Blocks that change are kept, on their way back to the host and for the
+// imprints after this one. A workgroup takes a block of 256 coefficients, an invocation two, which share a word.
 
 // What stands for the ends of a column that is solid in more than one piece.
 const PIECES: u32 = 0xffffu;
@@ -10,46 +13,32 @@ const NEVER: f32 = 1e30;
 
 const PAIRS: u32 = 128u;
 
-struct Cast {
-    // From object space to voxels: three numbers of the linear part, and where the origin is.
-    x: vec4<f32>,
-    y: vec4<f32>,
-    z: vec4<f32>,
-    // What is subtracted from points first.
-    origin: vec3<f32>,
-    blocks: u32,
-    // Voxels along x, y and z, which the columns run along.
-    dims: vec3<u32>,
-    // Share of the distance that is applied, and limits in object units.
-    share: f32,
-    max_displacement: f32,
-    depth: f32,
-    // The least coefficient, as `key`.
-    deepest: i32,
-    // 0, or where `counts` has the number of blocks, from 1.
-    length: u32,
-    // 0, see `rounded`.
-    zero: u32,
-}
+// Texels along a block at most.
+const EDGE: u32 = 16u;
 
-// P, du and dv of every coefficient's place.
-@group(0) @binding(0) var<storage, read> samples: array<f32>;
-// Coefficients as halves: what they are, and what they were when the depth limit began to count.
-@group(0) @binding(1) var<storage, read> heights: array<u32>;
-@group(0) @binding(2) var<storage, read> starts: array<u32>;
-@group(0) @binding(3) var<storage, read> counts: array<u32>;
-// What they are to be.
-@group(0) @binding(4) var<storage, read_write> changed: array<u32>;
-// Of every block: coefficients that change, rays held at the border of the grid, the least coefficient as `key`, and 0.
-@group(0) @binding(5) var<storage, read_write> reports: array<vec4<i32>>;
+const NONE: u32 = 0xffffffffu;
+
+// Words of a record: tile, block with the number of the imprint in the upper half, coefficients that change, the least
+// of all as `key`, and the coefficients.
+const RECORD: u32 = 132u;
+const HEADER: u32 = 4u;
+
+@group(0) @binding(1) var<storage, read> listed: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> arguments: array<vec4<u32>>;
 // Columns: their ends, and the bits of those of several pieces, see `imprint_resolve`.
-@group(1) @binding(0) var<storage, read> spans: array<u32>;
-@group(1) @binding(1) var<storage, read> words: array<u32>;
-var<immediate> work: Cast;
+@group(0) @binding(3) var<storage, read> spans: array<u32>;
+@group(0) @binding(4) var<storage, read> words: array<u32>;
+@group(0) @binding(5) var<storage, read_write> slots: array<atomic<u32>>;
+@group(0) @binding(6) var<storage, read_write> told: AllTold;
+@group(0) @binding(7) var<storage, read_write> records: array<u32>;
+// The tiles from when the depth limit began to count.
+@group(3) @binding(0) var<storage, read> start_entries: array<TileEntry>;
+@group(3) @binding(1) var<storage, read> start_texels: array<u32>;
 
 var<workgroup> sum_changed: atomic<i32>;
 var<workgroup> sum_clamped: atomic<i32>;
 var<workgroup> least: atomic<i32>;
+var<workgroup> shared_place: u32;
 
 // Halves as whole numbers of the same order.
 fn key(half: u32) -> i32 {
@@ -219,13 +208,11 @@ fn turned(row: vec4<f32>, v: vec3<f32>, base: f32) -> f32 {
 }
 
 // The new key of a coefficient, and whether its ray was held.
-fn moved(index: u32, half: u32, start_half: u32) -> vec2<i32> {
+fn moved(it: SurfaceSample, half: u32, start_half: u32) -> vec2<i32> {
     let old = key(half);
     let unchanged = vec2(old, 0);
-    let at = 9u * index;
-    let p = vec3(samples[at], samples[at + 1u], samples[at + 2u]);
-    let du = vec3(samples[at + 3u], samples[at + 4u], samples[at + 5u]);
-    let dv = vec3(samples[at + 6u], samples[at + 7u], samples[at + 8u]);
+    let du = it.du;
+    let dv = it.dv;
     let across = vec3(
         rounded(du.y * dv.z) - rounded(du.z * dv.y),
         rounded(du.z * dv.x) - rounded(du.x * dv.z),
@@ -238,7 +225,7 @@ fn moved(index: u32, half: u32, start_half: u32) -> vec2<i32> {
     }
     let n = across * (1.0 / sqrt(square));
     let height = value(half);
-    let q = p - work.origin;
+    let q = it.p - work.origin;
     let up = vec3(turned(work.x, n, 0.0), turned(work.y, n, 0.0), turned(work.z, n, 0.0));
     let foot = vec3(turned(work.x, q, work.x.w), turned(work.y, q, work.y.w), turned(work.z, q, work.z.w));
     let place = fma(vec3(height), up, foot);
@@ -260,41 +247,178 @@ fn moved(index: u32, half: u32, start_half: u32) -> vec2<i32> {
     return vec2(min(down, old), i32(far.y));
 }
 
+// Bernstein polynomials at t.
+fn cubic(t: f32) -> vec4<f32> {
+    let s = 1.0 - t;
+    return vec4(s * s * s, 3.0 * (s * s * t), 3.0 * (t * t * s), t * t * t);
+}
+
+// The control points of the curve in u at v, from the basis values there and the Bézier points from `first` on.
+fn curve(basis: vec4<f32>, first: u32) -> vec4<f32> {
+    var points: vec4<f32>;
+    for (var k = 0u; k < 4u; k++) {
+        let at = first + k;
+        let low = fma(basis.y, surface_data[at + 4u], basis.x * surface_data[at]);
+        let high = fma(basis.w, surface_data[at + 12u], basis.z * surface_data[at + 8u]);
+        points[k] = low + high;
+    }
+    return points;
+}
+
+fn combined(basis: vec4<f32>, points: vec4<f32>) -> f32 {
+    let sum = fma(basis.z, points.z, fma(basis.y, points.y, basis.x * points.x));
+    return fma(basis.w, points.w, sum);
+}
+
+// P, du and dv of a regular patch with the processor's sums and products, one by one (`Surface::grid`): where rays graze
+// an edge of voxels, the last bit decides. Others are evaluated as everywhere.
+fn sample_patch(patch_index: u32, uv: vec2<f32>) -> SurfaceSample {
+    let it = surface_patches[patch_index];
+    if it.form != 0u {
+        return surface_evaluate(patch_index, uv);
+    }
+    let scale = vec2(1.0) / it.size;
+    let st = (uv - it.low) * scale;
+    let along = cubic(st.x);
+    let across = cubic(st.y);
+    let s = vec2(1.0) - st;
+    let ss = vec2(rounded(s.x * s.x), rounded(s.y * s.y));
+    let mixed = vec2(rounded(s.x * st.x), rounded(s.y * st.y));
+    let tt = vec2(rounded(st.x * st.x), rounded(st.y * st.y));
+    let by = 3.0 * scale.y;
+    let slopes = vec4(-ss.y, ss.y - 2.0 * mixed.y, 2.0 * mixed.y - tt.y, tt.y) * by;
+    let quadratic = vec3(ss.x, mixed.x + mixed.x, tt.x);
+    var sample: SurfaceSample;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let first = it.first + 3u + 16u * axis;
+        let points = curve(across, first);
+        sample.p[axis] = combined(along, points) + surface_data[it.first + axis];
+        let steps = (3.0 * scale.x) * (points.yzw - points.xyz);
+        sample.du[axis] = fma(quadratic.z, steps.z, fma(quadratic.y, steps.y, quadratic.x * steps.x));
+        sample.dv[axis] = combined(along, curve(slopes, first));
+    }
+    return sample;
+}
+
+// Of two coefficients of a block, which share a word, what they are, and what they were at the start. There is no texel
+// for what is beyond a small tile.
+fn coefficients(tile: u32, block: u32, local: u32, texels: vec2<u32>) -> vec2<u32> {
+    var pair = vec2(0u);
+    let first = tiles_entries[tile].first;
+    var start_first = TILES_NONE;
+    if (work.flags & STARTED) != 0u {
+        start_first = start_entries[tile].first;
+    }
+    for (var k = 0u; k < 2u; k++) {
+        let texel = texels[k];
+        let lane = 16u * (texel & 1u);
+        if texel != NONE && first != TILES_NONE {
+            pair.x |= ((tiles_texels[first + texel / 2u] >> lane) & 0xffffu) << (16u * k);
+        }
+        if texel != NONE && start_first != TILES_NONE {
+            pair.y |= ((start_texels[start_first + texel / 2u] >> lane) & 0xffffu) << (16u * k);
+        }
+    }
+    if (work.flags & CHAINED) != 0u {
+        let slot = atomicLoad(&slots[work.slots + tile * work.stride + 1u + block]);
+        if slot != 0u {
+            pair.x = records[RECORD * (slot - 1u) + HEADER + local];
+        }
+    }
+    if (work.flags & STARTED) == 0u {
+        pair.y = pair.x;
+    }
+    return pair;
+}
+
 @compute @workgroup_size(PAIRS)
 fn cast_rays(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let block = linear_group(group, groups);
-    var blocks = work.blocks;
-    if work.length > 0u {
-        blocks = min(blocks, counts[work.length - 1u]);
-    }
+    let index = linear_group(group, groups);
+    let there = index < arguments[2u * step.link + 1u].x;
+    work = links[step.link];
     if local == 0u {
         atomicStore(&sum_changed, 0);
         atomicStore(&sum_clamped, 0);
         atomicStore(&least, 0);
+        shared_place = NONE;
     }
     workgroupBarrier();
-    if block < blocks {
-        let pair = block * PAIRS + local;
-        let old = heights[pair];
-        let start = starts[pair];
-        let low = moved(2u * pair, old & 0xffffu, start & 0xffffu);
-        let high = moved(2u * pair + 1u, old >> 16u, start >> 16u);
-        changed[pair] = half_of(low.x) | (half_of(high.x) << 16u);
-        let differ = i32(low.x != key(old & 0xffffu)) + i32(high.x != key(old >> 16u));
+    var tile = 0u;
+    var block = 0u;
+    var changed = 0u;
+    if there {
+        tile = listed[index].x;
+        block = listed[index].y & 0xffffu;
+        let size = listed[index].y >> 16u;
+        let edge = min(size, EDGE);
+        let across = size / edge;
+        let corner = vec2(block % across, block / across) * edge;
+        var cells: array<vec2<u32>, 2>;
+        var texels = vec2(NONE);
+        for (var k = 0u; k < 2u; k++) {
+            let knot = 2u * local + k;
+            if knot < edge * edge {
+                cells[k] = corner + vec2(knot % edge, knot / edge);
+                texels[k] = (cells[k].y + 1u) * (size + 2u) + cells[k].x + 1u;
+            }
+        }
+        let pair = coefficients(tile, block, local, texels);
+        var differ = 0;
+        var clamped = 0;
+        for (var k = 0u; k < 2u; k++) {
+            let uv = (vec2<f32>(cells[k]) + vec2(0.5)) / f32(size);
+            // Without a normal nothing changes: beyond the coefficients of a small tile, and in holes.
+            var it: SurfaceSample;
+            if texels[k] != NONE {
+                let found = surface_find(tile, uv);
+                if found != SURFACE_NONE {
+                    it = sample_patch(found, uv);
+                }
+            }
+            let old = (pair.x >> (16u * k)) & 0xffffu;
+            let ray = moved(it, old, (pair.y >> (16u * k)) & 0xffffu);
+            changed |= half_of(ray.x) << (16u * k);
+            differ += i32(ray.x != key(old));
+            clamped += ray.y;
+            atomicMin(&least, ray.x);
+        }
         if differ > 0 {
             atomicAdd(&sum_changed, differ);
         }
-        if low.y + high.y > 0 {
-            atomicAdd(&sum_clamped, low.y + high.y);
+        if clamped > 0 {
+            atomicAdd(&sum_clamped, clamped);
         }
-        atomicMin(&least, min(low.x, high.x));
     }
     workgroupBarrier();
-    if local == 0u && block < blocks {
-        reports[block] = vec4(atomicLoad(&sum_changed), atomicLoad(&sum_clamped), atomicLoad(&least), 0);
+    if there && local == 0u {
+        let clamped = atomicLoad(&sum_clamped);
+        if clamped > 0 {
+            atomicAdd(&told.links[step.link].clamped, u32(clamped));
+        }
+        if atomicLoad(&sum_changed) > 0 {
+            shared_place = atomicAdd(&told.kept, 1u);
+        }
+    }
+    workgroupBarrier();
+    let place = shared_place;
+    if place < work.records {
+        let first = RECORD * place;
+        records[first + HEADER + local] = changed;
+        if local == 0u {
+            let lowest = atomicLoad(&least);
+            records[first] = tile;
+            records[first + 1u] = block | (step.link << 16u);
+            records[first + 2u] = u32(atomicLoad(&sum_changed));
+            records[first + 3u] = u32(lowest);
+            if (work.flags & CHAINED) != 0u {
+                let slot = work.slots + tile * work.stride;
+                atomicStore(&slots[slot + 1u + block], place + 1u);
+                atomicMax(&slots[slot], u32(-lowest));
+            }
+        }
     }
 }

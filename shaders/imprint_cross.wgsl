@@ -3,10 +3,10 @@
 // counts, at the first voxel whose centre is not below the triangle, by what the winding number changes. Sums of whole
 // numbers do not depend on the order they come in.
 
-@group(1) @binding(0) var<storage, read> starts: array<u32>;
-@group(1) @binding(1) var<storage, read> arguments: array<u32>;
+@group(0) @binding(3) var<storage, read> starts: array<u32>;
+@group(0) @binding(4) var<storage, read> arguments: array<vec4<u32>>;
 // Of step z of column c at z times the columns plus c; one step more than there are voxels.
-@group(2) @binding(0) var<storage, read_write> turns: array<atomic<i32>>;
+@group(0) @binding(5) var<storage, read_write> turns: array<atomic<i32>>;
 
 // Whether the plane over a column is not above the centre of the voxel below `step`, by 96 bits:
 // A·dx + B·dy + (z − ½ − step)·area is not positive.
@@ -28,15 +28,18 @@ fn cross_columns(
     @builtin(local_invocation_index) local: u32,
 ) {
     let item = linear_group(group, groups) * GROUP + local;
-    if item >= arguments[0] {
+    if item >= arguments[2u * step.link].x {
         return;
     }
+    work = links[step.link];
+    // Sums of the work before may wrap round, those of an imprint do not.
+    let base = starts[work.first_work];
     // The last triangle that starts not after the item.
     var low = 0u;
     var high = work.triangles;
     while high - low > 1u {
         let middle = (low + high) / 2u;
-        if starts[middle] <= item {
+        if starts[work.first_work + middle] - base <= item {
             low = middle;
         } else {
             high = middle;
@@ -44,7 +47,7 @@ fn cross_columns(
     }
     var f = facet(low);
     let in_row = chunks(f);
-    let inner = item - starts[low];
+    let inner = item - (starts[work.first_work + low] - base);
     let row = clipped_rows(f).x + i32(inner / in_row);
     let first = f.columns.x + CHUNK * i32(inner % in_row);
     let end = min(first + CHUNK, f.columns.y);
@@ -98,7 +101,7 @@ fn cross_columns(
                     step = middle + 1;
                 }
             }
-            let at = (u32(step) * work.ny + u32(row)) * work.nx + u32(column);
+            let at = (u32(step) * work.dims.y + u32(row)) * work.dims.x + u32(column);
             atomicAdd(&turns[at], f.turn);
         }
         left = wide_add(left, left_step);

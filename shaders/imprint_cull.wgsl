@@ -1,8 +1,10 @@
 // import common
+// import imprint_link
 // import surface
 // Which tiles, and which blocks of 16 × 16 of their coefficients, may have points in the voxel grid (Schäfer et al. 2014,
 // Section 5, Culling Geometry within Overlap): Bézier hulls in voxel coordinates, cut along the borders of blocks and
-// widened by the displacement along cones of normals (Sederberg and Meyers 1988). A workgroup takes a tile.
+// widened by the displacement along cones of normals (Sederberg and Meyers 1988). A workgroup takes a tile and lists its
+// blocks: the stages that follow take each by itself, in any order.
 
 const THREADS: u32 = 64u;
 
@@ -12,40 +14,27 @@ const EDGE: u32 = 16u;
 // Voxels by which bounds are widened against rounding.
 const SLACK: f32 = 0.05;
 
-const MODIFY: u32 = 1u;
-const ALLOCATE: u32 = 2u;
-const ALLOCATED: u32 = 0x10000u;
-
 struct CullTile {
     // The least and the largest of its coefficients, and the length of its longest vector, object units.
     least: f32,
     most: f32,
     length: f32,
-    // Texels along an edge, and whether it is allocated.
-    state: u32,
+    // Texels along an edge.
+    size: u32,
 }
 
-struct Cull {
-    // From object space to voxels: three numbers of the linear part, and where the origin is.
-    x: vec4<f32>,
-    y: vec4<f32>,
-    z: vec4<f32>,
-    // What is subtracted from points first.
-    origin: vec3<f32>,
-    tiles: u32,
-    dims: vec3<f32>,
-}
-
-@group(0) @binding(0) var<storage, read> tiles: array<CullTile>;
+@group(0) @binding(1) var<storage, read> slots: array<u32>;
+// A tile, and a block of it with the tile's size in the upper half.
+@group(0) @binding(2) var<storage, read_write> listed: array<vec2<u32>>;
+@group(0) @binding(3) var<storage, read_write> told: AllTold;
+// Of every imprint eight words, the last four of which are the number of listed blocks, and the workgroups in x, y and z
+// that take one each.
+@group(0) @binding(4) var<storage, read_write> arguments: array<atomic<u32>>;
+@group(2) @binding(0) var<storage, read> tiles: array<CullTile>;
 // The unit axis and the cosine of the half angle of every patch's normals.
-@group(0) @binding(1) var<storage, read> cones: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> masks: array<u32>;
-// Bits of the blocks, eight words a tile.
-@group(0) @binding(3) var<storage, read_write> blocks: array<u32>;
-// What imprints before this one left of every tile, see `imprint_keep`.
-@group(0) @binding(4) var<storage, read> lowered: array<i32>;
-var<immediate> work: Cull;
+@group(2) @binding(1) var<storage, read> cones: array<vec4<f32>>;
 
+var<workgroup> shared_first: u32;
 var<workgroup> met: atomic<u32>;
 var<workgroup> bits: array<atomic<u32>, 8>;
 
@@ -119,7 +108,7 @@ fn spread(tile: CullTile, cone: vec4<f32>, row: vec3<f32>) -> vec2<f32> {
 }
 
 fn meets(bounds: Bounds) -> bool {
-    return all(bounds.low <= work.dims + SLACK) && all(bounds.high >= vec3(-SLACK));
+    return all(bounds.low <= vec3<f32>(work.dims) + SLACK) && all(bounds.high >= vec3(-SLACK));
 }
 
 fn whole(tile: CullTile, patch_index: u32) -> Bounds {
@@ -175,12 +164,27 @@ fn block_meets(tile: CullTile, patch_index: u32, block: vec2<u32>, count: u32) -
     return meets(Bounds(vec3(x.x, y.x, z.x), vec3(x.y, y.y, z.y)));
 }
 
+// Takes room in the list for so many blocks of a tile. The arguments of what takes the listed blocks only grow.
+fn list(found: u32, edge: u32) {
+    let first = atomicAdd(&told.links[step.link].found, found);
+    shared_first = first;
+    atomicAdd(&told.links[step.link].tiles, 1u);
+    atomicAdd(&told.links[step.link].tested, found * edge * edge);
+    let count = min(first + found, work.room);
+    let at = 8u * step.link + 4u;
+    atomicMax(&arguments[at], count);
+    atomicMax(&arguments[at + 1u], min(count, ROW));
+    atomicMax(&arguments[at + 2u], (count + ROW - 1u) / ROW);
+    atomicMax(&arguments[at + 3u], 1u);
+}
+
 @compute @workgroup_size(THREADS)
 fn cull(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
+    work = links[step.link];
     let index = linear_group(group, groups);
     let there = index < work.tiles;
     if local < 8u {
@@ -188,6 +192,7 @@ fn cull(
     }
     if local == 0u {
         atomicStore(&met, 0u);
+        shared_first = 0u;
     }
     workgroupBarrier();
     var tile: CullTile;
@@ -195,9 +200,11 @@ fn cull(
     var stop = 0u;
     if there {
         tile = tiles[index];
-        let least = lowered[index];
-        if least < 0 {
-            tile.least = min(tile.least, unpack2x16float(0x8000u | u32(-1 - least)).x);
+        if (work.flags & CHAINED) != 0u {
+            let lowered = slots[work.slots + index * work.stride];
+            if lowered > 0u {
+                tile.least = min(tile.least, unpack2x16float(0x8000u | (lowered - 1u)).x);
+            }
         }
         first = surface_tiles[index].x;
         stop = surface_tiles[index + 1u].x;
@@ -208,7 +215,7 @@ fn cull(
         }
     }
     workgroupBarrier();
-    let count = max((tile.state & 0xffffu) / EDGE, 1u);
+    let count = max(tile.size / EDGE, 1u);
     if atomicLoad(&met) != 0u {
         for (var block = local; block < count * count; block += THREADS) {
             for (var k = first; k < stop; k++) {
@@ -220,15 +227,26 @@ fn cull(
         }
     }
     workgroupBarrier();
-    if there && local < 8u {
-        blocks[8u * index + local] = atomicLoad(&bits[local]);
-    }
-    if there && local == 0u {
-        var some = 0u;
+    if local == 0u {
+        var found = 0u;
         for (var k = 0u; k < 8u; k++) {
-            some |= atomicLoad(&bits[k]);
+            found += countOneBits(atomicLoad(&bits[k]));
         }
-        let classes = select(MODIFY | ALLOCATE, MODIFY, (tile.state & ALLOCATED) != 0u);
-        masks[index] = select(0u, classes, some != 0u);
+        if found > 0u {
+            list(found, min(tile.size, EDGE));
+        }
+    }
+    workgroupBarrier();
+    if there && local < 8u {
+        var at = shared_first;
+        for (var k = 0u; k < local; k++) {
+            at += countOneBits(atomicLoad(&bits[k]));
+        }
+        for (var rest = atomicLoad(&bits[local]); rest != 0u; rest &= rest - 1u) {
+            if at < work.room {
+                listed[at] = vec2(index, (32u * local + countTrailingZeros(rest)) | (tile.size << 16u));
+            }
+            at++;
+        }
     }
 }

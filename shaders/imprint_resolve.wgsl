@@ -1,24 +1,23 @@
 // import common
-// import imprint_voxelise
+// import imprint_link
 // Columns from what their winding number changes by at every step: a voxel is solid where it is not zero. The changes
 // are left zero for the next use.
 
 // What stands for the ends of a column that is solid in more than one piece.
 const PIECES: u32 = 0xffffu;
 
-@group(0) @binding(0) var<storage, read_write> turns: array<i32>;
+@group(0) @binding(1) var<storage, read_write> turns: array<i32>;
 // The lowest solid voxel of a column, and the one after the highest in the upper half.
-@group(0) @binding(1) var<storage, read_write> spans: array<u32>;
+@group(0) @binding(2) var<storage, read_write> spans: array<u32>;
 // Bit z % 32 of the word at z / 32 times the columns plus c is voxel z of column c.
-@group(0) @binding(2) var<storage, read_write> words: array<u32>;
-var<immediate> work: Voxelise;
+@group(0) @binding(3) var<storage, read_write> words: array<u32>;
 
 // What the winding number changes by at a step; nothing beyond the last.
 fn turn(column: u32, z: u32) -> i32 {
-    if z > work.nz {
+    if z > work.dims.z {
         return 0;
     }
-    return turns[z * work.nx * work.ny + column];
+    return turns[z * work.dims.x * work.dims.y + column];
 }
 
 // The same of four steps. They are taken by four because a loop over all steps twice would come near the number of
@@ -34,8 +33,8 @@ fn windings(turns: vec4<i32>, before: i32) -> vec4<i32> {
 }
 
 fn clear(column: u32, z: u32) {
-    if z <= work.nz {
-        turns[z * work.nx * work.ny + column] = 0;
+    if z <= work.dims.z {
+        turns[z * work.dims.x * work.dims.y + column] = 0;
     }
 }
 
@@ -46,7 +45,8 @@ fn resolve(
     @builtin(local_invocation_index) local: u32,
 ) {
     let column = linear_group(group, groups) * GROUP + local;
-    let columns = work.nx * work.ny;
+    work = links[step.link];
+    let columns = work.dims.x * work.dims.y;
     if column >= columns {
         return;
     }
@@ -56,7 +56,7 @@ fn resolve(
         // number along the column is outside.
         var sum = 0;
         var least = 0;
-        for (var z = 0u; z <= work.nz; z += 4u) {
+        for (var z = 0u; z <= work.dims.z; z += 4u) {
             let four = windings(four_turns(column, z), sum);
             sum = four.w;
             least = min(least, min(min(four.x, four.y), min(four.z, four.w)));
@@ -68,7 +68,7 @@ fn resolve(
     var pieces = 0u;
     var carry = 0u;
     var word = 0u;
-    for (var z = 0u; z <= work.nz; z += 4u) {
+    for (var z = 0u; z <= work.dims.z; z += 4u) {
         let changes = four_turns(column, z);
         let four = windings(changes, winding);
         winding = four.w;
@@ -79,11 +79,11 @@ fn resolve(
             clear(column, z + 3u);
         }
         let solid = select(vec4(0u), vec4(1u, 2u, 4u, 8u), four != vec4(0));
-        let there = (1u << min(work.nz - z, 4u)) - 1u;
+        let there = (1u << min(work.dims.z - z, 4u)) - 1u;
         word |= ((solid.x | solid.y | solid.z | solid.w) & there) << (z % 32u);
-        if z % 32u == 28u || z + 4u > work.nz {
+        if z % 32u == 28u || z + 4u > work.dims.z {
             let base = z / 32u * 32u;
-            if base < work.nz {
+            if base < work.dims.z {
                 words[z / 32u * columns + column] = word;
             }
             if word != 0u {

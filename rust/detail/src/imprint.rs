@@ -296,7 +296,7 @@ impl Imprinter {
     }
 
     /// Culls, voxelises and casts rays on the processor.
-    fn cast_here(
+    pub(crate) fn cast_here(
         &mut self,
         context: &Context,
         object: &mut DisplacedObject,

@@ -1,5 +1,5 @@
-//! Blocks of coefficients between culling and the host on a graphics device: which there are (`shaders/imprint_list.wgsl`),
-//! what their rays start from (`shaders/imprint_sample.wgsl`), and those that changed (`shaders/imprint_keep.wgsl`).
+//! Blocks of coefficients between culling and the host on a graphics device: the list of those that culling leaves, and
+//! those that rays change (`shaders/imprint_cast.wgsl`), as [`crate::raycast`] does.
 //!
 //! There is room for so many blocks; the numbers that come back say whether it was enough.
 
@@ -7,48 +7,14 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::Result;
-use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, Kernel, KernelSpec, Pass};
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, Kernel, KernelSpec, Pass, Readback};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
-use super::cull::DeviceCull;
-use super::rays::DeviceRays;
+use super::cull::LISTING;
+use super::link::Shared;
 use super::voxel::DeviceVoxels;
-use crate::cull::VoxelFrame;
 use crate::knots::BLOCK_KNOTS;
-use crate::raycast::Limits;
-
-/// As in `imprint_list.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Listing {
-    room: u32,
-    link: u32,
-}
-
-/// As in `imprint_sample.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Sampling {
-    flags: u32,
-    base: u32,
-    stride: u32,
-    zero: u32,
-}
-
-/// As in `imprint_keep.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Keeping {
-    flags: u32,
-    base: u32,
-    stride: u32,
-    room: u32,
-    link: u32,
-}
-
-const STARTED: u32 = 1;
-const CHAINED: u32 = 2;
 
 /// A block that an imprint changed. As stored in buffers.
 #[repr(C)]
@@ -75,223 +41,150 @@ impl Record {
     }
 }
 
-/// What is told of an imprint. As stored in buffers.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(super) struct Told {
-    /// Blocks that were found, whether or not there was room for them.
-    pub found: u32,
-    /// Rays that were held at the border of the grid.
-    pub clamped: u32,
-    pub tiles: u32,
-    /// Faults in voxelising.
-    pub faults: u32,
-    /// Coefficients that were looked at.
-    pub tested: u32,
-    unused: [u32; 3],
-}
-
-/// Words before those of the first imprint.
-const FIRST: usize = 4;
-const TOLD: usize = size_of::<Told>() / 4;
-
-/// Imprints that are submitted together at most.
-pub(crate) const MOST_LINKS: usize = 64;
-
-/// Where the slots of an object's blocks are.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Slots {
-    pub base: u32,
-    /// Slots of a tile.
-    pub stride: u32,
-}
-
 /// Room for blocks on a device.
 #[derive(Debug)]
 pub(super) struct DeviceBlocks {
-    list: [Arc<Kernel>; 2],
-    sample: Arc<Kernel>,
-    keep: Arc<Kernel>,
-    rays: DeviceRays,
-    arguments: Buffer<u32>,
-    told: Buffer<u32>,
+    kernel: Arc<Kernel>,
+    casting: Bindings,
+    listing: Bindings,
+    listed: Buffer<[u32; 2]>,
     records: Buffer<Record>,
     slots: Buffer<u32>,
-    listing: Bindings,
-    sampling: Bindings,
-    keeping: Bindings,
-    /// Blocks that an imprint may look at.
-    pub room: usize,
-    _kept: (Buffer<[u32; 2]>, Buffer<f32>, [Buffer<u32>; 2]),
-}
-
-use Access::{Read, Write};
-
-/// The kernels that list blocks.
-pub(super) fn list_kernel(device: &Device, entry: &str) -> Result<Arc<Kernel>> {
-    device.kernel(&KernelSpec {
-        module: "imprint_list",
-        entry,
-        groups: &[&[Read, Read, Read, Read], &[Write, Write, Write]],
-        immediates: size_of::<Listing>() as u32,
-        constants: &[],
-    })
-}
-
-/// The kernel that keeps blocks.
-pub(super) fn keep_kernel(device: &Device) -> Result<Arc<Kernel>> {
-    device.kernel(&KernelSpec {
-        module: "imprint_keep",
-        entry: "keep",
-        groups: &[&[Read, Read, Read, Read, Write, Write, Write], &[Write]],
-        immediates: size_of::<Keeping>() as u32,
-        constants: &[],
-    })
 }
 
 impl DeviceBlocks {
-    /// Room for `room` blocks of an imprint, `records` changed ones of all and as many `slots` as there are blocks in
-    /// tiles. Fails where the device has none.
-    pub fn new(device: &Device, room: usize, records: usize, slots: usize) -> Result<Self> {
-        let sample = device.kernel(&KernelSpec {
-            module: "imprint_sample",
-            entry: "sample",
-            groups: &[&[Read, Read, Read, Read, Write, Write, Write], &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
-            immediates: size_of::<Sampling>() as u32,
+    /// Room for so many blocks of an imprint, changed ones of all, and slots. Fails where the device has none.
+    pub fn new(
+        device: &Device,
+        shared: &Shared,
+        voxels: &DeviceVoxels,
+        [room, records, slots]: [usize; 3],
+    ) -> Result<Self> {
+        use Access::{Read, Write};
+        let kernel = device.kernel(&KernelSpec {
+            module: "imprint_cast",
+            entry: "cast_rays",
+            groups: &[&[Read, Read, Read, Read, Read, Write, Write, Write], &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
+            immediates: size_of::<u32>() as u32,
             constants: &[],
         })?;
-        let list = [list_kernel(device, "list")?, list_kernel(device, "arrange")?];
-        let keep = keep_kernel(device)?;
         let listed = Buffer::new(device, "listed blocks", room)?;
-        let arguments = Buffer::new(device, "blocks' arguments", 4)?;
-        let samples = Buffer::new(device, "samples", 9 * BLOCK_KNOTS * room)?;
-        let [heights, starts] = ["coefficients", "coefficients at the start"]
-            .map(|label| Buffer::new(device, label, BLOCK_KNOTS / 2 * room));
-        let (heights, starts) = (heights?, starts?);
-        let told = Buffer::new(device, "what is told of imprints", FIRST + TOLD * MOST_LINKS)?;
         let records = Buffer::new(device, "changed blocks", records)?;
         let slots = Buffer::new(device, "blocks' slots", slots)?;
-        let rays = DeviceRays::new(device, &samples, &heights, Some(&starts), Some(&arguments))?;
-        let listing = device.bind(&list[0], 1, &[listed.wgpu(), told.wgpu(), arguments.wgpu()])?;
-        let from = [listed.wgpu(), arguments.wgpu(), records.wgpu(), slots.wgpu()];
-        let to = [samples.wgpu(), heights.wgpu(), starts.wgpu()];
-        let sampling = device.bind(&sample, 0, &[&from[..], &to[..]].concat())?;
-        let from = [listed.wgpu(), arguments.wgpu(), rays.reports().wgpu(), rays.changed().wgpu()];
-        let to = [told.wgpu(), records.wgpu(), slots.wgpu()];
-        let keeping = device.bind(&keep, 0, &[&from[..], &to[..]].concat())?;
-        let _kept = (listed, samples, [heights, starts]);
-        Ok(Self { list, sample, keep, rays, arguments, told, records, slots, listing, sampling, keeping, room, _kept })
+        let Shared { links, told, arguments } = shared;
+        let bound = [links.wgpu(), slots.wgpu(), listed.wgpu(), told.wgpu(), arguments.wgpu()];
+        let listing = device.bind_as(&LISTING, &bound)?;
+        let from = [links.wgpu(), listed.wgpu(), arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
+        let to = [slots.wgpu(), told.wgpu(), records.wgpu()];
+        let casting = device.bind(&kernel, 0, &[&from[..], &to[..]].concat())?;
+        Ok(Self { kernel, casting, listing, listed, records, slots })
     }
 
-    /// Blocks that imprints which are submitted together may change.
-    pub fn record_room(&self) -> usize {
-        self.records.len()
+    /// Blocks that an imprint may look at, blocks that imprints which are submitted together may change, and slots.
+    pub fn room(&self) -> [usize; 3] {
+        [self.listed.len(), self.records.len(), self.slots.len()]
     }
 
-    /// Slots of blocks.
-    pub fn slot_room(&self) -> usize {
-        self.slots.len()
+    /// What culling lists blocks with.
+    pub fn listing(&self) -> &Bindings {
+        &self.listing
     }
 
-    /// Records that nothing was told so far.
-    pub fn begin(&self, frame: &mut Frame) {
-        frame.clear(&self.told);
+    /// The list: tiles, and blocks of them with the tile's size in the upper half.
+    #[cfg(test)]
+    pub fn listed(&self) -> &Buffer<[u32; 2]> {
+        &self.listed
     }
 
-    /// Records that no block has a slot.
+    /// Records that nothing has a slot.
     pub fn clear_slots(&self, frame: &mut Frame) {
         frame.clear(&self.slots);
     }
 
-    /// Records the list of the blocks that culling left.
-    pub fn list(&self, pass: &mut Pass<'_>, culling: &DeviceCull, link: u32) -> Result<()> {
-        let work = Listing { room: self.room as u32, link };
-        let (groups, immediates) = ([&culling.culled, &self.listing], bytemuck::bytes_of(&work));
-        let [list, arrange] = &self.list;
-        pass.run_indirect(list, &groups, immediates, culling.counts(), culling.arguments()[0])?;
-        pass.run(arrange, &groups, immediates, [1, 1, 1])
-    }
-
-    /// Records what the rays of the listed blocks start from. `slots` are where earlier imprints of the submission left
-    /// blocks, and `start` is the displacement from which the depth limit counts, that of `tiles` where it is `None`.
-    pub fn sample(
+    /// Records the rays of the listed blocks, and that those which changed are kept: of the displacement there is, and
+    /// that from which the depth limit counts.
+    pub fn cast(
         &self,
         pass: &mut Pass<'_>,
+        shared: &Shared,
         surface: &DeviceSurface,
-        tiles: &DeviceTiles,
-        start: Option<&DeviceTiles>,
-        slots: Option<Slots>,
+        [tiles, start]: [&DeviceTiles; 2],
+        link: usize,
     ) -> Result<()> {
-        let flags = if start.is_some() { STARTED } else { 0 } | chained(slots);
-        let Slots { base, stride } = slots.unwrap_or(Slots { base: 0, stride: 0 });
-        let work = Sampling { flags, base, stride, zero: 0 };
-        let groups = [&self.sampling, surface.group(), tiles.group(), start.unwrap_or(tiles).group()];
-        pass.run_indirect(&self.sample, &groups, bytemuck::bytes_of(&work), &self.arguments, 1)
-    }
-
-    /// Records the rays of the listed blocks.
-    pub fn cast(&self, pass: &mut Pass<'_>, voxels: &DeviceVoxels, frame: &VoxelFrame, limits: &Limits) -> Result<()> {
-        self.rays.cast_indirect(pass, voxels, frame, limits, (&self.arguments, 0))
-    }
-
-    /// Records that the blocks which changed are kept.
-    pub fn keep(&self, pass: &mut Pass<'_>, culling: &DeviceCull, slots: Option<Slots>, link: u32) -> Result<()> {
-        let Slots { base, stride } = slots.unwrap_or(Slots { base: 0, stride: 0 });
-        let work = Keeping { flags: chained(slots), base, stride, room: self.records.len() as u32, link };
-        let groups = [&self.keeping, &culling.lowering];
-        pass.run_indirect(&self.keep, &groups, bytemuck::bytes_of(&work), &self.arguments, 1)
-    }
-
-    /// What is told, and the word of it that takes the faults of imprint `link`.
-    pub fn told(&self, link: usize) -> (&Buffer<u32>, usize) {
-        (&self.told, FIRST + TOLD * link + 3)
-    }
-
-    /// Records the way back of what is told of `links` imprints.
-    pub fn read_told(&self, frame: &mut Frame, links: usize) -> Result<relievo_gpu::Readback<u32>> {
-        frame.read(&self.told, 0..FIRST + TOLD * links)
+        let groups = [&self.casting, surface.group(), tiles.group(), start.group()];
+        let number = (link as u32).to_ne_bytes();
+        pass.run_indirect(&self.kernel, &groups, &number, &shared.arguments, Shared::blocks(link))
     }
 
     /// Records the way back of the records `range`.
-    pub fn read(&self, frame: &mut Frame, range: std::ops::Range<usize>) -> Result<relievo_gpu::Readback<Record>> {
+    pub fn read(&self, frame: &mut Frame, range: std::ops::Range<usize>) -> Result<Readback<Record>> {
         frame.read(&self.records, range)
     }
 }
 
-fn chained(slots: Option<Slots>) -> u32 {
-    if slots.is_some() { CHAINED } else { 0 }
-}
-
-/// How many blocks changed in all imprints, and what is told of each, from the words of [`DeviceBlocks::read_told`].
-pub(super) fn parse(words: &[u32]) -> (usize, Vec<Told>) {
-    let (first, each) = words.split_at(FIRST.min(words.len()));
-    (first.first().map_or(0, |kept| *kept as usize), bytemuck::cast_slice(each).to_vec())
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use relievo_testing::wgsl::assert_layout;
-    use std::mem::offset_of;
+    use crate::collider::Collider;
+    use crate::device::chain::{DeviceChain, Target};
+    use crate::device::cull::tests::object;
+    use crate::device::link::Link;
+    use crate::grid::Grid;
+    use crate::imprint::{ImprintSettings, Imprinter};
+    use crate::obb::Obb;
+    use crate::raycast::{TileDents, key};
+    use crate::shapes;
+    use glam::{DAffine3, DMat3, DVec3};
+    use half::f16;
+    use relievo_core::Context;
+    use relievo_testing::device;
+    use relievo_tiles::Field;
+    use std::collections::BTreeMap;
+
+    /// The blocks that change, by tile and number.
+    fn changed(dents: &[TileDents]) -> BTreeMap<(u32, u32), Vec<f16>> {
+        let blocks = dents.iter().flat_map(|it| it.blocks.iter().map(|block| (it.tile, block)));
+        blocks.map(|(tile, block)| ((tile, block.index), block.values.to_vec())).collect()
+    }
 
     #[test]
-    fn the_layouts_are_those_of_the_kernels() {
-        let listing = [("room", offset_of!(Listing, room)), ("link", offset_of!(Listing, link))];
-        assert_layout("imprint_list", "Listing", size_of::<Listing>(), &listing);
-        let sampling = [
-            ("flags", offset_of!(Sampling, flags)),
-            ("base", offset_of!(Sampling, base)),
-            ("stride", offset_of!(Sampling, stride)),
-            ("zero", offset_of!(Sampling, zero)),
-        ];
-        assert_layout("imprint_sample", "Sampling", size_of::<Sampling>(), &sampling);
-        let keeping = [
-            ("flags", offset_of!(Keeping, flags)),
-            ("base", offset_of!(Keeping, base)),
-            ("stride", offset_of!(Keeping, stride)),
-            ("room", offset_of!(Keeping, room)),
-            ("link", offset_of!(Keeping, link)),
-        ];
-        assert_layout("imprint_keep", "Keeping", size_of::<Keeping>(), &keeping);
+    fn coefficients_are_those_of_the_processor() {
+        let Some(device) = device() else { return };
+        let context = Context::serial();
+        let mut object = object(&context);
+        // Rings side by side and above each other, so that some columns are solid in pieces.
+        let rings = shapes::joined(
+            shapes::torus(1.0, 0.4, 48, 24),
+            shapes::moved(shapes::torus(0.5, 0.15, 24, 12), [0.0, 0.0, 0.5]),
+        );
+        let place = object.transform().transform_point3(DVec3::new(3.4, 3.6, 0.1));
+        let transform = DAffine3::from_translation(place) * DAffine3::from_rotation_x(1.2);
+        let collider = Collider::new(&context, rings.0, rings.1, transform).unwrap();
+        let obb = Obb { center: place, axes: DMat3::from_rotation_x(0.4), half: DVec3::new(1.3, 1.2, 0.9) };
+        let grid = Grid::new(&obb, 1 << 18, Some(2));
+        let begun = object.displacement().field().clone();
+        let plain = ImprintSettings { max_displacement: 60_000.0, ..ImprintSettings::default() };
+        let tight = ImprintSettings { share: 0.4, max_displacement: 0.15, depth_limit: 0.12, ..plain };
+        let mut chain = DeviceChain::new(&device).unwrap();
+        let (mut rays, mut apart, mut clamped) = (0, 0, 0);
+        for (settings, start) in [(plain, None::<&Field>), (tight, Some(&begun))] {
+            let here = Imprinter::new().cast_here(&context, &mut object, &collider, start, &grid, &settings).unwrap();
+            let link = Link::new(&context, 0, &collider, &grid, &settings.limits()).unwrap();
+            object.use_device(Some(&device)).unwrap();
+            let mut state = object.device.take().unwrap();
+            let mut target = [Target { state: &mut state, object: &object, start }];
+            let there = chain.run(&context, &mut target, &[&collider], &[link]).unwrap().pop().unwrap();
+            assert_eq!(there.tiles, here.tiles);
+            assert!(there.clamped.abs_diff(here.clamped) <= 1 + here.clamped / 1000);
+            clamped += here.clamped;
+            let (here, there) = (changed(&here.dents), changed(&there.dents));
+            assert!(here.keys().eq(there.keys()));
+            for (a, b) in here.values().flatten().zip(there.values().flatten()) {
+                rays += 1;
+                apart += u32::from(key(*a).abs_diff(key(*b)) > 1);
+            }
+        }
+        println!("{apart} of {rays} coefficients are more than one half apart, {clamped} held");
+        assert!(rays > 5_000 && clamped > 20, "{rays} {clamped}");
+        assert!(apart * 10_000 < rays, "{apart} of {rays}");
     }
 }

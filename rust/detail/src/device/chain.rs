@@ -5,27 +5,21 @@
 //! What follows needs room that is not known before: there is so much, counters say whether it was enough, and what was
 //! not is done again with more.
 
-use std::collections::BTreeMap;
-
-use glam::DAffine3;
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Device, Pass};
-use relievo_tiles::Field;
+use relievo_tiles::{DeviceTiles, Field};
 
-use super::blocks::{DeviceBlocks, MOST_LINKS, Record, Slots, Told, parse};
-use super::collider::{DeviceCollider, check};
+use super::blocks::{DeviceBlocks, Record};
+use super::link::{Ground, Link, MOST_LINKS, Shared, Slots, Told, Wave, Words, parse, waves};
+use super::meshes::DeviceMeshes;
 use super::state::DeviceObject;
-use super::voxel::DeviceVoxels;
+use super::voxel::{DeviceVoxels, VoxelRoom};
 use crate::collider::Collider;
-use crate::cull::VoxelFrame;
-use crate::grid::Grid;
 use crate::imprint::Cast;
 use crate::knots::{BLOCK_KNOTS, block_edge};
-use crate::lattice::Lattice;
 use crate::object::DisplacedObject;
-use crate::raycast::{DentBlock, Limits, TileDents, unkey};
-use crate::voxel::Side;
+use crate::raycast::{DentBlock, TileDents, unkey};
 
 /// An object that is imprinted on.
 #[derive(Debug)]
@@ -36,56 +30,12 @@ pub(crate) struct Target<'a> {
     pub start: Option<&'a Field>,
 }
 
-/// An imprint.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Link {
-    target: usize,
-    /// Which collider, how many triangles it has, and where it is.
-    mesh: u64,
-    triangles: u64,
-    transform: DAffine3,
-    side: Side,
-    grid: Grid,
-    limits: Limits,
-    lattice: Lattice,
-}
-
-/// Voxels from the grid within which kernels place points, less what rounding takes.
-const FAR: f64 = 65_000.0;
-
-impl Link {
-    /// The imprint of `collider`, where it is now, on one of the targets. `None` where not all of it is near enough to the
-    /// grid for a device: at a first touch voxels may be tiny.
-    pub fn new(context: &Context, target: usize, collider: &Collider, grid: &Grid, limits: &Limits) -> Option<Self> {
-        let corners = collider.obb().corners();
-        let near = corners.into_iter().all(|it| grid.map.transform_point3(it).abs().max_element() < FAR);
-        let lattice = collider.lattice(grid).filter(|_| near)?;
-        // Of a closed mesh either side will do.
-        let side = if collider.is_closed() { Side::Forward } else { collider.side(context, grid).0 };
-        Some(Self {
-            target,
-            mesh: collider.identity[0],
-            triangles: collider.triangles().len() as u64,
-            transform: *collider.transform(),
-            side,
-            grid: *grid,
-            limits: *limits,
-            lattice,
-        })
+impl Target<'_> {
+    /// The displacement on the device from which the depth limits count, if it is not what it is now.
+    fn begun(&self) -> Option<&DeviceTiles> {
+        self.start.and_then(|_| self.state.begun())
     }
 }
-
-/// A mesh that was brought to the device.
-#[derive(Debug)]
-struct Brought {
-    mesh: DeviceCollider,
-    /// Which points it has.
-    points: u64,
-    used: u64,
-}
-
-/// Meshes that are kept on the device, if more are not needed at once.
-const KEPT: usize = 16;
 
 /// Blocks that there is room for at first, and that are read back.
 const FEW: usize = 512;
@@ -94,20 +44,45 @@ const FEW: usize = 512;
 #[derive(Debug)]
 pub(crate) struct DeviceChain {
     device: Device,
+    shared: Shared,
+    meshes: DeviceMeshes,
     voxels: Option<DeviceVoxels>,
-    blocks: DeviceBlocks,
-    colliders: BTreeMap<u64, Brought>,
-    uses: u64,
+    blocks: Option<DeviceBlocks>,
     /// Changed blocks that are read back at once.
     likely: usize,
+}
+
+/// A stage of an imprint or, of points on lattices, of several.
+#[derive(Clone, Copy, Debug)]
+enum Stage<'a> {
+    Place(&'a Wave),
+    Cull(usize),
+    Voxelise(usize),
+    Raycast(usize),
+}
+
+impl Stage<'_> {
+    /// The name of its pass, where passes are timed.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Cull(_) => "imprint.device.cull",
+            Self::Place(_) | Self::Voxelise(_) => "imprint.device.voxelise",
+            Self::Raycast(_) => "imprint.device.raycast",
+        }
+    }
 }
 
 impl DeviceChain {
     /// Room for imprints on a device. Fails where it has none.
     pub fn new(device: &Device) -> Result<Self> {
-        let blocks = DeviceBlocks::new(device, FEW, FEW, 1)?;
-        let colliders = BTreeMap::new();
-        Ok(Self { device: device.clone(), voxels: None, blocks, colliders, uses: 0, likely: FEW })
+        Ok(Self {
+            device: device.clone(),
+            shared: Shared::new(device)?,
+            meshes: DeviceMeshes::new(device)?,
+            voxels: None,
+            blocks: None,
+            likely: FEW,
+        })
     }
 
     /// Whether it is on `device`.
@@ -134,106 +109,84 @@ impl DeviceChain {
             target.state.follow(target.object, target.start)?;
             target.state.prepare_culling(target.object)?;
         }
-        self.uses += 1;
-        for collider in colliders {
-            self.bring(collider)?;
-        }
+        let renewed = self.meshes.bring(&self.device, colliders)?;
         let (slots, slot_count) = slots(targets, links);
-        self.enlarge([0, 0, slot_count])?;
+        let mut words = links.iter().map(|link| self.tell(link, targets, &slots)).collect::<Result<Vec<_>>>()?;
+        let waves = waves(&mut words);
+        let room = VoxelRoom::of(&waves, links.iter().map(|link| link.grid.dims))?;
+        let meshes = (&self.meshes, renewed);
+        if DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)? {
+            // What was bound is bound to the new ones.
+            self.bind(self.blocks.as_ref().map_or([FEW, FEW, slot_count], DeviceBlocks::room))?;
+        }
+        self.enlarge([FEW, FEW, slot_count])?;
         let (told, records) = loop {
-            let (kept, told, records) = self.submit(context, targets, links, &slots)?;
+            let [room, record_room, _] = self.blocks()?.room();
+            words.iter_mut().for_each(|words| words.set_room([room, record_room]));
+            let (kept, told, records) = self.submit(context, targets, links, &words, &waves)?;
             let found = told.iter().map(|told| told.found as usize).max().unwrap_or_default();
-            if found <= self.blocks.room && kept <= self.blocks.record_room() {
+            if found <= room && kept <= record_room {
                 break (told, records);
             }
             self.enlarge([found, kept, slot_count])?;
         };
-        self.let_go();
-        for told in &told {
-            check(told.faults)?;
-        }
+        told.iter().try_for_each(Told::check)?;
         Ok(casts(targets, links, &told, &records))
     }
 
-    /// Brings a collider to the device as it is.
-    fn bring(&mut self, collider: &Collider) -> Result<()> {
-        let (device, used, [mesh, points]) = (&self.device, self.uses, collider.identity);
-        match self.colliders.get_mut(&mesh) {
-            Some(brought) => {
-                if brought.points != points {
-                    if brought.used == used {
-                        return Err(Error::unsupported("a collider in two poses at once"));
-                    }
-                    brought.mesh.set_points(device, collider.points())?;
-                }
-                (brought.points, brought.used) = (points, used);
-            }
-            None => {
-                let made = DeviceCollider::new(device, collider.points(), collider.triangles(), collider.is_closed())?;
-                self.colliders.insert(mesh, Brought { mesh: made, points, used });
-            }
-        }
+    /// What kernels are told of an imprint.
+    fn tell(&self, link: &Link, targets: &[Target<'_>], slots: &[Option<Slots>]) -> Result<Words> {
+        let target = &targets[link.target];
+        let ground = Ground {
+            transform: target.object.transform(),
+            tiles: target.object.surface().tile_count(),
+            started: target.begun().is_some(),
+            slots: slots[link.target],
+        };
+        Ok(Words::new(link, self.meshes.place(link.mesh)?, &ground))
+    }
+
+    fn voxels(&self) -> Result<&DeviceVoxels> {
+        self.voxels.as_ref().ok_or_else(|| Error::internal("no room for voxels"))
+    }
+
+    fn blocks(&self) -> Result<&DeviceBlocks> {
+        self.blocks.as_ref().ok_or_else(|| Error::internal("no room for blocks"))
+    }
+
+    /// Makes room for as many blocks, records and slots, and no other.
+    fn bind(&mut self, room: [usize; 3]) -> Result<()> {
+        // What they took is free before more is asked for.
+        self.blocks = None;
+        self.blocks = Some(DeviceBlocks::new(&self.device, &self.shared, self.voxels()?, room)?);
         Ok(())
     }
 
-    /// Lets the meshes go that were not used for longest.
-    fn let_go(&mut self) {
-        while self.colliders.len() > KEPT {
-            let oldest = self.colliders.iter().min_by_key(|(_, brought)| brought.used);
-            let Some((mesh, _)) = oldest.filter(|(_, brought)| brought.used < self.uses) else { break };
-            let mesh = *mesh;
-            self.colliders.remove(&mesh);
-        }
-    }
-
-    /// Makes room for as many blocks, records and slots.
+    /// Makes room for at least as many blocks, records and slots.
     fn enlarge(&mut self, wanted: [usize; 3]) -> Result<()> {
-        let there = [self.blocks.room, self.blocks.record_room(), self.blocks.slot_room()];
+        let there = self.blocks.as_ref().map_or([0; 3], DeviceBlocks::room);
         if wanted.iter().zip(there).all(|(wanted, there)| *wanted <= there) {
             return Ok(());
         }
-        let [room, records, slots] =
-            [0, 1, 2].map(|k| if wanted[k] > there[k] { wanted[k] + wanted[k] / 4 } else { there[k] });
-        self.blocks = DeviceBlocks::new(&self.device, room, records, slots)?;
-        Ok(())
+        let grown = |k: usize| if wanted[k] > there[k] { wanted[k] + wanted[k] / 4 } else { there[k] };
+        self.bind([0, 1, 2].map(grown))
     }
 
-    fn mesh(&self, mesh: u64) -> Result<&DeviceCollider> {
-        let brought = self.colliders.get(&mesh).map(|brought| &brought.mesh);
-        brought.ok_or_else(|| Error::internal("a collider that was not brought to the device"))
-    }
-
-    /// Records a stage of an imprint, of which the submission has so many before it.
-    fn record(
-        &mut self,
-        pass: &mut Pass<'_>,
-        stage: Stage,
-        (index, link): (usize, &Link),
-        (Target { state, object, start }, slots): (&Target<'_>, Option<Slots>),
-    ) -> Result<()> {
-        match &mut self.voxels {
-            Some(voxels) => voxels.prepare(&self.device, &link.grid)?,
-            none => *none = Some(DeviceVoxels::new(&self.device, &link.grid)?),
-        }
-        let voxels = self.voxels.as_ref().ok_or_else(|| Error::internal("no room for voxels"))?;
-        let (blocks, culling, mesh) = (&self.blocks, state.culling()?, self.mesh(link.mesh)?);
-        let view = VoxelFrame::new(&link.grid, object.transform());
+    /// Records a stage.
+    fn record(&self, pass: &mut Pass<'_>, stage: Stage<'_>, targets: &[Target<'_>], links: &[Link]) -> Result<()> {
+        let (shared, voxels, blocks) = (&self.shared, self.voxels()?, self.blocks()?);
         match stage {
-            Stage::Cull => culling.cull(pass, &state.surface, &view),
-            Stage::Compact => {
-                culling.compact(pass)?;
-                blocks.list(pass, culling, index as u32)
+            Stage::Place(wave) => voxels.place(pass, wave),
+            Stage::Cull(link) => {
+                let state = &*targets[links[link].target].state;
+                state.culling()?.cull(pass, blocks.listing(), &state.surface, link)
             }
-            Stage::Voxelise => {
-                mesh.snap(pass, &link.lattice)?;
-                let mirrored = (link.grid.map * link.transform).matrix3.determinant() < 0.0;
-                voxels.fill(pass, mesh, link.side, mirrored)
-            }
-            Stage::Raycast => {
-                let start = start.and_then(|_| state.begun());
-                blocks.sample(pass, &state.surface, &state.tiles, start, slots)?;
-                blocks.cast(pass, voxels, &view, &link.limits)?;
-                blocks.keep(pass, culling, slots, index as u32)
+            Stage::Voxelise(link) => voxels.fill(pass, shared, link, links[link].grid.dims),
+            Stage::Raycast(link) => {
+                let target = &targets[links[link].target];
+                let tiles = &target.state.tiles;
+                let fields = [tiles, target.begun().unwrap_or(tiles)];
+                blocks.cast(pass, shared, &target.state.surface, fields, link)
             }
         }
     }
@@ -245,46 +198,39 @@ impl DeviceChain {
         context: &Context,
         targets: &[Target<'_>],
         links: &[Link],
-        slots: &[Option<Slots>],
+        words: &[Words],
+        waves: &[Wave],
     ) -> Result<(usize, Vec<Told>, Vec<Record>)> {
         let device = &self.device.clone();
-        let stage = context.stats().begin("imprint.device.submit");
+        let time = context.stats().begin("imprint.device.submit");
         let mut frame = device.frame()?;
-        self.blocks.begin(&mut frame);
-        if slots.iter().any(Option::is_some) {
-            self.blocks.clear_slots(&mut frame);
+        self.shared.begin(device, &mut frame, words)?;
+        let blocks = self.blocks()?;
+        if words.iter().any(Words::is_chained) {
+            blocks.clear_slots(&mut frame);
         }
-        let mut steps = links.iter().enumerate().flat_map(|(index, link)| STAGES.map(|stage| (stage, index, link)));
-        let of = |link: &Link| (&targets[link.target], slots[link.target]);
+        let each = |link| [Stage::Cull(link), Stage::Voxelise(link), Stage::Raycast(link)];
+        let mut stages =
+            waves.iter().flat_map(|wave| std::iter::once(Stage::Place(wave)).chain(wave.links.clone().flat_map(each)));
         if device.is_timed() {
-            steps.try_for_each(|((name, stage), index, link)| {
-                self.record(&mut frame.pass(name), stage, (index, link), of(link))
-            })?;
+            stages.try_for_each(|stage| self.record(&mut frame.pass(stage.name()), stage, targets, links))?;
         } else {
             // Every pass is a command buffer: those that nobody times are one.
             let mut pass = frame.pass("imprint.device");
-            steps.try_for_each(|((_, stage), index, link)| self.record(&mut pass, stage, (index, link), of(link)))?;
+            stages.try_for_each(|stage| self.record(&mut pass, stage, targets, links))?;
         }
-        let blocks = &self.blocks;
-        let used: BTreeMap<u64, usize> = (0..).zip(links).map(|(index, link)| (link.mesh, index)).collect();
-        for (mesh, last) in used {
-            let (told, at) = blocks.told(last);
-            self.mesh(mesh)?.tell(&mut frame, told, at)?;
-        }
-        for (target, _) in targets.iter().zip(slots).filter(|(_, slots)| slots.is_some()) {
-            target.state.culling()?.forget(&mut frame);
-        }
-        let told = blocks.read_told(&mut frame, links.len())?;
-        let likely = self.likely.min(blocks.record_room());
+        let record_room = blocks.room()[1];
+        let told = self.shared.read_told(&mut frame, links.len())?;
+        let likely = self.likely.min(record_room);
         let first = blocks.read(&mut frame, 0..likely)?;
         let submission = frame.submit()?;
-        stage.end();
+        time.end();
         let (kept, told) = parse(&told.get(device)?);
         let mut records = first.get(device)?;
         for time in submission.wait()? {
             context.stats().add(time.name, time.length);
         }
-        let there = kept.min(blocks.record_room());
+        let there = kept.min(record_room);
         records.truncate(there);
         if there > likely {
             let mut frame = device.frame()?;
@@ -297,22 +243,6 @@ impl DeviceChain {
     }
 }
 
-/// The stages of an imprint, each a pass where passes are timed.
-#[derive(Clone, Copy, Debug)]
-enum Stage {
-    Cull,
-    Compact,
-    Voxelise,
-    Raycast,
-}
-
-const STAGES: [(&str, Stage); 4] = [
-    ("imprint.device.cull", Stage::Cull),
-    ("imprint.device.compact", Stage::Compact),
-    ("imprint.device.voxelise", Stage::Voxelise),
-    ("imprint.device.raycast", Stage::Raycast),
-];
-
 /// Where the blocks of every target are noted that imprints change before others look at them: of targets that several
 /// imprints meet. And how many such places there are.
 fn slots(targets: &[Target<'_>], links: &[Link]) -> (Vec<Option<Slots>>, usize) {
@@ -323,7 +253,7 @@ fn slots(targets: &[Target<'_>], links: &[Link]) -> (Vec<Option<Slots>>, usize) 
         }
         let field = target.object.displacement().field();
         let blocks = |tile| (field.size(tile) / block_edge(field.size(tile))).pow(2);
-        let stride = (0..field.tile_count() as u32).map(blocks).max().unwrap_or(1);
+        let stride = 1 + (0..field.tile_count() as u32).map(blocks).max().unwrap_or(1);
         let base = count;
         count += field.tile_count() * stride as usize;
         Some(Slots { base: base as u32, stride })

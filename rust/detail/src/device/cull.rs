@@ -1,16 +1,16 @@
 //! Culling and compaction on a graphics device (`shaders/imprint_cull.wgsl`), as [`crate::cull`] and
-//! [`crate::imprint::compact`] do them. All tiles are looked at, without a hierarchy: a device has the threads for it, and
-//! a hierarchy of an animated surface would have to be refitted first.
+//! [`crate::imprint::compact`] do them: the list of blocks that may have points in the grid. All tiles are looked at,
+//! without a hierarchy: a device has the threads for it, and a hierarchy of an animated surface would have to be refitted
+//! first.
 
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Compaction, Device, Frame, Kernel, KernelSpec, Pass, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 
-use super::blocks::{keep_kernel, list_kernel};
-use crate::cull::{VoxelFrame, range};
+use crate::cull::range;
 use crate::object::DisplacedObject;
 
 /// As in `imprint_cull.wgsl`.
@@ -20,54 +20,27 @@ struct CullTile {
     least: f32,
     most: f32,
     length: f32,
-    state: u32,
+    size: u32,
 }
-
-/// As in `imprint_cull.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Cull {
-    x: [f32; 4],
-    y: [f32; 4],
-    z: [f32; 4],
-    origin: [f32; 3],
-    tiles: u32,
-    dims: [f32; 3],
-    padding: u32,
-}
-
-const ALLOCATED: u32 = 0x10000;
-
-/// Words of a tile's blocks: 16 × 16 at most.
-const WORDS: usize = 8;
-
-/// The classes that tiles are compacted into.
-const MODIFY: usize = 0;
-const ALLOCATE: usize = 1;
 
 /// A displaced surface's tiles, culled on a device.
 #[derive(Debug)]
-pub struct DeviceCull {
+pub(crate) struct DeviceCull {
     kernel: Arc<Kernel>,
     buffers: Bindings,
     tiles: Buffer<CullTile>,
     cones: Buffer<[f32; 4]>,
-    masks: Buffer<u32>,
-    blocks: Buffer<u32>,
-    compaction: Compaction,
-    /// What imprints that are submitted together leave of every tile; zeros in between.
-    lowered: Buffer<i32>,
-    /// What was culled, for the list of blocks, and what imprints lower.
-    pub(super) culled: Bindings,
-    pub(super) lowering: Bindings,
 }
+
+/// What the kernel has of a submission: its imprints, what those before left, the list of blocks, what is told, and the
+/// arguments.
+pub(super) const LISTING: [Access; 5] = [Access::Read, Access::Read, Access::Write, Access::Write, Access::Write];
 
 fn cull_tile(object: &DisplacedObject, tile: u32) -> CullTile {
     let field = object.displacement().field();
     let [least, most] = field.block(tile).map_or([0.0; 2], range);
     let length = object.vectors().map_or(0.0, |vectors| vectors.field().length(tile));
-    let allocated = if field.is_allocated(tile) { ALLOCATED } else { 0 };
-    CullTile { least, most, length, state: field.size(tile) | allocated }
+    CullTile { least, most, length, size: field.size(tile) }
 }
 
 fn cones(object: &DisplacedObject) -> Vec<[f32; 4]> {
@@ -80,28 +53,19 @@ fn cones(object: &DisplacedObject) -> Vec<[f32; 4]> {
 impl DeviceCull {
     /// Culling of the tiles of `object`, in its pose and as they are displaced. Fails where the device has no room.
     pub fn new(device: &Device, object: &DisplacedObject) -> Result<Self> {
-        use Access::{Read, Write};
         let kernel = device.kernel(&KernelSpec {
             module: "imprint_cull",
             entry: "cull",
-            groups: &[&[Read, Read, Write, Write, Read], &SURFACE_GROUP],
-            immediates: size_of::<Cull>() as u32,
+            groups: &[&LISTING, &SURFACE_GROUP, &[Access::Read; 2]],
+            immediates: size_of::<u32>() as u32,
             constants: &[],
         })?;
         let count = object.surface().tile_count() as u32;
         let tiles: Vec<CullTile> = (0..count).map(|tile| cull_tile(object, tile)).collect();
         let tiles = Buffer::of(device, "tiles", &tiles)?;
         let cones = Buffer::of(device, "cones of normals", &cones(object))?;
-        let masks = Buffer::new(device, "tiles' classes", tiles.len())?;
-        let blocks = Buffer::new(device, "tiles' blocks", WORDS * tiles.len())?;
-        let lowered = Buffer::new(device, "tiles' least coefficients", tiles.len())?;
-        let compaction = Compaction::new(device, &masks, 2)?;
-        let buffers = [tiles.wgpu(), cones.wgpu(), masks.wgpu(), blocks.wgpu(), lowered.wgpu()];
-        let buffers = device.bind(&kernel, 0, &buffers)?;
-        let culled = [compaction.lists().wgpu(), compaction.counts().wgpu(), blocks.wgpu(), tiles.wgpu()];
-        let culled = device.bind(&*list_kernel(device, "list")?, 0, &culled)?;
-        let lowering = device.bind(&*keep_kernel(device)?, 1, &[lowered.wgpu()])?;
-        Ok(Self { kernel, buffers, tiles, cones, masks, blocks, compaction, lowered, culled, lowering })
+        let buffers = device.bind(&kernel, 2, &[tiles.wgpu(), cones.wgpu()])?;
+        Ok(Self { kernel, buffers, tiles, cones })
     }
 
     /// Writes how `tiles` of `object` are displaced now. Fails unless it is the same object.
@@ -122,57 +86,28 @@ impl DeviceCull {
         self.cones.write(device, 0, &cones)
     }
 
-    /// Records that what imprints that were submitted together left is forgotten.
-    pub(super) fn forget(&self, frame: &mut Frame) {
-        frame.clear(&self.lowered);
-    }
-
-    /// Records the culling of `surface`, the object's, against the grid of `frame`.
-    pub fn cull(&self, pass: &mut Pass<'_>, surface: &DeviceSurface, frame: &VoxelFrame) -> Result<()> {
-        let row = |axis: usize| {
-            let [x, y, z] = frame.rows[axis];
-            [x, y, z, frame.shift[axis]]
-        };
-        let count = self.tiles.len() as u32;
-        let dims = frame.dims;
-        let work = Cull { x: row(0), y: row(1), z: row(2), origin: frame.origin, tiles: count, dims, padding: 0 };
-        pass.run(&self.kernel, &[&self.buffers, surface.group()], bytemuck::bytes_of(&work), groups(count))
-    }
-
-    /// Records the lists of tiles from what was culled.
-    pub fn compact(&self, pass: &mut Pass<'_>) -> Result<()> {
-        self.compaction.run(pass, self.masks.len() as u32)
-    }
-
-    /// The lists: tiles that may be modified come first, those of them that need a block begin at the number of tiles.
-    pub fn lists(&self) -> &Buffer<u32> {
-        self.compaction.lists()
-    }
-
-    /// For tiles to modify, then for those to allocate: how many there are, and the workgroups of an indirect dispatch
-    /// in which every invocation takes one.
-    pub fn counts(&self) -> &Buffer<u32> {
-        self.compaction.counts()
-    }
-
-    /// Where the arguments of an indirect dispatch over the tiles to modify and those to allocate are in the counts.
-    pub fn arguments(&self) -> [usize; 2] {
-        [MODIFY, ALLOCATE].map(|class| self.compaction.arguments(class))
-    }
-
-    /// Of every tile the blocks that may have points in the grid, as bits of eight words.
-    pub fn blocks(&self) -> &Buffer<u32> {
-        &self.blocks
+    /// Records the list of the blocks of `surface`, the object's, that may have points in the grid of imprint `link`.
+    pub fn cull(&self, pass: &mut Pass<'_>, listing: &Bindings, surface: &DeviceSurface, link: usize) -> Result<()> {
+        let groups_of = [listing, surface.group(), &self.buffers];
+        pass.run(&self.kernel, &groups_of, bytemuck::bytes_of(&(link as u32)), groups(self.tiles.len() as u32))
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+    use crate::collider::Collider;
     use crate::cull;
+    use crate::device::blocks::DeviceBlocks;
+    use crate::device::link::{Ground, Link, Shared, Words, parse};
+    use crate::device::meshes::DeviceMeshes;
+    use crate::device::voxel::{DeviceVoxels, VoxelRoom};
     use crate::grid::Grid;
-    use crate::imprint::compact;
+    use crate::imprint::{ImprintSettings, compact};
+    use crate::lattice::Lattice;
     use crate::obb::Obb;
+    use crate::shapes;
+    use crate::voxel::Side;
     use glam::{DAffine3, DMat3, DVec3, EulerRot};
     use relievo_core::{Context, Mesh};
     use relievo_surface::{Surface, SurfaceOptions};
@@ -181,27 +116,18 @@ mod tests {
     use std::mem::offset_of;
 
     #[test]
-    fn the_layouts_are_those_of_the_kernel() {
+    fn the_layout_is_that_of_the_kernel() {
         let tile = [
             ("least", offset_of!(CullTile, least)),
             ("most", offset_of!(CullTile, most)),
             ("length", offset_of!(CullTile, length)),
-            ("state", offset_of!(CullTile, state)),
+            ("size", offset_of!(CullTile, size)),
         ];
         assert_layout("imprint_cull", "CullTile", size_of::<CullTile>(), &tile);
-        let work = [
-            ("x", offset_of!(Cull, x)),
-            ("y", offset_of!(Cull, y)),
-            ("z", offset_of!(Cull, z)),
-            ("origin", offset_of!(Cull, origin)),
-            ("tiles", offset_of!(Cull, tiles)),
-            ("dims", offset_of!(Cull, dims)),
-        ];
-        assert_layout("imprint_cull", "Cull", size_of::<Cull>(), &work);
     }
 
     /// A wavy sheet with faces of all kinds, of which every third tile is displaced.
-    fn object(context: &Context) -> DisplacedObject {
+    pub(crate) fn object(context: &Context) -> DisplacedObject {
         let mesh: Mesh = grid(9, false, &[3, 1, 7, 2, 0, 3, 11, 2, 5], false);
         let surface = Surface::new(context, &mesh, &SurfaceOptions::default()).unwrap();
         let options = DisplacementOptions { size: 64, ..DisplacementOptions::default() };
@@ -227,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_and_blocks_are_those_of_the_processor() {
+    fn blocks_are_those_of_the_processor() {
         let Some(device) = device() else { return };
         let context = Context::serial();
         let mut object = object(&context);
@@ -235,7 +161,16 @@ mod tests {
         let culling = DeviceCull::new(&device, &object).unwrap();
         culling.pose(&device, &object).unwrap();
         culling.update(&device, &object, &[0, 1, 2, 5, 7, 8]).unwrap();
-        let count = culling.tiles.len();
+        let (points, triangles) = shapes::cube(1.0);
+        let collider = Collider::new(&context, points, triangles, DAffine3::IDENTITY).unwrap();
+        let shared = Shared::new(&device).unwrap();
+        let mut meshes = DeviceMeshes::new(&device).unwrap();
+        meshes.bring(&device, &[&collider]).unwrap();
+        let place = meshes.place(collider.identity[0]).unwrap();
+        let mut voxels = None;
+        let room = VoxelRoom::of(&[], [[1; 3]].into_iter()).unwrap();
+        DeviceVoxels::prepare(&mut voxels, &device, &shared, (&meshes, false), room).unwrap();
+        let blocks = DeviceBlocks::new(&device, &shared, &voxels.unwrap(), [4096, 1, 1]).unwrap();
         let mut random = Random(3);
         let mut kept = 0;
         for round in 0..6 {
@@ -244,33 +179,39 @@ mod tests {
             let half = DVec3::new(0.3 + 2.0 * unit(), 0.2 + unit(), 0.1 + 0.3 * unit());
             let center = object.transform().transform_point3(DVec3::new(9.0 * unit(), 9.0 * unit(), 0.2));
             let grid = Grid::new(&Obb { center, axes, half }, 1 << 20, None);
-            let frame = VoxelFrame::new(&grid, object.transform());
+            let lattice = Lattice::new(&grid, &DAffine3::from_translation(center), collider.object_obb()).unwrap();
+            let limits = ImprintSettings::default().limits();
+            let link = Link::of(0, &collider, &grid, &limits, Side::Forward, lattice);
+            let tiles = object.surface().tile_count();
+            let ground = Ground { transform: object.transform(), tiles, started: false, slots: None };
+            let mut words = [Words::new(&link, place, &ground)];
+            words[0].set_room([4096, 1]);
             let mut commands = device.frame().unwrap();
-            culling.cull(&mut commands.pass("culling"), &surface, &frame).unwrap();
-            culling.compact(&mut commands.pass("compaction")).unwrap();
-            let lists = commands.read(culling.lists(), 0..2 * count).unwrap();
-            let counts = commands.read(culling.counts(), 0..8).unwrap();
-            let blocks = commands.read(culling.blocks(), 0..WORDS * count).unwrap();
+            shared.begin(&device, &mut commands, &words).unwrap();
+            culling.cull(&mut commands.pass("culling"), blocks.listing(), &surface, 0).unwrap();
+            let listed = commands.read(blocks.listed(), 0..4096).unwrap();
+            let arguments = commands.read(&shared.arguments, 4..8).unwrap();
+            let told = shared.read_told(&mut commands, 1).unwrap();
             let _ = commands.submit().unwrap();
-            let (lists, counts) = (lists.get(&device).unwrap(), counts.get(&device).unwrap());
-            let blocks = blocks.get(&device).unwrap();
+            let told = parse(&told.get(&device).unwrap()).1[0];
+            let mut found = listed.get(&device).unwrap();
+            found.truncate(told.found as usize);
+            found.sort_unstable_by_key(|[tile, block]| (*tile, block & 0xffff));
 
             let culled = cull::cull(&context, &mut object, &grid);
             let mut expected: Vec<_> = compact(&context, &object, culled);
             expected.sort_unstable_by_key(|tile| tile.tile);
             let field = object.displacement().field();
-            let modify: Vec<u32> = expected.iter().map(|tile| tile.tile).collect();
-            let allocate: Vec<u32> = modify.iter().copied().filter(|tile| !field.is_allocated(*tile)).collect();
-            assert_eq!(lists[..counts[0] as usize], modify, "round {round}");
-            assert_eq!(lists[count..count + counts[4] as usize], allocate, "round {round}");
-            for tile in &expected {
-                let words = &blocks[WORDS * tile.tile as usize..][..WORDS];
-                let bits: Vec<u32> =
-                    (0..256).filter(|bit| words[bit / 32] >> (bit % 32) & 1 != 0).map(|bit| bit as u32).collect();
-                let here: Vec<u32> = tile.blocks.iter().map(|block| block.index).collect();
-                assert_eq!(bits, here, "tile {} of round {round}", tile.tile);
-                kept += here.len();
-            }
+            let size = |tile| field.size(tile);
+            let here = expected.iter().flat_map(|it| {
+                it.blocks.iter().map(|block| [it.tile, block.index | size(it.tile) << 16]).collect::<Vec<_>>()
+            });
+            assert_eq!(found, here.collect::<Vec<_>>(), "round {round}");
+            assert_eq!(told.tiles as usize, expected.len());
+            assert_eq!(told.tested, found.iter().map(|[tile, _]| size(*tile).min(16).pow(2)).sum::<u32>());
+            let some = u32::from(told.found > 0);
+            assert_eq!(arguments.get(&device).unwrap(), [told.found, told.found, some, some]);
+            kept += found.len();
         }
         assert!(kept > 200, "{kept}");
     }

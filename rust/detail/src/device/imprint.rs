@@ -7,7 +7,8 @@
 use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_tiles::Field;
 
-use super::chain::{DeviceChain, Link, Target};
+use super::chain::{DeviceChain, Target};
+use super::link::Link;
 use crate::collider::Collider;
 use crate::grid::Grid;
 use crate::imprint::{Cast, ImprintSettings, Imprinter, Moment, Report, overlap_grid};

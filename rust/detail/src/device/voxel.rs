@@ -1,110 +1,148 @@
-//! Solid voxels on a graphics device (`shaders/imprint_*.wgsl`), bit by bit those of [`crate::voxel`]: every triangle
-//! changes the winding number of the columns it meets at the first voxel whose centre is not below it, and a voxel is
-//! solid where the number is not zero. A word is held for every voxel meanwhile, 64 MiB for 2²⁴.
+//! Solid voxels on a graphics device (`shaders/imprint_*.wgsl`), bit by bit those of [`crate::voxel`]: points of colliders
+//! are put on the lattices of grids, every triangle changes the winding number of the columns it meets at the first voxel
+//! whose centre is not below it, and a voxel is solid where the number is not zero. A word is held for every voxel
+//! meanwhile, 64 MiB for 2²⁴.
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, Scan, groups};
 
-use super::collider::DeviceCollider;
-use crate::grid::Grid;
-use crate::voxel::Side;
-
-/// As `Voxelise` in the kernels.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct Shape {
-    nx: u32,
-    ny: u32,
-    nz: u32,
-    flags: u32,
-    pub(super) triangles: u32,
-}
-
-const BACKWARD: u32 = 1;
-const OPEN: u32 = 2;
-const MIRRORED: u32 = 4;
+use super::link::{Shared, Wave};
+use super::meshes::DeviceMeshes;
 
 /// Bits of a word on the device.
 const WORD: u32 = 32;
-
-/// The solid voxels of a grid on a device.
-#[derive(Debug)]
-pub struct DeviceVoxels {
-    dims: [u32; 3],
-    turns: Buffer<i32>,
-    spans: Buffer<u32>,
-    words: Buffer<u32>,
-    cross: Arc<Kernel>,
-    resolve: Arc<Kernel>,
-    crossed: Bindings,
-    resolved: Bindings,
-    /// The columns, as kernels read them.
-    pub(super) columns: Bindings,
-}
-
-/// The kernel that looks at chunks of columns.
-pub(super) fn facets(device: &Device) -> Result<Arc<Kernel>> {
-    use Access::{Read, Write};
-    device.kernel(&KernelSpec {
-        module: "imprint_cross",
-        entry: "cross_columns",
-        groups: &[&[Read, Read], &[Read, Read], &[Write]],
-        immediates: size_of::<Shape>() as u32,
-        constants: &[],
-    })
-}
 
 /// Columns that a ray may pass at most: a loop over them stays below the 65,535 iterations at which some devices stop,
 /// with room for the words of one column.
 const MOST_PASSED: u32 = 60_000;
 
-/// What a grid of the given size needs: words of changes, of columns and of bits. Fails for one that is too wide.
-fn needs([nx, ny, nz]: [u32; 3]) -> Result<[usize; 3]> {
-    if nx + ny > MOST_PASSED {
-        return Err(Error::unsupported(format!("{nx} × {ny} columns of voxels are too many for a graphics device"))
-            .advise("use fewer voxels, or the device `cpu`"));
+/// How much voxels need: points on lattices and items of work, words of changes, of columns and of bits.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct VoxelRoom([usize; 5]);
+
+impl VoxelRoom {
+    /// What imprints with grids of the given sizes need, whose points are put on their lattices wave by wave. Fails for a
+    /// grid that is too wide.
+    pub fn of(waves: &[Wave], grids: impl Iterator<Item = [u32; 3]>) -> Result<Self> {
+        let each = waves.iter().map(|wave| Self([wave.sums[0], wave.sums[1], 0, 0, 0]));
+        let placed = each.fold(Self::default(), Self::max);
+        grids.map(Self::of_grid).try_fold(placed, |room, grid| Ok(room.max(grid?)))
     }
-    let columns = nx as usize * ny as usize;
-    Ok([columns.saturating_mul(nz as usize + 1), columns, columns.saturating_mul(nz.div_ceil(WORD) as usize)])
+
+    fn of_grid([nx, ny, nz]: [u32; 3]) -> Result<Self> {
+        if nx + ny > MOST_PASSED {
+            return Err(Error::unsupported(format!(
+                "{nx} × {ny} columns of voxels are too many for a graphics device"
+            ))
+            .advise("use fewer voxels, or the device `cpu`"));
+        }
+        let columns = nx as usize * ny as usize;
+        let changes = columns.saturating_mul(nz as usize + 1);
+        Ok(Self([0, 0, changes, columns, columns.saturating_mul(nz.div_ceil(WORD) as usize)]))
+    }
+
+    fn max(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k].max(other.0[k])))
+    }
+
+    fn fits(&self, other: &Self) -> bool {
+        self.0.iter().zip(other.0).all(|(own, other)| *own <= other)
+    }
+}
+
+/// A kernel and the group of buffers it has to itself.
+#[derive(Debug)]
+struct Work {
+    kernel: Arc<Kernel>,
+    buffers: Bindings,
+}
+
+impl Work {
+    fn new(
+        device: &Device,
+        [module, entry]: [&str; 2],
+        bound: &[(Access, &relievo_gpu::wgpu::Buffer)],
+    ) -> Result<Self> {
+        let (accesses, buffers): (Vec<_>, Vec<_>) = bound.iter().copied().unzip();
+        let groups: &[&[Access]] = &[&accesses];
+        let immediates = size_of::<u32>() as u32;
+        let kernel = device.kernel(&KernelSpec { module, entry, groups, immediates, constants: &[] })?;
+        let buffers = device.bind(&kernel, 0, &buffers)?;
+        Ok(Self { kernel, buffers })
+    }
+
+    fn run(&self, pass: &mut Pass<'_>, link: usize, size: [u32; 3]) -> Result<()> {
+        pass.run(&self.kernel, &[&self.buffers], bytemuck::bytes_of(&(link as u32)), size)
+    }
+}
+
+/// The solid voxels of a grid on a device.
+#[derive(Debug)]
+pub(super) struct DeviceVoxels {
+    room: VoxelRoom,
+    spans: Buffer<u32>,
+    words: Buffer<u32>,
+    snap: Work,
+    count: Work,
+    scan: Scan,
+    arrange: Work,
+    cross: Work,
+    resolve: Work,
+    /// Points on the lattice of 1/256 voxel, whose fourth numbers are unused; the triangles' work; winding numbers.
+    _kept: (Buffer<[i32; 4]>, Buffer<u32>, Buffer<i32>),
 }
 
 impl DeviceVoxels {
-    /// Room for the voxels of `grid`. Fails where the device has none.
-    pub fn new(device: &Device, grid: &Grid) -> Result<Self> {
-        let [changes, columns, words] = needs(grid.dims)?;
+    /// Room for voxels of colliders of `meshes`. Fails where the device has none.
+    fn new(device: &Device, shared: &Shared, meshes: &DeviceMeshes, room: VoxelRoom) -> Result<Self> {
+        use Access::{Read, Write};
+        let VoxelRoom([corners, items, changes, columns, words]) = room;
+        let corners = Buffer::new(device, "colliders' corners", corners)?;
+        let starts = Buffer::new(device, "triangles' work", items)?;
         let turns = Buffer::new(device, "winding numbers", changes)?;
         let spans = Buffer::new(device, "columns", columns)?;
         let words = Buffer::new(device, "voxels", words)?;
-        let cross = facets(device)?;
-        let resolve = device.kernel(&KernelSpec {
-            module: "imprint_resolve",
-            entry: "resolve",
-            groups: &[&[Access::Write; 3]],
-            immediates: size_of::<Shape>() as u32,
-            constants: &[],
-        })?;
-        let crossed = device.bind(&cross, 2, &[turns.wgpu()])?;
-        let resolved = device.bind(&resolve, 0, &[turns.wgpu(), spans.wgpu(), words.wgpu()])?;
-        let read = device.bind(&cross, 0, &[spans.wgpu(), words.wgpu()])?;
-        Ok(Self { dims: grid.dims, turns, spans, words, cross, resolve, crossed, resolved, columns: read })
+        let links = (Read, shared.links.wgpu());
+        let told = (Write, shared.told.wgpu());
+        let (mesh, indices) = ((Read, corners.wgpu()), (Read, meshes.triangles().wgpu()));
+        let bound = [links, (Read, meshes.points().wgpu()), (Write, corners.wgpu()), told];
+        let snap = Work::new(device, ["imprint_snap", "snap"], &bound)?;
+        let bound = [links, mesh, indices, (Write, starts.wgpu()), told];
+        let count = Work::new(device, ["imprint_count", "count"], &bound)?;
+        let scan = Scan::new(device, &starts, &shared.told)?;
+        let bound = [links, (Read, starts.wgpu()), (Write, shared.arguments.wgpu()), told];
+        let arrange = Work::new(device, ["imprint_arrange", "arrange"], &bound)?;
+        let reads = [links, mesh, indices, (Read, starts.wgpu()), (Read, shared.arguments.wgpu())];
+        let bound = [&reads[..], &[(Write, turns.wgpu())]].concat();
+        let cross = Work::new(device, ["imprint_cross", "cross_columns"], &bound)?;
+        let bound = [links, (Write, turns.wgpu()), (Write, spans.wgpu()), (Write, words.wgpu())];
+        let resolve = Work::new(device, ["imprint_resolve", "resolve"], &bound)?;
+        let _kept = (corners, starts, turns);
+        Ok(Self { room, spans, words, snap, count, scan, arrange, cross, resolve, _kept })
     }
 
-    /// Makes room for the voxels of `grid` if there is not enough. Fails where the device has none.
-    pub fn prepare(&mut self, device: &Device, grid: &Grid) -> Result<()> {
-        let [changes, columns, words] = needs(grid.dims)?;
-        if changes > self.turns.len() || columns > self.spans.len() || words > self.words.len() {
-            *self = Self::new(device, grid)?;
-        }
-        self.dims = grid.dims;
-        Ok(())
-    }
-
-    /// Voxels along x, y and z.
-    pub fn dims(&self) -> [u32; 3] {
-        self.dims
+    /// Makes room where there is not enough, and anew where the buffers of the meshes are. Returns whether there are other
+    /// buffers than before. Fails where the device has no room; there is none at all then.
+    pub fn prepare(
+        there: &mut Option<Self>,
+        device: &Device,
+        shared: &Shared,
+        (meshes, renewed): (&DeviceMeshes, bool),
+        room: VoxelRoom,
+    ) -> Result<bool> {
+        let old = match there.take() {
+            Some(voxels) if !renewed && room.fits(&voxels.room) => {
+                *there = Some(voxels);
+                return Ok(false);
+            }
+            // What it took is free before more is asked for.
+            Some(voxels) => voxels.room,
+            None => VoxelRoom::default(),
+        };
+        *there = Some(Self::new(device, shared, meshes, room.max(old))?);
+        Ok(true)
     }
 
     /// Of column (x, y), at `y · dims[0] + x`: the lowest solid voxel, and the one after the highest in the upper half;
@@ -118,45 +156,91 @@ impl DeviceVoxels {
         &self.words
     }
 
-    /// Records the voxelisation of a collider whose points are on the lattice of the grid. `mirrored` says whether the
-    /// map from its object space to the voxels turns it inside out.
-    pub fn fill(&self, pass: &mut Pass<'_>, collider: &DeviceCollider, side: Side, mirrored: bool) -> Result<()> {
-        let [nx, ny, nz] = self.dims;
-        let flag = |condition: bool, flag: u32| if condition { flag } else { 0 };
-        let flags =
-            flag(side == Side::Backward, BACKWARD) | flag(!collider.is_closed(), OPEN) | flag(mirrored, MIRRORED);
-        let shape = Shape { nx, ny, nz, flags, triangles: collider.triangle_count };
-        collider.count(pass, &shape)?;
-        let immediates = bytemuck::bytes_of(&shape);
-        let bindings = [&collider.mesh, &collider.items, &self.crossed];
-        pass.run_indirect(&self.cross, &bindings, immediates, &collider.arguments, 1)?;
-        pass.run(&self.resolve, &[&self.resolved], immediates, groups((nx * ny).div_ceil(GROUP)))
+    /// Records that the points of a wave's colliders are put on their lattices, and what work their triangles are.
+    pub fn place(&self, pass: &mut Pass<'_>, wave: &Wave) -> Result<()> {
+        let (first, count) = (wave.links.start, wave.links.len() as u32);
+        let [points, triangles] = wave.most;
+        self.snap.run(pass, first, [points.div_ceil(GROUP), count, 1])?;
+        self.count.run(pass, first, [(triangles + 1).div_ceil(GROUP), count, 1])?;
+        self.scan.run(pass, wave.sums[1] as u32)?;
+        self.arrange.run(pass, first, [count, 1, 1])
+    }
+
+    /// Records the voxelisation of an imprint's collider, whose points are on the lattice of its grid.
+    pub fn fill(&self, pass: &mut Pass<'_>, shared: &Shared, link: usize, [nx, ny, _]: [u32; 3]) -> Result<()> {
+        let Work { kernel, buffers } = &self.cross;
+        let number = bytemuck::bytes_of(&(link as u32)).to_vec();
+        pass.run_indirect(kernel, &[buffers], &number, &shared.arguments, Shared::chunks(link))?;
+        self.resolve.run(pass, link, groups((nx * ny).div_ceil(GROUP)))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lattice::Lattice;
+    use crate::collider::Collider;
+    use crate::device::link::{Ground, Link, Told, Words, parse, waves};
+    use crate::device::meshes::Place;
+    use crate::grid::Grid;
+    use crate::imprint::ImprintSettings;
     use crate::obb::Obb;
     use crate::shapes::{self, Soup};
-    use crate::voxel::{Solid, Voxels};
+    use crate::voxel::{Side, Solid, Voxels};
     use glam::{DAffine3, DMat3, DVec3, EulerRot};
     use relievo_core::Context;
-    use relievo_testing::{device, wgsl::assert_layout};
-    use std::mem::offset_of;
+    use relievo_testing::device;
 
-    #[test]
-    fn the_layout_is_that_of_the_kernels() {
-        let fields = [
-            ("nx", offset_of!(Shape, nx)),
-            ("ny", offset_of!(Shape, ny)),
-            ("nz", offset_of!(Shape, nz)),
-            ("flags", offset_of!(Shape, flags)),
-            ("triangles", offset_of!(Shape, triangles)),
-        ];
-        for module in ["imprint_facet", "imprint_resolve"] {
-            assert_layout(module, "Voxelise", size_of::<Shape>(), &fields);
+    /// Voxels of a collider, and what was told.
+    struct Made {
+        corners: Vec<[i32; 4]>,
+        spans: Vec<u32>,
+        words: Vec<u32>,
+        told: Told,
+    }
+
+    /// Voxelises on a device, twice: the first time leaves nothing behind that the second would count. `closed` is what
+    /// the collider is taken for, and `moved` is a point that is somewhere else than the collider knows.
+    fn voxelise(
+        device: &Device,
+        collider: &Collider,
+        grid: &Grid,
+        (side, closed): (Side, bool),
+        moved: Option<[f32; 3]>,
+    ) -> Made {
+        let shared = Shared::new(device).unwrap();
+        let mut meshes = DeviceMeshes::new(device).unwrap();
+        meshes.bring(device, &[collider]).unwrap();
+        if let Some(point) = moved {
+            meshes.points().write(device, 7, &[point]).unwrap();
+        }
+        let limits = ImprintSettings::default().limits();
+        let link = Link::of(0, collider, grid, &limits, side, collider.lattice(grid).unwrap());
+        let place = Place { closed, ..meshes.place(link.mesh).unwrap().clone() };
+        let ground = Ground { transform: &DAffine3::IDENTITY, tiles: 0, started: false, slots: None };
+        let mut words = [Words::new(&link, &place, &ground)];
+        let waves = waves(&mut words);
+        let room = VoxelRoom::of(&waves, [grid.dims].into_iter()).unwrap();
+        let mut voxels = None;
+        assert!(DeviceVoxels::prepare(&mut voxels, device, &shared, (&meshes, false), room).unwrap());
+        let voxels = voxels.unwrap();
+        let mut frame = device.frame().unwrap();
+        shared.begin(device, &mut frame, &words).unwrap();
+        for _ in 0..2 {
+            let mut pass = frame.pass("voxelisation");
+            voxels.place(&mut pass, &waves[0]).unwrap();
+            voxels.fill(&mut pass, &shared, 0, grid.dims).unwrap();
+        }
+        let (corners, ..) = &voxels._kept;
+        let corners = frame.read(corners, 0..corners.len()).unwrap();
+        let spans = frame.read(voxels.spans(), 0..voxels.spans().len()).unwrap();
+        let words = frame.read(voxels.words(), 0..voxels.words().len()).unwrap();
+        let told = shared.read_told(&mut frame, 1).unwrap();
+        let _ = frame.submit().unwrap();
+        Made {
+            corners: corners.get(device).unwrap(),
+            spans: spans.get(device).unwrap(),
+            words: words.get(device).unwrap(),
+            told: parse(&told.get(device).unwrap()).1[0],
         }
     }
 
@@ -167,24 +251,14 @@ mod tests {
 
     /// Voxelises on both and compares every voxel and every column's ends. Returns the solid voxels.
     fn compare(device: &Device, soup: &Soup, grid: &Grid, transform: DAffine3, side: Side, closed: bool) -> u64 {
-        let solid = Solid { points: &soup.0, triangles: &soup.1, transform, closed, lattice: None };
+        let context = Context::serial();
+        let collider = Collider::new(&context, soup.0.clone(), soup.1.clone(), transform).unwrap();
+        let lattice = collider.lattice(grid);
+        let solid = Solid { points: &soup.0, triangles: &soup.1, transform, closed, lattice };
         let mut voxels = Voxels::default();
-        voxels.fill(&Context::serial(), grid, &solid, None, side).unwrap();
-        let collider = DeviceCollider::new(device, &soup.0, &soup.1, closed).unwrap();
-        collider.set_corners(device, grid, &transform, &soup.0).unwrap();
-        let there = DeviceVoxels::new(device, grid).unwrap();
-        let mirrored = (grid.map * transform).matrix3.determinant() < 0.0;
-        // Twice: the first leaves nothing behind that the second would count.
-        let mut frame = device.frame().unwrap();
-        for _ in 0..2 {
-            there.fill(&mut frame.pass("voxelisation"), &collider, side, mirrored).unwrap();
-        }
-        let spans = frame.read(there.spans(), 0..there.spans().len()).unwrap();
-        let words = frame.read(there.words(), 0..there.words().len()).unwrap();
-        let faults = collider.faults(&mut frame).unwrap();
-        let _ = frame.submit().unwrap();
-        faults.check(device).unwrap();
-        let (spans, words) = (spans.get(device).unwrap(), words.get(device).unwrap());
+        voxels.fill(&context, grid, &solid, None, side).unwrap();
+        let Made { spans, words, told, .. } = voxelise(device, &collider, grid, (side, closed), None);
+        told.check().unwrap();
         assert!(voxels.columns().spans == &spans[..], "{:?} {side:?}", grid.dims);
         let [nx, ny, nz] = grid.dims;
         for column in 0..nx * ny {
@@ -262,34 +336,21 @@ mod tests {
     #[test]
     fn points_are_snapped_as_on_the_processor_and_far_ones_are_reported() {
         let Some(device) = device() else { return };
-        let (mut points, triangles) = shapes::sphere(0.8, 40, 20, 0.1);
+        let context = Context::serial();
+        let (points, triangles) = shapes::sphere(0.8, 40, 20, 0.1);
         let grid = Grid::new(&around([0.1; 3], [0.5, 0.6, 0.7], 0.4), 1 << 18, None);
-        let transform = DAffine3::from_rotation_x(0.3);
-        let mut collider = DeviceCollider::new(&device, &points, &triangles, true).unwrap();
-        let count = points.len();
-        let lattice = Lattice::new(&grid, &transform, &Obb::of_points(&points).unwrap()).unwrap();
-        let snapped = |collider: &DeviceCollider| {
-            let mut frame = device.frame().unwrap();
-            collider.snap(&mut frame.pass("snap"), &lattice).unwrap();
-            let corners = frame.read(collider.corners(), 0..count).unwrap();
-            let faults = collider.faults(&mut frame).unwrap();
-            let _ = frame.submit().unwrap();
-            (corners.get(&device).unwrap(), faults.check(&device))
-        };
-        let (corners, told) = snapped(&collider);
-        told.unwrap();
+        let collider = Collider::new(&context, points.clone(), triangles, DAffine3::from_rotation_x(0.3)).unwrap();
+        let lattice = collider.lattice(&grid).unwrap();
+        let made = |moved| voxelise(&device, &collider, &grid, (Side::Forward, true), moved);
+        let Made { corners, told, .. } = made(None);
+        told.check().unwrap();
         for (corner, point) in corners.iter().zip(&points) {
             let place = lattice.place(*point).unwrap();
             assert_eq!(corner[..3].iter().map(|it| i64::from(*it)).collect::<Vec<_>>(), place);
         }
-        points[7][1] = 1e9;
-        assert!(collider.set_points(&device, &points[1..]).is_err());
-        collider.set_points(&device, &points).unwrap();
-        assert!(snapped(&collider).1.unwrap_err().to_string().contains("too far"));
-        assert!(collider.set_corners(&device, &grid, &transform, &points).is_err());
-        points[7][1] = f32::NAN;
-        collider.set_points(&device, &points).unwrap();
-        assert!(snapped(&collider).1.is_err());
-        assert!(DeviceCollider::new(&device, &points, &[[0, 1, 9999]], true).is_err());
+        for lost in [1e9, f32::NAN] {
+            let told = made(Some([0.1, lost, 0.2])).told.check();
+            assert!(told.unwrap_err().to_string().contains("too far"));
+        }
     }
 }

@@ -1,0 +1,336 @@
+//! An imprint of a submission, as kernels are told of it (`shaders/imprint_link.wgsl`), and what they tell. All imprints
+//! of a submission are told of at once, so that a dispatch needs no more than the number of its imprint.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use glam::DAffine3;
+use relievo_core::{Context, Error, Result};
+use relievo_gpu::{Buffer, Device, Frame, Readback};
+
+use super::meshes::Place;
+use crate::collider::Collider;
+use crate::cull::VoxelFrame;
+use crate::grid::Grid;
+use crate::lattice::Lattice;
+use crate::raycast::{Limits, deepest};
+use crate::voxel::Side;
+
+/// An imprint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Link {
+    /// Which of the objects it is pressed into.
+    pub target: usize,
+    /// Which collider, how many triangles it has, and where it is.
+    pub mesh: u64,
+    pub triangles: u64,
+    transform: DAffine3,
+    side: Side,
+    pub grid: Grid,
+    limits: Limits,
+    lattice: Lattice,
+}
+
+/// Voxels from the grid within which kernels place points, less what rounding takes.
+const FAR: f64 = 65_000.0;
+
+impl Link {
+    /// The imprint of `collider`, where it is now, on one of the targets. `None` where not all of it is near enough to the
+    /// grid for a device: at a first touch voxels may be tiny.
+    pub fn new(context: &Context, target: usize, collider: &Collider, grid: &Grid, limits: &Limits) -> Option<Self> {
+        let corners = collider.obb().corners();
+        let near = corners.into_iter().all(|it| grid.map.transform_point3(it).abs().max_element() < FAR);
+        let lattice = collider.lattice(grid).filter(|_| near)?;
+        // Of a closed mesh either side will do.
+        let side = if collider.is_closed() { Side::Forward } else { collider.side(context, grid).0 };
+        Some(Self::of(target, collider, grid, limits, side, lattice))
+    }
+
+    /// The imprint whose columns come from `side`, with the points on `lattice`.
+    pub fn of(target: usize, collider: &Collider, grid: &Grid, limits: &Limits, side: Side, lattice: Lattice) -> Self {
+        Self {
+            target,
+            mesh: collider.identity[0],
+            triangles: collider.triangles().len() as u64,
+            transform: *collider.transform(),
+            side,
+            grid: *grid,
+            limits: *limits,
+            lattice,
+        }
+    }
+}
+
+/// As `Link` in the kernels.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct Words {
+    lattice_x: [i32; 3],
+    points: u32,
+    lattice_y: [i32; 3],
+    shift: u32,
+    lattice_z: [i32; 3],
+    scale: f32,
+    lattice_origin: [i32; 3],
+    first_point: u32,
+    lattice_low: [u32; 3],
+    first_index: u32,
+    lattice_high: [u32; 3],
+    triangles: u32,
+    dims: [u32; 3],
+    flags: u32,
+    x: [f32; 4],
+    y: [f32; 4],
+    z: [f32; 4],
+    origin: [f32; 3],
+    tiles: u32,
+    share: f32,
+    max_displacement: f32,
+    depth: f32,
+    deepest: i32,
+    pub first_corner: u32,
+    pub first_work: u32,
+    slots: u32,
+    stride: u32,
+    room: u32,
+    records: u32,
+    zero: u32,
+    padding: u32,
+}
+
+const BACKWARD: u32 = 1;
+const OPEN: u32 = 2;
+const MIRRORED: u32 = 4;
+const STARTED: u32 = 8;
+const CHAINED: u32 = 16;
+
+/// Where the slots of an object are: of every tile what imprints left of it and of its blocks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slots {
+    pub base: u32,
+    /// Slots of a tile.
+    pub stride: u32,
+}
+
+/// The object of an imprint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ground<'a> {
+    pub transform: &'a DAffine3,
+    pub tiles: usize,
+    /// Whether the depth limit counts from another displacement than there is.
+    pub started: bool,
+    /// Where earlier imprints of the submission leave blocks, if others look at them.
+    pub slots: Option<Slots>,
+}
+
+impl Words {
+    /// What kernels are told of `link`, whose collider is at `place`.
+    pub fn new(link: &Link, place: &Place, ground: &Ground<'_>) -> Self {
+        let Link { lattice: Lattice { rows, shift, scale, origin, offset }, grid, limits, .. } = link;
+        let view = VoxelFrame::new(grid, ground.transform);
+        let row = |axis: usize| {
+            let [x, y, z] = view.rows[axis];
+            [x, y, z, view.shift[axis]]
+        };
+        let flag = |condition: bool, flag: u32| if condition { flag } else { 0 };
+        let mirrored = (grid.map * link.transform).matrix3.determinant() < 0.0;
+        let flags = flag(link.side == Side::Backward, BACKWARD)
+            | flag(!place.closed, OPEN)
+            | flag(mirrored, MIRRORED)
+            | flag(ground.started, STARTED)
+            | flag(ground.slots.is_some(), CHAINED);
+        let Slots { base, stride } = ground.slots.unwrap_or(Slots { base: 0, stride: 0 });
+        Self {
+            lattice_x: rows[0],
+            points: place.points.len() as u32,
+            lattice_y: rows[1],
+            shift: *shift,
+            lattice_z: rows[2],
+            scale: *scale,
+            lattice_origin: *origin,
+            first_point: place.points.start,
+            lattice_low: offset.map(|it| it as u32),
+            first_index: 3 * place.triangles.start,
+            lattice_high: offset.map(|it| (it >> 32) as u32),
+            triangles: place.triangles.len() as u32,
+            dims: grid.dims,
+            flags,
+            x: row(0),
+            y: row(1),
+            z: row(2),
+            origin: view.origin,
+            tiles: ground.tiles as u32,
+            share: limits.share,
+            max_displacement: limits.max_displacement,
+            depth: limits.depth,
+            deepest: deepest(limits).into(),
+            first_corner: 0,
+            first_work: 0,
+            slots: base,
+            stride,
+            room: 0,
+            records: 0,
+            zero: 0,
+            padding: 0,
+        }
+    }
+
+    /// Says how many blocks and records there is room for.
+    pub fn set_room(&mut self, room: [usize; 2]) {
+        [self.room, self.records] = room.map(|count| count as u32);
+    }
+
+    /// Whether imprints before it, or after it, of the submission meet the same object.
+    pub fn is_chained(&self) -> bool {
+        self.flags & CHAINED != 0
+    }
+}
+
+/// Imprints that are submitted together at most.
+pub(crate) const MOST_LINKS: usize = 64;
+
+/// Points and triangles that are on the lattices of several imprints at once, unless one alone has more.
+const MOST_PLACED: usize = 1 << 22;
+
+/// Imprints whose points are put on their lattices together.
+#[derive(Clone, Debug)]
+pub(super) struct Wave {
+    pub links: Range<usize>,
+    /// The largest numbers of points and of triangles, and the numbers of all: of triangles one more for each imprint.
+    pub most: [u32; 2],
+    pub sums: [usize; 2],
+}
+
+/// Says where the points and the work of every imprint lie, wave by wave.
+pub(super) fn waves(words: &mut [Words]) -> Vec<Wave> {
+    let mut waves: Vec<Wave> = Vec::new();
+    for (index, it) in words.iter_mut().enumerate() {
+        let own = [it.points as usize, it.triangles as usize + 1];
+        let fits = |wave: &&mut Wave| wave.sums.iter().chain(&own).sum::<usize>() <= MOST_PLACED;
+        let wave = match waves.last_mut().filter(fits) {
+            Some(wave) => wave,
+            None => {
+                waves.push(Wave { links: index..index, most: [0; 2], sums: [0; 2] });
+                let last = waves.len() - 1;
+                &mut waves[last]
+            }
+        };
+        (it.first_corner, it.first_work) = (wave.sums[0] as u32, wave.sums[1] as u32);
+        wave.links.end = index + 1;
+        wave.most = [wave.most[0].max(it.points), wave.most[1].max(it.triangles)];
+        wave.sums = [wave.sums[0] + own[0], wave.sums[1] + own[1]];
+    }
+    waves
+}
+
+/// What is told of an imprint. As stored in buffers.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(super) struct Told {
+    /// Blocks that were found, whether or not there was room for them.
+    pub found: u32,
+    /// Rays that were held at the border of the grid.
+    pub clamped: u32,
+    pub tiles: u32,
+    /// Faults in voxelising.
+    faults: u32,
+    /// Coefficients that were looked at.
+    pub tested: u32,
+    /// The work of the triangles, see the kernels.
+    work: u32,
+    unused: [u32; 2],
+}
+
+impl Told {
+    /// Fails if the voxels are not those of the collider.
+    pub fn check(&self) -> Result<()> {
+        if self.faults & 1 != 0 {
+            return Err(Error::unsupported(
+                "the collider reaches too far beyond the overlap to be voxelised on a graphics device",
+            )
+            .advise("cut the collider down, make the objects that collide closer in size, or use the device `cpu`"));
+        }
+        if self.faults & 2 != 0 {
+            return Err(Error::unsupported("the collider covers the voxel grid too many times for a graphics device")
+                .advise("use fewer voxels or a coarser collider, or the device `cpu`"));
+        }
+        Ok(())
+    }
+}
+
+/// Words of what is told before that of the first imprint.
+const FIRST: usize = 4;
+const TOLD: usize = size_of::<Told>() / 4;
+
+/// Words of an imprint's arguments: those of its chunks of columns, and those of its blocks.
+const ARGUMENTS: usize = 8;
+
+/// What the stages of a submission share.
+#[derive(Debug)]
+pub(super) struct Shared {
+    pub links: Buffer<Words>,
+    pub told: Buffer<u32>,
+    pub arguments: Buffer<u32>,
+}
+
+impl Shared {
+    /// Room for as many imprints as there may be. Fails where the device has none.
+    pub fn new(device: &Device) -> Result<Self> {
+        Ok(Self {
+            links: Buffer::new(device, "imprints", MOST_LINKS)?,
+            told: Buffer::new(device, "what is told of imprints", FIRST + TOLD * MOST_LINKS)?,
+            arguments: Buffer::new(device, "arguments of imprints", ARGUMENTS * MOST_LINKS)?,
+        })
+    }
+
+    /// Tells of the imprints of a submission, and records that nothing was told of them so far.
+    pub fn begin(&self, device: &Device, frame: &mut Frame, words: &[Words]) -> Result<()> {
+        frame.clear(&self.told);
+        frame.clear(&self.arguments);
+        self.links.write(device, 0, words)
+    }
+
+    /// Where the arguments of the dispatch over chunks of columns are, and of that over blocks.
+    pub fn chunks(link: usize) -> usize {
+        ARGUMENTS * link + 1
+    }
+
+    pub fn blocks(link: usize) -> usize {
+        ARGUMENTS * link + 5
+    }
+
+    /// Records the way back of what is told of so many imprints.
+    pub fn read_told(&self, frame: &mut Frame, links: usize) -> Result<Readback<u32>> {
+        frame.read(&self.told, 0..FIRST + TOLD * links)
+    }
+}
+
+/// How many blocks changed in all imprints, and what is told of each, from the words of [`Shared::read_told`].
+pub(super) fn parse(words: &[u32]) -> (usize, Vec<Told>) {
+    let (first, each) = words.split_at(FIRST.min(words.len()));
+    (first.first().map_or(0, |kept| *kept as usize), bytemuck::cast_slice(each).to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_testing::wgsl::assert_layout;
+    use std::mem::offset_of;
+
+    #[test]
+    fn the_layouts_are_those_of_the_kernels() {
+        macro_rules! fields {
+            ($of:ident: $($name:ident),*) => { [$((stringify!($name), offset_of!($of, $name))),*] };
+        }
+        let link = fields!(Words: lattice_x, points, lattice_y, shift, lattice_z, scale, lattice_origin, first_point,
+            lattice_low, first_index, lattice_high, triangles, dims, flags, x, y, z, origin, tiles, share,
+            max_displacement, depth, deepest, first_corner, first_work, slots, stride, room, records, zero);
+        assert_layout("imprint_link", "Link", size_of::<Words>(), &link);
+        assert_layout(
+            "imprint_snap",
+            "Told",
+            size_of::<Told>(),
+            &fields!(Told: found, clamped, tiles, faults, tested, work),
+        );
+    }
+}

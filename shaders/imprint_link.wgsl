@@ -1,0 +1,92 @@
+// The imprints of a submission: what kernels are told of each, and what they tell.
+
+// Bits of the flags: how the columns are solid, and what rays start from.
+const BACKWARD: u32 = 1u;
+const OPEN: u32 = 2u;
+const MIRRORED: u32 = 4u;
+const STARTED: u32 = 8u;
+const CHAINED: u32 = 16u;
+
+// Faults in voxelising.
+const TOO_FAR: u32 = 1u;
+const TOO_MUCH: u32 = 2u;
+
+// Workgroups of a row of a dispatch.
+const ROW: u32 = 32768u;
+
+struct Link {
+    // The map of the collider's coordinates, as integers, to the lattice: rows, times 2 to the power of `shift`.
+    lattice_x: vec3<i32>,
+    points: u32,
+    lattice_y: vec3<i32>,
+    shift: u32,
+    lattice_z: vec3<i32>,
+    // Coordinates times this are integers; a power of two.
+    scale: f32,
+    // Subtracted from coordinates as integers.
+    lattice_origin: vec3<i32>,
+    first_point: u32,
+    // Where the origin is, with half a unit for rounding: low words and high words.
+    lattice_low: vec3<u32>,
+    first_index: u32,
+    lattice_high: vec3<u32>,
+    triangles: u32,
+    // Voxels along x, y and z, which the columns run along.
+    dims: vec3<u32>,
+    flags: u32,
+    // From the object's space to voxels: three numbers of the linear part, and where the origin is.
+    x: vec4<f32>,
+    y: vec4<f32>,
+    z: vec4<f32>,
+    // What is subtracted from points first.
+    origin: vec3<f32>,
+    // Tiles of the object.
+    tiles: u32,
+    // Share of the distance that is applied, limits in object units, and the least coefficient as `key`.
+    share: f32,
+    max_displacement: f32,
+    depth: f32,
+    deepest: i32,
+    // Where its points on the lattice begin, and the work of its triangles, of which there is one item more.
+    first_corner: u32,
+    first_work: u32,
+    // Where the object's slots begin, and how many a tile has: the least coefficient that imprints before this one left,
+    // as `key` and negated, and of every block its last record, from 1.
+    slots: u32,
+    stride: u32,
+    // Blocks that there is room for, and records.
+    room: u32,
+    records: u32,
+    // 0, see `rounded`.
+    zero: u32,
+}
+
+struct Told {
+    // Blocks that were found, whether or not there was room for them.
+    found: atomic<u32>,
+    // Rays that were held at the border of the grid.
+    clamped: atomic<u32>,
+    tiles: atomic<u32>,
+    faults: atomic<u32>,
+    // Coefficients that were looked at.
+    tested: atomic<u32>,
+    // The work of all triangles in units of 1,024, rounded up: sums of words may wrap round, this does not.
+    @size(12) work: atomic<u32>,
+}
+
+struct AllTold {
+    // Blocks that are kept.
+    @size(16) kept: atomic<u32>,
+    links: array<Told>,
+}
+
+// Which imprint this is, or the first of several that are taken together.
+struct Step {
+    link: u32,
+}
+
+@group(0) @binding(0) var<storage, read> links: array<Link>;
+var<immediate> step: Step;
+
+// The imprint that an invocation works on.
+var<private> work: Link;
