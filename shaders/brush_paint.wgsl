@@ -11,13 +11,20 @@ fn before(first: u32, index: u32) -> vec2<u32> {
     return vec2(texels[first + index], 0u);
 }
 
+/// A texel of a block as it was before the dab, of modes that look at neighbours (`brush_still`).
+fn kept(block: u32, index: u32) -> vec4<f32> {
+    let wide = work.flags & WIDE;
+    let at = arrayLength(&blocks) / 2u + block * work.room + index * (1u + wide);
+    return decoded(vec2(blocks[at], select(0u, blocks[at + wide], wide == 1u)));
+}
+
 fn place_at(tile: u32, size: u32, cell: vec2<u32>) -> BrushPlace {
     let uv = (vec2<f32>(cell) + vec2(0.5)) / f32(size);
     return brush_at(tile, uv, tiles_jet(tile, uv).d);
 }
 
 /// The new colour of the texel in column `i` and row `j`, the ring counted, of a tile that has `now` there.
-fn edited(tile: u32, size: u32, i: u32, j: u32, now: vec4<f32>) -> vec4<f32> {
+fn edited(tile: u32, block: u32, size: u32, i: u32, j: u32, now: vec4<f32>) -> vec4<f32> {
     let cell = vec2(i - 1u, j - 1u);
     let at_place = place_at(tile, size, cell);
     var tint = Tint(work.color, at_place.share);
@@ -31,12 +38,11 @@ fn edited(tile: u32, size: u32, i: u32, j: u32, now: vec4<f32>) -> vec4<f32> {
         return now;
     }
     var mean = now;
-    let first = entries[tile].first;
-    if work.mode == PAINT_BLUR && first != TILES_NONE {
+    if work.mode == PAINT_BLUR {
         let stride = size + 2u;
         let at = j * stride + i;
-        let rows = decoded(before(first, at - stride)) + decoded(before(first, at + stride));
-        let columns = decoded(before(first, at - 1u)) + decoded(before(first, at + 1u));
+        let rows = kept(block, at - stride) + kept(block, at + stride);
+        let columns = kept(block, at - 1u) + kept(block, at + 1u);
         mean = 0.25 * (rows + columns);
     }
     return painted(tint, now, mean);
@@ -66,7 +72,7 @@ fn edit_texel(tile: u32, block: u32, index: u32) -> bool {
         return false;
     }
     let at = block * work.room + index * (1u + (work.flags & WIDE));
-    let taken = is_new(block);
+    let taken = is_new(block) && work.mode != PAINT_BLUR;
     var old = coded(work.blank);
     if !taken {
         old = vec2(blocks[at], 0u);
@@ -81,7 +87,7 @@ fn edit_texel(tile: u32, block: u32, index: u32) -> bool {
     var new_words = old;
     if j >= 1u && j <= size && i >= 1u && i <= size {
         let now = decoded(old);
-        let color = edited(tile, size, i, j, now);
+        let color = edited(tile, block, size, i, j, now);
         if any(color != now) {
             new_words = coded(color);
         }

@@ -3,8 +3,9 @@
 // A brush at every texel of the tiles to modify: their new coefficients of displacement, and how many of them change
 // (Schäfer et al. 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 5.2).
 
-fn texel(first: u32, index: u32) -> f32 {
-    let pair = unpack2x16float(texels[first + index / 2u]);
+/// A texel of a block as it was before the dab, of modes that look at neighbours (`brush_still`).
+fn kept(block: u32, index: u32) -> f32 {
+    let pair = unpack2x16float(blocks[arrayLength(&blocks) / 2u + block * work.room + index / 2u]);
     return select(pair.x, pair.y, (index & 1u) == 1u);
 }
 
@@ -22,7 +23,7 @@ fn place_at(tile: u32, size: u32, cell: vec2<u32>) -> BrushPlace {
 }
 
 /// The new coefficient at texel (i, j) of a tile that has `now` there.
-fn edited(tile: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
+fn edited(tile: u32, block: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
     let at_place = place_at(tile, size, cell);
     var amount = vec2(at_place.share, work.height);
     if edit_is(STAMPED) && amount.x > 0.0 {
@@ -35,12 +36,11 @@ fn edited(tile: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
         return now;
     }
     var it = Sculpted(now, now - begun_at(tile, size, cell), now, 1.0);
-    let first = entries[tile].first;
-    if work.mode == SCULPT_SMOOTH && first != TILES_NONE {
+    if work.mode == SCULPT_SMOOTH {
         let stride = size + 2u;
         let at = (cell.y + 1u) * stride + cell.x + 1u;
-        let rows = texel(first, at - stride) + texel(first, at + stride);
-        let columns = texel(first, at - 1u) + texel(first, at + 1u);
+        let rows = kept(block, at - stride) + kept(block, at + stride);
+        let columns = kept(block, at - 1u) + kept(block, at + 1u);
         it.mean = 0.25 * (rows + columns);
     }
     if work.mode == SCULPT_INFLATE {
@@ -74,7 +74,7 @@ fn edit_word(tile: u32, block: u32, word: u32) -> u32 {
         return 0u;
     }
     let at = block * work.room + word;
-    let taken = is_new(block);
+    let taken = is_new(block) && work.mode != SCULPT_SMOOTH;
     var old = 0u;
     if !taken {
         old = blocks[at];
@@ -92,7 +92,7 @@ fn edit_word(tile: u32, block: u32, word: u32) -> u32 {
         let i = column + k;
         if row >= 1u && row <= size && i >= 1u && i <= size {
             let now = values[k];
-            let value = edited(tile, size, vec2(i - 1u, row - 1u), now);
+            let value = edited(tile, block, size, vec2(i - 1u, row - 1u), now);
             if value != now {
                 bits = half_bits(value);
             }

@@ -16,12 +16,13 @@ mod link;
 mod memory;
 mod meshes;
 mod state;
+mod still;
 mod triangle_brush;
 mod voxel;
 
 pub use bounds::DeviceBounds;
 pub(crate) use chain::DeviceChain;
-pub(crate) use dabs::{Kind, edits_of, reports_of};
+pub(crate) use dabs::{Kind, OnDevice, edits_of, on_device, reports_of};
 pub(crate) use events::{DeviceTexel, Edit, Returned};
 pub(crate) use imprint::{Batch, is_for_batch};
 pub(crate) use link::MOST_LINKS;

@@ -9,9 +9,10 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use half::f16;
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups, wgpu};
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, groups, wgpu};
 use relievo_surface::{DeviceSurface, Place, SURFACE_GROUP};
 
+use crate::device_ring::{BoundRing, DeviceRing};
 use crate::field::Field;
 use crate::heap::{CLASS_COUNT, SizeClass};
 use crate::texel::Texel;
@@ -86,16 +87,70 @@ impl<T: Texel> DeviceTiles<T> {
     /// Makes the device have what `field` has, a later or earlier state of the same channel. Returns the tiles that
     /// were written or freed, ascending. Fails as [`Self::new`], and for the field of another cage.
     pub fn update(&mut self, device: &Device, field: &Field<T>) -> Result<Vec<u32>> {
-        if field.tile_count() != self.entries.len() {
-            let what = format!("a field of {} tiles on one of {}", field.tile_count(), self.entries.len());
-            return Err(Error::invalid(what).advise("give the field of the same surface"));
-        }
+        self.check(field)?;
         let changed = field.differing(&self.field);
         self.take(device, field, &changed)?;
         Ok(changed)
     }
 
-    fn take(&mut self, device: &Device, field: &Field<T>, tiles: &[u32]) -> Result<()> {
+    /// As [`Self::update`] after an edit whose texels are on the device: `written` tells of tiles from which word of `from`
+    /// on their blocks are there, rings left out. Those of all others that differ are what neighbours make them, so that
+    /// nothing comes from the processor. The rings are those of [`crate::device_ring`], which says how equal they are to
+    /// `field`'s.
+    pub fn follow(
+        &mut self,
+        device: &Device,
+        ring: &DeviceRing,
+        field: &Field<T>,
+        (written, from): (&[(u32, u32)], &Buffer<u32>),
+    ) -> Result<Vec<u32>> {
+        self.check(field)?;
+        let changed = field.differing(&self.field);
+        let fresh = self.place(device, field, &changed)?;
+        let there: Vec<u32> = changed.iter().copied().filter(|tile| field.is_allocated(*tile)).collect();
+        let mut frame = device.frame()?;
+        self.record(device, &mut frame, ring, &fresh, |bound, pass, work| {
+            ring.clear(pass, bound, field.blank(), work)
+        })?;
+        for (tile, first) in written.iter().filter(|(tile, _)| there.binary_search(tile).is_ok()) {
+            let (first, words) = (*first as usize, words::<T>(field.class(*tile)) as usize);
+            frame.copy(from, first..first + words, &self.texels, self.entries[*tile as usize].first as usize)?;
+        }
+        self.record(device, &mut frame, ring, &there, |bound, pass, work| {
+            ring.update(pass, bound, field.blank(), work)
+        })?;
+        let _ = frame.submit()?;
+        self.field = field.clone();
+        Ok(changed)
+    }
+
+    /// Records what `run` does with a list of tiles of this, how many they are and how large the largest is.
+    fn record(
+        &self,
+        device: &Device,
+        frame: &mut Frame,
+        ring: &DeviceRing,
+        tiles: &[u32],
+        run: impl Fn(&BoundRing, &mut Pass<'_>, (u32, u32)) -> Result<()>,
+    ) -> Result<()> {
+        let count = tiles.len() as u32;
+        let Some(size) = tiles.iter().map(|tile| self.entries[*tile as usize].size).max() else { return Ok(()) };
+        let listed = Buffer::of(device, "tiles whose rings change", tiles)?;
+        let counts = Buffer::of(device, "how many they are", &[count])?;
+        let bound = ring.bind(device, self, (listed.wgpu(), counts.wgpu()), None)?;
+        run(&bound, &mut frame.pass("tiles.ring"), (count, size))
+    }
+
+    fn check(&self, field: &Field<T>) -> Result<()> {
+        if field.tile_count() == self.entries.len() {
+            return Ok(());
+        }
+        let what = format!("a field of {} tiles on one of {}", field.tile_count(), self.entries.len());
+        Err(Error::invalid(what).advise("give the field of the same surface"))
+    }
+
+    /// Gives the changed `tiles` the room that they have in `field`. Returns those that had none of that size before.
+    fn place(&mut self, device: &Device, field: &Field<T>, tiles: &[u32]) -> Result<Vec<u32>> {
         // Freed blocks first, so that others find their room.
         for tile in tiles {
             let entry = &mut self.entries[*tile as usize];
@@ -105,6 +160,7 @@ impl<T: Texel> DeviceTiles<T> {
                 *entry = TileEntry { first: NONE, size: 0 };
             }
         }
+        let mut fresh = Vec::new();
         for tile in tiles.iter().filter(|tile| field.is_allocated(**tile)) {
             let class = field.class(*tile);
             let entry = &mut self.entries[*tile as usize];
@@ -117,17 +173,24 @@ impl<T: Texel> DeviceTiles<T> {
                     (None, None) => return Err(Error::memory("the tiles are too large for a graphics device")),
                 };
                 *entry = TileEntry { first, size: class.size() };
+                fresh.push(*tile);
             }
         }
         self.grow(device)?;
+        tiles
+            .iter()
+            .try_for_each(|tile| self.on_device.write(device, *tile as usize, &[self.entries[*tile as usize]]))?;
+        Ok(fresh)
+    }
+
+    fn take(&mut self, device: &Device, field: &Field<T>, tiles: &[u32]) -> Result<()> {
+        self.place(device, field, tiles)?;
         for tile in tiles {
-            let entry = self.entries[*tile as usize];
-            self.on_device.write(device, *tile as usize, &[entry])?;
             if let Some(block) = field.try_block(*tile)? {
                 let bytes: &[u8] = bytemuck::cast_slice(block);
                 let word = |bytes: &[u8]| bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte));
                 let words: Vec<u32> = bytes.chunks_exact(4).map(word).collect();
-                self.texels.write(device, entry.first as usize, &words)?;
+                self.texels.write(device, self.entries[*tile as usize].first as usize, &words)?;
             }
         }
         self.field = field.clone();
@@ -152,6 +215,20 @@ impl<T: Texel> DeviceTiles<T> {
     /// What is bound as group 2 of kernels that import `tiles`. An update may replace it.
     pub fn group(&self) -> &Bindings {
         &self.group
+    }
+
+    /// The blocks of all tiles as the device has them, ascending. Fails where the device does.
+    pub fn read_back(&self, device: &Device) -> Result<Vec<(u32, Vec<T>)>> {
+        let mut frame = device.frame()?;
+        let back = frame.read(&self.texels, 0..self.texels.len())?;
+        let _ = frame.submit()?;
+        let words = back.get(device)?;
+        let bytes: &[u8] = bytemuck::cast_slice(&words);
+        let block = |tile: u32| {
+            let (first, texels) = (4 * self.entries[tile as usize].first as usize, self.field.class(tile).texels());
+            (tile, bytemuck::pod_collect_to_vec(&bytes[first..][..texels * size_of::<T>()]))
+        };
+        Ok(self.field.allocated().map(block).collect())
     }
 
     /// The state that the device has.

@@ -4,19 +4,20 @@
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Sections 3 to 5.
 //! The device works on blocks of its own; when an event ends, those that changed come back at once, and budget, rings,
 //! mips and history are the processor's, so that a stroke has the same undo and journal on either. Coefficients are those
-//! of the processor up to one unit in the last place of a half float, colours within 1/255. Only edits whose dabs know of
-//! each other by their own texels alone are made together; else the processor's rings come between them.
+//! of the processor up to one unit in the last place of a half float, colours within 1/255. Between dabs that look at
+//! neighbours the device's rings are brought up to date ([`DeviceRing`]).
 
 use std::collections::BTreeMap;
 
 use relievo_core::Result;
-use relievo_gpu::{Access, Device, KernelSpec, Pass, PassTime};
+use relievo_gpu::{Access, Buffer, Device, Frame, KernelSpec, Pass, PassTime};
 use relievo_surface::{DeviceSurface, Link, RingClass, SURFACE_GROUP};
-use relievo_tiles::{Channel, DeviceTiles, Field, TILES_GROUP, Texel};
+use relievo_tiles::{Channel, DeviceRing, DeviceTiles, Field, TILES_GROUP, Texel};
 
 use super::events::{DeviceEvents, DeviceTexel, Edit, Ended, Returned, WORDS};
 use super::intersect::DeviceIntersection;
 use super::memory::{BlockState, DeviceMemory, Tested};
+use super::still::DeviceStill;
 use crate::edit::TileEdit;
 use crate::stamp::Stamp;
 use crate::weights::BrushParameters;
@@ -26,6 +27,7 @@ use crate::weights::BrushParameters;
 pub(crate) struct DeviceBrush<T> {
     events: DeviceEvents,
     intersection: DeviceIntersection<T>,
+    still: DeviceStill,
 }
 
 /// What came back of an event.
@@ -34,6 +36,8 @@ pub(crate) struct Event<T> {
     pub edits: Vec<TileEdit<T>>,
     /// The tiles that were looked at, ascending.
     pub looked: Vec<u32>,
+    /// Where in the memory of the event the blocks of the edits begin.
+    pub firsts: Vec<(u32, u32)>,
     /// What each dab found.
     pub tested: Vec<Tested>,
     /// How long its passes took, if the device times.
@@ -50,6 +54,9 @@ pub(crate) struct Stage<'a, T: Texel> {
     /// The texels before the event.
     pub tiles: &'a DeviceTiles<T>,
     pub channel: &'a Channel<T>,
+    pub ring: &'a DeviceRing,
+    /// Whether dabs look at neighbours.
+    pub looks_beside: bool,
 }
 
 impl<T: DeviceTexel> DeviceBrush<T> {
@@ -65,10 +72,10 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         })?;
         let tiles = field.tile_count();
         // Sizes are known when an event comes.
-        let memory = DeviceMemory::new(device, tiles, 1, 1)?;
+        let memory = DeviceMemory::new(device, tiles, (1, 1), false)?;
         let intersection = DeviceIntersection::new(device, tiles, &memory)?;
         let events = DeviceEvents::new(device, kernel, memory, &[intersection.tiles()])?;
-        let made = Self { events, intersection };
+        let made = Self { events, intersection, still: DeviceStill::new(device)? };
         let mut frame = device.frame()?;
         made.measure(&mut frame.pass("surface.boxes"), surface)?;
         let _ = frame.submit()?;
@@ -96,8 +103,12 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         if let Some(largest) = self.intersection.update(device, ground.1, field)? {
             let room = ((largest + 2) * (largest + 2) * size_of::<T>() as u32).div_ceil(4);
             if room > self.events.memory().room() {
-                self.make_room(device, room, (WORDS / room).clamp(1, field.tile_count().max(1) as u32))?;
+                self.make_room(device, (room, (WORDS / room).clamp(1, field.tile_count().max(1) as u32)), false)?;
             }
+        }
+        let memory = self.events.memory();
+        if stage.looks_beside && !memory.keeps() {
+            self.make_room(device, (memory.room(), memory.capacity()), true)?;
         }
         let edits = &edits[..self.events.tried(edits.len(), together)];
         let Some((states, event)) = self.run(stage, edits)? else { return Ok(None) };
@@ -109,8 +120,13 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         Ok(self.run(stage, &edits[..apart])?.map(|(_, event)| event))
     }
 
-    fn make_room(&mut self, device: &Device, room: u32, capacity: u32) -> Result<()> {
-        self.events.make_room(device, room, capacity)?;
+    /// Where the blocks of the last event are.
+    pub fn blocks(&self) -> &Buffer<u32> {
+        &self.events.memory().blocks
+    }
+
+    fn make_room(&mut self, device: &Device, size: (u32, u32), keeps: bool) -> Result<()> {
+        self.events.make_room(device, size, keeps)?;
         self.intersection.rebind(device, self.events.memory())
     }
 
@@ -121,15 +137,20 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         stage: Stage<'_, T>,
         edits: &[(BrushParameters, Edit)],
     ) -> Result<Option<(Vec<BlockState>, Event<T>)>> {
-        let Stage { device, surface, ground, tiles, channel } = stage;
+        let Stage { device, surface, ground, tiles, channel, ring, looks_beside } = stage;
         loop {
             let groups = [surface.group(), ground.0.group(), tiles.group()];
             let intersection = &self.intersection;
             let intersect = |pass: &mut Pass<'_>, brush: &BrushParameters| intersection.intersect(pass, surface, brush);
-            let room = self.events.memory().room();
-            match self.events.run(device, (edits, T::FLAGS), groups, intersect)? {
+            let (memory, sizes) = (self.events.memory(), (intersection.tiles(), tiles));
+            let (room, keeps) = (memory.room(), memory.keeps());
+            let still = looks_beside.then(|| self.still.bind(device, memory, ring, sizes)).transpose()?;
+            let ready = |frame: &mut Frame, memory: &DeviceMemory, dab| {
+                still.as_ref().map_or(Ok(()), |still| still.record(frame, memory, dab))
+            };
+            match self.events.run(device, (edits, T::FLAGS), groups, intersect, ready)? {
                 Ended::Made(made) => return Ok(Some(collect(channel.field(), made, room))),
-                Ended::Short(needed) => self.make_room(device, room, needed)?,
+                Ended::Short(needed) => self.make_room(device, (room, needed), keeps)?,
                 Ended::Never => return Ok(None),
             }
         }
@@ -147,7 +168,8 @@ fn collect<T: DeviceTexel>(field: &Field<T>, made: Returned, room: u32) -> (Vec<
         TileEdit { tile: state.tile, texels: texels.into(), count: u64::from(state.changes) }
     };
     let edits = used.iter().map(edit).collect();
-    let event = Event { edits, looked, tested: made.tested, times: made.times };
+    let firsts = used.iter().map(|(index, state)| (state.tile, *index as u32 * room)).collect();
+    let event = Event { edits, looked, firsts, tested: made.tested, times: made.times };
     (used.into_iter().map(|(_, it)| it).collect(), event)
 }
 

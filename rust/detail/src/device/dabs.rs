@@ -4,7 +4,7 @@ use glam::{DAffine3, Vec4};
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::PassTime;
-use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Rgba8, Rgba16, by_format};
+use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, by_format};
 
 use super::brush::{DeviceBrush, Event, Stage};
 use super::events::{DeviceTexel, Edit};
@@ -100,41 +100,37 @@ impl DisplacedObject {
         match kind {
             Kind::Sculpt(mode) => {
                 self.layers.displacement.check_editable()?;
-                let made = self.on_device(context, |device, object| device.sculpt(object, dabs, start, mode));
-                let Some(event) = made else { return Ok(None) };
+                let make = |device: &mut DeviceObject, object: &Self| device.sculpt(object, dabs, start, mode);
+                let Some(event) = on_device(context, "dab.device", self, make) else { return Ok(None) };
                 self.widen(edit::range(context, &event.edits));
-                let erases = mode == SculptMode::Erase;
+                let (firsts, erases) = (event.firsts.clone(), mode == SculptMode::Erase);
                 let (report, reports, culled) = take(context, &mut self.displacement, event, erases)?;
+                on_device(context, "dab.follow", self, |device: &mut DeviceObject, object| {
+                    device.follow_sculpted(object.displacement.field(), &kept(&firsts, &report))
+                });
                 self.refit_after(context, start, &culled, &report, false);
                 Ok(Some(reports))
             }
             Kind::Paint(mode) => {
                 let mut paint = self.take_paint()?;
                 let done = by_format!(&mut paint, paint => {
-                    let made = self.on_device(context, |device, object| device.paint(object, paint, dabs, start));
-                    made.map(|event| take(context, paint, event, mode == PaintMode::Erase)).transpose()
+                    let make =
+                        |device: &mut DeviceObject, object: &Self| device.paint(object, paint, dabs, start, mode);
+                    match on_device(context, "dab.device", self, make) {
+                        Some(event) => {
+                            let firsts = event.firsts.clone();
+                            take(context, paint, event, mode == PaintMode::Erase).map(|(report, reports, _)| {
+                                on_device(context, "dab.follow", self, |device: &mut DeviceObject, _| {
+                                    device.follow_painted(paint.field(), &kept(&firsts, &report))
+                                });
+                                Some(reports)
+                            })
+                        }
+                        None => Ok(None),
+                    }
                 });
                 self.put_paint(paint);
-                Ok(done?.map(|(_, reports, _)| reports))
-            }
-        }
-    }
-
-    /// What the device makes; `None` if the processor is to.
-    fn on_device<E>(
-        &mut self,
-        context: &Context,
-        make: impl FnOnce(&mut DeviceObject, &Self) -> Result<Option<E>>,
-    ) -> Option<E> {
-        let mut device = self.device.take()?;
-        match context.stats().time("dab.device", || make(&mut device, self)) {
-            Ok(made) => {
-                self.device = Some(device);
-                made
-            }
-            Err(error) => {
-                self.device_fault = Some(error);
-                None
+                done
             }
         }
     }
@@ -143,6 +139,46 @@ impl DisplacedObject {
     fn kind_on_device(&self, dab: &Dab) -> Option<Kind> {
         Kind::of(dab).filter(|_| self.device.is_some() && self.vectors.is_none())
     }
+}
+
+/// An object that may have a device, and what that keeps of it.
+pub(crate) trait OnDevice: LayeredObject {
+    type Device;
+
+    fn device_slot(&mut self) -> &mut Option<Self::Device>;
+}
+
+impl OnDevice for DisplacedObject {
+    type Device = DeviceObject;
+
+    fn device_slot(&mut self) -> &mut Option<DeviceObject> {
+        &mut self.device
+    }
+}
+
+/// What the device of `object` makes, timed as `stage`; `None` if the processor is to.
+pub(crate) fn on_device<O: OnDevice, E>(
+    context: &Context,
+    stage: &'static str,
+    object: &mut O,
+    make: impl FnOnce(&mut O::Device, &O) -> Result<Option<E>>,
+) -> Option<E> {
+    let mut device = object.device_slot().take()?;
+    match context.stats().time(stage, || make(&mut device, object)) {
+        Ok(made) => {
+            *object.device_slot() = Some(device);
+            made
+        }
+        Err(error) => {
+            object.lose_device(error);
+            None
+        }
+    }
+}
+
+/// Those of the tiles whose blocks are on the device that the budget did not refuse.
+fn kept(firsts: &[(u32, u32)], report: &DabReport) -> Vec<(u32, u32)> {
+    firsts.iter().copied().filter(|(tile, _)| report.changed.binary_search(tile).is_ok()).collect()
 }
 
 /// Makes what came back of an event the channel's: memory, texels, rings. Returns what its dabs did together, and each of
@@ -202,18 +238,15 @@ impl DeviceObject {
             Some(brush) => brush,
             None => DeviceBrush::new(&self.device, &self.surface, channel.field())?,
         };
-        let Self { device, surface, tiles, .. } = &*self;
+        let Self { device, surface, tiles, ring, .. } = &*self;
         let ground = self.begun().filter(|_| start.is_some()).unwrap_or(tiles);
         let ground = (ground, start.unwrap_or(channel.field()));
-        let edits = edits_of(&object.transform, dabs, |dab, edit| {
-            if let Action::Sculpt { mode, height } = dab.action {
-                (edit.mode, edit.height) = (mode as u32, height);
-            }
-        });
-        // A dab that looks at neighbours needs their rings, and one that is by itself its own displacement.
-        let together = start.is_some() && !mode.needs_mean();
+        let edits = edits_of(&object.transform, dabs, Vec4::ZERO);
+        // A dab that is by itself goes by its own displacement.
+        let (together, looks_beside) = (start.is_some(), mode.needs_mean());
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
-        let made = brush.event(Stage { device, surface, ground, tiles, channel }, (&edits, stamp), together)?;
+        let stage = Stage { device, surface, ground, tiles, channel, ring, looks_beside };
+        let made = brush.event(stage, (&edits, stamp), together)?;
         self.sculpting = Some(brush);
         Ok(made)
     }
@@ -225,6 +258,7 @@ impl DeviceObject {
         channel: &Channel<T>,
         dabs: &[Dab],
         start: Option<Ground<'_>>,
+        mode: PaintMode,
     ) -> Result<Option<Event<T>>> {
         let start = start.map(|start| start.heights);
         self.follow(object, start)?;
@@ -238,35 +272,45 @@ impl DeviceObject {
                 DeviceBrush::new(&self.device, &self.surface, channel.field())?,
             ),
         };
-        let blank = channel.field().blank().color();
-        let mut blurs = false;
-        let edits = edits_of(&object.transform, dabs, |dab, edit| {
-            if let Action::Paint { mode, color } = dab.action {
-                blurs |= mode.needs_mean();
-                (edit.mode, edit.color, edit.blank) = (mode as u32, Vec4::from(color).to_array(), blank.to_array());
-            }
-        });
-        let Self { device, surface, tiles, .. } = &*self;
+        let edits = edits_of(&object.transform, dabs, channel.field().blank().color());
+        let Self { device, surface, tiles, ring, .. } = &*self;
         let ground = self.begun().filter(|_| start.is_some()).unwrap_or(tiles);
         let ground = (ground, start.unwrap_or(object.displacement.field()));
-        let stage = Stage { device, surface, ground, tiles: &colors, channel };
+        let looks_beside = mode.needs_mean();
+        let stage = Stage { device, surface, ground, tiles: &colors, channel, ring, looks_beside };
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
-        let made = brush.event(stage, (&edits, stamp), !blurs)?;
+        let made = brush.event(stage, (&edits, stamp), true)?;
         *T::slot(self) = Some((colors, brush));
         Ok(made)
     }
+
+    /// Makes the device have `field`, the displacement after the last event, whose blocks are where `written` says.
+    fn follow_sculpted(&mut self, field: &Field, written: &[(u32, u32)]) -> Result<Option<()>> {
+        let Self { device, tiles, ring, sculpting, .. } = self;
+        let Some(brush) = sculpting else { return Ok(None) };
+        tiles.follow(device, ring, field, (written, brush.blocks()))?;
+        Ok(Some(()))
+    }
+
+    /// As [`Self::follow_sculpted`], of colours.
+    fn follow_painted<T: DeviceColor>(&mut self, field: &Field<T>, written: &[(u32, u32)]) -> Result<Option<()>> {
+        let Some((mut tiles, brush)) = T::slot(self).take() else { return Ok(None) };
+        tiles.follow(&self.device, &self.ring, field, (written, brush.blocks()))?;
+        *T::slot(self) = Some((tiles, brush));
+        Ok(Some(()))
+    }
 }
 
-/// What dabs do to texels of an object with this transform to the world.
-pub(crate) fn edits_of(
-    transform: &DAffine3,
-    dabs: &[Dab],
-    mut set: impl FnMut(&Dab, &mut Edit),
-) -> Vec<(BrushParameters, Edit)> {
+/// What dabs do to texels of an object with this transform to the world, of which those without a block read as `blank`.
+pub(crate) fn edits_of(transform: &DAffine3, dabs: &[Dab], blank: Vec4) -> Vec<(BrushParameters, Edit)> {
     let edit = |dab: &Dab| {
         let brush = BrushParameters::new(&dab.brush, dab.strength, transform);
         let mut edit = Edit::new(&brush, dab.brush.stamp());
-        set(dab, &mut edit);
+        edit.blank = blank.to_array();
+        match dab.action {
+            Action::Sculpt { mode, height } => (edit.mode, edit.height) = (mode as u32, height),
+            Action::Paint { mode, color } => (edit.mode, edit.color) = (mode as u32, color.into()),
+        }
         (brush, edit)
     };
     dabs.iter().map(edit).collect()

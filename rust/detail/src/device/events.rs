@@ -8,7 +8,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use half::f16;
 use relievo_core::Result;
-use relievo_gpu::{Bindings, Buffer, Device, Kernel, Pass, PassTime, wgpu};
+use relievo_gpu::{Bindings, Buffer, Device, Frame, Kernel, Pass, PassTime, wgpu};
 use relievo_tiles::{Rgba8, Rgba16, Texel};
 
 use super::memory::{BlockState, DeviceMemory, MOST_DABS, Memory, Tested};
@@ -149,9 +149,9 @@ impl DeviceEvents {
         &self.memory
     }
 
-    /// Replaces the memory by one of `capacity` blocks of `room` words.
-    pub fn make_room(&mut self, device: &Device, room: u32, capacity: u32) -> Result<()> {
-        self.memory = DeviceMemory::new(device, self.memory.masks.len(), room, capacity)?;
+    /// Replaces the memory by one of `capacity` blocks of `room` words, which `keeps` them or not.
+    pub fn make_room(&mut self, device: &Device, (room, capacity): (u32, u32), keeps: bool) -> Result<()> {
+        self.memory = DeviceMemory::new(device, self.memory.masks.len(), (room, capacity), keeps)?;
         self.rebind(device)
     }
 
@@ -193,13 +193,15 @@ impl DeviceEvents {
         self.most = if apart < tried { apart } else { (2 * self.most).min(MOST_DABS) };
     }
 
-    /// Makes `edits` in one submission. `intersect` records the sets of a dab; `groups` are bound as groups 1 to 3.
+    /// Makes `edits` in one submission. `intersect` records the sets of a dab, and `ready` what its number, from 1, needs
+    /// before its edit; `groups` are bound as groups 1 to 3.
     pub fn run(
         &mut self,
         device: &Device,
         (edits, flags): (&[(BrushParameters, Edit)], u32),
         groups: [&Bindings; 3],
         intersect: impl Fn(&mut Pass<'_>, &BrushParameters) -> Result<()>,
+        ready: impl Fn(&mut Frame, &DeviceMemory, u32) -> Result<()>,
     ) -> Result<Ended> {
         let memory = &self.memory;
         let mut frame = device.frame()?;
@@ -209,6 +211,7 @@ impl DeviceEvents {
             intersect(&mut frame.pass("dab.intersect"), brush)?;
             memory.compact(&mut frame.pass("dab.scan"))?;
             memory.manage_sets(&mut frame.pass("dab.manage"), dab)?;
+            ready(&mut frame, memory, dab)?;
             let groups = [&self.editing, groups[0], groups[1], groups[2]];
             let immediates = bytemuck::bytes_of(&edit);
             let mut pass = frame.pass("dab.edit");
@@ -223,11 +226,11 @@ impl DeviceEvents {
         let header = header.get(device)?;
         let header: Memory = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&header));
         if header.refused > 0 {
-            let (room, there) = (memory.room(), memory.capacity());
+            let there = memory.capacity();
             let needed = there.saturating_add(header.refused).min(memory.masks.len() as u32);
             let limits = device.limits();
             let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
-            let never = needed <= there || DeviceMemory::bytes(room, needed) > most;
+            let never = needed <= there || memory.bytes(needed) > most;
             return Ok(if never { Ended::Never } else { Ended::Short(needed) });
         }
         let used = header.used(memory.capacity());

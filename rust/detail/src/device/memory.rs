@@ -86,14 +86,17 @@ pub(crate) struct DeviceMemory {
     /// Words of a block.
     room: u32,
     capacity: u32,
+    /// Whether there is room to keep all blocks once more.
+    keeps: bool,
 }
 
 /// The word of a tile without a block.
 const NONE: u32 = u32::MAX;
 
 impl DeviceMemory {
-    /// `capacity` blocks of `room` words for so many `tiles`. Fails where the device has no room.
-    pub fn new(device: &Device, tiles: usize, room: u32, capacity: u32) -> Result<Self> {
+    /// `capacity` blocks of `room` words for so many `tiles`, and as much again where it `keeps` them. Fails where the
+    /// device has no room.
+    pub fn new(device: &Device, tiles: usize, (room, capacity): (u32, u32), keeps: bool) -> Result<Self> {
         use Access::{Read, Write};
         let kernel = |entry| {
             device.kernel(&KernelSpec {
@@ -106,7 +109,8 @@ impl DeviceMemory {
         };
         let kernels = [kernel("reset")?, kernel("deallocate")?, kernel("allocate")?, kernel("finish")?];
         let count = capacity as usize;
-        let words = count.checked_mul(room as usize).filter(|words| u32::try_from(*words).is_ok());
+        let words =
+            (count << u32::from(keeps)).checked_mul(room as usize).filter(|words| u32::try_from(*words).is_ok());
         let words = words.ok_or_else(|| Error::memory("a dab reaches too many tiles for a graphics device"))?;
         let pointers = Buffer::of(device, "blocks of tiles", &vec![NONE; tiles])?;
         let masks = Buffer::new(device, "sets of tiles", tiles)?;
@@ -138,6 +142,7 @@ impl DeviceMemory {
             buffers,
             room,
             capacity,
+            keeps,
         })
     }
 
@@ -151,9 +156,15 @@ impl DeviceMemory {
         self.capacity
     }
 
-    /// Bytes of what grows with the capacity.
-    pub fn bytes(room: u32, capacity: u32) -> u64 {
-        u64::from(capacity) * (4 * u64::from(room) + 4 + size_of::<BlockState>() as u64)
+    /// Whether there is room to keep all blocks once more, after the others.
+    pub fn keeps(&self) -> bool {
+        self.keeps
+    }
+
+    /// Bytes of what grows with the capacity, with another one.
+    pub fn bytes(&self, capacity: u32) -> u64 {
+        let words = u64::from(self.room) << u32::from(self.keeps);
+        u64::from(capacity) * (4 * words + 4 + size_of::<BlockState>() as u64)
     }
 
     fn run(&self, pass: &mut Pass<'_>, kernel: usize, dab: u32, size: [u32; 3]) -> Result<()> {

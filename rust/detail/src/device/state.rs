@@ -4,7 +4,7 @@ use half::f16;
 use relievo_core::{Error, Result};
 use relievo_gpu::Device;
 use relievo_surface::DeviceSurface;
-use relievo_tiles::{DeviceTiles, Field, Rgba8, Rgba16};
+use relievo_tiles::{DeviceRing, DeviceTiles, Field, Rgba8, Rgba16};
 
 use super::brush::DeviceBrush;
 use super::cull::DeviceCull;
@@ -18,6 +18,7 @@ pub(crate) struct DeviceObject {
     pub(super) surface: DeviceSurface,
     /// The displacement along the normals, as it was when somebody last needed it.
     pub(super) tiles: DeviceTiles,
+    pub(super) ring: DeviceRing,
     /// The displacement from when a stroke began, once there is one.
     begun: Option<DeviceTiles>,
     /// What sculpts and what paints, once something did.
@@ -55,6 +56,7 @@ impl DeviceObject {
             device: device.clone(),
             surface,
             tiles,
+            ring: DeviceRing::new(device, object.surface.topology())?,
             begun: None,
             sculpting,
             painting,

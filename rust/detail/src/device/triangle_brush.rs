@@ -64,7 +64,7 @@ impl TriangleBrush {
             constants: &[],
         })?;
         let (faces, room) = (mesh.face_count(), DeviceTriangles::<T>::words(pattern));
-        let memory = DeviceMemory::new(device, faces, room, (WORDS / room).clamp(1, faces.max(1) as u32))?;
+        let memory = DeviceMemory::new(device, faces, (room, (WORDS / room).clamp(1, faces.max(1) as u32)), false)?;
         let known = vec![0.0; faces];
         let reaches = Buffer::of(device, "reaches of triangles", &known)?;
         let sets = bind(device, &intersect, &reaches, &memory)?;
@@ -140,10 +140,10 @@ impl TriangleBrush {
                 pass.run(kernel, &[sets, mesh.group()], bytemuck::bytes_of(&work), size)
             };
             let room = self.events.memory().room();
-            match self.events.run(device, (edits, T::FLAGS), groups, intersect)? {
+            match self.events.run(device, (edits, T::FLAGS), groups, intersect, |_, _, _| Ok(()))? {
                 Ended::Made(made) => return Ok(Some((made, room))),
                 Ended::Short(needed) => {
-                    self.events.make_room(device, room, needed)?;
+                    self.events.make_room(device, (room, needed), false)?;
                     self.sets = bind(device, &self.intersect, &self.reaches, self.events.memory())?;
                 }
                 Ended::Never => return Ok(None),

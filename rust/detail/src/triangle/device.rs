@@ -17,8 +17,10 @@ use super::dab::write;
 use super::level::refined;
 use super::object::{TriangleGround, TriangleObject};
 use super::site::{Element, ElementEdit, values};
-use crate::dab::{Action, Dab, DabReport};
-use crate::device::{DeviceTexel, Edit, Kind, Returned, TriangleBrush, TriangleStage, edits_of, reports_of};
+use crate::dab::{Dab, DabReport};
+use crate::device::{
+    DeviceTexel, Edit, Kind, OnDevice, Returned, TriangleBrush, TriangleStage, edits_of, on_device, reports_of,
+};
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
 use crate::stamp::Stamp;
@@ -62,6 +64,14 @@ impl DeviceColor for Rgba16 {
     }
 }
 
+impl OnDevice for TriangleObject {
+    type Device = TriangleDevice;
+
+    fn device_slot(&mut self) -> &mut Option<TriangleDevice> {
+        &mut self.device
+    }
+}
+
 impl TriangleObject {
     /// Has dabs made on a graphics device from now on, or on the processor again. What a device does not do (smearing,
     /// meshes with vector displacement), the processor does.
@@ -101,8 +111,9 @@ impl TriangleObject {
         match kind {
             Kind::Sculpt(mode) => {
                 self.layers.displacement.check_editable()?;
-                let made = self.on_device(context, |device, object| device.sculpt(context, object, dabs, start, mode));
-                let Some(event) = made else { return Ok(None) };
+                let make =
+                    |device: &mut TriangleDevice, object: &Self| device.sculpt(context, object, dabs, start, mode);
+                let Some(event) = on_device(context, "dab.device", self, make) else { return Ok(None) };
                 let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
                 self.widen(event.edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
                 let erases = mode == SculptMode::Erase;
@@ -113,30 +124,13 @@ impl TriangleObject {
             Kind::Paint(mode) => {
                 let mut paint = self.take_paint()?;
                 let done = by_format!(&mut paint, paint => {
-                    let made = self.on_device(context, |device, object| device.paint(context, object, paint, dabs, start));
-                    made.map(|event| event.take(context, paint, mode == PaintMode::Erase)).transpose()
+                    let make = |device: &mut TriangleDevice, object: &Self| {
+                        device.paint(context, object, paint, dabs, start, mode)
+                    };
+                    on_device(context, "dab.device", self, make).map(|event| event.take(context, paint, mode == PaintMode::Erase)).transpose()
                 });
                 self.put_paint(paint);
                 Ok(done?.map(|(reports, _)| reports))
-            }
-        }
-    }
-
-    /// What the device makes; `None` if the processor is to.
-    fn on_device<E>(
-        &mut self,
-        context: &Context,
-        make: impl FnOnce(&mut TriangleDevice, &Self) -> Result<Option<E>>,
-    ) -> Option<E> {
-        let mut device = self.device.take()?;
-        match context.stats().time("dab.device", || make(&mut device, self)) {
-            Ok(made) => {
-                self.device = Some(device);
-                made
-            }
-            Err(error) => {
-                self.device_fault = Some(error);
-                None
             }
         }
     }
@@ -233,11 +227,7 @@ impl TriangleDevice {
     ) -> Result<Option<Event<f16>>> {
         let channel = &object.displacement;
         let heights = start.map_or(channel.field(), |start| start.heights);
-        let edits = edits_of(&object.transform, dabs, |dab, edit| {
-            if let Action::Sculpt { mode, height } = dab.action {
-                (edit.mode, edit.height) = (mode as u32, height);
-            }
-        });
+        let edits = edits_of(&object.transform, dabs, Vec4::ZERO);
         // A dab that looks at neighbours needs their values, and one that is by itself its own displacement.
         let together = start.is_some() && !mode.needs_mean();
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
@@ -266,20 +256,14 @@ impl TriangleDevice {
         channel: &TriangleChannel<T>,
         dabs: &[Dab],
         start: Option<TriangleGround<'_>>,
+        mode: PaintMode,
     ) -> Result<Option<Event<T>>> {
         let heights = start.map_or(object.displacement.field(), |start| start.heights);
-        let blank = channel.field().blank().color();
-        let mut blurs = false;
-        let edits = edits_of(&object.transform, dabs, |dab, edit| {
-            if let Action::Paint { mode, color } = dab.action {
-                blurs |= mode.needs_mean();
-                (edit.mode, edit.color, edit.blank) = (mode as u32, Vec4::from(color).to_array(), blank.to_array());
-            }
-        });
+        let edits = edits_of(&object.transform, dabs, channel.field().blank().color());
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
         let mut tool = T::slot(self).take();
         let tools = self.tool(&mut tool, channel, (heights, object.level()))?;
-        let made = self.event(context, tools, channel, heights, (edits, stamp), !blurs);
+        let made = self.event(context, tools, channel, heights, (edits, stamp), !mode.needs_mean());
         *T::slot(self) = tool;
         made
     }

@@ -3,6 +3,7 @@
 mod color;
 mod decay;
 mod device;
+mod device_rings;
 mod displaced;
 mod filter;
 mod levels;

@@ -1,0 +1,264 @@
+//! The ring update on a graphics device (`shaders/ring.wgsl`).
+//!
+//! Schäfer, Keinert, Nießner, Buchenau, Guthe and Stamminger 2014, *Real-Time Deformation of Subdivision Surfaces from
+//! Object Collisions*, Section 6, with the rules of [`crate::ring`], for scalar displacement and for colours. What is
+//! copied is the same to the bit; averages and what lies between tiles of different density are the processor's up to one
+//! unit in the last place of a half float, colours of 8 bits within 1/255.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use bytemuck::{Pod, Zeroable};
+use relievo_core::{Error, Result};
+use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, wgpu};
+use relievo_surface::{Link, RingClass, TileTopology};
+
+use crate::device::DeviceTiles;
+use crate::texel::Texel;
+
+/// As in `ring.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Ring {
+    blank: [f32; 4],
+    rings: u32,
+    entries: u32,
+    run: u32,
+    format: u32,
+    room: u32,
+    loose: u32,
+    /// To the alignment of the colour.
+    padding: [u32; 2],
+}
+
+/// Blocks that are worked on, in place of those of the tiles that have one.
+#[derive(Clone, Copy, Debug)]
+pub struct WorkedBlocks<'a> {
+    /// The block of every tile, or `u32::MAX`.
+    pub pointers: &'a Buffer<u32>,
+    /// Words of the blocks.
+    pub blocks: &'a Buffer<u32>,
+    /// Of every tile two words, of which the second is how many texels a side it has or would have.
+    pub sizes: &'a wgpu::Buffer,
+    /// Words of a block.
+    pub room: u32,
+}
+
+/// What a ring update is bound to.
+#[derive(Debug)]
+pub struct BoundRing {
+    bindings: Bindings,
+    room: Option<u32>,
+}
+
+/// Workgroups that a dispatch has along one dimension at most.
+const ROW: u32 = 32_768;
+
+/// Kernels in the order in which they run, and the one that makes blocks blank.
+const ENTRIES: [&str; 4] = ["make_vertices", "settle_borders", "make_rings", "make_blank"];
+const BLANK: usize = 3;
+
+/// The ring update of the tiles of one cage.
+#[derive(Debug)]
+pub struct DeviceRing {
+    kernels: Vec<Arc<Kernel>>,
+    topology: Buffer<u32>,
+    vertices: Buffer<u32>,
+    /// Where rings and entries begin in the topology.
+    rings: u32,
+    entries: u32,
+    runs: AtomicU32,
+    /// What is bound where no blocks are worked on.
+    none: Buffer<u32>,
+    unused: Buffer<u32>,
+}
+
+impl DeviceRing {
+    /// For tiles of `topology`. Fails where the device has no room.
+    pub fn new(device: &Device, topology: &TileTopology) -> Result<Self> {
+        use Access::{Read, Write};
+        let kernel = |entry| {
+            device.kernel(&KernelSpec {
+                module: "ring",
+                entry,
+                groups: &[&[Read, Read, Read, Write, Read, Read, Write, Read, Write]],
+                immediates: size_of::<Ring>() as u32,
+                constants: &[],
+            })
+        };
+        let kernels = ENTRIES.into_iter().map(kernel).collect::<Result<_>>()?;
+        let (words, [rings, entries]) = flattened(topology)?;
+        Ok(Self {
+            kernels,
+            topology: Buffer::of(device, "topology of tiles", &words)?,
+            vertices: Buffer::new(device, "values of vertices", 4 * topology.ring_count().max(1))?,
+            rings,
+            entries,
+            runs: AtomicU32::new(0),
+            none: Buffer::of(device, "no blocks", &[u32::MAX])?,
+            unused: Buffer::new(device, "no blocks' words", 1)?,
+        })
+    }
+
+    /// Binds the update of the tiles in `listed`, of which there are as many as the first word of `counts` says. Rings of
+    /// `worked` blocks are made there, and tiles without any block count as blank ones; without such blocks it is those of
+    /// `tiles` that change, and what is beside a tile without one is blank. Fails if the device does.
+    pub fn bind<T: Texel>(
+        &self,
+        device: &Device,
+        tiles: &DeviceTiles<T>,
+        (listed, counts): (&wgpu::Buffer, &wgpu::Buffer),
+        worked: Option<WorkedBlocks<'_>>,
+    ) -> Result<BoundRing> {
+        let [entries, texels] = tiles.buffers();
+        let (pointers, blocks, sizes) = match &worked {
+            Some(worked) => (worked.pointers.wgpu(), worked.blocks.wgpu(), worked.sizes),
+            None => (self.none.wgpu(), self.unused.wgpu(), entries),
+        };
+        let bound =
+            [listed, counts, pointers, blocks, entries, sizes, texels, self.topology.wgpu(), self.vertices.wgpu()];
+        let bindings = device.bind(&self.kernels[0], 0, &bound)?;
+        Ok(BoundRing { bindings, room: worked.map(|worked| worked.room) })
+    }
+
+    /// What the kernels are told, of tiles that read as `blank` where they have no block. Fails for texels that they do not
+    /// know.
+    fn work<T: Texel>(&self, bound: &BoundRing, blank: T) -> Result<Ring> {
+        let (format, blank) =
+            blank.on_device().ok_or_else(|| Error::internal("the ring update of texels that no kernel knows"))?;
+        // Never that of a vertex that nothing made yet.
+        let run = self.runs.fetch_add(1, Ordering::Relaxed) % (u32::MAX - 1) + 1;
+        let (room, loose) = (bound.room.unwrap_or(0), u32::from(bound.room.is_some()));
+        let (rings, entries) = (self.rings, self.entries);
+        Ok(Ring { blank, rings, entries, run, format, room, loose, padding: [0; 2] })
+    }
+
+    /// Records the update of `count` listed tiles of at most `size` texels a side.
+    pub fn update<T: Texel>(
+        &self,
+        pass: &mut Pass<'_>,
+        bound: &BoundRing,
+        blank: T,
+        (count, size): (u32, u32),
+    ) -> Result<()> {
+        let work = self.work(bound, blank)?;
+        let groups = groups_of(count, 4 * (size + 1));
+        self.kernels[..BLANK]
+            .iter()
+            .try_for_each(|kernel| pass.run(kernel, &[&bound.bindings], bytemuck::bytes_of(&work), groups))
+    }
+
+    /// As [`Self::update`]; workgroups along x and z are tiles, of which each has enough along y for its block, as three
+    /// words of `arguments` from `first` on say.
+    pub fn update_indirect<T: Texel>(
+        &self,
+        pass: &mut Pass<'_>,
+        bound: &BoundRing,
+        blank: T,
+        (arguments, first): (&Buffer<u32>, usize),
+    ) -> Result<()> {
+        let work = self.work(bound, blank)?;
+        self.kernels[..BLANK].iter().try_for_each(|kernel| {
+            pass.run_indirect(kernel, &[&bound.bindings], bytemuck::bytes_of(&work), arguments, first)
+        })
+    }
+
+    /// Records that the blocks of `count` listed tiles, of at most `size` texels a side, are blank.
+    pub(crate) fn clear<T: Texel>(
+        &self,
+        pass: &mut Pass<'_>,
+        bound: &BoundRing,
+        blank: T,
+        (count, size): (u32, u32),
+    ) -> Result<()> {
+        let work = self.work(bound, blank)?;
+        let groups = groups_of(count, (size + 2) * (size + 2));
+        pass.run(&self.kernels[BLANK], &[&bound.bindings], bytemuck::bytes_of(&work), groups)
+    }
+}
+
+/// Workgroups for so many tiles with so many items each.
+fn groups_of(tiles: u32, items: u32) -> [u32; 3] {
+    [tiles.min(ROW), items.div_ceil(GROUP), tiles.div_ceil(ROW)]
+}
+
+/// The topology as the kernels read it, and where its rings and entries begin. Of a tile: four links of four words (kind
+/// in 3 bits, whether reversed, two edges of 2 bits, whether it is the second half, whether the tile is a sub-tile; two
+/// tiles; the ring in the middle) and the rings at its corners, whose last bits say whether it is wound against their
+/// first tiles.
+fn flattened(topology: &TileTopology) -> Result<(Vec<u32>, [u32; 2])> {
+    let tiles = topology.tile_count() as u32;
+    let rings = topology.ring_count() as u32;
+    let entries: usize = (0..rings).map(|ring| topology.ring(ring).len()).sum();
+    let words = 20 * tiles as usize + 2 * (rings as usize + 1) + 2 * entries;
+    if u32::try_from(words).is_err() || rings >= 1 << 31 {
+        return Err(Error::memory("a surface of too many tiles for a graphics device"));
+    }
+    let mut made = Vec::with_capacity(words);
+    // By tile the rings at its corners and in the middles of its edges.
+    let mut known = vec![[None; 8]; tiles as usize];
+    for ring in 0..rings {
+        let entries = topology.ring(ring);
+        for entry in entries {
+            let place = usize::from(entry.corner) + if entry.middle { 4 } else { 0 };
+            let flips = u32::from(entry.flipped != entries[0].flipped);
+            known[entry.tile as usize][place] = Some(ring | flips << 31);
+        }
+    }
+    for tile in 0..tiles {
+        let sub = u32::from(topology.is_sub(tile)) << 9;
+        for (edge, link) in topology.links(tile).iter().enumerate() {
+            let turned = |reversed: bool| u32::from(reversed) << 3;
+            let at = |edge: u8, place: u32| u32::from(edge) << place;
+            made.extend(match *link {
+                Link::Boundary => [sub, 0, 0, 0],
+                Link::Pinned { .. } => [1 | sub, 0, 0, 0],
+                Link::Whole { side, reversed } => [2 | turned(reversed) | at(side.edge, 4) | sub, side.tile, 0, 0],
+                Link::Half { side, second, reversed } => {
+                    [3 | turned(reversed) | at(side.edge, 4) | u32::from(second) << 8 | sub, side.tile, 0, 0]
+                }
+                Link::Halves { first, second, reversed, middle } => {
+                    let bits = 4 | turned(reversed) | at(first.edge, 4) | at(second.edge, 6) | sub;
+                    [bits, first.tile, second.tile, known[tile as usize][4 + edge].unwrap_or(middle)]
+                }
+            });
+        }
+        for (corner, ring) in topology.rings(tile).iter().enumerate() {
+            made.push(known[tile as usize][corner].unwrap_or(*ring));
+        }
+    }
+    let first_ring = made.len() as u32;
+    let mut first = 0;
+    for ring in 0..rings {
+        made.extend([first, topology.ring_class(ring) as u32]);
+        first += topology.ring(ring).len() as u32;
+    }
+    made.extend([first, RingClass::Regular as u32]);
+    let first_entry = made.len() as u32;
+    for entry in (0..rings).flat_map(|ring| topology.ring(ring)) {
+        let bits = u32::from(entry.corner) | u32::from(entry.middle) << 2 | u32::from(entry.flipped) << 3;
+        made.extend([entry.tile, bits]);
+    }
+    Ok((made, [first_ring, first_entry]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_testing::wgsl::assert_layout;
+    use std::mem::offset_of;
+
+    #[test]
+    fn the_layout_is_that_of_the_kernels() {
+        let fields = [
+            ("blank", offset_of!(Ring, blank)),
+            ("rings", offset_of!(Ring, rings)),
+            ("entries", offset_of!(Ring, entries)),
+            ("run", offset_of!(Ring, run)),
+            ("format", offset_of!(Ring, format)),
+            ("room", offset_of!(Ring, room)),
+            ("loose", offset_of!(Ring, loose)),
+        ];
+        assert_layout("ring", "Ring", size_of::<Ring>(), &fields);
+    }
+}
