@@ -3,7 +3,7 @@
 // edges whose points are equal to the bit from both sides. The same as `rust/surface/src/bezier` computes.
 //
 // A patch is a record of 17 vectors: 16 control points (x, y, z, weight) row by row, then what is known of its edges,
-// as whole numbers: two bits of sense for each edge, from 2⁸ on four bits of level for each, and its number.
+// as whole numbers: two bits of sense for each edge, and its number.
 
 /// Vectors of a record.
 const RECORD: u32 = 17u;
@@ -51,9 +51,17 @@ fn slope(t: f32, a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>) -> vec4
     return 3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c));
 }
 
-/// The place of sample (i, j) of the map of `level`, whose parameters are `uv`, on a patch with these edges.
-fn place_of(level: u32, i: u32, j: u32, uv: vec2<f32>, edges: u32) -> Place {
-    let n = (2u << level) - 1u;
+/// Which sample of its map a virtual vertex is along u and v.
+fn sample_place(sample: u32) -> vec2<u32> {
+    return vec2(sample & 0xfffu, (sample >> 12u) & 0xfffu);
+}
+
+/// The place of a virtual vertex, whose parameters are `uv`, on a patch with these edges. Its number is that of the sample
+/// along u, times 2¹² along v, and times 2²⁴ the level of the map.
+fn place_of(sample: u32, uv: vec2<f32>, edges: u32) -> Place {
+    let n = (2u << ((sample >> 24u) & 15u)) - 1u;
+    let i = sample_place(sample).x;
+    let j = sample_place(sample).y;
     var place = Place(vec3<i32>(0, 1, 4), uv, -1.0, 1.0, false);
     let found = grid_edge(i, j, n);
     var edge = found.x;
@@ -68,11 +76,8 @@ fn place_of(level: u32, i: u32, j: u32, uv: vec2<f32>, edges: u32) -> Place {
         k = n;
     }
     let sense = (edges >> (2u * edge)) & 3u;
-    let coarse = (2u << ((edges >> (8u + 4u * edge)) & 15u)) - 1u;
-    // The nearest sample of the edge's rate.
-    let own = (2u * k * coarse + n) / (2u * n);
-    var number = own;
-    var along = own;
+    var number = k;
+    var along = k;
     switch edge {
         case 0u: { place.frame = vec3<i32>(0, 1, 4); }
         case 1u: { place.frame = vec3<i32>(3, 4, -1); }
@@ -82,16 +87,16 @@ fn place_of(level: u32, i: u32, j: u32, uv: vec2<f32>, edges: u32) -> Place {
     if sense == AGAINST {
         place.frame = vec3<i32>(place.frame.x + 3 * place.frame.y, -place.frame.y, place.frame.z);
         place.turn = -1.0;
-        number = coarse - own;
+        number = n - k;
         along = number;
     } else if sense == FOLDED {
-        number = min(own, coarse - own);
+        number = min(k, n - k);
     } else if sense == COLLAPSED {
         number = 0u;
         place.collapsed = true;
     }
-    place.curve = f32(number) / f32(coarse);
-    place.at = vec2<f32>(f32(along) / f32(coarse), 0.0);
+    place.curve = f32(number) / f32(n);
+    place.at = vec2<f32>(f32(along) / f32(n), 0.0);
     return place;
 }
 

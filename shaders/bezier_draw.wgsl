@@ -6,9 +6,10 @@
 struct Draw {
     /// The first patch.
     first: u32,
-    /// The level of the map.
-    level: u32,
 }
+
+/// Marks vertices of triangles that close gaps beside finer edges.
+const STITCH: u32 = 0x10000000u;
 
 /// Patches of a row of the texture.
 const TEXTURE_ROW: u32 = 120u;
@@ -26,12 +27,13 @@ struct Vertex {
 }
 
 fn drawn(sample: Sample, sample_index: u32, number: f32) -> Shaded {
-    let grid = vec2(f32(sample_index & 0xffffu), f32(sample_index >> 16u));
-    return shaded(sample.p, sample.normal, vec3(grid, grid.x + grid.y), vec2(0.0), u32(number), 0xffffffffu);
+    let place = vec2<f32>(sample_place(sample_index));
+    let grid = select(vec3(place, place.x + place.y), vec3(0.5), (sample_index & STITCH) != 0u);
+    return shaded(sample.p, sample.normal, grid, vec2(0.0), u32(number), 0xffffffffu);
 }
 
 fn located(vertex: Vertex, edges: f32) -> Place {
-    return place_of(call.level, vertex.sample_index & 0xffffu, vertex.sample_index >> 16u, vertex.uv, u32(edges));
+    return place_of(vertex.sample_index, vertex.uv, u32(edges));
 }
 
 @vertex

@@ -2,9 +2,9 @@
 // Samples of Bézier patches into a buffer: what the vertex stage computes, where it can be read.
 
 struct Samples {
-    /// How many there are.
+    /// How many there are, and the first of them.
     count: u32,
-    level: u32,
+    start: u32,
     /// The patch of the first copy of the map.
     first: u32,
 }
@@ -21,11 +21,11 @@ fn evaluate(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= wanted.count {
         return;
     }
-    let vertex = vertices[id.x];
+    let vertex = vertices[wanted.start + id.x];
     let base = RECORD * (wanted.first + vertex.z);
     let edges = u32(records[base + 16u].x);
     let uv = bitcast<vec2<f32>>(vertex.xy);
-    let place = place_of(wanted.level, vertex.w & 0xffffu, vertex.w >> 16u, uv, edges);
+    let place = place_of(vertex.w, uv, edges);
     var c: array<vec4<f32>, 16>;
     for (var k = 0; k < 16; k++) {
         c[k] = records[base + control_number(place.frame, k % 4, k / 4)];

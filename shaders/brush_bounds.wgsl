@@ -23,10 +23,10 @@ fn bound(
     for (var k = surface_tiles[tile].x; k < surface_tiles[tile + 1u].x; k++) {
         let it = surface_patches[k];
         let count = select(16u, 20u, it.form == 1u);
-        let x = it.first + 3u;
-        let origin = vec3(surface_data[it.first], surface_data[it.first + 1u], surface_data[it.first + 2u]);
+        let x = it.first + SURFACE_ORIGIN;
+        let origin = vec3(surface_number(it.first), surface_number(it.first + 1u), surface_number(it.first + 2u));
         for (var i = x; i < x + count; i++) {
-            let p = origin + vec3(surface_data[i], surface_data[i + count], surface_data[i + 2u * count]);
+            let p = origin + vec3(surface_number(i), surface_number(i + count), surface_number(i + 2u * count));
             low = min(low, p);
             high = max(high, p);
         }

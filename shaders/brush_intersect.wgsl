@@ -34,12 +34,12 @@ fn box_meets(low: vec3<f32>, high: vec3<f32>, reach: f32) -> bool {
 fn patch_meets(patch_index: u32, reach: f32, rounding: vec3<f32>) -> bool {
     let it = surface_patches[patch_index];
     let count = select(16u, 20u, it.form == 1u);
-    let shift = vec3(surface_data[it.first], surface_data[it.first + 1u], surface_data[it.first + 2u]) - work.origin;
-    let x = it.first + 3u;
+    let shift = vec3(surface_number(it.first), surface_number(it.first + 1u), surface_number(it.first + 2u)) - work.origin;
+    let x = it.first + SURFACE_ORIGIN;
     var low = vec3(3.0e38);
     var high = vec3(-3.0e38);
     for (var i = x; i < x + count; i++) {
-        let p = vec4(shift + vec3(surface_data[i], surface_data[i + count], surface_data[i + 2u * count]), 1.0);
+        let p = vec4(shift + vec3(surface_number(i), surface_number(i + count), surface_number(i + 2u * count)), 1.0);
         let place = vec3(dot(work.row_x, p), dot(work.row_y, p), dot(work.row_z, p));
         low = min(low, place);
         high = max(high, place);

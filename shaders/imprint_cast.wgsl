@@ -258,8 +258,8 @@ fn curve(basis: vec4<f32>, first: u32) -> vec4<f32> {
     var points: vec4<f32>;
     for (var k = 0u; k < 4u; k++) {
         let at = first + k;
-        let low = fma(basis.y, surface_data[at + 4u], basis.x * surface_data[at]);
-        let high = fma(basis.w, surface_data[at + 12u], basis.z * surface_data[at + 8u]);
+        let low = fma(basis.y, surface_number(at + 4u), basis.x * surface_number(at));
+        let high = fma(basis.w, surface_number(at + 12u), basis.z * surface_number(at + 8u));
         points[k] = low + high;
     }
     return points;
@@ -290,9 +290,9 @@ fn sample_patch(patch_index: u32, uv: vec2<f32>) -> SurfaceSample {
     let quadratic = vec3(ss.x, mixed.x + mixed.x, tt.x);
     var sample: SurfaceSample;
     for (var axis = 0u; axis < 3u; axis++) {
-        let first = it.first + 3u + 16u * axis;
+        let first = it.first + SURFACE_ORIGIN + 16u * axis;
         let points = curve(across, first);
-        sample.p[axis] = combined(along, points) + surface_data[it.first + axis];
+        sample.p[axis] = combined(along, points) + surface_number(it.first + axis);
         let steps = (3.0 * scale.x) * (points.yzw - points.xyz);
         sample.du[axis] = fma(quadratic.z, steps.z, fma(quadratic.y, steps.y, quadratic.x * steps.x));
         sample.dv[axis] = combined(along, curve(slopes, first));

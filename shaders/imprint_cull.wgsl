@@ -50,15 +50,15 @@ struct Points {
 }
 
 fn four(at: u32) -> vec4<f32> {
-    return vec4(surface_data[at], surface_data[at + 1u], surface_data[at + 2u], surface_data[at + 3u]);
+    return surface_data[at / 4u];
 }
 
 fn points_along(it: SurfacePatch, row: vec4<f32>) -> Points {
     let at = it.first;
-    let shift = vec3(surface_data[at], surface_data[at + 1u], surface_data[at + 2u]) - work.origin;
+    let shift = vec3(surface_number(at), surface_number(at + 1u), surface_number(at + 2u)) - work.origin;
     let base = vec4(dot(row, vec4(shift, 1.0)));
     let count = select(16u, 20u, it.form == 1u);
-    let x = at + 3u;
+    let x = at + SURFACE_ORIGIN;
     let y = x + count;
     let z = y + count;
     var all: Points;

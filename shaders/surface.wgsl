@@ -4,7 +4,7 @@ struct SurfacePatch {
     // Lower corner and size in the tile's parameters.
     low: vec2<f32>,
     size: vec2<f32>,
-    // First number of its control data: the origin, then all x, all y, all z.
+    // First number of its control data, a multiple of four: the origin and one that is not used, then all x, all y, all z.
     first: u32,
     // 0: 16 bicubic Bézier points, row by row in v. 1: 20 Gregory points.
     form: u32,
@@ -31,10 +31,17 @@ struct SurfaceSample {
 @group(1) @binding(1) var<storage, read> surface_leaves: array<vec2<u32>>;
 // First patch and first leaf of every tile, and those after the last.
 @group(1) @binding(2) var<storage, read> surface_tiles: array<vec2<u32>>;
-@group(1) @binding(3) var<storage, read> surface_data: array<f32>;
+@group(1) @binding(3) var<storage, read> surface_data: array<vec4<f32>>;
 
 const SURFACE_NONE: u32 = 0xffffffffu;
 const SURFACE_CELLS: u32 = 1024u;
+// Numbers before the points of a patch.
+const SURFACE_ORIGIN: u32 = 4u;
+
+/// A number of control data.
+fn surface_number(at: u32) -> f32 {
+    return surface_data[at / 4u][at % 4u];
+}
 
 fn surface_spread(cell: u32) -> u32 {
     var bits = cell;
@@ -112,32 +119,31 @@ fn surface_share(a: f32, b: f32) -> f32 {
     return select(0.0, a / (a + b), a + b > 0.0);
 }
 
-fn surface_blend(share: f32, first: u32, second: u32) -> f32 {
-    let b = surface_data[second];
-    return fma(share, surface_data[first] - b, b);
-}
-
-/// The rows of one axis, in Bézier form at (s, t). Derivatives of a Gregory patch take its blended points as fixed
-/// (Loop, Schaefer, Ni, Castaño 2009).
+/// The rows of one axis, in Bézier form at (s, t), from four numbers at a time. Derivatives of a Gregory patch take its
+/// blended points as fixed (Loop, Schaefer, Ni, Castaño 2009).
 fn surface_rows(form: u32, first: u32, st: vec2<f32>) -> mat4x4<f32> {
+    let a = surface_data[first];
+    let b = surface_data[first + 1u];
+    let c = surface_data[first + 2u];
+    let d = surface_data[first + 3u];
     if form == 0u {
-        var rows: mat4x4<f32>;
-        for (var row = 0u; row < 4u; row++) {
-            let at = first + 4u * row;
-            rows[row] = vec4(surface_data[at], surface_data[at + 1u], surface_data[at + 2u], surface_data[at + 3u]);
-        }
-        return rows;
+        return mat4x4(a, b, c, d);
     }
-    let c = vec2(1.0) - st;
-    let a = surface_blend(surface_share(st.x, st.y), first + 3u, first + 4u);
-    let b = surface_blend(surface_share(st.y, c.x), first + 8u, first + 9u);
-    let d = surface_blend(surface_share(c.y, st.x), first + 18u, first + 19u);
-    let e = surface_blend(surface_share(c.x, c.y), first + 13u, first + 14u);
+    let e = surface_data[first + 4u];
+    let rest = vec2(1.0) - st;
+    let shares = vec4(
+        surface_share(st.x, st.y),
+        surface_share(st.y, rest.x),
+        surface_share(rest.y, st.x),
+        surface_share(rest.x, rest.y),
+    );
+    let other = vec4(b.x, c.y, e.w, d.z);
+    let inner = fma(shares, vec4(a.w, c.x, e.z, d.y) - other, other);
     return mat4x4(
-        vec4(surface_data[first], surface_data[first + 1u], surface_data[first + 7u], surface_data[first + 5u]),
-        vec4(surface_data[first + 2u], a, b, surface_data[first + 6u]),
-        vec4(surface_data[first + 16u], d, e, surface_data[first + 12u]),
-        vec4(surface_data[first + 15u], surface_data[first + 17u], surface_data[first + 11u], surface_data[first + 10u]),
+        vec4(a.xy, b.w, b.y),
+        vec4(a.z, inner.xy, b.z),
+        vec4(e.x, inner.zw, d.x),
+        vec4(d.w, e.y, c.w, c.z),
     );
 }
 
@@ -151,13 +157,16 @@ fn surface_evaluate(patch_index: u32, uv: vec2<f32>) -> SurfaceSample {
     let d_t = surface_cubic_first(st.y);
     let dd_s = surface_cubic_second(st.x);
     let dd_t = surface_cubic_second(st.y);
-    let count = select(16u, 20u, it.form == 1u);
+    // In fours.
+    let count = select(4u, 5u, it.form == 1u);
+    let base = it.first / 4u;
+    let origin = surface_data[base];
     var sample: SurfaceSample;
     for (var axis = 0u; axis < 3u; axis++) {
-        let rows = surface_rows(it.form, it.first + 3u + axis * count, st);
+        let rows = surface_rows(it.form, base + 1u + axis * count, st);
         let curve = surface_along(b_s, rows);
         let slope = surface_along(d_s, rows);
-        sample.p[axis] = surface_data[it.first + axis] + surface_dot(b_t, curve);
+        sample.p[axis] = origin[axis] + surface_dot(b_t, curve);
         sample.du[axis] = scale.x * surface_dot(b_t, slope);
         sample.dv[axis] = scale.y * surface_dot(d_t, curve);
         sample.duu[axis] = scale.x * scale.x * surface_dot(b_t, surface_along(dd_s, rows));

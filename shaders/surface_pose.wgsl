@@ -118,7 +118,8 @@ fn make_patches(
     let unit = 1.0 / (pose.scale * f32(1u << BITS));
     data[source.first + axis] = wide_float(origin) * unit;
     let count = select(16u, 20u, gregory);
-    let out = source.first + 3u + axis * count;
+    // After the origin comes a number that is not used.
+    let out = source.first + 4u + axis * count;
     let lower = wide_neg(origin);
     var values: array<f32, 20>;
     for (var k = 0u; k < count; k++) {

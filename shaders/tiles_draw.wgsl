@@ -74,8 +74,10 @@ fn vertex_tiles(@builtin(vertex_index) sample: u32, @builtin(instance_index) ins
     var grid: vec3<f32>;
     if part < 2u {
         let side = rate + 1u - 2u * part;
-        let i = part + sample % side;
-        let j = part + sample / side;
+        // Rows, of whole numbers that floats hold: devices divide these faster.
+        let row = u32((f32(sample) + 0.5) / f32(side));
+        let i = part + sample - row * side;
+        let j = part + row;
         let found = grid_edge(i, j, rate);
         edge = found.x;
         at = found.y;

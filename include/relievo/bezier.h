@@ -69,7 +69,8 @@ typedef struct RlvBezierLevels {
 typedef struct RlvBezierTriangles {
     uint32_t struct_size;
     uint32_t reserved; /* 0 */
-    float *positions;  /* 3 floats each, object units: grids of points, row by row, patch after patch */
+    float *positions;  /* 3 floats each, object units: grids of points, row by row, patch after patch; then the points
+                          that patches have of finer edges, patch after patch */
     size_t position_stride;
     float *normals; /* unit length, each that of its patch; 3 floats each */
     size_t normal_stride;
@@ -106,7 +107,7 @@ RLV_API RlvResult rlv_bezier_get_controls(RlvBezier bezier, size_t patch, float 
  * it, and with RLV_ERROR_UNSUPPORTED if colours or traces are wanted. */
 RLV_API RlvResult rlv_bezier_evaluate(RlvBezier bezier, const RlvEvaluateArrays *arrays);
 
-/* The lowest levels of patches whose triangles are nowhere farther from the surface than the tolerance of the view.
+/* The lowest level of every patch whose triangles are nowhere farther from the surface than the tolerance of the view.
  * Writes as many numbers as there are patches to levels. Fails if capacity is less, or a number of the view is out of its
  * range. */
 RLV_API RlvResult rlv_bezier_levels(RlvBezier bezier, const RlvBezierView *view, uint32_t *levels, size_t capacity);
@@ -116,8 +117,9 @@ RLV_API RlvResult rlv_bezier_levels(RlvBezier bezier, const RlvBezierView *view,
 RLV_API RlvResult rlv_bezier_count(RlvBezier bezier, const RlvBezierLevels *levels, size_t *points, size_t *triangles);
 
 /* Writes the triangles at these levels; levels may be NULL for level 4. Ask for their number with rlv_bezier_count first.
- * An edge is divided as the coarser of the patches at it is, on both sides. Fails without writing if there is less room,
- * as rlv_bezier_count does, and with RLV_ERROR_MEMORY if they do not fit the context's memory limit. */
+ * An edge is divided as the finest of the patches at it is; coarser patches have triangles more, between their own
+ * division of it and that one. Fails without writing if there is less room, as rlv_bezier_count does, and with
+ * RLV_ERROR_MEMORY if they do not fit the context's memory limit. */
 RLV_API RlvResult rlv_bezier_tessellate(RlvBezier bezier, const RlvBezierLevels *levels,
                                         const RlvBezierTriangles *triangles);
 

@@ -9,11 +9,13 @@ mod levels;
 mod map;
 mod mesh;
 mod patches;
+mod stitch;
 mod tessellate;
 
 pub use curve::{Conversion, SMOOTH, crease_pieces, cubic, cubic_first, cubic_second, restrict};
 pub use edge::{EdgeSense, EdgeTable};
 pub use levels::{Levels, Viewpoint};
-pub use map::{MOST_LEVEL, ParametricMap, VirtualVertex, draw_calls};
+pub use map::{MOST_LEVEL, ParametricMap, STITCH, VirtualVertex, draw_calls};
 pub use patches::{BezierSurface, CONTROLS, MOST_COORDINATE, MOST_SURFACES, WEIGHTS};
-pub use tessellate::{BezierTessellation, snapped};
+pub use stitch::{Stitch, stitches};
+pub use tessellate::BezierTessellation;

@@ -37,8 +37,8 @@ pub struct Patch {
     pub(crate) piece: u32,
 }
 
-/// Numbers of the origin, before the control points.
-pub(crate) const ORIGIN: usize = 3;
+/// Numbers before the control points: the origin and one that is not used, so that devices read four at a time.
+pub(crate) const ORIGIN: usize = 4;
 
 impl Patch {
     /// Number of control points.
@@ -191,7 +191,7 @@ fn convert(grid: &[[f64; 3]; 16], in_u: &Conversion, in_v: &Conversion) -> [[f64
 
 fn store<const N: usize>(points: [[f64; 3]; N], out: &mut [f32]) {
     let origin: [f32; 3] = std::array::from_fn(|axis| points[0][axis] as f32);
-    out[..ORIGIN].copy_from_slice(&origin);
+    out[..3].copy_from_slice(&origin);
     for axis in 0..3 {
         for (i, point) in points.iter().enumerate() {
             out[ORIGIN + axis * N + i] = (point[axis] - f64::from(origin[axis])) as f32;

@@ -64,6 +64,9 @@ pub struct DrawCall {
     pub count: u32,
     /// Which of the uniform blocks, counted from 0.
     pub block: u32,
+    /// The first vertex of the triangles that close gaps beside finer edges of these patches, and how many vertices: none
+    /// where levels are uniform.
+    pub stitches: [u32; 2],
 }
 
 impl DrawCall {
@@ -87,6 +90,8 @@ pub(super) enum Records {
 pub struct VirtualVertices {
     pub(super) records: Records,
     pub(super) maps: BTreeMap<u32, Buffer<VirtualVertex>>,
+    /// Three vertices for every triangle.
+    pub(super) stitches: Option<Buffer<VirtualVertex>>,
     _charge: Option<Charge>,
     storage: Storage,
     per_draw: u32,
@@ -126,17 +131,34 @@ impl VirtualVertices {
         }
         let mut order: Vec<u32> = (0..surface.count() as u32).collect();
         order.sort_by_key(|patch| levels.patch(*patch as usize));
+        let room = stitch_bytes(surface, levels);
+        if room > device.limits().max_buffer_size {
+            return Err(
+                Error::memory(format!("triangles beside finer edges need {room} bytes")).advise("use lower levels")
+            );
+        }
         let mut draws = Vec::new();
         let mut maps = BTreeMap::new();
+        let mut stitches = Vec::new();
         let mut first = 0;
         for run in order.chunk_by(|a, b| levels.patch(*a as usize) == levels.patch(*b as usize)) {
             let level = levels.patch(run[0] as usize);
+            let map = ParametricMap::new(level)?;
             for chunk in run.chunks(per_draw as usize) {
-                draws.push(DrawCall { level, first, count: chunk.len() as u32, block: draws.len() as u32 });
+                let start = stitches.len();
+                for (patch, index) in (0..).zip(chunk) {
+                    for (edge, finer) in levels.edges(*index as usize).into_iter().enumerate() {
+                        if finer > level {
+                            stitches.extend(map.stitched(patch, edge, ParametricMap::new(finer)?));
+                        }
+                    }
+                }
+                // A buffer has fewer than 2³² of them.
+                let stitches = [start as u32, (stitches.len() - start) as u32];
+                draws.push(DrawCall { level, first, count: chunk.len() as u32, block: draws.len() as u32, stitches });
                 first += chunk.len() as u32;
             }
             let copies = per_draw.min(run.len() as u32);
-            let map = ParametricMap::new(level)?;
             let bytes = map.strip_bytes(u64::from(copies));
             if bytes > device.limits().max_buffer_size {
                 return Err(Error::memory(format!("{copies} copies of the map of level {level} need {bytes} bytes"))
@@ -144,7 +166,8 @@ impl VirtualVertices {
             }
             maps.insert(level, Buffer::of(device, "parametric map", &map.vertices(copies))?);
         }
-        let records = packed(surface, levels, &order);
+        let stitches = if stitches.is_empty() { None } else { Some(Buffer::of(device, "stitches", &stitches)?) };
+        let records = packed(surface, &order);
         let (records, charge) = match storage {
             Storage::Uniform => {
                 let (buffer, charge) = uniform_blocks(device, &records, &draws, per_draw)?;
@@ -159,7 +182,7 @@ impl VirtualVertices {
         let rational = surface.is_rational();
         let (low, high) = surface.total_bounds();
         let bounds = [low, high].map(|corner| DVec3::from(corner.map(f64::from))).into();
-        Ok(Self { records, maps, _charge: charge, storage, per_draw, rational, draws, order, bounds })
+        Ok(Self { records, maps, stitches, _charge: charge, storage, per_draw, rational, draws, order, bounds })
     }
 
     /// Where the control points are.
@@ -191,7 +214,8 @@ impl VirtualVertices {
         block_stride(self.per_draw)
     }
 
-    /// Points and normals of all vertices of `draw`, computed by a kernel as the vertex stage does: what tests read.
+    /// Points and normals of all vertices of `draw`'s strip, then of its triangles beside finer edges, computed by a kernel
+    /// as the vertex stage does: what tests read.
     ///
     /// # Errors
     /// The control points are not in a storage buffer, or the device fails.
@@ -199,8 +223,6 @@ impl VirtualVertices {
         let (Records::Buffer(records), Some(map)) = (&self.records, self.maps.get(&draw.level)) else {
             return Err(Error::unsupported("samples are read from patches in a storage buffer"));
         };
-        let count = draw.vertices()?;
-        let out = Buffer::<[[f32; 4]; 2]>::new(device, "samples", count as usize)?;
         let constants = [("RATIONAL", f64::from(u8::from(self.rational)))];
         let kernel = device.kernel(&KernelSpec {
             module: "bezier_samples",
@@ -209,31 +231,44 @@ impl VirtualVertices {
             immediates: 12,
             constants: &constants,
         })?;
-        let bindings = device.bind(&kernel, 0, &[records.wgpu(), map.wgpu(), out.wgpu()])?;
-        let mut frame = device.frame()?;
-        let immediates = [count, draw.level, draw.first];
-        frame.pass("samples").run(
-            &kernel,
-            &[&bindings],
-            bytemuck::bytes_of(&immediates),
-            groups(count.div_ceil(64)),
-        )?;
-        let read = frame.read(&out, 0..count as usize)?;
-        let _submitted = frame.submit()?;
-        read.get(device)
+        let mut all = Vec::new();
+        let [start, more] = draw.stitches;
+        let lists = [(Some(map), 0, draw.vertices()?), (self.stitches.as_ref(), start, more)];
+        for (vertices, start, count) in lists {
+            let Some(vertices) = vertices.filter(|_| count > 0) else { continue };
+            let out = Buffer::<[[f32; 4]; 2]>::new(device, "samples", count as usize)?;
+            let bindings = device.bind(&kernel, 0, &[records.wgpu(), vertices.wgpu(), out.wgpu()])?;
+            let mut frame = device.frame()?;
+            let immediates = [count, start, draw.first];
+            let groups = groups(count.div_ceil(64));
+            frame.pass("samples").run(&kernel, &[&bindings], bytemuck::bytes_of(&immediates), groups)?;
+            let read = frame.read(&out, 0..count as usize)?;
+            let _submitted = frame.submit()?;
+            all.extend(read.get(device)?);
+        }
+        Ok(all)
     }
 }
 
+/// Bytes of the triangles that close gaps beside finer edges.
+fn stitch_bytes(surface: &BezierSurface, levels: &Levels) -> u64 {
+    let segments = |level: u32| (2u64 << level) - 1;
+    let of = |patch: usize| {
+        let level = levels.patch(patch);
+        let finer = levels.edges(patch).into_iter().filter(move |edge| *edge > level);
+        finer.map(move |edge| 3 * (segments(edge) + segments(level) - 2)).sum::<u64>()
+    };
+    (0..surface.count()).map(of).sum::<u64>() * size_of::<VirtualVertex>() as u64
+}
+
 /// The records of patches in `order`.
-fn packed(surface: &BezierSurface, levels: &Levels, order: &[u32]) -> Vec<[f32; 4]> {
+fn packed(surface: &BezierSurface, order: &[u32]) -> Vec<[f32; 4]> {
     let mut records = Vec::with_capacity(order.len() * RECORD);
     for patch in order {
         let index = *patch as usize;
         records.extend_from_slice(surface.controls(index));
         let senses = surface.edges().senses(index);
-        let edges = (0..4).fold(0u32, |bits, edge| {
-            bits | (senses[edge] as u32) << (2 * edge) | levels.edges(index)[edge] << (8 + 4 * edge)
-        });
+        let edges = (0..4).fold(0u32, |bits, edge| bits | (senses[edge] as u32) << (2 * edge));
         // As numbers and not as bits, which loads may flush; below 2²⁴ they are themselves.
         records.push([edges as f32, *patch as f32, 0.0, 0.0]);
     }

@@ -15,8 +15,8 @@ use super::targets::{DEPTH, FORMATS};
 use super::triangle_values::Kind;
 use super::view::OBJECT_BYTES;
 
-/// Immediate data of a draw of patches: the first of them and the level.
-const PATCHES_CALL: u32 = 8;
+/// Immediate data of a draw of patches: the first of them.
+const PATCHES_CALL: u32 = 4;
 
 /// As in `tiles_draw.wgsl`.
 #[repr(C)]
@@ -41,6 +41,8 @@ pub(super) struct TrianglesCall {
 pub(super) enum Draw {
     /// Patches with control points in some storage, with weights or without.
     Patches(Storage, bool),
+    /// The triangles beside their finer edges.
+    Stitches(Storage, bool),
     Strips,
     /// Tiles without colours, with those of four bytes, with those of four half floats; with vectors, with traces.
     Tiles {
@@ -68,9 +70,19 @@ impl Draw {
         }
     }
 
+    /// The triangles beside finer edges of patches, which are a draw of their own.
+    pub fn stitches(shape: &Shape<'_>) -> Option<Self> {
+        match shape {
+            Shape::Patches(patches) if patches.stitches.is_some() => {
+                Some(Self::Stitches(patches.storage(), patches.is_rational()))
+            }
+            _ => None,
+        }
+    }
+
     fn module(self) -> &'static str {
         match self {
-            Self::Patches(..) | Self::Strips => "bezier_draw",
+            Self::Patches(..) | Self::Stitches(..) | Self::Strips => "bezier_draw",
             Self::Tiles { .. } => "tiles_draw",
             Self::Triangles(_) => "triangles_draw",
             Self::Mesh => "mesh_draw",
@@ -79,9 +91,9 @@ impl Draw {
 
     fn entry(self) -> &'static str {
         match self {
-            Self::Patches(Storage::Uniform, _) => "vertex_uniform",
-            Self::Patches(Storage::Texture, _) => "vertex_texture",
-            Self::Patches(Storage::Buffer, _) => "vertex_buffer",
+            Self::Patches(Storage::Uniform, _) | Self::Stitches(Storage::Uniform, _) => "vertex_uniform",
+            Self::Patches(Storage::Texture, _) | Self::Stitches(Storage::Texture, _) => "vertex_texture",
+            Self::Patches(Storage::Buffer, _) | Self::Stitches(Storage::Buffer, _) => "vertex_buffer",
             Self::Strips => "vertex_passed",
             Self::Tiles { .. } => "vertex_tiles",
             Self::Triangles(_) => "vertex_triangles",
@@ -172,7 +184,7 @@ impl Pipelines {
     /// The layouts of the groups from 1 on.
     pub fn layouts(&self, draw: Draw) -> &[wgpu::BindGroupLayout] {
         match draw {
-            Draw::Patches(storage, _) => &self.records[&storage],
+            Draw::Patches(storage, _) | Draw::Stitches(storage, _) => &self.records[&storage],
             Draw::Tiles { .. } => &self.tiles,
             Draw::Triangles(_) => &self.triangles,
             Draw::Strips | Draw::Mesh => &[],
@@ -207,7 +219,7 @@ impl Pipelines {
             attribute(48, 4, Uint32),
         ];
         let (stride, attributes, immediates): (usize, &[_], u32) = match draw {
-            Draw::Patches(..) => (size_of::<VirtualVertex>(), &virtual_vertex, PATCHES_CALL),
+            Draw::Patches(..) | Draw::Stitches(..) => (size_of::<VirtualVertex>(), &virtual_vertex, PATCHES_CALL),
             Draw::Strips => (size_of::<PassedVertex>(), &passed_vertex, 0),
             Draw::Tiles { .. } => (0, &[], size_of::<TilesCall>() as u32),
             Draw::Triangles(_) => (0, &[], size_of::<TrianglesCall>() as u32),
@@ -220,7 +232,7 @@ impl Pipelines {
         })];
         let number = |on: bool| f64::from(u8::from(on));
         let constants = match draw {
-            Draw::Patches(_, rational) => vec![("RATIONAL", number(rational))],
+            Draw::Patches(_, rational) | Draw::Stitches(_, rational) => vec![("RATIONAL", number(rational))],
             Draw::Tiles { colors, vectors, traces } => {
                 vec![("COLORS", f64::from(colors)), ("VECTORS", number(vectors)), ("TRACES", number(traces))]
             }
@@ -305,7 +317,7 @@ mod tests {
         assert_layout("tiles_draw", "TilesCall", size_of::<TilesCall>(), &call);
         let call = [("tint", offset_of!(TrianglesCall, tint)), ("first", offset_of!(TrianglesCall, first))];
         assert_layout("triangles_draw", "TrianglesCall", size_of::<TrianglesCall>(), &call);
-        assert_layout("bezier_draw", "Draw", PATCHES_CALL as usize, &[("first", 0), ("level", 4)]);
+        assert_layout("bezier_draw", "Draw", PATCHES_CALL as usize, &[("first", 0)]);
         assert_eq!((size_of::<MeshVertex>(), size_of::<PassedVertex>()), (52, 32));
     }
 }

@@ -12,7 +12,7 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Charge, Device, wgpu};
 
 use super::coat::{DeviceCoat, Tint};
-use super::patches::{Records, Storage, UNIFORM_PATCHES, VirtualVertices};
+use super::patches::{DrawCall, Records, Storage, UNIFORM_PATCHES, VirtualVertices};
 use super::pipelines::{Draw, Pipelines, TilesCall, TrianglesCall};
 use super::placed::{Placed, Shape};
 use super::targets::{PIXEL_BYTES, SHADOW_SIDE, ShadowMaps, Target, Targets};
@@ -201,9 +201,11 @@ impl Rasterizer {
             })
         })?;
         for object in objects {
-            self.pipelines.make(Draw::of(&object.shape), false)?;
-            if suns > 0 {
-                self.pipelines.make(Draw::of(&object.shape), true)?;
+            for draw in std::iter::once(Draw::of(&object.shape)).chain(Draw::stitches(&object.shape)) {
+                self.pipelines.make(draw, false)?;
+                if suns > 0 {
+                    self.pipelines.make(draw, true)?;
+                }
             }
         }
         let mut frame = device.frame()?;
@@ -216,9 +218,8 @@ impl Rasterizer {
             };
             let mut pass = frame.draw("shadows", &descriptor);
             for (index, (object, groups)) in objects.iter().zip(&groups).enumerate() {
-                pass.set_pipeline(self.pipelines.get(Draw::of(&object.shape), true)?);
                 pass.set_bind_group(0, &shadow_group, &[offset((1 + sun) * objects.len() + index)?]);
-                draw_shape(&mut pass, &object.shape, groups)?;
+                draw_shape(&mut pass, &object.shape, groups, |draw| self.pipelines.get(draw, true))?;
             }
         }
         let (views, depth) = targets.views();
@@ -241,9 +242,8 @@ impl Rasterizer {
         };
         let mut pass = frame.draw("draw", &descriptor);
         for (index, (object, groups)) in objects.iter().zip(&groups).enumerate() {
-            pass.set_pipeline(self.pipelines.get(Draw::of(&object.shape), false)?);
             pass.set_bind_group(0, &scene_group, &[offset(index)?]);
-            draw_shape(&mut pass, &object.shape, groups)?;
+            draw_shape(&mut pass, &object.shape, groups, |draw| self.pipelines.get(draw, false))?;
         }
         drop(pass);
         let times = frame.submit()?.wait()?;
@@ -353,15 +353,31 @@ fn offset(index: usize) -> Result<u32> {
     u32::try_from(index * size_of::<ObjectBlock>()).map_err(|_| Error::unsupported("so many objects cannot be drawn"))
 }
 
-/// Records the draws of an object whose pipeline is set.
-fn draw_shape(pass: &mut wgpu::RenderPass<'_>, shape: &Shape<'_>, groups: &Groups) -> Result<()> {
+/// Records the draws of an object.
+fn draw_shape<'a>(
+    pass: &mut wgpu::RenderPass<'_>,
+    shape: &Shape<'_>,
+    groups: &Groups,
+    pipeline: impl Fn(Draw) -> Result<&'a wgpu::RenderPipeline>,
+) -> Result<()> {
+    pass.set_pipeline(pipeline(Draw::of(shape))?);
     for (index, group) in (1..).zip(&groups.own) {
         if !matches!(shape, Shape::Patches(patches) if patches.storage() == Storage::Uniform) {
             pass.set_bind_group(index, group, &[]);
         }
     }
     match shape {
-        Shape::Patches(patches) => draw_patches(pass, patches, groups),
+        Shape::Patches(patches) => {
+            draw_patches(pass, patches, groups)?;
+            match (Draw::stitches(shape), &patches.stitches) {
+                (Some(draw), Some(vertices)) => {
+                    pass.set_pipeline(pipeline(draw)?);
+                    pass.set_vertex_buffer(0, vertices.wgpu().slice(..));
+                    draw_stitches(pass, patches, groups)
+                }
+                _ => Ok(()),
+            }
+        }
         Shape::Strips(patches, vertices) => {
             pass.set_vertex_buffer(0, vertices.buffer.wgpu().slice(..));
             let mut first = 0u32;
@@ -420,13 +436,34 @@ fn draw_patches(pass: &mut wgpu::RenderPass<'_>, patches: &VirtualVertices, grou
             let map = patches.maps.get(&level).ok_or_else(|| Error::internal("a level has no map"))?;
             pass.set_vertex_buffer(0, map.wgpu().slice(..));
         }
-        if patches.storage() == Storage::Uniform {
-            let offset = u32::try_from(patches.block_stride() * u64::from(draw.block))
-                .map_err(|_| Error::unsupported("the uniform blocks are beyond 4 GiB"))?;
-            pass.set_bind_group(1, &groups.own[0], &[offset]);
-        }
-        pass.set_immediates(0, bytemuck::bytes_of(&[draw.first, level]));
+        set_patches(pass, patches, draw, groups)?;
         pass.draw(0..draw.vertices()?, 0..1);
     }
+    Ok(())
+}
+
+/// The triangles beside finer edges, whose pipeline and vertices are set.
+fn draw_stitches(pass: &mut wgpu::RenderPass<'_>, patches: &VirtualVertices, groups: &Groups) -> Result<()> {
+    for draw in patches.draws().iter().filter(|draw| draw.stitches[1] > 0) {
+        let [first, count] = draw.stitches;
+        set_patches(pass, patches, draw, groups)?;
+        pass.draw(first..first + count, 0..1);
+    }
+    Ok(())
+}
+
+/// Says which patches are drawn next.
+fn set_patches(
+    pass: &mut wgpu::RenderPass<'_>,
+    patches: &VirtualVertices,
+    draw: &DrawCall,
+    groups: &Groups,
+) -> Result<()> {
+    if patches.storage() == Storage::Uniform {
+        let offset = u32::try_from(patches.block_stride() * u64::from(draw.block))
+            .map_err(|_| Error::unsupported("the uniform blocks are beyond 4 GiB"))?;
+        pass.set_bind_group(1, &groups.own[0], &[offset]);
+    }
+    pass.set_immediates(0, bytemuck::bytes_of(&draw.first));
     Ok(())
 }

@@ -43,7 +43,9 @@ fn samples(device: &Device, surface: &BezierSurface, levels: &Levels) -> Vec<Vec
     for draw in patches.draws() {
         let map = ParametricMap::new(draw.level).unwrap();
         let all = patches.samples(device, draw).unwrap();
-        for (copy, strip) in all.chunks_exact(map.strip_vertices() as usize).enumerate() {
+        let (strips, stitches) = all.split_at(draw.vertices().unwrap() as usize);
+        assert_eq!(stitches.len(), draw.stitches[1] as usize);
+        for (copy, strip) in strips.chunks_exact(map.strip_vertices() as usize).enumerate() {
             let grid = &mut grids[patches.order()[draw.first as usize + copy] as usize];
             grid.resize(map.samples() as usize, [[f32::NAN; 4]; 2]);
             for (sample, [i, j]) in strip.iter().zip(map.strip()) {
@@ -55,6 +57,32 @@ fn samples(device: &Device, surface: &BezierSurface, levels: &Levels) -> Vec<Vec
         }
     }
     grids
+}
+
+/// The triangles of all patches with the bits of their points: of grids, then those beside finer edges.
+fn triangles(
+    device: &Device,
+    surface: &BezierSurface,
+    levels: &Levels,
+    grids: &[Vec<[[f32; 4]; 2]>],
+) -> Vec<[[u32; 3]; 3]> {
+    let bits = |sample: &[[f32; 4]; 2]| [0, 1, 2].map(|axis| (sample[0][axis] + 0.0).to_bits());
+    let mut found = Vec::new();
+    for (patch, grid) in grids.iter().enumerate() {
+        let side = ParametricMap::new(levels.patch(patch)).unwrap().side() as usize;
+        let at = |i: usize, j: usize| bits(&grid[j * side + i]);
+        for (i, j) in (0..side - 1).flat_map(|j| (0..side - 1).map(move |i| (i, j))) {
+            found.push([at(i, j), at(i + 1, j), at(i, j + 1)]);
+            found.push([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+        }
+    }
+    let patches = VirtualVertices::new(device, surface, levels, Storage::Buffer, 7).unwrap();
+    for draw in patches.draws() {
+        let all = patches.samples(device, draw).unwrap();
+        let stitches = &all[draw.vertices().unwrap() as usize..];
+        found.extend(stitches.as_chunks::<3>().0.iter().map(|corners| corners.each_ref().map(bits)));
+    }
+    found
 }
 
 #[test]
@@ -92,33 +120,26 @@ fn both_sides_of_every_edge_have_the_same_points_on_the_device() {
         for round in 0..3 {
             let levels = mixed(&surface, 40 + round, 5);
             let grids = samples(&device, &surface, &levels);
-            let along = |patch: u32, edge: u8| {
-                let side = ParametricMap::new(levels.patch(patch as usize)).unwrap().side() as usize;
-                let place = |k: usize| match edge {
-                    0 => k,
-                    1 => side - 1 + side * k,
-                    2 => side * side - 1 - k,
-                    _ => side * (side - 1 - k),
-                };
-                let bits = |k: usize| grids[patch as usize][place(k)][0].map(|value| (value + 0.0).to_bits());
-                let mut points: Vec<[u32; 4]> = (0..side).map(bits).collect();
-                points.dedup();
-                points
-            };
-            let edges = surface.edges();
-            for curve in 0..edges.curve_count() {
-                let mut first: Option<Vec<[u32; 4]>> = None;
-                for (patch, edge) in edges.sharing(curve) {
-                    let points = along(patch, edge);
-                    let sense = edges.senses(patch as usize)[usize::from(edge)];
-                    let level = levels.edges(patch as usize)[usize::from(edge)];
-                    let expected = if sense == EdgeSense::Collapsed { 1 } else { 2 << level };
-                    assert_eq!(points.len(), expected, "{name}");
-                    let reversed: Vec<_> = points.iter().rev().copied().collect();
-                    let first = first.get_or_insert(points.clone());
-                    assert!(*first == points || *first == reversed, "{name}, edge {edge} of {patch}");
+            // Every side of a triangle has another triangle beside it, but where the surface has a border.
+            let mut sides: BTreeMap<[[u32; 3]; 2], i32> = BTreeMap::new();
+            for corners in triangles(&device, &surface, &levels, &grids) {
+                let [a, b, c] = corners;
+                if a == b || b == c || a == c {
+                    continue;
+                }
+                for (a, b) in [(a, b), (b, c), (c, a)] {
+                    *sides.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
                 }
             }
+            let edges = surface.edges();
+            let border: u32 = (0..edges.curve_count())
+                .filter(|curve| edges.sharing(*curve).count() == 1)
+                .flat_map(|curve| edges.sharing(curve))
+                .filter(|(patch, edge)| edges.senses(*patch as usize)[usize::from(*edge)] != EdgeSense::Collapsed)
+                .map(|(patch, edge)| (2 << levels.edges(patch as usize)[usize::from(edge)]) - 1)
+                .sum();
+            let open = sides.values().filter(|count| **count != 0).count();
+            assert_eq!(open, border as usize, "{name}, round {round}");
             // Corners are one point in all patches, and that of the control net.
             let mut corners: BTreeMap<[u32; 3], ()> = BTreeMap::new();
             for patch in 0..surface.count() {

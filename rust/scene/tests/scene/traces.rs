@@ -2,7 +2,11 @@
 
 use std::path::Path;
 
+use relievo_core::progress::Silent;
 use relievo_core::{Context, Values};
+use relievo_gpu::Device;
+use relievo_scene::file::parse;
+use relievo_scene::stepper::{RunOptions, run};
 
 use crate::support::run_in;
 
@@ -98,4 +102,23 @@ fn tracks_are_tinted_carried_and_kept() {
     let still = still.replace("into", "").replace("[colliders.tool]\n", "");
     run_in(folder.path(), "still", &still, None, 1);
     assert_eq!(document("still"), document("whole"));
+}
+
+#[test]
+fn a_graphics_device_tints_tracks_too() {
+    let Some(device) = relievo_testing::device() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let text = SCENE.replace("DOCUMENT\n", "").replace("sky_rays = 1", "sky_rays = 0");
+    let text = text.replace("mesh = \"last\"\nmesh_formats = [\"ply\"]\ndocuments = \"last\"\n", "mesh = \"none\"\n");
+    let go = |name: &str, device: Option<Device>| {
+        let scene = parse("scene.toml".as_ref(), &text).unwrap();
+        let options =
+            RunOptions { out: folder.path().join(name), frames: None, allowed: Vec::new(), rebake: false, device };
+        run(&Context::serial(), scene, &options, &mut Silent).unwrap();
+        (0..7).map(|frame| blue(&folder.path().join(name), frame)).collect::<Vec<f32>>()
+    };
+    let (here, there) = (go("here", None), go("there", Some(device)));
+    // It fades although nothing is written any more.
+    assert!(there[0] < 40.0 && there[3] > 150.0 && there[5] < there[4] && there[6] < there[5], "{there:?}");
+    assert!(here.iter().zip(&there).all(|(a, b)| (a - b).abs() < 6.0), "{here:?} {there:?}");
 }

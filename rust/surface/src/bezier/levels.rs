@@ -2,8 +2,8 @@
 //!
 //! A map's triangles leave the surface by no more than second differences of the control points allow (Filip,
 //! Magedson, Markot 1986, *Surface algorithms using bounds on derivatives*), which the camera turns into pixels. An edge
-//! is divided as the coarsest patch at it is: its rate depends on the edge alone. Samples of a finer map on it move to
-//! the nearest sample of that rate, which makes triangles without area but no cracks; all others stay.
+//! is divided as the finest patch at it is. Coarser ones keep their own samples, and have triangles between these and the
+//! finer ones ([`super::stitches`]): so no patch makes another one finer.
 
 use glam::DVec3;
 use relievo_core::{Context, Error, Result};
@@ -40,7 +40,7 @@ impl Levels {
         Ok(Self { patches: vec![level; surface.count()], edges: vec![[level; 4]; surface.count()] })
     }
 
-    /// These levels of patches; edges get the lowest of the patches they belong to.
+    /// These levels of patches; edges get the highest of the patches they belong to.
     ///
     /// # Errors
     /// There is not one level for every patch, or there is no such level.
@@ -55,7 +55,7 @@ impl Levels {
         for (patch, edges) in edges.iter_mut().enumerate() {
             for (edge, curve) in edges.iter_mut().zip(surface.edges().curves(patch)) {
                 let sharing = surface.edges().sharing(curve as usize);
-                *edge = sharing.map(|(patch, _)| levels[patch as usize]).min().unwrap_or(levels[patch]);
+                *edge = sharing.map(|(patch, _)| levels[patch as usize]).max().unwrap_or(levels[patch]);
             }
         }
         Ok(Self { patches: levels, edges })
@@ -84,34 +84,9 @@ impl Levels {
         }
         let curvatures = context.map(surface.count(), |patch| Curvature::new(surface.controls(patch)));
         let reach: Vec<f64> = context.map(surface.count(), |patch| view.reach_of(surface, patch, tolerance));
-        let enough = |patch: usize, level: u8, edges: [u8; 4]| {
-            level >= most || curvatures[patch].error(level, edges) <= reach[patch]
-        };
-        let lowest = |patch: usize| (1..most).find(|level| enough(patch, *level, [*level; 4])).unwrap_or(most);
-        let mut levels = Self::new(surface, context.map(surface.count(), lowest))?;
-        // Triangles beside an edge that is coarser than a patch are longer: where they are too long, the patches that
-        // make it coarse get finer. Levels only grow, so this ends.
-        loop {
-            let mut raised = levels.patches.clone();
-            for patch in 0..surface.count() {
-                let (level, edges) = (levels.patches[patch], levels.edges[patch]);
-                if edges == [level; 4] || curvatures[patch].error(level, edges) <= reach[patch] {
-                    continue;
-                }
-                for (edge, curve) in edges.into_iter().zip(surface.edges().curves(patch)) {
-                    if edge < level {
-                        for (beside, _) in surface.edges().sharing(curve as usize) {
-                            let beside = &mut raised[beside as usize];
-                            *beside = (*beside).max(edge + 1);
-                        }
-                    }
-                }
-            }
-            if raised == levels.patches {
-                return Ok(levels);
-            }
-            levels = Self::new(surface, raised)?;
-        }
+        let enough = |patch: usize, level: u8| curvatures[patch].error(level) <= reach[patch];
+        let lowest = |patch: usize| (1..most).find(|level| enough(patch, *level)).unwrap_or(most);
+        Self::new(surface, context.map(surface.count(), lowest))
     }
 
     /// The level of `patch`.
@@ -122,7 +97,7 @@ impl Levels {
         u32::from(self.patches[patch])
     }
 
-    /// The levels of its edges, none above the patch's.
+    /// The levels of its edges, none below the patch's.
     ///
     /// # Panics
     /// It does not exist.
@@ -239,17 +214,11 @@ impl Curvature {
         }
     }
 
-    /// How far triangles are from the patch at most, if its map has `level` and its edges have `edges`.
-    fn error(&self, level: u8, edges: [u8; 4]) -> f64 {
-        let step = |level: u8| 1.0 / f64::from((2u32 << level) - 1);
-        let inner = step(level);
-        // Beside a coarser edge triangles reach from its samples to the inner one that is nearest.
-        let long = |edge: u8| if edge < level { step(edge) + inner } else { inner };
-        let bound = |u: f64, v: f64| 0.125 * (u * u * self.uu + 2.0 * u * v * self.uv + v * v * self.vv);
-        let [south, east, north, west] = edges.map(long);
-        // In the corners of the patch two edges count.
-        let corners = [(south, west), (south, east), (north, east), (north, west)];
-        corners.into_iter().map(|(u, v)| bound(u, v)).fold(bound(inner, inner), f64::max)
+    /// How far triangles are from the patch at most, if its map has `level`: those that close gaps beside finer edges are
+    /// no longer than a segment.
+    fn error(&self, level: u8) -> f64 {
+        let step = 1.0 / f64::from((2u32 << level) - 1);
+        0.125 * step * step * (self.uu + 2.0 * self.uv + self.vv)
     }
 }
 
@@ -290,7 +259,7 @@ mod tests {
             let surface = strip(3, rational, seed);
             for patch in 0..3 {
                 for level in 1..=3u8 {
-                    let bound = Curvature::new(surface.controls(patch)).error(level, [level; 4]);
+                    let bound = Curvature::new(surface.controls(patch)).error(level);
                     let map = ParametricMap::new(u32::from(level)).unwrap();
                     let at = |u: f32, v: f32| {
                         DVec3::from(surface.evaluate(Place::new(patch as u32, u, v)).unwrap().0.p.map(f64::from))
@@ -316,8 +285,8 @@ mod tests {
     fn edges_have_one_level_on_both_sides() {
         let surface = strip(4, false, 5);
         let levels = Levels::new(&surface, vec![1, 4, 2, 8]).unwrap();
-        assert_eq!((levels.edges(0), levels.edges(1)), ([1, 1, 1, 1], [4, 2, 4, 1]));
-        assert_eq!((levels.edges(2), levels.edges(3)), ([2, 2, 2, 2], [8, 8, 8, 2]));
+        assert_eq!((levels.edges(0), levels.edges(1)), ([1, 4, 1, 1], [4, 4, 4, 4]));
+        assert_eq!((levels.edges(2), levels.edges(3)), ([2, 8, 2, 4], [8, 8, 8, 8]));
         assert!(Levels::new(&surface, vec![1; 3]).is_err());
         assert!(Levels::new(&surface, vec![1, 2, 0, 4]).is_err());
         assert!(Levels::uniform(&surface, 9).is_err());
@@ -340,12 +309,16 @@ mod tests {
         assert!(near.patch(0) < near.patch(5) && near != sharp);
         for (distance, tolerance, levels) in [(400.0, 1.0, far), (40.0, 1.0, near), (40.0, 0.1, sharp)] {
             for patch in 0..6 {
-                let (level, edges) = (levels.patch(patch), levels.edges(patch));
-                assert!(edges.iter().all(|edge| *edge <= level));
-                let error = Curvature::new(surface.controls(patch)).error(level as u8, edges.map(|edge| edge as u8));
+                let level = levels.patch(patch);
+                assert!(levels.edges(patch).iter().all(|edge| *edge >= level));
                 let nearest = distance - f64::from(surface.bounds(patch).1[2]);
-                let pixels = error * 800.0 * 1.36f64.sqrt() / (nearest - error);
-                assert!(pixels <= tolerance * 1.000001 || level == MOST_LEVEL, "{patch}: {pixels} pixels");
+                let pixels = |level: u32| {
+                    let error = Curvature::new(surface.controls(patch)).error(level as u8);
+                    error * 800.0 * 1.36f64.sqrt() / (nearest - error)
+                };
+                assert!(pixels(level) <= tolerance * 1.000001 || level == MOST_LEVEL, "{patch}: {}", pixels(level));
+                // No neighbour made it finer than it has to be.
+                assert!(level == 1 || pixels(level - 1) > tolerance, "{patch}: {}", pixels(level - 1));
             }
         }
         let behind = Viewpoint { eye: [9.0, 1.5, -100.0], forward: [0.0, 0.0, -1.0], pixels: 800.0, corner: 0.6 };

@@ -9,6 +9,8 @@
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 
+use super::stitch::{Stitch, stitches};
+
 /// The highest level.
 pub const MOST_LEVEL: u32 = 8;
 
@@ -22,8 +24,23 @@ pub struct VirtualVertex {
     pub v: f32,
     /// Which of the patches of a draw.
     pub patch: u32,
-    /// Which of the samples along u, and times 2¹⁶ along v.
+    /// Which of the samples along u, times 2¹² along v, times 2²⁴ the level of their map, and [`STITCH`].
     pub sample: u32,
+}
+
+/// Marks the virtual vertices of triangles that close gaps beside finer edges.
+pub const STITCH: u32 = 1 << 28;
+
+impl VirtualVertex {
+    /// Sample (i, j) of `map`, for a patch of a draw.
+    pub fn new(map: ParametricMap, patch: u32, [i, j]: [u32; 2]) -> Self {
+        Self { u: map.parameter(i), v: map.parameter(j), patch, sample: i | j << 12 | map.level() << 24 }
+    }
+
+    /// Which of the samples along u and v.
+    pub fn place(self) -> [u32; 2] {
+        [self.sample & 0xfff, self.sample >> 12 & 0xfff]
+    }
 }
 
 /// The map of a level.
@@ -99,13 +116,25 @@ impl ParametricMap {
 
     /// The vertices of `patches` copies of the map.
     pub fn vertices(self, patches: u32) -> Vec<VirtualVertex> {
-        let vertex = |patch: u32, [i, j]: [u32; 2]| VirtualVertex {
-            u: self.parameter(i),
-            v: self.parameter(j),
-            patch,
-            sample: i | j << 16,
-        };
-        (0..patches).flat_map(|patch| self.strip().map(move |sample| vertex(patch, sample))).collect()
+        (0..patches).flat_map(|patch| self.strip().map(move |at| VirtualVertex::new(self, patch, at))).collect()
+    }
+
+    /// Sample `k` along an edge, counted from corner `edge`.
+    pub fn along(self, edge: usize, k: u32) -> [u32; 2] {
+        let n = self.segments();
+        [[k, 0], [n, k], [n - k, n], [0, n - k]][edge & 3]
+    }
+
+    /// The vertices of the triangles between `edge` of a patch of a draw and the division that `finer` has of it.
+    pub fn stitched(self, patch: u32, edge: usize, finer: Self) -> impl Iterator<Item = VirtualVertex> {
+        let corners = stitches(self.segments(), finer.segments()).flatten();
+        corners.map(move |corner| {
+            let vertex = match corner {
+                Stitch::Own(k) => VirtualVertex::new(self, patch, self.along(edge, k)),
+                Stitch::Finer(k) => VirtualVertex::new(finer, patch, finer.along(edge, k)),
+            };
+            VirtualVertex { sample: vertex.sample | STITCH, ..vertex }
+        })
     }
 }
 
@@ -197,7 +226,7 @@ mod tests {
             let mut seen = vec![0; (copies * map.segments().pow(2)) as usize];
             let mut count = 0;
             for (place, three) in strip.windows(3).enumerate() {
-                let corner = |vertex: &VirtualVertex| [vertex.sample & 0xffff, vertex.sample >> 16];
+                let corner = |vertex: &VirtualVertex| vertex.place();
                 let [a, b, c] = [&three[0], &three[1], &three[2]];
                 let [i, j, k] = [a, b, c].map(|v| (corner(v), v.patch));
                 if i == j || j == k || i == k {
@@ -216,7 +245,7 @@ mod tests {
             }
             assert_eq!(count, map.triangles() * u64::from(copies));
             assert!(seen.iter().all(|count| *count == 2));
-            assert_eq!(strip[strip.len() - 1].sample, (side - 1) | (side - 1) << 16);
+            assert_eq!(strip[strip.len() - 1].place(), [side - 1; 2]);
             assert_eq!((map.parameter(0), map.parameter(side - 1)), (0.0, 1.0));
         }
         assert!(ParametricMap::new(0).is_err() && ParametricMap::new(MOST_LEVEL + 1).is_err());

@@ -17,6 +17,8 @@ impl BezierTessellation {
             })
         };
         let mut borders: Vec<u32> = (0..self.first.len().saturating_sub(1)).flat_map(border).collect();
+        // After the grids come points of finer edges.
+        borders.extend(self.first.last().copied().unwrap_or(0)..self.points.len() as u32);
         // Zeros have either sign here.
         let key = |point: u32| self.points[point as usize].map(|value| (value + 0.0).to_bits());
         borders.sort_unstable_by_key(|point| (key(*point), *point));

@@ -1,7 +1,8 @@
 //! Tessellation of Bézier patches on the CPU through the same maps and rates as in vertex shaders.
 //!
 //! Every patch is the grid of its map, in f32 like in a shader. Samples on edges are evaluated from the control points of
-//! the edge alone, at the rate of the edge, in its one direction: so both sides have the same points, to the bit.
+//! the edge alone, in its one direction: so both sides have the same points, to the bit. Where an edge is finer than a
+//! patch, triangles between both divisions close the gap.
 
 use std::ops::Range;
 
@@ -10,27 +11,28 @@ use relievo_core::{Context, Error, Result};
 
 use super::edge::curve;
 use super::evaluate::Forms;
+use super::stitch::{Stitch, stitches};
 use super::{BezierSurface, EdgeSense, Levels, ParametricMap, cubic, cubic_first};
 
 /// Triangles of all patches.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BezierTessellation {
-    /// Positions: grids of samples, row by row, patch after patch.
+    /// Positions: grids of samples, row by row, patch after patch; then those of finer edges, patch after patch.
     pub points: Vec<[f32; 3]>,
     /// Unit normals, each that of its patch.
     pub normals: Vec<[f32; 3]>,
-    /// The first point of every patch, and their number at the end.
+    /// The first point of every patch's grid, and where the last ends.
     pub first: Vec<u32>,
-    /// Triangles that have an area in the map, counter-clockwise from the front.
+    /// Triangles, counter-clockwise from the front: those of the map, then those beside finer edges.
     pub triangles: Vec<[u32; 3]>,
     /// The first triangle of every patch, and their number at the end.
     pub first_triangle: Vec<u32>,
 }
 
-/// Where, in numbers of `n` segments, sample `k` of an edge is, if the map has `fine` segments and the edge `coarse`.
-#[inline]
-pub fn snapped(k: u32, fine: u32, coarse: u32) -> u32 {
-    (2 * k * coarse + fine) / (2 * fine)
+/// Points and triangles that edges of `levels` add to a map: of each finer edge its inner points and what closes the gap.
+fn added(map: ParametricMap, levels: [u32; 4]) -> [u64; 2] {
+    let finer = levels.into_iter().filter(|level| *level > map.level()).map(|level| (2u64 << level) - 1);
+    finer.fold([0; 2], |[points, triangles], n| [points + n - 1, triangles + n + u64::from(map.segments()) - 2])
 }
 
 impl BezierSurface {
@@ -43,8 +45,9 @@ impl BezierSurface {
         let mut counts = [0; 2];
         for patch in 0..self.count() {
             let map = ParametricMap::new(levels.patch(patch))?;
-            counts[0] += map.samples() as usize;
-            counts[1] += (map.triangles() - flat_count(map, levels.edges(patch))) as usize;
+            let [points, triangles] = added(map, levels.edges(patch));
+            counts[0] += (map.samples() + points) as usize;
+            counts[1] += (map.triangles() + triangles) as usize;
         }
         Ok(counts)
     }
@@ -63,20 +66,23 @@ impl BezierSurface {
     /// limit allows.
     pub fn tessellate(&self, context: &Context, levels: &Levels) -> Result<BezierTessellation> {
         self.check_levels(levels)?;
-        let (mut points, mut triangles) = (0u64, 0u64);
+        let (mut grids, mut finer, mut triangles) = (0u64, 0u64, 0u64);
         let mut first = Vec::with_capacity(self.count() + 1);
         for patch in 0..self.count() {
-            first.push(points as u32);
+            first.push(grids as u32);
             let map = ParametricMap::new(levels.patch(patch))?;
-            points += map.samples();
-            triangles += map.triangles();
-            if points.max(3 * triangles) > u64::from(u32::MAX) {
+            let [more, beside] = added(map, levels.edges(patch));
+            grids += map.samples();
+            finer += more;
+            triangles += map.triangles() + beside;
+            if (grids + finer).max(3 * triangles) > u64::from(u32::MAX) {
                 return Err(
                     Error::invalid("the surface has more triangles than 32 bits count").advise("use lower levels")
                 );
             }
         }
-        first.push(points as u32);
+        first.push(grids as u32);
+        let points = grids + finer;
         let bytes = 24 * points + 12 * triangles;
         if bytes > context.memory_limit() {
             return Err(Error::memory(format!("the triangles need {bytes} bytes, more than the memory limit"))
@@ -90,24 +96,29 @@ impl BezierSurface {
             ..BezierTessellation::default()
         };
         let mut pieces = Vec::with_capacity(self.count());
-        let (mut rest, mut normals) = (&mut tessellation.points[..], &mut tessellation.normals[..]);
+        let (mut rest, mut beside) = tessellation.points.split_at_mut(grids as usize);
+        let (mut normals, mut normals_beside) = tessellation.normals.split_at_mut(grids as usize);
+        let mut next = grids as u32;
         for patch in 0..self.count() {
-            let count = ParametricMap::new(levels.patch(patch))?.samples() as usize;
-            let (points, others) = rest.split_at_mut(count);
-            let (here, behind) = normals.split_at_mut(count);
-            (rest, normals) = (others, behind);
-            pieces.push((points, here, Vec::new()));
+            let map = ParametricMap::new(levels.patch(patch))?;
+            let [more, _] = added(map, levels.edges(patch));
+            let grid = Cut { points: front(&mut rest, map.samples()), normals: front(&mut normals, map.samples()) };
+            let finer = Cut { points: front(&mut beside, more), normals: front(&mut normals_beside, more) };
+            pieces.push((grid, finer, next, Vec::new()));
+            next += more as u32;
         }
-        context.for_each_mut(&mut pieces, |patch, (points, normals, triangles)| {
+        context.for_each_mut(&mut pieces, |patch, (grid, finer, next, triangles)| {
             let table = &tables[levels.patch(patch) as usize - 1];
-            grid(context.level(), self.controls(patch), self.is_rational(), table, points, normals);
-            self.finish_grid(patch, levels, table, points, normals);
-            *triangles = grid_triangles(table.map, levels.edges(patch), tessellation.first[patch]);
+            let first = tessellation.first[patch];
+            evaluate_grid(context.level(), self.controls(patch), self.is_rational(), table, grid.points, grid.normals);
+            self.finish_grid(patch, table, grid);
+            triangles.extend(grid_triangles(table.map, first));
+            self.stitch(patch, levels.edges(patch), table.map, [first, *next], finer, triangles);
         });
         tessellation.first_triangle = Vec::with_capacity(pieces.len() + 1);
         tessellation.first_triangle.push(0);
         let mut all = Vec::with_capacity(triangles as usize);
-        for (_, _, triangles) in &pieces {
+        for (_, _, _, triangles) in &pieces {
             all.extend_from_slice(triangles);
             tessellation.first_triangle.push(all.len() as u32);
         }
@@ -115,52 +126,88 @@ impl BezierSurface {
         Ok(tessellation)
     }
 
-    /// Puts the samples of edges where their rates want them, and normals that have no length at their limits.
-    fn finish_grid(
-        &self,
-        patch: usize,
-        levels: &Levels,
-        table: &Table,
-        points: &mut [[f32; 3]],
-        normals: &mut [[f32; 3]],
-    ) {
-        let (side, n) = (table.map.side() as usize, table.map.segments());
+    /// Puts the samples of edges where both sides have them, and normals that have no length at their limits.
+    fn finish_grid(&self, patch: usize, table: &Table, Cut { points, normals }: &mut Cut<'_>) {
+        let (side, n) = (table.map.side(), table.map.segments());
         let controls = self.controls(patch);
         let senses = self.edges().senses(patch);
-        let place = |edge: usize, k: u32| match edge {
-            0 => k as usize,
-            1 => side - 1 + side * k as usize,
-            2 => side * side - 1 - k as usize,
-            _ => side * (side - 1 - k as usize),
-        };
         // Collapsed edges last: their ends are corners whose limit is theirs.
         let mut order = [0, 1, 2, 3];
         order.sort_by_key(|edge| senses[*edge] == EdgeSense::Collapsed);
         for edge in order {
-            let level = levels.edges(patch)[edge];
-            let coarse = (2 << level) - 1;
-            let mut canonical = curve(controls, edge);
-            if senses[edge] == EdgeSense::Against {
-                canonical.reverse();
-            }
+            let canonical = canonical_curve(controls, edge, senses[edge]);
             for k in 0..=n {
-                let at = snapped(k, n, coarse);
-                let number = senses[edge].segment(at, coarse);
-                points[place(edge, k)] = curve_point(&canonical, number, coarse);
+                let [i, j] = table.map.along(edge, k);
+                let at = (j * side + i) as usize;
+                points[at] = curve_point(&canonical, senses[edge].segment(k, n), n);
                 // Where an edge is a point its tangents are rounding, and so they may be at corners.
-                let degenerate = senses[edge] == EdgeSense::Collapsed || k == 0;
-                if level < table.map.level() || degenerate {
-                    let t = f64::from(at) / f64::from(coarse);
-                    let (u, v) = [(t, 0.0), (1.0, t), (1.0 - t, 1.0), (0.0, 1.0 - t)][edge];
-                    normals[place(edge, k)] = self.limit_normal(patch, &Forms::new(controls, u, v), u, v);
+                if senses[edge] == EdgeSense::Collapsed || k == 0 {
+                    normals[at] = self.normal_on_edge(patch, edge, f64::from(k) / f64::from(n));
                 }
             }
         }
         for (at, normal) in normals.iter_mut().enumerate().filter(|(_, normal)| **normal == [0.0; 3]) {
-            let [u, v] = [at % side, at / side].map(|k| k as f64 / f64::from(n));
+            let [u, v] = [at % side as usize, at / side as usize].map(|k| k as f64 / f64::from(n));
             *normal = self.limit_normal(patch, &Forms::new(controls, u, v), u, v);
         }
     }
+
+    fn normal_on_edge(&self, patch: usize, edge: usize, t: f64) -> [f32; 3] {
+        let (u, v) = [(t, 0.0), (1.0, t), (1.0 - t, 1.0), (0.0, 1.0 - t)][edge & 3];
+        self.limit_normal(patch, &Forms::new(self.controls(patch), u, v), u, v)
+    }
+
+    /// The points of finer edges, numbered from the second of `first` on, and the triangles between them and the grid,
+    /// whose points are numbered from the first.
+    fn stitch(
+        &self,
+        patch: usize,
+        levels: [u32; 4],
+        map: ParametricMap,
+        [grid, mut next]: [u32; 2],
+        Cut { points, normals }: &mut Cut<'_>,
+        triangles: &mut Vec<[u32; 3]>,
+    ) {
+        let mut at = 0;
+        for (edge, level) in levels.into_iter().enumerate().filter(|(_, level)| *level > map.level()) {
+            let (sense, n) = (self.edges().senses(patch)[edge], (2 << level) - 1);
+            let canonical = canonical_curve(self.controls(patch), edge, sense);
+            for k in 1..n {
+                points[at] = curve_point(&canonical, sense.segment(k, n), n);
+                normals[at] = self.normal_on_edge(patch, edge, f64::from(k) / f64::from(n));
+                at += 1;
+            }
+            let number = |corner: Stitch| match corner {
+                Stitch::Own(k) => {
+                    let [i, j] = map.along(edge, k);
+                    grid + j * map.side() + i
+                }
+                Stitch::Finer(k) => next + k - 1,
+            };
+            triangles.extend(stitches(map.segments(), n).map(|corners| corners.map(number)));
+            next += n - 1;
+        }
+    }
+}
+
+/// Points and normals of a part of a patch.
+struct Cut<'a> {
+    points: &'a mut [[f32; 3]],
+    normals: &'a mut [[f32; 3]],
+}
+
+/// Takes the first `count` items of a list away.
+fn front<'a>(list: &mut &'a mut [[f32; 3]], count: u64) -> &'a mut [[f32; 3]] {
+    list.split_off_mut(..count as usize).unwrap_or_default()
+}
+
+/// The control points along an edge, in its one direction.
+fn canonical_curve(controls: &[[f32; 4]; 16], edge: usize, sense: EdgeSense) -> [[f32; 4]; 4] {
+    let mut canonical = curve(controls, edge);
+    if sense == EdgeSense::Against {
+        canonical.reverse();
+    }
+    canonical
 }
 
 /// The point of an edge at parameter `number` / `n` of its one direction.
@@ -201,7 +248,7 @@ impl Table {
 }
 
 relievo_core::dispatch_simd! {
-    fn grid = grid_body(
+    fn evaluate_grid = grid_body(
         controls: &[[f32; 4]; 16], rational: bool, table: &Table, points: &mut [[f32; 3]], normals: &mut [[f32; 3]]
     )
 }
@@ -310,62 +357,9 @@ fn grid_body<A: Arithmetic>(
 /// Corners of the two triangles of a cell of a grid.
 const CELL: [[[u32; 2]; 3]; 2] = [[[0, 0], [1, 0], [0, 1]], [[1, 0], [1, 1], [0, 1]]];
 
-/// Whether a triangle of a patch's grid has no area in the map when its edges have the levels `edges`.
-fn is_flat(map: ParametricMap, edges: [u32; 4], corners: [[u32; 2]; 3]) -> bool {
-    let n = map.segments();
-    // The place of a sample in the map.
-    let place = |[i, j]: [u32; 2]| {
-        let along = |k: u32, edge: usize| {
-            let coarse = (2 << edges[edge]) - 1;
-            (u64::from(snapped(k, n, coarse)) << 32) / u64::from(coarse)
-        };
-        let fine = |k: u32| (u64::from(k) << 32) / u64::from(n);
-        // Edges 2 and 3 count from the other end, where snapping is symmetric.
-        match (i, j) {
-            (i, 0) => [along(i, 0), 0],
-            (i, j) if i == n => [1 << 32, along(j, 1)],
-            (i, j) if j == n => [along(i, 2), 1 << 32],
-            (0, j) => [0, along(j, 3)],
-            (i, j) => [fine(i), fine(j)],
-        }
-    };
-    let [a, b, c] = corners.map(place);
-    a == b || b == c || a == c
-}
-
-/// The corners of the triangles of cell (i, j).
-fn cell(i: u32, j: u32) -> [[[u32; 2]; 3]; 2] {
-    CELL.map(|corners| corners.map(|[right, up]| [i + right, j + up]))
-}
-
-/// How many triangles of a patch's grid have no area in the map: only those at edges may.
-fn flat_count(map: ParametricMap, edges: [u32; 4]) -> u64 {
-    if edges == [map.level(); 4] {
-        return 0;
-    }
-    let n = map.segments();
-    let border = (0..n).flat_map(|j| {
-        let step = if j == 0 || j + 1 == n { 1 } else { n as usize - 1 };
-        (0..n).step_by(step).map(move |i| cell(i, j))
-    });
-    border.flatten().filter(|corners| is_flat(map, edges, *corners)).count() as u64
-}
-
-/// The triangles of a patch's grid that have an area in the map when its edges have the levels `edges`.
-fn grid_triangles(map: ParametricMap, edges: [u32; 4], first: u32) -> Vec<[u32; 3]> {
+/// The triangles of a patch's grid, whose points are numbered from `first` on.
+fn grid_triangles(map: ParametricMap, first: u32) -> impl Iterator<Item = [u32; 3]> {
     let (side, n) = (map.side(), map.segments());
-    let whole = edges == [map.level(); 4];
-    let mut triangles = Vec::with_capacity(map.triangles() as usize);
-    for j in 0..n {
-        for i in 0..n {
-            let border = !whole && (i == 0 || j == 0 || i + 1 == n || j + 1 == n);
-            for corners in cell(i, j) {
-                if border && is_flat(map, edges, corners) {
-                    continue;
-                }
-                triangles.push(corners.map(|[i, j]| first + j * side + i));
-            }
-        }
-    }
-    triangles
+    let cells = (0..n).flat_map(move |j| (0..n).map(move |i| [i, j]));
+    cells.flat_map(move |[i, j]| CELL.map(|corners| corners.map(|[right, up]| first + (j + up) * side + i + right)))
 }
