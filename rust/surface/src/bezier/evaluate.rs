@@ -266,7 +266,6 @@ fn normal_at_edge(controls: &[[f32; 4]; 16], edge: usize, t: f64) -> Option<[f32
 mod tests {
     use super::*;
     use crate::bezier::CONTROLS;
-    use glam::Vec3;
 
     /// De Casteljau's algorithm in homogeneous coordinates.
     fn de_casteljau(controls: &[[f32; 4]; CONTROLS], u: f64, v: f64) -> DVec3 {
@@ -332,69 +331,6 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn second_derivatives_are_those_of_closed_forms() {
-        let context = Context::serial();
-        // x = u, y = v, z = u³ + 2 u²v + 3 v³, by its polar form at 0, 1/3, 2/3, 1.
-        let third = |k: usize| k as f32 / 3.0;
-        // Bézier ordinates of 1, t, t², t³ in degree 3.
-        let power = |degree: usize, k: usize| match degree {
-            0 => 1.0,
-            1 => third(k),
-            2 => [0.0, 0.0, 1.0 / 3.0, 1.0][k],
-            _ => [0.0, 0.0, 0.0, 1.0][k],
-        };
-        let points: Vec<[f32; 3]> = (0..16)
-            .map(|at| {
-                let (i, j) = (at % 4, at / 4);
-                [third(i), third(j), power(3, i) + 2.0 * power(2, i) * power(1, j) + 3.0 * power(3, j)]
-            })
-            .collect();
-        // A quarter of a cylinder of radius 2 along z, an arc of degree 2 raised to 3, off the origin.
-        let corner = std::f32::consts::FRAC_1_SQRT_2;
-        let arc = [[2.0, 0.0, 1.0], [2.0, 2.0, corner], [0.0, 2.0, 1.0]].map(|[x, y, w]| [x * w, y * w, w]);
-        let raised = |k: usize| -> [f32; 3] {
-            let share = third(k);
-            let blend = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|axis| share * a[axis] + (1.0 - share) * b[axis]);
-            [arc[0], blend(arc[0], arc[1]), blend(arc[1], arc[2]), arc[2]][k]
-        };
-        let round: Vec<[f32; 3]> = (0..16)
-            .map(|at| {
-                let [x, y, w] = raised(at % 4);
-                [x / w + 5.0, y / w, 4.0 * third(at / 4)]
-            })
-            .collect();
-        let weights: Vec<f32> = (0..16).map(|at| raised(at % 4)[2]).collect();
-        let graph = BezierSurface::new(&context, &points, None, None).unwrap();
-        let cylinder = BezierSurface::new(&context, &round, None, Some(&weights)).unwrap();
-        for (u, v) in [(0.0f32, 0.0f32), (0.25, 0.75), (1.0, 0.5), (0.5, 1.0), (1.0, 1.0)] {
-            let near = |got: [f32; 3], expected: [f32; 3]| {
-                assert!(Vec3::from(got).distance(Vec3::from(expected)) < 2e-5, "{u} {v}: {got:?} {expected:?}");
-            };
-            let (sample, _) = graph.evaluate(Place::new(0, u, v)).unwrap();
-            near(sample.duu, [0.0, 0.0, 6.0 * u + 4.0 * v]);
-            near(sample.duv, [0.0, 0.0, 4.0 * u]);
-            near(sample.dvv, [0.0, 0.0, 18.0 * v]);
-            let (sample, _) = cylinder.evaluate(Place::new(0, u, v)).unwrap();
-            near(sample.duv, [0.0; 3]);
-            near(sample.dvv, [0.0; 3]);
-            // On a circle c about its middle: c·c'' = −c'·c'.
-            let [c, first, second] =
-                [sample.p, sample.du, sample.duu].map(|it| Vec3::from(it) * Vec3::new(1.0, 1.0, 0.0));
-            let c = c - Vec3::new(5.0, 0.0, 0.0);
-            assert!((c.length() - 2.0).abs() < 1e-5, "{c}");
-            assert!((c.dot(second) + first.length_squared()).abs() < 1e-4, "{u} {v}: {c} {first} {second}");
-        }
-        // Along an edge that is a point nothing moves; inwards the patch bends as it does beside the edge.
-        let mut points = points;
-        points[..4].fill([0.0; 3]);
-        let pointed = BezierSurface::new(&context, &points, None, None).unwrap();
-        let at = |v: f32| pointed.evaluate(Place::new(0, 0.5, v)).unwrap().0;
-        assert_eq!((at(0.0).du, at(0.0).duu), ([0.0; 3], [0.0; 3]));
-        assert!(Vec3::from(at(0.0).dvv).length() > 0.1);
-        assert!(Vec3::from(at(0.0).dvv).distance(Vec3::from(at(1e-4).dvv)) < 1e-2);
     }
 
     #[test]
