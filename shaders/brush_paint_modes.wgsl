@@ -7,6 +7,7 @@ const PAINT_ADD: u32 = 1u;
 const PAINT_MULTIPLY: u32 = 2u;
 const PAINT_ERASE: u32 = 3u;
 const PAINT_BLUR: u32 = 4u;
+const PAINT_SMEAR: u32 = 5u;
 
 /// A texel's colour: of 8 bits it is the first word.
 fn decoded(words: vec2<u32>) -> vec4<f32> {
@@ -33,7 +34,7 @@ fn paint_stamped(place: vec3<f32>, share: f32, footprint: f32) -> Tint {
 fn painted(tint: Tint, now: vec4<f32>, mean: vec4<f32>) -> vec4<f32> {
     let share = tint.share;
     switch work.mode {
-        case PAINT_MIX: {
+        case PAINT_MIX, PAINT_SMEAR: {
             return fma(tint.color - now, vec4(share), now);
         }
         case PAINT_ADD: {

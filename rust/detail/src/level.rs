@@ -5,10 +5,11 @@
 //! object units for displacement.
 
 use relievo_core::{Context, Result};
-use relievo_tiles::{Channel, ColorPlanes, by_format};
+use relievo_tiles::{Channel, by_format};
 
 use crate::cull::{self, CulledTile};
 use crate::dab::{Action, Dab, DabReport};
+use crate::device::DeviceColor;
 use crate::edit::{self, Window};
 use crate::frame::Vectors;
 use crate::ground::Ground;
@@ -80,7 +81,7 @@ impl Dab {
         }
     }
 
-    fn paint_at<T: ColorPlanes>(
+    fn paint_at<T: DeviceColor>(
         &self,
         context: &Context,
         object: &mut DisplacedObject,
@@ -94,16 +95,19 @@ impl Dab {
         let mut tiles = context.scratch().list();
         tiles.extend(culled.iter().map(|culled| culled.tile));
         let coarse = paint.field().at_level(context, level, &tiles)?;
-        let blank = coarse.blank().color().to_array();
-        let ground = start.unwrap_or(object.ground());
-        let simd = context.level();
-        let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
-            ground.at_texels(simd, window, heights, vectors)
-        };
-        let (stamp, smudge) = (self.brush.stamp(), self.brush.smudge());
-        let painting = Painting { level: simd, mode, color: everywhere(color), blank, stamp, smudge };
-        let edits = edit::evaluate(context, &object.surface, &coarse, &culled, &brush, places, |site, texels| {
-            painting.edit(site, texels);
+        let made = object.painted_on_device(context, self, (paint, &coarse), start);
+        let edits = made.unwrap_or_else(|| {
+            let blank = coarse.blank().color().to_array();
+            let ground = start.unwrap_or(object.ground());
+            let simd = context.level();
+            let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
+                ground.at_texels(simd, window, heights, vectors)
+            };
+            let (stamp, smudge) = (self.brush.stamp(), self.brush.smudge());
+            let painting = Painting { level: simd, mode, color: everywhere(color), blank, stamp, smudge };
+            edit::evaluate(context, &object.surface, &coarse, &culled, &brush, places, |site, texels| {
+                painting.edit(site, texels);
+            })
         });
         let report = edit::write_at(context, paint, Some(&coarse), &culled, edits, mode == PaintMode::Erase)?;
         cull::give_back(context, culled);
@@ -127,18 +131,23 @@ impl Dab {
         tiles.extend(culled.iter().map(|culled| culled.tile));
         let coarse = object.displacement.field().at_level(context, level, &tiles)?;
         let before = start.map(|start| start.heights.at_level(context, level, &tiles)).transpose()?;
-        let simd = context.level();
-        let vectors = start.unwrap_or(object.ground()).vectors;
-        let ground = Ground { heights: before.as_ref().unwrap_or(&coarse), vectors };
-        let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
-            ground.at_coefficients(simd, window, heights, vectors)
+        let edits = match object.raised_on_device(context, self, (&coarse, before.as_ref())) {
+            Some(edits) => edits,
+            None => {
+                let simd = context.level();
+                let vectors = start.unwrap_or(object.ground()).vectors;
+                let ground = Ground { heights: before.as_ref().unwrap_or(&coarse), vectors };
+                let places = |window: &Window, heights: &mut PerKnot, vectors: &mut Vectors| {
+                    ground.at_coefficients(simd, window, heights, vectors)
+                };
+                let (stamp, since) = (self.brush.stamp(), start.is_some());
+                let sculpting = Sculpting { level: simd, mode, height, stamp, since };
+                let displaced = ground.displaced(&object.surface)?;
+                edit::evaluate(context, &object.surface, &coarse, &culled, &brush, places, |site, texels| {
+                    sculpting.edit(site, |site, cosines| site.facing(context, &displaced, cosines), texels);
+                })
+            }
         };
-        let (stamp, since) = (self.brush.stamp(), start.is_some());
-        let sculpting = Sculpting { level: simd, mode, height, stamp, since };
-        let displaced = ground.displaced(&object.surface)?;
-        let edits = edit::evaluate(context, &object.surface, &coarse, &culled, &brush, places, |site, texels| {
-            sculpting.edit(site, |site, cosines| site.facing(context, &displaced, cosines), texels);
-        });
         let erase = mode == SculptMode::Erase;
         let report = edit::write_at(context, &mut object.displacement, Some(&coarse), &culled, edits, erase)?;
         object.refit_after(context, start, &culled, &report, true);

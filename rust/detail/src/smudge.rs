@@ -12,13 +12,15 @@ use crate::weights::Weights;
 
 /// Cells along the finest picture.
 const SIDE: usize = 32;
+/// Those of all of it.
+pub(crate) const CELLS: usize = SIDE * SIDE;
 /// Parts of one in which colours are added up.
 const UNIT: f64 = 1048576.0;
 /// The largest colour that is carried.
 const BRIGHTEST: f32 = 65504.0;
 
 /// Sums of red, green, blue and alpha, and how many.
-type Sums = [i64; 5];
+pub(crate) type Sums = [i64; 5];
 
 /// A picture of what was under a brush.
 #[derive(Clone, Debug)]
@@ -42,7 +44,7 @@ impl PartialEq for Smudge {
 impl Smudge {
     /// A brush that carries a picture, or nothing yet.
     pub(crate) fn new(carried: Option<Arc<Carried>>) -> Self {
-        Self { carried, picked: Arc::new(Mutex::new(vec![[0; 5]; SIDE * SIDE])) }
+        Self { carried, picked: Arc::new(Mutex::new(vec![[0; 5]; CELLS])) }
     }
 
     /// Sets the colours that the brush leaves; without a picture the shares are 0.
@@ -66,6 +68,19 @@ impl Smudge {
                 *sum += (f64::from(channel[k].clamp(-BRIGHTEST, BRIGHTEST)) * UNIT) as i64;
             }
             sums[4] += 1;
+        }
+    }
+
+    /// The cells of the picture that is carried.
+    pub(crate) fn carried(&self) -> Option<&[[f32; 4]]> {
+        self.carried.as_ref().map(|carried| carried.cells.as_slice())
+    }
+
+    /// Adds sums that were picked up elsewhere, cell by cell.
+    pub(crate) fn add(&self, sums: impl Iterator<Item = Sums>) {
+        let mut picked = self.picked.lock().unwrap_or_else(PoisonError::into_inner);
+        for (own, more) in picked.iter_mut().zip(sums) {
+            own.iter_mut().zip(more).for_each(|(own, more)| *own += more);
         }
     }
 

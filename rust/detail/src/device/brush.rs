@@ -17,8 +17,10 @@ use relievo_tiles::{Channel, DeviceRing, DeviceTiles, Field, TILES_GROUP, Texel}
 use super::events::{DeviceEvents, DeviceTexel, Edit, Ended, Returned, WORDS};
 use super::intersect::DeviceIntersection;
 use super::memory::{BlockState, DeviceMemory, Tested};
+use super::smear::DeviceSmear;
 use super::still::DeviceStill;
 use crate::edit::TileEdit;
+use crate::smudge::Smudge;
 use crate::stamp::Stamp;
 use crate::weights::BrushParameters;
 
@@ -28,6 +30,7 @@ pub(crate) struct DeviceBrush<T> {
     events: DeviceEvents,
     intersection: DeviceIntersection<T>,
     still: DeviceStill,
+    smear: DeviceSmear,
 }
 
 /// What came back of an event.
@@ -53,20 +56,27 @@ pub(crate) struct Stage<'a, T: Texel> {
     pub ground: (&'a DeviceTiles, &'a Field),
     /// The texels before the event.
     pub tiles: &'a DeviceTiles<T>,
+    pub field: &'a Field<T>,
+    /// What they are of.
     pub channel: &'a Channel<T>,
     pub ring: &'a DeviceRing,
     /// Whether dabs look at neighbours.
     pub looks_beside: bool,
+    /// What a brush that smears carries.
+    pub smudge: Option<&'a Smudge>,
 }
 
 impl<T: DeviceTexel> DeviceBrush<T> {
     /// For the tiles of `surface` in its pose, which are those of `field`. Fails where the device has no room.
     pub fn new(device: &Device, surface: &DeviceSurface, field: &Field<T>) -> Result<Self> {
         use Access::{Read, Write};
+        // Sculpting has nothing to carry.
+        let own = [Read, Read, Read, Write, Write, Write, Read, Read, Read, Write];
+        let own = if T::SMEARS { &own[..] } else { &own[..8] };
         let kernel = device.kernel(&KernelSpec {
             module: T::MODULE,
             entry: "edit",
-            groups: &[&[Read, Read, Read, Write, Write, Write, Read, Read], &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
+            groups: &[own, &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
             immediates: size_of::<Edit>() as u32,
             constants: &[],
         })?;
@@ -74,8 +84,11 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         // Sizes are known when an event comes.
         let memory = DeviceMemory::new(device, tiles, (1, 1), false)?;
         let intersection = DeviceIntersection::new(device, tiles, &memory)?;
-        let events = DeviceEvents::new(device, kernel, memory, &[intersection.tiles()])?;
-        let made = Self { events, intersection, still: DeviceStill::new(device)? };
+        let smear = DeviceSmear::new(device)?;
+        let [carried, picked] = smear.tables();
+        let tables = [intersection.tiles(), carried, picked];
+        let events = DeviceEvents::new(device, kernel, memory, if T::SMEARS { &tables } else { &tables[..1] })?;
+        let made = Self { events, intersection, still: DeviceStill::new(device)?, smear };
         let mut frame = device.frame()?;
         made.measure(&mut frame.pass("surface.boxes"), surface)?;
         let _ = frame.submit()?;
@@ -95,8 +108,7 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         (edits, stamp): (&[(BrushParameters, Edit)], Option<&Stamp>),
         together: bool,
     ) -> Result<Option<Event<T>>> {
-        let Stage { device, ground, channel, .. } = stage;
-        let field = channel.field();
+        let Stage { device, ground, field, channel, .. } = stage;
         if !self.events.take_stamp(device, stamp)? {
             return Ok(None);
         }
@@ -137,7 +149,8 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         stage: Stage<'_, T>,
         edits: &[(BrushParameters, Edit)],
     ) -> Result<Option<(Vec<BlockState>, Event<T>)>> {
-        let Stage { device, surface, ground, tiles, channel, ring, looks_beside } = stage;
+        let Stage { device, surface, ground, tiles, field, ring, looks_beside, smudge, .. } = stage;
+        smudge.map_or(Ok(()), |smudge| self.smear.take(device, smudge))?;
         loop {
             let groups = [surface.group(), ground.0.group(), tiles.group()];
             let intersection = &self.intersection;
@@ -145,11 +158,18 @@ impl<T: DeviceTexel> DeviceBrush<T> {
             let (memory, sizes) = (self.events.memory(), (intersection.tiles(), tiles));
             let (room, keeps) = (memory.room(), memory.keeps());
             let still = looks_beside.then(|| self.still.bind(device, memory, ring, sizes)).transpose()?;
+            let smear = &self.smear;
             let ready = |frame: &mut Frame, memory: &DeviceMemory, dab| {
+                if smudge.is_some() {
+                    smear.clear(frame);
+                }
                 still.as_ref().map_or(Ok(()), |still| still.record(frame, memory, dab))
             };
             match self.events.run(device, (edits, T::FLAGS), groups, intersect, ready)? {
-                Ended::Made(made) => return Ok(Some(collect(channel.field(), made, room))),
+                Ended::Made(made) => {
+                    smudge.map_or(Ok(()), |smudge| smear.give(device, smudge))?;
+                    return Ok(Some(collect(field, made, room)));
+                }
                 Ended::Short(needed) => self.make_room(device, (room, needed), keeps)?,
                 Ended::Never => return Ok(None),
             }

@@ -4,15 +4,16 @@ use glam::{DAffine3, Vec4};
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::PassTime;
-use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, by_format};
+use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, Texel, by_format};
 
 use super::brush::{DeviceBrush, Event, Stage};
 use super::events::{DeviceTexel, Edit};
 use super::memory::Tested;
-use super::state::DeviceObject;
+use super::state::{DeviceObject, bring};
+use crate::brush::Brush;
 use crate::cull::{BlockList, CulledTile};
 use crate::dab::{Action, Dab, DabReport};
-use crate::edit;
+use crate::edit::{self, TileEdit};
 use crate::ground::Ground;
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
@@ -20,10 +21,16 @@ use crate::object::DisplacedObject;
 use crate::weights::BrushParameters;
 
 /// Colours, and what paints them.
-pub(super) type DeviceColors<T> = (DeviceTiles<T>, DeviceBrush<T>);
+#[derive(Debug)]
+pub(crate) struct DeviceColors<T: Texel> {
+    tiles: DeviceTiles<T>,
+    /// At a coarser level, once a dab needed them.
+    coarse: Option<DeviceTiles<T>>,
+    pub brush: DeviceBrush<T>,
+}
 
 /// A colour that a device has room for.
-trait DeviceColor: ColorPlanes + DeviceTexel {
+pub(crate) trait DeviceColor: ColorPlanes + DeviceTexel {
     fn slot(object: &mut DeviceObject) -> &mut Option<DeviceColors<Self>>;
 }
 
@@ -51,7 +58,7 @@ impl Kind {
     pub fn of(dab: &Dab) -> Option<Self> {
         match dab.action {
             Action::Sculpt { mode, .. } => (!mode.needs_vectors()).then_some(Self::Sculpt(mode)),
-            Action::Paint { mode, .. } => (mode != PaintMode::Smear).then_some(Self::Paint(mode)),
+            Action::Paint { mode, .. } => Some(Self::Paint(mode)),
         }
     }
 
@@ -115,7 +122,7 @@ impl DisplacedObject {
                 let mut paint = self.take_paint()?;
                 let done = by_format!(&mut paint, paint => {
                     let make =
-                        |device: &mut DeviceObject, object: &Self| device.paint(object, paint, dabs, start, mode);
+                        |device: &mut DeviceObject, object: &Self| device.paint(object, (paint, None), dabs, start, mode);
                     match on_device(context, "dab.device", self, make) {
                         Some(event) => {
                             let firsts = event.firsts.clone();
@@ -133,6 +140,34 @@ impl DisplacedObject {
                 done
             }
         }
+    }
+
+    /// The second pass of a dab that sculpts at a level, on the device: `coarse` is the displacement there, and `before` that
+    /// of when the stroke began. `None` if the processor is to.
+    pub(crate) fn raised_on_device(
+        &mut self,
+        context: &Context,
+        dab: &Dab,
+        (coarse, before): (&Field, Option<&Field>),
+    ) -> Option<Vec<TileEdit<f16>>> {
+        let Some(Kind::Sculpt(mode)) = self.kind_on_device(dab) else { return None };
+        let make = |device: &mut DeviceObject, object: &Self| device.sculpt_at(object, dab, (coarse, before), mode);
+        on_device(context, "dab.device", self, make).map(|event| event.edits)
+    }
+
+    /// As [`Self::raised_on_device`], of a dab that paints `channel`, whose colours at the level are `coarse`.
+    pub(crate) fn painted_on_device<T: DeviceColor>(
+        &mut self,
+        context: &Context,
+        dab: &Dab,
+        (channel, coarse): (&Channel<T>, &Field<T>),
+        start: Option<Ground<'_>>,
+    ) -> Option<Vec<TileEdit<T>>> {
+        let Some(Kind::Paint(mode)) = self.kind_on_device(dab) else { return None };
+        let make = |device: &mut DeviceObject, object: &Self| {
+            device.paint(object, (channel, Some(coarse)), std::slice::from_ref(dab), start, mode)
+        };
+        on_device(context, "dab.device", self, make).map(|event| event.edits)
     }
 
     /// What a dab does, if there is a device that does it.
@@ -245,42 +280,77 @@ impl DeviceObject {
         // A dab that is by itself goes by its own displacement.
         let (together, looks_beside) = (start.is_some(), mode.needs_mean());
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
-        let stage = Stage { device, surface, ground, tiles, channel, ring, looks_beside };
+        let field = channel.field();
+        let stage = Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge: None };
         let made = brush.event(stage, (&edits, stamp), together)?;
         self.sculpting = Some(brush);
         Ok(made)
     }
 
-    /// Paints with the first of `dabs`, or the first few at once. `None` as [`Self::sculpt`].
+    /// Sculpts with a dab at a level, whose displacement is `coarse`, and was `before` when a stroke began. `None` as
+    /// [`Self::sculpt`].
+    fn sculpt_at(
+        &mut self,
+        object: &DisplacedObject,
+        dab: &Dab,
+        (coarse, before): (&Field, Option<&Field>),
+        mode: SculptMode,
+    ) -> Result<Option<Event<f16>>> {
+        let Self { device, surface, ring, coarse: [now, then], sculpting, .. } = self;
+        let (device, tiles) = (&*device, bring(now, device, coarse)?);
+        let ground = match before {
+            Some(before) => (bring(then, device, before)?, before),
+            None => (tiles, coarse),
+        };
+        let mut brush = match sculpting.take() {
+            Some(brush) => brush,
+            None => DeviceBrush::new(device, surface, coarse)?,
+        };
+        let edits = edits_of(&object.transform, std::slice::from_ref(dab), Vec4::ZERO);
+        let (channel, looks_beside) = (&object.displacement, mode.needs_mean());
+        let stage = Stage { device, surface, ground, tiles, field: coarse, channel, ring, looks_beside, smudge: None };
+        let made = brush.event(stage, (&edits, dab.brush.stamp()), false)?;
+        *sculpting = Some(brush);
+        Ok(made)
+    }
+
+    /// Paints with the first of `dabs`, or the first few at once, on a channel or on what it is at a coarser level. `None`
+    /// as [`Self::sculpt`].
     fn paint<T: DeviceColor>(
         &mut self,
         object: &DisplacedObject,
-        channel: &Channel<T>,
+        (channel, coarse): (&Channel<T>, Option<&Field<T>>),
         dabs: &[Dab],
         start: Option<Ground<'_>>,
         mode: PaintMode,
     ) -> Result<Option<Event<T>>> {
         let start = start.map(|start| start.heights);
         self.follow(object, start)?;
-        let (colors, mut brush) = match T::slot(self).take() {
-            Some((mut colors, brush)) => {
-                colors.update(&self.device, channel.field())?;
-                (colors, brush)
+        let mut colors = match T::slot(self).take() {
+            Some(colors) => colors,
+            None => DeviceColors {
+                tiles: DeviceTiles::new(&self.device, channel.field())?,
+                coarse: None,
+                brush: DeviceBrush::new(&self.device, &self.surface, channel.field())?,
+            },
+        };
+        let (tiles, field) = match coarse {
+            Some(coarse) => (bring(&mut colors.coarse, &self.device, coarse)?, coarse),
+            None => {
+                colors.tiles.update(&self.device, channel.field())?;
+                (&colors.tiles, channel.field())
             }
-            None => (
-                DeviceTiles::new(&self.device, channel.field())?,
-                DeviceBrush::new(&self.device, &self.surface, channel.field())?,
-            ),
         };
         let edits = edits_of(&object.transform, dabs, channel.field().blank().color());
-        let Self { device, surface, tiles, ring, .. } = &*self;
-        let ground = self.begun().filter(|_| start.is_some()).unwrap_or(tiles);
+        let Self { device, surface, ring, .. } = &*self;
+        let ground = self.begun().filter(|_| start.is_some()).unwrap_or(&self.tiles);
         let ground = (ground, start.unwrap_or(object.displacement.field()));
+        let brush = dabs.first().map(|dab| &dab.brush);
+        let (stamp, smudge) = (brush.and_then(Brush::stamp), brush.and_then(Brush::smudge));
         let looks_beside = mode.needs_mean();
-        let stage = Stage { device, surface, ground, tiles: &colors, channel, ring, looks_beside };
-        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
-        let made = brush.event(stage, (&edits, stamp), true)?;
-        *T::slot(self) = Some((colors, brush));
+        let stage = Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge };
+        let made = colors.brush.event(stage, (&edits, stamp), smudge.is_none())?;
+        *T::slot(self) = Some(colors);
         Ok(made)
     }
 
@@ -294,9 +364,9 @@ impl DeviceObject {
 
     /// As [`Self::follow_sculpted`], of colours.
     fn follow_painted<T: DeviceColor>(&mut self, field: &Field<T>, written: &[(u32, u32)]) -> Result<Option<()>> {
-        let Some((mut tiles, brush)) = T::slot(self).take() else { return Ok(None) };
-        tiles.follow(&self.device, &self.ring, field, (written, brush.blocks()))?;
-        *T::slot(self) = Some((tiles, brush));
+        let Some(mut colors) = T::slot(self).take() else { return Ok(None) };
+        colors.tiles.follow(&self.device, &self.ring, field, (written, colors.brush.blocks()))?;
+        *T::slot(self) = Some(colors);
         Ok(Some(()))
     }
 }

@@ -63,6 +63,8 @@ pub(crate) trait DeviceTexel: Texel {
     const MODULE: &'static str;
     /// The entry point of the one that does on triangles, and how many tables it has for normals.
     const TRIANGLES: (&'static str, usize);
+    /// Whether kernels paint it, and so may smear.
+    const SMEARS: bool = true;
     /// [`WIDE`] for colours of half floats.
     const FLAGS: u32 = 0;
 }
@@ -74,6 +76,7 @@ const TURNED_OVER: u32 = 4;
 
 impl DeviceTexel for f16 {
     const MODULE: &'static str = "brush_sculpt";
+    const SMEARS: bool = false;
     const TRIANGLES: (&'static str, usize) = ("sculpt", 2);
 }
 

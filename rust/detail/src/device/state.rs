@@ -4,7 +4,7 @@ use half::f16;
 use relievo_core::{Error, Result};
 use relievo_gpu::Device;
 use relievo_surface::DeviceSurface;
-use relievo_tiles::{DeviceRing, DeviceTiles, Field, Rgba8, Rgba16};
+use relievo_tiles::{DeviceRing, DeviceTiles, Field, Rgba8, Rgba16, Texel};
 
 use super::brush::DeviceBrush;
 use super::cull::DeviceCull;
@@ -21,6 +21,8 @@ pub(crate) struct DeviceObject {
     pub(super) ring: DeviceRing,
     /// The displacement from when a stroke began, once there is one.
     begun: Option<DeviceTiles>,
+    /// The displacement at a coarser level, and as it was when the stroke began, once a dab needed them.
+    pub(super) coarse: [Option<DeviceTiles>; 2],
     /// What sculpts and what paints, once something did.
     pub(super) sculpting: Option<DeviceBrush<f16>>,
     pub(super) painting: Option<DeviceColors<Rgba8>>,
@@ -33,7 +35,7 @@ pub(crate) struct DeviceObject {
 
 impl DisplacedObject {
     /// Has dabs and imprints made on a graphics device from now on, or on the processor again. What a device does not do
-    /// (smearing, objects with vector displacement, edits at other levels), the processor does.
+    /// (objects with vector displacement), the processor does.
     ///
     /// Fails, and changes nothing, where the device has no room for the object.
     pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
@@ -47,17 +49,33 @@ impl DisplacedObject {
     }
 }
 
+/// Makes the device have `field`, in place of what it had of another state or size.
+pub(super) fn bring<'a, T: Texel>(
+    tiles: &'a mut Option<DeviceTiles<T>>,
+    device: &Device,
+    field: &Field<T>,
+) -> Result<&'a DeviceTiles<T>> {
+    Ok(match tiles.take() {
+        Some(mut known) => {
+            known.update(device, field)?;
+            tiles.insert(known)
+        }
+        None => tiles.insert(DeviceTiles::new(device, field)?),
+    })
+}
+
 impl DeviceObject {
     fn new(device: &Device, object: &DisplacedObject) -> Result<Self> {
         let surface = DeviceSurface::new(device, &object.surface)?;
         let tiles = DeviceTiles::new(device, object.displacement.field())?;
-        let (sculpting, painting, half_painting) = (None, None, None);
+        let (coarse, sculpting, painting, half_painting) = ([None, None], None, None, None);
         Ok(Self {
             device: device.clone(),
             surface,
             tiles,
             ring: DeviceRing::new(device, object.surface.topology())?,
             begun: None,
+            coarse,
             sculpting,
             painting,
             half_painting,
@@ -81,11 +99,11 @@ impl DeviceObject {
         if let Some(brush) = &self.sculpting {
             brush.measure(&mut pass, &self.surface)?;
         }
-        if let Some((_, brush)) = &self.painting {
-            brush.measure(&mut pass, &self.surface)?;
+        if let Some(colors) = &self.painting {
+            colors.brush.measure(&mut pass, &self.surface)?;
         }
-        if let Some((_, brush)) = &self.half_painting {
-            brush.measure(&mut pass, &self.surface)?;
+        if let Some(colors) = &self.half_painting {
+            colors.brush.measure(&mut pass, &self.surface)?;
         }
         drop(pass);
         frame.submit().map(drop)
@@ -94,12 +112,7 @@ impl DeviceObject {
     /// Makes the device have the displacement of `object`, whose state this is, and `start`, that of when a stroke began.
     pub(super) fn follow(&mut self, object: &DisplacedObject, start: Option<&Field>) -> Result<()> {
         self.tiles.update(&self.device, object.displacement.field())?;
-        match (start, &mut self.begun) {
-            (Some(start), Some(begun)) => drop(begun.update(&self.device, start)?),
-            (Some(start), begun) => *begun = Some(DeviceTiles::new(&self.device, start)?),
-            (None, _) => {}
-        }
-        Ok(())
+        start.map_or(Ok(()), |start| bring(&mut self.begun, &self.device, start).map(drop))
     }
 
     /// The displacement that [`Self::follow`] was given as the start.

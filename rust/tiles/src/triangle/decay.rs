@@ -142,6 +142,31 @@ impl Element {
     }
 }
 
+/// The number under which a device knows the vertices that fade.
+const VERTICES: u32 = u32::MAX;
+
+/// What a device says is left, by block and by vertex.
+#[derive(Debug)]
+struct Left<T> {
+    blocks: BTreeMap<u32, Vec<T>>,
+    vertices: BTreeMap<u32, T>,
+}
+
+impl<T> Default for Left<T> {
+    fn default() -> Self {
+        Self { blocks: BTreeMap::new(), vertices: BTreeMap::new() }
+    }
+}
+
+impl<T> Left<T> {
+    fn of(&self, element: Element, topology: &TriangleTopology) -> Option<&[T]> {
+        match element {
+            Element::Vertex(vertex) => self.vertices.get(&vertex).map(std::slice::from_ref),
+            _ => self.blocks.get(&element.block(topology)?).map(Vec::as_slice),
+        }
+    }
+}
+
 /// Values by element, as channels are given them.
 fn listed<T: Texel>(values: impl Iterator<Item = (Element, Vec<T>)>) -> TriangleValues<T> {
     let mut list = TriangleValues::default();
@@ -342,8 +367,8 @@ impl<T: StoredTexel> TriangleDecay<T> {
         Ok(refused)
     }
 
-    /// Has a graphics device evaluate what is left of edits in faces and on edges from now on, or the processor again,
-    /// which also takes over where the device fails.
+    /// Has a graphics device evaluate what is left of edits from now on, or the processor again, which also takes over
+    /// where the device fails.
     pub fn use_device(&mut self, device: Option<&Device>) {
         self.fader.use_device(device);
     }
@@ -353,25 +378,39 @@ impl<T: StoredTexel> TriangleDecay<T> {
         self.fader.take_fault()
     }
 
-    /// What a device says is left of the blocks of `elements` that fade; nothing where the processor is to.
-    fn evaluate(&mut self, context: &Context, elements: &[Element], blank: T, time: f64) -> BTreeMap<u32, Vec<T>> {
+    /// What a device says is left of `elements` that fade; nothing where the processor is to.
+    fn evaluate(&mut self, context: &Context, elements: &[Element], blank: T, time: f64) -> Left<T> {
         if !self.fader.is_on_device() {
-            return BTreeMap::new();
+            return Left::default();
         }
         let (edited, stamps, options) = (self.edited.field(), self.stamps.field(), self.options);
         let topology = stamps.topology();
+        let fades = |stamp: &Stamp| !stamp.is_none() && options.share(stamp.0, time) < 1.0;
         let blocks = context.map(elements.len(), |index| {
             let block = elements[index].block(topology)?;
             let (from, times) = (elements[index].held(edited)?, elements[index].held(stamps)?);
-            let fades = |stamp: &Stamp| !stamp.is_none() && options.share(stamp.0, time) < 1.0;
             if from.len() != times.len() || !times.iter().any(fades) {
                 return None;
             }
             Some(Fading { block, texels: from.len(), words: words(&from, bytemuck::cast_slice(&times)) })
         });
-        let blocks: Vec<Fading> = blocks.into_iter().flatten().collect();
+        let mut blocks: Vec<Fading> = blocks.into_iter().flatten().collect();
+        // Vertices are a block together.
+        let vertices = elements.iter().filter_map(|element| match element {
+            Element::Vertex(vertex) => Some(*vertex),
+            _ => None,
+        });
+        let vertices: Vec<u32> = vertices.collect();
+        let times: Vec<Stamp> = vertices.iter().map(|vertex| stamps.vertex(*vertex)).collect();
+        if times.iter().any(fades) {
+            let from: Vec<T> = vertices.iter().map(|vertex| edited.vertex(*vertex)).collect();
+            let words = words(&from, bytemuck::cast_slice(&times));
+            blocks.push(Fading { block: VERTICES, texels: from.len(), words });
+        }
         let fader = &mut self.fader;
-        context.stats().time("decay.device", || fader.evaluate(&blocks, blank, options, time))
+        let mut blocks = context.stats().time("decay.device", || fader.evaluate(&blocks, blank, options, time));
+        let values = blocks.remove(&VERTICES).unwrap_or_default();
+        Left { blocks, vertices: vertices.into_iter().zip(values).collect() }
     }
 
     /// What is left of elements at `time` where something has faded.
@@ -393,7 +432,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
             if values.len() != times.len() || from.len() != times.len() {
                 return None;
             }
-            let left = element.block(stamps.topology()).and_then(|block| left.get(&block));
+            let left = left.of(element, stamps.topology());
             for (k, ((value, from), stamp)) in values.iter_mut().zip(&from).zip(&times).enumerate() {
                 let share = share(*stamp);
                 if share < 1.0 {
