@@ -308,7 +308,7 @@ mod tests {
                 let at = |du: f64, dv: f64| de_casteljau(surface.controls(0), f64::from(u) + du, f64::from(v) + dv);
                 let step = 1e-5;
                 let slope = |a: DVec3, b: DVec3| (a - b) / (2.0 * step);
-                let wide = 1e-3;
+                let wide = 1e-4;
                 let bend = |a: DVec3, b: DVec3| (a - 2.0 * at(0.0, 0.0) + b) / (wide * wide);
                 let (duu, dvv) = (bend(at(wide, 0.0), at(-wide, 0.0)), bend(at(0.0, wide), at(0.0, -wide)));
                 let across = at(wide, wide) - at(wide, -wide) - at(-wide, wide) + at(-wide, -wide);
