@@ -1,4 +1,5 @@
 // import common
+// import halves
 // import imprint_link
 // import tiles
 // The displacement update of listed blocks: every coefficient's point that lies in the voxels goes along −N until it
@@ -40,22 +41,6 @@ var<workgroup> sum_clamped: atomic<i32>;
 var<workgroup> least: atomic<i32>;
 var<workgroup> shared_place: u32;
 
-// Halves as whole numbers of the same order.
-fn key(half: u32) -> i32 {
-    return select(i32(half), -1 - i32(half & 0x7fffu), half >= 0x8000u);
-}
-
-fn half_of(key: i32) -> u32 {
-    return select(u32(key), 0x8000u | u32(-1 - key), key < 0);
-}
-
-fn value(half: u32) -> f32 {
-    let size = half & 0x7fffu;
-    let normal = bitcast<f32>((size << 13u) + 0x38000000u);
-    let magnitude = select(normal, f32(size) * 5.9604645e-8, size < 0x400u);
-    return select(magnitude, -magnitude, half >= 0x8000u);
-}
-
 // The key of the largest half that is not above a float.
 fn key_below(exact: f32) -> i32 {
     let bits = bitcast<u32>(exact);
@@ -83,11 +68,11 @@ fn rounded(product: f32) -> f32 {
 }
 
 fn word_of(column: u32, z: u32) -> u32 {
-    return words[z / 32u * work.dims.x * work.dims.y + column];
+    return words[work.first_word + z / 32u * work.dims.x * work.dims.y + column];
 }
 
 fn is_solid(column: u32, z: i32) -> bool {
-    let span = spans[column];
+    let span = spans[work.first_column + column];
     if span == PIECES {
         return ((word_of(column, u32(z)) >> (u32(z) % 32u)) & 1u) == 1u;
     }
@@ -96,7 +81,7 @@ fn is_solid(column: u32, z: i32) -> bool {
 
 // The lower end of the piece of a column that has the solid voxel z, or `stop` if it reaches that far.
 fn lower_end(column: u32, z: i32, stop: i32) -> i32 {
-    let span = spans[column];
+    let span = spans[work.first_column + column];
     if span != PIECES {
         return i32(span & 0xffffu);
     }
@@ -115,7 +100,7 @@ fn lower_end(column: u32, z: i32, stop: i32) -> i32 {
 
 // The upper end, the voxel after the last, or the one after `stop`.
 fn upper_end(column: u32, z: i32, stop: i32) -> i32 {
-    let span = spans[column];
+    let span = spans[work.first_column + column];
     if span != PIECES {
         return i32(span >> 16u);
     }

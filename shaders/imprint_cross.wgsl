@@ -31,15 +31,23 @@ fn cross_columns(
     if item >= arguments[2u * step.link].x {
         return;
     }
-    work = links[step.link];
-    // Sums of the work before may wrap round, those of an imprint do not.
-    let base = starts[work.first_work];
-    // The last triangle that starts not after the item.
-    var low = 0u;
-    var high = work.triangles;
+    // The last imprint, and then its last triangle, that starts not after the item.
+    var low = step.link;
+    var high = step.link + step.count;
     while high - low > 1u {
         let middle = (low + high) / 2u;
-        if starts[work.first_work + middle] - base <= item {
+        if starts[links[middle].first_work] <= item {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    work = links[low];
+    low = 0u;
+    high = work.triangles;
+    while high - low > 1u {
+        let middle = (low + high) / 2u;
+        if starts[work.first_work + middle] <= item {
             low = middle;
         } else {
             high = middle;
@@ -47,7 +55,7 @@ fn cross_columns(
     }
     var f = facet(low);
     let in_row = chunks(f);
-    let inner = item - (starts[work.first_work + low] - base);
+    let inner = item - starts[work.first_work + low];
     let row = clipped_rows(f).x + i32(inner / in_row);
     let first = f.columns.x + CHUNK * i32(inner % in_row);
     let end = min(first + CHUNK, f.columns.y);
@@ -101,7 +109,7 @@ fn cross_columns(
                     step = middle + 1;
                 }
             }
-            let at = (u32(step) * work.dims.y + u32(row)) * work.dims.x + u32(column);
+            let at = work.first_turn + (u32(step) * work.dims.y + u32(row)) * work.dims.x + u32(column);
             atomicAdd(&turns[at], f.turn);
         }
         left = wide_add(left, left_step);

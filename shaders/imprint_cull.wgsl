@@ -1,5 +1,7 @@
 // import common
+// import halves
 // import imprint_link
+// import imprint_tile
 // import surface
 // Which tiles, and which blocks of 16 × 16 of their coefficients, may have points in the voxel grid (Schäfer et al. 2014,
 // Section 5, Culling Geometry within Overlap): Bézier hulls in voxel coordinates, cut along the borders of blocks and
@@ -13,15 +15,6 @@ const EDGE: u32 = 16u;
 
 // Voxels by which bounds are widened against rounding.
 const SLACK: f32 = 0.05;
-
-struct CullTile {
-    // The least and the largest of its coefficients, and the length of its longest vector, object units.
-    least: f32,
-    most: f32,
-    length: f32,
-    // Texels along an edge.
-    size: u32,
-}
 
 @group(0) @binding(1) var<storage, read> slots: array<u32>;
 // A tile, and a block of it with the tile's size in the upper half.
@@ -96,15 +89,14 @@ fn span(cone: vec4<f32>, row: vec3<f32>) -> vec2<f32> {
 
 // How far displacements reach along a voxel axis.
 fn spread(tile: CullTile, cone: vec4<f32>, row: vec3<f32>) -> vec2<f32> {
-    if tile.least == 0.0 && tile.most == 0.0 && tile.length == 0.0 {
+    if tile.least == 0.0 && tile.most == 0.0 {
         return vec2(0.0);
     }
     let reach = span(cone, row);
     let corners = vec4(tile.least * reach, tile.most * reach);
-    let around = tile.length * length(row);
     let least = min(min(corners.x, corners.y), min(corners.z, corners.w));
     let most = max(max(corners.x, corners.y), max(corners.z, corners.w));
-    return vec2(least - around, most + around);
+    return vec2(least, most);
 }
 
 fn meets(bounds: Bounds) -> bool {
@@ -203,7 +195,7 @@ fn cull(
         if (work.flags & CHAINED) != 0u {
             let lowered = slots[work.slots + index * work.stride];
             if lowered > 0u {
-                tile.least = min(tile.least, unpack2x16float(0x8000u | (lowered - 1u)).x);
+                tile.least = min(tile.least, value(half_of(-i32(lowered))));
             }
         }
         first = surface_tiles[index].x;

@@ -59,6 +59,10 @@ struct Link {
     records: u32,
     // 0, see `rounded`.
     zero: u32,
+    // Where the winding numbers of its voxels, its columns and their bits begin.
+    first_turn: u32,
+    first_column: u32,
+    first_word: u32,
 }
 
 struct Told {
@@ -80,9 +84,10 @@ struct AllTold {
     links: array<Told>,
 }
 
-// Which imprint this is, or the first of several that are taken together.
+// Which imprint this is, or the first of several that are taken together, and how many these are.
 struct Step {
     link: u32,
+    count: u32,
 }
 
 @group(0) @binding(0) var<storage, read> links: array<Link>;

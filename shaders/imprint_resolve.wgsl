@@ -1,7 +1,7 @@
 // import common
 // import imprint_link
 // Columns from what their winding number changes by at every step: a voxel is solid where it is not zero. The changes
-// are left zero for the next use.
+// are left zero for the next use. Workgroups of a layer take an imprint.
 
 // What stands for the ends of a column that is solid in more than one piece.
 const PIECES: u32 = 0xffffu;
@@ -17,7 +17,7 @@ fn turn(column: u32, z: u32) -> i32 {
     if z > work.dims.z {
         return 0;
     }
-    return turns[z * work.dims.x * work.dims.y + column];
+    return turns[work.first_turn + z * work.dims.x * work.dims.y + column];
 }
 
 // The same of four steps. They are taken by four because a loop over all steps twice would come near the number of
@@ -34,7 +34,7 @@ fn windings(turns: vec4<i32>, before: i32) -> vec4<i32> {
 
 fn clear(column: u32, z: u32) {
     if z <= work.dims.z {
-        turns[z * work.dims.x * work.dims.y + column] = 0;
+        turns[work.first_turn + z * work.dims.x * work.dims.y + column] = 0;
     }
 }
 
@@ -45,7 +45,7 @@ fn resolve(
     @builtin(local_invocation_index) local: u32,
 ) {
     let column = linear_group(group, groups) * GROUP + local;
-    work = links[step.link];
+    work = links[step.link + group.z];
     let columns = work.dims.x * work.dims.y;
     if column >= columns {
         return;
@@ -84,7 +84,7 @@ fn resolve(
         if z % 32u == 28u || z + 4u > work.dims.z {
             let base = z / 32u * 32u;
             if base < work.dims.z {
-                words[z / 32u * columns + column] = word;
+                words[work.first_word + z / 32u * columns + column] = word;
             }
             if word != 0u {
                 first = min(first, base + countTrailingZeros(word));
@@ -95,5 +95,5 @@ fn resolve(
             word = 0u;
         }
     }
-    spans[column] = select(select(first | (end << 16u), 0u, pieces == 0u), PIECES, pieces > 1u);
+    spans[work.first_column + column] = select(select(first | (end << 16u), 0u, pieces == 0u), PIECES, pieces > 1u);
 }

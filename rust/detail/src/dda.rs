@@ -127,28 +127,25 @@ mod tests {
     use super::*;
     use crate::grid::Grid;
     use crate::obb::Obb;
-    use crate::shapes;
+    use crate::shapes::{self, Soup};
     use crate::voxel::{Side, Solid};
     use glam::{DAffine3, DMat3, DVec3, Vec3};
     use proptest::prelude::*;
     use relievo_core::Context;
 
     fn blob() -> Voxels {
-        let (points, triangles) = shapes::torus(1.0, 0.4, 48, 24);
         let obb = Obb {
             center: DVec3::new(0.3, 0.0, 0.0),
             axes: DMat3::from_rotation_x(0.3),
             half: DVec3::new(1.2, 0.9, 0.4),
         };
-        let solid = Solid {
-            points: &points,
-            triangles: &triangles,
-            transform: DAffine3::IDENTITY,
-            closed: true,
-            lattice: None,
-        };
+        filled(&shapes::torus(1.0, 0.4, 48, 24), &Grid::new(&obb, 1 << 16, None))
+    }
+
+    fn filled((points, triangles): &Soup, grid: &Grid) -> Voxels {
+        let solid = Solid { points, triangles, transform: DAffine3::IDENTITY, closed: true, lattice: None };
         let mut voxels = Voxels::default();
-        voxels.fill(&Context::serial(), &Grid::new(&obb, 1 << 16, None), &solid, None, Side::Forward).unwrap();
+        voxels.fill(&Context::serial(), grid, &solid, None, Side::Forward).unwrap();
         voxels
     }
 
@@ -243,18 +240,8 @@ mod tests {
 
     #[test]
     fn axis_rays_through_a_full_grid_end_at_its_faces() {
-        let (points, triangles) = shapes::cube(10.0);
         let obb = Obb { center: DVec3::ZERO, axes: DMat3::IDENTITY, half: DVec3::ONE };
-        let solid = Solid {
-            points: &points,
-            triangles: &triangles,
-            transform: DAffine3::IDENTITY,
-            closed: true,
-            lattice: None,
-        };
-        let mut voxels = Voxels::default();
-        let grid = Grid { dims: [16, 8, 128], ..Grid::new(&obb, 1 << 14, None) };
-        voxels.fill(&Context::serial(), &grid, &solid, None, Side::Forward).unwrap();
+        let voxels = filled(&shapes::cube(10.0), &Grid { dims: [16, 8, 128], ..Grid::new(&obb, 1 << 14, None) });
         assert_eq!(voxels.count(), 1 << 14);
         assert_eq!(voxels.exit([3.5, 4.5, 100.5], [0.0, 0.0, -1.0], f32::INFINITY), Exit::Grid(100.5));
         assert_eq!(voxels.exit([3.5, 4.5, 100.5], [2.0, 0.0, 0.0], f32::INFINITY), Exit::Grid(6.25));

@@ -200,6 +200,7 @@ impl Imprinter {
         start: Option<&Field>,
     ) -> Result<Report> {
         settings.check()?;
+        object.measure();
         context.within(|| self.step(context, object, collider, settings, moment, start))
     }
 
@@ -248,6 +249,7 @@ impl Imprinter {
         settings: &ImprintSettings,
         moment: Moment,
     ) -> Result<Report> {
+        object.measure();
         let start = (settings.depth_limit < Self::NO_LIMIT).then(|| object.start());
         let count = motion.sub_steps().min(settings.sub_steps);
         let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
@@ -391,6 +393,9 @@ pub(crate) trait Pressed: Send {
     /// From object space to the world.
     fn transform(&self) -> &DAffine3;
 
+    /// Finds how far it is displaced, by what it is like now alone.
+    fn measure(&mut self);
+
     /// How far it is displaced along its normals at most: inwards and outwards, object units.
     fn reach(&mut self) -> [f32; 2];
 
@@ -425,6 +430,10 @@ impl Pressed for DisplacedObject {
 
     fn transform(&self) -> &DAffine3 {
         DisplacedObject::transform(self)
+    }
+
+    fn measure(&mut self) {
+        DisplacedObject::measure(self);
     }
 
     fn reach(&mut self) -> [f32; 2] {

@@ -38,6 +38,7 @@ mod open;
 pub mod overlap;
 pub mod pair;
 pub mod path;
+mod ranges;
 pub mod raycast;
 mod rays;
 pub mod refusal;

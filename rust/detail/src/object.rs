@@ -21,6 +21,7 @@ use crate::ground::Ground;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::layered::{self, Layers};
 use crate::obb::Obb;
+use crate::ranges::Ranges;
 
 /// A displaced surface in the world.
 #[derive(Debug)]
@@ -46,6 +47,7 @@ pub struct DisplacedObject {
     /// Cones of the normals of the tiles that were looked at in this pose.
     cones: BTreeMap<u32, Cone>,
     reach: Option<[f32; 2]>,
+    ranges: Ranges,
     /// What evaluates dabs and imprints in place of the processor, and why it did not.
     pub(crate) device: Option<DeviceObject>,
     pub(crate) device_fault: Option<Error>,
@@ -96,6 +98,7 @@ impl DisplacedObject {
             obb,
             cones: BTreeMap::new(),
             reach: None,
+            ranges: Ranges::default(),
             device: None,
             device_fault: None,
         })
@@ -131,6 +134,7 @@ impl DisplacedObject {
     /// The displacement, to be written.
     pub fn displacement_mut(&mut self) -> &mut Displacement {
         self.reach = None;
+        self.ranges.forget();
         if let Some(fit) = &mut self.fit {
             fit.forget();
         }
@@ -406,10 +410,18 @@ impl DisplacedObject {
         sum / count
     }
 
-    /// The least and the largest coefficient of the displacement, 0 between them.
+    /// Bounds of the coefficients of the displacement, 0 between them: the least and the largest there is, and those there
+    /// were since the last imprint or motion began.
     pub fn reach(&mut self) -> [f32; 2] {
+        self.reach.unwrap_or_else(|| self.measure())
+    }
+
+    /// Finds the least and the largest coefficient there is. What was before is forgotten: an edit that goes by the reach
+    /// does the same to an object that was undone or opened as it is.
+    pub(crate) fn measure(&mut self) -> [f32; 2] {
         let field = self.displacement.field();
-        *self.reach.get_or_insert_with(|| coefficient_range(field))
+        let tiles = field.allocated().map(|tile| (tile, field.version(tile)));
+        *self.reach.insert(self.ranges.of(tiles, |tile| field.range(tile)))
     }
 
     /// Brings the boxes that brushes look at up to date with all edits. With `start`, they cover that displacement too.

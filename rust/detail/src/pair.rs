@@ -52,9 +52,9 @@ impl Imprinter {
         moment: Moment,
     ) -> Result<Report> {
         dented.settings.check()?;
-        let [least, most] = dented.object.reach().map(f64::from);
+        let [least, most] = dented.object.measure().map(f64::from);
         let least = least.min(f64::from(-dented.settings.max_displacement));
-        let [inward, outward] = other.object.reach().map(f64::from);
+        let [inward, outward] = other.object.measure().map(f64::from);
         let boxes = (dented.object.obb(most.max(-least)), other.object.obb(outward.max(-inward)));
         let nothing = Report { bytes: dented.object.displacement().bytes(), ..Report::default() };
         let Some(both) = overlap(&boxes.0, &boxes.1) else { return Ok(nothing) };

@@ -187,10 +187,9 @@ impl Imprinter {
         let wanted = |sweep: &Sweep<'_>| u64::from(sweep.motion.sub_steps());
         let mut reports: Vec<Report> =
             sweeps.iter().map(|it| Report { sub_steps_wanted: wanted(it), ..Report::default() }).collect();
-        let whose: Vec<usize> = steps.iter().map(|(sweep, _)| *sweep).collect();
         let mut row = Steps { sweeps, colliders, steps };
         let made = self.make_row(context, objects, start.as_ref(), &mut row, progress)?;
-        for (sweep, made) in whose.into_iter().zip(made) {
+        for ((sweep, _), made) in row.steps.into_iter().zip(made) {
             reports[sweep].merge(&made);
             made.give_back(context);
         }
@@ -207,6 +206,9 @@ impl Imprinter {
         row: &mut dyn Row,
         progress: &mut dyn Progress,
     ) -> Result<Vec<Report>> {
+        for object in objects.iter_mut() {
+            object.measure();
+        }
         let count = row.len();
         let mut reports = Vec::with_capacity(count);
         let (mut asked, mut most) = (0, MOST_LINKS);

@@ -12,7 +12,7 @@ use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
 use super::cull::LISTING;
-use super::link::Shared;
+use super::link::{Shared, step};
 use super::voxel::DeviceVoxels;
 use crate::knots::BLOCK_KNOTS;
 
@@ -65,7 +65,7 @@ impl DeviceBlocks {
             module: "imprint_cast",
             entry: "cast_rays",
             groups: &[&[Read, Read, Read, Read, Read, Write, Write, Write], &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
-            immediates: size_of::<u32>() as u32,
+            immediates: size_of::<[u32; 2]>() as u32,
             constants: &[],
         })?;
         let listed = Buffer::new(device, "listed blocks", room)?;
@@ -112,8 +112,8 @@ impl DeviceBlocks {
         link: usize,
     ) -> Result<()> {
         let groups = [&self.casting, surface.group(), tiles.group(), start.group()];
-        let number = (link as u32).to_ne_bytes();
-        pass.run_indirect(&self.kernel, &groups, &number, &shared.arguments, Shared::blocks(link))
+        let links = step(link..link + 1);
+        pass.run_indirect(&self.kernel, &groups, bytemuck::bytes_of(&links), &shared.arguments, Shared::blocks(link))
     }
 
     /// Records the way back of the records `range`.

@@ -52,12 +52,13 @@ pub(crate) struct DeviceChain {
     likely: usize,
 }
 
-/// A stage of an imprint or, of points on lattices, of several.
+/// A stage of an imprint or, where it does not depend on others, of several.
 #[derive(Clone, Copy, Debug)]
 enum Stage<'a> {
-    Place(&'a Wave),
+    /// What is found of a target first.
+    Measure(usize),
+    Voxelise(&'a Wave),
     Cull(usize),
-    Voxelise(usize),
     Raycast(usize),
 }
 
@@ -65,8 +66,8 @@ impl Stage<'_> {
     /// The name of its pass, where passes are timed.
     fn name(self) -> &'static str {
         match self {
-            Self::Cull(_) => "imprint.device.cull",
-            Self::Place(_) | Self::Voxelise(_) => "imprint.device.voxelise",
+            Self::Measure(_) | Self::Cull(_) => "imprint.device.cull",
+            Self::Voxelise(_) => "imprint.device.voxelise",
             Self::Raycast(_) => "imprint.device.raycast",
         }
     }
@@ -112,8 +113,8 @@ impl DeviceChain {
         let renewed = self.meshes.bring(&self.device, colliders)?;
         let (slots, slot_count) = slots(targets, links);
         let mut words = links.iter().map(|link| self.tell(link, targets, &slots)).collect::<Result<Vec<_>>>()?;
-        let waves = waves(&mut words);
-        let room = VoxelRoom::of(&waves, links.iter().map(|link| link.grid.dims))?;
+        let waves = waves(&mut words)?;
+        let room = waves.iter().fold(VoxelRoom::default(), |room, wave| room.or(wave.room));
         let meshes = (&self.meshes, renewed);
         if DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)? {
             // What was bound is bound to the new ones.
@@ -130,6 +131,7 @@ impl DeviceChain {
             }
             self.enlarge([found, kept, slot_count])?;
         };
+        targets.iter_mut().for_each(|target| target.state.settle_culling());
         told.iter().try_for_each(Told::check)?;
         Ok(casts(targets, links, &told, &records))
     }
@@ -176,12 +178,15 @@ impl DeviceChain {
     fn record(&self, pass: &mut Pass<'_>, stage: Stage<'_>, targets: &[Target<'_>], links: &[Link]) -> Result<()> {
         let (shared, voxels, blocks) = (&self.shared, self.voxels()?, self.blocks()?);
         match stage {
-            Stage::Place(wave) => voxels.place(pass, wave),
+            Stage::Measure(target) => {
+                let state = &*targets[target].state;
+                state.culling()?.measure(pass, &state.surface, &state.tiles)
+            }
+            Stage::Voxelise(wave) => voxels.fill(pass, shared, wave),
             Stage::Cull(link) => {
                 let state = &*targets[links[link].target].state;
                 state.culling()?.cull(pass, blocks.listing(), &state.surface, link)
             }
-            Stage::Voxelise(link) => voxels.fill(pass, shared, link, links[link].grid.dims),
             Stage::Raycast(link) => {
                 let target = &targets[links[link].target];
                 let tiles = &target.state.tiles;
@@ -209,9 +214,9 @@ impl DeviceChain {
         if words.iter().any(Words::is_chained) {
             blocks.clear_slots(&mut frame);
         }
-        let each = |link| [Stage::Cull(link), Stage::Voxelise(link), Stage::Raycast(link)];
-        let mut stages =
-            waves.iter().flat_map(|wave| std::iter::once(Stage::Place(wave)).chain(wave.links.clone().flat_map(each)));
+        let each = |link| [Stage::Cull(link), Stage::Raycast(link)];
+        let of_wave = |wave| std::iter::once(Stage::Voxelise(wave)).chain(wave.links.clone().flat_map(each));
+        let mut stages = (0..targets.len()).map(Stage::Measure).chain(waves.iter().flat_map(of_wave));
         if device.is_timed() {
             stages.try_for_each(|stage| self.record(&mut frame.pass(stage.name()), stage, targets, links))?;
         } else {

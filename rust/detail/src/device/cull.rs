@@ -1,7 +1,7 @@
 //! Culling and compaction on a graphics device (`shaders/imprint_cull.wgsl`), as [`crate::cull`] and
 //! [`crate::imprint::compact`] do them: the list of blocks that may have points in the grid. All tiles are looked at,
 //! without a hierarchy: a device has the threads for it, and a hierarchy of an animated surface would have to be refitted
-//! first.
+//! first. The range of a tile's displacement is found there too (`shaders/imprint_range.wgsl`).
 
 use std::sync::Arc;
 
@@ -9,8 +9,9 @@ use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
+use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
-use crate::cull::range;
+use super::link::step;
 use crate::object::DisplacedObject;
 
 /// As in `imprint_cull.wgsl`.
@@ -19,8 +20,8 @@ use crate::object::DisplacedObject;
 struct CullTile {
     least: f32,
     most: f32,
-    length: f32,
     size: u32,
+    unused: u32,
 }
 
 /// A displaced surface's tiles, culled on a device.
@@ -30,18 +31,16 @@ pub(crate) struct DeviceCull {
     buffers: Bindings,
     tiles: Buffer<CullTile>,
     cones: Buffer<[f32; 4]>,
+    measure: Arc<Kernel>,
+    measured: Bindings,
+    /// Tiles whose range of displacement is to be found, and their sizes.
+    changed: Buffer<[u32; 2]>,
+    pending: Vec<u32>,
 }
 
 /// What the kernel has of a submission: its imprints, what those before left, the list of blocks, what is told, and the
 /// arguments.
 pub(super) const LISTING: [Access; 5] = [Access::Read, Access::Read, Access::Write, Access::Write, Access::Write];
-
-fn cull_tile(object: &DisplacedObject, tile: u32) -> CullTile {
-    let field = object.displacement().field();
-    let [least, most] = field.block(tile).map_or([0.0; 2], range);
-    let length = object.vectors().map_or(0.0, |vectors| vectors.field().length(tile));
-    CullTile { least, most, length, size: field.size(tile) }
-}
 
 fn cones(object: &DisplacedObject) -> Vec<[f32; 4]> {
     let surface = object.surface();
@@ -57,24 +56,52 @@ impl DeviceCull {
             module: "imprint_cull",
             entry: "cull",
             groups: &[&LISTING, &SURFACE_GROUP, &[Access::Read; 2]],
+            immediates: size_of::<[u32; 2]>() as u32,
+            constants: &[],
+        })?;
+        let measure = device.kernel(&KernelSpec {
+            module: "imprint_range",
+            entry: "measure",
+            groups: &[&[Access::Read, Access::Write], &SURFACE_GROUP, &TILES_GROUP],
             immediates: size_of::<u32>() as u32,
             constants: &[],
         })?;
-        let count = object.surface().tile_count() as u32;
-        let tiles: Vec<CullTile> = (0..count).map(|tile| cull_tile(object, tile)).collect();
+        let field = object.displacement().field();
+        let tile = |tile: u32| CullTile { least: 0.0, most: 0.0, size: field.size(tile), unused: 0 };
+        let tiles: Vec<CullTile> = (0..object.surface().tile_count() as u32).map(tile).collect();
         let tiles = Buffer::of(device, "tiles", &tiles)?;
         let cones = Buffer::of(device, "cones of normals", &cones(object))?;
+        let changed = Buffer::new(device, "tiles to measure", tiles.len())?;
         let buffers = device.bind(&kernel, 2, &[tiles.wgpu(), cones.wgpu()])?;
-        Ok(Self { kernel, buffers, tiles, cones })
+        let measured = device.bind(&measure, 0, &[changed.wgpu(), tiles.wgpu()])?;
+        let mut made = Self { kernel, buffers, tiles, cones, measure, measured, changed, pending: Vec::new() };
+        made.update(device, object, &field.allocated().collect::<Vec<_>>())?;
+        Ok(made)
     }
 
-    /// Writes how `tiles` of `object` are displaced now. Fails unless it is the same object.
-    pub fn update(&self, device: &Device, object: &DisplacedObject, tiles: &[u32]) -> Result<()> {
-        for run in tiles.chunk_by(|a, b| a + 1 == *b) {
-            let entries: Vec<CullTile> = run.iter().map(|tile| cull_tile(object, *tile)).collect();
-            self.tiles.write(device, run[0] as usize, &entries)?;
+    /// Says which `tiles` of `object` are displaced otherwise than before, ascending. Fails unless it is the same object.
+    pub fn update(&mut self, device: &Device, object: &DisplacedObject, tiles: &[u32]) -> Result<()> {
+        if tiles.is_empty() {
+            return Ok(());
         }
-        Ok(())
+        self.pending.extend_from_slice(tiles);
+        self.pending.sort_unstable();
+        self.pending.dedup();
+        let field = object.displacement().field();
+        let entries: Vec<_> = self.pending.iter().map(|tile| [*tile, field.size(*tile)]).collect();
+        self.changed.write(device, 0, &entries)
+    }
+
+    /// Records that the ranges of the displacement of what changed are found in `tiles`, the object's.
+    pub fn measure(&self, pass: &mut Pass<'_>, surface: &DeviceSurface, tiles: &DeviceTiles) -> Result<()> {
+        let count = self.pending.len() as u32;
+        let bound = [&self.measured, surface.group(), tiles.group()];
+        pass.run(&self.measure, &bound, &count.to_ne_bytes(), groups(count))
+    }
+
+    /// Notes that what was recorded is done.
+    pub fn settle(&mut self) {
+        self.pending.clear();
     }
 
     /// Writes the normals of the pose of `object`. Fails unless it is the same object.
@@ -88,8 +115,9 @@ impl DeviceCull {
 
     /// Records the list of the blocks of `surface`, the object's, that may have points in the grid of imprint `link`.
     pub fn cull(&self, pass: &mut Pass<'_>, listing: &Bindings, surface: &DeviceSurface, link: usize) -> Result<()> {
-        let groups_of = [listing, surface.group(), &self.buffers];
-        pass.run(&self.kernel, &groups_of, bytemuck::bytes_of(&(link as u32)), groups(self.tiles.len() as u32))
+        let bound = [listing, surface.group(), &self.buffers];
+        let links = step(link..link + 1);
+        pass.run(&self.kernel, &bound, bytemuck::bytes_of(&links), groups(self.tiles.len() as u32))
     }
 }
 
@@ -120,10 +148,10 @@ pub(crate) mod tests {
         let tile = [
             ("least", offset_of!(CullTile, least)),
             ("most", offset_of!(CullTile, most)),
-            ("length", offset_of!(CullTile, length)),
             ("size", offset_of!(CullTile, size)),
+            ("unused", offset_of!(CullTile, unused)),
         ];
-        assert_layout("imprint_cull", "CullTile", size_of::<CullTile>(), &tile);
+        assert_layout("imprint_tile", "CullTile", size_of::<CullTile>(), &tile);
     }
 
     /// A wavy sheet with faces of all kinds, of which every third tile is displaced.
@@ -158,7 +186,8 @@ pub(crate) mod tests {
         let context = Context::serial();
         let mut object = object(&context);
         let surface = DeviceSurface::new(&device, object.surface()).unwrap();
-        let culling = DeviceCull::new(&device, &object).unwrap();
+        let fields = DeviceTiles::new(&device, object.displacement().field()).unwrap();
+        let mut culling = DeviceCull::new(&device, &object).unwrap();
         culling.pose(&device, &object).unwrap();
         culling.update(&device, &object, &[0, 1, 2, 5, 7, 8]).unwrap();
         let (points, triangles) = shapes::cube(1.0);
@@ -168,7 +197,7 @@ pub(crate) mod tests {
         meshes.bring(&device, &[&collider]).unwrap();
         let place = meshes.place(collider.identity[0]).unwrap();
         let mut voxels = None;
-        let room = VoxelRoom::of(&[], [[1; 3]].into_iter()).unwrap();
+        let room = VoxelRoom::default();
         DeviceVoxels::prepare(&mut voxels, &device, &shared, (&meshes, false), room).unwrap();
         let blocks = DeviceBlocks::new(&device, &shared, &voxels.unwrap(), [4096, 1, 1]).unwrap();
         let mut random = Random(3);
@@ -188,7 +217,9 @@ pub(crate) mod tests {
             words[0].set_room([4096, 1]);
             let mut commands = device.frame().unwrap();
             shared.begin(&device, &mut commands, &words).unwrap();
+            culling.measure(&mut commands.pass("ranges"), &surface, &fields).unwrap();
             culling.cull(&mut commands.pass("culling"), blocks.listing(), &surface, 0).unwrap();
+            let ranges = commands.read(&culling.tiles, 0..tiles).unwrap();
             let listed = commands.read(blocks.listed(), 0..4096).unwrap();
             let arguments = commands.read(&shared.arguments, 4..8).unwrap();
             let told = shared.read_told(&mut commands, 1).unwrap();
@@ -203,6 +234,11 @@ pub(crate) mod tests {
             expected.sort_unstable_by_key(|tile| tile.tile);
             let field = object.displacement().field();
             let size = |tile| field.size(tile);
+            for (tile, found) in (0..).zip(ranges.get(&device).unwrap()) {
+                assert_eq!(([found.least, found.most], found.size), (field.range(tile), size(tile)), "tile {tile}");
+            }
+            // They stay until something else changes.
+            culling.settle();
             let here = expected.iter().flat_map(|it| {
                 it.blocks.iter().map(|block| [it.tile, block.index | size(it.tile) << 16]).collect::<Vec<_>>()
             });

@@ -9,6 +9,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Buffer, Device, Frame, Readback};
 
 use super::meshes::Place;
+use super::voxel::VoxelRoom;
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
 use crate::grid::Grid;
@@ -95,7 +96,10 @@ pub(super) struct Words {
     room: u32,
     records: u32,
     zero: u32,
-    padding: u32,
+    first_turn: u32,
+    first_column: u32,
+    first_word: u32,
+    padding: [u32; 2],
 }
 
 const BACKWARD: u32 = 1;
@@ -171,7 +175,10 @@ impl Words {
             room: 0,
             records: 0,
             zero: 0,
-            padding: 0,
+            first_turn: 0,
+            first_column: 0,
+            first_word: 0,
+            padding: [0; 2],
         }
     }
 
@@ -189,38 +196,45 @@ impl Words {
 /// Imprints that are submitted together at most.
 pub(crate) const MOST_LINKS: usize = 64;
 
-/// Points and triangles that are on the lattices of several imprints at once, unless one alone has more.
+/// Points and triangles that are on the lattices of several imprints at once, and voxels, unless one alone has more.
 const MOST_PLACED: usize = 1 << 22;
+const MOST_VOXELS: usize = 1 << 26;
 
-/// Imprints whose points are put on their lattices together.
+/// Imprints that are voxelised together.
 #[derive(Clone, Debug)]
 pub(super) struct Wave {
     pub links: Range<usize>,
-    /// The largest numbers of points and of triangles, and the numbers of all: of triangles one more for each imprint.
-    pub most: [u32; 2],
-    pub sums: [usize; 2],
+    /// The largest numbers of points, of triangles and of columns.
+    pub most: [u32; 3],
+    /// Room that they need.
+    pub room: VoxelRoom,
 }
 
-/// Says where the points and the work of every imprint lie, wave by wave.
-pub(super) fn waves(words: &mut [Words]) -> Vec<Wave> {
+/// Says where the points, the work and the voxels of every imprint lie, wave by wave. Fails for a grid that is too wide.
+pub(super) fn waves(words: &mut [Words]) -> Result<Vec<Wave>> {
     let mut waves: Vec<Wave> = Vec::new();
     for (index, it) in words.iter_mut().enumerate() {
-        let own = [it.points as usize, it.triangles as usize + 1];
-        let fits = |wave: &&mut Wave| wave.sums.iter().chain(&own).sum::<usize>() <= MOST_PLACED;
+        let own = VoxelRoom::of(it.points, it.triangles, it.dims)?;
+        let fits = |wave: &&mut Wave| {
+            let VoxelRoom([corners, items, turns, ..]) = wave.room.and(own);
+            corners + items <= MOST_PLACED && turns <= MOST_VOXELS
+        };
         let wave = match waves.last_mut().filter(fits) {
             Some(wave) => wave,
             None => {
-                waves.push(Wave { links: index..index, most: [0; 2], sums: [0; 2] });
+                waves.push(Wave { links: index..index, most: [0; 3], room: VoxelRoom::default() });
                 let last = waves.len() - 1;
                 &mut waves[last]
             }
         };
-        (it.first_corner, it.first_work) = (wave.sums[0] as u32, wave.sums[1] as u32);
+        [it.first_corner, it.first_work, it.first_turn, it.first_column, it.first_word] =
+            wave.room.0.map(|count| count as u32);
         wave.links.end = index + 1;
-        wave.most = [wave.most[0].max(it.points), wave.most[1].max(it.triangles)];
-        wave.sums = [wave.sums[0] + own[0], wave.sums[1] + own[1]];
+        let here = [it.points, it.triangles, own.0[3] as u32];
+        wave.most = std::array::from_fn(|k| wave.most[k].max(here[k]));
+        wave.room = wave.room.and(own);
     }
-    waves
+    Ok(waves)
 }
 
 /// What is told of an imprint. As stored in buffers.
@@ -262,7 +276,7 @@ impl Told {
 const FIRST: usize = 4;
 const TOLD: usize = size_of::<Told>() / 4;
 
-/// Words of an imprint's arguments: those of its chunks of columns, and those of its blocks.
+/// Words of an imprint's arguments: those of chunks of columns, and those of its blocks.
 const ARGUMENTS: usize = 8;
 
 /// What the stages of a submission share.
@@ -290,7 +304,8 @@ impl Shared {
         self.links.write(device, 0, words)
     }
 
-    /// Where the arguments of the dispatch over chunks of columns are, and of that over blocks.
+    /// Where the arguments of the dispatch over chunks of columns are, of those that are voxelised with `link`, the first
+    /// of them, and of that over the blocks of `link`.
     pub fn chunks(link: usize) -> usize {
         ARGUMENTS * link + 1
     }
@@ -303,6 +318,11 @@ impl Shared {
     pub fn read_told(&self, frame: &mut Frame, links: usize) -> Result<Readback<u32>> {
         frame.read(&self.told, 0..FIRST + TOLD * links)
     }
+}
+
+/// The immediate data of a dispatch over `links`.
+pub(super) fn step(links: Range<usize>) -> [u32; 2] {
+    [links.start as u32, links.len() as u32]
 }
 
 /// How many blocks changed in all imprints, and what is told of each, from the words of [`Shared::read_told`].
@@ -324,7 +344,8 @@ mod tests {
         }
         let link = fields!(Words: lattice_x, points, lattice_y, shift, lattice_z, scale, lattice_origin, first_point,
             lattice_low, first_index, lattice_high, triangles, dims, flags, x, y, z, origin, tiles, share,
-            max_displacement, depth, deepest, first_corner, first_work, slots, stride, room, records, zero);
+            max_displacement, depth, deepest, first_corner, first_work, slots, stride, room, records, zero, first_turn, first_column,
+            first_word);
         assert_layout("imprint_link", "Link", size_of::<Words>(), &link);
         assert_layout(
             "imprint_snap",

@@ -142,4 +142,11 @@ impl DeviceObject {
         let ready = self.culling.as_ref().map(|(culling, _)| culling);
         ready.ok_or_else(|| Error::internal("an object whose tiles are not ready to be culled"))
     }
+
+    /// Notes that what culls its tiles knows their displacement.
+    pub(super) fn settle_culling(&mut self) {
+        if let Some((culling, _)) = &mut self.culling {
+            culling.settle();
+        }
+    }
 }

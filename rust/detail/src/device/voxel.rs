@@ -8,7 +8,7 @@ use std::sync::Arc;
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, Scan, groups};
 
-use super::link::{Shared, Wave};
+use super::link::{Shared, Wave, step};
 use super::meshes::DeviceMeshes;
 
 /// Bits of a word on the device.
@@ -20,18 +20,11 @@ const MOST_PASSED: u32 = 60_000;
 
 /// How much voxels need: points on lattices and items of work, words of changes, of columns and of bits.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct VoxelRoom([usize; 5]);
+pub(super) struct VoxelRoom(pub [usize; 5]);
 
 impl VoxelRoom {
-    /// What imprints with grids of the given sizes need, whose points are put on their lattices wave by wave. Fails for a
-    /// grid that is too wide.
-    pub fn of(waves: &[Wave], grids: impl Iterator<Item = [u32; 3]>) -> Result<Self> {
-        let each = waves.iter().map(|wave| Self([wave.sums[0], wave.sums[1], 0, 0, 0]));
-        let placed = each.fold(Self::default(), Self::max);
-        grids.map(Self::of_grid).try_fold(placed, |room, grid| Ok(room.max(grid?)))
-    }
-
-    fn of_grid([nx, ny, nz]: [u32; 3]) -> Result<Self> {
+    /// What a grid needs, and a collider in it. Fails for a grid that is too wide.
+    pub fn of(points: u32, triangles: u32, [nx, ny, nz]: [u32; 3]) -> Result<Self> {
         if nx + ny > MOST_PASSED {
             return Err(Error::unsupported(format!(
                 "{nx} × {ny} columns of voxels are too many for a graphics device"
@@ -39,11 +32,18 @@ impl VoxelRoom {
             .advise("use fewer voxels, or the device `cpu`"));
         }
         let columns = nx as usize * ny as usize;
-        let changes = columns.saturating_mul(nz as usize + 1);
-        Ok(Self([0, 0, changes, columns, columns.saturating_mul(nz.div_ceil(WORD) as usize)]))
+        let turns = columns.saturating_mul(nz as usize + 1);
+        let words = columns.saturating_mul(nz.div_ceil(WORD) as usize);
+        Ok(Self([points as usize, triangles as usize + 1, turns, columns, words]))
     }
 
-    fn max(self, other: Self) -> Self {
+    /// What both need together.
+    pub fn and(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k].saturating_add(other.0[k])))
+    }
+
+    /// What either needs.
+    pub fn or(self, other: Self) -> Self {
         Self(std::array::from_fn(|k| self.0[k].max(other.0[k])))
     }
 
@@ -67,18 +67,18 @@ impl Work {
     ) -> Result<Self> {
         let (accesses, buffers): (Vec<_>, Vec<_>) = bound.iter().copied().unzip();
         let groups: &[&[Access]] = &[&accesses];
-        let immediates = size_of::<u32>() as u32;
+        let immediates = size_of::<[u32; 2]>() as u32;
         let kernel = device.kernel(&KernelSpec { module, entry, groups, immediates, constants: &[] })?;
         let buffers = device.bind(&kernel, 0, &buffers)?;
         Ok(Self { kernel, buffers })
     }
 
-    fn run(&self, pass: &mut Pass<'_>, link: usize, size: [u32; 3]) -> Result<()> {
-        pass.run(&self.kernel, &[&self.buffers], bytemuck::bytes_of(&(link as u32)), size)
+    fn run(&self, pass: &mut Pass<'_>, wave: &Wave, size: [u32; 3]) -> Result<()> {
+        pass.run(&self.kernel, &[&self.buffers], bytemuck::bytes_of(&step(wave.links.clone())), size)
     }
 }
 
-/// The solid voxels of a grid on a device.
+/// The solid voxels of grids on a device.
 #[derive(Debug)]
 pub(super) struct DeviceVoxels {
     room: VoxelRoom,
@@ -141,7 +141,7 @@ impl DeviceVoxels {
             Some(voxels) => voxels.room,
             None => VoxelRoom::default(),
         };
-        *there = Some(Self::new(device, shared, meshes, room.max(old))?);
+        *there = Some(Self::new(device, shared, meshes, room.or(old))?);
         Ok(true)
     }
 
@@ -156,22 +156,20 @@ impl DeviceVoxels {
         &self.words
     }
 
-    /// Records that the points of a wave's colliders are put on their lattices, and what work their triangles are.
-    pub fn place(&self, pass: &mut Pass<'_>, wave: &Wave) -> Result<()> {
-        let (first, count) = (wave.links.start, wave.links.len() as u32);
-        let [points, triangles] = wave.most;
-        self.snap.run(pass, first, [points.div_ceil(GROUP), count, 1])?;
-        self.count.run(pass, first, [(triangles + 1).div_ceil(GROUP), count, 1])?;
-        self.scan.run(pass, wave.sums[1] as u32)?;
-        self.arrange.run(pass, first, [count, 1, 1])
-    }
-
-    /// Records the voxelisation of an imprint's collider, whose points are on the lattice of its grid.
-    pub fn fill(&self, pass: &mut Pass<'_>, shared: &Shared, link: usize, [nx, ny, _]: [u32; 3]) -> Result<()> {
+    /// Records the voxelisation of a wave's colliders.
+    pub fn fill(&self, pass: &mut Pass<'_>, shared: &Shared, wave: &Wave) -> Result<()> {
+        let count = wave.links.len() as u32;
+        let [points, triangles, columns] = wave.most;
+        self.snap.run(pass, wave, [points.div_ceil(GROUP), count, 1])?;
+        self.count.run(pass, wave, [(triangles + 1).div_ceil(GROUP), count, 1])?;
+        self.scan.run(pass, wave.room.0[1] as u32)?;
+        self.arrange.run(pass, wave, [1, 1, 1])?;
         let Work { kernel, buffers } = &self.cross;
-        let number = bytemuck::bytes_of(&(link as u32)).to_vec();
-        pass.run_indirect(kernel, &[buffers], &number, &shared.arguments, Shared::chunks(link))?;
-        self.resolve.run(pass, link, groups((nx * ny).div_ceil(GROUP)))
+        let links = step(wave.links.clone());
+        let chunks = Shared::chunks(wave.links.start);
+        pass.run_indirect(kernel, &[buffers], bytemuck::bytes_of(&links), &shared.arguments, chunks)?;
+        let [x, y, _] = groups(columns.div_ceil(GROUP));
+        self.resolve.run(pass, wave, [x, y, count])
     }
 }
 
@@ -218,17 +216,14 @@ mod tests {
         let place = Place { closed, ..meshes.place(link.mesh).unwrap().clone() };
         let ground = Ground { transform: &DAffine3::IDENTITY, tiles: 0, started: false, slots: None };
         let mut words = [Words::new(&link, &place, &ground)];
-        let waves = waves(&mut words);
-        let room = VoxelRoom::of(&waves, [grid.dims].into_iter()).unwrap();
+        let waves = waves(&mut words).unwrap();
         let mut voxels = None;
-        assert!(DeviceVoxels::prepare(&mut voxels, device, &shared, (&meshes, false), room).unwrap());
+        assert!(DeviceVoxels::prepare(&mut voxels, device, &shared, (&meshes, false), waves[0].room).unwrap());
         let voxels = voxels.unwrap();
         let mut frame = device.frame().unwrap();
         shared.begin(device, &mut frame, &words).unwrap();
         for _ in 0..2 {
-            let mut pass = frame.pass("voxelisation");
-            voxels.place(&mut pass, &waves[0]).unwrap();
-            voxels.fill(&mut pass, &shared, 0, grid.dims).unwrap();
+            voxels.fill(&mut frame.pass("voxelisation"), &shared, &waves[0]).unwrap();
         }
         let (corners, ..) = &voxels._kept;
         let corners = frame.read(corners, 0..corners.len()).unwrap();

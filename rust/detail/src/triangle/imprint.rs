@@ -39,6 +39,7 @@ impl Imprinter {
         settings.check()?;
         // An undo may have put vectors back.
         object.renew_vectors(context);
+        object.measure();
         context.within(|| self.step_triangles(context, object, collider, settings, moment, start))
     }
 
@@ -138,6 +139,10 @@ impl Pressed for TriangleObject {
 
     fn transform(&self) -> &DAffine3 {
         TriangleObject::transform(self)
+    }
+
+    fn measure(&mut self) {
+        TriangleObject::measure(self);
     }
 
     fn reach(&mut self) -> [f32; 2] {

@@ -20,6 +20,7 @@ use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::layered::{self, Channels, LayeredObject, Layers, Stored};
 use crate::obb::Obb;
 use crate::object::{check_time, check_transform};
+use crate::ranges::{Ranges, widest};
 
 /// Displacements that dabs go by: along the normals, and in object space.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +50,7 @@ pub struct TriangleObject {
     obb: Obb,
     /// The least and the largest displacement, 0 between them; `None` where it has to be measured.
     reach: Option<[f32; 2]>,
+    ranges: Ranges,
     /// Whether the vectors in object space are to be made anew.
     bent: bool,
     /// Faces whose normals are to be renewed; `None` for all.
@@ -92,6 +94,7 @@ impl TriangleObject {
             hierarchy,
             obb,
             reach: None,
+            ranges: Ranges::default(),
             bent: false,
             stale: None,
             level: 0,
@@ -127,6 +130,7 @@ impl TriangleObject {
     /// The displacement, to be written.
     pub fn displacement_mut(&mut self) -> &mut TriangleChannel {
         self.reach = None;
+        self.ranges.forget();
         self.stale = None;
         &mut self.displacement
     }
@@ -437,10 +441,18 @@ impl TriangleObject {
         }
     }
 
-    /// The least and the largest displacement, 0 between them.
+    /// Bounds of the displacement, 0 between them: the least and the largest there is, and those there were since the last
+    /// imprint or motion began.
     pub fn reach(&mut self) -> [f32; 2] {
+        self.reach.unwrap_or_else(|| self.measure())
+    }
+
+    /// Finds the least and the largest displacement there is, as [`crate::DisplacedObject`] does.
+    pub(crate) fn measure(&mut self) -> [f32; 2] {
         let field = self.displacement.field();
-        *self.reach.get_or_insert_with(|| range(field))
+        let faces = field.allocated().map(|face| (face, field.version(face)));
+        let faces = self.ranges.of(faces, |face| field.range(TriangleBlock::Face(face)).unwrap_or_default());
+        *self.reach.insert(widest(faces, range_between(field)))
     }
 
     /// Notes that displacements now reach from `least` to `most`.
@@ -615,11 +627,14 @@ pub(super) fn field_range(field: &TriangleField, face: u32) -> [f32; 2] {
 
 /// The least and the largest value of all, 0 between them.
 fn range(field: &TriangleField) -> [f32; 2] {
-    let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
-    let faces = field.allocated().map(TriangleBlock::Face);
-    let blocks = faces.chain(field.allocated_edges().map(TriangleBlock::Edge));
-    let vertices = field.vertices().map(crate::cull::range);
-    blocks.filter_map(|block| field.range(block)).chain(vertices).fold([0.0; 2], with)
+    let faces = field.allocated().filter_map(|face| field.range(TriangleBlock::Face(face)));
+    faces.fold(range_between(field), widest)
+}
+
+/// The same of what lies on edges and at vertices.
+fn range_between(field: &TriangleField) -> [f32; 2] {
+    let edges = field.allocated_edges().filter_map(|edge| field.range(TriangleBlock::Edge(edge)));
+    edges.chain(field.vertices().map(crate::cull::range)).fold([0.0; 2], widest)
 }
 
 fn bounds(surface: &TriangleSurface, face: u32) -> Bounds {

@@ -491,3 +491,33 @@ fn every_patch_of_contact_has_a_rim_of_its_own() {
         assert!((alone - together).abs() < 0.1 * alone, "{alone} {together}");
     }
 }
+
+#[test]
+fn an_imprint_is_the_same_on_an_object_that_was_opened_as_it_is() {
+    let context = context(1);
+    let mesh = plate(6, 0.1);
+    let mut object = object(&context, &mesh, 32, DAffine3::IDENTITY);
+    let plain = ImprintSettings { max_displacement: 0.4, ..settings() };
+    let rimmed = ImprintSettings { rim: 0.8, rim_width: 0.4, ..plain };
+    let at = |x: f64, z: f64| DAffine3::from_translation(DVec3::new(x, 0.0, z));
+    let highest = |object: &DisplacedObject| coefficients(object).iter().fold(0.0, |most: f32, it| most.max(it.2));
+    // A rim rises, and another ball presses it flat.
+    let small = ball(&context, 0.8, at(0.0, 0.6));
+    let large = ball(&context, 20.0, at(0.0, 19.98));
+    let press = |object: &mut DisplacedObject, collider: &Collider, settings: &ImprintSettings| {
+        let report = Imprinter::new().imprint(&context, object, collider, settings, Moment::default()).unwrap();
+        assert!(!report.changed.is_empty());
+    };
+    press(&mut object, &small, &rimmed);
+    let risen = highest(&object);
+    press(&mut object, &large, &plain);
+    assert!(risen > 0.05 && highest(&object) < 0.8 * risen, "{risen} {}", highest(&object));
+    let mut opened = self::object(&context, &mesh, 32, DAffine3::IDENTITY);
+    for tile in 0..mesh.face_count() as u32 {
+        let bytes = object.displacement().read(tile).unwrap();
+        opened.displacement_mut().write(tile, bytes.as_deref()).unwrap();
+    }
+    let other = ball(&context, 0.7, at(1.8, 0.5));
+    [&mut object, &mut opened].into_iter().for_each(|object| press(object, &other, &rimmed));
+    assert!(blocks(&object) == blocks(&opened));
+}

@@ -1,5 +1,7 @@
 //! Scenes whose imprints are made, and whose pictures are drawn, on a graphics device.
 
+use std::path::Path;
+
 use half::f16;
 use relievo_core::Context;
 use relievo_core::progress::Silent;
@@ -167,6 +169,27 @@ fn a_run_on_a_lost_device_goes_on_and_says_so() {
     assert_eq!((more.baked, more.opened), (1, 2));
 }
 
+fn picture(folder: &Path, run: &str, kind: &str, frame: u32) -> Picture {
+    Picture::read(&folder.join(run).join(format!("{kind}-{frame:06}.exr")), 1 << 30).unwrap()
+}
+
+/// Compares the pictures of a frame of the run `there`, on a device, with those of `here`.
+fn assert_alike(folder: &Path, frame: u32) {
+    let [here, there] = ["here", "there"].map(|run| picture(folder, run, "beauty", frame));
+    let geometry = compare_geometry(&here, &there, None).unwrap().unwrap();
+    let (depth, normal) = (geometry.depth.unwrap(), geometry.normal.unwrap());
+    println!("silhouette {:.6}, depth {depth:?}, normal {normal:?}", geometry.silhouette());
+    assert!(geometry.inside > 20_000, "{}", geometry.inside);
+    assert!(geometry.silhouette() < 0.002 && depth.p999 < 1e-4 && normal.median < 0.5_f64.to_radians());
+    let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
+    println!("FLIP {:?}, SSIM {}", colors.flip, colors.ssim);
+    // Rims of shadows have the texels of a map, and the ray caster's paint those of its triangles' corners.
+    assert!(colors.flip.mean < 0.03 && colors.ssim > 0.97, "{:?} {}", colors.flip, colors.ssim);
+    let [here, there] = ["here", "there"].map(|run| picture(folder, run, "tiles", frame));
+    let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
+    assert!(colors.flip.mean < 0.05, "the states of tiles or faces: {:?}", colors.flip);
+}
+
 #[test]
 fn pictures_of_a_run_on_a_graphics_device_are_those_of_the_ray_caster() {
     let Some(device) = relievo_testing::device() else { return };
@@ -187,26 +210,13 @@ fn pictures_of_a_run_on_a_graphics_device_are_those_of_the_ray_caster() {
     go("here", &[1, 7, 9, 10], None, false);
     let summary = go("there", &[1, 7, 9, 10], Some(device), false);
     assert!(summary.notes.iter().all(|note| !note.contains("processor")), "{:?}", summary.notes);
-    let read = |name: &str, picture: &str| Picture::read(&folder.path().join(name).join(picture), 1 << 30).unwrap();
-    let [here, there] = ["here", "there"].map(|name| read(name, "beauty-000001.exr"));
-    let geometry = compare_geometry(&here, &there, None).unwrap().unwrap();
-    let (depth, normal) = (geometry.depth.unwrap(), geometry.normal.unwrap());
-    println!("silhouette {:.6}, depth {depth:?}, normal {normal:?}", geometry.silhouette());
-    assert!(geometry.inside > 20_000, "{}", geometry.inside);
-    assert!(geometry.silhouette() < 0.002 && depth.p999 < 1e-4 && normal.median < 0.5_f64.to_radians());
-    let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
-    println!("FLIP {:?}, SSIM {}", colors.flip, colors.ssim);
-    // Rims of shadows have the texels of a map, and the ray caster's paint those of its triangles' corners.
-    assert!(colors.flip.mean < 0.03 && colors.ssim > 0.97, "{:?} {}", colors.flip, colors.ssim);
-    let [here, there] = ["here", "there"].map(|name| read(name, "tiles-000001.exr"));
-    let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
-    assert!(colors.flip.mean < 0.05, "the states of tiles: {:?}", colors.flip);
+    assert_alike(folder.path(), 1);
 
     // A device that is lost on the way is no end of the run.
     let Some(device) = relievo_testing::device() else { return };
     let summary = go("lost", &[], Some(device), true);
     assert!(summary.notes.iter().any(|note| note.contains("from frame 1 on")), "{:?}", summary.notes);
-    let [before, after] = ["beauty-000000.exr", "beauty-000001.exr"].map(|picture| read("lost", picture));
+    let [before, after] = [0, 1].map(|frame| picture(folder.path(), "lost", "beauty", frame));
     let colors = compare(&before, &after, PIXELS_PER_DEGREE).unwrap();
     assert!(colors.flip.mean < 0.05, "{:?}", colors.flip);
 }
@@ -224,18 +234,6 @@ fn triangle_meshes_of_a_run_are_drawn_from_what_the_device_has_of_them() {
     };
     go("here", None);
     go("there", Some(device));
-    let read = |name: &str, picture: &str| Picture::read(&folder.path().join(name).join(picture), 1 << 30).unwrap();
     // Pressed into after it was drawn first.
-    let [here, there] = ["here", "there"].map(|name| read(name, "beauty-000002.exr"));
-    let geometry = compare_geometry(&here, &there, None).unwrap().unwrap();
-    let (depth, normal) = (geometry.depth.unwrap(), geometry.normal.unwrap());
-    println!("silhouette {:.6}, depth {depth:?}, normal {normal:?}", geometry.silhouette());
-    assert!(geometry.inside > 20_000, "{}", geometry.inside);
-    assert!(geometry.silhouette() < 0.002 && depth.p999 < 1e-4 && normal.median < 0.5_f64.to_radians());
-    let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
-    println!("FLIP {:?}, SSIM {}", colors.flip, colors.ssim);
-    assert!(colors.flip.mean < 0.03 && colors.ssim > 0.97, "{:?} {}", colors.flip, colors.ssim);
-    let [here, there] = ["here", "there"].map(|name| read(name, "tiles-000002.exr"));
-    let colors = compare(&here, &there, PIXELS_PER_DEGREE).unwrap();
-    assert!(colors.flip.mean < 0.05, "the states of faces: {:?}", colors.flip);
+    assert_alike(folder.path(), 2);
 }

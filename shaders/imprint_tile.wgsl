@@ -1,0 +1,10 @@
+// What culling knows of a tile.
+
+struct CullTile {
+    // The least and the largest of its coefficients, ring included, object units.
+    least: f32,
+    most: f32,
+    // Texels along an edge.
+    size: u32,
+    unused: u32,
+}
