@@ -28,8 +28,10 @@ struct Vertex {
 
 fn drawn(sample: Sample, sample_index: u32, number: f32) -> Shaded {
     let place = vec2<f32>(sample_place(sample_index));
-    let grid = select(vec3(place, place.x + place.y), vec3(0.5), (sample_index & STITCH) != 0u);
-    return shaded(sample.p, sample.normal, grid, vec2(0.0), u32(number), 0xffffffffu);
+    let stitch = (sample_index & STITCH) != 0u;
+    let grid = select(vec3(place, place.x + place.y), vec3(0.5), stitch);
+    // Patches have no tiles: what their parameters are says whether a triangle is one beside a finer edge.
+    return shaded(sample.p, sample.normal, grid, vec2(select(0.0, 1.0, stitch)), u32(number), 0xffffffffu);
 }
 
 fn located(vertex: Vertex, edges: f32) -> Place {
@@ -81,5 +83,12 @@ fn vertex_passed(@location(0) p: vec3<f32>, @location(1) sample_index: u32, @loc
 
 @fragment
 fn fragment(in: Shaded, @builtin(front_facing) front: bool) -> Pixel {
-    return pixel(in, front, object.base_color);
+    var facing = facing_of(in);
+    var side = front;
+    if in.uv.x > 0.5 && any(in.normal != vec3(0.0)) {
+        // A triangle beside a finer edge is as thin as the tolerance and lies in any direction: the surface's counts.
+        side = (dot(in.normal, in.p) < 0.0) != (object.mirrored == 1u);
+        facing = normalize(select(-in.normal, in.normal, dot(in.normal, in.p) < 0.0));
+    }
+    return pixel_of(in, facing, side, object.base_color);
 }

@@ -132,16 +132,27 @@ fn sunlit(index: u32, p: vec3<f32>, facing: vec3<f32>) -> f32 {
     return sum / 9.0;
 }
 
-/// The pixel of a surface with the diffuse reflectance `albedo`.
-fn pixel(in: Shaded, front: bool, albedo: vec3<f32>) -> Pixel {
+/// The normal of the triangle at a pixel, to the side that is seen.
+fn facing_of(in: Shaded) -> vec3<f32> {
     let to_eye = -normalize(in.p);
     let across = cross(dpdx(in.p), dpdy(in.p));
-    let cells = fwidth(in.grid);
     var facing = to_eye;
     if any(across != vec3(0.0)) {
         facing = normalize(across);
         facing = select(facing, -facing, dot(facing, to_eye) < 0.0);
     }
+    return facing;
+}
+
+/// The pixel of a surface with the diffuse reflectance `albedo`.
+fn pixel(in: Shaded, front: bool, albedo: vec3<f32>) -> Pixel {
+    return pixel_of(in, facing_of(in), front, albedo);
+}
+
+/// The same where the triangle has the normal `facing`.
+fn pixel_of(in: Shaded, facing: vec3<f32>, front: bool, albedo: vec3<f32>) -> Pixel {
+    let to_eye = -normalize(in.p);
+    let cells = fwidth(in.grid);
     var normal = facing;
     if dot(in.normal, in.normal) > 1e-12 {
         let seen = select(-1.0, 1.0, front != (object.mirrored == 1u));
