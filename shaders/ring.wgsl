@@ -17,12 +17,17 @@ struct Ring {
     room: u32,
     // 1 where tiles without a block count as blank ones.
     loose: u32,
+    // Of mips texels along an edge of the cage, at most: every tile is seen at the level that is nearest to it. 0 for the
+    // tiles themselves.
+    density: u32,
+    // The mips that are made of what is below them.
+    level: u32,
 }
 
 // The tiles to bring up to date, and first how many.
 @group(0) @binding(0) var<storage, read> listed: array<u32>;
 @group(0) @binding(1) var<storage, read> counts: array<u32>;
-// Of every tile the block that is worked on, if there are such blocks, and those.
+// Of every tile the block that is worked on, if there are such blocks, and those; of mips the first word, and those.
 @group(0) @binding(2) var<storage, read> pointers: array<u32>;
 @group(0) @binding(3) var<storage, read_write> blocks: array<atomic<u32>>;
 // Of every tile the first word of its block, and its texels a side; the latter again, of tiles without a block too if these
@@ -95,13 +100,31 @@ fn is_there(tile: u32) -> bool {
     return work.loose == 1u || entries[tile].x != NONE;
 }
 
+fn is_sub(tile: u32) -> u32 {
+    return (topology[TILE_WORDS * tile] >> 9u) & 1u;
+}
+
+/// The level at which a tile is seen.
+fn level_of(tile: u32) -> u32 {
+    if work.density == 0u {
+        return 0u;
+    }
+    let size = sizes[tile].y;
+    return min(firstLeadingBit(max((size << is_sub(tile)) / work.density, 1u)), firstTrailingBit(size) - 1u);
+}
+
 fn size_of(tile: u32) -> u32 {
-    return sizes[tile].y;
+    return sizes[tile].y >> level_of(tile);
+}
+
+/// Whether what is brought up to date of a tile is of this density.
+fn is_updated(tile: u32) -> bool {
+    return work.density == 0u || (level_of(tile) > 0u && size_of(tile) << is_sub(tile) == work.density);
 }
 
 /// Texels along an edge of the cage.
 fn density_of(tile: u32) -> u32 {
-    return select(0u, size_of(tile) << ((topology[TILE_WORDS * tile] >> 9u) & 1u), is_there(tile));
+    return select(0u, size_of(tile) << is_sub(tile), is_there(tile));
 }
 
 fn block_of(tile: u32) -> u32 {
@@ -147,11 +170,31 @@ fn word_at(worked: bool, at: u32) -> u32 {
     return atomicLoad(&texels[at]);
 }
 
-/// The texel with an index in the block of a tile.
-fn texel_at(tile: u32, index: u32) -> vec2<u32> {
+// Where a block is.
+struct Home {
+    worked: bool,
+    first: u32,
+}
+
+fn home_of(tile: u32, level: u32) -> Home {
+    if level > 0u {
+        var texels_before = 0u;
+        for (var k = 1u; k < level; k++) {
+            let stride = (sizes[tile].y >> k) + 2u;
+            texels_before += stride * stride;
+        }
+        let words = select(texels_before * select(1u, 2u, is_wide()), texels_before / 2u, work.format == 0u);
+        return Home(true, select(pointers[tile] + words, NONE, pointers[tile] == NONE));
+    }
     let block = block_of(tile);
-    let worked = block != NONE;
-    let first = select(entries[tile].x, block * work.room, worked);
+    return Home(block != NONE, select(block * work.room, entries[tile].x, block == NONE));
+}
+
+/// The texel with an index in the block of a tile at a level.
+fn texel_in(tile: u32, level: u32, index: u32) -> vec2<u32> {
+    let home = home_of(tile, level);
+    let worked = home.worked;
+    let first = home.first;
     if first == NONE {
         return words_near(work.blank);
     }
@@ -178,12 +221,20 @@ fn write_word(worked: bool, at: u32, bits: u32, mask: u32) {
     atomicOr(&texels[at], bits);
 }
 
-/// Writes a texel that differs.
+fn texel_at(tile: u32, index: u32) -> vec2<u32> {
+    return texel_in(tile, level_of(tile), index);
+}
+
 fn write_texel(tile: u32, index: u32, words: vec2<u32>) {
-    let block = block_of(tile);
-    let worked = block != NONE;
-    let first = select(entries[tile].x, block * work.room, worked);
-    if first == NONE || all(texel_at(tile, index) == words) {
+    write_in(tile, level_of(tile), index, words);
+}
+
+/// Writes a texel at a level.
+fn write_in(tile: u32, level: u32, index: u32, words: vec2<u32>) {
+    let home = home_of(tile, level);
+    let worked = home.worked;
+    let first = home.first;
+    if first == NONE {
         return;
     }
     if work.format == 0u {
@@ -534,6 +585,35 @@ fn mean_words(sum: vec4<f32>, count: u32) -> vec2<u32> {
     return vec2((near.x & 0x8000u) | held, 0u);
 }
 
+/// The mean of the two by two texels at a column and a row of the block of a tile at a level, of which `known` is the one of
+/// that number.
+fn mean_of(tile: u32, level: u32, cell: vec2<u32>, number: u32, known: vec2<u32>) -> vec2<u32> {
+    let stride = (sizes[tile].y >> level) + 2u;
+    var sum = vec4(0.0);
+    for (var k = 0u; k < 4u; k++) {
+        var words = known;
+        if k != number {
+            words = texel_in(tile, level, (cell.y + k / 2u) * stride + cell.x + k % 2u);
+        }
+        sum += value_of(words);
+    }
+    return words_near(0.25 * sum);
+}
+
+/// The texel of a tile's border at a corner; of a mip, before it is equalised.
+fn corner_of(tile: u32, corner: u32) -> vec2<u32> {
+    var size = sizes[tile].y;
+    var words = texel_in(tile, 0u, line_at(size, corner, 0, 0));
+    let right = corner == 1u || corner == 2u;
+    let up = corner >= 2u;
+    for (var level = 0u; level < level_of(tile); level++) {
+        let cell = vec2(select(1u, size - 1u, right), select(1u, size - 1u, up));
+        words = mean_of(tile, level, cell, select(0u, 1u, right) + select(0u, 2u, up), words);
+        size /= 2u;
+    }
+    return words;
+}
+
 /// How many turns an inner loop makes: rings may have as many entries as lavapipe's loops have turns.
 const TURNS: u32 = 1024u;
 
@@ -557,7 +637,7 @@ fn make_vertex(ring: u32) -> Vertex {
             there = there && is_there(tile);
             even = even && density_of(tile) == density;
             if there && (place & 4u) == 0u {
-                sum += value_of(words_seen(border_at(tile, place & 3u, 0u), ((place ^ flips) & 8u) != 0u));
+                sum += value_of(words_seen(corner_of(tile, place & 3u), ((place ^ flips) & 8u) != 0u));
             }
         }
     }
@@ -628,7 +708,7 @@ fn settle_borders(
     let size = size_of(tile);
     let edge = (group.y * GROUP + local) / size;
     let k = (group.y * GROUP + local) % size;
-    if edge >= 4u {
+    if edge >= 4u || !is_updated(tile) {
         return;
     }
     let index = line_at(size, edge, 0, i32(k));
@@ -637,6 +717,9 @@ fn settle_borders(
         if end.single {
             write_texel(tile, index, end.words);
         }
+        return;
+    }
+    if work.density > 0u {
         return;
     }
     let link = link_of(tile, edge);
@@ -666,7 +749,7 @@ fn make_rings(
     let size = size_of(tile);
     let edge = (group.y * GROUP + local) / (size + 1u);
     let k = i32((group.y * GROUP + local) % (size + 1u)) - 1;
-    if edge >= 4u {
+    if edge >= 4u || !is_updated(tile) {
         return;
     }
     let index = line_at(size, edge, -1, k);
@@ -686,6 +769,28 @@ fn make_rings(
         texel = ring_texel(seen.tile, seen.edge, seen.k);
     }
     write_texel(tile, index, words_seen(texel, seen.flips));
+}
+
+// A level of mips: means of two by two texels of the level below (Schäfer et al. 2015, *Local Painting and Deformation of
+// Meshes on the GPU*, Section 5). The same as `mip` of rust/tiles.
+@compute @workgroup_size(GROUP)
+fn make_mips(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let tile = tile_of(group, groups);
+    if tile == NONE {
+        return;
+    }
+    let size = sizes[tile].y >> work.level;
+    let at = group.y * GROUP + local;
+    if size < 2u || at >= size * size {
+        return;
+    }
+    let cell = vec2(at % size, at / size);
+    let mean = mean_of(tile, work.level - 1u, 2u * cell + vec2(1u), NONE, vec2(0u));
+    write_in(tile, work.level, (cell.y + 1u) * (size + 2u) + cell.x + 1u, mean);
 }
 
 // Blank blocks of the tiles.

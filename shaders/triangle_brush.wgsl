@@ -1,6 +1,6 @@
 // import triangles
 // import brush_sculpt_modes
-// import brush_paint_modes
+// import brush_smear
 // A brush at every value of the triangles to modify (Schäfer et al. 2015, *Local Painting and Deformation of Meshes on the
 // GPU*, Section 6.2). A triangle's block has the values of its sides and corners too: a value that changes is in the box, so
 // that all triangles which share it are modified and come to the same bits.
@@ -30,8 +30,13 @@ fn note_value(face: u32, block: u32, node: Node) -> u32 {
     let part = part_of(node);
     note_dab(block, select(STATE_INNER, STATE_SIDES, part < 3u));
     atomicOr(&states[BLOCK_WORDS * block + STATE_PARTS], 1u << part);
+    return select(0u, 1u, is_first(face, node));
+}
+
+/// Whether no other block is the first to have a value.
+fn is_first(face: u32, node: Node) -> bool {
     let others = sharing(face, node);
-    return select(0u, 1u, others.count == 0u || mesh_words[others.first] == 3u * face + node.side);
+    return others.count == 0u || mesh_words[others.first] == 3u * face + node.side;
 }
 
 /// The displacement from when the stroke began.
@@ -146,6 +151,9 @@ fn painted_at(face: u32, node: Node, now: vec4<f32>) -> vec4<f32> {
     var tint = Tint(work.color, at.share);
     if edit_is(STAMPED) && tint.share > 0.0 {
         tint = paint_stamped(at.place, tint.share, footprint_of(face, node));
+    }
+    if work.mode == PAINT_SMEAR {
+        return smeared_over(at, tint.share, now, is_first(face, node));
     }
     if !(tint.share > 0.0) {
         return now;

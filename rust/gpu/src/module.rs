@@ -22,6 +22,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("brush_paint_modes", include_str!("../../../shaders/brush_paint_modes.wgsl")),
     ("brush_sculpt", include_str!("../../../shaders/brush_sculpt.wgsl")),
     ("brush_sculpt_modes", include_str!("../../../shaders/brush_sculpt_modes.wgsl")),
+    ("brush_smear", include_str!("../../../shaders/brush_smear.wgsl")),
     ("brush_stamp", include_str!("../../../shaders/brush_stamp.wgsl")),
     ("brush_still", include_str!("../../../shaders/brush_still.wgsl")),
     ("brush_tiles", include_str!("../../../shaders/brush_tiles.wgsl")),

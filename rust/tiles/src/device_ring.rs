@@ -27,8 +27,8 @@ struct Ring {
     format: u32,
     room: u32,
     loose: u32,
-    /// To the alignment of the colour.
-    padding: [u32; 2],
+    density: u32,
+    level: u32,
 }
 
 /// Blocks that are worked on, in place of those of the tiles that have one.
@@ -54,9 +54,10 @@ pub struct BoundRing {
 /// Workgroups that a dispatch has along one dimension at most.
 const ROW: u32 = 32_768;
 
-/// Kernels in the order in which they run, and the one that makes blocks blank.
-const ENTRIES: [&str; 4] = ["make_vertices", "settle_borders", "make_rings", "make_blank"];
+/// Kernels in the order in which they run, the one that makes blocks blank, and the one of mips.
+const ENTRIES: [&str; 5] = ["make_vertices", "settle_borders", "make_rings", "make_blank", "make_mips"];
 const BLANK: usize = 3;
+const MIPS: usize = 4;
 
 /// The ring update of the tiles of one cage.
 #[derive(Debug)]
@@ -130,7 +131,7 @@ impl DeviceRing {
         let run = self.runs.fetch_add(1, Ordering::Relaxed) % (u32::MAX - 1) + 1;
         let (room, loose) = (bound.room.unwrap_or(0), u32::from(bound.room.is_some()));
         let (rings, entries) = (self.rings, self.entries);
-        Ok(Ring { blank, rings, entries, run, format, room, loose, padding: [0; 2] })
+        Ok(Ring { blank, rings, entries, run, format, room, loose, density: 0, level: 0 })
     }
 
     /// Records the update of `count` listed tiles of at most `size` texels a side.
@@ -161,6 +162,49 @@ impl DeviceRing {
         self.kernels[..BLANK].iter().try_for_each(|kernel| {
             pass.run_indirect(kernel, &[&bound.bindings], bytemuck::bytes_of(&work), arguments, first)
         })
+    }
+
+    /// Binds the mips of the listed tiles: where they begin, they, and the sizes of all tiles, see [`WorkedBlocks`].
+    pub(crate) fn bind_mips<T: Texel>(
+        &self,
+        device: &Device,
+        tiles: &DeviceTiles<T>,
+        (listed, counts): (&wgpu::Buffer, &wgpu::Buffer),
+        (pointers, blocks, sizes): (&Buffer<u32>, &Buffer<u32>, &wgpu::Buffer),
+    ) -> Result<BoundRing> {
+        // There are no blocks that are worked on: level 0 is that of the tiles.
+        self.bind(device, tiles, (listed, counts), Some(WorkedBlocks { pointers, blocks, sizes, room: 0 }))
+    }
+
+    /// Records that level `level` of `count` listed tiles, of at most `size` texels a side there, is made of the one below.
+    pub(crate) fn make_mips<T: Texel>(
+        &self,
+        pass: &mut Pass<'_>,
+        bound: &BoundRing,
+        blank: T,
+        level: u32,
+        (count, size): (u32, u32),
+    ) -> Result<()> {
+        let work = Ring { level, ..self.work(bound, blank)? };
+        let groups = groups_of(count, size * size);
+        pass.run(&self.kernels[MIPS], &[&bound.bindings], bytemuck::bytes_of(&work), groups)
+    }
+
+    /// Records the update of the rings of those mips of `count` listed tiles that have `density` texels along an edge of the
+    /// cage, at most `size` a side.
+    pub(crate) fn update_mips<T: Texel>(
+        &self,
+        pass: &mut Pass<'_>,
+        bound: &BoundRing,
+        blank: T,
+        density: u32,
+        (count, size): (u32, u32),
+    ) -> Result<()> {
+        let work = Ring { density, ..self.work(bound, blank)? };
+        let groups = groups_of(count, 4 * (size + 1));
+        self.kernels[..BLANK]
+            .iter()
+            .try_for_each(|kernel| pass.run(kernel, &[&bound.bindings], bytemuck::bytes_of(&work), groups))
     }
 
     /// Records that the blocks of `count` listed tiles, of at most `size` texels a side, are blank.
@@ -258,6 +302,8 @@ mod tests {
             ("format", offset_of!(Ring, format)),
             ("room", offset_of!(Ring, room)),
             ("loose", offset_of!(Ring, loose)),
+            ("density", offset_of!(Ring, density)),
+            ("level", offset_of!(Ring, level)),
         ];
         assert_layout("ring", "Ring", size_of::<Ring>(), &fields);
     }

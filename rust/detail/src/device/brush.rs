@@ -17,7 +17,7 @@ use relievo_tiles::{Channel, DeviceRing, DeviceTiles, Field, TILES_GROUP, Texel}
 use super::events::{DeviceEvents, DeviceTexel, Edit, Ended, Returned, WORDS};
 use super::intersect::DeviceIntersection;
 use super::memory::{BlockState, DeviceMemory, Tested};
-use super::smear::DeviceSmear;
+use super::smear::{ACCESS, DeviceSmear};
 use super::still::DeviceStill;
 use crate::edit::TileEdit;
 use crate::smudge::Smudge;
@@ -71,12 +71,12 @@ impl<T: DeviceTexel> DeviceBrush<T> {
     pub fn new(device: &Device, surface: &DeviceSurface, field: &Field<T>) -> Result<Self> {
         use Access::{Read, Write};
         // Sculpting has nothing to carry.
-        let own = [Read, Read, Read, Write, Write, Write, Read, Read, Read, Write];
-        let own = if T::SMEARS { &own[..] } else { &own[..8] };
+        let smears = if T::SMEARS { &ACCESS[..] } else { &[] };
+        let own = [&[Read, Read, Read, Write, Write, Write, Read, Read][..], smears].concat();
         let kernel = device.kernel(&KernelSpec {
             module: T::MODULE,
             entry: "edit",
-            groups: &[own, &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
+            groups: &[&own, &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
             immediates: size_of::<Edit>() as u32,
             constants: &[],
         })?;
@@ -150,7 +150,7 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         edits: &[(BrushParameters, Edit)],
     ) -> Result<Option<(Vec<BlockState>, Event<T>)>> {
         let Stage { device, surface, ground, tiles, field, ring, looks_beside, smudge, .. } = stage;
-        smudge.map_or(Ok(()), |smudge| self.smear.take(device, smudge))?;
+        self.smear.take(device, smudge)?;
         loop {
             let groups = [surface.group(), ground.0.group(), tiles.group()];
             let intersection = &self.intersection;
@@ -167,7 +167,7 @@ impl<T: DeviceTexel> DeviceBrush<T> {
             };
             match self.events.run(device, (edits, T::FLAGS), groups, intersect, ready)? {
                 Ended::Made(made) => {
-                    smudge.map_or(Ok(()), |smudge| smear.give(device, smudge))?;
+                    smear.give(device, smudge)?;
                     return Ok(Some(collect(field, made, room)));
                 }
                 Ended::Short(needed) => self.make_room(device, (room, needed), keeps)?,

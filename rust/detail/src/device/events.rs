@@ -61,8 +61,8 @@ impl Edit {
 pub(crate) trait DeviceTexel: Texel {
     /// The module of the kernel that does on tiles.
     const MODULE: &'static str;
-    /// The entry point of the one that does on triangles, and how many tables it has for normals.
-    const TRIANGLES: (&'static str, usize);
+    /// The entry point of the one that does on triangles.
+    const TRIANGLES: &'static str;
     /// Whether kernels paint it, and so may smear.
     const SMEARS: bool = true;
     /// [`WIDE`] for colours of half floats.
@@ -77,17 +77,17 @@ const TURNED_OVER: u32 = 4;
 impl DeviceTexel for f16 {
     const MODULE: &'static str = "brush_sculpt";
     const SMEARS: bool = false;
-    const TRIANGLES: (&'static str, usize) = ("sculpt", 2);
+    const TRIANGLES: &'static str = "sculpt";
 }
 
 impl DeviceTexel for Rgba8 {
     const MODULE: &'static str = "brush_paint";
-    const TRIANGLES: (&'static str, usize) = ("paint", 0);
+    const TRIANGLES: &'static str = "paint";
 }
 
 impl DeviceTexel for Rgba16 {
     const MODULE: &'static str = "brush_paint";
-    const TRIANGLES: (&'static str, usize) = ("paint", 0);
+    const TRIANGLES: &'static str = "paint";
     const FLAGS: u32 = WIDE;
 }
 

@@ -1,13 +1,16 @@
-//! What a smearing brush carries on a graphics device (`shaders/brush_paint.wgsl`): the picture that a dab leaves, and the
+//! What a smearing brush carries on a graphics device (`shaders/brush_smear.wgsl`): the picture that a dab leaves, and the
 //! sums of what it picks up, which come back and are the processor's again. Colours are linear with alpha.
 
 use relievo_core::Result;
-use relievo_gpu::{Buffer, Device, Frame, wgpu};
+use relievo_gpu::{Access, Buffer, Device, Frame, wgpu};
 
 use crate::smudge::{CELLS, Smudge, Sums};
 
 /// Words of a cell's sums: two of each of red, green, blue and alpha, and how many.
 const WORDS: usize = 9;
+
+/// How kernels have them.
+pub(super) const ACCESS: [Access; 2] = [Access::Read, Access::Write];
 
 /// The pictures of a brush.
 #[derive(Debug)]
@@ -24,13 +27,14 @@ impl DeviceSmear {
         Ok(Self { carried, picked: Buffer::new(device, "what a brush picks up", WORDS * CELLS)? })
     }
 
-    /// What kernels that paint tiles have as their last bindings.
+    /// What kernels that paint have as their last bindings, see [`ACCESS`].
     pub fn tables(&self) -> [&wgpu::Buffer; 2] {
         [self.carried.wgpu(), self.picked.wgpu()]
     }
 
-    /// Has the device leave what `smudge` carries.
-    pub fn take(&self, device: &Device, smudge: &Smudge) -> Result<()> {
+    /// Has the device leave what `smudge` carries, if there is such a brush.
+    pub fn take(&self, device: &Device, smudge: Option<&Smudge>) -> Result<()> {
+        let Some(smudge) = smudge else { return Ok(()) };
         let cells = smudge.carried();
         self.carried.write(device, 0, &[[if cells.is_some() { 1.0 } else { 0.0 }; 4]])?;
         cells.map_or(Ok(()), |cells| self.carried.write(device, 1, cells))
@@ -41,8 +45,9 @@ impl DeviceSmear {
         frame.clear(&self.picked);
     }
 
-    /// Adds what the device picked up to what `smudge` has.
-    pub fn give(&self, device: &Device, smudge: &Smudge) -> Result<()> {
+    /// Adds what the device picked up to what `smudge` has, if there is such a brush.
+    pub fn give(&self, device: &Device, smudge: Option<&Smudge>) -> Result<()> {
+        let Some(smudge) = smudge else { return Ok(()) };
         let mut frame = device.frame()?;
         let picked = frame.read(&self.picked, 0..WORDS * CELLS)?;
         let _ = frame.submit()?;

@@ -8,13 +8,15 @@
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceMesh, MESH_GROUP};
 use relievo_tiles::triangle::{DeviceTriangles, Offset, Pattern, TRIANGLES_GROUP, TriangleChannel, TriangleField};
 
 use super::events::{DeviceEvents, DeviceTexel, Edit, Ended, Returned, WORDS};
 use super::intersect::Intersect;
 use super::memory::{BlockState, DeviceMemory};
+use super::smear::{ACCESS, DeviceSmear};
+use crate::smudge::Smudge;
 use crate::stamp::Stamp;
 use crate::triangle::TriangleGround;
 use crate::weights::BrushParameters;
@@ -29,6 +31,7 @@ pub(crate) struct TriangleBrush {
     known: Vec<f32>,
     seen: Option<TriangleField>,
     sets: Bindings,
+    smear: DeviceSmear,
 }
 
 /// What dabs are made on.
@@ -41,17 +44,20 @@ pub(crate) struct TriangleStage<'a, T: DeviceTexel> {
     /// The values before the event, in the pattern of the ground.
     pub values: &'a DeviceTriangles<T>,
     pub channel: &'a TriangleChannel<T>,
+    /// What a brush that smears carries.
+    pub smudge: Option<&'a Smudge>,
 }
 
 impl TriangleBrush {
     /// For the values of `mesh` in `pattern`. Fails where the device has no room.
     pub fn new<T: DeviceTexel>(device: &Device, mesh: &DeviceMesh, pattern: Pattern) -> Result<Self> {
         use Access::{Read, Write};
-        let (entry, tables) = T::TRIANGLES;
-        let own = [&[Read, Read, Read, Write, Write, Write, Read][..], &vec![Read; tables][..]].concat();
+        // Tables of normals, of which painting has no use, and what it carries instead.
+        let tables = if T::SMEARS { [&[Read][..], &ACCESS].concat() } else { vec![Read; 2] };
+        let own = [&[Read, Read, Read, Write, Write, Write, Read][..], &tables].concat();
         let kernel = device.kernel(&KernelSpec {
             module: "triangle_brush",
-            entry,
+            entry: T::TRIANGLES,
             groups: &[&own, &MESH_GROUP, &TRIANGLES_GROUP, &TRIANGLES_GROUP],
             immediates: size_of::<Edit>() as u32,
             constants: &[],
@@ -69,8 +75,12 @@ impl TriangleBrush {
         let reaches = Buffer::of(device, "reaches of triangles", &known)?;
         let sets = bind(device, &intersect, &reaches, &memory)?;
         // There are no normals until a mode needs them.
-        let events = DeviceEvents::new(device, kernel, memory, &vec![reaches.wgpu(); tables])?;
-        Ok(Self { events, intersect, reaches, known, seen: None, sets })
+        let smear = DeviceSmear::new(device)?;
+        let [carried, picked] = smear.tables();
+        let normals = [reaches.wgpu(); 2];
+        let tables = if T::SMEARS { &[reaches.wgpu(), carried, picked][..] } else { &normals };
+        let events = DeviceEvents::new(device, kernel, memory, tables)?;
+        Ok(Self { events, intersect, reaches, known, seen: None, sets, smear })
     }
 
     /// Takes on by how much normals differ from the smooth ones, for modes that need them.
@@ -131,7 +141,8 @@ impl TriangleBrush {
         stage: TriangleStage<'_, T>,
         edits: &[(BrushParameters, Edit)],
     ) -> Result<Option<(Returned, u32)>> {
-        let TriangleStage { device, mesh, ground, values, .. } = stage;
+        let TriangleStage { device, mesh, ground, values, smudge, .. } = stage;
+        self.smear.take(device, smudge)?;
         loop {
             let groups = [mesh.group(), ground.0.group(), values.group()];
             let (kernel, sets, count) = (&self.intersect, &self.sets, self.known.len() as u32);
@@ -140,8 +151,18 @@ impl TriangleBrush {
                 pass.run(kernel, &[sets, mesh.group()], bytemuck::bytes_of(&work), size)
             };
             let room = self.events.memory().room();
-            match self.events.run(device, (edits, T::FLAGS), groups, intersect, |_, _, _| Ok(()))? {
-                Ended::Made(made) => return Ok(Some((made, room))),
+            let smear = &self.smear;
+            let ready = |frame: &mut Frame, _: &DeviceMemory, _| {
+                if smudge.is_some() {
+                    smear.clear(frame);
+                }
+                Ok(())
+            };
+            match self.events.run(device, (edits, T::FLAGS), groups, intersect, ready)? {
+                Ended::Made(made) => {
+                    smear.give(device, smudge)?;
+                    return Ok(Some((made, room)));
+                }
                 Ended::Short(needed) => {
                     self.events.make_room(device, (room, needed), false)?;
                     self.sets = bind(device, &self.intersect, &self.reaches, self.events.memory())?;

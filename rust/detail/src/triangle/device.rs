@@ -17,13 +17,13 @@ use super::dab::write;
 use super::level::refined;
 use super::object::{TriangleGround, TriangleObject};
 use super::site::{Element, ElementEdit, values};
+use crate::brush::Brush;
 use crate::dab::{Dab, DabReport};
 use crate::device::{
     DeviceTexel, Edit, Kind, OnDevice, Returned, TriangleBrush, TriangleStage, edits_of, on_device, reports_of,
 };
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
-use crate::stamp::Stamp;
 use crate::weights::BrushParameters;
 
 /// The state of a mesh on a device.
@@ -73,8 +73,8 @@ impl OnDevice for TriangleObject {
 }
 
 impl TriangleObject {
-    /// Has dabs made on a graphics device from now on, or on the processor again. What a device does not do (smearing,
-    /// meshes with vector displacement), the processor does.
+    /// Has dabs made on a graphics device from now on, or on the processor again. What a device does not do (meshes with
+    /// vector displacement), the processor does.
     ///
     /// Fails, and changes nothing, where the device has no room for the mesh.
     pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
@@ -231,7 +231,7 @@ impl TriangleDevice {
         let edits = edits_of(&object.transform, dabs, Vec4::ZERO);
         // A dab that looks at neighbours needs their values, and one that is by itself its own displacement.
         let together = start.is_some() && !mode.needs_mean();
-        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let brush = dabs.first().map(|dab| &dab.brush);
         let mut tool = self.sculpting.take();
         let tools = self.tool(&mut tool, channel, (heights, object.level()))?;
         if mode.needs_facing() {
@@ -245,7 +245,7 @@ impl TriangleDevice {
             };
             tools.brush.take_turns(device, turns)?;
         }
-        let made = self.event(context, tools, channel, heights, (edits, stamp), together);
+        let made = self.event(context, tools, channel, heights, (edits, brush), together);
         self.sculpting = tool;
         made
     }
@@ -261,10 +261,10 @@ impl TriangleDevice {
     ) -> Result<Option<Event<T>>> {
         let heights = start.map_or(object.displacement.field(), |start| start.heights);
         let edits = edits_of(&object.transform, dabs, channel.field().blank().color());
-        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let brush = dabs.first().map(|dab| &dab.brush);
         let mut tool = T::slot(self).take();
         let tools = self.tool(&mut tool, channel, (heights, object.level()))?;
-        let made = self.event(context, tools, channel, heights, (edits, stamp), !mode.needs_mean());
+        let made = self.event(context, tools, channel, heights, (edits, brush), !mode.needs_mean());
         *T::slot(self) = tool;
         made
     }
@@ -300,15 +300,17 @@ impl TriangleDevice {
         tool: &mut Tool<T>,
         channel: &TriangleChannel<T>,
         heights: &TriangleField,
-        (mut edits, stamp): (Vec<(BrushParameters, Edit)>, Option<&Stamp>),
+        (mut edits, brush): (Vec<(BrushParameters, Edit)>, Option<&Brush>),
         together: bool,
     ) -> Result<Option<Event<T>>> {
         let (device, mesh, field) = (&self.device, &self.mesh, channel.field());
         let pattern = tool.values.pattern();
         edits.iter_mut().for_each(|(_, edit)| edit.segments = pattern.segments());
-        let stage = TriangleStage { device, mesh, ground: (&tool.ground, heights), values: &tool.values, channel };
+        let (stamp, smudge) = (brush.and_then(Brush::stamp), brush.and_then(Brush::smudge));
+        let ground = (&tool.ground, heights);
+        let stage = TriangleStage { device, mesh, ground, values: &tool.values, channel, smudge };
         // Finer values follow the edit of a coarser level dab by dab.
-        let together = together && pattern == field.pattern();
+        let together = together && pattern == field.pattern() && smudge.is_none();
         let made = tool.brush.event(stage, (&edits, stamp), together)?;
         Ok(made.map(|made| Event::new(context, field, pattern, made)))
     }

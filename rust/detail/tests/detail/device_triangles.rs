@@ -274,6 +274,7 @@ fn colours_of_a_device_on_triangles_are_those_of_the_processor() {
         (PaintMode::Multiply, [0.5, 1.5, 0.9, 1.0]),
         (PaintMode::Blur, [0.0; 4]),
         (PaintMode::Erase, [0.0; 4]),
+        (PaintMode::Smear, [0.0; 4]),
     ];
     for half in [false, true] {
         let [mut here, mut there] = [make(half), make(half)];

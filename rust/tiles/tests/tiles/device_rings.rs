@@ -9,7 +9,7 @@ use relievo_gpu::{Buffer, Device};
 use relievo_surface::TileTopology;
 use relievo_testing::{Random, cage, device, grid};
 use relievo_tiles::{
-    Channel, ChannelOptions, DeviceRing, DeviceTiles, Displacement, Paint, Rgba8, Rgba16, Sets, Texel,
+    Channel, ChannelOptions, DeviceMips, DeviceRing, DeviceTiles, Displacement, Paint, Rgba8, Rgba16, Sets, Texel,
 };
 
 /// Texels of the last edits' whole rows, as an editor has them before anything is settled.
@@ -143,6 +143,66 @@ fn rings_of_a_device_are_those_of_the_processor() {
         let (differ, all) = follow(&device, displacement, make, steps);
         println!("{differ} of {all} coefficients differ");
         assert_eq!(differ, 0);
+    }
+}
+
+/// The mips of edited colours, made on the device after each edit. Returns how many texels differ, and all.
+fn mips<T: Texel>(
+    device: &Device,
+    mut channel: Channel<T>,
+    make: impl Fn(&mut Random) -> T + Sync,
+    far: impl Fn(T, T) -> f32,
+    most: f32,
+) -> (usize, usize) {
+    let context = Context::serial();
+    let ring = DeviceRing::new(device, channel.field().topology()).unwrap();
+    let mut tiles = DeviceTiles::new(device, channel.field()).unwrap();
+    let mut mips = DeviceMips::new(device, &ring, &tiles).unwrap();
+    let mut random = Random(23);
+    let (mut differ, mut all) = (0, 0);
+    for step in 0..5 {
+        if step == 3 {
+            let gone = channel.field().allocated().nth(1).into_iter().collect();
+            let applied = channel.apply(&Sets { deallocate: gone, ..Sets::default() }).unwrap();
+            channel.settle(&context, &applied.changes).unwrap();
+        } else {
+            scrawl(&context, &mut channel, &mut random, &make);
+        }
+        tiles.update(device, channel.field()).unwrap();
+        mips.update(device, &ring, &tiles).unwrap();
+        let there = mips.read_back(device).unwrap();
+        assert_eq!(there.len(), channel.field().allocated().count());
+        for (tile, texels) in there {
+            let levels = 1..=channel.field().class(tile).mips();
+            let expected = levels.flat_map(|level| channel.field().level(tile, level).unwrap().to_vec());
+            for (at, (ours, theirs)) in texels.iter().zip(expected).enumerate() {
+                all += 1;
+                differ += usize::from(!ours.same(theirs));
+                assert!(far(*ours, theirs) <= most, "step {step}, texel {at} of tile {tile}: {ours:?} {theirs:?}");
+            }
+        }
+    }
+    (differ, all)
+}
+
+#[test]
+fn mips_of_a_device_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    for (topology, options) in meshes().into_iter().take(4) {
+        let byte = |random: &mut Random| random.below(256) as u8;
+        let make = |random: &mut Random| Rgba8([byte(random), byte(random), byte(random), byte(random)]);
+        let far = |a: Rgba8, b: Rgba8| (0..4).map(|i| f32::from(a.0[i].abs_diff(b.0[i]))).fold(0.0, f32::max);
+        let blank = Vec4::new(0.5, 0.03, 1.0, 1.0);
+        let paint = Paint::<Rgba8>::of_color(topology.clone(), blank, &options).unwrap();
+        let (differ, all) = mips(&device, paint, make, far, 2.0);
+        println!("{differ} of {all} colours of mips differ");
+        let half = |random: &mut Random| f16::from_f32(3.0 * random.unit());
+        let make = |random: &mut Random| Rgba16([half(random), half(random), half(random), half(random)]);
+        let far = |a: Rgba16, b: Rgba16| (0..4).map(|i| steps(a.0[i], b.0[i])).fold(0.0, f32::max);
+        let paint = Paint::<Rgba16>::of_color(topology, blank, &options).unwrap();
+        let (differ, all) = mips(&device, paint, make, far, 1.0);
+        println!("{differ} of {all} colours of mips of half floats differ");
+        assert!(differ * 1000 < all);
     }
 }
 
