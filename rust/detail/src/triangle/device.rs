@@ -137,8 +137,7 @@ impl TriangleObject {
 
     /// What a dab does, if there is a device that does it.
     fn kind_on_device(&self, dab: &Dab) -> Option<Kind> {
-        let smears = |kind: &Kind| *kind == Kind::Paint(PaintMode::Smear);
-        Kind::of(dab).filter(|kind| self.device.is_some() && self.vectors.is_none() && !smears(kind))
+        Kind::of(dab).filter(|_| self.device.is_some() && self.vectors.is_none())
     }
 }
 

@@ -283,7 +283,9 @@ fn colours_of_a_device_on_triangles_are_those_of_the_processor() {
             let settings = StrokeSettings { radius: 0.9, spacing: 0.4, strength: 0.7, ..StrokeSettings::default() };
             let action = Action::Paint { mode, color };
             let stroke = stroke(&here, &[[1.6, 2.0, 0.0], [2.4, 2.2, 0.0]], action, settings);
+            context.stats().take();
             let [expected, found] = apply(&context, &stroke, [&mut here, &mut there]);
+            assert!(context.stats().take().iter().any(|event| event.stage == "dab.device"), "{mode:?}");
             assert_eq!(found.dabs, expected.dabs, "{mode:?}");
             assert!(expected.report.changed_texels > 100, "{expected:?}");
             assert_eq!(found.report.changed, expected.report.changed, "{mode:?}");
