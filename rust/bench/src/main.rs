@@ -6,6 +6,7 @@ mod device_paint;
 mod gpu;
 mod imprint;
 mod imprint_device;
+mod lod;
 mod measure;
 mod paint;
 mod report;
@@ -24,7 +25,7 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint` or `gpu`
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu` or `lod`
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -38,9 +39,10 @@ fn run(arguments: &Arguments) -> Result<()> {
         "imprint" => imprint::run(&mut report)?,
         "paint" => paint::run(&mut report)?,
         "gpu" => gpu::run(&mut report, arguments.json)?,
+        "lod" => lod::run(&mut report)?,
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint` or `gpu`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu` or `lod`"));
         }
     }
     report.finish();

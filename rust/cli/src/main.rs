@@ -16,6 +16,7 @@ mod new;
 mod povray;
 mod run;
 mod schema;
+mod simplify;
 mod stroke;
 mod tessellate;
 mod transfer;
@@ -52,6 +53,8 @@ enum Command {
     Info(info::Arguments),
     /// Makes a mesh of Bézier patches.
     Tessellate(tessellate::Arguments),
+    /// Makes a mesh of fewer triangles for nearly the same surface.
+    Simplify(simplify::Arguments),
     /// Draws a picture of Bézier patches, a mesh or a document, on a graphics device or by rays.
     Draw(draw::Arguments),
     /// Lists the processor and the graphics devices of this machine.
@@ -79,6 +82,7 @@ fn main() -> ExitCode {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Tessellate(arguments) => tessellate::run(&arguments),
+        Command::Simplify(arguments) => simplify::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),

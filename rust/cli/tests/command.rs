@@ -240,3 +240,36 @@ fn the_edits_of_a_document_are_checked_and_folded() {
     let check = text(&relievo(folder.path(), &["doc", "check", "a.relievo"]).stdout);
     assert!(check.contains("no damage") && !check.contains("under way"), "{check}");
 }
+
+#[test]
+fn a_mesh_is_simplified_to_a_share_a_number_or_a_deviation() {
+    let folder = tempfile::tempdir().unwrap();
+    let bowl = |index: u32| {
+        let (x, y) = (index % 21, index / 21);
+        let (x, y) = (f64::from(x) / 10.0 - 1.0, f64::from(y) / 10.0 - 1.0);
+        format!("v {x} {y} {}\n", 0.3 * (x * x + y * y))
+    };
+    let square = |index: u32| {
+        let at = index / 20 * 21 + index % 20 + 1;
+        format!("f {at} {} {} {}\n", at + 1, at + 22, at + 21)
+    };
+    let mesh: String = (0..441).map(bowl).chain((0..400).map(square)).collect();
+    std::fs::write(folder.path().join("bowl.obj"), mesh).unwrap();
+    let simplify =
+        |goal: &[&str]| relievo(folder.path(), &[&["simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat());
+    let faces = || {
+        let info = relievo(folder.path(), &["info", "--json", "less.ply"]);
+        let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+        found["faces"].as_u64().unwrap()
+    };
+    let done = simplify(&["--ratio", "0.25"]);
+    assert!(done.status.success() && text(&done.stdout).starts_with("800 triangles, "), "{done:?}");
+    assert!((199..=200).contains(&faces()), "{}", faces());
+    assert!(simplify(&["--faces", "100", "--threads", "1"]).status.success());
+    assert!((99..=100).contains(&faces()), "{}", faces());
+    assert!(simplify(&["--error", "0.02"]).status.success());
+    assert!((8..100).contains(&faces()), "{}", faces());
+    assert_eq!(simplify(&[]).status.code(), Some(2));
+    let refused = simplify(&["--ratio", "1.5"]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("use 0 to 1"), "{refused:?}");
+}

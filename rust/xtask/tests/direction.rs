@@ -22,7 +22,7 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-surface"],
     &["relievo-tiles"],
     &["relievo-render", "relievo-procedural"],
-    &["relievo-detail"],
+    &["relievo-detail", "relievo-lod"],
     &["relievo-bake"],
     &["relievo-scene"],
     &["relievo-capi", "relievo-cli"],

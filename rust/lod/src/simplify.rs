@@ -1,0 +1,158 @@
+//! Simplification of triangle meshes: fewer triangles for nearly the same surface.
+//!
+//! Edges are collapsed in rounds (Grund, Derzapf, Guthe 2011; Derzapf, Grund, Guthe 2014, Section 3): each finds what
+//! collapses cost, and makes those of the cheapest fifth that do not touch each other, at the same time. Where a vertex
+//! goes and what that costs is found from the triangles as they are then (Lindstrom, Turk 1998): `placement.rs`.
+//! Results do not depend on the number of threads.
+
+use relievo_core::{Context, Error, Progress, Result};
+
+use crate::connectivity::NONE;
+use crate::decimation::Decimation;
+
+/// When a simplification ends, at the first of these, and what it leaves alone.
+#[derive(Clone, Debug)]
+pub struct SimplifyOptions {
+    /// Triangles to be left. There may be one less, where two go at once.
+    pub faces: usize,
+    /// The largest deviation from the mesh as it was, in its units, infinite for any. A vertex deviates by what its
+    /// collapse moves the planes of its triangles, in root mean square over their area, and by what its ends did before.
+    pub error: f32,
+    /// Vertices that stay where they are.
+    pub locked: Vec<u32>,
+}
+
+impl Default for SimplifyOptions {
+    fn default() -> Self {
+        Self { faces: 0, error: f32::INFINITY, locked: Vec::new() }
+    }
+}
+
+/// A simplified mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Simplified {
+    /// Positions.
+    pub points: Vec<[f32; 3]>,
+    /// Points of every triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// The largest deviation of a vertex, as [`SimplifyOptions::error`] counts it.
+    pub error: f32,
+}
+
+/// Triangles of a mesh at most: corners are counted in 32 bits, four a triangle.
+const MOST: usize = (u32::MAX / 4) as usize;
+/// Bytes of the structures for a triangle, with half a vertex.
+const BYTES: u64 = 150;
+/// Passes of selection in a round: what the first leaves free may collapse in the next ones.
+const PASSES: usize = 4;
+/// The share of edges that are considered in a round. More would be faster and take edges out of their order.
+const SHARE: f32 = 0.2;
+/// Costs beyond those of the last round, as a factor, up to which edges are looked at again whose surroundings changed.
+const AHEAD: f32 = 4.0;
+
+/// Simplifies a mesh. Vertices and triangles keep their order; vertices at boundaries stay there; those of edges with
+/// more than two triangles, and those that several fans of triangles share, are not moved. Fails if there is no
+/// triangle, a coordinate is not finite, an index too large, or `progress` asks to stop.
+pub fn simplify(
+    context: &Context,
+    points: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+    options: &SimplifyOptions,
+    progress: &mut (dyn Progress + Send),
+) -> Result<Simplified> {
+    check(context, points, triangles, options)?;
+    // Squares of areas stay in the range of f32 at this size; powers of two change no digit.
+    let extent = points.iter().flatten().fold(0.0f32, |most, value| most.max(value.abs()));
+    let exponent = if extent > 0.0 { extent.log2().ceil().clamp(-120.0, 120.0) } else { 0.0 };
+    let scale = exponent.exp2();
+    context.within(|| {
+        let mut work = Decimation::new(context, points, triangles, 1.0 / scale);
+        work.lock(&options.locked);
+        reduce(context, &mut work, triangles.len(), options.faces, options.error / scale, progress)?;
+        Ok(finish(&work, points, triangles, scale))
+    })
+}
+
+fn check(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], options: &SimplifyOptions) -> Result<()> {
+    if triangles.is_empty() {
+        return Err(Error::invalid("a mesh without triangles cannot be simplified").at("triangles"));
+    }
+    if triangles.len() > MOST || points.len() > MOST {
+        return Err(Error::unsupported(format!("{} triangles are too many", triangles.len()))
+            .at("triangles")
+            .advise(format!("split the mesh into parts of at most {MOST}")));
+    }
+    let bytes = BYTES * triangles.len().max(points.len()) as u64;
+    if bytes > context.memory_limit() {
+        return Err(Error::memory(format!("simplification needs {bytes} bytes, more than the memory limit"))
+            .advise("raise the memory limit, or split the mesh"));
+    }
+    if let Some(index) = points.iter().position(|point| point.iter().any(|value| !value.is_finite())) {
+        return Err(Error::invalid(format!("point {index} is not finite")).at("points"));
+    }
+    let outside = |index: &u32| *index as usize >= points.len();
+    if let Some(index) = triangles.iter().position(|triangle| triangle.iter().any(outside)) {
+        return Err(Error::invalid(format!("triangle {index} has a point that is not there")).at("triangles"));
+    }
+    if options.locked.iter().any(outside) {
+        return Err(Error::invalid("a locked point is not there").at("locked"));
+    }
+    if options.error.is_nan() || options.error < 0.0 {
+        return Err(Error::invalid(format!("an error of {} means nothing", options.error))
+            .at("error")
+            .advise("give a length, or infinity"));
+    }
+    Ok(())
+}
+
+fn reduce(
+    context: &Context,
+    work: &mut Decimation,
+    before: usize,
+    faces: usize,
+    error: f32,
+    progress: &mut (dyn Progress + Send),
+) -> Result<()> {
+    let (mut share, mut ahead) = (SHARE, f32::INFINITY);
+    while work.live() > faces {
+        let done = (before - work.live()) as f32 / (before - faces) as f32;
+        progress.step(done, "simplify")?;
+        work.renew_stars(context)?;
+        work.compact(context)?;
+        let costs = work.renew_costs(context, ahead, error)?;
+        let Some(limit) = costs.below(share) else { break };
+        ahead = limit * AHEAD;
+        let mut candidates = work.candidates(context, limit);
+        let mut collapses = Vec::new();
+        for _ in 0..PASSES {
+            if !work.select(context, &mut candidates, &mut collapses) {
+                break;
+            }
+        }
+        if !work.apply(context, collapses, work.live() - faces) {
+            if share >= 1.0 {
+                break;
+            }
+            (share, ahead) = ((2.0 * share).min(1.0), f32::INFINITY);
+        }
+    }
+    progress.step(1.0, "simplify")
+}
+
+/// The triangles that are left, and their points, in the order of the input, with those that no triangle had before.
+fn finish(work: &Decimation, before: &[[f32; 3]], triangles: &[[u32; 3]], scale: f32) -> Simplified {
+    let mut lonely = vec![true; before.len()];
+    triangles.as_flattened().iter().for_each(|vertex| lonely[*vertex as usize] = false);
+    let (left, points) = work.left();
+    let mut numbers = vec![NONE; points.len()];
+    left.as_flattened().iter().for_each(|vertex| numbers[*vertex as usize] = 0);
+    let mut made = Simplified { points: Vec::with_capacity(points.len()), triangles: left, error: 0.0 };
+    for (number, point) in numbers.iter_mut().zip(points).filter(|(number, _)| **number == 0) {
+        *number = made.points.len() as u32;
+        made.points.push((point.truncate() * scale).to_array());
+        made.error = made.error.max(point.w * scale);
+    }
+    made.triangles.as_flattened_mut().iter_mut().for_each(|vertex| *vertex = numbers[*vertex as usize]);
+    made.points.extend(before.iter().zip(lonely).filter(|(_, lonely)| *lonely).map(|(point, _)| point));
+    made
+}

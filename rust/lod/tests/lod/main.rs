@@ -1,0 +1,3 @@
+//! Levels of detail, by closed forms, invariants and models.
+
+mod simplify;
