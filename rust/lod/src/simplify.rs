@@ -47,8 +47,8 @@ const BYTES: u64 = 150;
 const PASSES: usize = 4;
 /// The share of edges that are considered in a round. More would be faster and take edges out of their order.
 const SHARE: f32 = 0.2;
-/// Costs beyond those of the last round, as a factor, up to which edges are looked at again whose surroundings changed.
-const AHEAD: f32 = 4.0;
+/// Costs beyond the limit of the last round, as a factor, up to which edges are looked at again whose surroundings changed.
+const AHEAD: f32 = 1.25;
 
 /// Simplifies a mesh. Vertices and triangles keep their order; vertices at boundaries stay there; those of edges with
 /// more than two triangles, and those that several fans of triangles share, are not moved. Fails if there is no
