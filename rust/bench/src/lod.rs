@@ -26,13 +26,13 @@ type Triangles = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 pub fn run(report: &mut Report) -> Result<()> {
     let context = Context::new(&ContextOptions::default())?;
     let knot = shapes::knot(640, 256);
-    let noise = |p: Vec3| {
-        (0..5).map(|octave| {
-            let wave = p * 4.0 * 2.0f32.powi(octave);
-            0.03 * 0.5f32.powi(octave) * wave.x.sin() * (1.1 * wave.y + 1.3).sin() * (0.9 * wave.z + 0.7).cos()
-        })
+    let wave = |p: Vec3| p.x.sin() * (1.1 * p.y + 1.3).sin() * (0.9 * p.z + 0.7).cos();
+    let noisy = |point: &[f32; 3]| {
+        let point = Vec3::from(*point);
+        let octaves = (0..5).map(|octave| 2.0f32.powi(octave));
+        let noise: f32 = octaves.map(|octave| 0.03 / octave * wave(point * 4.0 * octave)).sum();
+        (point * (1.0 + noise)).to_array()
     };
-    let noisy = |p: &[f32; 3]| (Vec3::from(*p) * (1.0 + noise(Vec3::from(*p)).sum::<f32>())).to_array();
     let noisy: Triangles = (knot.points.iter().map(noisy).collect(), knot.triangles());
     let rate = case(report, &context, "noisy knot, 327,680 triangles", &noisy)?;
     let flat = shapes::terrain(404);
