@@ -113,7 +113,7 @@ impl DeviceChain {
         let renewed = self.meshes.bring(&self.device, colliders)?;
         let (slots, slot_count) = slots(targets, links);
         let mut words = links.iter().map(|link| self.tell(link, targets, &slots)).collect::<Result<Vec<_>>>()?;
-        let waves = waves(&mut words)?;
+        let waves = waves(&self.device, &mut words)?;
         let room = waves.iter().fold(VoxelRoom::default(), |room, wave| room.or(wave.room));
         let meshes = (&self.meshes, renewed);
         if DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)? {

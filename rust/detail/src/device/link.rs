@@ -210,14 +210,17 @@ pub(super) struct Wave {
     pub room: VoxelRoom,
 }
 
-/// Says where the points, the work and the voxels of every imprint lie, wave by wave. Fails for a grid that is too wide.
-pub(super) fn waves(words: &mut [Words]) -> Result<Vec<Wave>> {
+/// Says where the points, the work and the voxels of every imprint lie, wave by wave, with no more voxels in one than a
+/// buffer of `device` holds. Fails for a grid that is too wide.
+pub(super) fn waves(device: &Device, words: &mut [Words]) -> Result<Vec<Wave>> {
+    let held = device.limits().max_storage_buffer_binding_size / size_of::<u32>() as u64;
+    let most_voxels = usize::try_from(held).map_or(MOST_VOXELS, |held| held.min(MOST_VOXELS));
     let mut waves: Vec<Wave> = Vec::new();
     for (index, it) in words.iter_mut().enumerate() {
         let own = VoxelRoom::of(it.points, it.triangles, it.dims)?;
         let fits = |wave: &&mut Wave| {
             let VoxelRoom([corners, items, turns, ..]) = wave.room.and(own);
-            corners + items <= MOST_PLACED && turns <= MOST_VOXELS
+            corners + items <= MOST_PLACED && turns <= most_voxels
         };
         let wave = match waves.last_mut().filter(fits) {
             Some(wave) => wave,

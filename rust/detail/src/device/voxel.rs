@@ -216,7 +216,7 @@ mod tests {
         let place = Place { closed, ..meshes.place(link.mesh).unwrap().clone() };
         let ground = Ground { transform: &DAffine3::IDENTITY, tiles: 0, started: false, slots: None };
         let mut words = [Words::new(&link, &place, &ground)];
-        let waves = waves(&mut words).unwrap();
+        let waves = waves(device, &mut words).unwrap();
         let mut voxels = None;
         assert!(DeviceVoxels::prepare(&mut voxels, device, &shared, (&meshes, false), waves[0].room).unwrap());
         let voxels = voxels.unwrap();
