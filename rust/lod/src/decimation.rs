@@ -37,6 +37,7 @@ pub struct Decimation {
     pub lowest: Vec<AtomicU64>,
     /// Counts passes of selection, downwards.
     pub epoch: u64,
+    /// Triangles that are left.
     pub live: usize,
 }
 
@@ -108,11 +109,6 @@ impl Decimation {
         for vertex in vertices {
             self.mesh.flags[*vertex as usize] |= FIXED;
         }
-    }
-
-    /// Triangles that are left.
-    pub fn live(&self) -> usize {
-        self.live
     }
 
     /// The triangles that are left, and all points.

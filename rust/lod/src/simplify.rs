@@ -114,8 +114,8 @@ fn reduce(
     progress: &mut (dyn Progress + Send),
 ) -> Result<()> {
     let (mut share, mut ahead) = (SHARE, f32::INFINITY);
-    while work.live() > faces {
-        let done = (before - work.live()) as f32 / (before - faces) as f32;
+    while work.live > faces {
+        let done = (before - work.live) as f32 / (before - faces) as f32;
         progress.step(done, "simplify")?;
         work.renew_stars(context)?;
         work.compact(context)?;
@@ -129,7 +129,7 @@ fn reduce(
                 break;
             }
         }
-        if !work.apply(context, collapses, work.live() - faces) {
+        if !work.apply(context, collapses, work.live - faces) {
             if share >= 1.0 {
                 break;
             }
