@@ -134,19 +134,18 @@ impl DeviceRing {
         Ok(Ring { blank, rings, entries, run, format, room, loose, density: 0, level: 0 })
     }
 
-    /// Records the update of `count` listed tiles of at most `size` texels a side.
-    pub fn update<T: Texel>(
-        &self,
-        pass: &mut Pass<'_>,
-        bound: &BoundRing,
-        blank: T,
-        (count, size): (u32, u32),
-    ) -> Result<()> {
+    /// Records the update of so many listed tiles of at most so many texels a side.
+    pub fn update<T: Texel>(&self, pass: &mut Pass<'_>, bound: &BoundRing, blank: T, tiles: (u32, u32)) -> Result<()> {
         let work = self.work(bound, blank)?;
+        self.make(pass, bound, &work, tiles)
+    }
+
+    /// Records the update of rings as `work` tells it.
+    fn make(&self, pass: &mut Pass<'_>, bound: &BoundRing, work: &Ring, (count, size): (u32, u32)) -> Result<()> {
         let groups = groups_of(count, 4 * (size + 1));
         self.kernels[..BLANK]
             .iter()
-            .try_for_each(|kernel| pass.run(kernel, &[&bound.bindings], bytemuck::bytes_of(&work), groups))
+            .try_for_each(|kernel| pass.run(kernel, &[&bound.bindings], bytemuck::bytes_of(work), groups))
     }
 
     /// As [`Self::update`]; workgroups along x and z are tiles, of which each has enough along y for its block, as three
@@ -201,10 +200,7 @@ impl DeviceRing {
         (count, size): (u32, u32),
     ) -> Result<()> {
         let work = Ring { density, ..self.work(bound, blank)? };
-        let groups = groups_of(count, 4 * (size + 1));
-        self.kernels[..BLANK]
-            .iter()
-            .try_for_each(|kernel| pass.run(kernel, &[&bound.bindings], bytemuck::bytes_of(&work), groups))
+        self.make(pass, bound, &work, (count, size))
     }
 
     /// Records that the blocks of `count` listed tiles, of at most `size` texels a side, are blank.
