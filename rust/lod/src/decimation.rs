@@ -7,6 +7,7 @@ use relievo_core::{Context, Result};
 
 use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, next, previous};
 use crate::placement::{BATCH, Batch, Star, place};
+use crate::progressive::Recording;
 
 /// State of a vertex whose triangles changed.
 pub const CHANGED: u8 = 1;
@@ -39,6 +40,8 @@ pub struct Decimation {
     pub epoch: u64,
     /// Triangles that are left.
     pub live: usize,
+    /// What was done, if that is to be known.
+    pub recording: Option<Recording>,
 }
 
 /// A vertex and what it knows of its triangles, in one line of the cache.
@@ -100,6 +103,7 @@ impl Decimation {
             lowest: points.iter().map(|_| AtomicU64::new(u64::MAX)).collect(),
             epoch: u64::MAX,
             live: triangles.len(),
+            recording: None,
             points,
         }
     }
@@ -109,6 +113,12 @@ impl Decimation {
         for vertex in vertices {
             self.mesh.flags[*vertex as usize] |= FIXED;
         }
+    }
+
+    /// The sums of the normals of the triangles at every vertex.
+    pub fn vertex_normals(&self, context: &Context) -> Vec<Vec3> {
+        let normal = |corner: u32| self.normals[corner as usize / 4].xyz();
+        context.map(self.points.len(), |vertex| self.mesh.around(vertex as u32).map(normal).sum())
     }
 
     /// The triangles that are left, and all points.
@@ -289,6 +299,9 @@ impl Decimation {
             }
         }
         self.mesh.compact(context, (&triangles, &kept), (&vertices, &rest))?;
+        if let Some(recording) = &mut self.recording {
+            recording.compact(&rest, &kept);
+        }
         self.points = rest.iter().map(|old| self.points[*old as usize]).collect();
         self.vertices = rest.iter().map(|old| self.vertices[*old as usize]).collect();
         self.state = rest.iter().map(|old| AtomicU8::new(self.state[*old as usize].load(Relaxed))).collect();

@@ -1,9 +1,11 @@
-//! Levels of detail of triangle meshes: simplification by parallel edge collapses.
+//! Levels of detail of triangle meshes: simplification by parallel edge collapses, and progressive meshes.
 
 mod connectivity;
 mod decimation;
 mod placement;
+pub mod progressive;
 mod selection;
 mod simplify;
 
+pub use progressive::Progressive;
 pub use simplify::{Simplified, SimplifyOptions, simplify};

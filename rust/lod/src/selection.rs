@@ -13,6 +13,7 @@ use relievo_core::Context;
 use crate::connectivity::{Fan, NONE, PART, next, previous};
 use crate::decimation::{CHANGED, Decimation, MOVED, normal};
 use crate::placement::{BATCH, Batch, place};
+use crate::progressive::Made;
 
 /// Bits of a cost that are its magnitude: all but these.
 const FINE: u32 = 21;
@@ -45,6 +46,16 @@ pub struct Collapses {
 }
 
 impl Collapses {
+    /// The collapses, as a recording takes them.
+    fn made(&self) -> Vec<Made> {
+        let mut normals = self.normals.iter();
+        let made = |collapse: &Collapse| {
+            let sum = normals.by_ref().take(collapse.changed).map(|(_, normal)| normal).sum::<Vec4>();
+            (collapse.corner, collapse.point, sum.xyz())
+        };
+        self.collapses.iter().map(made).collect()
+    }
+
     /// Leaves out those of greater keys.
     fn keep_to(&mut self, last: u64) {
         let mut normals = std::mem::take(&mut self.normals).into_iter();
@@ -160,6 +171,9 @@ impl Decimation {
             let (_, last, _) = keys.select_nth_unstable(most - 1);
             accepted.iter_mut().for_each(|found| found.keep_to(*last));
         }
+        if let Some(recording) = &mut self.recording {
+            recording.add(context, &self.mesh, &accepted.iter().map(Collapses::made).collect::<Vec<_>>());
+        }
         for found in &accepted {
             for collapse in &found.collapses {
                 let [kept, gone] = [collapse.corner, next(collapse.corner)].map(|at| self.mesh.vertex(at) as usize);
@@ -267,6 +281,10 @@ impl Decimation {
             return false;
         }
         for side in sides.into_iter().filter(|side| *side != NONE) {
+            // Without another triangle the opposite vertex would have no edge to the one that is left.
+            if mesh.mate(next(side)) == NONE && mesh.mate(previous(side)) == NONE {
+                return false;
+            }
             let opposite = mesh.vertex(previous(side));
             let least = if mesh.flags[opposite as usize] != 0 { 1 } else { 3 };
             if mesh.around(opposite).take(least + 1).count() <= least {

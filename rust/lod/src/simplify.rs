@@ -9,6 +9,7 @@ use relievo_core::{Context, Error, Progress, Result};
 
 use crate::connectivity::NONE;
 use crate::decimation::Decimation;
+use crate::progressive::Recording;
 
 /// When a simplification ends, at the first of these, and what it leaves alone.
 #[derive(Clone, Debug)]
@@ -61,10 +62,7 @@ pub fn simplify(
     progress: &mut (dyn Progress + Send),
 ) -> Result<Simplified> {
     check(context, points, triangles, options)?;
-    // Squares of areas stay in the range of f32 at this size; powers of two change no digit.
-    let extent = points.iter().flatten().fold(0.0f32, |most, value| most.max(value.abs()));
-    let exponent = if extent > 0.0 { extent.log2().ceil().clamp(-120.0, 120.0) } else { 0.0 };
-    let scale = exponent.exp2();
+    let scale = unit(points);
     context.within(|| {
         let mut work = Decimation::new(context, points, triangles, 1.0 / scale);
         work.lock(&options.locked);
@@ -73,7 +71,15 @@ pub fn simplify(
     })
 }
 
-fn check(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], options: &SimplifyOptions) -> Result<()> {
+/// The power of two that coordinates are divided by: squares of areas then stay in the range of f32, and no digit changes.
+pub fn unit(points: &[[f32; 3]]) -> f32 {
+    let extent = points.iter().flatten().fold(0.0f32, |most, value| most.max(value.abs()));
+    let exponent = if extent > 0.0 { extent.log2().ceil().clamp(-120.0, 120.0) } else { 0.0 };
+    exponent.exp2()
+}
+
+/// Fails if a mesh, or what is asked of it, is not what [`simplify`] takes.
+pub fn check(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], options: &SimplifyOptions) -> Result<()> {
     if triangles.is_empty() {
         return Err(Error::invalid("a mesh without triangles cannot be simplified").at("triangles"));
     }
@@ -105,7 +111,8 @@ fn check(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], options
     Ok(())
 }
 
-fn reduce(
+/// Collapses edges until a mesh has `faces` triangles, or none is left that deviates by at most `error`.
+pub fn reduce(
     context: &Context,
     work: &mut Decimation,
     before: usize,
@@ -114,7 +121,7 @@ fn reduce(
     progress: &mut (dyn Progress + Send),
 ) -> Result<()> {
     let (mut share, mut ahead) = (SHARE, f32::INFINITY);
-    while work.live > faces {
+    while work.live > faces && !work.recording.as_ref().is_some_and(Recording::is_full) {
         let done = (before - work.live) as f32 / (before - faces) as f32;
         progress.step(done, "simplify")?;
         work.renew_stars(context)?;

@@ -1,0 +1,19 @@
+//! Progressive meshes (Derzapf, Grund, Guthe 2014): a triangle mesh as a coarse base and the vertex splits that make it
+//! fine again, in any order that keeps neighbours in theirs.
+//!
+//! - Which splits there are, numbered so that what a split changes can be told by comparing numbers: [`hierarchy`].
+//! - What they are found from: the collapses of a simplification, in `recording`.
+//! - Which of them make a mesh with a given deviation or number of triangles: [`cut`].
+//! - The mesh they make, refined and coarsened in place: [`active`].
+
+pub mod active;
+pub mod cut;
+pub mod hierarchy;
+mod packing;
+mod recording;
+
+pub use active::{ActiveMesh, Extract};
+pub use cut::Cut;
+pub use hierarchy::{BuildOptions, Child, Progressive};
+pub use recording::Key;
+pub(crate) use recording::{Made, Recording};

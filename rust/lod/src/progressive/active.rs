@@ -1,0 +1,377 @@
+//! A mesh of a progressive mesh, refined and coarsened in place (Derzapf, Grund, Guthe 2014, Section 5).
+//!
+//! Splits are made in the order of their depths, the deepest first, and taken back in the opposite one. No two of the
+//! same depth have vertices that share an edge, so all of a depth are made at the same time, and none has to be checked:
+//! whatever a split stands on is deeper and deviates no less, so a cut that has the one has the other.
+
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use relievo_core::Context;
+
+use super::cut::Cut;
+use super::hierarchy::{Child, Progressive};
+use crate::connectivity::NONE;
+
+/// Beside the vertex of a corner: its triangle is gone, but the vertex has it in its list still.
+const GONE: u32 = 1 << 31;
+/// Vertices that are looked at by one task.
+const PART: usize = 8192;
+/// Splits that are made by one task.
+const BATCH: usize = 128;
+
+/// A mesh of a progressive mesh.
+pub struct ActiveMesh<'a> {
+    whole: &'a Progressive,
+    cut: Cut,
+    /// Of every vertex, by the first of its leaves: twice the number of the split it comes from, and 1 if it is the second
+    /// vertex of that, or [`NONE`] where no vertex begins. Base vertices come from their own number.
+    nodes: Vec<AtomicU32>,
+    /// Of every split that is made, the vertex that was split.
+    targets: Vec<AtomicU32>,
+    /// The first corner of every vertex, three a triangle.
+    first: Vec<AtomicU32>,
+    /// The vertex of every corner, [`NONE`] where the triangle is not there.
+    corners: Vec<AtomicU32>,
+    /// The next corner of the same vertex.
+    following: Vec<AtomicU32>,
+    /// Counts rounds of coarsening; and the last one in which the corners of a vertex were cleaned.
+    round: u32,
+    cleaned: Vec<AtomicU32>,
+    triangles: usize,
+    vertices: usize,
+}
+
+/// The places, normals and triangles of a mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Extract {
+    /// Positions. The finest mesh has the vertices of the input in their order.
+    pub points: Vec<[f32; 3]>,
+    /// Normals of length 1, or 0 at vertices without triangles.
+    pub normals: Vec<[f32; 3]>,
+    /// Vertices of every triangle, in the order of the input.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+fn numbers(count: usize) -> Vec<AtomicU32> {
+    (0..count).map(|_| AtomicU32::new(NONE)).collect()
+}
+
+fn corner_after(corner: u32) -> u32 {
+    if corner % 3 == 2 { corner - 2 } else { corner + 1 }
+}
+
+fn corner_before(corner: u32) -> u32 {
+    if corner % 3 == 0 { corner + 2 } else { corner - 1 }
+}
+
+impl<'a> ActiveMesh<'a> {
+    /// The base mesh.
+    pub fn new(whole: &'a Progressive) -> Self {
+        let (vertices, faces) = (whole.vertex_count(), whole.faces.len());
+        let made = Self {
+            whole,
+            cut: Cut::BASE,
+            nodes: numbers(vertices),
+            targets: numbers(vertices),
+            first: numbers(vertices),
+            corners: numbers(3 * faces),
+            following: numbers(3 * faces),
+            round: 0,
+            cleaned: numbers(vertices),
+            triangles: whole.base_faces().len(),
+            vertices: whole.base_vertices().len(),
+        };
+        for leaf in whole.base_vertices() {
+            made.nodes[*leaf as usize].store(2 * leaf, Relaxed);
+        }
+        // Base vertices come in the order of their leaves.
+        let vertex_of = |leaf: u32| {
+            let above = whole.base_vertices().partition_point(|first| *first <= leaf);
+            whole.base_vertices()[above - 1]
+        };
+        for face in whole.base_faces() {
+            for (side, leaf) in (0..).zip(whole.faces[*face as usize]) {
+                made.insert(3 * face + side, vertex_of(leaf));
+            }
+        }
+        made
+    }
+
+    /// Triangles of this mesh.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles
+    }
+
+    /// Vertices of this mesh.
+    pub fn vertex_count(&self) -> usize {
+        self.vertices
+    }
+
+    /// The mesh this is.
+    pub fn cut(&self) -> Cut {
+        self.cut
+    }
+
+    /// Becomes another mesh. Returns how many splits were made and taken back.
+    pub fn adapt(&mut self, context: &Context, cut: Cut) -> [usize; 2] {
+        let (finer, coarser) = (cut < self.cut, cut > self.cut);
+        self.cut = cut;
+        context
+            .within(|| [if finer { self.refine(context) } else { 0 }, if coarser { self.coarsen(context) } else { 0 }])
+    }
+
+    fn refine(&mut self, context: &Context) -> usize {
+        let mesh = &*self;
+        let parts = context.map(mesh.nodes.len().div_ceil(PART), |part| {
+            let range = part * PART..mesh.nodes.len().min((part + 1) * PART);
+            range.filter_map(|vertex| mesh.wanted(vertex as u32)).collect::<Vec<_>>()
+        });
+        let mut waiting = Waiting::default();
+        parts.into_iter().flatten().for_each(|(depth, vertex)| waiting.add(depth, vertex));
+        let (mut splits, mut triangles) = (0, 0);
+        for depth in (0..waiting.0.len()).rev() {
+            let vertices = std::mem::take(&mut waiting.0[depth]);
+            let made = context.map(vertices.len().div_ceil(BATCH), |part| {
+                let batch = &vertices[part * BATCH..vertices.len().min((part + 1) * BATCH)];
+                let (mut next, mut triangles) = (Vec::with_capacity(2 * batch.len()), 0);
+                for vertex in batch {
+                    let (second, made) = mesh.split(*vertex);
+                    next.extend([*vertex, second].into_iter().filter_map(|vertex| mesh.wanted(vertex)));
+                    triangles += made;
+                }
+                (next, triangles)
+            });
+            splits += vertices.len();
+            for (next, made) in made {
+                triangles += made;
+                next.into_iter().for_each(|(depth, vertex)| waiting.add(depth, vertex));
+            }
+        }
+        self.triangles += triangles;
+        self.vertices += splits;
+        splits
+    }
+
+    /// The depth of the split that is next at a vertex, and the vertex, if that split is part of the cut.
+    #[inline(always)]
+    fn wanted(&self, vertex: u32) -> Option<(u32, u32)> {
+        let node = self.nodes[vertex as usize].load(Relaxed);
+        let Some(Child::Split(split)) = (node != NONE).then(|| self.whole.child(node)) else { return None };
+        let key = self.whole.keys[split as usize];
+        self.cut.has(key, split).then(|| (key.depth(), vertex))
+    }
+
+    fn coarsen(&mut self, context: &Context) -> usize {
+        let mesh = &*self;
+        let parts = context.map(mesh.nodes.len().div_ceil(PART), |part| {
+            let range = part * PART..mesh.nodes.len().min((part + 1) * PART);
+            range.filter_map(|split| mesh.unwanted(split as u32)).collect::<Vec<_>>()
+        });
+        let mut waiting = Waiting::default();
+        parts.into_iter().flatten().for_each(|(depth, split)| waiting.add(depth, split));
+        let (mut splits, mut triangles, mut depth) = (0, 0, 0);
+        while depth < waiting.0.len() {
+            let mut list = std::mem::take(&mut waiting.0[depth]);
+            // Both vertices of a split may have told that it can be taken back.
+            list.sort_unstable();
+            list.dedup();
+            self.round += 1;
+            let mesh = &*self;
+            let batches = list.len().div_ceil(BATCH);
+            let batch = |part: usize| &list[part * BATCH..list.len().min((part + 1) * BATCH)];
+            let gone = context.map(batches, |part| batch(part).iter().map(|split| mesh.merge(*split)).sum::<usize>());
+            let next = context.map(batches, |part| {
+                batch(part).iter().filter_map(|split| mesh.finish_merge(*split)).collect::<Vec<_>>()
+            });
+            splits += list.len();
+            triangles += gone.into_iter().sum::<usize>();
+            next.into_iter().flatten().for_each(|(depth, split)| waiting.add(depth, split));
+            depth += 1;
+        }
+        self.triangles -= triangles;
+        self.vertices -= splits;
+        splits
+    }
+
+    /// The depth of a split and the split, if it is made, not part of the cut, and its vertices are not split further.
+    #[inline(always)]
+    fn unwanted(&self, split: u32) -> Option<(u32, u32)> {
+        let node = 2 * split;
+        let target = self.targets[split as usize].load(Relaxed);
+        let is_whole = target != NONE
+            && self.nodes[split as usize].load(Relaxed) == node + 1
+            && self.nodes[target as usize].load(Relaxed) == node;
+        let key = self.whole.keys[split as usize];
+        (is_whole && !self.cut.has(key, split)).then(|| (key.depth(), split))
+    }
+
+    fn insert(&self, corner: u32, vertex: u32) {
+        self.corners[corner as usize].store(vertex, Relaxed);
+        let following = self.first[vertex as usize].swap(corner, Relaxed);
+        self.following[corner as usize].store(following, Relaxed);
+    }
+
+    /// Splits a vertex. Returns the second vertex, and how many triangles there are more.
+    fn split(&self, vertex: u32) -> (u32, usize) {
+        let Child::Split(split) = self.whole.child(self.nodes[vertex as usize].load(Relaxed)) else {
+            return (vertex, 0);
+        };
+        let faces = [2 * split, 2 * split + 1];
+        let leaves = faces.map(|face| self.whole.faces[face as usize]);
+        // The vertex at a leaf is the one of the greatest number up to it, and is next to the one that is split.
+        let mut vertices = leaves.map(|leaves| leaves.map(|leaf| if leaf >= split { split } else { vertex }));
+        for (vertices, leaves) in vertices.iter_mut().zip(&leaves) {
+            for (found, leaf) in vertices.iter_mut().zip(leaves) {
+                *found = if vertex <= *leaf { *found } else { 0 };
+            }
+        }
+        let mut lists = [NONE; 2];
+        let mut corner = self.first[vertex as usize].load(Relaxed);
+        while corner != NONE {
+            let following = self.following[corner as usize].load(Relaxed);
+            for neighbour in [corner_after(corner), corner_before(corner)] {
+                let neighbour = self.corners[neighbour as usize].load(Relaxed);
+                for (vertices, leaves) in vertices.iter_mut().zip(&leaves) {
+                    for (found, leaf) in vertices.iter_mut().zip(leaves) {
+                        if neighbour <= *leaf && neighbour > *found {
+                            *found = neighbour;
+                        }
+                    }
+                }
+            }
+            let second = self.whole.faces[corner as usize / 3][corner as usize % 3] >= split;
+            let list = &mut lists[usize::from(second)];
+            self.following[corner as usize].store(std::mem::replace(list, corner), Relaxed);
+            if second {
+                self.corners[corner as usize].store(split, Relaxed);
+            }
+            corner = following;
+        }
+        self.first[vertex as usize].store(lists[0], Relaxed);
+        self.first[split as usize].store(lists[1], Relaxed);
+        self.nodes[vertex as usize].store(2 * split, Relaxed);
+        self.nodes[split as usize].store(2 * split + 1, Relaxed);
+        self.targets[split as usize].store(vertex, Relaxed);
+        let mut made = 0;
+        for (face, vertices) in faces.into_iter().zip(vertices) {
+            if self.whole.faces[face as usize][0] != NONE {
+                (0..).zip(vertices).for_each(|(side, vertex)| self.insert(3 * face + side, vertex));
+                made += 1;
+            }
+        }
+        (split, made)
+    }
+
+    /// Takes a split back but for the lists of vertices at both sides. Returns how many triangles are gone.
+    fn merge(&self, split: u32) -> usize {
+        let vertex = self.targets[split as usize].load(Relaxed);
+        let faces = [2 * split, 2 * split + 1].into_iter().filter(|face| self.whole.faces[*face as usize][0] != NONE);
+        let gone = faces.clone().count();
+        for corner in faces.flat_map(|face| 3 * face..3 * face + 3) {
+            let at = self.corners[corner as usize].load(Relaxed);
+            let left = if at == vertex || at == split { NONE } else { at | GONE };
+            self.corners[corner as usize].store(left, Relaxed);
+        }
+        let mut last = NONE;
+        let mut list = NONE;
+        for from in [split, vertex] {
+            let mut corner = self.first[from as usize].load(Relaxed);
+            while corner != NONE {
+                let following = self.following[corner as usize].load(Relaxed);
+                if self.corners[corner as usize].load(Relaxed) != NONE {
+                    self.corners[corner as usize].store(vertex, Relaxed);
+                    match last {
+                        NONE => list = corner,
+                        last => self.following[last as usize].store(corner, Relaxed),
+                    }
+                    last = corner;
+                }
+                corner = following;
+            }
+        }
+        if last != NONE {
+            self.following[last as usize].store(NONE, Relaxed);
+        }
+        self.first[vertex as usize].store(list, Relaxed);
+        self.first[split as usize].store(NONE, Relaxed);
+        self.nodes[split as usize].store(NONE, Relaxed);
+        self.targets[split as usize].store(NONE, Relaxed);
+        self.nodes[vertex as usize].store(self.whole.parent(split), Relaxed);
+        gone
+    }
+
+    /// Cleans the lists of the vertices at both sides of a split that was taken back, and returns the split whose vertex
+    /// is whole again, if that is to be taken back too.
+    fn finish_merge(&self, split: u32) -> Option<(u32, u32)> {
+        for corner in 6 * split..6 * split + 6 {
+            let at = self.corners[corner as usize].load(Relaxed);
+            // The first to come cleans for all, also for splits on other sides of the vertex.
+            if at != NONE && self.cleaned[(at & !GONE) as usize].swap(self.round, Relaxed) != self.round {
+                self.clean(at & !GONE);
+            }
+        }
+        self.unwanted(self.whole.parent(split) / 2)
+    }
+
+    fn clean(&self, vertex: u32) {
+        let mut link = &self.first[vertex as usize];
+        loop {
+            let corner = link.load(Relaxed);
+            if corner == NONE {
+                return;
+            }
+            let following = &self.following[corner as usize];
+            if self.corners[corner as usize].load(Relaxed) & GONE != 0 {
+                self.corners[corner as usize].store(NONE, Relaxed);
+                link.store(following.load(Relaxed), Relaxed);
+            } else {
+                link = following;
+            }
+        }
+    }
+
+    /// The mesh as lists. Vertices are in the order of the input, those that stand for several where the first of these
+    /// was.
+    pub fn extract(&self) -> Extract {
+        let whole = self.whole;
+        let mut order = vec![NONE; whole.vertex_count()];
+        for (vertex, node) in self.nodes.iter().enumerate() {
+            let node = node.load(Relaxed);
+            if node != NONE {
+                order[whole.first_leaf(node) as usize] = vertex as u32;
+            }
+        }
+        let mut made = Extract::default();
+        let mut numbers = vec![NONE; whole.vertex_count()];
+        for vertex in order.into_iter().filter(|vertex| *vertex != NONE) {
+            let child = whole.child(self.nodes[vertex as usize].load(Relaxed));
+            let (point, normal) = whole.place(child, vertex);
+            numbers[vertex as usize] = made.points.len() as u32;
+            made.points.push(point.to_array());
+            made.normals.push(normal.to_array());
+        }
+        let mut triangles = vec![[NONE; 3]; whole.triangle_count()];
+        for (face, corners) in self.corners.as_chunks::<3>().0.iter().enumerate() {
+            let [a, b, c] = [&corners[0], &corners[1], &corners[2]].map(|vertex| vertex.load(Relaxed));
+            if a != NONE {
+                triangles[whole.face_id(face as u32) as usize] = [a, b, c].map(|vertex| numbers[vertex as usize]);
+            }
+        }
+        made.triangles = triangles.into_iter().filter(|triangle| triangle[0] != NONE).collect();
+        made
+    }
+}
+
+/// Splits or vertices by depth.
+#[derive(Default)]
+struct Waiting(Vec<Vec<u32>>);
+
+impl Waiting {
+    fn add(&mut self, depth: u32, number: u32) {
+        let depth = depth as usize;
+        if depth >= self.0.len() {
+            self.0.resize_with(depth + 1, Vec::new);
+        }
+        self.0[depth].push(number);
+    }
+}

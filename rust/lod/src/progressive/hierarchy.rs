@@ -1,0 +1,306 @@
+//! The splits of a progressive mesh and their numbers.
+//!
+//! Vertices of the fine mesh, the leaves, are numbered by walking the trees of collapses (the final vertex numbers of
+//! Derzapf, Guthe 2012), so that every vertex of a coarser mesh stands for a range of leaves. It has the number of the
+//! first of them. A split cuts the range in two: the vertex goes on with the first part, and a new one begins at the cut,
+//! whose number is also that of the split. No leaf but those of base vertices begins ranges without such a split, so each
+//! leaf has one place for a split, with two triangles. Triangles are corners of the fine mesh: whatever level a mesh is
+//! of, the vertex at a corner is the one whose range has the leaf.
+
+use glam::Vec3;
+use relievo_core::{Context, Progress, Result};
+
+use super::packing::{Lattice, Normal};
+use super::recording::{Key, Operation, Recording};
+use crate::connectivity::NONE;
+use crate::decimation::Decimation;
+use crate::simplify::{SimplifyOptions, check, reduce, unit};
+
+/// In place of a split: a leaf, with its number in the input.
+const LEAF: u32 = 1 << 31;
+
+/// Beside a leaf: the vertex that is split is exactly there.
+const AT: u64 = 1 << 63;
+
+/// What a progressive mesh is built for.
+#[derive(Clone, Debug)]
+pub struct BuildOptions {
+    /// Triangles of the base mesh. There may be more, where no edge can collapse.
+    pub faces: usize,
+    /// Vertices of the input that stay where they are at all levels.
+    pub locked: Vec<u32>,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self { faces: 100, locked: Vec::new() }
+    }
+}
+
+/// A progressive mesh.
+pub struct Progressive {
+    /// Places of the leaves, as they were.
+    pub(super) points: Vec<[f32; 3]>,
+    pub(super) normals: Vec<Normal>,
+    /// Of the vertex that is split: on `lattice`, or [`AT`] a leaf where one has stayed.
+    inner_points: Vec<u64>,
+    inner_normals: Vec<Normal>,
+    lattice: Lattice,
+    /// What the vertex of lower number and that of the split's number are: the split that splits them, or a leaf. In the
+    /// place of a base vertex, what that is.
+    children: Vec<[u32; 2]>,
+    /// The vertex that is split, as twice the number of its own split plus 1 for its second vertex; [`NONE`] in the place
+    /// of a base vertex.
+    parents: Vec<u32>,
+    pub(super) keys: Vec<Key>,
+    /// Leaves at the corners of triangles. Those of split n are 2n and 2n + 1, [`NONE`] where it makes none; those of the
+    /// base are in places of base vertices and at the end.
+    pub(super) faces: Vec<[u32; 3]>,
+    /// Numbers of triangles in the input.
+    face_ids: Vec<u32>,
+    base_vertices: Vec<u32>,
+    base_faces: Vec<u32>,
+    triangles: usize,
+}
+
+/// What becomes of a vertex when it is split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Child {
+    /// It is split further, by this split.
+    Split(u32),
+    /// It is a vertex of the input, of this number.
+    Leaf(u32),
+}
+
+impl Progressive {
+    /// Builds a progressive mesh of triangles. Fails as [`crate::simplify`].
+    pub fn build(
+        context: &Context,
+        points: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        options: &BuildOptions,
+        progress: &mut (dyn Progress + Send),
+    ) -> Result<Self> {
+        let limits = SimplifyOptions { faces: options.faces, locked: options.locked.clone(), ..Default::default() };
+        check(context, points, triangles, &limits)?;
+        let scale = unit(points);
+        context.within(|| {
+            let mut work = Decimation::new(context, points, triangles, 1.0 / scale);
+            work.lock(&options.locked);
+            let normals = work.vertex_normals(context);
+            work.recording = Some(Recording::new(points.len(), triangles.len()));
+            reduce(context, &mut work, triangles.len(), options.faces, f32::INFINITY, progress)?;
+            let mut operations = work.recording.take().map_or_else(Vec::new, |recording| recording.operations);
+            drop(work);
+            for operation in &mut operations {
+                operation.point *= scale;
+                operation.key = operation.key.scaled(scale);
+            }
+            Ok(Self::new(points, &normals, triangles, &operations))
+        })
+    }
+
+    /// Of the collapses of a mesh, in their order.
+    fn new(points: &[[f32; 3]], normals: &[Vec3], triangles: &[[u32; 3]], operations: &[Operation]) -> Self {
+        let numbers = Numbers::new(points.len(), operations);
+        let leaves = &numbers.leaves;
+        let count = points.len();
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for point in operations.iter().map(|operation| operation.point) {
+            (low, high) = (low.min(point), high.max(point));
+        }
+        let lattice = Lattice::new(low, high);
+        let mut made = Self {
+            points: vec![[0.0; 3]; count],
+            normals: vec![Normal::default(); count],
+            inner_points: vec![0; count],
+            inner_normals: vec![Normal::default(); count],
+            lattice,
+            children: vec![[NONE; 2]; count],
+            parents: vec![NONE; count],
+            keys: vec![Key::default(); count],
+            faces: vec![[NONE; 3]; 2 * count],
+            face_ids: vec![NONE; 2 * count],
+            base_vertices: numbers.base.iter().map(|vertex| leaves[*vertex as usize]).collect(),
+            base_faces: Vec::new(),
+            triangles: triangles.len(),
+        };
+        for (leaf, (point, normal)) in leaves.iter().zip(points.iter().zip(normals)) {
+            made.points[*leaf as usize] = *point;
+            made.normals[*leaf as usize] = Normal::new(*normal);
+        }
+        let mut gone = vec![false; triangles.len()];
+        // The vertex of the input where each vertex is, if it has not moved.
+        let mut stays: Vec<u32> = (0..count as u32).collect();
+        for (operation, children) in operations.iter().zip(&numbers.children) {
+            let split = leaves[operation.gone as usize] as usize;
+            let ends = [operation.kept, operation.gone].map(|end| stays[end as usize]);
+            let stayed =
+                ends.into_iter().find(|end| *end != NONE && Vec3::from(points[*end as usize]) == operation.point);
+            stays[operation.kept as usize] = stayed.unwrap_or(NONE);
+            made.inner_points[split] = match stayed {
+                Some(vertex) => AT | u64::from(leaves[vertex as usize]),
+                None => lattice.pack(operation.point),
+            };
+            made.inner_normals[split] = operation.normal;
+            made.keys[split] = operation.key;
+            for (side, (child, leaf)) in children.iter().zip([operation.kept, operation.gone]).enumerate() {
+                made.children[split][side] = match *child {
+                    NONE => LEAF | leaf,
+                    child => {
+                        let child = leaves[child as usize];
+                        made.parents[child as usize] = (2 * split + side) as u32;
+                        child
+                    }
+                };
+            }
+            for (side, face) in operation.faces.into_iter().enumerate().filter(|(_, face)| *face != NONE) {
+                gone[face as usize] = true;
+                made.faces[2 * split + side] = triangles[face as usize].map(|vertex| leaves[vertex as usize]);
+                made.face_ids[2 * split + side] = face;
+            }
+        }
+        for vertex in &numbers.base {
+            let leaf = leaves[*vertex as usize];
+            made.children[leaf as usize][0] = match numbers.last[*vertex as usize] {
+                NONE => LEAF | vertex,
+                child => leaves[child as usize],
+            };
+            if let split @ 0..LEAF = made.children[leaf as usize][0] {
+                made.parents[split as usize] = 2 * leaf;
+            }
+        }
+        let mut free = made.base_vertices.iter().flat_map(|leaf| [2 * leaf, 2 * leaf + 1]);
+        for (face, triangle) in triangles.iter().enumerate().filter(|(face, _)| !gone[*face]) {
+            let place = free.next().unwrap_or(made.faces.len() as u32);
+            if place as usize == made.faces.len() {
+                made.faces.push([NONE; 3]);
+                made.face_ids.push(NONE);
+            }
+            made.faces[place as usize] = triangle.map(|vertex| leaves[vertex as usize]);
+            made.face_ids[place as usize] = face as u32;
+            made.base_faces.push(place);
+        }
+        made
+    }
+
+    /// Vertices of the finest mesh.
+    pub fn vertex_count(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Triangles of the finest mesh.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles
+    }
+
+    /// The vertices of the base mesh, by the leaves they begin with.
+    pub fn base_vertices(&self) -> &[u32] {
+        &self.base_vertices
+    }
+
+    /// The triangles of the base mesh.
+    pub fn base_faces(&self) -> &[u32] {
+        &self.base_faces
+    }
+
+    /// Splits, each with its key and how many triangles it makes, in no order.
+    pub fn splits(&self) -> impl Iterator<Item = (u32, Key, usize)> {
+        let made = |split: usize| self.faces[2 * split..2 * split + 2].iter().filter(|face| face[0] != NONE).count();
+        let keys = self.keys.iter().enumerate().filter(|(_, key)| key.depth() > 0);
+        keys.map(move |(split, key)| (split as u32, *key, made(split)))
+    }
+
+    /// What a vertex is, given as in `parents`.
+    #[inline(always)]
+    pub fn child(&self, node: u32) -> Child {
+        match self.children[node as usize / 2][node as usize % 2] {
+            leaf if leaf & LEAF != 0 => Child::Leaf(leaf & !LEAF),
+            split => Child::Split(split),
+        }
+    }
+
+    /// The number in the input of the first leaf of a vertex.
+    pub fn first_leaf(&self, mut node: u32) -> u32 {
+        loop {
+            match self.child(node) {
+                Child::Leaf(vertex) => return vertex,
+                Child::Split(split) => node = 2 * split,
+            }
+        }
+    }
+
+    /// The vertex that is split.
+    #[inline(always)]
+    pub fn parent(&self, split: u32) -> u32 {
+        self.parents[split as usize]
+    }
+
+    /// The number in the input of a triangle.
+    pub fn face_id(&self, face: u32) -> u32 {
+        self.face_ids[face as usize]
+    }
+
+    /// Where a vertex is, and its normal. `leaf` is the first of its leaves.
+    pub fn place(&self, child: Child, leaf: u32) -> (Vec3, Vec3) {
+        match child {
+            Child::Leaf(_) => (self.points[leaf as usize].into(), self.normals[leaf as usize].vector()),
+            Child::Split(split) => {
+                let split = split as usize;
+                let point = match self.inner_points[split] {
+                    leaf if leaf & AT != 0 => self.points[(leaf & !AT) as usize].into(),
+                    packed => self.lattice.point(packed),
+                };
+                (point, self.inner_normals[split].vector())
+            }
+        }
+    }
+
+    /// Bytes in memory.
+    pub fn bytes(&self) -> usize {
+        let vertex = size_of::<[f32; 3]>() + 2 * size_of::<Normal>() + size_of::<u64>();
+        let split = size_of::<[u32; 2]>() + size_of::<u32>() + size_of::<Key>();
+        let base = size_of_val(&*self.base_vertices) + size_of_val(&*self.base_faces);
+        self.points.len() * (vertex + split) + self.faces.len() * (size_of::<[u32; 3]>() + size_of::<u32>()) + base
+    }
+}
+
+/// The leaves' numbers.
+struct Numbers {
+    /// Of every vertex of the input.
+    leaves: Vec<u32>,
+    /// What the two vertices of each collapse came from: the vertex that went in the collapse before, or [`NONE`].
+    children: Vec<[u32; 2]>,
+    /// Of every vertex of the input, the one that went in the last collapse of its tree, or [`NONE`].
+    last: Vec<u32>,
+    /// Vertices of the input that are left.
+    base: Vec<u32>,
+}
+
+impl Numbers {
+    fn new(count: usize, operations: &[Operation]) -> Self {
+        let mut last = vec![NONE; count];
+        let mut sizes = vec![1u32; count];
+        let mut children = Vec::with_capacity(operations.len());
+        let mut firsts = Vec::with_capacity(operations.len());
+        for operation in operations {
+            let [kept, gone] = [operation.kept, operation.gone].map(|vertex| vertex as usize);
+            children.push([last[kept], last[gone]]);
+            firsts.push(sizes[kept]);
+            sizes[kept] += sizes[gone];
+            sizes[gone] = 0;
+            last[kept] = operation.gone;
+        }
+        let base: Vec<u32> = (0..count as u32).filter(|vertex| sizes[*vertex as usize] > 0).collect();
+        let mut leaves = vec![0; count];
+        let mut sum = 0;
+        for vertex in &base {
+            leaves[*vertex as usize] = sum;
+            sum += sizes[*vertex as usize];
+        }
+        for (operation, first) in operations.iter().zip(firsts).rev() {
+            leaves[operation.gone as usize] = leaves[operation.kept as usize] + first;
+        }
+        Self { leaves, children, last, base }
+    }
+}
