@@ -4,10 +4,12 @@
 //! - Which splits there are, numbered so that what a split changes can be told by comparing numbers: [`hierarchy`].
 //! - What they are found from: the collapses of a simplification, in `recording`.
 //! - Which of them make a mesh with a given deviation or number of triangles: [`cut`].
+//! - Files of them: [`file`](mod@file).
 //! - The mesh they make, refined and coarsened in place: [`active`].
 
 pub mod active;
 pub mod cut;
+pub mod file;
 pub mod hierarchy;
 mod packing;
 mod recording;

@@ -44,7 +44,7 @@ pub struct ActiveMesh<'a> {
 /// The places, normals and triangles of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extract {
-    /// Positions. The finest mesh has the vertices of the input in their order.
+    /// Positions. The finest mesh has the vertices of the input in their order, others go along the surface.
     pub points: Vec<[f32; 3]>,
     /// Normals of length 1, or 0 at vertices without triangles.
     pub normals: Vec<[f32; 3]>,
@@ -116,11 +116,20 @@ impl<'a> ActiveMesh<'a> {
     pub fn adapt(&mut self, context: &Context, cut: Cut) -> [usize; 2] {
         let (finer, coarser) = (cut < self.cut, cut > self.cut);
         self.cut = cut;
-        context
-            .within(|| [if finer { self.refine(context) } else { 0 }, if coarser { self.coarsen(context) } else { 0 }])
+        context.within(|| {
+            let splits = if finer { self.refine(context, |_, _| true).unwrap_or(0) } else { 0 };
+            [splits, if coarser { self.coarsen(context) } else { 0 }]
+        })
     }
 
-    fn refine(&mut self, context: &Context) -> usize {
+    /// Becomes the finest mesh, and tells whether on that way every split comes after those it stands on.
+    pub(super) fn is_sound(&mut self, context: &Context) -> bool {
+        self.cut = Cut::FINEST;
+        context.within(|| self.refine(context, Self::stands).is_some())
+    }
+
+    /// Makes the splits of the cut, or some of them if `check` finds a vertex that must not be split.
+    fn refine(&mut self, context: &Context, check: impl Fn(&Self, u32) -> bool + Sync) -> Option<usize> {
         let mesh = &*self;
         let parts = context.map(mesh.nodes.len().div_ceil(PART), |part| {
             let range = part * PART..mesh.nodes.len().min((part + 1) * PART);
@@ -131,10 +140,15 @@ impl<'a> ActiveMesh<'a> {
         let (mut splits, mut triangles) = (0, 0);
         for depth in (0..waiting.0.len()).rev() {
             let vertices = std::mem::take(&mut waiting.0[depth]);
-            let made = context.map(vertices.len().div_ceil(BATCH), |part| {
-                let batch = &vertices[part * BATCH..vertices.len().min((part + 1) * BATCH)];
-                let (mut next, mut triangles) = (Vec::with_capacity(2 * batch.len()), 0);
-                for vertex in batch {
+            let parts = vertices.len().div_ceil(BATCH);
+            let batch = |part: usize| &vertices[part * BATCH..vertices.len().min((part + 1) * BATCH)];
+            let may = |part: usize| batch(part).iter().all(|vertex| check(mesh, *vertex));
+            if !context.map(parts, may).into_iter().all(|may| may) {
+                return None;
+            }
+            let made = context.map(parts, |part| {
+                let (mut next, mut triangles) = (Vec::with_capacity(2 * batch(part).len()), 0);
+                for vertex in batch(part) {
                     let (second, made) = mesh.split(*vertex);
                     next.extend([*vertex, second].into_iter().filter_map(|vertex| mesh.wanted(vertex)));
                     triangles += made;
@@ -149,14 +163,39 @@ impl<'a> ActiveMesh<'a> {
         }
         self.triangles += triangles;
         self.vertices += splits;
-        splits
+        Some(splits)
+    }
+
+    /// Whether the next split of a vertex is deeper than those of all vertices around, deviates no less, and has its
+    /// triangles between them.
+    fn stands(&self, vertex: u32) -> bool {
+        let Some(Child::Split(split)) = self.child(vertex) else { return false };
+        let key = self.whole.keys[split as usize];
+        let mut lowest = vertex;
+        let mut corner = self.first[vertex as usize].load(Relaxed);
+        while corner != NONE {
+            for at in [corner_after(corner), corner_before(corner)] {
+                let neighbour = self.corners[at as usize].load(Relaxed);
+                lowest = lowest.min(neighbour);
+                if neighbour != vertex
+                    && let Some(Child::Split(other)) = self.child(neighbour)
+                {
+                    let other = self.whole.keys[other as usize];
+                    if other.depth() >= key.depth() || other > key {
+                        return false;
+                    }
+                }
+            }
+            corner = self.following[corner as usize].load(Relaxed);
+        }
+        let faces = &self.whole.faces[2 * split as usize..2 * split as usize + 2];
+        faces.iter().flatten().all(|leaf| *leaf >= lowest)
     }
 
     /// The depth of the split that is next at a vertex, and the vertex, if that split is part of the cut.
     #[inline(always)]
     fn wanted(&self, vertex: u32) -> Option<(u32, u32)> {
-        let node = self.nodes[vertex as usize].load(Relaxed);
-        let Some(Child::Split(split)) = (node != NONE).then(|| self.whole.child(node)) else { return None };
+        let Some(Child::Split(split)) = self.child(vertex) else { return None };
         let key = self.whole.keys[split as usize];
         self.cut.has(key, split).then(|| (key.depth(), vertex))
     }
@@ -330,21 +369,24 @@ impl<'a> ActiveMesh<'a> {
         }
     }
 
-    /// The mesh as lists. Vertices are in the order of the input, those that stand for several where the first of these
-    /// was.
+    fn child(&self, vertex: u32) -> Option<Child> {
+        let node = self.nodes[vertex as usize].load(Relaxed);
+        (node != NONE).then(|| self.whole.child(node))
+    }
+
+    /// The mesh as lists.
     pub fn extract(&self) -> Extract {
         let whole = self.whole;
-        let mut order = vec![NONE; whole.vertex_count()];
-        for (vertex, node) in self.nodes.iter().enumerate() {
-            let node = node.load(Relaxed);
-            if node != NONE {
-                order[whole.first_leaf(node) as usize] = vertex as u32;
-            }
+        let mut order: Vec<(u32, Child)> =
+            (0..whole.vertex_count() as u32).filter_map(|vertex| Some((vertex, self.child(vertex)?))).collect();
+        if order.len() == whole.vertex_count() {
+            order.sort_unstable_by_key(|(_, child)| match child {
+                Child::Leaf(number) | Child::Split(number) => *number,
+            });
         }
         let mut made = Extract::default();
         let mut numbers = vec![NONE; whole.vertex_count()];
-        for vertex in order.into_iter().filter(|vertex| *vertex != NONE) {
-            let child = whole.child(self.nodes[vertex as usize].load(Relaxed));
+        for (vertex, child) in order {
             let (point, normal) = whole.place(child, vertex);
             numbers[vertex as usize] = made.points.len() as u32;
             made.points.push(point.to_array());

@@ -8,6 +8,7 @@
 //! of, the vertex at a corner is the one whose range has the leaf.
 
 use glam::Vec3;
+use relievo_core::budget::Budget;
 use relievo_core::{Context, Progress, Result};
 
 use super::packing::{Lattice, Normal};
@@ -17,10 +18,10 @@ use crate::decimation::Decimation;
 use crate::simplify::{SimplifyOptions, check, reduce, unit};
 
 /// In place of a split: a leaf, with its number in the input.
-const LEAF: u32 = 1 << 31;
+pub(super) const LEAF: u32 = 1 << 31;
 
 /// Beside a leaf: the vertex that is split is exactly there.
-const AT: u64 = 1 << 63;
+pub(super) const AT: u64 = 1 << 63;
 
 /// What a progressive mesh is built for.
 #[derive(Clone, Debug)]
@@ -43,23 +44,23 @@ pub struct Progressive {
     pub(super) points: Vec<[f32; 3]>,
     pub(super) normals: Vec<Normal>,
     /// Of the vertex that is split: on `lattice`, or [`AT`] a leaf where one has stayed.
-    inner_points: Vec<u64>,
-    inner_normals: Vec<Normal>,
-    lattice: Lattice,
+    pub(super) inner_points: Vec<u64>,
+    pub(super) inner_normals: Vec<Normal>,
+    pub(super) lattice: Lattice,
     /// What the vertex of lower number and that of the split's number are: the split that splits them, or a leaf. In the
     /// place of a base vertex, what that is.
-    children: Vec<[u32; 2]>,
+    pub(super) children: Vec<[u32; 2]>,
     /// The vertex that is split, as twice the number of its own split plus 1 for its second vertex; [`NONE`] in the place
     /// of a base vertex.
-    parents: Vec<u32>,
+    pub(super) parents: Vec<u32>,
     pub(super) keys: Vec<Key>,
     /// Leaves at the corners of triangles. Those of split n are 2n and 2n + 1, [`NONE`] where it makes none; those of the
     /// base are in places of base vertices and at the end.
     pub(super) faces: Vec<[u32; 3]>,
     /// Numbers of triangles in the input.
     face_ids: Vec<u32>,
-    base_vertices: Vec<u32>,
-    base_faces: Vec<u32>,
+    pub(super) base_vertices: Vec<u32>,
+    pub(super) base_faces: Vec<u32>,
     triangles: usize,
 }
 
@@ -96,12 +97,12 @@ impl Progressive {
                 operation.point *= scale;
                 operation.key = operation.key.scaled(scale);
             }
-            Ok(Self::new(points, &normals, triangles, &operations))
+            Self::new(points, &normals, triangles, &operations)
         })
     }
 
     /// Of the collapses of a mesh, in their order.
-    fn new(points: &[[f32; 3]], normals: &[Vec3], triangles: &[[u32; 3]], operations: &[Operation]) -> Self {
+    fn new(points: &[[f32; 3]], normals: &[Vec3], triangles: &[[u32; 3]], operations: &[Operation]) -> Result<Self> {
         let numbers = Numbers::new(points.len(), operations);
         let leaves = &numbers.leaves;
         let count = points.len();
@@ -110,21 +111,9 @@ impl Progressive {
             (low, high) = (low.min(point), high.max(point));
         }
         let lattice = Lattice::new(low, high);
-        let mut made = Self {
-            points: vec![[0.0; 3]; count],
-            normals: vec![Normal::default(); count],
-            inner_points: vec![0; count],
-            inner_normals: vec![Normal::default(); count],
-            lattice,
-            children: vec![[NONE; 2]; count],
-            parents: vec![NONE; count],
-            keys: vec![Key::default(); count],
-            faces: vec![[NONE; 3]; 2 * count],
-            face_ids: vec![NONE; 2 * count],
-            base_vertices: numbers.base.iter().map(|vertex| leaves[*vertex as usize]).collect(),
-            base_faces: Vec::new(),
-            triangles: triangles.len(),
-        };
+        let mut budget = Budget::new(u64::MAX);
+        let mut made = Self::empty(count, triangles.len(), lattice, &mut budget)?;
+        made.base_vertices = numbers.base.iter().map(|vertex| leaves[*vertex as usize]).collect();
         for (leaf, (point, normal)) in leaves.iter().zip(points.iter().zip(normals)) {
             made.points[*leaf as usize] = *point;
             made.normals[*leaf as usize] = Normal::new(*normal);
@@ -156,8 +145,8 @@ impl Progressive {
             }
             for (side, face) in operation.faces.into_iter().enumerate().filter(|(_, face)| *face != NONE) {
                 gone[face as usize] = true;
-                made.faces[2 * split + side] = triangles[face as usize].map(|vertex| leaves[vertex as usize]);
-                made.face_ids[2 * split + side] = face;
+                let leaves = triangles[face as usize].map(|vertex| leaves[vertex as usize]);
+                made.set_face((2 * split + side) as u32, leaves, face);
             }
         }
         for vertex in &numbers.base {
@@ -170,18 +159,50 @@ impl Progressive {
                 made.parents[split as usize] = 2 * leaf;
             }
         }
-        let mut free = made.base_vertices.iter().flat_map(|leaf| [2 * leaf, 2 * leaf + 1]);
-        for (face, triangle) in triangles.iter().enumerate().filter(|(face, _)| !gone[*face]) {
-            let place = free.next().unwrap_or(made.faces.len() as u32);
-            if place as usize == made.faces.len() {
-                made.faces.push([NONE; 3]);
-                made.face_ids.push(NONE);
-            }
-            made.faces[place as usize] = triangle.map(|vertex| leaves[vertex as usize]);
-            made.face_ids[place as usize] = face as u32;
-            made.base_faces.push(place);
+        let rest: Vec<usize> = (0..triangles.len()).filter(|face| !gone[*face]).collect();
+        made.base_faces = made.base_places(rest.len());
+        for (index, face) in rest.into_iter().enumerate() {
+            let leaves = triangles[face].map(|vertex| leaves[vertex as usize]);
+            made.set_face(made.base_faces[index], leaves, face as u32);
         }
-        made
+        Ok(made)
+    }
+
+    /// Room for a mesh.
+    pub(super) fn empty(vertices: usize, triangles: usize, lattice: Lattice, budget: &mut Budget) -> Result<Self> {
+        Ok(Self {
+            points: budget.filled(vertices, [0.0; 3])?,
+            normals: budget.filled(vertices, Normal::default())?,
+            inner_points: budget.filled(vertices, 0)?,
+            inner_normals: budget.filled(vertices, Normal::default())?,
+            lattice,
+            children: budget.filled(vertices, [NONE; 2])?,
+            parents: budget.filled(vertices, NONE)?,
+            keys: budget.filled(vertices, Key::default())?,
+            faces: budget.filled(2 * vertices, [NONE; 3])?,
+            face_ids: budget.filled(2 * vertices, NONE)?,
+            base_vertices: Vec::new(),
+            base_faces: Vec::new(),
+            triangles,
+        })
+    }
+
+    /// Where the triangles of the base are: in places of base vertices, and at the end.
+    pub(super) fn base_places(&self, count: usize) -> Vec<u32> {
+        let end = 2 * self.points.len() as u32;
+        self.base_vertices.iter().flat_map(|leaf| [2 * leaf, 2 * leaf + 1]).chain(end..).take(count).collect()
+    }
+
+    /// Puts a triangle into its place, at the end if there is none yet.
+    pub(super) fn set_face(&mut self, place: u32, leaves: [u32; 3], id: u32) {
+        let place = place as usize;
+        if place == self.faces.len() {
+            self.faces.push(leaves);
+            self.face_ids.push(id);
+        } else {
+            self.faces[place] = leaves;
+            self.face_ids[place] = id;
+        }
     }
 
     /// Vertices of the finest mesh.
@@ -217,16 +238,6 @@ impl Progressive {
         match self.children[node as usize / 2][node as usize % 2] {
             leaf if leaf & LEAF != 0 => Child::Leaf(leaf & !LEAF),
             split => Child::Split(split),
-        }
-    }
-
-    /// The number in the input of the first leaf of a vertex.
-    pub fn first_leaf(&self, mut node: u32) -> u32 {
-        loop {
-            match self.child(node) {
-                Child::Leaf(vertex) => return vertex,
-                Child::Split(split) => node = 2 * split,
-            }
         }
     }
 

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 /// A unit vector on an octahedron that is unfolded to a square, in two numbers of 16 bits; 0 for none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Normal(u32);
+pub struct Normal(pub u32);
 
 impl Normal {
     /// Of a vector of any length, which may be 0.
@@ -48,6 +48,16 @@ impl Lattice {
     /// Over the box from `low` to `high`.
     pub fn new(low: Vec3, high: Vec3) -> Self {
         Self { origin: low, step: (high - low) / LAST as f32 }
+    }
+
+    /// Of an origin and the distances of places.
+    pub fn from_parts(origin: Vec3, step: Vec3) -> Self {
+        Self { origin, step }
+    }
+
+    /// The origin, and the distances of places.
+    pub fn parts(&self) -> (Vec3, Vec3) {
+        (self.origin, self.step)
     }
 
     /// The nearest place of the lattice.

@@ -227,3 +227,62 @@ proptest! {
         }
     }
 }
+
+/// The bytes of a file of a mesh.
+fn written(mesh: &Progressive) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    mesh.write(&Context::serial(), &mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn what_was_written_is_read() {
+    for shape in [torus(150, 130), bumps(30), two_tori()] {
+        let mesh = build(&shape, 60);
+        let bytes = written(&mesh);
+        assert!(bytes.len() < 30 * shape.1.len(), "{} bytes for {} triangles", bytes.len(), shape.1.len());
+        let read = Progressive::read(&Context::serial(), &mut bytes.as_slice(), usize::MAX).unwrap();
+        assert_eq!(read.bytes(), mesh.bytes());
+        for faces in [0, 100, 777, usize::MAX] {
+            assert_eq!(at(&read, Cut::of_faces(&read, faces)), at(&mesh, Cut::of_faces(&mesh, faces)));
+        }
+        assert_eq!(written(&read), bytes);
+    }
+}
+
+#[test]
+fn the_beginning_of_a_file_is_a_coarser_mesh() {
+    let shape = torus(200, 130);
+    let mesh = build(&shape, 60);
+    let bytes = written(&mesh);
+    let mut source = bytes.as_slice();
+    let coarse = Progressive::read(&Context::serial(), &mut source, 10_000).unwrap();
+    assert!(source.len() > bytes.len() / 4, "{} of {} bytes are left", source.len(), bytes.len());
+    for faces in [0, 1000, 10_000] {
+        assert_eq!(at(&coarse, Cut::of_faces(&coarse, faces)), at(&mesh, Cut::of_faces(&mesh, faces)));
+    }
+}
+
+#[test]
+fn damaged_files_are_refused_or_harmless() {
+    let shape = bumps(16);
+    let bytes = written(&build(&shape, 60));
+    let context = Context::new(&ContextOptions { threads: 1, memory_limit: 1 << 24 }).unwrap();
+    let read = |bytes: &[u8]| Progressive::read(&context, &mut &*bytes, usize::MAX).map(drop);
+    read(&bytes).unwrap();
+    for length in 0..bytes.len() {
+        assert!(read(&bytes[..length]).is_err(), "{length} bytes");
+    }
+    for place in 0..bytes.len() {
+        let mut damaged = bytes.clone();
+        damaged[place] ^= 0x41;
+        assert!(read(&damaged).is_err(), "byte {place}");
+    }
+    let mut newer = bytes.clone();
+    newer[8] = 2;
+    assert_eq!(read(&newer).unwrap_err().kind, ErrorKind::Unsupported);
+    assert!(read(b"OFF\n3 1 0\n").unwrap_err().to_string().contains("no progressive mesh"));
+    let small = Context::new(&ContextOptions { threads: 1, memory_limit: 1000 }).unwrap();
+    let error = Progressive::read(&small, &mut bytes.as_slice(), usize::MAX).map(drop).unwrap_err();
+    assert_eq!(error.kind, ErrorKind::Memory);
+}
