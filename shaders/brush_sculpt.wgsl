@@ -45,7 +45,7 @@ fn edited(tile: u32, block: u32, size: u32, cell: vec2<u32>, now: f32) -> f32 {
     }
     if work.mode == SCULPT_INFLATE {
         let uv = (vec2<f32>(cell) + vec2(0.5)) / f32(size);
-        it.facing = dot(tiles_displaced(tile, uv).normal, at_place.normal);
+        it.facing = dot(vectors_displaced(tile, uv).normal, at_place.normal);
     }
     return sculpted(at_place, amount.x, amount.y, it);
 }

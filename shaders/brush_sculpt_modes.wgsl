@@ -9,6 +9,8 @@ const SCULPT_CLAY: u32 = 4u;
 const SCULPT_SCRAPE: u32 = 5u;
 const SCULPT_LAYER: u32 = 6u;
 const SCULPT_INFLATE: u32 = 7u;
+const SCULPT_PINCH: u32 = 8u;
+const SCULPT_VECTOR: u32 = 9u;
 
 // The least cosine that inflating divides by.
 const LEAST_FACING: f32 = 0.25;

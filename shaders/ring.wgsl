@@ -35,8 +35,9 @@ struct Ring {
 @group(0) @binding(4) var<storage, read> entries: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> sizes: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read_write> texels: array<atomic<u32>>;
-// Of every tile four links and four rings, see `DeviceRing`, then of every ring the first entry and the class, then of
-// every entry the tile and where it is.
+// Of every tile four links and four rings, see `DeviceRing`, then what means of bytes go by: of every byte its linear value
+// in 65,535ths, and the least sum of four of them, in sixteens, that is the byte. Then of every ring the first entry and
+// the class, then of every entry the tile and where it is.
 @group(0) @binding(7) var<storage, read> topology: array<u32>;
 // Of every ring the update that made it, whether it gives all its texels one value, and that.
 @group(0) @binding(8) var<storage, read_write> vertices: array<atomic<u32>>;
@@ -589,15 +590,44 @@ fn mean_words(sum: vec4<f32>, count: u32) -> vec2<u32> {
 /// that number.
 fn mean_of(tile: u32, level: u32, cell: vec2<u32>, number: u32, known: vec2<u32>) -> vec2<u32> {
     let stride = (sizes[tile].y >> level) + 2u;
-    var sum = vec4(0.0);
+    var four: array<vec2<u32>, 4>;
     for (var k = 0u; k < 4u; k++) {
-        var words = known;
+        four[k] = known;
         if k != number {
-            words = texel_in(tile, level, (cell.y + k / 2u) * stride + cell.x + k % 2u);
+            four[k] = texel_in(tile, level, (cell.y + k / 2u) * stride + cell.x + k % 2u);
         }
-        sum += value_of(words);
     }
-    return words_near(0.25 * sum);
+    if work.format == 1u {
+        return vec2(mean_of_bytes(vec4(four[0].x, four[1].x, four[2].x, four[3].x)), 0u);
+    }
+    return words_near(0.25 * ((value_of(four[0]) + value_of(four[1])) + (value_of(four[2]) + value_of(four[3]))));
+}
+
+// Bytes, and their two tables in the topology, before the rings.
+const BYTES: u32 = 256u;
+
+/// The mean of four colours of bytes, by whole numbers as the processor finds it.
+fn mean_of_bytes(four: vec4<u32>) -> u32 {
+    let values = work.rings - 2u * BYTES;
+    var sum = vec3(0u);
+    for (var k = 0u; k < 4u; k++) {
+        let word = four[k];
+        sum += vec3(
+            topology[values + (word & 255u)],
+            topology[values + ((word >> 8u) & 255u)],
+            topology[values + ((word >> 16u) & 255u)],
+        );
+    }
+    // The last byte that begins at or before the sum.
+    var bytes = vec3(0u);
+    for (var step = BYTES / 2u; step > 0u; step /= 2u) {
+        let next = bytes + vec3(step);
+        let at = next + vec3(values + BYTES);
+        let least = vec3(topology[at.x], topology[at.y], topology[at.z]);
+        bytes = select(bytes, next, least <= sum / 16u);
+    }
+    let alpha = dot((four >> vec4(24u)), vec4(1u));
+    return bytes.x | (bytes.y << 8u) | (bytes.z << 16u) | (((alpha + 2u) / 4u) << 24u);
 }
 
 /// The texel of a tile's border at a corner; of a mip, before it is equalised.

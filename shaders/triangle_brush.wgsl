@@ -58,10 +58,14 @@ fn color_before(first: u32, index: u32) -> vec2<u32> {
     return vec2(values[first + index], 0u);
 }
 
-/// What a vertex had before the event, seen from a face: a colour, or a coefficient of displacement.
+/// What a vertex had before the dab, seen from a face that is modified: a colour, or a coefficient of displacement.
 fn value_before(face: u32, node: Node, colors: bool) -> vec4<f32> {
     let first = entries[face];
     let index = value_of(face, work.segments, node);
+    let block = pointers[face];
+    if block != BLOCK_NONE && !is_new(block) {
+        return value_kept(block, index, colors);
+    }
     if first == TRIANGLE_NONE {
         return select(vec4(0.0), work.blank, colors);
     }
@@ -69,6 +73,18 @@ fn value_before(face: u32, node: Node, colors: bool) -> vec4<f32> {
         return decoded(color_before(first, index));
     }
     let pair = unpack2x16float(values[first + index / 2u]);
+    return vec4(select(pair.x, pair.y, (index & 1u) == 1u), 0.0, 0.0, 0.0);
+}
+
+/// Value `index` of a block as `keep` left it.
+fn value_kept(block: u32, index: u32, colors: bool) -> vec4<f32> {
+    let first = arrayLength(&blocks) / 2u + block * work.room;
+    if colors {
+        let wide = work.flags & WIDE;
+        let at = first + index * (1u + wide);
+        return decoded(vec2(blocks[at], select(0u, blocks[at + wide], wide == 1u)));
+    }
+    let pair = unpack2x16float(blocks[first + index / 2u]);
     return vec4(select(pair.x, pair.y, (index & 1u) == 1u), 0.0, 0.0, 0.0);
 }
 
@@ -260,4 +276,20 @@ fn paint_value(face: u32, block: u32, index: u32) {
             blocks[at + 1u] = new_words.y;
         }
     }
+}
+
+// One word of the block of one triangle, kept apart in the second half for modes that look at neighbours.
+@compute @workgroup_size(GROUP)
+fn keep(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let index = group.x + groups.x * group.z;
+    let word = group.y * GROUP + local;
+    if index >= counts[0] || word >= work.room || pointers[lists[index]] == BLOCK_NONE {
+        return;
+    }
+    let at = pointers[lists[index]] * work.room + word;
+    blocks[arrayLength(&blocks) / 2u + at] = blocks[at];
 }

@@ -7,6 +7,7 @@ use relievo_core::{Context, Result};
 
 use crate::cull;
 use crate::dab::{Dab, DabReport, no_vectors};
+use crate::device::Kind;
 use crate::edit::{self, Moved, Window};
 use crate::frame::Vectors;
 use crate::ground::Ground;
@@ -26,6 +27,15 @@ impl Dab {
         mode: SculptMode,
         height: f32,
     ) -> Result<DabReport> {
+        if object.vectors.is_none() {
+            return Err(no_vectors());
+        }
+        if level == 0 {
+            let (kind, dabs) = (Kind::Bend(mode), std::slice::from_ref(self));
+            if let Some(reports) = object.made_on_device(context, kind, dabs, start)? {
+                return Ok(reports.into_iter().next().unwrap_or_default());
+            }
+        }
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);
         let culled = self.intersect(context, object, start, |object, tile| match &object.vectors {
             Some(vectors) if level > 0 => vectors.field().size_at(tile, level),
@@ -36,10 +46,14 @@ impl Dab {
         let mut tiles = context.scratch().list();
         tiles.extend(culled.iter().map(|culled| culled.tile));
         let coarse = (level > 0).then(|| vectors.field().at_level(context, level, &tiles)).transpose()?;
-        let field = coarse.as_ref().unwrap_or(vectors.field());
         let before = start.and_then(|start| start.vectors);
         let coarse_before =
             before.filter(|_| level > 0).map(|before| before.at_level(context, level, &tiles)).transpose()?;
+        let made = coarse
+            .as_ref()
+            .and_then(|coarse| object.bent_on_device(context, self, start, (coarse, coarse_before.as_ref()), mode));
+        let Some(vectors) = &object.vectors else { return Err(no_vectors()) };
+        let field = coarse.as_ref().unwrap_or(vectors.field());
         let ground = Ground {
             heights: start.unwrap_or(object.ground()).heights,
             vectors: coarse_before.as_ref().or(before).or(Some(field)),
@@ -52,8 +66,10 @@ impl Dab {
         };
         let bending = Bending::new(simd, mode, height, &self.brush, &object.transform);
         let surface = &object.surface;
-        let edits = edit::evaluate(context, surface, field, &culled, &brush, places, |site, texels| {
-            bending.edit(site, texels);
+        let edits = made.unwrap_or_else(|| {
+            edit::evaluate(context, surface, field, &culled, &brush, places, |site, texels| {
+                bending.edit(site, texels);
+            })
         });
         let Some(vectors) = &mut object.vectors else { return Err(no_vectors()) };
         let erase = mode == SculptMode::Erase;

@@ -15,6 +15,7 @@ use relievo_tiles::{Channel, ColorPlanes, Displacement, by_format};
 
 use crate::brush::Brush;
 use crate::cull::{self, CulledTile};
+use crate::device::Kind;
 use crate::edit::{self, TileEdit, Window};
 use crate::frame::Vectors;
 use crate::ground::Ground;
@@ -268,7 +269,8 @@ impl Dab {
         height: f32,
     ) -> Result<DabReport> {
         object.layers.displacement.check_editable()?;
-        if let Some(reports) = object.dab_on_device(context, std::slice::from_ref(self), start)? {
+        let (kind, dabs) = (Kind::Sculpt(mode), std::slice::from_ref(self));
+        if let Some(reports) = object.made_on_device(context, kind, dabs, start)? {
             return Ok(reports.into_iter().next().unwrap_or_default());
         }
         let brush = BrushParameters::new(&self.brush, self.strength, &object.transform);

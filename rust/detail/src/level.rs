@@ -131,7 +131,7 @@ impl Dab {
         tiles.extend(culled.iter().map(|culled| culled.tile));
         let coarse = object.displacement.field().at_level(context, level, &tiles)?;
         let before = start.map(|start| start.heights.at_level(context, level, &tiles)).transpose()?;
-        let edits = match object.raised_on_device(context, self, (&coarse, before.as_ref())) {
+        let edits = match object.raised_on_device(context, self, start, (&coarse, before.as_ref())) {
             Some(edits) => edits,
             None => {
                 let simd = context.level();

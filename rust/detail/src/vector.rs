@@ -62,6 +62,12 @@ pub(crate) struct Bending<'a> {
     pub mode: SculptMode,
     pub height: f32,
     pub stamp: Option<&'a Stamp>,
+    maps: BrushMaps,
+}
+
+/// How directions go between a brush and object space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BrushMaps {
     /// Directions of the brush's axes in object space, as columns of length 1.
     axes: Mat3,
     /// From coordinates in the brush to object space.
@@ -70,23 +76,28 @@ pub(crate) struct Bending<'a> {
     inner: Mat3,
 }
 
-impl<'a> Bending<'a> {
-    /// What `brush` does on an object with the given transform to the world.
-    pub fn new(level: Level, mode: SculptMode, height: f32, brush: &'a Brush, transform: &DAffine3) -> Self {
+impl BrushMaps {
+    /// Those of `brush` on an object with the given transform to the world.
+    pub fn new(brush: &Brush, transform: &DAffine3) -> Self {
         let obb = brush.obb();
         let inverse = transform.matrix3.inverse();
         let map = inverse * obb.axes * glam::DMat3::from_diagonal(obb.half);
         let axes = [map.x_axis, map.y_axis, map.z_axis].map(|axis| axis.normalize_or_zero().as_vec3());
         let inner = (brush.map().matrix3 * transform.matrix3).as_mat3();
-        Self {
-            level,
-            mode,
-            height,
-            stamp: brush.stamp(),
-            axes: Mat3::from_cols(axes[0], axes[1], axes[2]),
-            spread: map.as_mat3(),
-            inner,
-        }
+        Self { axes: Mat3::from_cols(axes[0], axes[1], axes[2]), spread: map.as_mat3(), inner }
+    }
+
+    /// As `brush_bend.wgsl` has them: columns of the three matrices.
+    pub fn packed(&self) -> [[[f32; 4]; 3]; 3] {
+        let columns = |of: &Mat3| [of.x_axis, of.y_axis, of.z_axis].map(|column| column.extend(0.0).to_array());
+        [columns(&self.axes), columns(&self.spread), columns(&self.inner)]
+    }
+}
+
+impl<'a> Bending<'a> {
+    /// What `brush` does on an object with the given transform to the world.
+    pub fn new(level: Level, mode: SculptMode, height: f32, brush: &'a Brush, transform: &DAffine3) -> Self {
+        Self { level, mode, height, stamp: brush.stamp(), maps: BrushMaps::new(brush, transform) }
     }
 
     /// Makes the new texels of `spot`.
@@ -106,7 +117,7 @@ impl<'a> Bending<'a> {
                 if let Some(stamp) = self.stamp {
                     stamp.bend(&spot.footprints(), spot.weights_mut(), &mut change);
                 }
-                each(&mut change, |_, vector| self.axes * vector);
+                each(&mut change, |_, vector| self.maps.axes * vector);
                 spot.from_object(self.level, &mut change);
             }
             SculptMode::Pinch => {
@@ -119,8 +130,8 @@ impl<'a> Bending<'a> {
                 let across = spot.weights().across;
                 let sign = if self.height < 0.0 { 1.0 } else { -1.0 };
                 each(&mut change, |k, moved| {
-                    let here = (self.inner * moved).truncate() + glam::Vec2::new(across[0][k], across[1][k]);
-                    self.spread * (sign * here).extend(0.0)
+                    let here = (self.maps.inner * moved).truncate() + glam::Vec2::new(across[0][k], across[1][k]);
+                    self.maps.spread * (sign * here).extend(0.0)
                 });
                 spot.from_object(self.level, &mut change);
             }

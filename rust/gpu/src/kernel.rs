@@ -61,7 +61,9 @@ impl Device {
     /// The kernel that `spec` describes, compiled at the first call. Fails with the file and line where it is faulty.
     pub fn kernel(&self, spec: &KernelSpec<'_>) -> Result<Arc<Kernel>> {
         let label = format!("{}.{}{:?}", spec.module, spec.entry, spec.constants);
-        if let Some(kernel) = lock(&self.inner().kernels).get(&label) {
+        // An entry point may be bound with what it does not use, to share a group.
+        let key = format!("{label}{:?}", spec.groups);
+        if let Some(kernel) = lock(&self.inner().kernels).get(&key) {
             return Ok(Arc::clone(kernel));
         }
         let composed = compose(spec.module)?;
@@ -95,9 +97,9 @@ impl Device {
             immediates: spec.immediates,
             layouts,
             counts: spec.groups.iter().map(|group| group.len()).collect(),
-            label: label.clone(),
+            label,
         });
-        Ok(Arc::clone(lock(&self.inner().kernels).entry(label).or_insert(kernel)))
+        Ok(Arc::clone(lock(&self.inner().kernels).entry(key).or_insert(kernel)))
     }
 
     /// A shader module of composed text, for pipelines that draw. Fails with the file and line where it is faulty.

@@ -14,6 +14,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("bezier_draw", include_str!("../../../shaders/bezier_draw.wgsl")),
     ("bezier_samples", include_str!("../../../shaders/bezier_samples.wgsl")),
     ("brush", include_str!("../../../shaders/brush.wgsl")),
+    ("brush_bend", include_str!("../../../shaders/brush_bend.wgsl")),
     ("brush_bounds", include_str!("../../../shaders/brush_bounds.wgsl")),
     ("brush_edit", include_str!("../../../shaders/brush_edit.wgsl")),
     ("brush_intersect", include_str!("../../../shaders/brush_intersect.wgsl")),

@@ -2,7 +2,8 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 5, with the
 //! rules of [`crate::mip`]: levels of half, a quarter, … of a tile's texels a side, down to two, each with its own ring.
-//! Colours of 8 bits are the processor's within 2/255, as each level is rounded.
+//! Means of 8 bits are the processor's to the bit, by the same tables: it adds whole numbers, and what each level rounds
+//! would else add up. Rings are its within 1/255.
 
 use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Device, wgpu};

@@ -2,8 +2,8 @@
 //!
 //! Schäfer, Keinert, Nießner, Buchenau, Guthe and Stamminger 2014, *Real-Time Deformation of Subdivision Surfaces from
 //! Object Collisions*, Section 6, with the rules of [`crate::ring`], for scalar displacement and for colours. What is
-//! copied is the same to the bit; averages and what lies between tiles of different density are the processor's up to one
-//! unit in the last place of a half float, colours of 8 bits within 1/255.
+//! copied is the same to the bit, and so are mips of 8 bits; averages and what lies between tiles of different density are
+//! the processor's up to one unit in the last place of a half float, colours of 8 bits within 1/255.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -14,7 +14,7 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, P
 use relievo_surface::{Link, RingClass, TileTopology};
 
 use crate::device::DeviceTiles;
-use crate::texel::Texel;
+use crate::texel::{Texel, mean_tables};
 
 /// As in `ring.wgsl`.
 #[repr(C)]
@@ -225,12 +225,12 @@ fn groups_of(tiles: u32, items: u32) -> [u32; 3] {
 /// The topology as the kernels read it, and where its rings and entries begin. Of a tile: four links of four words (kind
 /// in 3 bits, whether reversed, two edges of 2 bits, whether it is the second half, whether the tile is a sub-tile; two
 /// tiles; the ring in the middle) and the rings at its corners, whose last bits say whether it is wound against their
-/// first tiles.
+/// first tiles. Before the rings come the tables of means.
 fn flattened(topology: &TileTopology) -> Result<(Vec<u32>, [u32; 2])> {
     let tiles = topology.tile_count() as u32;
     let rings = topology.ring_count() as u32;
     let entries: usize = (0..rings).map(|ring| topology.ring(ring).len()).sum();
-    let words = 20 * tiles as usize + 2 * (rings as usize + 1) + 2 * entries;
+    let words = 20 * tiles as usize + 2 * (rings as usize + 1) + 2 * entries + 512;
     if u32::try_from(words).is_err() || rings >= 1 << 31 {
         return Err(Error::memory("a surface of too many tiles for a graphics device"));
     }
@@ -267,6 +267,7 @@ fn flattened(topology: &TileTopology) -> Result<(Vec<u32>, [u32; 2])> {
             made.push(known[tile as usize][corner].unwrap_or(*ring));
         }
     }
+    made.extend(mean_tables());
     let first_ring = made.len() as u32;
     let mut first = 0;
     for ring in 0..rings {

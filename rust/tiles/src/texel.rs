@@ -326,6 +326,13 @@ static FIELDS: LazyLock<[[u64; 256]; 3]> = LazyLock::new(|| {
 static MEANS: LazyLock<[u8; 1 << 14]> =
     LazyLock::new(|| std::array::from_fn(|place| encoded(&BYTES, (16.0 * place as f32 + 8.0) / (4.0 * 65535.0))));
 
+/// What means of [`Rgba8`] go by, for kernels: of every byte its linear value in 65,535ths, and the least place in [`MEANS`]
+/// that has it.
+pub(crate) fn mean_tables() -> impl Iterator<Item = u32> {
+    let values = FIELDS[0].iter().map(|value| *value as u32);
+    values.chain((0..=255u8).map(|byte| MEANS.partition_point(|mean| *mean < byte) as u32))
+}
+
 impl Texel for Rgba8 {
     type Value = DVec4;
     type Difference = Rgba16;

@@ -12,16 +12,18 @@ use std::collections::BTreeMap;
 use relievo_core::Result;
 use relievo_gpu::{Access, Buffer, Device, Frame, KernelSpec, Pass, PassTime};
 use relievo_surface::{DeviceSurface, Link, RingClass, SURFACE_GROUP};
-use relievo_tiles::{Channel, DeviceRing, DeviceTiles, Field, TILES_GROUP, Texel};
+use relievo_tiles::{Channel, DeviceRing, DeviceTiles, Field, TILES_GROUP, Texel, Vector};
 
 use super::events::{DeviceEvents, DeviceTexel, Edit, Ended, Returned, WORDS};
 use super::intersect::DeviceIntersection;
-use super::memory::{BlockState, DeviceMemory, Tested};
+use super::memory::{BlockState, DeviceMemory, MOST_DABS, Tested};
 use super::smear::{ACCESS, DeviceSmear};
 use super::still::DeviceStill;
 use crate::edit::TileEdit;
+use crate::ground::Ground;
 use crate::smudge::Smudge;
 use crate::stamp::Stamp;
+use crate::vector::BrushMaps;
 use crate::weights::BrushParameters;
 
 /// What dabs on the texels of tiles need of a device, beside the surface, its displacement and the texels themselves.
@@ -31,7 +33,14 @@ pub(crate) struct DeviceBrush<T> {
     intersection: DeviceIntersection<T>,
     still: DeviceStill,
     smear: DeviceSmear,
+    /// Of vectors three matrices a dab, see [`BrushMaps`].
+    maps: Buffer<[[f32; 4]; 3]>,
+    /// Whether places go by vectors.
+    bent: bool,
 }
+
+/// What kernels have as their group 3: the texels before the event, and the vectors that places go by, or anything.
+const EDITED_GROUP: [Access; 4] = [Access::Read; 4];
 
 /// What came back of an event.
 #[derive(Debug)]
@@ -53,7 +62,7 @@ pub(crate) struct Stage<'a, T: Texel> {
     pub device: &'a Device,
     pub surface: &'a DeviceSurface,
     /// The displacement that places go by, there and here.
-    pub ground: (&'a DeviceTiles, &'a Field),
+    pub ground: (DeviceGround<'a>, Ground<'a>),
     /// The texels before the event.
     pub tiles: &'a DeviceTiles<T>,
     pub field: &'a Field<T>,
@@ -64,35 +73,57 @@ pub(crate) struct Stage<'a, T: Texel> {
     pub looks_beside: bool,
     /// What a brush that smears carries.
     pub smudge: Option<&'a Smudge>,
+    /// Of each dab on vectors how its brush lies.
+    pub maps: &'a [BrushMaps],
+}
+
+/// [`Ground`] on a device.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DeviceGround<'a> {
+    pub heights: &'a DeviceTiles,
+    pub vectors: Option<&'a DeviceTiles<Vector>>,
 }
 
 impl<T: DeviceTexel> DeviceBrush<T> {
-    /// For the tiles of `surface` in its pose, which are those of `field`. Fails where the device has no room.
-    pub fn new(device: &Device, surface: &DeviceSurface, field: &Field<T>) -> Result<Self> {
+    /// For the tiles of `surface` in its pose, which are those of `field`, and places that go by vectors or not. Fails
+    /// where the device has no room.
+    fn new(device: &Device, surface: &DeviceSurface, field: &Field<T>, bent: bool) -> Result<Self> {
         use Access::{Read, Write};
         // Sculpting has nothing to carry.
-        let smears = if T::SMEARS { &ACCESS[..] } else { &[] };
-        let own = [&[Read, Read, Read, Write, Write, Write, Read, Read][..], smears].concat();
+        let more = if T::SMEARS { &ACCESS[..] } else { &[Read][..usize::from(T::BENDS)] };
+        let own = [&[Read, Read, Read, Write, Write, Write, Read, Read][..], more].concat();
         let kernel = device.kernel(&KernelSpec {
             module: T::MODULE,
             entry: "edit",
-            groups: &[&own, &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
+            groups: &[&own, &SURFACE_GROUP, &TILES_GROUP, &EDITED_GROUP],
             immediates: size_of::<Edit>() as u32,
-            constants: &[],
+            constants: &[("VECTORS", f64::from(u8::from(bent)))],
         })?;
         let tiles = field.tile_count();
         // Sizes are known when an event comes.
         let memory = DeviceMemory::new(device, tiles, (1, 1), false)?;
         let intersection = DeviceIntersection::new(device, tiles, &memory)?;
         let smear = DeviceSmear::new(device)?;
+        let maps = Buffer::new(device, "how brushes lie", 3 * MOST_DABS)?;
         let [carried, picked] = smear.tables();
-        let tables = [intersection.tiles(), carried, picked];
-        let events = DeviceEvents::new(device, kernel, memory, if T::SMEARS { &tables } else { &tables[..1] })?;
-        let made = Self { events, intersection, still: DeviceStill::new(device)?, smear };
+        let tables = [intersection.tiles(), if T::BENDS { maps.wgpu() } else { carried }, picked];
+        let events = DeviceEvents::new(device, kernel, memory, &tables[..1 + more.len()])?;
+        let made = Self { events, intersection, still: DeviceStill::new(device)?, smear, maps, bent };
         let mut frame = device.frame()?;
         made.measure(&mut frame.pass("surface.boxes"), surface)?;
         let _ = frame.submit()?;
         Ok(made)
+    }
+
+    /// `known`, if its places go by vectors or do not as those of `ground`; else one as [`Self::new`].
+    pub fn ready(
+        known: Option<Self>,
+        device: &Device,
+        (surface, ground): (&DeviceSurface, DeviceGround<'_>),
+        field: &Field<T>,
+    ) -> Result<Self> {
+        let bent = ground.vectors.is_some();
+        known.filter(|known| known.bent == bent).map_or_else(|| Self::new(device, surface, field, bent), Ok)
     }
 
     /// Records the boxes of the tiles of `surface` in its pose.
@@ -149,21 +180,26 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         stage: Stage<'_, T>,
         edits: &[(BrushParameters, Edit)],
     ) -> Result<Option<(Vec<BlockState>, Event<T>)>> {
-        let Stage { device, surface, ground, tiles, field, ring, looks_beside, smudge, .. } = stage;
+        let Stage { device, surface, ground, tiles, field, ring, looks_beside, smudge, maps, .. } = stage;
         self.smear.take(device, smudge)?;
+        for (dab, maps) in maps.iter().take(edits.len()).enumerate() {
+            self.maps.write(device, 3 * dab, &maps.packed())?;
+        }
+        let bent = ground.0.vectors.map_or(tiles.buffers(), DeviceTiles::buffers);
+        let edited = device.bind_as(&EDITED_GROUP, &[tiles.buffers(), bent].concat())?;
         loop {
-            let groups = [surface.group(), ground.0.group(), tiles.group()];
+            let groups = [surface.group(), ground.0.heights.group(), &edited];
             let intersection = &self.intersection;
             let intersect = |pass: &mut Pass<'_>, brush: &BrushParameters| intersection.intersect(pass, surface, brush);
             let (memory, sizes) = (self.events.memory(), (intersection.tiles(), tiles));
             let (room, keeps) = (memory.room(), memory.keeps());
             let still = looks_beside.then(|| self.still.bind(device, memory, ring, sizes)).transpose()?;
             let smear = &self.smear;
-            let ready = |frame: &mut Frame, memory: &DeviceMemory, dab| {
+            let ready = |frame: &mut Frame, events: &DeviceEvents, dab| {
                 if smudge.is_some() {
                     smear.clear(frame);
                 }
-                still.as_ref().map_or(Ok(()), |still| still.record(frame, memory, dab))
+                still.as_ref().map_or(Ok(()), |still| still.record(frame, events.memory(), dab))
             };
             match self.events.run(device, (edits, T::FLAGS), groups, intersect, ready)? {
                 Ended::Made(made) => {

@@ -4,20 +4,21 @@ use glam::{DAffine3, Vec4};
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::PassTime;
-use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, Texel, by_format};
+use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, Texel, Vector, by_format};
 
-use super::brush::{DeviceBrush, Event, Stage};
+use super::brush::{DeviceBrush, DeviceGround, Event, Stage};
 use super::events::{DeviceTexel, Edit};
 use super::memory::Tested;
 use super::state::{DeviceObject, bring};
 use crate::brush::Brush;
 use crate::cull::{BlockList, CulledTile};
-use crate::dab::{Action, Dab, DabReport};
+use crate::dab::{Action, Dab, DabReport, no_vectors};
 use crate::edit::{self, TileEdit};
 use crate::ground::Ground;
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
 use crate::object::DisplacedObject;
+use crate::vector::BrushMaps;
 use crate::weights::BrushParameters;
 
 /// Colours, and what paints them.
@@ -26,7 +27,7 @@ pub(crate) struct DeviceColors<T: Texel> {
     tiles: DeviceTiles<T>,
     /// At a coarser level, once a dab needed them.
     coarse: Option<DeviceTiles<T>>,
-    pub brush: DeviceBrush<T>,
+    pub brush: Option<DeviceBrush<T>>,
 }
 
 /// A colour that a device has room for.
@@ -49,7 +50,10 @@ impl DeviceColor for Rgba16 {
 /// What dabs that can be made together have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kind {
+    /// Of displacement along the normals.
     Sculpt(SculptMode),
+    /// Of vectors.
+    Bend(SculptMode),
     Paint(PaintMode),
 }
 
@@ -104,7 +108,28 @@ impl DisplacedObject {
         start: Option<Ground<'_>>,
     ) -> Result<Option<Vec<DabReport>>> {
         let Some((kind, dabs)) = Kind::first(dabs, |dab| self.kind_on_device(dab))? else { return Ok(None) };
+        self.made_on_device(context, kind, dabs, start)
+    }
+
+    /// As [`Self::dab_on_device`], of dabs of one kind with the same image of the brush.
+    pub(crate) fn made_on_device(
+        &mut self,
+        context: &Context,
+        kind: Kind,
+        dabs: &[Dab],
+        start: Option<Ground<'_>>,
+    ) -> Result<Option<Vec<DabReport>>> {
         match kind {
+            Kind::Bend(mode) => {
+                let make =
+                    |device: &mut DeviceObject, object: &Self| device.bend(object, dabs, start, (None, None), mode);
+                let Some(event) = on_device(context, "dab.device", self, make) else { return Ok(None) };
+                let vectors = self.vectors.as_mut().ok_or_else(no_vectors)?;
+                let (report, reports, culled) = take(context, vectors, event, mode == SculptMode::Erase)?;
+                let tiles = edit::stale(context, vectors.field(), &culled, &report);
+                self.refit(context, start, &tiles);
+                Ok(Some(reports))
+            }
             Kind::Sculpt(mode) => {
                 self.layers.displacement.check_editable()?;
                 let make = |device: &mut DeviceObject, object: &Self| device.sculpt(object, dabs, start, mode);
@@ -148,10 +173,25 @@ impl DisplacedObject {
         &mut self,
         context: &Context,
         dab: &Dab,
-        (coarse, before): (&Field, Option<&Field>),
+        start: Option<Ground<'_>>,
+        levels: (&Field, Option<&Field>),
     ) -> Option<Vec<TileEdit<f16>>> {
-        let Some(Kind::Sculpt(mode)) = self.kind_on_device(dab) else { return None };
-        let make = |device: &mut DeviceObject, object: &Self| device.sculpt_at(object, dab, (coarse, before), mode);
+        let Some(Kind::Sculpt(mode)) = Kind::of(dab) else { return None };
+        let make = |device: &mut DeviceObject, object: &Self| device.sculpt_at(object, dab, start, levels, mode);
+        on_device(context, "dab.device", self, make).map(|event| event.edits)
+    }
+
+    /// As [`Self::raised_on_device`], of the vectors.
+    pub(crate) fn bent_on_device(
+        &mut self,
+        context: &Context,
+        dab: &Dab,
+        start: Option<Ground<'_>>,
+        (coarse, before): (&Field<Vector>, Option<&Field<Vector>>),
+        mode: SculptMode,
+    ) -> Option<Vec<TileEdit<Vector>>> {
+        let (dabs, levels) = (std::slice::from_ref(dab), (Some(coarse), before));
+        let make = |device: &mut DeviceObject, object: &Self| device.bend(object, dabs, start, levels, mode);
         on_device(context, "dab.device", self, make).map(|event| event.edits)
     }
 
@@ -163,16 +203,22 @@ impl DisplacedObject {
         (channel, coarse): (&Channel<T>, &Field<T>),
         start: Option<Ground<'_>>,
     ) -> Option<Vec<TileEdit<T>>> {
-        let Some(Kind::Paint(mode)) = self.kind_on_device(dab) else { return None };
+        let Some(Kind::Paint(mode)) = Kind::of(dab) else { return None };
         let make = |device: &mut DeviceObject, object: &Self| {
             device.paint(object, (channel, Some(coarse)), std::slice::from_ref(dab), start, mode)
         };
         on_device(context, "dab.device", self, make).map(|event| event.edits)
     }
 
-    /// What a dab does, if there is a device that does it.
+    /// What a dab does, if there is a device that does it and nothing else.
     fn kind_on_device(&self, dab: &Dab) -> Option<Kind> {
-        Kind::of(dab).filter(|_| self.device.is_some() && self.vectors.is_none())
+        self.device.as_ref()?;
+        match dab.action {
+            Action::Sculpt { mode, .. } if self.vectors.is_some() && mode.changes_vectors() => {
+                mode.needs_vectors().then_some(Kind::Bend(mode))
+            }
+            _ => Kind::of(dab),
+        }
     }
 }
 
@@ -266,24 +312,63 @@ impl DeviceObject {
         start: Option<Ground<'_>>,
         mode: SculptMode,
     ) -> Result<Option<Event<f16>>> {
-        let start = start.map(|start| start.heights);
-        self.follow(object, start)?;
-        let channel = &object.displacement;
-        let mut brush = match self.sculpting.take() {
-            Some(brush) => brush,
-            None => DeviceBrush::new(&self.device, &self.surface, channel.field())?,
-        };
+        self.follow_ground(object, start)?;
+        let (known, channel) = (self.sculpting.take(), &object.displacement);
         let Self { device, surface, tiles, ring, .. } = &*self;
-        let ground = self.begun().filter(|_| start.is_some()).unwrap_or(tiles);
-        let ground = (ground, start.unwrap_or(channel.field()));
+        let ground = self.ground(object, start);
+        let mut brush = DeviceBrush::ready(known, device, (surface, ground.0), channel.field())?;
         let edits = edits_of(&object.transform, dabs, Vec4::ZERO);
         // A dab that is by itself goes by its own displacement.
         let (together, looks_beside) = (start.is_some(), mode.needs_mean());
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
         let field = channel.field();
-        let stage = Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge: None };
+        let stage =
+            Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge: None, maps: &[] };
         let made = brush.event(stage, (&edits, stamp), together)?;
         self.sculpting = Some(brush);
+        Ok(made)
+    }
+
+    /// Changes vectors with the first of `dabs`, or the first few at once, or with one at a level, whose vectors are
+    /// `coarse`, and were `before` when a stroke began. `None` as [`Self::sculpt`].
+    fn bend(
+        &mut self,
+        object: &DisplacedObject,
+        dabs: &[Dab],
+        start: Option<Ground<'_>>,
+        (coarse, before): (Option<&Field<Vector>>, Option<&Field<Vector>>),
+        mode: SculptMode,
+    ) -> Result<Option<Event<Vector>>> {
+        self.follow_ground(object, start)?;
+        let known = self.bending.take();
+        let [mut now, mut then] = std::mem::take(&mut self.coarse_vectors);
+        let channel = object.vectors.as_ref().ok_or_else(no_vectors)?;
+        let Self { device, surface, ring, .. } = &*self;
+        let mut ground = self.ground(object, start);
+        let (tiles, field) = match coarse {
+            Some(coarse) => (bring(&mut now, device, coarse)?, coarse),
+            None => (self.vectors.as_ref().ok_or_else(no_vectors)?, channel.field()),
+        };
+        if let Some(before) = before {
+            ground = (
+                DeviceGround { vectors: Some(bring(&mut then, device, before)?), ..ground.0 },
+                Ground { vectors: Some(before), ..ground.1 },
+            );
+        } else if coarse.is_some() || ground.0.vectors.is_none() {
+            ground = (DeviceGround { vectors: Some(tiles), ..ground.0 }, Ground { vectors: Some(field), ..ground.1 });
+        }
+        let mut brush = DeviceBrush::ready(known, device, (surface, ground.0), field)?;
+        let edits = edits_of(&object.transform, dabs, Vec4::ZERO);
+        let maps: Vec<_> = dabs.iter().map(|dab| BrushMaps::new(&dab.brush, &object.transform)).collect();
+        let looks_beside = mode.needs_mean();
+        // Rings, which turn with the frames, are the processor's.
+        let together = start.is_some() && !looks_beside;
+        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let stage =
+            Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge: None, maps: &maps };
+        let made = brush.event(stage, (&edits, stamp), together)?;
+        self.bending = Some(brush);
+        self.coarse_vectors = [now, then];
         Ok(made)
     }
 
@@ -293,24 +378,29 @@ impl DeviceObject {
         &mut self,
         object: &DisplacedObject,
         dab: &Dab,
+        start: Option<Ground<'_>>,
         (coarse, before): (&Field, Option<&Field>),
         mode: SculptMode,
     ) -> Result<Option<Event<f16>>> {
-        let Self { device, surface, ring, coarse: [now, then], sculpting, .. } = self;
-        let (device, tiles) = (&*device, bring(now, device, coarse)?);
-        let ground = match before {
-            Some(before) => (bring(then, device, before)?, before),
+        self.follow_vectors(object, start)?;
+        let known = self.sculpting.take();
+        let [mut now, mut then] = std::mem::take(&mut self.coarse);
+        let Self { device, surface, ring, .. } = &*self;
+        let tiles = bring(&mut now, device, coarse)?;
+        let (heights, field) = match before {
+            Some(before) => (bring(&mut then, device, before)?, before),
             None => (tiles, coarse),
         };
-        let mut brush = match sculpting.take() {
-            Some(brush) => brush,
-            None => DeviceBrush::new(device, surface, coarse)?,
-        };
+        let (there, here) = self.ground(object, start);
+        let ground = (DeviceGround { heights, ..there }, Ground { heights: field, ..here });
+        let mut brush = DeviceBrush::ready(known, device, (surface, ground.0), coarse)?;
         let edits = edits_of(&object.transform, std::slice::from_ref(dab), Vec4::ZERO);
         let (channel, looks_beside) = (&object.displacement, mode.needs_mean());
-        let stage = Stage { device, surface, ground, tiles, field: coarse, channel, ring, looks_beside, smudge: None };
+        let (field, smudge, maps) = (coarse, None, &[][..]);
+        let stage = Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge, maps };
         let made = brush.event(stage, (&edits, dab.brush.stamp()), false)?;
-        *sculpting = Some(brush);
+        self.sculpting = Some(brush);
+        self.coarse = [now, then];
         Ok(made)
     }
 
@@ -324,15 +414,10 @@ impl DeviceObject {
         start: Option<Ground<'_>>,
         mode: PaintMode,
     ) -> Result<Option<Event<T>>> {
-        let start = start.map(|start| start.heights);
-        self.follow(object, start)?;
+        self.follow_ground(object, start)?;
         let mut colors = match T::slot(self).take() {
             Some(colors) => colors,
-            None => DeviceColors {
-                tiles: DeviceTiles::new(&self.device, channel.field())?,
-                coarse: None,
-                brush: DeviceBrush::new(&self.device, &self.surface, channel.field())?,
-            },
+            None => DeviceColors { tiles: DeviceTiles::new(&self.device, channel.field())?, coarse: None, brush: None },
         };
         let (tiles, field) = match coarse {
             Some(coarse) => (bring(&mut colors.coarse, &self.device, coarse)?, coarse),
@@ -343,13 +428,14 @@ impl DeviceObject {
         };
         let edits = edits_of(&object.transform, dabs, channel.field().blank().color());
         let Self { device, surface, ring, .. } = &*self;
-        let ground = self.begun().filter(|_| start.is_some()).unwrap_or(&self.tiles);
-        let ground = (ground, start.unwrap_or(object.displacement.field()));
+        let ground = self.ground(object, start);
+        let known = colors.brush.take();
+        let maker = colors.brush.insert(DeviceBrush::ready(known, device, (surface, ground.0), channel.field())?);
         let brush = dabs.first().map(|dab| &dab.brush);
         let (stamp, smudge) = (brush.and_then(Brush::stamp), brush.and_then(Brush::smudge));
         let looks_beside = mode.needs_mean();
-        let stage = Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge };
-        let made = colors.brush.event(stage, (&edits, stamp), smudge.is_none())?;
+        let stage = Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge, maps: &[] };
+        let made = maker.event(stage, (&edits, stamp), smudge.is_none())?;
         *T::slot(self) = Some(colors);
         Ok(made)
     }
@@ -365,7 +451,8 @@ impl DeviceObject {
     /// As [`Self::follow_sculpted`], of colours.
     fn follow_painted<T: DeviceColor>(&mut self, field: &Field<T>, written: &[(u32, u32)]) -> Result<Option<()>> {
         let Some(mut colors) = T::slot(self).take() else { return Ok(None) };
-        colors.tiles.follow(&self.device, &self.ring, field, (written, colors.brush.blocks()))?;
+        let Some(brush) = &colors.brush else { return Ok(None) };
+        colors.tiles.follow(&self.device, &self.ring, field, (written, brush.blocks()))?;
         *T::slot(self) = Some(colors);
         Ok(Some(()))
     }

@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use half::f16;
 use relievo_core::Result;
 use relievo_gpu::{Bindings, Buffer, Device, Frame, Kernel, Pass, PassTime, wgpu};
-use relievo_tiles::{Rgba8, Rgba16, Texel};
+use relievo_tiles::{Rgba8, Rgba16, Texel, Vector};
 
 use super::memory::{BlockState, DeviceMemory, MOST_DABS, Memory, Tested};
 use crate::stamp::Stamp;
@@ -29,7 +29,8 @@ pub(crate) struct Edit {
     /// The number of the mode.
     pub mode: u32,
     dab: u32,
-    room: u32,
+    /// Words of a block's room.
+    pub(super) room: u32,
     /// Bits, see [`WIDE`] and what follows.
     pub flags: u32,
     /// Segments along the side of a triangle; 0 on tiles.
@@ -61,12 +62,18 @@ impl Edit {
 pub(crate) trait DeviceTexel: Texel {
     /// The module of the kernel that does on tiles.
     const MODULE: &'static str;
-    /// The entry point of the one that does on triangles.
-    const TRIANGLES: &'static str;
     /// Whether kernels paint it, and so may smear.
     const SMEARS: bool = true;
+    /// Whether they are vectors, which kernels bend by the axes of the brush.
+    const BENDS: bool = false;
     /// [`WIDE`] for colours of half floats.
     const FLAGS: u32 = 0;
+}
+
+/// Those that it edits on triangles too.
+pub(crate) trait DeviceValue: DeviceTexel {
+    /// The entry point of the kernel that does.
+    const TRIANGLES: &'static str;
 }
 
 /// As in `brush_edit.wgsl`.
@@ -77,18 +84,33 @@ const TURNED_OVER: u32 = 4;
 impl DeviceTexel for f16 {
     const MODULE: &'static str = "brush_sculpt";
     const SMEARS: bool = false;
+}
+
+impl DeviceValue for f16 {
     const TRIANGLES: &'static str = "sculpt";
+}
+
+impl DeviceTexel for Vector {
+    const MODULE: &'static str = "brush_bend";
+    const SMEARS: bool = false;
+    const BENDS: bool = true;
 }
 
 impl DeviceTexel for Rgba8 {
     const MODULE: &'static str = "brush_paint";
+}
+
+impl DeviceValue for Rgba8 {
     const TRIANGLES: &'static str = "paint";
 }
 
 impl DeviceTexel for Rgba16 {
     const MODULE: &'static str = "brush_paint";
-    const TRIANGLES: &'static str = "paint";
     const FLAGS: u32 = WIDE;
+}
+
+impl DeviceValue for Rgba16 {
+    const TRIANGLES: &'static str = "paint";
 }
 
 /// Words of the blocks of an event, as long as it needs no more.
@@ -196,15 +218,20 @@ impl DeviceEvents {
         self.most = if apart < tried { apart } else { (2 * self.most).min(MOST_DABS) };
     }
 
+    /// The bindings of the kernel's group 0.
+    pub fn editing(&self) -> &Bindings {
+        &self.editing
+    }
+
     /// Makes `edits` in one submission. `intersect` records the sets of a dab, and `ready` what its number, from 1, needs
-    /// before its edit; `groups` are bound as groups 1 to 3.
+    /// of this before its edit; `groups` are bound as groups 1 to 3.
     pub fn run(
         &mut self,
         device: &Device,
         (edits, flags): (&[(BrushParameters, Edit)], u32),
         groups: [&Bindings; 3],
         intersect: impl Fn(&mut Pass<'_>, &BrushParameters) -> Result<()>,
-        ready: impl Fn(&mut Frame, &DeviceMemory, u32) -> Result<()>,
+        ready: impl Fn(&mut Frame, &Self, u32) -> Result<()>,
     ) -> Result<Ended> {
         let memory = &self.memory;
         let mut frame = device.frame()?;
@@ -214,7 +241,7 @@ impl DeviceEvents {
             intersect(&mut frame.pass("dab.intersect"), brush)?;
             memory.compact(&mut frame.pass("dab.scan"))?;
             memory.manage_sets(&mut frame.pass("dab.manage"), dab)?;
-            ready(&mut frame, memory, dab)?;
+            ready(&mut frame, self, dab)?;
             let groups = [&self.editing, groups[0], groups[1], groups[2]];
             let immediates = bytemuck::bytes_of(&edit);
             let mut pass = frame.pass("dab.edit");
@@ -311,7 +338,7 @@ mod tests {
             ("color", offset_of!(Edit, color)),
             ("blank", offset_of!(Edit, blank)),
         ];
-        for module in ["brush_sculpt", "brush_paint", "triangle_brush"] {
+        for module in ["brush_sculpt", "brush_paint", "brush_bend", "triangle_brush"] {
             assert_layout(module, "Edit", size_of::<Edit>(), &fields);
         }
     }

@@ -11,9 +11,10 @@ use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
-use relievo_tiles::{Field, Texel};
+use relievo_tiles::{Field, Texel, Vector};
 
 use super::memory::DeviceMemory;
+use crate::ground::Ground;
 use crate::weights::BrushParameters;
 
 /// As in `brush.wgsl`.
@@ -52,7 +53,7 @@ pub(crate) struct DeviceIntersection<T> {
     /// What the device has of them.
     known: Vec<BrushTile>,
     /// The displacement that they are of, and the tiles whose sizes they have.
-    seen: Option<(Field, Field<T>)>,
+    seen: Option<(Field, Option<Field<Vector>>, Field<T>)>,
     buffers: Bindings,
 }
 
@@ -112,22 +113,32 @@ impl<T: Texel> DeviceIntersection<T> {
 
     /// Takes on how far tiles are displaced by `ground`, and the sizes of those of `field`. Returns the largest size where
     /// sizes may be others than before.
-    pub fn update(&mut self, device: &Device, ground: &Field, field: &Field<T>) -> Result<Option<u32>> {
+    pub fn update(&mut self, device: &Device, ground: Ground<'_>, field: &Field<T>) -> Result<Option<u32>> {
         let count = self.known.len();
-        if ground.tile_count() != count || field.tile_count() != count {
+        let Ground { heights, vectors } = ground;
+        if [Some(heights.tile_count()), vectors.map(Field::tile_count), Some(field.tile_count())]
+            .into_iter()
+            .flatten()
+            .any(|tiles| tiles != count)
+        {
             return Err(Error::internal("another displacement than that of the boxes"));
         }
         let of = |tile: u32| {
-            let [least, most] = ground.range(tile);
-            BrushTile { reach: most.max(-least).max(0.0), size: field.size(tile) }
+            let [least, most] = heights.range(tile);
+            let length = vectors.map_or(0.0, |vectors| vectors.length(tile));
+            BrushTile { reach: most.max(-least).max(0.0) + length, size: field.size(tile) }
         };
-        let before = self.seen.replace((ground.clone(), field.clone()));
-        let Some((before, _)) = before.filter(|(_, sizes)| field.has_sizes_of(sizes)) else {
+        let before = self.seen.replace((heights.clone(), vectors.cloned(), field.clone()));
+        let same_kind = |(_, before, sizes): &(_, Option<Field<Vector>>, _)| {
+            field.has_sizes_of(sizes) && before.is_some() == vectors.is_some()
+        };
+        let Some((before, bent_before, _)) = before.filter(same_kind) else {
             self.known = (0..count as u32).map(of).collect();
             self.tiles.write(device, 0, &self.known)?;
             return Ok(self.known.iter().map(|tile| tile.size).max());
         };
-        for tile in ground.touched(&before) {
+        let bent = vectors.zip(bent_before.as_ref()).map(|(vectors, before)| vectors.touched(before));
+        for tile in heights.touched(&before).into_iter().chain(bent.into_iter().flatten()) {
             let new = of(tile);
             if std::mem::replace(&mut self.known[tile as usize], new) != new {
                 self.tiles.write(device, tile as usize, &[new])?;

@@ -4,11 +4,12 @@ use half::f16;
 use relievo_core::{Error, Result};
 use relievo_gpu::Device;
 use relievo_surface::DeviceSurface;
-use relievo_tiles::{DeviceRing, DeviceTiles, Field, Rgba8, Rgba16, Texel};
+use relievo_tiles::{DeviceRing, DeviceTiles, Field, Rgba8, Rgba16, Texel, Vector};
 
-use super::brush::DeviceBrush;
+use super::brush::{DeviceBrush, DeviceGround};
 use super::cull::DeviceCull;
 use super::dabs::DeviceColors;
+use crate::ground::Ground;
 use crate::object::DisplacedObject;
 
 /// The state of an object on a device, which edits share.
@@ -23,6 +24,11 @@ pub(crate) struct DeviceObject {
     begun: Option<DeviceTiles>,
     /// The displacement at a coarser level, and as it was when the stroke began, once a dab needed them.
     pub(super) coarse: [Option<DeviceTiles>; 2],
+    /// The vectors, as `tiles`, `begun` and `coarse` have the displacement, once a dab needed them.
+    pub(super) vectors: Option<DeviceTiles<Vector>>,
+    begun_vectors: Option<DeviceTiles<Vector>>,
+    pub(super) coarse_vectors: [Option<DeviceTiles<Vector>>; 2],
+    pub(super) bending: Option<DeviceBrush<Vector>>,
     /// What sculpts and what paints, once something did.
     pub(super) sculpting: Option<DeviceBrush<f16>>,
     pub(super) painting: Option<DeviceColors<Rgba8>>,
@@ -35,7 +41,7 @@ pub(crate) struct DeviceObject {
 
 impl DisplacedObject {
     /// Has dabs and imprints made on a graphics device from now on, or on the processor again. What a device does not do
-    /// (objects with vector displacement), the processor does.
+    /// (imprints into objects with vector displacement), the processor does.
     ///
     /// Fails, and changes nothing, where the device has no room for the object.
     pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
@@ -76,6 +82,10 @@ impl DeviceObject {
             ring: DeviceRing::new(device, object.surface.topology())?,
             begun: None,
             coarse,
+            vectors: None,
+            begun_vectors: None,
+            coarse_vectors: [None, None],
+            bending: None,
             sculpting,
             painting,
             half_painting,
@@ -99,11 +109,14 @@ impl DeviceObject {
         if let Some(brush) = &self.sculpting {
             brush.measure(&mut pass, &self.surface)?;
         }
-        if let Some(colors) = &self.painting {
-            colors.brush.measure(&mut pass, &self.surface)?;
+        if let Some(brush) = &self.bending {
+            brush.measure(&mut pass, &self.surface)?;
         }
-        if let Some(colors) = &self.half_painting {
-            colors.brush.measure(&mut pass, &self.surface)?;
+        if let Some(brush) = self.painting.as_ref().and_then(|colors| colors.brush.as_ref()) {
+            brush.measure(&mut pass, &self.surface)?;
+        }
+        if let Some(brush) = self.half_painting.as_ref().and_then(|colors| colors.brush.as_ref()) {
+            brush.measure(&mut pass, &self.surface)?;
         }
         drop(pass);
         frame.submit().map(drop)
@@ -113,6 +126,37 @@ impl DeviceObject {
     pub(super) fn follow(&mut self, object: &DisplacedObject, start: Option<&Field>) -> Result<()> {
         self.tiles.update(&self.device, object.displacement.field())?;
         start.map_or(Ok(()), |start| bring(&mut self.begun, &self.device, start).map(drop))
+    }
+
+    /// As [`Self::follow`], with the vectors that there are.
+    pub(super) fn follow_ground(&mut self, object: &DisplacedObject, start: Option<Ground<'_>>) -> Result<()> {
+        self.follow(object, start.map(|start| start.heights))?;
+        self.follow_vectors(object, start)
+    }
+
+    /// As [`Self::follow_ground`], of the vectors alone.
+    pub(super) fn follow_vectors(&mut self, object: &DisplacedObject, start: Option<Ground<'_>>) -> Result<()> {
+        let follow = |held: &mut Option<DeviceTiles<Vector>>, vectors: Option<&Field<Vector>>| match vectors {
+            Some(vectors) => bring(held, &self.device, vectors).map(drop),
+            None => {
+                *held = None;
+                Ok(())
+            }
+        };
+        follow(&mut self.vectors, object.vectors.as_ref().map(|vectors| vectors.field()))?;
+        start.map_or(Ok(()), |start| follow(&mut self.begun_vectors, start.vectors))
+    }
+
+    /// The displacement that places go by, which it was made to follow: that of the start if there is one.
+    pub(super) fn ground<'a>(
+        &'a self,
+        object: &'a DisplacedObject,
+        start: Option<Ground<'a>>,
+    ) -> (DeviceGround<'a>, Ground<'a>) {
+        match start.zip(self.begun.as_ref()) {
+            Some((start, heights)) => (DeviceGround { heights, vectors: self.begun_vectors.as_ref() }, start),
+            None => (DeviceGround { heights: &self.tiles, vectors: self.vectors.as_ref() }, object.ground()),
+        }
     }
 
     /// The displacement that [`Self::follow`] was given as the start.

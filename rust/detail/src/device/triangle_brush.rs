@@ -7,12 +7,13 @@
 
 use std::sync::Arc;
 
+use bytemuck::Zeroable;
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, groups};
 use relievo_surface::{DeviceMesh, MESH_GROUP};
 use relievo_tiles::triangle::{DeviceTriangles, Offset, Pattern, TRIANGLES_GROUP, TriangleChannel, TriangleField};
 
-use super::events::{DeviceEvents, DeviceTexel, Edit, Ended, Returned, WORDS};
+use super::events::{DeviceEvents, DeviceTexel, DeviceValue, Edit, Ended, Returned, WORDS};
 use super::intersect::Intersect;
 use super::memory::{BlockState, DeviceMemory};
 use super::smear::{ACCESS, DeviceSmear};
@@ -26,6 +27,8 @@ use crate::weights::BrushParameters;
 pub(crate) struct TriangleBrush {
     events: DeviceEvents,
     intersect: Arc<Kernel>,
+    /// Keeps blocks apart as they are before a dab that looks at neighbours.
+    keep: Arc<Kernel>,
     /// How far triangles are displaced, what the device has of it, and the displacement that it is of.
     reaches: Buffer<f32>,
     known: Vec<f32>,
@@ -44,24 +47,29 @@ pub(crate) struct TriangleStage<'a, T: DeviceTexel> {
     /// The values before the event, in the pattern of the ground.
     pub values: &'a DeviceTriangles<T>,
     pub channel: &'a TriangleChannel<T>,
+    /// Whether dabs look at neighbours.
+    pub looks_beside: bool,
     /// What a brush that smears carries.
     pub smudge: Option<&'a Smudge>,
 }
 
 impl TriangleBrush {
     /// For the values of `mesh` in `pattern`. Fails where the device has no room.
-    pub fn new<T: DeviceTexel>(device: &Device, mesh: &DeviceMesh, pattern: Pattern) -> Result<Self> {
+    pub fn new<T: DeviceValue>(device: &Device, mesh: &DeviceMesh, pattern: Pattern) -> Result<Self> {
         use Access::{Read, Write};
         // Tables of normals, of which painting has no use, and what it carries instead.
         let tables = if T::SMEARS { [&[Read][..], &ACCESS].concat() } else { vec![Read; 2] };
         let own = [&[Read, Read, Read, Write, Write, Write, Read][..], &tables].concat();
-        let kernel = device.kernel(&KernelSpec {
-            module: "triangle_brush",
-            entry: T::TRIANGLES,
-            groups: &[&own, &MESH_GROUP, &TRIANGLES_GROUP, &TRIANGLES_GROUP],
-            immediates: size_of::<Edit>() as u32,
-            constants: &[],
-        })?;
+        let kernel = |entry| {
+            device.kernel(&KernelSpec {
+                module: "triangle_brush",
+                entry,
+                groups: &[&own, &MESH_GROUP, &TRIANGLES_GROUP, &TRIANGLES_GROUP],
+                immediates: size_of::<Edit>() as u32,
+                constants: &[],
+            })
+        };
+        let (edit, keep) = (kernel(T::TRIANGLES)?, kernel("keep")?);
         let intersect = device.kernel(&KernelSpec {
             module: "triangle_intersect",
             entry: "intersect",
@@ -79,8 +87,8 @@ impl TriangleBrush {
         let [carried, picked] = smear.tables();
         let normals = [reaches.wgpu(); 2];
         let tables = if T::SMEARS { &[reaches.wgpu(), carried, picked][..] } else { &normals };
-        let events = DeviceEvents::new(device, kernel, memory, tables)?;
-        Ok(Self { events, intersect, reaches, known, seen: None, sets, smear })
+        let events = DeviceEvents::new(device, edit, memory, tables)?;
+        Ok(Self { events, intersect, keep, reaches, known, seen: None, sets, smear })
     }
 
     /// Takes on by how much normals differ from the smooth ones, for modes that need them.
@@ -102,10 +110,14 @@ impl TriangleBrush {
             return Ok(None);
         }
         self.update(stage.device, stage.ground.1)?;
+        let memory = self.events.memory();
+        if stage.looks_beside && !memory.keeps() {
+            self.make_room(stage.device, (memory.room(), memory.capacity()), true)?;
+        }
         let tried = &edits[..self.events.tried(edits.len(), together)];
         let Some(made) = self.run(stage, tried)? else { return Ok(None) };
         let states: Vec<BlockState> = made.0.taken().into_iter().map(|(_, state)| state).collect();
-        let apart = apart(stage.channel, pattern, &states, tried.len());
+        let apart = apart((stage.channel, stage.looks_beside), pattern, &states, tried.len());
         self.events.learn(tried.len(), apart);
         if apart == tried.len() {
             return Ok(Some(made));
@@ -135,13 +147,19 @@ impl TriangleBrush {
         }
     }
 
+    fn make_room(&mut self, device: &Device, size: (u32, u32), keeps: bool) -> Result<()> {
+        self.events.make_room(device, size, keeps)?;
+        self.sets = bind(device, &self.intersect, &self.reaches, self.events.memory())?;
+        Ok(())
+    }
+
     /// Makes `edits` in one submission, and again with more room if they needed it.
     fn run<T: DeviceTexel>(
         &mut self,
         stage: TriangleStage<'_, T>,
         edits: &[(BrushParameters, Edit)],
     ) -> Result<Option<(Returned, u32)>> {
-        let TriangleStage { device, mesh, ground, values, smudge, .. } = stage;
+        let TriangleStage { device, mesh, ground, values, looks_beside, smudge, .. } = stage;
         self.smear.take(device, smudge)?;
         loop {
             let groups = [mesh.group(), ground.0.group(), values.group()];
@@ -150,23 +168,28 @@ impl TriangleBrush {
                 let (work, size) = (Intersect::new(brush, count), groups_of(count));
                 pass.run(kernel, &[sets, mesh.group()], bytemuck::bytes_of(&work), size)
             };
-            let room = self.events.memory().room();
-            let smear = &self.smear;
-            let ready = |frame: &mut Frame, _: &DeviceMemory, _| {
+            let (room, keeps) = (self.events.memory().room(), self.events.memory().keeps());
+            let (smear, keep) = (&self.smear, &self.keep);
+            let ready = |frame: &mut Frame, events: &DeviceEvents, _| {
                 if smudge.is_some() {
                     smear.clear(frame);
                 }
-                Ok(())
+                if !looks_beside {
+                    return Ok(());
+                }
+                let mut work = Edit::zeroed();
+                work.room = room;
+                let groups = [events.editing(), groups[0], groups[1], groups[2]];
+                let mut pass = frame.pass("dab.keep");
+                let header = &events.memory().header;
+                pass.run_indirect(keep, &groups, bytemuck::bytes_of(&work), header, DeviceMemory::EDIT)
             };
             match self.events.run(device, (edits, T::FLAGS), groups, intersect, ready)? {
                 Ended::Made(made) => {
                     smear.give(device, smudge)?;
                     return Ok(Some((made, room)));
                 }
-                Ended::Short(needed) => {
-                    self.events.make_room(device, (room, needed), false)?;
-                    self.sets = bind(device, &self.intersect, &self.reaches, self.events.memory())?;
-                }
+                Ended::Short(needed) => self.make_room(device, (room, needed), keeps)?,
                 Ended::Never => return Ok(None),
             }
         }
@@ -182,9 +205,14 @@ fn bind(device: &Device, kernel: &Kernel, reaches: &Buffer<f32>, memory: &Device
 }
 
 /// How many of the `count` dabs of an event, at least one, do together what they do one after the other. What a triangle
-/// without a block reads inside follows its sides, so that a dab which changes these comes before one which changes that;
-/// and the budget may refuse blocks.
-fn apart<T: DeviceTexel>(channel: &TriangleChannel<T>, pattern: Pattern, states: &[BlockState], count: usize) -> usize {
+/// without a block reads inside follows its sides, so that a dab which changes these comes before one which changes that,
+/// and before any that `looks_beside`; and the budget may refuse blocks.
+fn apart<T: DeviceTexel>(
+    (channel, looks_beside): (&TriangleChannel<T>, bool),
+    pattern: Pattern,
+    states: &[BlockState],
+    count: usize,
+) -> usize {
     let values = pattern.face_values() + 3 * pattern.edge_values();
     let changed = states.iter().filter(|state| state.changes > 0);
     let wanted = changed.clone().count() as u64 * (values * size_of::<T>()) as u64;
@@ -194,6 +222,9 @@ fn apart<T: DeviceTexel>(channel: &TriangleChannel<T>, pattern: Pattern, states:
     let field = channel.field();
     let without = changed.filter(|state| field.face_pattern(state.tile) != Some(pattern));
     let cut = |state: &BlockState| {
+        if looks_beside {
+            return state.dabs.trailing_zeros() as usize + 1;
+        }
         let [inner, sides] = [state.corners[0], state.corners[1]].map(u32::trailing_zeros);
         if sides < inner { inner as usize } else { count }
     };

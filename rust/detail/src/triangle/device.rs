@@ -20,7 +20,7 @@ use super::site::{Element, ElementEdit, values};
 use crate::brush::Brush;
 use crate::dab::{Dab, DabReport};
 use crate::device::{
-    DeviceTexel, Edit, Kind, OnDevice, Returned, TriangleBrush, TriangleStage, edits_of, on_device, reports_of,
+    DeviceValue, Edit, Kind, OnDevice, Returned, TriangleBrush, TriangleStage, edits_of, on_device, reports_of,
 };
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
@@ -40,7 +40,7 @@ pub(crate) struct TriangleDevice {
 
 /// What edits one kind of values, once something did.
 #[derive(Debug)]
-struct Tool<T: DeviceTexel> {
+struct Tool<T: DeviceValue> {
     /// The displacement that places go by, at the vertices that have values.
     ground: DeviceTriangles,
     values: DeviceTriangles<T>,
@@ -48,7 +48,7 @@ struct Tool<T: DeviceTexel> {
 }
 
 /// Colours that a device has room for.
-trait DeviceColor: ColorPlanes + DeviceTexel {
+trait DeviceColor: ColorPlanes + DeviceValue {
     fn slot(object: &mut TriangleDevice) -> &mut Option<Tool<Self>>;
 }
 
@@ -109,6 +109,8 @@ impl TriangleObject {
     ) -> Result<Option<Vec<DabReport>>> {
         let Some((kind, dabs)) = Kind::first(dabs, |dab| self.kind_on_device(dab))? else { return Ok(None) };
         match kind {
+            // Vectors of meshes are the processor's.
+            Kind::Bend(_) => Ok(None),
             Kind::Sculpt(mode) => {
                 self.layers.displacement.check_editable()?;
                 let make =
@@ -152,7 +154,7 @@ struct Event<T> {
     made: Returned,
 }
 
-impl<T: DeviceTexel> Event<T> {
+impl<T: DeviceValue> Event<T> {
     /// The edits in blocks of `room` words, of what is finer than `pattern` those that follow.
     fn new(context: &Context, field: &TriangleField<T>, pattern: Pattern, (made, room): (Returned, u32)) -> Self {
         let topology = field.topology();
@@ -228,8 +230,8 @@ impl TriangleDevice {
         let channel = &object.displacement;
         let heights = start.map_or(channel.field(), |start| start.heights);
         let edits = edits_of(&object.transform, dabs, Vec4::ZERO);
-        // A dab that looks at neighbours needs their values, and one that is by itself its own displacement.
-        let together = start.is_some() && !mode.needs_mean();
+        // A dab that is by itself goes by its own displacement.
+        let (together, looks_beside) = (start.is_some(), mode.needs_mean());
         let brush = dabs.first().map(|dab| &dab.brush);
         let mut tool = self.sculpting.take();
         let tools = self.tool(&mut tool, channel, (heights, object.level()))?;
@@ -244,7 +246,7 @@ impl TriangleDevice {
             };
             tools.brush.take_turns(device, turns)?;
         }
-        let made = self.event(context, tools, channel, heights, (edits, brush), together);
+        let made = self.event(context, tools, channel, heights, (edits, brush), (together, looks_beside));
         self.sculpting = tool;
         made
     }
@@ -263,13 +265,13 @@ impl TriangleDevice {
         let brush = dabs.first().map(|dab| &dab.brush);
         let mut tool = T::slot(self).take();
         let tools = self.tool(&mut tool, channel, (heights, object.level()))?;
-        let made = self.event(context, tools, channel, heights, (edits, brush), !mode.needs_mean());
+        let made = self.event(context, tools, channel, heights, (edits, brush), (true, mode.needs_mean()));
         *T::slot(self) = tool;
         made
     }
 
     /// What edits `channel` at `level`, with the displacement `heights` to go by, up to date.
-    fn tool<'a, T: DeviceTexel>(
+    fn tool<'a, T: DeviceValue>(
         &self,
         tool: &'a mut Option<Tool<T>>,
         channel: &TriangleChannel<T>,
@@ -291,23 +293,23 @@ impl TriangleDevice {
         })
     }
 
-    /// Makes the first of some edits, or the first few at once. `None` if they reach more triangles than the device can
+    /// Makes the first of some edits, or the first few at once where they may be made `together`. `None` if they reach more triangles than the device can
     /// have blocks for.
-    fn event<T: DeviceTexel>(
+    fn event<T: DeviceValue>(
         &self,
         context: &Context,
         tool: &mut Tool<T>,
         channel: &TriangleChannel<T>,
         heights: &TriangleField,
         (mut edits, brush): (Vec<(BrushParameters, Edit)>, Option<&Brush>),
-        together: bool,
+        (together, looks_beside): (bool, bool),
     ) -> Result<Option<Event<T>>> {
         let (device, mesh, field) = (&self.device, &self.mesh, channel.field());
         let pattern = tool.values.pattern();
         edits.iter_mut().for_each(|(_, edit)| edit.segments = pattern.segments());
         let (stamp, smudge) = (brush.and_then(Brush::stamp), brush.and_then(Brush::smudge));
         let ground = (&tool.ground, heights);
-        let stage = TriangleStage { device, mesh, ground, values: &tool.values, channel, smudge };
+        let stage = TriangleStage { device, mesh, ground, values: &tool.values, channel, looks_beside, smudge };
         // Finer values follow the edit of a coarser level dab by dab.
         let together = together && pattern == field.pattern() && smudge.is_none();
         let made = tool.brush.event(stage, (&edits, stamp), together)?;

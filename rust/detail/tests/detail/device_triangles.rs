@@ -245,6 +245,59 @@ fn dabs_of_a_device_on_triangles_are_made_at_once_and_refusals_are_those_of_the_
 }
 
 #[test]
+fn dabs_on_triangles_that_look_at_neighbours_are_one_submission_with_the_bits_of_one_each() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let make = || {
+        let mut object = object(&context, 16);
+        let topology = object.surface().topology().clone();
+        let options = TriangleOptions { segments: 16, ..Default::default() };
+        object.set_paint(TriangleChannel::of_color(topology, Vec4::splat(0.5), &options).unwrap()).unwrap();
+        object
+    };
+    let [mut here, mut there, mut apart] = [make(), make(), make()];
+    let settings = |radius| StrokeSettings { radius, spacing: 0.2, strength: 0.8, ..StrokeSettings::default() };
+    let way = [[1.6, 2.0, 0.0], [2.9, 2.4, 0.0]];
+    let sculpt = |mode| Action::Sculpt { mode, height: 0.1 };
+    let paint = |mode| Action::Paint { mode, color: [0.9, 0.1, 0.05, 1.0] };
+    // Values that differ from place to place, in blocks further around than what follows reaches.
+    for (action, radius) in [(sculpt(SculptMode::Draw), 2.0), (sculpt(SculptMode::Draw), 0.3)]
+        .into_iter()
+        .chain([(paint(PaintMode::Mix), 2.0), (paint(PaintMode::Erase), 0.3)])
+    {
+        let stroke = stroke(&here, &way, action, settings(radius));
+        for object in [&mut here, &mut there, &mut apart] {
+            stroke.apply(&context, object).unwrap();
+        }
+    }
+    there.use_device(Some(&device)).unwrap();
+    apart.use_device(Some(&device)).unwrap();
+    // What the budget might refuse is made dab by dab.
+    let bytes = apart.displacement().bytes();
+    apart.displacement_mut().set_budget(bytes);
+    let colors = apart.paint_mut().unwrap();
+    let bytes = colors.bytes();
+    colors.set_budget(bytes);
+    for action in [sculpt(SculptMode::Smooth), paint(PaintMode::Blur)] {
+        let stroke = stroke(&here, &way, action, settings(0.9));
+        let expected = stroke.apply(&context, &mut here).unwrap();
+        assert!(expected.dabs > 5 && expected.report.changed_texels > 500, "{expected:?}");
+        let mut events = [0, 0];
+        for (events, object) in events.iter_mut().zip([&mut there, &mut apart]) {
+            context.stats().take();
+            let found = stroke.apply(&context, object).unwrap();
+            *events = context.stats().take().iter().filter(|event| event.stage == "dab.device").count();
+            assert_eq!(found.report.changed, expected.report.changed);
+        }
+        assert_eq!(events, [1, expected.dabs as usize], "{action:?}");
+        assert_eq!((difference(&there, &apart), color_difference(&there, &apart)), ((0, 0), 0.0), "{action:?}");
+        let (_, steps) = difference(&here, &there);
+        assert!(steps <= 4 && color_difference(&here, &there) <= 1.0, "{action:?}: {steps} steps");
+    }
+    assert!(there.take_device_fault().is_none());
+}
+
+#[test]
 fn colours_of_a_device_on_triangles_are_those_of_the_processor() {
     let Some(device) = device() else { return };
     let context = Context::serial();

@@ -7,6 +7,7 @@ mod device_fading;
 mod device_history;
 mod device_imprints;
 mod device_triangles;
+mod device_vectors;
 mod fading;
 mod half_colors;
 mod history;
