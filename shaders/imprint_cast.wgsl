@@ -4,7 +4,8 @@
 // import tiles
 // The displacement update of listed blocks: every coefficient's point that lies in the voxels goes along −N until it
 // leaves them (Schäfer et al. 2014, Section 6). Blocks that change are kept, on their way back to the host and for the
-// imprints after this one. A workgroup takes a block of 256 coefficients, an invocation two, which share a word.
+// imprints of later dispatches. A workgroup takes a block of 256 coefficients through all imprints of a row that may meet
+// it, since no ray looks at another block; an invocation takes two, which share a word.
 
 // What stands for the ends of a column that is solid in more than one piece.
 const PIECES: u32 = 0xffffu;
@@ -24,7 +25,7 @@ const NONE: u32 = 0xffffffffu;
 const RECORD: u32 = 132u;
 const HEADER: u32 = 4u;
 
-@group(0) @binding(1) var<storage, read> listed: array<vec2<u32>>;
+@group(0) @binding(1) var<storage, read> listed: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> arguments: array<vec4<u32>>;
 // Columns: their ends, and the bits of those of several pieces, see `imprint_resolve`.
 @group(0) @binding(3) var<storage, read> spans: array<u32>;
@@ -192,10 +193,13 @@ fn turned(row: vec4<f32>, v: vec3<f32>, base: f32) -> f32 {
     return fma(row.x, v.x, fma(row.y, v.y, fma(row.z, v.z, base)));
 }
 
-// The new key of a coefficient, and whether its ray was held.
-fn moved(it: SurfaceSample, half: u32, start_half: u32) -> vec2<i32> {
-    let old = key(half);
-    let unchanged = vec2(old, 0);
+// A place of the surface with its unit normal, zero where it is degenerate.
+struct Foot {
+    p: vec3<f32>,
+    n: vec3<f32>,
+}
+
+fn foot_of(it: SurfaceSample) -> Foot {
     let du = it.du;
     let dv = it.dv;
     let across = vec3(
@@ -204,13 +208,19 @@ fn moved(it: SurfaceSample, half: u32, start_half: u32) -> vec2<i32> {
         rounded(du.x * dv.y) - rounded(du.y * dv.x),
     );
     let square = fma(across.x, across.x, fma(across.y, across.y, across.z * across.z));
-    // A degenerate place of the surface has no normal.
     if !(square > 0.0) {
-        return unchanged;
+        return Foot(it.p, vec3(0.0));
     }
-    let n = across * (1.0 / sqrt(square));
+    return Foot(it.p, across * (1.0 / sqrt(square)));
+}
+
+// The new key of a coefficient, and whether its ray was held.
+fn moved(at: Foot, half: u32, start_half: u32) -> vec2<i32> {
+    let old = key(half);
+    let unchanged = vec2(old, 0);
+    let n = at.n;
     let height = value(half);
-    let q = it.p - work.origin;
+    let q = at.p - work.origin;
     let up = vec3(turned(work.x, n, 0.0), turned(work.y, n, 0.0), turned(work.z, n, 0.0));
     let foot = vec3(turned(work.x, q, work.x.w), turned(work.y, q, work.y.w), turned(work.z, q, work.z.w));
     let place = fma(vec3(height), up, foot);
@@ -285,8 +295,8 @@ fn sample_patch(patch_index: u32, uv: vec2<f32>) -> SurfaceSample {
     return sample;
 }
 
-// Of two coefficients of a block, which share a word, what they are, and what they were at the start. There is no texel
-// for what is beyond a small tile.
+// Of two coefficients of a block, which share a word, what they are, and what they were at the start if the imprint that is
+// worked on tells of one. There is no texel for what is beyond a small tile.
 fn coefficients(tile: u32, block: u32, local: u32, texels: vec2<u32>) -> vec2<u32> {
     var pair = vec2(0u);
     let first = tiles_entries[tile].first;
@@ -310,10 +320,36 @@ fn coefficients(tile: u32, block: u32, local: u32, texels: vec2<u32>) -> vec2<u3
             pair.x = records[RECORD * (slot - 1u) + HEADER + local];
         }
     }
-    if (work.flags & STARTED) == 0u {
-        pair.y = pair.x;
-    }
     return pair;
+}
+
+// Takes a record for a block of `listed` that imprint `link` changed, and tells of it.
+fn keep(item: vec4<u32>, link: u32) {
+    let clamped = atomicLoad(&sum_clamped);
+    if clamped > 0 {
+        atomicAdd(&told.links[link].clamped, u32(clamped));
+    }
+    let changed = atomicLoad(&sum_changed);
+    if changed == 0 {
+        return;
+    }
+    let place = atomicAdd(&told.kept, 1u);
+    shared_place = place;
+    if place >= work.records {
+        return;
+    }
+    let first = RECORD * place;
+    let block = item.y & 0xffffu;
+    let lowest = atomicLoad(&least);
+    records[first] = item.x;
+    records[first + 1u] = block | (link << 16u);
+    records[first + 2u] = u32(changed);
+    records[first + 3u] = u32(lowest);
+    if (work.flags & CHAINED) != 0u {
+        let slot = work.slots + item.x * work.stride;
+        atomicStore(&slots[slot + 1u + block], place + 1u);
+        atomicMax(&slots[slot], u32(-lowest));
+    }
 }
 
 @compute @workgroup_size(PAIRS)
@@ -325,47 +361,54 @@ fn cast_rays(
     let index = linear_group(group, groups);
     let there = index < arguments[2u * step.link + 1u].x;
     work = links[step.link];
-    if local == 0u {
-        atomicStore(&sum_changed, 0);
-        atomicStore(&sum_clamped, 0);
-        atomicStore(&least, 0);
-        shared_place = NONE;
-    }
-    workgroupBarrier();
-    var tile = 0u;
-    var block = 0u;
-    var changed = 0u;
+    var item = vec4(0u);
+    var feet: array<Foot, 2>;
+    var pair = vec2(0u);
     if there {
-        tile = listed[index].x;
-        block = listed[index].y & 0xffffu;
-        let size = listed[index].y >> 16u;
+        item = listed[index];
+        let size = item.y >> 16u;
         let edge = min(size, EDGE);
         let across = size / edge;
+        let block = item.y & 0xffffu;
         let corner = vec2(block % across, block / across) * edge;
-        var cells: array<vec2<u32>, 2>;
         var texels = vec2(NONE);
         for (var k = 0u; k < 2u; k++) {
             let knot = 2u * local + k;
-            if knot < edge * edge {
-                cells[k] = corner + vec2(knot % edge, knot / edge);
-                texels[k] = (cells[k].y + 1u) * (size + 2u) + cells[k].x + 1u;
-            }
-        }
-        let pair = coefficients(tile, block, local, texels);
-        var differ = 0;
-        var clamped = 0;
-        for (var k = 0u; k < 2u; k++) {
-            let uv = (vec2<f32>(cells[k]) + vec2(0.5)) / f32(size);
             // Without a normal nothing changes: beyond the coefficients of a small tile, and in holes.
             var it: SurfaceSample;
-            if texels[k] != NONE {
-                let found = surface_find(tile, uv);
+            if knot < edge * edge {
+                let cell = corner + vec2(knot % edge, knot / edge);
+                texels[k] = (cell.y + 1u) * (size + 2u) + cell.x + 1u;
+                let uv = (vec2<f32>(cell) + vec2(0.5)) / f32(size);
+                let found = surface_find(item.x, uv);
                 if found != SURFACE_NONE {
                     it = sample_patch(found, uv);
                 }
             }
+            feet[k] = foot_of(it);
+        }
+        pair = coefficients(item.x, block, local, texels);
+    }
+    let begun = pair.y;
+    for (var link = step.link; link != LINK_NONE; link = work.next) {
+        work = links[link];
+        if ((item[2u + link / 32u] >> (link % 32u)) & 1u) == 0u {
+            continue;
+        }
+        if local == 0u {
+            atomicStore(&sum_changed, 0);
+            atomicStore(&sum_clamped, 0);
+            atomicStore(&least, 0);
+            shared_place = NONE;
+        }
+        workgroupBarrier();
+        let start = select(pair.x, begun, (work.flags & STARTED) != 0u);
+        var changed = 0u;
+        var differ = 0;
+        var clamped = 0;
+        for (var k = 0u; k < 2u; k++) {
             let old = (pair.x >> (16u * k)) & 0xffffu;
-            let ray = moved(it, old, (pair.y >> (16u * k)) & 0xffffu);
+            let ray = moved(feet[k], old, (start >> (16u * k)) & 0xffffu);
             changed |= half_of(ray.x) << (16u * k);
             differ += i32(ray.x != key(old));
             clamped += ray.y;
@@ -377,33 +420,16 @@ fn cast_rays(
         if clamped > 0 {
             atomicAdd(&sum_clamped, clamped);
         }
-    }
-    workgroupBarrier();
-    if there && local == 0u {
-        let clamped = atomicLoad(&sum_clamped);
-        if clamped > 0 {
-            atomicAdd(&told.links[step.link].clamped, u32(clamped));
-        }
-        if atomicLoad(&sum_changed) > 0 {
-            shared_place = atomicAdd(&told.kept, 1u);
-        }
-    }
-    workgroupBarrier();
-    let place = shared_place;
-    if place < work.records {
-        let first = RECORD * place;
-        records[first + HEADER + local] = changed;
+        pair.x = changed;
+        workgroupBarrier();
         if local == 0u {
-            let lowest = atomicLoad(&least);
-            records[first] = tile;
-            records[first + 1u] = block | (step.link << 16u);
-            records[first + 2u] = u32(atomicLoad(&sum_changed));
-            records[first + 3u] = u32(lowest);
-            if (work.flags & CHAINED) != 0u {
-                let slot = work.slots + tile * work.stride;
-                atomicStore(&slots[slot + 1u + block], place + 1u);
-                atomicMax(&slots[slot], u32(-lowest));
-            }
+            keep(item, link);
         }
+        workgroupBarrier();
+        let place = shared_place;
+        if place < work.records {
+            records[RECORD * place + HEADER + local] = changed;
+        }
+        workgroupBarrier();
     }
 }

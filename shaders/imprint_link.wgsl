@@ -11,6 +11,9 @@ const CHAINED: u32 = 16u;
 const TOO_FAR: u32 = 1u;
 const TOO_MUCH: u32 = 2u;
 
+// No imprint.
+const LINK_NONE: u32 = 0xffffffffu;
+
 // Workgroups of a row of a dispatch.
 const ROW: u32 = 32768u;
 
@@ -63,6 +66,8 @@ struct Link {
     first_turn: u32,
     first_column: u32,
     first_word: u32,
+    // The next imprint of the same object whose blocks are found and whose rays are cast together with this one's.
+    next: u32,
 }
 
 struct Told {
@@ -84,7 +89,8 @@ struct AllTold {
     links: array<Told>,
 }
 
-// Which imprint this is, or the first of several that are taken together, and how many these are.
+// Which imprint this is, or the first of several that are taken together, and how many these are or, of those of one
+// object, `Link.next`.
 struct Step {
     link: u32,
     count: u32,

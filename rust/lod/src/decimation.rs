@@ -1,6 +1,6 @@
 //! The mesh while it is simplified: what its vertices know of their triangles, and what the collapse of its edges costs.
 
-use std::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering::Relaxed};
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Result};
@@ -11,11 +11,8 @@ use crate::progressive::Recording;
 
 /// State of a vertex whose triangles changed.
 pub const CHANGED: u8 = 1;
-
-/// The sign of a cost: negative where the edge must not collapse before its surroundings change.
-const SIGN: u32 = 1 << 31;
-/// The cost of an edge that is not found yet.
-const UNKNOWN: f32 = -f32::from_bits(1);
+/// State of a vertex that moved.
+pub const MOVED: u8 = 2;
 
 /// Magnitudes of costs that are told apart: eight an octave.
 const BINS: usize = (f32::INFINITY.to_bits() >> BIN) as usize;
@@ -33,12 +30,14 @@ pub struct Decimation {
     /// What costs are found from.
     vertices: Vec<Vertex>,
     /// Of every half-edge, four a triangle. Infinite where the mate stands for the edge, or the edge must not collapse;
-    /// negative where that may change with its surroundings.
-    costs: Vec<[AtomicU32; 4]>,
-    /// [`CHANGED`] or 0 of every vertex, since the last round.
+    /// negative where its surroundings have changed since.
+    pub costs: Vec<[f32; 4]>,
+    /// [`CHANGED`] and [`MOVED`] of every vertex, since the last round.
     pub state: Vec<AtomicU8>,
-    /// The part of [`PART`] triangles that every vertex belongs to.
-    pub parts: Vec<u32>,
+    /// The lowest key at every vertex in this pass of selection.
+    pub lowest: Vec<AtomicU64>,
+    /// Counts passes of selection, downwards.
+    pub epoch: u64,
     /// Triangles that are left.
     pub live: usize,
     /// What was done, if that is to be known.
@@ -55,12 +54,11 @@ struct Vertex {
     flags: u8,
 }
 
-/// An edge that may be collapsed.
-#[derive(Clone, Copy)]
-pub struct Edge {
-    pub cost: f32,
-    pub corner: u32,
-    pub ends: [u32; 2],
+/// An edge whose cost is found.
+struct Edge {
+    slot: u32,
+    ends: [u32; 2],
+    mate: u32,
 }
 
 /// How many edges there are of each magnitude of cost.
@@ -90,30 +88,24 @@ pub fn normal(a: Vec3, b: Vec3) -> Vec4 {
 
 impl Decimation {
     /// Of a mesh whose indices are in range, with coordinates multiplied by `scale`.
-    pub fn new(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], scale: f32) -> Result<Self> {
+    pub fn new(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], scale: f32) -> Self {
         let points: Vec<Vec4> = points.iter().map(|point| (Vec3::from(*point) * scale).extend(0.0)).collect();
         let face = |index: usize| {
             let [a, b, c] = triangles[index].map(|vertex| points[vertex as usize].xyz());
             normal(b - a, c - a)
         };
-        let mesh = Connectivity::new(context, points.len(), triangles)?;
-        let unknown = |index: usize| {
-            let [a, b, c] = triangles[index];
-            let stands = |side: usize, is_lower: bool| is_lower || mesh.mate((4 * index + side) as u32) == NONE;
-            let stand = [stands(0, a < b), stands(1, b < c), stands(2, c < a), false];
-            stand.map(|stands| AtomicU32::new(if stands { UNKNOWN } else { f32::INFINITY }.to_bits()))
-        };
-        Ok(Self {
-            parts: mesh.parts(),
+        Self {
+            mesh: Connectivity::new(context, points.len(), triangles),
             normals: context.map(triangles.len(), face),
             vertices: vec![Vertex::default(); points.len()],
-            costs: context.map(triangles.len(), unknown),
-            state: points.iter().map(|_| AtomicU8::new(CHANGED)).collect(),
+            costs: vec![[f32::INFINITY; 4]; triangles.len()],
+            state: points.iter().map(|_| AtomicU8::new(CHANGED | MOVED)).collect(),
+            lowest: points.iter().map(|_| AtomicU64::new(u64::MAX)).collect(),
+            epoch: u64::MAX,
             live: triangles.len(),
             recording: None,
-            mesh,
             points,
-        })
+        }
     }
 
     /// Keeps vertices where they are.
@@ -176,97 +168,88 @@ impl Decimation {
         })
     }
 
-    /// The edges that cost less than `ahead`, in parts, and how many edges there are of each cost. Costs are found anew
-    /// that are not known, of edges whose surroundings have changed, and of those that did not cost less than `last`,
-    /// the `ahead` of the round before: what changed about them was not looked at. Edges whose vertex would deviate by
-    /// more than `error` must not collapse.
-    pub fn renew_costs(&self, context: &Context, [last, ahead]: [f32; 2], error: f32) -> (Vec<Vec<Edge>>, Magnitudes) {
+    /// Finds the costs anew of edges with a vertex that moved, and of those whose surroundings changed and that cost no
+    /// more than `ahead` before. Those whose vertex would deviate by more than `error` must not collapse.
+    pub fn renew_costs(&mut self, context: &Context, ahead: f32, error: f32) -> Result<Magnitudes> {
         let magnitudes: Vec<AtomicU32> = (0..BINS).map(|_| AtomicU32::new(0)).collect();
-        let lists = context.map(self.costs.len().div_ceil(PART), |part| {
-            let costs = &self.costs[part * PART..self.costs.len().min((part + 1) * PART)];
-            let mut edges = self.edges((part * PART * 4) as u32, costs, ahead);
-            let is_old = |edge: &&mut Edge| {
-                edge.cost.abs() >= last || edge.cost == UNKNOWN || edge.ends.iter().any(|end| self.is_changed(*end))
-            };
-            let mut old: Vec<&mut Edge> = edges.iter_mut().filter(is_old).collect();
+        let mut costs = std::mem::take(&mut self.costs);
+        let work = &*self;
+        let (corners, mates) = work.mesh.sides();
+        let parts = (costs.as_mut_slice(), corners, mates);
+        context.for_each_part(parts, PART, |first, (costs, corners, mates)| {
+            let mut edges = Vec::with_capacity(2 * costs.len());
+            for (triangle, ((costs, corners), mates)) in costs.iter_mut().zip(corners).zip(mates).enumerate() {
+                work.outdated((4 * triangle) as u32, costs, corners, mates, ahead, &mut edges);
+            }
             let mut batch = Batch::default();
-            for edges in old.chunks_mut(BATCH) {
+            for edges in edges.chunks(BATCH) {
                 for (lane, edge) in edges.iter().enumerate() {
-                    self.gather(edge, &mut batch, lane);
+                    work.gather(edge.slot + 4 * first as u32, edge.ends, edge.mate, &mut batch, lane);
                 }
                 place(context.level(), &mut batch);
-                for (edge, (cost, deviation)) in edges.iter_mut().zip(batch.cost.iter().zip(&batch.deviation)) {
-                    edge.cost = if *deviation <= error { *cost } else { -cost };
-                    self.set_cost(edge.corner, edge.cost);
+                for (edge, (cost, deviation)) in edges.iter().zip(batch.cost.iter().zip(&batch.deviation)) {
+                    let cost = if *deviation <= error { *cost } else { f32::INFINITY };
+                    costs[edge.slot as usize / 4][edge.slot as usize % 4] = cost;
                 }
             }
             let mut counts = [0u32; BINS];
-            for cost in costs.iter().step_by(SAMPLE).flatten().map(|cost| cost.load(Relaxed)) {
-                if cost < f32::INFINITY.to_bits() {
-                    counts[(cost >> BIN) as usize] += 1;
-                }
+            for cost in costs.iter().step_by(SAMPLE).flatten().filter(|cost| cost.abs() < f32::INFINITY) {
+                counts[(cost.abs().to_bits() >> BIN) as usize] += 1;
             }
             for (sum, count) in magnitudes.iter().zip(counts).filter(|(_, count)| *count > 0) {
                 sum.fetch_add(count, Relaxed);
             }
-            edges
-        });
-        (lists, Magnitudes(magnitudes))
+            Ok(())
+        })?;
+        self.costs = costs;
+        Ok(Magnitudes(magnitudes))
     }
 
-    /// The edges of a part of the triangles that cost less than `ahead`, or did when they could not collapse.
-    fn edges(&self, first: u32, costs: &[[AtomicU32; 4]], ahead: f32) -> Vec<Edge> {
-        // No branch but that of the loop: what costs less is not foreseen.
-        let mut slots = vec![0; 4 * costs.len() + 1];
-        let mut count = 0;
-        for (slot, cost) in (first..).zip(costs.as_flattened()) {
-            slots[count] = slot;
-            count += usize::from(cost.load(Relaxed) & !SIGN < ahead.to_bits());
+    /// The edges of a triangle whose costs are found anew. `slot` is the number of its first half-edge in its part.
+    #[inline(always)]
+    fn outdated(
+        &self,
+        slot: u32,
+        costs: &mut [f32; 4],
+        corners: &[AtomicU32; 4],
+        mates: &[AtomicU32; 4],
+        ahead: f32,
+        edges: &mut Vec<Edge>,
+    ) {
+        let [a, b, c] = [corners[0].load(Relaxed), corners[1].load(Relaxed), corners[2].load(Relaxed)];
+        if a == NONE {
+            *costs = [f32::INFINITY; 4];
+            return;
         }
-        let edge = |corner: &u32| Edge {
-            cost: f32::from_bits(self.costs.as_flattened()[*corner as usize].load(Relaxed)),
-            corner: *corner,
-            ends: [self.mesh.vertex(*corner), self.mesh.vertex(next(*corner))],
-        };
-        slots[..count].iter().map(edge).collect()
-    }
-
-    /// Whether triangles at a vertex change in this round, or did in the last one.
-    pub fn is_changed(&self, vertex: u32) -> bool {
-        self.state[vertex as usize].load(Relaxed) != 0
-    }
-
-    /// Keeps what it costs to collapse a half-edge.
-    pub fn set_cost(&self, corner: u32, cost: f32) {
-        self.costs.as_flattened()[corner as usize].store(cost.to_bits(), Relaxed);
-    }
-
-    /// Collapses a half-edge, as [`Connectivity::collapse`], and forgets the costs of the edges of its vertex.
-    pub fn collapse(&self, corner: u32, start: usize) -> usize {
-        let mesh = &self.mesh;
-        let kept = mesh.vertex(corner);
-        for side in [corner, mesh.mate(corner)].into_iter().filter(|side| *side != NONE) {
-            for gone in [side, next(side), previous(side)] {
-                self.set_cost(gone, f32::INFINITY);
+        let state = |vertex: u32| self.state[vertex as usize].load(Relaxed);
+        let (i, j, k) = (state(a), state(b), state(c));
+        if i | j | k == 0 && costs[0] >= 0.0 && costs[1] >= 0.0 && costs[2] >= 0.0 {
+            return;
+        }
+        let (vertices, states) = ([a, b, c, a], [i, j, k, i]);
+        for side in 0..3 {
+            let (ends, state) = ([vertices[side], vertices[side + 1]], states[side] | states[side + 1]);
+            let cost = costs[side];
+            if state == 0 && cost >= 0.0 {
+                continue;
+            }
+            let mate = mates[side].load(Relaxed);
+            costs[side] = f32::INFINITY;
+            if mate != NONE && ends[1] < ends[0] {
+                continue;
+            }
+            if state & MOVED == 0 && cost.abs() > ahead && cost < f32::INFINITY {
+                costs[side] = -cost.abs();
+            } else {
+                edges.push(Edge { slot: slot + side as u32, ends, mate });
             }
         }
-        let gone = mesh.collapse(corner, start);
-        let inner = mesh.flags[kept as usize] == 0;
-        for corner in mesh.around(kept) {
-            let (after, before) = (mesh.vertex(next(corner)), mesh.vertex(previous(corner)));
-            for (edge, is_lower) in [(corner, kept < after), (previous(corner), before < kept)] {
-                let stands = is_lower || !inner && mesh.mate(edge) == NONE;
-                self.set_cost(edge, if stands { UNKNOWN } else { f32::INFINITY });
-            }
-        }
-        gone
     }
 
     /// Puts an edge into a lane of a batch.
     #[inline(always)]
-    pub fn gather(&self, edge: &Edge, batch: &mut Batch, lane: usize) {
-        let Edge { corner, ends: [u, v], .. } = *edge;
-        let (lane, mate) = (lane % BATCH, self.mesh.mate(corner));
+    pub fn gather(&self, corner: u32, [u, v]: [u32; 2], mate: u32, batch: &mut Batch, lane: usize) {
+        let lane = lane % BATCH;
         let (u, v) = (&self.vertices[u as usize], &self.vertices[v as usize]);
         let mut pinned = 0.0;
         if u.flags | v.flags != 0 {
@@ -323,8 +306,9 @@ impl Decimation {
         self.vertices = rest.iter().map(|old| self.vertices[*old as usize]).collect();
         self.state = rest.iter().map(|old| AtomicU8::new(self.state[*old as usize].load(Relaxed))).collect();
         self.normals = kept.iter().map(|old| self.normals[*old as usize]).collect();
-        self.costs = kept.iter().map(|old| std::mem::take(&mut self.costs[*old as usize])).collect();
-        self.parts = self.mesh.parts();
+        self.costs = kept.iter().map(|old| self.costs[*old as usize]).collect();
+        self.lowest.truncate(rest.len());
+        self.lowest.iter_mut().for_each(|lowest| *lowest.get_mut() = u64::MAX);
         Ok(())
     }
 }

@@ -1,24 +1,34 @@
 //! Which collapses are made together (Grund, Derzapf, Guthe 2011; Derzapf, Grund, Guthe 2014, Section 3).
 //!
 //! Two collapses go together if no vertex of one shares an edge with a vertex of the other, so that every triangle has
-//! one moving corner at most. Edges are taken in the order of their keys: the magnitude of the cost, in quarters of an
-//! octave, and a number mixed from the corner, which lets neighbours of nearly the same cost go in any order. Parts of
-//! the mesh do that at the same time for edges whose surroundings are theirs alone; the others come thereafter.
+//! one moving corner at most. Each edge has a key of its own: the magnitude of its cost, in quarters of an octave, and a
+//! number mixed from its corner, which lets neighbours of nearly the same cost go in any order. An edge is taken if its
+//! key is the lowest at its ends and all their neighbours. What that leaves free is taken in further passes.
 
-use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering::Relaxed};
 
 use glam::{Vec4, Vec4Swizzles};
 use relievo_core::Context;
 
-use crate::connectivity::{Fan, NONE, next, previous};
-use crate::decimation::{CHANGED, Decimation, Edge, normal};
+use crate::connectivity::{Fan, NONE, PART, next, previous};
+use crate::decimation::{CHANGED, Decimation, MOVED, normal};
 use crate::placement::{BATCH, Batch, place};
 use crate::progressive::Made;
 
 /// Bits of a cost that are its magnitude: all but these.
 const FINE: u32 = 21;
+/// Bits of a key; the pass of selection stands above them.
+const KEY: u32 = 44;
 /// The squared cosine of the angle that a triangle may turn by.
 const TURN: f32 = 0.04;
+
+/// An edge that may collapse.
+#[derive(Clone, Copy)]
+pub struct Candidate {
+    corner: u32,
+    ends: [u32; 2],
+    key: u64,
+}
 
 /// A collapse, where its vertex goes and how it deviates, and of how many triangles it changes the normals.
 struct Collapse {
@@ -63,16 +73,16 @@ impl Collapses {
     }
 }
 
-/// The selection in a part of the mesh, or of what the parts leave.
+/// The selection in a part of the candidates.
 struct Selection<'a> {
     work: &'a Decimation,
+    list: &'a [Candidate],
     context: &'a Context,
-    part: Option<u32>,
     batch: Batch,
     fans: Vec<[Fan; 2]>,
-    taken: Vec<Edge>,
+    slots: Vec<usize>,
     found: Collapses,
-    rest: Vec<Edge>,
+    refused: Vec<usize>,
 }
 
 /// Another number for each number, with no pattern (a bijection of xors, shifts and odd factors).
@@ -82,27 +92,74 @@ fn mixed(number: u32) -> u32 {
     number ^ number >> 16
 }
 
-/// Tells the order of edges, none of two the same.
-fn key(edge: &Edge) -> u64 {
-    u64::from(edge.cost.to_bits() >> FINE) << 53 | u64::from(mixed(edge.corner)) << 21
+/// Whether no triangle at these vertices changes yet in this round.
+fn are_free(state: &[AtomicU8], ends: [u32; 2]) -> bool {
+    ends.iter().all(|end| state[*end as usize].load(Relaxed) == 0)
 }
 
 impl Decimation {
-    /// The collapses that are made together, of those of `edges`, in parts, that cost less than `limit`. Triangles are
-    /// taken to be unchanged from here on.
-    pub fn select(&mut self, context: &Context, edges: &[Vec<Edge>], limit: f32) -> Vec<Collapses> {
+    /// The edges that cost less than `limit`; all triangles are taken to be unchanged from here on.
+    pub fn candidates(&mut self, context: &Context, limit: f32) -> Vec<Vec<Candidate>> {
         self.state.iter_mut().for_each(|state| *state.get_mut() = 0);
+        let (costs, mesh, size) = (&self.costs, &self.mesh, 4 * PART);
+        context.map(costs.len().div_ceil(size), |part| {
+            let first = part * size;
+            let mut list = Vec::with_capacity(size / 2);
+            for (triangle, costs) in (first as u32..).zip(&costs[first..costs.len().min(first + size)]) {
+                for (side, cost) in costs.iter().enumerate().take(3).filter(|(_, cost)| **cost >= 0.0 && **cost < limit)
+                {
+                    let corner = 4 * triangle + side as u32;
+                    let ends = [mesh.vertex(corner), mesh.vertex(next(corner))];
+                    let key = u64::from(cost.to_bits() >> FINE) << 32 | u64::from(mixed(corner));
+                    list.push(Candidate { corner, ends, key });
+                }
+            }
+            list
+        })
+    }
+
+    /// A pass of selection. Returns whether there was an edge to look at.
+    pub fn select(
+        &mut self,
+        context: &Context,
+        candidates: &mut [Vec<Candidate>],
+        collapses: &mut Vec<Collapses>,
+    ) -> bool {
+        // Keys of later passes are below those of earlier ones, which so need not be wiped out.
+        self.epoch = if self.epoch >> KEY == 0 { u64::MAX } else { self.epoch - (1 << KEY) };
+        if self.epoch == u64::MAX {
+            self.lowest.iter_mut().for_each(|lowest| *lowest.get_mut() = u64::MAX);
+        }
+        let epoch = self.epoch & !((1 << KEY) - 1);
+        let (state, lowest) = (&self.state, &self.lowest);
+        context.for_each_mut(candidates, |_, list| {
+            list.retain(|candidate| candidate.key != u64::MAX && are_free(state, candidate.ends));
+            for candidate in list {
+                let key = epoch | candidate.key;
+                for end in candidate.ends {
+                    let lowest = &lowest[end as usize];
+                    if key < lowest.load(Relaxed) {
+                        lowest.fetch_min(key, Relaxed);
+                    }
+                }
+            }
+        });
         let work = &*self;
-        let (rest, mut found): (Vec<_>, Vec<_>) = context
-            .map(edges.len(), |part| {
-                let is_cheap = |edge: &&Edge| edge.cost.to_bits() < limit.to_bits();
-                let edges: Vec<Edge> = edges[part].iter().filter(is_cheap).copied().collect();
-                Selection::new(context, work, Some(part)).run(&edges)
-            })
-            .into_iter()
-            .unzip();
-        found.push(Selection::new(context, work, None).run(&rest.concat()).1);
-        found
+        let found = context.map(candidates.len(), |part| Selection::new(context, work, &candidates[part]).run(epoch));
+        let before = collapses.len();
+        let mut refusals = false;
+        for ((found, refused), list) in found.into_iter().zip(candidates) {
+            refusals |= !refused.is_empty();
+            for slot in refused {
+                let corner = list[slot].corner as usize;
+                self.costs[corner / 4][corner % 4] = f32::INFINITY;
+                list[slot].key = u64::MAX;
+            }
+            if !found.collapses.is_empty() {
+                collapses.push(found);
+            }
+        }
+        refusals || collapses.len() > before
     }
 
     /// Makes collapses, no more than it takes to be rid of `surplus` triangles: those of the lowest keys. Returns
@@ -122,25 +179,15 @@ impl Decimation {
                 let [kept, gone] = [collapse.corner, next(collapse.corner)].map(|at| self.mesh.vertex(at) as usize);
                 self.points[kept] = collapse.point;
                 self.mesh.flags[kept] |= self.mesh.flags[gone];
+                *self.state[kept].get_mut() |= MOVED;
             }
             for (triangle, normal) in &found.normals {
                 self.normals[*triangle as usize] = *normal;
             }
         }
-        let mut end = self.mesh.grow(accepted.iter().map(|found| found.normals.len()).sum());
-        let ends = accepted.iter().map(|found| {
-            end += found.normals.len();
-            end
-        });
-        let ends: Vec<usize> = ends.collect();
-        let work = &*self;
+        let mesh = &self.mesh;
         let gone = context.map(accepted.len(), |part| {
-            let mut start = ends[part] - accepted[part].normals.len();
-            let gone = accepted[part].collapses.iter().map(|collapse| {
-                start += collapse.changed;
-                work.collapse(collapse.corner, start - collapse.changed)
-            });
-            gone.sum::<usize>()
+            accepted[part].collapses.iter().map(|collapse| mesh.collapse(collapse.corner)).sum::<usize>()
         });
         self.live -= gone.into_iter().sum::<usize>();
         !keys.is_empty()
@@ -148,62 +195,51 @@ impl Decimation {
 }
 
 impl<'a> Selection<'a> {
-    fn new(context: &'a Context, work: &'a Decimation, part: Option<usize>) -> Self {
+    fn new(context: &'a Context, work: &'a Decimation, list: &'a [Candidate]) -> Self {
         Self {
             work,
+            list,
             context,
-            part: part.map(|part| part as u32),
             batch: Batch::default(),
             fans: (0..BATCH).map(|_| <[Fan; 2]>::default()).collect(),
-            taken: Vec::with_capacity(BATCH),
+            slots: Vec::with_capacity(BATCH),
             found: Collapses::default(),
-            rest: Vec::new(),
+            refused: Vec::new(),
         }
     }
 
-    /// The edges that are not of the part alone, and the collapses.
-    fn run(mut self, edges: &[Edge]) -> (Vec<Edge>, Collapses) {
-        let (work, part) = (self.work, self.part);
-        let is_mine = |vertex: u32| part.is_none_or(|part| work.parts[vertex as usize] == part);
-        let mut order: Vec<u64> = (0..).zip(edges).map(|(index, edge)| key(edge) & !0xffff_ffff | index).collect();
-        order.sort_unstable();
-        for edge in order.into_iter().map(|index| edges[index as u32 as usize]) {
-            if !edge.ends.iter().all(|end| is_mine(*end)) {
-                self.rest.push(edge);
+    /// The collapses of the lowest keys in this pass, and the candidates that must not collapse.
+    fn run(mut self, epoch: u64) -> (Collapses, Vec<usize>) {
+        let (work, lowest) = (self.work, &self.work.lowest);
+        let lowest_at = |vertex: u32| -> &AtomicU64 { &lowest[vertex as usize] };
+        for (slot, Candidate { corner, ends, key }) in self.list.iter().enumerate() {
+            let key = epoch | key;
+            if ends.iter().any(|end| lowest_at(*end).load(Relaxed) != key) {
                 continue;
             }
-            if edge.ends.iter().any(|end| work.is_changed(*end)) {
-                continue;
-            }
-            let fans = &mut self.fans[self.taken.len()];
-            for (end, fan) in edge.ends.into_iter().zip(&mut *fans) {
-                work.mesh.fan(end, fan);
-            }
-            if !fans.iter().flat_map(Fan::ring).all(is_mine) {
-                self.rest.push(edge);
-            } else if !work.keeps_surface(edge.corner, fans) {
-                work.set_cost(edge.corner, -edge.cost);
-            } else {
-                for vertex in edge.ends.into_iter().chain(fans.iter().flat_map(Fan::ring)) {
-                    work.state[vertex as usize].store(CHANGED, Relaxed);
-                }
-                work.gather(&edge, &mut self.batch, self.taken.len());
-                self.taken.push(edge);
-                if self.taken.len() == BATCH {
+            let is_lowest = ends.iter().zip(&mut self.fans[self.slots.len()]).all(|(end, fan)| {
+                work.mesh.fan(*end, fan);
+                fan.ring().all(|vertex| lowest_at(vertex).load(Relaxed) >= key)
+            });
+            if is_lowest {
+                work.gather(*corner, *ends, work.mesh.mate(*corner), &mut self.batch, self.slots.len());
+                self.slots.push(slot);
+                if self.slots.len() == BATCH {
                     self.decide();
                 }
             }
         }
         self.decide();
-        (self.rest, self.found)
+        (self.found, self.refused)
     }
 
     /// Accepts or refuses the edges of the batch.
     fn decide(&mut self) {
-        let Self { work, context, batch, fans, taken, found, .. } = self;
-        place(context.level(), batch);
-        for (lane, (edge, fans)) in taken.drain(..).zip(fans).enumerate() {
-            let [start, end] = edge.ends.map(|end| work.points[end as usize]);
+        place(self.context.level(), &mut self.batch);
+        for (lane, (slot, fans)) in self.slots.iter().zip(&self.fans).enumerate() {
+            let Candidate { corner, ends, key } = self.list[*slot];
+            let [start, end] = ends.map(|end| self.work.points[end as usize]);
+            let batch = &self.batch;
             let mut point = match batch.pinned[lane] {
                 pinned if pinned < 0.0 => start,
                 pinned if pinned > 0.0 => end,
@@ -213,22 +249,27 @@ impl<'a> Selection<'a> {
                 }
             };
             point.w = batch.deviation[lane];
-            let before = found.normals.len();
-            if work.keeps_sides(edge.corner, fans, point, &mut found.normals) {
-                let changed = found.normals.len() - before;
-                found.collapses.push(Collapse { corner: edge.corner, key: key(&edge), point, changed });
+            let before = self.found.normals.len();
+            if self.work.is_legal(corner, fans, point, &mut self.found.normals) {
+                for (end, fan) in ends.into_iter().zip(fans) {
+                    self.work.state[end as usize].store(CHANGED, Relaxed);
+                    fan.ring().for_each(|vertex| self.work.state[vertex as usize].store(CHANGED, Relaxed));
+                }
+                let changed = self.found.normals.len() - before;
+                self.found.collapses.push(Collapse { corner, key, point, changed });
             } else {
-                found.normals.truncate(before);
-                work.set_cost(edge.corner, -edge.cost);
+                self.found.normals.truncate(before);
+                self.refused.push(*slot);
             }
         }
+        self.slots.clear();
     }
 }
 
 impl Decimation {
-    /// Whether the surface stays what it is (link condition: Dey, Edelsbrunner, Guha, Nekhayev 1999), and its vertices
-    /// keep the triangles they need.
-    fn keeps_surface(&self, corner: u32, fans: &[Fan; 2]) -> bool {
+    /// Whether the surface stays what it is (link condition: Dey, Edelsbrunner, Guha, Nekhayev 1999), its vertices keep
+    /// the triangles they need, and no triangle turns too far or vanishes. Puts the new normals of triangles into a list.
+    fn is_legal(&self, corner: u32, fans: &[Fan; 2], point: Vec4, normals: &mut Vec<(u32, Vec4)>) -> bool {
         let mesh = &self.mesh;
         if fans.iter().any(Fan::is_full) {
             return false;
@@ -246,16 +287,11 @@ impl Decimation {
             }
             let opposite = mesh.vertex(previous(side));
             let least = if mesh.flags[opposite as usize] != 0 { 1 } else { 3 };
-            if mesh.around(opposite).len() <= least {
+            if mesh.around(opposite).take(least + 1).count() <= least {
                 return false;
             }
         }
-        true
-    }
-
-    /// Whether no triangle turns too far or vanishes. Puts the new normals of triangles into a list.
-    fn keeps_sides(&self, corner: u32, fans: &[Fan; 2], point: Vec4, normals: &mut Vec<(u32, Vec4)>) -> bool {
-        let gone = [corner, self.mesh.mate(corner)].map(|side| side / 4);
+        let gone = sides.map(|side| side / 4);
         for spoke in fans.iter().flat_map(Fan::spokes) {
             let triangle = spoke.corner / 4;
             if triangle == gone[0] || triangle == gone[1] {

@@ -11,7 +11,7 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, Kernel, KernelSpec, P
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
-use super::cull::LISTING;
+use super::cull::{LISTING, MEETING};
 use super::link::{Shared, step};
 use super::voxel::DeviceVoxels;
 use crate::knots::BLOCK_KNOTS;
@@ -46,8 +46,8 @@ impl Record {
 pub(super) struct DeviceBlocks {
     kernel: Arc<Kernel>,
     casting: Bindings,
-    listing: Bindings,
-    listed: Buffer<[u32; 2]>,
+    listing: [Bindings; 2],
+    listed: Buffer<[u32; 4]>,
     records: Buffer<Record>,
     slots: Buffer<u32>,
 }
@@ -71,9 +71,11 @@ impl DeviceBlocks {
         let listed = Buffer::new(device, "listed blocks", room)?;
         let records = Buffer::new(device, "changed blocks", records)?;
         let slots = Buffer::new(device, "blocks' slots", slots)?;
-        let Shared { links, told, arguments } = shared;
-        let bound = [links.wgpu(), slots.wgpu(), listed.wgpu(), told.wgpu(), arguments.wgpu()];
-        let listing = device.bind_as(&LISTING, &bound)?;
+        let Shared { links, told, arguments, candidates } = shared;
+        let bound = [links.wgpu(), slots.wgpu(), candidates.wgpu()];
+        let meeting = device.bind_as(&MEETING, &bound)?;
+        let bound = [links.wgpu(), slots.wgpu(), listed.wgpu(), told.wgpu(), arguments.wgpu(), candidates.wgpu()];
+        let listing = [meeting, device.bind_as(&LISTING, &bound)?];
         let from = [links.wgpu(), listed.wgpu(), arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
         let to = [slots.wgpu(), told.wgpu(), records.wgpu()];
         let casting = device.bind(&kernel, 0, &[&from[..], &to[..]].concat())?;
@@ -85,14 +87,14 @@ impl DeviceBlocks {
         [self.listed.len(), self.records.len(), self.slots.len()]
     }
 
-    /// What culling lists blocks with.
-    pub fn listing(&self) -> &Bindings {
+    /// What culling lists tiles with, and blocks of them.
+    pub fn listing(&self) -> &[Bindings; 2] {
         &self.listing
     }
 
-    /// The list: tiles, and blocks of them with the tile's size in the upper half.
+    /// The list: tiles, blocks of them with the tile's size in the upper half, and a bit for every imprint.
     #[cfg(test)]
-    pub fn listed(&self) -> &Buffer<[u32; 2]> {
+    pub fn listed(&self) -> &Buffer<[u32; 4]> {
         &self.listed
     }
 
@@ -101,8 +103,8 @@ impl DeviceBlocks {
         frame.clear(&self.slots);
     }
 
-    /// Records the rays of the listed blocks, and that those which changed are kept: of the displacement there is, and
-    /// that from which the depth limit counts.
+    /// Records the rays of the blocks that were listed for the row that begins with `link`, and that those which changed
+    /// are kept: of the displacement there is, and that from which the depth limit counts.
     pub fn cast(
         &self,
         pass: &mut Pass<'_>,

@@ -11,7 +11,7 @@ use relievo_gpu::{Device, Pass};
 use relievo_tiles::{DeviceTiles, Field};
 
 use super::blocks::{DeviceBlocks, Record};
-use super::link::{Ground, Link, MOST_LINKS, Shared, Slots, Told, Wave, Words, parse, waves};
+use super::link::{Ground, Link, MOST_LINKS, Shared, Slots, Told, Wave, Words, parse, string, waves};
 use super::meshes::DeviceMeshes;
 use super::state::DeviceObject;
 use super::voxel::{DeviceVoxels, VoxelRoom};
@@ -58,6 +58,7 @@ enum Stage<'a> {
     /// What is found of a target first.
     Measure(usize),
     Voxelise(&'a Wave),
+    /// Of the row of imprints of one object that begins with this one.
     Cull(usize),
     Raycast(usize),
 }
@@ -113,7 +114,9 @@ impl DeviceChain {
         let renewed = self.meshes.bring(&self.device, colliders)?;
         let (slots, slot_count) = slots(targets, links);
         let mut words = links.iter().map(|link| self.tell(link, targets, &slots)).collect::<Result<Vec<_>>>()?;
-        let waves = waves(&self.device, &mut words)?;
+        let mut waves = waves(&self.device, &mut words)?;
+        let of: Vec<usize> = links.iter().map(|link| link.target).collect();
+        waves.iter_mut().for_each(|wave| string(wave, &mut words, &of));
         let room = waves.iter().fold(VoxelRoom::default(), |room, wave| room.or(wave.room));
         let meshes = (&self.meshes, renewed);
         if DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)? {
@@ -185,7 +188,7 @@ impl DeviceChain {
             Stage::Voxelise(wave) => voxels.fill(pass, shared, wave),
             Stage::Cull(link) => {
                 let state = &*targets[links[link].target].state;
-                state.culling()?.cull(pass, blocks.listing(), &state.surface, link)
+                state.culling()?.cull(pass, shared, blocks.listing(), &state.surface, link)
             }
             Stage::Raycast(link) => {
                 let target = &targets[links[link].target];
@@ -215,7 +218,7 @@ impl DeviceChain {
             blocks.clear_slots(&mut frame);
         }
         let each = |link| [Stage::Cull(link), Stage::Raycast(link)];
-        let of_wave = |wave| std::iter::once(Stage::Voxelise(wave)).chain(wave.links.clone().flat_map(each));
+        let of_wave = |wave| std::iter::once(Stage::Voxelise(wave)).chain(wave.rows.iter().copied().flat_map(each));
         let mut stages = (0..targets.len()).map(Stage::Measure).chain(waves.iter().flat_map(of_wave));
         if device.is_timed() {
             stages.try_for_each(|stage| self.record(&mut frame.pass(stage.name()), stage, targets, links))?;

@@ -1,7 +1,8 @@
-//! Culling and compaction on a graphics device (`shaders/imprint_cull.wgsl`), as [`crate::cull`] and
-//! [`crate::imprint::compact`] do them: the list of blocks that may have points in the grid. All tiles are looked at,
-//! without a hierarchy: a device has the threads for it, and a hierarchy of an animated surface would have to be refitted
-//! first. The range of a tile's displacement is found there too (`shaders/imprint_range.wgsl`).
+//! Culling and compaction on a graphics device (`shaders/imprint_patches.wgsl`, `shaders/imprint_cull.wgsl`), as
+//! [`crate::cull`] and [`crate::imprint::compact`] do them: the list of blocks that may have points in the grids of
+//! imprints. All patches are looked at, without a hierarchy: a device has the threads for it, and a hierarchy of an
+//! animated surface would have to be refitted first. The range of a tile's displacement is found there too
+//! (`shaders/imprint_range.wgsl`).
 
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, gr
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
-use super::link::step;
+use super::link::{Shared, step};
 use crate::object::DisplacedObject;
 
 /// As in `imprint_cull.wgsl`.
@@ -27,20 +28,30 @@ struct CullTile {
 /// A displaced surface's tiles, culled on a device.
 #[derive(Debug)]
 pub(crate) struct DeviceCull {
-    kernel: Arc<Kernel>,
-    buffers: Bindings,
-    tiles: Buffer<CullTile>,
+    /// What lists tiles, and what lists blocks of them.
+    kernels: [Arc<Kernel>; 2],
+    buffers: [Bindings; 2],
     cones: Buffer<[f32; 4]>,
     measure: Arc<Kernel>,
     measured: Bindings,
     /// Tiles whose range of displacement is to be found, and their sizes.
     changed: Buffer<[u32; 2]>,
     pending: Vec<u32>,
+    /// The tiles; those of patches, which imprints tiles may meet, and those that meet one.
+    _kept: (Buffer<CullTile>, [Buffer<u32>; 3]),
 }
 
-/// What the kernel has of a submission: its imprints, what those before left, the list of blocks, what is told, and the
-/// arguments.
-pub(super) const LISTING: [Access; 5] = [Access::Read, Access::Read, Access::Write, Access::Write, Access::Write];
+/// What the kernels have of a submission: its imprints, what those before left, and the arguments of the second; that then
+/// has the list of blocks, what is told, and arguments before those that the first left.
+pub(super) const MEETING: [Access; 3] = [Access::Read, Access::Read, Access::Write];
+pub(super) const LISTING: [Access; 6] =
+    [Access::Read, Access::Read, Access::Write, Access::Write, Access::Write, Access::Read];
+
+/// Patches of a workgroup.
+const PATCHES: u32 = 64;
+
+/// Words of a tile's mask, as in `imprint_hull.wgsl`.
+const MASK: usize = 3;
 
 fn cones(object: &DisplacedObject) -> Vec<[f32; 4]> {
     let surface = object.surface();
@@ -52,13 +63,17 @@ fn cones(object: &DisplacedObject) -> Vec<[f32; 4]> {
 impl DeviceCull {
     /// Culling of the tiles of `object`, in its pose and as they are displaced. Fails where the device has no room.
     pub fn new(device: &Device, object: &DisplacedObject) -> Result<Self> {
-        let kernel = device.kernel(&KernelSpec {
-            module: "imprint_cull",
-            entry: "cull",
-            groups: &[&LISTING, &SURFACE_GROUP, &[Access::Read; 2]],
-            immediates: size_of::<[u32; 2]>() as u32,
-            constants: &[],
-        })?;
+        use Access::{Read, Write};
+        let kernel = |module, entry, groups: &[&[Access]]| {
+            let immediates = size_of::<[u32; 2]>() as u32;
+            device.kernel(&KernelSpec { module, entry, groups, immediates, constants: &[] })
+        };
+        let of_patches: [&[Access]; 3] = [&MEETING, &SURFACE_GROUP, &[Read, Read, Write, Write, Read]];
+        let of_blocks: [&[Access]; 3] = [&LISTING, &SURFACE_GROUP, &[Read, Read, Write, Read]];
+        let kernels = [
+            kernel("imprint_patches", "cull_patches", &of_patches)?,
+            kernel("imprint_cull", "cull_blocks", &of_blocks)?,
+        ];
         let measure = device.kernel(&KernelSpec {
             module: "imprint_range",
             entry: "measure",
@@ -72,9 +87,17 @@ impl DeviceCull {
         let tiles = Buffer::of(device, "tiles", &tiles)?;
         let cones = Buffer::of(device, "cones of normals", &cones(object))?;
         let changed = Buffer::new(device, "tiles to measure", tiles.len())?;
-        let buffers = device.bind(&kernel, 2, &[tiles.wgpu(), cones.wgpu()])?;
+        let owners: Vec<u32> = (0..tiles.len() as u32)
+            .flat_map(|tile| std::iter::repeat_n(tile, object.surface().patches(tile).count()))
+            .collect();
+        let owners = Buffer::of(device, "tiles of patches", &owners)?;
+        let masks = Buffer::<u32>::new(device, "imprints of tiles", MASK * tiles.len())?;
+        let listed = Buffer::<u32>::new(device, "listed tiles", tiles.len())?;
+        let bound = [tiles.wgpu(), cones.wgpu(), masks.wgpu(), listed.wgpu(), owners.wgpu()];
+        let buffers = [device.bind(&kernels[0], 2, &bound)?, device.bind(&kernels[1], 2, &bound[..4])?];
         let measured = device.bind(&measure, 0, &[changed.wgpu(), tiles.wgpu()])?;
-        let mut made = Self { kernel, buffers, tiles, cones, measure, measured, changed, pending: Vec::new() };
+        let _kept = (tiles, [owners, masks, listed]);
+        let mut made = Self { kernels, buffers, cones, measure, measured, changed, pending: Vec::new(), _kept };
         made.update(device, object, &field.allocated().collect::<Vec<_>>())?;
         Ok(made)
     }
@@ -113,11 +136,23 @@ impl DeviceCull {
         self.cones.write(device, 0, &cones)
     }
 
-    /// Records the list of the blocks of `surface`, the object's, that may have points in the grid of imprint `link`.
-    pub fn cull(&self, pass: &mut Pass<'_>, listing: &Bindings, surface: &DeviceSurface, link: usize) -> Result<()> {
-        let bound = [listing, surface.group(), &self.buffers];
+    /// Records the list of the blocks of `surface`, the object's, that may have points in the grids of the row of imprints
+    /// that begins with `link`.
+    pub fn cull(
+        &self,
+        pass: &mut Pass<'_>,
+        shared: &Shared,
+        [meeting, listing]: &[Bindings; 2],
+        surface: &DeviceSurface,
+        link: usize,
+    ) -> Result<()> {
         let links = step(link..link + 1);
-        pass.run(&self.kernel, &bound, bytemuck::bytes_of(&links), groups(self.tiles.len() as u32))
+        let links = bytemuck::bytes_of(&links);
+        let count = groups((self.cones.len() as u32).div_ceil(PATCHES));
+        let [patches, blocks] = &self.kernels;
+        pass.run(patches, &[meeting, surface.group(), &self.buffers[0]], links, count)?;
+        let bound = [listing, surface.group(), &self.buffers[1]];
+        pass.run_indirect(blocks, &bound, links, &shared.candidates, Shared::tiles(link))
     }
 }
 
@@ -218,8 +253,8 @@ pub(crate) mod tests {
             let mut commands = device.frame().unwrap();
             shared.begin(&device, &mut commands, &words).unwrap();
             culling.measure(&mut commands.pass("ranges"), &surface, &fields).unwrap();
-            culling.cull(&mut commands.pass("culling"), blocks.listing(), &surface, 0).unwrap();
-            let ranges = commands.read(&culling.tiles, 0..tiles).unwrap();
+            culling.cull(&mut commands.pass("culling"), &shared, blocks.listing(), &surface, 0).unwrap();
+            let ranges = commands.read(&culling._kept.0, 0..tiles).unwrap();
             let listed = commands.read(blocks.listed(), 0..4096).unwrap();
             let arguments = commands.read(&shared.arguments, 4..8).unwrap();
             let told = shared.read_told(&mut commands, 1).unwrap();
@@ -227,7 +262,8 @@ pub(crate) mod tests {
             let told = parse(&told.get(&device).unwrap()).1[0];
             let mut found = listed.get(&device).unwrap();
             found.truncate(told.found as usize);
-            found.sort_unstable_by_key(|[tile, block]| (*tile, block & 0xffff));
+            assert!(found.iter().all(|it| it[2..] == [1, 0]));
+            found.sort_unstable_by_key(|[tile, block, ..]| (*tile, block & 0xffff));
 
             let culled = cull::cull(&context, &mut object, &grid);
             let mut expected: Vec<_> = compact(&context, &object, culled);
@@ -240,11 +276,11 @@ pub(crate) mod tests {
             // They stay until something else changes.
             culling.settle();
             let here = expected.iter().flat_map(|it| {
-                it.blocks.iter().map(|block| [it.tile, block.index | size(it.tile) << 16]).collect::<Vec<_>>()
+                it.blocks.iter().map(|block| [it.tile, block.index | size(it.tile) << 16, 1, 0]).collect::<Vec<_>>()
             });
             assert_eq!(found, here.collect::<Vec<_>>(), "round {round}");
             assert_eq!(told.tiles as usize, expected.len());
-            assert_eq!(told.tested, found.iter().map(|[tile, _]| size(*tile).min(16).pow(2)).sum::<u32>());
+            assert_eq!(told.tested, found.iter().map(|[tile, ..]| size(*tile).min(16).pow(2)).sum::<u32>());
             let some = u32::from(told.found > 0);
             assert_eq!(arguments.get(&device).unwrap(), [told.found, told.found, some, some]);
             kept += found.len();

@@ -99,8 +99,12 @@ pub(super) struct Words {
     first_turn: u32,
     first_column: u32,
     first_word: u32,
-    padding: [u32; 2],
+    next: u32,
+    padding: u32,
 }
+
+/// No imprint.
+const NONE: u32 = u32::MAX;
 
 const BACKWARD: u32 = 1;
 const OPEN: u32 = 2;
@@ -178,7 +182,8 @@ impl Words {
             first_turn: 0,
             first_column: 0,
             first_word: 0,
-            padding: [0; 2],
+            next: NONE,
+            padding: 0,
         }
     }
 
@@ -208,6 +213,18 @@ pub(super) struct Wave {
     pub most: [u32; 3],
     /// Room that they need.
     pub room: VoxelRoom,
+    /// The first imprint of each of their objects: the next of the same object follow it by `Link.next`.
+    pub rows: Vec<usize>,
+}
+
+/// Strings together the imprints of a wave that meet the same of `targets`, one for every imprint of the submission.
+pub(super) fn string(wave: &mut Wave, words: &mut [Words], targets: &[usize]) {
+    for index in wave.links.clone() {
+        match (wave.links.start..index).rev().find(|before| targets[*before] == targets[index]) {
+            Some(before) => words[before].next = index as u32,
+            None => wave.rows.push(index),
+        }
+    }
 }
 
 /// Says where the points, the work and the voxels of every imprint lie, wave by wave, with no more voxels in one than a
@@ -225,7 +242,7 @@ pub(super) fn waves(device: &Device, words: &mut [Words]) -> Result<Vec<Wave>> {
         let wave = match waves.last_mut().filter(fits) {
             Some(wave) => wave,
             None => {
-                waves.push(Wave { links: index..index, most: [0; 3], room: VoxelRoom::default() });
+                waves.push(Wave { links: index..index, most: [0; 3], room: VoxelRoom::default(), rows: Vec::new() });
                 let last = waves.len() - 1;
                 &mut waves[last]
             }
@@ -281,6 +298,7 @@ const TOLD: usize = size_of::<Told>() / 4;
 
 /// Words of an imprint's arguments: those of chunks of columns, and those of its blocks.
 const ARGUMENTS: usize = 8;
+const CANDIDATES: usize = 4;
 
 /// What the stages of a submission share.
 #[derive(Debug)]
@@ -288,6 +306,8 @@ pub(super) struct Shared {
     pub links: Buffer<Words>,
     pub told: Buffer<u32>,
     pub arguments: Buffer<u32>,
+    /// Of every imprint how many tiles were listed for it and those of its row, and the arguments of what takes them.
+    pub candidates: Buffer<u32>,
 }
 
 impl Shared {
@@ -297,6 +317,7 @@ impl Shared {
             links: Buffer::new(device, "imprints", MOST_LINKS)?,
             told: Buffer::new(device, "what is told of imprints", FIRST + TOLD * MOST_LINKS)?,
             arguments: Buffer::new(device, "arguments of imprints", ARGUMENTS * MOST_LINKS)?,
+            candidates: Buffer::new(device, "tiles of imprints", CANDIDATES * MOST_LINKS)?,
         })
     }
 
@@ -304,17 +325,22 @@ impl Shared {
     pub fn begin(&self, device: &Device, frame: &mut Frame, words: &[Words]) -> Result<()> {
         frame.clear(&self.told);
         frame.clear(&self.arguments);
+        frame.clear(&self.candidates);
         self.links.write(device, 0, words)
     }
 
     /// Where the arguments of the dispatch over chunks of columns are, of those that are voxelised with `link`, the first
-    /// of them, and of that over the blocks of `link`.
+    /// of them, and of those over the blocks and over the tiles of the row that begins with `link`.
     pub fn chunks(link: usize) -> usize {
         ARGUMENTS * link + 1
     }
 
     pub fn blocks(link: usize) -> usize {
         ARGUMENTS * link + 5
+    }
+
+    pub fn tiles(link: usize) -> usize {
+        CANDIDATES * link + 1
     }
 
     /// Records the way back of what is told of so many imprints.
@@ -348,7 +374,7 @@ mod tests {
         let link = fields!(Words: lattice_x, points, lattice_y, shift, lattice_z, scale, lattice_origin, first_point,
             lattice_low, first_index, lattice_high, triangles, dims, flags, x, y, z, origin, tiles, share,
             max_displacement, depth, deepest, first_corner, first_work, slots, stride, room, records, zero, first_turn, first_column,
-            first_word);
+            first_word, next);
         assert_layout("imprint_link", "Link", size_of::<Words>(), &link);
         assert_layout(
             "imprint_snap",
