@@ -14,6 +14,7 @@ mod info;
 mod manual;
 mod new;
 mod povray;
+mod progressive;
 mod run;
 mod schema;
 mod simplify;
@@ -55,6 +56,8 @@ enum Command {
     Tessellate(tessellate::Arguments),
     /// Makes a mesh of fewer triangles for nearly the same surface.
     Simplify(simplify::Arguments),
+    /// Builds progressive meshes, and takes meshes of any level from them.
+    Progressive(progressive::Arguments),
     /// Draws a picture of Bézier patches, a mesh or a document, on a graphics device or by rays.
     Draw(draw::Arguments),
     /// Lists the processor and the graphics devices of this machine.
@@ -83,6 +86,7 @@ fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Tessellate(arguments) => tessellate::run(&arguments),
         Command::Simplify(arguments) => simplify::run(&arguments),
+        Command::Progressive(arguments) => progressive::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),

@@ -5,14 +5,14 @@ use std::process::ExitCode;
 
 use relievo_core::progress::Silent;
 use relievo_core::{Error, Mesh, Result};
-use relievo_lod::{SimplifyOptions, simplify};
+use relievo_lod::{SimplifyOptions, simplify, weld};
 
 use crate::Outcome;
 
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("goal").required(true).multiple(true))]
 pub struct Arguments {
-    /// The mesh; its polygons are taken as triangles.
+    /// The mesh; its polygons are taken as triangles, and points at the same place as one.
     file: PathBuf,
     /// The mesh to write: .ply, .glb, .obj or .usda.
     #[arg(short, long, value_name = "FILE")]
@@ -38,13 +38,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let options = relievo_core::ContextOptions { threads: arguments.threads, memory_limit: arguments.memory_limit };
     let context = relievo_core::Context::new(&options)?;
     let mesh = relievo_meshio::read(&context, &arguments.file)?;
-    let triangles = mesh.triangles();
+    let (points, triangles) = weld(&mesh.points, &mesh.triangles());
     let options = SimplifyOptions {
-        faces: faces(arguments, triangles.len())?,
+        faces: faces(arguments.faces, arguments.ratio, triangles.len())?.unwrap_or(0),
         error: arguments.error.unwrap_or(f32::INFINITY),
         ..SimplifyOptions::default()
     };
-    let made = simplify(&context, &mesh.points, &triangles, &options, &mut Silent)
+    let made = simplify(&context, &points, &triangles, &options, &mut Silent)
         .map_err(|error| error.at(arguments.file.display().to_string()))?;
     for attribute in &mesh.attributes {
         eprintln!("note: {} is left out", attribute.name);
@@ -55,10 +55,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn faces(arguments: &Arguments, before: usize) -> Result<usize> {
-    match arguments.ratio {
-        Some(ratio) if (0.0..=1.0).contains(&ratio) => Ok((before as f64 * ratio) as usize),
+/// The number of triangles that is asked for, if one is.
+pub fn faces(faces: Option<usize>, ratio: Option<f64>, all: usize) -> Result<Option<usize>> {
+    match ratio {
+        Some(ratio) if (0.0..=1.0).contains(&ratio) => Ok(Some((all as f64 * ratio) as usize)),
         Some(ratio) => Err(Error::invalid(format!("{ratio} is no share")).at("--ratio").advise("use 0 to 1")),
-        None => Ok(arguments.faces.unwrap_or(0)),
+        None => Ok(faces),
     }
 }

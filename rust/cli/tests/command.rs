@@ -241,9 +241,8 @@ fn the_edits_of_a_document_are_checked_and_folded() {
     assert!(check.contains("no damage") && !check.contains("under way"), "{check}");
 }
 
-#[test]
-fn a_mesh_is_simplified_to_a_share_a_number_or_a_deviation() {
-    let folder = tempfile::tempdir().unwrap();
+/// A bowl of 400 squares.
+fn bowl() -> String {
     let bowl = |index: u32| {
         let (x, y) = (index % 21, index / 21);
         let (x, y) = (f64::from(x) / 10.0 - 1.0, f64::from(y) / 10.0 - 1.0);
@@ -253,8 +252,13 @@ fn a_mesh_is_simplified_to_a_share_a_number_or_a_deviation() {
         let at = index / 20 * 21 + index % 20 + 1;
         format!("f {at} {} {} {}\n", at + 1, at + 22, at + 21)
     };
-    let mesh: String = (0..441).map(bowl).chain((0..400).map(square)).collect();
-    std::fs::write(folder.path().join("bowl.obj"), mesh).unwrap();
+    (0..441).map(bowl).chain((0..400).map(square)).collect()
+}
+
+#[test]
+fn a_mesh_is_simplified_to_a_share_a_number_or_a_deviation() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();
     let simplify =
         |goal: &[&str]| relievo(folder.path(), &[&["simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat());
     let faces = || {
@@ -272,4 +276,32 @@ fn a_mesh_is_simplified_to_a_share_a_number_or_a_deviation() {
     assert_eq!(simplify(&[]).status.code(), Some(2));
     let refused = simplify(&["--ratio", "1.5"]);
     assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("use 0 to 1"), "{refused:?}");
+}
+
+#[test]
+fn a_progressive_mesh_is_built_shown_and_taken_at_any_level() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();
+    let run = |arguments: &[&str]| relievo(folder.path(), &[&["progressive"], arguments].concat());
+    let built = run(&["build", "bowl.obj", "-o", "bowl.rlvpm", "--faces", "50"]);
+    assert!(built.status.success() && text(&built.stdout).starts_with("800 triangles, 50 in"), "{built:?}");
+    let shown = run(&["show", "bowl.rlvpm", "--error", "0.01"]);
+    assert!(text(&shown.stdout).contains("finest: 441 vertices, 800 triangles"), "{shown:?}");
+    let faces = || {
+        let info = relievo(folder.path(), &["info", "--json", "level.ply"]);
+        let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+        found["faces"].as_u64().unwrap()
+    };
+    let export = |level: &[&str]| run(&[&["export", "bowl.rlvpm", "-o", "level.ply"], level].concat());
+    assert!(export(&[]).status.success() && faces() == 800);
+    assert!(export(&["--ratio", "0.5"]).status.success() && (399..=400).contains(&faces()), "{}", faces());
+    assert!(export(&["--faces", "100", "--threads", "1"]).status.success() && (99..=100).contains(&faces()));
+    assert!(export(&["--error", "0.02"]).status.success() && faces() < 400, "{}", faces());
+    assert_eq!(export(&["--error", "1", "--faces", "3"]).status.code(), Some(2));
+    let refused = export(&["--error=-1"]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("use 0 or more"), "{refused:?}");
+    let bytes = std::fs::read(folder.path().join("bowl.rlvpm")).unwrap();
+    std::fs::write(folder.path().join("bowl.rlvpm"), &bytes[..bytes.len() - 9]).unwrap();
+    let refused = export(&[]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("ends too early"), "{refused:?}");
 }

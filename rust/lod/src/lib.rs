@@ -6,6 +6,8 @@ mod placement;
 pub mod progressive;
 mod selection;
 mod simplify;
+mod weld;
 
 pub use progressive::Progressive;
 pub use simplify::{Simplified, SimplifyOptions, simplify};
+pub use weld::weld;

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, ErrorKind};
-use relievo_lod::{Simplified, SimplifyOptions, simplify};
+use relievo_lod::{Simplified, SimplifyOptions, simplify, weld};
 use relievo_testing::file;
 
 use crate::shapes::{Triangles, edges, lifted, torus, two_tori};
@@ -118,6 +118,20 @@ fn what_is_not_manifold_survives() {
     assert!(made.points.contains(&[9.0; 3]));
     assert_eq!(made.triangles.iter().filter(|[a, b, c]| a == b || b == c || c == a).count(), 1);
     assert_eq!(made.triangles.iter().filter(|it| made.points[it[2] as usize] == [5.0, 1.0, 0.0]).count(), 2);
+}
+
+#[test]
+fn triangles_apart_are_welded_where_they_meet() {
+    let (points, triangles) = torus(20, 10);
+    let apart: Vec<[f32; 3]> = triangles.as_flattened().iter().map(|vertex| points[*vertex as usize]).collect();
+    let numbers: Vec<[u32; 3]> =
+        (0..triangles.len() as u32).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
+    let (welded, together) = weld(&apart, &numbers);
+    assert_eq!(welded.len(), points.len());
+    for (now, before) in together.as_flattened().iter().zip(triangles.as_flattened()) {
+        assert_eq!(welded[*now as usize], points[*before as usize]);
+    }
+    assert_eq!(weld(&[[0.0; 3], [-0.0; 3]], &[]).0.len(), 1);
 }
 
 #[test]

@@ -1,0 +1,168 @@
+//! `relievo progressive`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Subcommand;
+use relievo_core::progress::Silent;
+use relievo_core::{Context, ContextOptions, Error, Mesh, Result};
+use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut};
+use relievo_lod::{Progressive, weld};
+
+use crate::Outcome;
+use crate::simplify::faces;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Builds a progressive mesh of a mesh.
+    Build(Build),
+    /// Says what a progressive mesh has, and what one of its levels.
+    Show(Show),
+    /// Writes one of the levels of a progressive mesh as a mesh.
+    Export(Export),
+}
+
+#[derive(clap::Args)]
+struct Build {
+    /// The mesh; its polygons are taken as triangles, and points at the same place as one.
+    mesh: PathBuf,
+    /// The progressive mesh to write.
+    #[arg(short, long, value_name = "FILE.rlvpm")]
+    output: PathBuf,
+    /// Triangles of the coarsest level.
+    #[arg(long, value_name = "N", default_value_t = BuildOptions::default().faces)]
+    faces: usize,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+#[derive(clap::Args)]
+struct Show {
+    /// The progressive mesh.
+    file: PathBuf,
+    #[command(flatten)]
+    level: Level,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+#[derive(clap::Args)]
+struct Export {
+    /// The progressive mesh.
+    file: PathBuf,
+    /// The mesh to write: .ply, .glb, .obj or .usda.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    level: Level,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+/// Without any of these: the finest.
+#[derive(clap::Args)]
+#[group(multiple = false)]
+struct Level {
+    /// The coarsest level that deviates by no more, in units of the mesh.
+    #[arg(long, value_name = "E")]
+    error: Option<f32>,
+    /// The finest level of at most so many triangles.
+    #[arg(long, value_name = "N")]
+    faces: Option<usize>,
+    /// The finest level of at most this share of the triangles, from 0 to 1.
+    #[arg(long, value_name = "R")]
+    ratio: Option<f64>,
+}
+
+#[derive(clap::Args)]
+struct Limits {
+    /// Threads; 0 for one per core. Results do not depend on it.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
+    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
+    memory_limit: u64,
+}
+
+impl Limits {
+    fn context(&self) -> Result<Context> {
+        Context::new(&ContextOptions { threads: self.threads, memory_limit: self.memory_limit })
+    }
+}
+
+impl Level {
+    fn cut(&self, mesh: &Progressive) -> Result<Cut> {
+        if let Some(error) = self.error {
+            if error.is_nan() || error < 0.0 {
+                return Err(Error::invalid(format!("{error} is no length")).at("--error").advise("use 0 or more"));
+            }
+            return Ok(Cut::of_error(error));
+        }
+        let faces = faces(self.faces, self.ratio, mesh.triangle_count())?;
+        Ok(faces.map_or(Cut::FINEST, |faces| Cut::of_faces(mesh, faces)))
+    }
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    match &arguments.task {
+        Task::Build(arguments) => build(arguments),
+        Task::Show(arguments) => show(arguments),
+        Task::Export(arguments) => export(arguments),
+    }
+}
+
+fn build(arguments: &Build) -> Outcome {
+    let context = arguments.limits.context()?;
+    let mesh = relievo_meshio::read(&context, &arguments.mesh)?;
+    let (points, triangles) = weld(&mesh.points, &mesh.triangles());
+    let options = BuildOptions { faces: arguments.faces, ..BuildOptions::default() };
+    let built = Progressive::build(&context, &points, &triangles, &options, &mut Silent)
+        .map_err(|error| error.at(arguments.mesh.display().to_string()))?;
+    for attribute in &mesh.attributes {
+        eprintln!("note: {} is left out", attribute.name);
+    }
+    built.save(&context, &arguments.output)?;
+    crate::print(&format!("{} triangles, {} in the base\n", triangles.len(), built.base_faces().len()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn show(arguments: &Show) -> Outcome {
+    let context = arguments.limits.context()?;
+    let mesh = Progressive::open(&context, &arguments.file, usize::MAX)?;
+    let cut = arguments.level.cut(&mesh)?;
+    let mut active = ActiveMesh::new(&mesh);
+    active.adapt(&context, cut);
+    let splits = mesh.splits();
+    let error =
+        splits.filter(|(split, key, _)| !cut.has(*key, *split)).map(|(_, key, _)| key.error()).fold(0.0, f32::max);
+    crate::print(&format!(
+        "{}\n  finest: {} vertices, {} triangles\n  base: {} vertices, {} triangles\n  \
+         this level: {} vertices, {} triangles, deviation {error}\n",
+        arguments.file.display(),
+        mesh.vertex_count(),
+        mesh.triangle_count(),
+        mesh.base_vertices().len(),
+        mesh.base_faces().len(),
+        active.vertex_count(),
+        active.triangle_count(),
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn export(arguments: &Export) -> Outcome {
+    let context = arguments.limits.context()?;
+    let mesh = Progressive::open(&context, &arguments.file, arguments.level.faces.unwrap_or(usize::MAX))?;
+    let mut active = ActiveMesh::new(&mesh);
+    active.adapt(&context, arguments.level.cut(&mesh)?);
+    let made = active.extract();
+    let (vertices, triangles) = (made.points.len(), made.triangles.len());
+    relievo_meshio::write(&arguments.output, &Mesh::from_triangles(made.points, &made.triangles))?;
+    crate::print(&format!("{triangles} triangles, {vertices} vertices\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
