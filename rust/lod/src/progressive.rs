@@ -6,16 +6,21 @@
 //! - Which of them make a mesh with a given deviation or number of triangles: [`cut`].
 //! - Files of them: [`file`](mod@file).
 //! - The mesh they make, refined and coarsened in place: [`active`].
+//! - How regions of it are moved and turned: [`handle`]; and how coarser and finer levels follow: `moves`, with `place`.
 
 pub mod active;
 pub mod cut;
 pub mod file;
+pub mod handle;
 pub mod hierarchy;
+mod moves;
 mod packing;
+mod place;
 mod recording;
 
 pub use active::{ActiveMesh, Extract};
 pub use cut::Cut;
+pub use handle::{Edit, Falloff, Handle, Region};
 pub use hierarchy::{BuildOptions, Child, Progressive};
 pub use recording::Key;
 pub(crate) use recording::{Made, Recording};

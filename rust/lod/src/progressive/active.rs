@@ -10,6 +10,8 @@ use relievo_core::Context;
 
 use super::cut::Cut;
 use super::hierarchy::{Child, Progressive};
+use super::moves::{Coarsening, Moves, Refining};
+use super::place::Place;
 use crate::connectivity::NONE;
 
 /// Beside the vertex of a corner: its triangle is gone, but the vertex has it in its list still.
@@ -39,6 +41,8 @@ pub struct ActiveMesh<'a> {
     cleaned: Vec<AtomicU32>,
     triangles: usize,
     vertices: usize,
+    /// What was edited, if anything was.
+    pub(super) moves: Option<Moves>,
 }
 
 /// The places, normals and triangles of a mesh.
@@ -80,6 +84,7 @@ impl<'a> ActiveMesh<'a> {
             cleaned: numbers(vertices),
             triangles: whole.base_faces().len(),
             vertices: whole.base_vertices().len(),
+            moves: None,
         };
         for leaf in whole.base_vertices() {
             made.nodes[*leaf as usize].store(2 * leaf, Relaxed);
@@ -142,22 +147,31 @@ impl<'a> ActiveMesh<'a> {
             let vertices = std::mem::take(&mut waiting.0[depth]);
             let parts = vertices.len().div_ceil(BATCH);
             let batch = |part: usize| &vertices[part * BATCH..vertices.len().min((part + 1) * BATCH)];
+            let mesh = &*self;
             let may = |part: usize| batch(part).iter().all(|vertex| check(mesh, *vertex));
             if !context.map(parts, may).into_iter().all(|may| may) {
                 return None;
             }
             let made = context.map(parts, |part| {
                 let (mut next, mut triangles) = (Vec::with_capacity(2 * batch(part).len()), 0);
+                let mut refining = mesh.moves.as_ref().map(|moves| Refining::new(mesh, moves));
                 for vertex in batch(part) {
+                    let before = refining.as_mut().and_then(|moves| moves.before(*vertex));
                     let (second, made) = mesh.split(*vertex);
+                    if let Some((refining, before)) = refining.as_mut().zip(before) {
+                        refining.split(before, [*vertex, second]);
+                    }
                     next.extend([*vertex, second].into_iter().filter_map(|vertex| mesh.wanted(vertex)));
                     triangles += made;
                 }
-                (next, triangles)
+                (next, triangles, refining.map(|refining| refining.noted))
             });
             splits += vertices.len();
-            for (next, made) in made {
+            for (next, made, noted) in made {
                 triangles += made;
+                if let Some((moves, noted)) = self.moves.as_mut().zip(noted) {
+                    moves.keep(noted);
+                }
                 next.into_iter().for_each(|(depth, vertex)| waiting.add(depth, vertex));
             }
         }
@@ -218,12 +232,20 @@ impl<'a> ActiveMesh<'a> {
             let mesh = &*self;
             let batches = list.len().div_ceil(BATCH);
             let batch = |part: usize| &list[part * BATCH..list.len().min((part + 1) * BATCH)];
-            let gone = context.map(batches, |part| batch(part).iter().map(|split| mesh.merge(*split)).sum::<usize>());
+            let gone = context.map(batches, |part| {
+                let moved = mesh.moves.as_ref().map(|moves| Coarsening::new(context, mesh, moves).merge(batch(part)));
+                (batch(part).iter().map(|split| mesh.merge(*split)).sum::<usize>(), moved)
+            });
             let next = context.map(batches, |part| {
                 batch(part).iter().filter_map(|split| mesh.finish_merge(*split)).collect::<Vec<_>>()
             });
             splits += list.len();
-            triangles += gone.into_iter().sum::<usize>();
+            for (gone, moved) in gone {
+                triangles += gone;
+                if let Some((moves, moved)) = self.moves.as_mut().zip(moved) {
+                    moves.keep(moved);
+                }
+            }
             next.into_iter().flatten().for_each(|(depth, split)| waiting.add(depth, split));
             depth += 1;
         }
@@ -369,7 +391,45 @@ impl<'a> ActiveMesh<'a> {
         }
     }
 
-    fn child(&self, vertex: u32) -> Option<Child> {
+    /// Vertices of this mesh.
+    pub(super) fn vertices(&self) -> impl Iterator<Item = u32> {
+        let is_there = |vertex: &u32| self.nodes[*vertex as usize].load(Relaxed) != NONE;
+        (0..self.nodes.len() as u32).filter(is_there)
+    }
+
+    /// Where a vertex is now.
+    fn place(&self, vertex: u32, child: Child) -> Place {
+        self.moves.as_ref().and_then(|moves| moves.place(vertex)).unwrap_or_else(|| self.whole.place(child, vertex))
+    }
+
+    /// Where a vertex was built.
+    pub(super) fn built(&self, vertex: u32) -> Place {
+        self.child(vertex).map_or_else(Place::default, |child| self.whole.place(child, vertex))
+    }
+
+    /// The vertex that a split has split.
+    pub(super) fn target(&self, split: u32) -> u32 {
+        self.targets[split as usize].load(Relaxed)
+    }
+
+    /// The corners at a vertex, as the vertices after and before each.
+    #[inline(always)]
+    pub(super) fn spokes(&self, vertex: u32) -> impl Iterator<Item = [u32; 2]> {
+        let mut corner = self.first[vertex as usize].load(Relaxed);
+        std::iter::from_fn(move || {
+            (corner != NONE).then(|| {
+                let ends = [corner_after(corner), corner_before(corner)];
+                corner = self.following[corner as usize].load(Relaxed);
+                ends.map(|at| self.corners[at as usize].load(Relaxed))
+            })
+        })
+    }
+
+    pub(super) fn whole(&self) -> &'a Progressive {
+        self.whole
+    }
+
+    pub(super) fn child(&self, vertex: u32) -> Option<Child> {
         let node = self.nodes[vertex as usize].load(Relaxed);
         (node != NONE).then(|| self.whole.child(node))
     }
@@ -387,10 +447,10 @@ impl<'a> ActiveMesh<'a> {
         let mut made = Extract::default();
         let mut numbers = vec![NONE; whole.vertex_count()];
         for (vertex, child) in order {
-            let (point, normal) = whole.place(child, vertex);
+            let place = self.place(vertex, child);
             numbers[vertex as usize] = made.points.len() as u32;
-            made.points.push(point.to_array());
-            made.normals.push(normal.to_array());
+            made.points.push(place.point.to_array());
+            made.normals.push(place.normal.to_array());
         }
         let mut triangles = vec![[NONE; 3]; whole.triangle_count()];
         for (face, corners) in self.corners.as_chunks::<3>().0.iter().enumerate() {

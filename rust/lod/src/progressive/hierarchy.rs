@@ -12,6 +12,7 @@ use relievo_core::budget::Budget;
 use relievo_core::{Context, Progress, Result};
 
 use super::packing::{Lattice, Normal};
+use super::place::Place;
 use super::recording::{Key, Operation, Recording};
 use crate::connectivity::NONE;
 use crate::decimation::Decimation;
@@ -252,19 +253,26 @@ impl Progressive {
         self.face_ids[face as usize]
     }
 
-    /// Where a vertex is, and its normal. `leaf` is the first of its leaves.
-    pub fn place(&self, child: Child, leaf: u32) -> (Vec3, Vec3) {
+    /// Where a vertex was built. `leaf` is the first of its leaves.
+    pub(super) fn place(&self, child: Child, leaf: u32) -> Place {
         match child {
-            Child::Leaf(_) => (self.points[leaf as usize].into(), self.normals[leaf as usize].vector()),
+            Child::Leaf(_) => {
+                Place { point: self.points[leaf as usize].into(), normal: self.normals[leaf as usize].vector() }
+            }
             Child::Split(split) => {
                 let split = split as usize;
                 let point = match self.inner_points[split] {
                     leaf if leaf & AT != 0 => self.points[(leaf & !AT) as usize].into(),
                     packed => self.lattice.point(packed),
                 };
-                (point, self.inner_normals[split].vector())
+                Place { point, normal: self.inner_normals[split].vector() }
             }
         }
+    }
+
+    /// What coordinates are multiplied by so that squares of areas stay in the range of f32.
+    pub(super) fn scale(&self) -> f32 {
+        self.lattice.scale()
     }
 
     /// Bytes in memory.

@@ -60,6 +60,12 @@ impl Lattice {
         (self.origin, self.step)
     }
 
+    /// A power of two that makes its extent about 1.
+    pub fn scale(&self) -> f32 {
+        let extent = (self.step * LAST as f32).max_element();
+        if extent > 0.0 && extent.is_finite() { (-extent.log2().ceil()).clamp(-120.0, 120.0).exp2() } else { 1.0 }
+    }
+
     /// The nearest place of the lattice.
     pub fn pack(&self, point: Vec3) -> u64 {
         let steps = (point - self.origin) / self.step;

@@ -1,5 +1,6 @@
 //! Levels of detail, by closed forms, invariants and models.
 
+mod editing;
 mod progressive;
 mod shapes;
 mod simplify;
