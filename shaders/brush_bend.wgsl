@@ -1,11 +1,7 @@
 // import brush_tiles
-// import brush_sculpt_modes
+// import brush_bend_modes
 // A brush at every texel of the tiles to modify: their new vectors, and how many of them change (Schäfer et al. 2015, *Local
 // Painting and Deformation of Meshes on the GPU*, Sections 3 and 5.2). The same as `vector` of rust/detail.
-
-// Of every dab: the axes of the box in object space as columns of length 1, from coordinates in the brush to object space,
-// and from there to the brush.
-@group(0) @binding(8) var<storage, read> bends: array<mat3x3<f32>>;
 
 /// A texel of a block as it was before the dab, of modes that look at neighbours (`brush_still`).
 fn kept(block: u32, index: u32) -> vec3<f32> {
@@ -47,50 +43,26 @@ fn edited(tile: u32, block: u32, size: u32, cell: vec2<u32>, now: vec3<f32>) -> 
     let at = framed_at(tile, uv);
     let begun = begun_at(tile, size, cell);
     let found = brush_over(at.p + framed_out(at, begun), at.n, tiles_jet(tile, uv).d);
-    var share = select(0.0, found.share, at.there);
-    var vector = vec3(0.0, 0.0, work.height);
-    if edit_is(STAMPED) && share > 0.0 {
+    var amount = vec4(0.0, 0.0, work.height, select(0.0, found.share, at.there));
+    if edit_is(STAMPED) && amount.w > 0.0 {
         let next = cells_beside(cell, size);
         let beside = place_of(tile, size, vec2(next.x, cell.y));
         let over = place_of(tile, size, vec2(cell.x, next.y));
         let footprint = max(distance(found.place.xy, beside), distance(found.place.xy, over));
-        if work.mode == SCULPT_VECTOR {
-            let stamped = stamp_vector(found.place.xy, footprint, work.height);
-            vector = stamped.xyz;
-            share *= stamped.w;
-        } else {
-            share = sculpt_stamped(found.place, share, footprint).x;
-        }
+        amount = bend_stamped(found.place, amount.w, footprint);
     }
-    if !(share > 0.0) {
+    if !(amount.w > 0.0) {
         return Bent(false, now);
     }
-    let own = 3u * (work.dab - 1u);
-    switch work.mode {
-        case SCULPT_VECTOR: {
-            return Bent(true, bent(now, framed_in(at, bends[own] * vector), share));
-        }
-        case SCULPT_PINCH: {
-            // Dabs that overlap go on from where those before brought the places, or these would cross the line.
-            let here = (bends[own + 2u] * framed_out(at, now - begun)).xy + found.place.xy;
-            let way = bends[own + 1u] * vec3(select(-here, here, work.height < 0.0), 0.0);
-            return Bent(true, bent(now, framed_in(at, way), share));
-        }
-        case SCULPT_ERASE: {
-            return Bent(true, fma(-now, vec3(share), now));
-        }
-        default: {
-            let stride = size + 2u;
-            let index = (cell.y + 1u) * stride + cell.x + 1u;
-            let rows = kept(block, index - stride) + kept(block, index + stride);
-            let mean = 0.25 * (rows + (kept(block, index - 1u) + kept(block, index + 1u)));
-            return Bent(true, fma(mean - now, vec3(share), now));
-        }
+    var mean = now;
+    if work.mode == SCULPT_SMOOTH {
+        let stride = size + 2u;
+        let index = (cell.y + 1u) * stride + cell.x + 1u;
+        let rows = kept(block, index - stride) + kept(block, index + stride);
+        mean = 0.25 * (rows + (kept(block, index - 1u) + kept(block, index + 1u)));
     }
-}
-
-fn bent(now: vec3<f32>, change: vec3<f32>, share: f32) -> vec3<f32> {
-    return clamp(fma(change, vec3(share), now), vec3(-MOST), vec3(MOST));
+    let change = framed_in(at, bend_change(found.place, amount.xyz, framed_out(at, now - begun)));
+    return Bent(true, bent(now, change, mean, amount.w));
 }
 
 // Two texels of a row, three words, of the block of one tile.

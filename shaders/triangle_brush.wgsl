@@ -1,9 +1,12 @@
 // import triangles
-// import brush_sculpt_modes
+// import brush_bend_modes
 // import brush_smear
 // A brush at every value of the triangles to modify (Schäfer et al. 2015, *Local Painting and Deformation of Meshes on the
 // GPU*, Section 6.2). A triangle's block has the values of its sides and corners too: a value that changes is in the box, so
 // that all triangles which share it are modified and come to the same bits.
+
+/// 1 where places go by vectors.
+override VECTORS: u32 = 0u;
 
 // First words of what normals differ by from the smooth ones, where the mesh is displaced, and that, three numbers each.
 @group(0) @binding(7) var<storage, read> turn_entries: array<u32>;
@@ -11,6 +14,9 @@
 // First words of the triangles' blocks from when the stroke began, of displacement, and of those before the event.
 @group(2) @binding(0) var<storage, read> begun_entries: array<u32>;
 @group(2) @binding(1) var<storage, read> begun_values: array<u32>;
+// As the former, of the vectors in object space, three numbers each.
+@group(2) @binding(2) var<storage, read> bent_entries: array<u32>;
+@group(2) @binding(3) var<storage, read> bent_values: array<f32>;
 @group(3) @binding(0) var<storage, read> entries: array<u32>;
 @group(3) @binding(1) var<storage, read> values: array<u32>;
 
@@ -50,6 +56,21 @@ fn begun_at(face: u32, node: Node) -> f32 {
     return select(pair.x, pair.y, (index & 1u) == 1u);
 }
 
+/// The vector from when the stroke began, in object space.
+fn offset_at(face: u32, node: Node) -> vec3<f32> {
+    let first = bent_entries[face];
+    if first == TRIANGLE_NONE {
+        return vec3(0.0);
+    }
+    let at = first + 3u * value_of(face, work.segments, node);
+    return vec3(bent_values[at], bent_values[at + 1u], bent_values[at + 2u]);
+}
+
+// What values are: coefficients of displacement, colours, or vectors in object space.
+const HEIGHTS: u32 = 0u;
+const COLORS: u32 = 1u;
+const OFFSETS: u32 = 2u;
+
 /// The words of colour `index` of a block before the event.
 fn color_before(first: u32, index: u32) -> vec2<u32> {
     if edit_is(WIDE) {
@@ -58,28 +79,36 @@ fn color_before(first: u32, index: u32) -> vec2<u32> {
     return vec2(values[first + index], 0u);
 }
 
-/// What a vertex had before the dab, seen from a face that is modified: a colour, or a coefficient of displacement.
-fn value_before(face: u32, node: Node, colors: bool) -> vec4<f32> {
+/// What a vertex had before the dab, seen from a face that is modified.
+fn value_before(face: u32, node: Node, kind: u32) -> vec4<f32> {
     let first = entries[face];
     let index = value_of(face, work.segments, node);
     let block = pointers[face];
     if block != BLOCK_NONE && !is_new(block) {
-        return value_kept(block, index, colors);
+        return value_kept(block, index, kind);
     }
     if first == TRIANGLE_NONE {
-        return select(vec4(0.0), work.blank, colors);
+        return select(vec4(0.0), work.blank, kind == COLORS);
     }
-    if colors {
+    if kind == COLORS {
         return decoded(color_before(first, index));
+    }
+    if kind == OFFSETS {
+        let at = first + 3u * index;
+        return vec4(bitcast<vec3<f32>>(vec3(values[at], values[at + 1u], values[at + 2u])), 0.0);
     }
     let pair = unpack2x16float(values[first + index / 2u]);
     return vec4(select(pair.x, pair.y, (index & 1u) == 1u), 0.0, 0.0, 0.0);
 }
 
 /// Value `index` of a block as `keep` left it.
-fn value_kept(block: u32, index: u32, colors: bool) -> vec4<f32> {
+fn value_kept(block: u32, index: u32, kind: u32) -> vec4<f32> {
     let first = arrayLength(&blocks) / 2u + block * work.room;
-    if colors {
+    if kind == OFFSETS {
+        let at = first + 3u * index;
+        return vec4(bitcast<vec3<f32>>(vec3(blocks[at], blocks[at + 1u], blocks[at + 2u])), 0.0);
+    }
+    if kind == COLORS {
         let wide = work.flags & WIDE;
         let at = first + index * (1u + wide);
         return decoded(vec2(blocks[at], select(0u, blocks[at + wide], wide == 1u)));
@@ -89,7 +118,7 @@ fn value_kept(block: u32, index: u32, colors: bool) -> vec4<f32> {
 }
 
 /// The mean of the neighbours of a vertex in all faces that have it.
-fn mean_around(face: u32, node: Node, colors: bool) -> vec4<f32> {
+fn mean_around(face: u32, node: Node, kind: u32) -> vec4<f32> {
     let others = sharing(face, node);
     var sum = vec4(0.0);
     var count = 0.0;
@@ -102,7 +131,7 @@ fn mean_around(face: u32, node: Node, colors: bool) -> vec4<f32> {
             from_face = item / 3u;
         }
         for (var i = 0u; i < ring_count(work.segments, seen); i++) {
-            sum += value_before(from_face, ring_node(work.segments, seen, i), colors);
+            sum += value_before(from_face, ring_node(work.segments, seen, i), kind);
             count += 1.0;
         }
     }
@@ -126,7 +155,11 @@ fn footprint_of(face: u32, node: Node) -> f32 {
 
 fn brush_at(face: u32, node: Node) -> BrushPlace {
     let foot = foot_of(face, work.segments, node);
-    return brush_over(foot.p, foot.normal, begun_at(face, node));
+    var p = foot.p;
+    if VECTORS == 1u {
+        p += offset_at(face, node);
+    }
+    return brush_over(p, foot.normal, begun_at(face, node));
 }
 
 /// The cosine between the normals of the mesh and of the displaced one.
@@ -153,7 +186,7 @@ fn sculpted_at(face: u32, node: Node, now: f32) -> f32 {
     }
     var it = Sculpted(now, now - begun_at(face, node), now, 1.0);
     if work.mode == SCULPT_SMOOTH {
-        it.mean = mean_around(face, node, false).x;
+        it.mean = mean_around(face, node, HEIGHTS).x;
     }
     if work.mode == SCULPT_INFLATE {
         it.facing = facing_at(face, node, at.normal);
@@ -176,7 +209,7 @@ fn painted_at(face: u32, node: Node, now: vec4<f32>) -> vec4<f32> {
     }
     var mean = now;
     if work.mode == PAINT_BLUR {
-        mean = mean_around(face, node, true);
+        mean = mean_around(face, node, COLORS);
     }
     return painted(tint, now, mean);
 }
@@ -292,4 +325,61 @@ fn keep(
     }
     let at = pointers[lists[index]] * work.room + word;
     blocks[arrayLength(&blocks) / 2u + at] = blocks[at];
+}
+
+/// The new vector of a vertex that has `now`.
+fn bent_at(face: u32, node: Node, now: vec3<f32>) -> vec3<f32> {
+    let at = brush_at(face, node);
+    var amount = vec4(0.0, 0.0, work.height, at.share);
+    if edit_is(STAMPED) && amount.w > 0.0 {
+        amount = bend_stamped(at.place, amount.w, footprint_of(face, node));
+    }
+    if !(amount.w > 0.0) {
+        return now;
+    }
+    var mean = now;
+    if work.mode == SCULPT_SMOOTH {
+        mean = mean_around(face, node, OFFSETS).xyz;
+    }
+    return bent(now, bend_change(at.place, amount.xyz, now - offset_at(face, node)), mean, amount.w);
+}
+
+// One vector of the block of one triangle.
+@compute @workgroup_size(GROUP)
+fn bend(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let found = begin_edit(group.x + groups.x * group.z, local);
+    if found.y != BLOCK_NONE {
+        bend_value(found.x, found.y, group.y * GROUP + local);
+    }
+    finish_edit(found.y, value_count(work.segments), group.y == 0u, local);
+}
+
+fn bend_value(face: u32, block: u32, index: u32) {
+    if index >= value_count(work.segments) {
+        return;
+    }
+    let at = block * work.room + 3u * index;
+    let taken = is_new(block);
+    var old = vec3(0u);
+    if !taken {
+        old = vec3(blocks[at], blocks[at + 1u], blocks[at + 2u]);
+    } else if entries[face] != TRIANGLE_NONE {
+        let before = entries[face] + 3u * index;
+        old = vec3(values[before], values[before + 1u], values[before + 2u]);
+    }
+    let node = node_of(face, work.segments, index);
+    let made = bitcast<vec3<u32>>(bent_at(face, node, bitcast<vec3<f32>>(old)));
+    let differs = any(made != old);
+    if differs {
+        note_texels(1u, note_value(face, block, node));
+    }
+    if taken || differs {
+        blocks[at] = made.x;
+        blocks[at + 1u] = made.y;
+        blocks[at + 2u] = made.z;
+    }
 }

@@ -23,7 +23,7 @@ mod voxel;
 
 pub use bounds::DeviceBounds;
 pub(crate) use chain::DeviceChain;
-pub(crate) use dabs::{DeviceColor, Kind, OnDevice, edits_of, on_device, reports_of};
+pub(crate) use dabs::{DeviceColor, Kind, OnDevice, edits_of, on_device, reports_of, smudges_of};
 pub(crate) use events::{DeviceValue, Edit, Returned};
 pub(crate) use imprint::{Batch, is_for_batch};
 pub(crate) use link::MOST_LINKS;

@@ -12,6 +12,9 @@ use crate::path::{Station, StrokePoint};
 use crate::smudge::{Carried, Smudge};
 use crate::stroke::{Among, Images, Stroke, StrokeReport};
 
+/// Dabs that smear and are made at once, at most: each has a picture of what was under it.
+const CHAIN: usize = 32;
+
 /// A stroke under way on some objects. They must always be given in the same order, and nothing else may edit them
 /// meanwhile.
 #[derive(Clone, Debug)]
@@ -156,7 +159,32 @@ impl OpenStroke {
         let images = placed.len() / stations.len().max(1);
         self.carried.resize(images.max(self.carried.len()), None);
         let smears = matches!(self.stroke.action, Action::Paint { mode: PaintMode::Smear, .. });
-        if !smears {
+        if smears
+            && images == 1
+            && let [object] = objects
+        {
+            // Nobody else adds to what a dab picks up, so that a device may go on with the next.
+            let mut placed = placed.drain(..).flatten().map(|(_, dab)| dab).peekable();
+            while placed.peek().is_some() {
+                let mut smudge = Smudge::new(self.carried[0].take());
+                let mut dabs = context.scratch().list();
+                for mut dab in placed.by_ref().take(CHAIN) {
+                    if !dabs.is_empty() {
+                        smudge = Smudge::after(&smudge);
+                    }
+                    dab.brush = dab.brush.with_smudge(smudge.clone());
+                    dabs.push(dab);
+                }
+                let mut reports = object.dabs(context, &dabs, &self.starts[0], self.stroke.settings.level)?;
+                for report in reports.drain(..) {
+                    done[0].dabs += 1;
+                    done[0].report.merge(&report);
+                    report.give_back(context);
+                }
+                context.scratch().keep_list(reports);
+                self.carried[0] = smudge.taken();
+            }
+        } else if !smears {
             // What is done to one object does not depend on the others.
             let (mut on, mut dabs) = (context.scratch().list(), context.scratch().list());
             for (object, dab) in placed.drain(..).flatten() {

@@ -4,7 +4,7 @@
 //! picture lies across the box and knows nothing of faces, so colours are carried over every edge and from object to
 //! object. Sums are whole numbers, so that it does not matter which thread adds first. Colours are linear with alpha.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::knots::PerKnot;
 use crate::mode::Colors;
@@ -31,8 +31,18 @@ pub(crate) struct Carried {
 /// A brush that leaves one picture and picks up another.
 #[derive(Clone, Debug)]
 pub struct Smudge {
-    carried: Option<Arc<Carried>>,
-    picked: Arc<Mutex<Vec<Sums>>>,
+    /// What it leaves, once that is known.
+    carried: Arc<OnceLock<Option<Arc<Carried>>>>,
+    /// The one that picks that up.
+    before: Option<Arc<Smudge>>,
+    picked: Arc<Mutex<Picked>>,
+}
+
+/// What was picked up: sums by cell, or a picture that was made of them elsewhere.
+#[derive(Debug)]
+struct Picked {
+    sums: Vec<Sums>,
+    picture: Option<Arc<Carried>>,
 }
 
 impl PartialEq for Smudge {
@@ -44,12 +54,26 @@ impl PartialEq for Smudge {
 impl Smudge {
     /// A brush that carries a picture, or nothing yet.
     pub(crate) fn new(carried: Option<Arc<Carried>>) -> Self {
-        Self { carried, picked: Arc::new(Mutex::new(vec![[0; 5]; CELLS])) }
+        Self { carried: Arc::new(OnceLock::from(carried)), before: None, picked: Picked::nothing() }
+    }
+
+    /// A brush that leaves what `before` has picked up when this one is used.
+    pub(crate) fn after(before: &Self) -> Self {
+        Self { carried: Arc::default(), before: Some(Arc::new(before.clone())), picked: Picked::nothing() }
+    }
+
+    /// Whether it leaves what `before` picks up.
+    pub(crate) fn follows(&self, before: &Self) -> bool {
+        self.before.as_deref() == Some(before)
+    }
+
+    fn left(&self) -> Option<&Arc<Carried>> {
+        self.carried.get_or_init(|| self.before.as_ref().and_then(|before| before.taken())).as_ref()
     }
 
     /// Sets the colours that the brush leaves; without a picture the shares are 0.
     pub(crate) fn leave(&self, weights: &mut Weights, brush: &mut Colors) {
-        let Some(carried) = &self.carried else { return weights.share.fill(0.0) };
+        let Some(carried) = self.left() else { return weights.share.fill(0.0) };
         let Weights { share, across: [x, y], .. } = weights;
         for k in (0..share.len()).filter(|k| share[*k] > 0.0) {
             let color = carried.sample(x[k], y[k]);
@@ -63,7 +87,7 @@ impl Smudge {
         for k in (0..inside.len()).filter(|k| inside[*k] > 0.0) {
             let [i, j] =
                 across.map(|axis| ((0.5 + 0.5 * axis[k]) * SIDE as f32).clamp(0.0, SIDE as f32 - 1.0) as usize);
-            let sums = &mut picked[j * SIDE + i];
+            let sums = &mut picked.sums[j * SIDE + i];
             for (sum, channel) in sums.iter_mut().zip(colors) {
                 *sum += (f64::from(channel[k].clamp(-BRIGHTEST, BRIGHTEST)) * UNIT) as i64;
             }
@@ -73,13 +97,19 @@ impl Smudge {
 
     /// The cells of the picture that is carried.
     pub(crate) fn carried(&self) -> Option<&[[f32; 4]]> {
-        self.carried.as_ref().map(|carried| carried.cells.as_slice())
+        self.left().map(|carried| carried.cells.as_slice())
+    }
+
+    /// Takes on the cells of the picture that was made of what was picked up elsewhere.
+    pub(crate) fn set_picture(&self, cells: Vec<[f32; 4]>) {
+        let mut picked = self.picked.lock().unwrap_or_else(PoisonError::into_inner);
+        picked.picture = Some(Arc::new(Carried { cells }));
     }
 
     /// Adds sums that were picked up elsewhere, cell by cell.
     pub(crate) fn add(&self, sums: impl Iterator<Item = Sums>) {
         let mut picked = self.picked.lock().unwrap_or_else(PoisonError::into_inner);
-        for (own, more) in picked.iter_mut().zip(sums) {
+        for (own, more) in picked.sums.iter_mut().zip(sums) {
             own.iter_mut().zip(more).for_each(|(own, more)| *own += more);
         }
     }
@@ -87,7 +117,13 @@ impl Smudge {
     /// The picture that was picked up; that which was carried if nothing was there.
     pub(crate) fn taken(&self) -> Option<Arc<Carried>> {
         let picked = self.picked.lock().unwrap_or_else(PoisonError::into_inner);
-        Carried::of(&picked).map(Arc::new).or_else(|| self.carried.clone())
+        picked.picture.clone().or_else(|| Carried::of(&picked.sums).map(Arc::new)).or_else(|| self.left().cloned())
+    }
+}
+
+impl Picked {
+    fn nothing() -> Arc<Mutex<Self>> {
+        Arc::new(Mutex::new(Self { sums: vec![[0; 5]; CELLS], picture: None }))
     }
 }
 

@@ -14,7 +14,7 @@ use relievo_gpu::{Access, Buffer, Device, Frame, KernelSpec, Pass, PassTime};
 use relievo_surface::{DeviceSurface, Link, RingClass, SURFACE_GROUP};
 use relievo_tiles::{Channel, DeviceRing, DeviceTiles, Field, TILES_GROUP, Texel, Vector};
 
-use super::events::{DeviceEvents, DeviceTexel, Edit, Ended, Returned, WORDS};
+use super::events::{DeviceEvents, DeviceTile, Edit, Ended, Returned, WORDS};
 use super::intersect::DeviceIntersection;
 use super::memory::{BlockState, DeviceMemory, MOST_DABS, Tested};
 use super::smear::{ACCESS, DeviceSmear};
@@ -71,8 +71,8 @@ pub(crate) struct Stage<'a, T: Texel> {
     pub ring: &'a DeviceRing,
     /// Whether dabs look at neighbours.
     pub looks_beside: bool,
-    /// What a brush that smears carries.
-    pub smudge: Option<&'a Smudge>,
+    /// What brushes that smear carry, each what the one before it picks up.
+    pub smudges: &'a [&'a Smudge],
     /// Of each dab on vectors how its brush lies.
     pub maps: &'a [BrushMaps],
 }
@@ -84,7 +84,7 @@ pub(crate) struct DeviceGround<'a> {
     pub vectors: Option<&'a DeviceTiles<Vector>>,
 }
 
-impl<T: DeviceTexel> DeviceBrush<T> {
+impl<T: DeviceTile> DeviceBrush<T> {
     /// For the tiles of `surface` in its pose, which are those of `field`, and places that go by vectors or not. Fails
     /// where the device has no room.
     fn new(device: &Device, surface: &DeviceSurface, field: &Field<T>, bent: bool) -> Result<Self> {
@@ -155,12 +155,14 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         }
         let edits = &edits[..self.events.tried(edits.len(), together)];
         let Some((states, event)) = self.run(stage, edits)? else { return Ok(None) };
-        let apart = apart(channel, &states, edits.len());
+        let smudges = stage.smudges;
+        let apart = apart(channel, &states, edits.len(), !smudges.is_empty());
         self.events.learn(edits.len(), apart);
-        if apart == edits.len() {
-            return Ok(Some(event));
+        let event = if apart == edits.len() { Some(event) } else { self.run(stage, &edits[..apart])?.map(|it| it.1) };
+        if event.is_some() {
+            self.smear.give(device, &smudges[..smudges.len().min(apart)])?;
         }
-        Ok(self.run(stage, &edits[..apart])?.map(|(_, event)| event))
+        Ok(event)
     }
 
     /// Where the blocks of the last event are.
@@ -180,8 +182,8 @@ impl<T: DeviceTexel> DeviceBrush<T> {
         stage: Stage<'_, T>,
         edits: &[(BrushParameters, Edit)],
     ) -> Result<Option<(Vec<BlockState>, Event<T>)>> {
-        let Stage { device, surface, ground, tiles, field, ring, looks_beside, smudge, maps, .. } = stage;
-        self.smear.take(device, smudge)?;
+        let Stage { device, surface, ground, tiles, field, ring, looks_beside, smudges, maps, .. } = stage;
+        self.smear.take(device, smudges)?;
         for (dab, maps) in maps.iter().take(edits.len()).enumerate() {
             self.maps.write(device, 3 * dab, &maps.packed())?;
         }
@@ -196,14 +198,13 @@ impl<T: DeviceTexel> DeviceBrush<T> {
             let still = looks_beside.then(|| self.still.bind(device, memory, ring, sizes)).transpose()?;
             let smear = &self.smear;
             let ready = |frame: &mut Frame, events: &DeviceEvents, dab| {
-                if smudge.is_some() {
-                    smear.clear(frame);
+                if !smudges.is_empty() {
+                    smear.begin(frame, dab)?;
                 }
                 still.as_ref().map_or(Ok(()), |still| still.record(frame, events.memory(), dab))
             };
             match self.events.run(device, (edits, T::FLAGS), groups, intersect, ready)? {
                 Ended::Made(made) => {
-                    smear.give(device, smudge)?;
                     return Ok(Some(collect(field, made, room)));
                 }
                 Ended::Short(needed) => self.make_room(device, (room, needed), keeps)?,
@@ -214,7 +215,7 @@ impl<T: DeviceTexel> DeviceBrush<T> {
 }
 
 /// The states of blocks that changed, and the event: the edits in them, by ascending tile, and all tiles that had blocks.
-fn collect<T: DeviceTexel>(field: &Field<T>, made: Returned, room: u32) -> (Vec<BlockState>, Event<T>) {
+fn collect<T: DeviceTile>(field: &Field<T>, made: Returned, room: u32) -> (Vec<BlockState>, Event<T>) {
     let mut used = made.taken();
     let looked = used.iter().map(|(_, it)| it.tile).collect();
     used.retain(|(_, it)| it.changes > 0);
@@ -231,8 +232,8 @@ fn collect<T: DeviceTexel>(field: &Field<T>, made: Returned, room: u32) -> (Vec<
 
 /// How many of the `count` dabs of an event, at least one, do together what they do one after the other: the processor
 /// equalises texels around some vertices after each of them, and clears those at edges of three or more faces and beside
-/// tiles that the budget refuses.
-fn apart<T: Texel>(channel: &Channel<T>, changed: &[BlockState], count: usize) -> usize {
+/// tiles that the budget refuses. One that `smears` looks at all texels in its box.
+fn apart<T: Texel>(channel: &Channel<T>, changed: &[BlockState], count: usize, smears: bool) -> usize {
     let field = channel.field();
     let topology = field.topology();
     // A tile may want all those around it.
@@ -264,9 +265,15 @@ fn apart<T: Texel>(channel: &Channel<T>, changed: &[BlockState], count: usize) -
         }
     };
     close.extend(
-        dabs.into_iter().filter(|(_, bits)| bits.count_ones() > 1).filter(|(ring, _)| equalised(*ring)).map(|it| it.1),
+        dabs.into_iter()
+            .filter(|(_, bits)| bits.count_ones() > u32::from(!smears))
+            .filter(|(ring, _)| equalised(*ring))
+            .map(|it| it.1),
     );
-    // All before the second of them.
-    let before = |bits: u32| (bits & bits.wrapping_sub(1)).trailing_zeros() as usize;
+    // All before the second of them, or up to the first.
+    let before = |bits: u32| match smears {
+        true => bits.trailing_zeros() as usize + 1,
+        false => (bits & bits.wrapping_sub(1)).trailing_zeros() as usize,
+    };
     close.into_iter().map(before).fold(count, usize::min)
 }

@@ -7,10 +7,9 @@ use relievo_gpu::PassTime;
 use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, Texel, Vector, by_format};
 
 use super::brush::{DeviceBrush, DeviceGround, Event, Stage};
-use super::events::{DeviceTexel, Edit};
+use super::events::{DeviceTile, Edit};
 use super::memory::Tested;
 use super::state::{DeviceObject, bring};
-use crate::brush::Brush;
 use crate::cull::{BlockList, CulledTile};
 use crate::dab::{Action, Dab, DabReport, no_vectors};
 use crate::edit::{self, TileEdit};
@@ -18,6 +17,7 @@ use crate::ground::Ground;
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
 use crate::object::DisplacedObject;
+use crate::smudge::Smudge;
 use crate::vector::BrushMaps;
 use crate::weights::BrushParameters;
 
@@ -31,7 +31,7 @@ pub(crate) struct DeviceColors<T: Texel> {
 }
 
 /// A colour that a device has room for.
-pub(crate) trait DeviceColor: ColorPlanes + DeviceTexel {
+pub(crate) trait DeviceColor: ColorPlanes + DeviceTile {
     fn slot(object: &mut DeviceObject) -> &mut Option<DeviceColors<Self>>;
 }
 
@@ -63,6 +63,16 @@ impl Kind {
         match dab.action {
             Action::Sculpt { mode, .. } => (!mode.needs_vectors()).then_some(Self::Sculpt(mode)),
             Action::Paint { mode, .. } => Some(Self::Paint(mode)),
+        }
+    }
+
+    /// That of a dab of an object which has vectors or not, if kernels know it and it is no more than that.
+    pub fn on(dab: &Dab, has_vectors: bool) -> Option<Self> {
+        match dab.action {
+            Action::Sculpt { mode, .. } if has_vectors && mode.changes_vectors() => {
+                mode.needs_vectors().then_some(Self::Bend(mode))
+            }
+            _ => Self::of(dab),
         }
     }
 
@@ -212,13 +222,7 @@ impl DisplacedObject {
 
     /// What a dab does, if there is a device that does it and nothing else.
     fn kind_on_device(&self, dab: &Dab) -> Option<Kind> {
-        self.device.as_ref()?;
-        match dab.action {
-            Action::Sculpt { mode, .. } if self.vectors.is_some() && mode.changes_vectors() => {
-                mode.needs_vectors().then_some(Kind::Bend(mode))
-            }
-            _ => Kind::of(dab),
-        }
+        Kind::on(dab, self.vectors.is_some()).filter(|_| self.device.is_some())
     }
 }
 
@@ -264,7 +268,7 @@ fn kept(firsts: &[(u32, u32)], report: &DabReport) -> Vec<(u32, u32)> {
 
 /// Makes what came back of an event the channel's: memory, texels, rings. Returns what its dabs did together, and each of
 /// them, and the tiles that were looked at.
-fn take<T: DeviceTexel>(
+fn take<T: DeviceTile>(
     context: &Context,
     channel: &mut Channel<T>,
     event: Event<T>,
@@ -323,7 +327,7 @@ impl DeviceObject {
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
         let field = channel.field();
         let stage =
-            Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge: None, maps: &[] };
+            Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudges: &[], maps: &[] };
         let made = brush.event(stage, (&edits, stamp), together)?;
         self.sculpting = Some(brush);
         Ok(made)
@@ -365,7 +369,7 @@ impl DeviceObject {
         let together = start.is_some() && !looks_beside;
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
         let stage =
-            Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge: None, maps: &maps };
+            Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudges: &[], maps: &maps };
         let made = brush.event(stage, (&edits, stamp), together)?;
         self.bending = Some(brush);
         self.coarse_vectors = [now, then];
@@ -396,8 +400,18 @@ impl DeviceObject {
         let mut brush = DeviceBrush::ready(known, device, (surface, ground.0), coarse)?;
         let edits = edits_of(&object.transform, std::slice::from_ref(dab), Vec4::ZERO);
         let (channel, looks_beside) = (&object.displacement, mode.needs_mean());
-        let (field, smudge, maps) = (coarse, None, &[][..]);
-        let stage = Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge, maps };
+        let stage = Stage {
+            device,
+            surface,
+            ground,
+            tiles,
+            field: coarse,
+            channel,
+            ring,
+            looks_beside,
+            smudges: &[],
+            maps: &[],
+        };
         let made = brush.event(stage, (&edits, dab.brush.stamp()), false)?;
         self.sculpting = Some(brush);
         self.coarse = [now, then];
@@ -431,11 +445,11 @@ impl DeviceObject {
         let ground = self.ground(object, start);
         let known = colors.brush.take();
         let maker = colors.brush.insert(DeviceBrush::ready(known, device, (surface, ground.0), channel.field())?);
-        let brush = dabs.first().map(|dab| &dab.brush);
-        let (stamp, smudge) = (brush.and_then(Brush::stamp), brush.and_then(Brush::smudge));
-        let looks_beside = mode.needs_mean();
-        let stage = Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudge, maps: &[] };
-        let made = maker.event(stage, (&edits, stamp), smudge.is_none())?;
+        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let (smudges, together) = smudges_of(dabs);
+        let (looks_beside, smudges) = (mode.needs_mean(), &smudges[..]);
+        let stage = Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudges, maps: &[] };
+        let made = maker.event(stage, (&edits, stamp), together)?;
         *T::slot(self) = Some(colors);
         Ok(made)
     }
@@ -456,6 +470,15 @@ impl DeviceObject {
         *T::slot(self) = Some(colors);
         Ok(Some(()))
     }
+}
+
+/// What brushes of `dabs` carry, if they smear, and whether they may be made at once: each leaves what the one before it
+/// picks up.
+pub(crate) fn smudges_of(dabs: &[Dab]) -> (Vec<&Smudge>, bool) {
+    let smudges: Vec<&Smudge> = dabs.iter().filter_map(|dab| dab.brush.smudge()).collect();
+    let chained = smudges.len() == dabs.len() && smudges.windows(2).all(|pair| pair[1].follows(pair[0]));
+    let together = smudges.is_empty() || chained;
+    (smudges, together)
 }
 
 /// What dabs do to texels of an object with this transform to the world, of which those without a block read as `blank`.

@@ -9,6 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use half::f16;
 use relievo_core::Result;
 use relievo_gpu::{Bindings, Buffer, Device, Frame, Kernel, Pass, PassTime, wgpu};
+use relievo_tiles::triangle::Offset;
 use relievo_tiles::{Rgba8, Rgba16, Texel, Vector};
 
 use super::memory::{BlockState, DeviceMemory, MOST_DABS, Memory, Tested};
@@ -60,8 +61,6 @@ impl Edit {
 
 /// Texels that a device edits.
 pub(crate) trait DeviceTexel: Texel {
-    /// The module of the kernel that does on tiles.
-    const MODULE: &'static str;
     /// Whether kernels paint it, and so may smear.
     const SMEARS: bool = true;
     /// Whether they are vectors, which kernels bend by the axes of the brush.
@@ -70,7 +69,13 @@ pub(crate) trait DeviceTexel: Texel {
     const FLAGS: u32 = 0;
 }
 
-/// Those that it edits on triangles too.
+/// Those that it edits on tiles.
+pub(crate) trait DeviceTile: DeviceTexel {
+    /// The module of the kernel that does.
+    const MODULE: &'static str;
+}
+
+/// Those that it edits on triangles.
 pub(crate) trait DeviceValue: DeviceTexel {
     /// The entry point of the kernel that does.
     const TRIANGLES: &'static str;
@@ -82,8 +87,11 @@ const STAMPED: u32 = 2;
 const TURNED_OVER: u32 = 4;
 
 impl DeviceTexel for f16 {
-    const MODULE: &'static str = "brush_sculpt";
     const SMEARS: bool = false;
+}
+
+impl DeviceTile for f16 {
+    const MODULE: &'static str = "brush_sculpt";
 }
 
 impl DeviceValue for f16 {
@@ -91,12 +99,26 @@ impl DeviceValue for f16 {
 }
 
 impl DeviceTexel for Vector {
-    const MODULE: &'static str = "brush_bend";
     const SMEARS: bool = false;
     const BENDS: bool = true;
 }
 
-impl DeviceTexel for Rgba8 {
+impl DeviceTile for Vector {
+    const MODULE: &'static str = "brush_bend";
+}
+
+impl DeviceTexel for Offset {
+    const SMEARS: bool = false;
+    const BENDS: bool = true;
+}
+
+impl DeviceValue for Offset {
+    const TRIANGLES: &'static str = "bend";
+}
+
+impl DeviceTexel for Rgba8 {}
+
+impl DeviceTile for Rgba8 {
     const MODULE: &'static str = "brush_paint";
 }
 
@@ -105,8 +127,11 @@ impl DeviceValue for Rgba8 {
 }
 
 impl DeviceTexel for Rgba16 {
-    const MODULE: &'static str = "brush_paint";
     const FLAGS: u32 = WIDE;
+}
+
+impl DeviceTile for Rgba16 {
+    const MODULE: &'static str = "brush_paint";
 }
 
 impl DeviceValue for Rgba16 {

@@ -17,6 +17,7 @@ use super::level;
 use super::object::{TriangleGround, TriangleObject, field_length};
 use super::site::{self, Element, ElementEdit, values};
 use crate::dab::{Dab, DabReport, no_vectors};
+use crate::device::Kind;
 use crate::mode::SculptMode;
 use crate::vector::Bending;
 use crate::weights::BrushParameters;
@@ -31,8 +32,15 @@ impl TriangleObject {
         mode: SculptMode,
         height: f32,
     ) -> Result<DabReport> {
+        if self.offsets.is_none() {
+            return Err(no_vectors());
+        }
+        let (kind, dabs) = (Kind::Bend(mode), std::slice::from_ref(dab));
+        if let Some(reports) = self.made_on_device(context, kind, dabs, start)? {
+            return Ok(reports.into_iter().next().unwrap_or_default());
+        }
         let faces = self.intersect(context, dab, start);
-        let (Some(vectors), Some((offsets, _))) = (&self.vectors, &self.offsets) else { return Err(no_vectors()) };
+        let Some((offsets, _)) = &self.offsets else { return Err(no_vectors()) };
         let brush = BrushParameters::new(&dab.brush, dab.strength, &self.transform);
         let elements = Element::of_faces(offsets.topology(), &faces);
         let pattern = offsets.pattern().coarser(self.level());
@@ -44,13 +52,26 @@ impl TriangleObject {
                 site::evaluate(context, surface, offsets, pattern, &elements, &brush, places, |site, values| {
                     bending.edit(site, values);
                 });
-            let edits = level::refined(context, offsets, pattern, edits);
-            framed(context, surface, vectors.field(), offsets, pattern, edits)
+            level::refined(context, offsets, pattern, edits)
         });
+        self.write_bent(context, pattern, &faces, edits, mode == SculptMode::Erase)
+    }
+
+    /// The third and fourth pass, of edits in object space among `faces`.
+    pub(super) fn write_bent(
+        &mut self,
+        context: &Context,
+        pattern: Pattern,
+        faces: &[u32],
+        edits: Vec<ElementEdit<Offset>>,
+        erases: bool,
+    ) -> Result<DabReport> {
+        let (Some(vectors), Some((offsets, _))) = (&self.vectors, &self.offsets) else { return Err(no_vectors()) };
+        let edits = framed(context, &self.surface, vectors.field(), offsets, pattern, edits);
         let (Some(vectors), Some((offsets, reach))) = (&mut self.vectors, &mut self.offsets) else {
             return Err(no_vectors());
         };
-        let (report, shown) = write(context, vectors, pattern, &faces, edits, mode == SculptMode::Erase)?;
+        let (report, shown) = write(context, vectors, pattern, faces, edits, erases)?;
         vectors.field().renew_in_object_space(context, &self.surface, &shown, offsets);
         *reach = shown.iter().map(|face| field_length(offsets, *face)).fold(*reach, f32::max);
         self.touch(&shown);

@@ -17,6 +17,7 @@ use super::level;
 use super::object::{TriangleGround, TriangleObject};
 use super::site::{self, Element, ElementEdit, Run};
 use crate::dab::{Action, Dab, DabReport};
+use crate::device::Kind;
 use crate::frame::Vectors;
 use crate::knots::PerKnot;
 use crate::layered::LayeredObject;
@@ -129,6 +130,10 @@ impl TriangleObject {
         height: f32,
     ) -> Result<DabReport> {
         self.layers.displacement.check_editable()?;
+        let (kind, dabs) = (Kind::Sculpt(mode), std::slice::from_ref(dab));
+        if let Some(reports) = self.made_on_device(context, kind, dabs, start)? {
+            return Ok(reports.into_iter().next().unwrap_or_default());
+        }
         let faces = self.intersect(context, dab, start);
         let brush = BrushParameters::new(&dab.brush, dab.strength, &self.transform);
         let field = self.displacement.field();

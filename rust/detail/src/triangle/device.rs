@@ -11,19 +11,20 @@ use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
 use relievo_surface::{DeviceMesh, TriangleSurface};
 use relievo_tiles::triangle::{DeviceTriangles, Offset, Pattern, TriangleChannel, TriangleField};
-use relievo_tiles::{ColorPlanes, Rgba8, Rgba16, by_format};
+use relievo_tiles::{ColorPlanes, Rgba8, Rgba16, Texel, by_format};
 
 use super::dab::write;
 use super::level::refined;
 use super::object::{TriangleGround, TriangleObject};
 use super::site::{Element, ElementEdit, values};
-use crate::brush::Brush;
-use crate::dab::{Dab, DabReport};
+use crate::dab::{Dab, DabReport, no_vectors};
 use crate::device::{
     DeviceValue, Edit, Kind, OnDevice, Returned, TriangleBrush, TriangleStage, edits_of, on_device, reports_of,
+    smudges_of,
 };
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
+use crate::vector::BrushMaps;
 use crate::weights::BrushParameters;
 
 /// The state of a mesh on a device.
@@ -36,13 +37,15 @@ pub(crate) struct TriangleDevice {
     turns: Option<DeviceTriangles<Offset>>,
     painting: Option<Tool<Rgba8>>,
     half_painting: Option<Tool<Rgba16>>,
+    bending: Option<Tool<Offset>>,
 }
 
 /// What edits one kind of values, once something did.
 #[derive(Debug)]
 struct Tool<T: DeviceValue> {
-    /// The displacement that places go by, at the vertices that have values.
+    /// The displacement that places go by, at the vertices that have values, and the vectors, if there are some.
     ground: DeviceTriangles,
+    offsets: Option<DeviceTriangles<Offset>>,
     values: DeviceTriangles<T>,
     brush: TriangleBrush,
 }
@@ -73,8 +76,7 @@ impl OnDevice for TriangleObject {
 }
 
 impl TriangleObject {
-    /// Has dabs made on a graphics device from now on, or on the processor again. What a device does not do (meshes with
-    /// vector displacement), the processor does.
+    /// Has dabs made on a graphics device from now on, or on the processor again.
     ///
     /// Fails, and changes nothing, where the device has no room for the mesh.
     pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
@@ -108,9 +110,25 @@ impl TriangleObject {
         start: Option<TriangleGround<'_>>,
     ) -> Result<Option<Vec<DabReport>>> {
         let Some((kind, dabs)) = Kind::first(dabs, |dab| self.kind_on_device(dab))? else { return Ok(None) };
+        self.made_on_device(context, kind, dabs, start)
+    }
+
+    /// As [`Self::dab_on_device`], of dabs of one kind with the same image of the brush.
+    pub(super) fn made_on_device(
+        &mut self,
+        context: &Context,
+        kind: Kind,
+        dabs: &[Dab],
+        start: Option<TriangleGround<'_>>,
+    ) -> Result<Option<Vec<DabReport>>> {
         match kind {
-            // Vectors of meshes are the processor's.
-            Kind::Bend(_) => Ok(None),
+            Kind::Bend(mode) => {
+                let make = |device: &mut TriangleDevice, object: &Self| device.bend(context, object, dabs, start, mode);
+                let Some(event) = on_device(context, "dab.device", self, make) else { return Ok(None) };
+                let Event { pattern, edits, looked, made } = event;
+                let whole = self.write_bent(context, pattern, &looked, edits, mode == SculptMode::Erase)?;
+                Ok(Some(told(&made, whole)))
+            }
             Kind::Sculpt(mode) => {
                 self.layers.displacement.check_editable()?;
                 let make =
@@ -139,7 +157,7 @@ impl TriangleObject {
 
     /// What a dab does, if there is a device that does it.
     fn kind_on_device(&self, dab: &Dab) -> Option<Kind> {
-        Kind::of(dab).filter(|_| self.device.is_some() && self.vectors.is_none())
+        Kind::on(dab, self.vectors.is_some()).filter(|_| self.device.is_some())
     }
 }
 
@@ -194,24 +212,30 @@ impl<T: DeviceValue> Event<T> {
         channel: &mut TriangleChannel<T>,
         erases: bool,
     ) -> Result<(Vec<DabReport>, Vec<u32>)> {
-        let (mut whole, shown) = write(context, channel, self.pattern, &self.looked, self.edits, erases)?;
-        let changed = whole.changed_texels;
-        if self.made.tested.len() > 1 {
-            // A value that several dabs changed counts for each.
-            whole.changed_texels = self.made.tested.iter().map(|it| u64::from(it.changed)).sum();
-        }
-        let mut reports = reports_of(&self.made.tested, &whole);
-        if let [report] = &mut reports[..] {
-            report.changed_texels = changed;
-        }
-        Ok((reports, shown))
+        let (whole, shown) = write(context, channel, self.pattern, &self.looked, self.edits, erases)?;
+        Ok((told(&self.made, whole), shown))
     }
+}
+
+/// What each dab of an event did, of which the processor knows what they did together.
+fn told(made: &Returned, mut whole: DabReport) -> Vec<DabReport> {
+    let changed = whole.changed_texels;
+    if made.tested.len() > 1 {
+        // A value that several dabs changed counts for each.
+        whole.changed_texels = made.tested.iter().map(|it| u64::from(it.changed)).sum();
+    }
+    let mut reports = reports_of(&made.tested, &whole);
+    if let [report] = &mut reports[..] {
+        report.changed_texels = changed;
+    }
+    reports
 }
 
 impl TriangleDevice {
     fn new(device: &Device, surface: &TriangleSurface) -> Result<Self> {
         let mesh = DeviceMesh::new(device, surface)?;
-        Ok(Self { device: device.clone(), mesh, sculpting: None, turns: None, painting: None, half_painting: None })
+        let (device, painting, half_painting) = (device.clone(), None, None);
+        Ok(Self { device, mesh, sculpting: None, turns: None, painting, half_painting, bending: None })
     }
 
     /// The device that it is on.
@@ -227,14 +251,12 @@ impl TriangleDevice {
         start: Option<TriangleGround<'_>>,
         mode: SculptMode,
     ) -> Result<Option<Event<f16>>> {
-        let channel = &object.displacement;
-        let heights = start.map_or(channel.field(), |start| start.heights);
+        let (channel, ground) = (&object.displacement, start.unwrap_or(object.ground()));
         let edits = edits_of(&object.transform, dabs, Vec4::ZERO);
         // A dab that is by itself goes by its own displacement.
         let (together, looks_beside) = (start.is_some(), mode.needs_mean());
-        let brush = dabs.first().map(|dab| &dab.brush);
         let mut tool = self.sculpting.take();
-        let tools = self.tool(&mut tool, channel, (heights, object.level()))?;
+        let tools = self.tool(&mut tool, channel.field(), (ground, object.level()))?;
         if mode.needs_facing() {
             let (device, normals, pattern) = (&self.device, object.normals.turns(), tools.values.pattern());
             let turns = match self.turns.take().filter(|turns| turns.pattern() == pattern) {
@@ -246,8 +268,31 @@ impl TriangleDevice {
             };
             tools.brush.take_turns(device, turns)?;
         }
-        let made = self.event(context, tools, channel, heights, (edits, brush), (together, looks_beside));
+        let field = (channel.field(), left(channel));
+        let made = self.event(context, tools, field, ground, (edits, dabs, &[]), (together, looks_beside));
         self.sculpting = tool;
+        made
+    }
+
+    fn bend(
+        &mut self,
+        context: &Context,
+        object: &TriangleObject,
+        dabs: &[Dab],
+        start: Option<TriangleGround<'_>>,
+        mode: SculptMode,
+    ) -> Result<Option<Event<Offset>>> {
+        let (offsets, _) = object.offsets.as_ref().ok_or_else(no_vectors)?;
+        let ground = start.unwrap_or(object.ground());
+        let edits = edits_of(&object.transform, dabs, Vec4::ZERO);
+        let maps: Vec<_> = dabs.iter().map(|dab| BrushMaps::new(&dab.brush, &object.transform)).collect();
+        let mut tool = self.bending.take();
+        let tools = self.tool(&mut tool, offsets, (ground, object.level()))?;
+        // Between dabs the processor rounds vectors in the frames of what they belong to.
+        let (together, looks_beside) = (false, mode.needs_mean());
+        let field = (offsets, object.vectors.as_ref().map_or(0, left));
+        let made = self.event(context, tools, field, ground, (edits, dabs, &maps), (together, looks_beside));
+        self.bending = tool;
         made
     }
 
@@ -260,59 +305,71 @@ impl TriangleDevice {
         start: Option<TriangleGround<'_>>,
         mode: PaintMode,
     ) -> Result<Option<Event<T>>> {
-        let heights = start.map_or(object.displacement.field(), |start| start.heights);
+        let ground = start.unwrap_or(object.ground());
         let edits = edits_of(&object.transform, dabs, channel.field().blank().color());
-        let brush = dabs.first().map(|dab| &dab.brush);
         let mut tool = T::slot(self).take();
-        let tools = self.tool(&mut tool, channel, (heights, object.level()))?;
-        let made = self.event(context, tools, channel, heights, (edits, brush), (true, mode.needs_mean()));
+        let tools = self.tool(&mut tool, channel.field(), (ground, object.level()))?;
+        let field = (channel.field(), left(channel));
+        let made = self.event(context, tools, field, ground, (edits, dabs, &[]), (true, mode.needs_mean()));
         *T::slot(self) = tool;
         made
     }
 
-    /// What edits `channel` at `level`, with the displacement `heights` to go by, up to date.
+    /// What edits `field` at `level`, with the displacement `ground` to go by, up to date.
     fn tool<'a, T: DeviceValue>(
         &self,
         tool: &'a mut Option<Tool<T>>,
-        channel: &TriangleChannel<T>,
-        (heights, level): (&TriangleField, u32),
+        field: &TriangleField<T>,
+        (TriangleGround { heights, vectors }, level): (TriangleGround<'_>, u32),
     ) -> Result<&'a mut Tool<T>> {
-        let (device, field) = (&self.device, channel.field());
+        let device = &self.device;
         let pattern = field.pattern().coarser(level);
-        Ok(match tool.take().filter(|tool| tool.values.pattern() == pattern) {
+        let fits = |tool: &Tool<T>| tool.values.pattern() == pattern && tool.offsets.is_some() == vectors.is_some();
+        Ok(match tool.take().filter(fits) {
             Some(mut known) => {
                 known.ground.update(device, heights)?;
+                if let Some((known, vectors)) = known.offsets.as_mut().zip(vectors) {
+                    known.update(device, vectors)?;
+                }
                 known.values.update(device, field)?;
                 tool.insert(known)
             }
             None => tool.insert(Tool {
                 ground: DeviceTriangles::new(device, heights, pattern)?,
+                offsets: vectors.map(|vectors| DeviceTriangles::new(device, vectors, pattern)).transpose()?,
                 values: DeviceTriangles::new(device, field, pattern)?,
-                brush: TriangleBrush::new::<T>(device, &self.mesh, pattern)?,
+                brush: TriangleBrush::new::<T>(device, &self.mesh, pattern, vectors.is_some())?,
             }),
         })
     }
 
-    /// Makes the first of some edits, or the first few at once where they may be made `together`. `None` if they reach more triangles than the device can
-    /// have blocks for.
+    /// Makes the first of some edits of a field, whose new blocks may take `left` bytes, or the first few at once where they
+    /// may be made `together`. `None` if they reach more triangles than the device can have blocks for.
     fn event<T: DeviceValue>(
         &self,
         context: &Context,
         tool: &mut Tool<T>,
-        channel: &TriangleChannel<T>,
-        heights: &TriangleField,
-        (mut edits, brush): (Vec<(BrushParameters, Edit)>, Option<&Brush>),
+        (field, left): (&TriangleField<T>, u64),
+        ground: TriangleGround<'_>,
+        (mut edits, dabs, maps): (Vec<(BrushParameters, Edit)>, &[Dab], &[BrushMaps]),
         (together, looks_beside): (bool, bool),
     ) -> Result<Option<Event<T>>> {
-        let (device, mesh, field) = (&self.device, &self.mesh, channel.field());
+        let (device, mesh) = (&self.device, &self.mesh);
         let pattern = tool.values.pattern();
         edits.iter_mut().for_each(|(_, edit)| edit.segments = pattern.segments());
-        let (stamp, smudge) = (brush.and_then(Brush::stamp), brush.and_then(Brush::smudge));
-        let ground = (&tool.ground, heights);
-        let stage = TriangleStage { device, mesh, ground, values: &tool.values, channel, looks_beside, smudge };
+        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let (smudges, chained) = smudges_of(dabs);
+        let ground = (&tool.ground, tool.offsets.as_ref(), ground);
+        let (values, smudges) = (&tool.values, &smudges[..]);
+        let stage = TriangleStage { device, mesh, ground, values, field, left, looks_beside, smudges, maps };
         // Finer values follow the edit of a coarser level dab by dab.
-        let together = together && pattern == field.pattern() && smudge.is_none();
+        let together = together && pattern == field.pattern() && chained;
         let made = tool.brush.event(stage, (&edits, stamp), together)?;
         Ok(made.map(|made| Event::new(context, field, pattern, made)))
     }
+}
+
+/// Bytes that new blocks of a channel may take.
+fn left<T: Texel>(channel: &TriangleChannel<T>) -> u64 {
+    channel.budget().saturating_sub(channel.bytes())
 }

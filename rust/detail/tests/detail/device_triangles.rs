@@ -29,7 +29,7 @@ fn mesh() -> Mesh {
     Mesh::from_triangles(points, &triangles)
 }
 
-fn object(context: &Context, segments: u32) -> TriangleObject {
+pub(super) fn object(context: &Context, segments: u32) -> TriangleObject {
     let surface = TriangleSurface::new(context, &mesh()).unwrap();
     let options = TriangleOptions { segments, ..Default::default() };
     let displacement = TriangleChannel::displacement(surface.topology().clone(), &options).unwrap();
@@ -42,7 +42,7 @@ fn object(context: &Context, segments: u32) -> TriangleObject {
 }
 
 /// The texels of two fields, block by block, which have the same ones.
-fn pairs<'a, T: Texel>(a: &'a TriangleField<T>, b: &'a TriangleField<T>) -> Vec<(&'a [T], &'a [T])> {
+pub(super) fn pairs<'a, T: Texel>(a: &'a TriangleField<T>, b: &'a TriangleField<T>) -> Vec<(&'a [T], &'a [T])> {
     let faces = |field: &TriangleField<T>| field.allocated().collect::<Vec<_>>();
     let edges = |field: &TriangleField<T>| field.allocated_edges().collect::<Vec<_>>();
     assert_eq!((faces(a), edges(a)), (faces(b), edges(b)), "the blocks that are allocated");
@@ -65,7 +65,7 @@ fn difference(a: &TriangleObject, b: &TriangleObject) -> (usize, i32) {
 }
 
 /// The largest difference of the colours of two objects: in bytes, or in 255ths.
-fn color_difference(a: &TriangleObject, b: &TriangleObject) -> f32 {
+pub(super) fn color_difference(a: &TriangleObject, b: &TriangleObject) -> f32 {
     fn most<T: Texel>(a: &TriangleField<T>, b: &TriangleField<T>, numbers: impl Fn(&T) -> [f32; 4]) -> f32 {
         let all = pairs(a, b).into_iter().flat_map(|(a, b)| a.iter().zip(b));
         let apart = |(a, b): (&T, &T)| (0..4).map(|k| (numbers(a)[k] - numbers(b)[k]).abs()).fold(0.0, f32::max);
@@ -82,7 +82,7 @@ fn told(report: &DabReport) -> (&[u32], u64, u64, u64, u64) {
     (&report.changed, report.changed_texels, report.allocated, report.freed, report.bytes)
 }
 
-fn stroke(object: &TriangleObject, points: &[[f64; 3]], action: Action, settings: StrokeSettings) -> Stroke {
+pub(super) fn stroke(object: &TriangleObject, points: &[[f64; 3]], action: Action, settings: StrokeSettings) -> Stroke {
     let point = |p: &[f64; 3]| StrokePoint::new(object.transform().transform_point3(DVec3::from(*p)), 1.0);
     Stroke::new(points.iter().map(point).collect(), settings, Falloff::Smooth, action)
 }
@@ -245,7 +245,7 @@ fn dabs_of_a_device_on_triangles_are_made_at_once_and_refusals_are_those_of_the_
 }
 
 #[test]
-fn dabs_on_triangles_that_look_at_neighbours_are_one_submission_with_the_bits_of_one_each() {
+fn dabs_on_triangles_that_smooth_blur_and_smear_are_one_submission_with_the_bits_of_one_each() {
     let Some(device) = device() else { return };
     let context = Context::serial();
     let make = || {
@@ -278,7 +278,7 @@ fn dabs_on_triangles_that_look_at_neighbours_are_one_submission_with_the_bits_of
     let colors = apart.paint_mut().unwrap();
     let bytes = colors.bytes();
     colors.set_budget(bytes);
-    for action in [sculpt(SculptMode::Smooth), paint(PaintMode::Blur)] {
+    for action in [sculpt(SculptMode::Smooth), paint(PaintMode::Blur), paint(PaintMode::Smear)] {
         let stroke = stroke(&here, &way, action, settings(0.9));
         let expected = stroke.apply(&context, &mut here).unwrap();
         assert!(expected.dabs > 5 && expected.report.changed_texels > 500, "{expected:?}");
@@ -290,7 +290,10 @@ fn dabs_on_triangles_that_look_at_neighbours_are_one_submission_with_the_bits_of
             assert_eq!(found.report.changed, expected.report.changed);
         }
         assert_eq!(events, [1, expected.dabs as usize], "{action:?}");
-        assert_eq!((difference(&there, &apart), color_difference(&there, &apart)), ((0, 0), 0.0), "{action:?}");
+        // Of several smears the device makes the pictures between them, in single precision.
+        let most = if action == paint(PaintMode::Smear) { 1.0 } else { 0.0 };
+        assert_eq!(difference(&there, &apart), (0, 0), "{action:?}");
+        assert!(color_difference(&there, &apart) <= most, "{action:?}");
         let (_, steps) = difference(&here, &there);
         assert!(steps <= 4 && color_difference(&here, &there) <= 1.0, "{action:?}: {steps} steps");
     }

@@ -65,36 +65,38 @@ fn stroke(object: &DisplacedObject, action: Action, settings: StrokeSettings) ->
 /// Numbers that were compared, those that are more than a step of half floats apart, and by how much at most. Steps are
 /// those at 2⁻⁷ below that: where an edit takes away what was there, what is left is as exact as that was.
 #[derive(Debug, Default)]
-struct Apart {
+pub(super) struct Apart {
     all: usize,
     more: usize,
     most: f32,
 }
 
 impl Apart {
-    fn add<T: Texel, const N: usize>(&mut self, a: &Field<T>, b: &Field<T>, numbers: impl Fn(&T) -> [f32; N]) {
+    pub(super) fn add<T: Texel, const N: usize>(&mut self, a: &[T], b: &[T], numbers: impl Fn(&T) -> [f32; N]) {
+        for (a, b) in a.iter().zip(b).flat_map(|(a, b)| numbers(a).into_iter().zip(numbers(b))) {
+            let step = f32::powi(2.0, a.abs().max(b.abs()).max(1.0 / 128.0).log2().floor() as i32 - 10);
+            let far = (a - b).abs() / step;
+            self.all += 1;
+            self.more += usize::from(far > 1.0);
+            self.most = self.most.max(far);
+        }
+    }
+
+    fn add_fields<T: Texel, const N: usize>(&mut self, a: &Field<T>, b: &Field<T>, numbers: impl Fn(&T) -> [f32; N]) {
         let tiles = |field: &Field<T>| field.allocated().collect::<Vec<_>>();
         assert_eq!(tiles(a), tiles(b), "the tiles that are allocated");
-        for (a, b) in tiles(a).into_iter().flat_map(|tile| a.block(tile).unwrap().iter().zip(b.block(tile).unwrap())) {
-            for (a, b) in numbers(a).into_iter().zip(numbers(b)) {
-                let step = f32::powi(2.0, a.abs().max(b.abs()).max(1.0 / 128.0).log2().floor() as i32 - 10);
-                let far = (a - b).abs() / step;
-                self.all += 1;
-                self.more += usize::from(far > 1.0);
-                self.most = self.most.max(far);
-            }
-        }
+        tiles(a).into_iter().for_each(|tile| self.add(a.block(tile).unwrap(), b.block(tile).unwrap(), &numbers));
     }
 
     /// Of coefficients and vectors.
     fn between(&mut self, a: &DisplacedObject, b: &DisplacedObject) {
-        self.add(a.displacement().field(), b.displacement().field(), |value| [value.to_f32()]);
+        self.add_fields(a.displacement().field(), b.displacement().field(), |value| [value.to_f32()]);
         let [a, b] = [a, b].map(|object| object.vectors().unwrap().field());
-        self.add(a, b, |vector| vector.0.map(|value| value.to_f32()));
+        self.add_fields(a, b, |vector| vector.0.map(|value| value.to_f32()));
     }
 
     /// That fewer than one in 10,000 are further apart than a step.
-    fn check(&self, of: &str) {
+    pub(super) fn check(&self, of: &str) {
         println!("{of}: {self:?}");
         assert!(self.all > 10_000 && self.more * 10_000 < self.all, "{of}: {self:?}");
     }
