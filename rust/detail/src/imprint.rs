@@ -12,7 +12,7 @@ use relievo_tiles::{Applied, Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
-use crate::device::DeviceChain;
+use crate::device::{DeviceChain, is_for_batch};
 use crate::grid::Grid;
 use crate::ground::Ground;
 use crate::knots::block_edge;
@@ -283,7 +283,9 @@ impl Imprinter {
             return Ok(report);
         };
         report.voxel_diagonal = grid.diagonal();
-        let mut cast = match self.cast_on_device(context, object, collider, start, &grid, settings) {
+        let there = self.cast_on_device(context, object, collider, start, &grid, settings);
+        let follows = there.is_some() && is_for_batch(object, settings);
+        let mut cast = match there {
             Some(cast) => {
                 if settings.rim > 0.0 && !cast.dents.is_empty() {
                     stats.time("imprint.voxelise", || collider.voxelise(context, &grid, &mut self.voxels))?;
@@ -293,6 +295,9 @@ impl Imprinter {
             None => self.cast_here(context, object, collider, start, &grid, settings)?,
         };
         self.finish(context, object, &mut cast, settings, &mut report)?;
+        if follows {
+            self.follow(context, &mut [object], &[(0, &report.changed)]);
+        }
         raycast::give_back(context, cast.dents);
         Ok(report)
     }

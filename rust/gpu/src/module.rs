@@ -49,6 +49,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("imprint_resolve", include_str!("../../../shaders/imprint_resolve.wgsl")),
     ("imprint_snap", include_str!("../../../shaders/imprint_snap.wgsl")),
     ("imprint_tile", include_str!("../../../shaders/imprint_tile.wgsl")),
+    ("imprint_write", include_str!("../../../shaders/imprint_write.wgsl")),
     ("mesh_draw", include_str!("../../../shaders/mesh_draw.wgsl")),
     ("ring", include_str!("../../../shaders/ring.wgsl")),
     ("scan", include_str!("../../../shaders/scan.wgsl")),

@@ -104,6 +104,25 @@ impl<T: Texel> DeviceTiles<T> {
         field: &Field<T>,
         (written, from): (&[(u32, u32)], &Buffer<u32>),
     ) -> Result<Vec<u32>> {
+        self.follow_with(device, ring, field, |frame, tiles| {
+            let there = |(tile, _): &&(u32, u32)| tiles.entries[*tile as usize].first != NONE;
+            written.iter().filter(there).try_for_each(|(tile, first)| {
+                let (first, words) = (*first as usize, words::<T>(field.class(*tile)) as usize);
+                let to = tiles.entries[*tile as usize].first as usize;
+                frame.copy(from, first..first + words, &tiles.texels, to)
+            })
+        })
+    }
+
+    /// As [`Self::follow`], of an edit whose texels `write` records, rings left out, where this has the tiles of `field`:
+    /// blocks that it had not before are blank.
+    pub fn follow_with(
+        &mut self,
+        device: &Device,
+        ring: &DeviceRing,
+        field: &Field<T>,
+        write: impl FnOnce(&mut Frame, &Self) -> Result<()>,
+    ) -> Result<Vec<u32>> {
         self.check(field)?;
         let changed = field.differing(&self.field);
         let fresh = self.place(device, field, &changed)?;
@@ -112,10 +131,7 @@ impl<T: Texel> DeviceTiles<T> {
         self.record(device, &mut frame, ring, &fresh, |bound, pass, work| {
             ring.clear(pass, bound, field.blank(), work)
         })?;
-        for (tile, first) in written.iter().filter(|(tile, _)| there.binary_search(tile).is_ok()) {
-            let (first, words) = (*first as usize, words::<T>(field.class(*tile)) as usize);
-            frame.copy(from, first..first + words, &self.texels, self.entries[*tile as usize].first as usize)?;
-        }
+        write(&mut frame, self)?;
         self.record(device, &mut frame, ring, &there, |bound, pass, work| {
             ring.update(pass, bound, field.blank(), work)
         })?;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::Result;
-use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, Kernel, KernelSpec, Pass, Readback};
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, Kernel, KernelSpec, Pass, Readback, groups};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
@@ -50,6 +50,7 @@ pub(super) struct DeviceBlocks {
     listed: Buffer<[u32; 4]>,
     records: Buffer<Record>,
     slots: Buffer<u32>,
+    writing: Arc<Kernel>,
 }
 
 impl DeviceBlocks {
@@ -68,6 +69,13 @@ impl DeviceBlocks {
             immediates: size_of::<[u32; 2]>() as u32,
             constants: &[],
         })?;
+        let writing = device.kernel(&KernelSpec {
+            module: "imprint_write",
+            entry: "write_blocks",
+            groups: &[&[Read, Read, Read, Write]],
+            immediates: size_of::<u32>() as u32,
+            constants: &[],
+        })?;
         let listed = Buffer::new(device, "listed blocks", room)?;
         let records = Buffer::new(device, "changed blocks", records)?;
         let slots = Buffer::new(device, "blocks' slots", slots)?;
@@ -79,7 +87,7 @@ impl DeviceBlocks {
         let from = [links.wgpu(), listed.wgpu(), arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
         let to = [slots.wgpu(), told.wgpu(), records.wgpu()];
         let casting = device.bind(&kernel, 0, &[&from[..], &to[..]].concat())?;
-        Ok(Self { kernel, casting, listing, listed, records, slots })
+        Ok(Self { kernel, casting, listing, listed, records, slots, writing })
     }
 
     /// Blocks that an imprint may look at, blocks that imprints which are submitted together may change, and slots.
@@ -116,6 +124,15 @@ impl DeviceBlocks {
         let groups = [&self.casting, surface.group(), tiles.group(), start.group()];
         let links = step(link..link + 1);
         pass.run_indirect(&self.kernel, &groups, bytemuck::bytes_of(&links), &shared.arguments, Shared::blocks(link))
+    }
+
+    /// Records that the `chosen` records are written into `tiles`.
+    pub fn write(&self, device: &Device, frame: &mut Frame, tiles: &DeviceTiles, chosen: &[u32]) -> Result<()> {
+        let count = chosen.len() as u32;
+        let chosen = Buffer::of(device, "blocks that stay", chosen)?;
+        let [entries, texels] = tiles.buffers();
+        let bound = device.bind(&self.writing, 0, &[chosen.wgpu(), self.records.wgpu(), entries, texels])?;
+        frame.pass("imprint.device.write").run(&self.writing, &[&bound], &count.to_ne_bytes(), groups(count))
     }
 
     /// Records the way back of the records `range`.

@@ -5,6 +5,8 @@
 //! What follows needs room that is not known before: there is so much, counters say whether it was enough, and what was
 //! not is done again with more.
 
+use std::collections::BTreeMap;
+
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Device, Pass};
@@ -50,6 +52,8 @@ pub(crate) struct DeviceChain {
     blocks: Option<DeviceBlocks>,
     /// Changed blocks that are read back at once.
     likely: usize,
+    /// Where the blocks of the last submission are, by imprint, tile and block.
+    kept: BTreeMap<(u32, u32, u32), u32>,
 }
 
 /// A stage of an imprint or, where it does not depend on others, of several.
@@ -84,6 +88,7 @@ impl DeviceChain {
             voxels: None,
             blocks: None,
             likely: FEW,
+            kept: BTreeMap::new(),
         })
     }
 
@@ -136,7 +141,24 @@ impl DeviceChain {
         };
         targets.iter_mut().for_each(|target| target.state.settle_culling());
         told.iter().try_for_each(Told::check)?;
+        let place = |(place, record): (u32, &Record)| ((record.link(), record.tile, record.block()), place);
+        self.kept = (0..).zip(&records).map(place).collect();
         Ok(casts(targets, links, &told, &records))
+    }
+
+    /// Writes what the last submission left of an object into what the device has of its displacement, which is `field`
+    /// now, and makes the rings there. `stays` says of an imprint and a tile whether it is so.
+    pub fn write(&self, state: &mut DeviceObject, field: &Field, stays: impl Fn(usize, u32) -> bool) -> Result<()> {
+        let kept = self.kept.iter().filter(|((link, tile, _), _)| stays(*link as usize, *tile));
+        // Of every block what the last imprint left.
+        let last: BTreeMap<(u32, u32), u32> = kept.map(|((_, tile, block), place)| ((*tile, *block), *place)).collect();
+        let chosen: Vec<u32> = last.into_values().collect();
+        if chosen.is_empty() {
+            return Ok(());
+        }
+        let (device, blocks) = (&self.device, self.blocks()?);
+        let DeviceObject { tiles, ring, .. } = state;
+        tiles.follow_with(device, ring, field, |frame, tiles| blocks.write(device, frame, tiles, &chosen)).map(drop)
     }
 
     /// What kernels are told of an imprint.

@@ -13,6 +13,7 @@ use crate::collider::Collider;
 use crate::grid::Grid;
 use crate::imprint::{Cast, ImprintSettings, Imprinter, Moment, Report, overlap_grid};
 use crate::knots::block_edge;
+use crate::layered::LayeredObject;
 use crate::object::DisplacedObject;
 use crate::raycast::TileDents;
 
@@ -77,8 +78,35 @@ impl Imprinter {
         reports: &mut Vec<Report>,
     ) -> Result<()> {
         match self.cast_together(context, objects, start, colliders, &batch.links) {
-            Some(casts) => self.take_up(context, objects, &batch.all, casts, reports),
+            Some(casts) => {
+                let first = reports.len();
+                self.take_up(context, objects, &batch.all, casts, reports)?;
+                let made = batch.all.iter().zip(&reports[first..]).filter(|(ready, _)| ready.grid.is_some());
+                let made: Vec<_> = made.map(|(ready, report)| (ready.target, &report.changed[..])).collect();
+                self.follow(context, objects, &made);
+                Ok(())
+            }
             None => Ok(()),
+        }
+    }
+
+    /// Has the device write what the imprints of the last submission changed, of each of which `made` tells the object and
+    /// the tiles, ascending. An object for which that fails loses its device, and tells.
+    pub(crate) fn follow(&mut self, context: &Context, objects: &mut [&mut DisplacedObject], made: &[(usize, &[u32])]) {
+        let Some(chain) = &self.chain else { return };
+        let _stage = context.stats().begin("imprint.device.follow");
+        for (index, object) in objects.iter_mut().enumerate() {
+            if !made.iter().any(|(target, tiles)| *target == index && !tiles.is_empty()) {
+                continue;
+            }
+            let Some(mut state) = object.device.take() else { continue };
+            let stays = |link: usize, tile: u32| {
+                made.get(link).is_some_and(|(target, tiles)| *target == index && tiles.binary_search(&tile).is_ok())
+            };
+            match chain.write(&mut state, object.displacement().field(), stays) {
+                Ok(()) => object.device = Some(state),
+                Err(fault) => object.lose_device(fault),
+            }
         }
     }
 
@@ -196,4 +224,63 @@ fn is_written(field: &Field, dents: &TileDents) -> bool {
             texels[first..first + edge] == *values
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::cull::tests::object;
+    use crate::raycast::key;
+    use crate::row::Press;
+    use crate::shapes;
+    use glam::{DAffine3, DVec3};
+    use relievo_testing::device;
+
+    #[test]
+    fn tiles_on_the_device_are_what_imprints_made_of_them() {
+        let Some(device) = device() else { return };
+        let context = Context::serial();
+        let (points, triangles) = shapes::sphere(0.8, 32, 16, 0.0);
+        let mut imprinter = Imprinter::new();
+        let mut objects = [object(&context), object(&context)];
+        let settings = ImprintSettings { voxels: 1 << 16, ..ImprintSettings::default() };
+        let at = |object: &DisplacedObject, pair: u32| {
+            let place = DVec3::new(2.1 + 0.5 * f64::from(pair), 2.6 + 0.4 * f64::from(pair), 0.4);
+            let transform = DAffine3::from_translation(object.transform().transform_point3(place));
+            Collider::new(&context, points.clone(), triangles.clone(), transform).unwrap()
+        };
+        let colliders: Vec<Collider> = (0..6).map(|pair| at(&objects[0], pair)).collect();
+        for object in &mut objects {
+            object.use_device(Some(&device)).unwrap();
+        }
+        let presses: Vec<Press<'_>> = colliders
+            .iter()
+            .zip(0..)
+            .map(|(collider, pair)| {
+                let moment = Moment { pair, ..Moment::default() };
+                Press { into: pair as usize % 2, collider, settings: &settings, moment }
+            })
+            .collect();
+        // Together, and one by one.
+        imprinter.imprint_all(&context, &mut objects.each_mut(), &presses[..4]).unwrap();
+        for press in &presses[4..] {
+            imprinter.imprint(&context, &mut objects[press.into], press.collider, &settings, press.moment).unwrap();
+        }
+        let (mut texels, mut apart) = (0, 0);
+        for object in &mut objects {
+            assert!(object.take_device_fault().is_none());
+            let (state, field) = (object.device.as_ref().unwrap(), object.displacement().field());
+            // Nothing is left to be sent.
+            assert!(field.differing(state.tiles.field()).is_empty());
+            for (tile, there) in state.tiles.read_back(&device).unwrap() {
+                for (a, b) in field.block(tile).unwrap().iter().zip(there) {
+                    texels += 1;
+                    apart += u32::from(*a != b);
+                    // Means at vertices may be rounded the other way.
+                    assert!(key(*a).abs_diff(key(b)) <= 1, "tile {tile}: {a} {b}");
+                }
+            }
+        }
+        assert!(texels > 50_000 && apart * 1000 < texels, "{apart} of {texels}");
+    }
 }
