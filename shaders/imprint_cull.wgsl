@@ -12,13 +12,13 @@ const EDGE: u32 = 16u;
 const WORDS: u32 = 8u;
 
 // A tile, a block of it with the tile's size in the upper half, and the imprints that it may meet, a bit each.
-@group(0) @binding(2) var<storage, read_write> listed: array<vec4<u32>>;
-@group(0) @binding(3) var<storage, read_write> told: AllTold;
+@group(0) @binding(3) var<storage, read_write> listed: array<vec4<u32>>;
+@group(0) @binding(4) var<storage, read_write> told: AllTold;
 // Of every imprint eight words, the last four of which are the number of blocks listed for it and those of its row, and
 // the workgroups in x, y and z that take one each.
-@group(0) @binding(4) var<storage, read_write> arguments: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> arguments: array<atomic<u32>>;
 // What `imprint_patches` listed.
-@group(0) @binding(5) var<storage, read> counts: array<vec4<u32>>;
+@group(0) @binding(6) var<storage, read> counts: array<vec4<u32>>;
 @group(2) @binding(3) var<storage, read> candidates: array<u32>;
 
 var<workgroup> shared_first: u32;
@@ -89,7 +89,7 @@ fn meet(index: u32, before: CullTile, met: vec2<u32>, local: u32) {
     let stop = surface_tiles[index + 1u].x;
     var tile = before;
     for (var link = step.link; link != LINK_NONE; link = work.next) {
-        work = links[link];
+        take(link);
         if ((met[link / 32u] >> (link % 32u)) & 1u) == 0u {
             continue;
         }

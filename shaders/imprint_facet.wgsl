@@ -1,12 +1,9 @@
 // import common
 // import imprint_link
+// import imprint_step
 // import wide
 // Triangles on the lattice of 1/256 voxel over the columns of a grid (Schäfer et al. 2014, Section 5, after Schwarz
 // 2012). All that decides which voxels are solid is exact, so results are the processor's to the bit.
-
-// Snapped units of a voxel, and the place of the first centre.
-const SUB: i32 = 256;
-const HALF: i32 = 128;
 
 // Columns that an invocation looks at.
 const CHUNK: i32 = 32;
@@ -29,11 +26,6 @@ struct Facet {
     area: vec2<u32>,
     // What a column's winding number changes by: 1 where it enters, 0 if no column meets it or it does not matter.
     turn: i32,
-}
-
-// The first row whose centre is not below; a centre on the lattice belongs to the upper one.
-fn step_of(value: i32) -> i32 {
-    return (value - HALF + SUB - 1) >> 8u;
 }
 
 fn facet(triangle: u32) -> Facet {

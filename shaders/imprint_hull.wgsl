@@ -1,6 +1,6 @@
 // import common
 // import halves
-// import imprint_link
+// import imprint_box
 // import imprint_tile
 // import surface
 // Bounds of displaced patches in the voxel coordinates of an imprint: hulls of Bézier points, widened by the displacement
@@ -87,8 +87,18 @@ fn spread(tile: CullTile, cone: vec4<f32>, row: vec3<f32>) -> vec2<f32> {
     return vec2(least, most);
 }
 
+// Where voxels of the imprint that is worked on may be solid.
+var<private> part: Solid;
+
+// Works on an imprint from now on.
+fn take(link: u32) {
+    work = links[link];
+    part = solid_part(link);
+}
+
 fn meets(bounds: Bounds) -> bool {
-    return all(bounds.low <= vec3<f32>(work.dims) + SLACK) && all(bounds.high >= vec3(-SLACK));
+    let there = all(part.low < part.high);
+    return there && all(bounds.low <= vec3<f32>(part.high) + SLACK) && all(bounds.high >= vec3<f32>(part.low) - SLACK);
 }
 
 fn whole(tile: CullTile, patch_index: u32) -> Bounds {

@@ -5,7 +5,7 @@
 const THREADS: u32 = 64u;
 
 // Of every imprint the number of listed tiles, and the workgroups in x, y and z that take one each.
-@group(0) @binding(2) var<storage, read_write> arguments: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read_write> arguments: array<atomic<u32>>;
 @group(2) @binding(3) var<storage, read_write> listed: array<u32>;
 // The tile of every patch.
 @group(2) @binding(4) var<storage, read> owners: array<u32>;
@@ -33,7 +33,7 @@ fn cull_patches(
     var tile = tile_before(owner);
     var met = vec2(0u);
     for (var link = step.link; link != LINK_NONE; link = work.next) {
-        work = links[link];
+        take(link);
         if meets(whole(tile, index)) {
             met[link / 32u] |= 1u << (link % 32u);
         }

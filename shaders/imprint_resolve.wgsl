@@ -1,14 +1,14 @@
 // import common
-// import imprint_link
+// import imprint_box
 // Columns from what their winding number changes by at every step: a voxel is solid where it is not zero. The changes
-// are left zero for the next use. Workgroups of a layer take an imprint.
+// are left zero for the next use. Nothing changes beyond the box of the collider. Workgroups of a layer take an imprint.
 
 // What stands for the ends of a column that is solid in more than one piece.
 const PIECES: u32 = 0xffffu;
 
 @group(0) @binding(1) var<storage, read_write> turns: array<i32>;
 // The lowest solid voxel of a column, and the one after the highest in the upper half.
-@group(0) @binding(2) var<storage, read_write> spans: array<u32>;
+@group(0) @binding(4) var<storage, read_write> spans: array<u32>;
 // Bit z % 32 of the word at z / 32 times the columns plus c is voxel z of column c.
 @group(0) @binding(3) var<storage, read_write> words: array<u32>;
 
@@ -50,13 +50,24 @@ fn resolve(
     if column >= columns {
         return;
     }
+    let part = solid_part(step.link + group.z);
+    let place = vec2(i32(column % work.dims.x), i32(column / work.dims.x));
+    let there = all(place >= part.low.xy) && all(place < part.high.xy);
+    // Whole words of bits, of which the last may have a change at its end.
+    let start = select(work.dims.z, u32(part.low.z) / 32u * 32u, there);
+    let stop = select(0u, u32(part.high.z), there);
+    for (var z = 0u; z < work.dims.z; z += 32u) {
+        if z < start || z > stop {
+            words[work.first_word + z / 32u * columns + column] = 0u;
+        }
+    }
     var winding = 0;
     if (work.flags & (BACKWARD | OPEN)) != 0u {
         // From the far side all crossings come first. An open mesh has no outside to come from: the least winding
         // number along the column is outside.
         var sum = 0;
         var least = 0;
-        for (var z = 0u; z <= work.dims.z; z += 4u) {
+        for (var z = start; z <= stop; z += 4u) {
             let four = windings(four_turns(column, z), sum);
             sum = four.w;
             least = min(least, min(min(four.x, four.y), min(four.z, four.w)));
@@ -68,7 +79,7 @@ fn resolve(
     var pieces = 0u;
     var carry = 0u;
     var word = 0u;
-    for (var z = 0u; z <= work.dims.z; z += 4u) {
+    for (var z = start; z <= stop; z += 4u) {
         let changes = four_turns(column, z);
         let four = windings(changes, winding);
         winding = four.w;
@@ -79,9 +90,9 @@ fn resolve(
             clear(column, z + 3u);
         }
         let solid = select(vec4(0u), vec4(1u, 2u, 4u, 8u), four != vec4(0));
-        let there = (1u << min(work.dims.z - z, 4u)) - 1u;
-        word |= ((solid.x | solid.y | solid.z | solid.w) & there) << (z % 32u);
-        if z % 32u == 28u || z + 4u > work.dims.z {
+        let inside = (1u << min(work.dims.z - z, 4u)) - 1u;
+        word |= ((solid.x | solid.y | solid.z | solid.w) & inside) << (z % 32u);
+        if z % 32u == 28u || z + 4u > stop {
             let base = z / 32u * 32u;
             if base < work.dims.z {
                 words[work.first_word + z / 32u * columns + column] = word;

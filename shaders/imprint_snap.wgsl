@@ -3,7 +3,8 @@
 // import wide
 // Points of colliders on the lattice of 1/256 voxel. Devices have no f64: coordinates and the rows of the map are
 // integers of up to 30 bits, and sums of 64 are exact, so that places are the processor's but for what 30 bits leave out.
-// Workgroups of a row take an imprint.
+// Workgroups of a row take an imprint. The box of the points, along the axes of the overlap, is reduced as well: voxels
+// beyond it are not solid (Schäfer et al. 2014, Section 5, Overlap Regions).
 
 // Coordinates beyond which triangles cannot be placed exactly.
 const FAR: i32 = 16777216;
@@ -13,6 +14,8 @@ const MOST: f32 = 536870912.0;
 @group(0) @binding(1) var<storage, read> points: array<f32>;
 @group(0) @binding(2) var<storage, read_write> corners: array<vec4<i32>>;
 @group(0) @binding(3) var<storage, read_write> told: AllTold;
+// See `imprint_box`.
+@group(0) @binding(4) var<storage, read_write> boxes: array<atomic<u32>>;
 
 // The place along an axis, and 1 where it is not too far.
 fn place(row: vec3<i32>, low: u32, high: u32, q: vec3<i32>) -> vec2<i32> {
@@ -30,14 +33,28 @@ fn place(row: vec3<i32>, low: u32, high: u32, q: vec3<i32>) -> vec2<i32> {
     return vec2(clamp(whole, -FAR, FAR), i32(near));
 }
 
+var<workgroup> most: array<atomic<u32>, 6>;
+
 @compute @workgroup_size(GROUP)
 fn snap(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let link = step.link + group.y;
     work = links[link];
     let index = group.x * GROUP + local;
-    if index >= work.points {
-        return;
+    if local < 6u {
+        atomicStore(&most[local], 0u);
     }
+    workgroupBarrier();
+    if index < work.points {
+        snap_point(link, index);
+    }
+    workgroupBarrier();
+    // Extrema of whole numbers do not depend on the order that they are met in.
+    if local < 6u {
+        atomicMax(&boxes[6u * link + local], atomicLoad(&most[local]));
+    }
+}
+
+fn snap_point(link: u32, index: u32) {
     let first = 3u * (work.first_point + index);
     let point = vec3(points[first], points[first + 1u], points[first + 2u]);
     let whole = round(point * work.scale);
@@ -50,5 +67,10 @@ fn snap(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if !there || x.y * y.y * z.y == 0 {
         atomicOr(&told.links[link].faults, TOO_FAR);
     }
-    corners[work.first_corner + index] = vec4(x.x, y.x, z.x, 0);
+    let corner = vec3(x.x, y.x, z.x);
+    corners[work.first_corner + index] = vec4(corner, 0);
+    for (var axis = 0u; axis < 3u; axis++) {
+        atomicMax(&most[axis], u32(corner[axis]) ^ 0x80000000u);
+        atomicMax(&most[axis + 3u], u32(-corner[axis]) ^ 0x80000000u);
+    }
 }

@@ -4,7 +4,6 @@
 //! where that is a number of items, it is the argument of an indirect dispatch: a frame's pairs can be one submission.
 
 mod blocks;
-mod bounds;
 mod brush;
 mod chain;
 mod cull;
@@ -21,7 +20,6 @@ mod still;
 mod triangle_brush;
 mod voxel;
 
-pub use bounds::DeviceBounds;
 pub(crate) use chain::DeviceChain;
 pub(crate) use dabs::{DeviceColor, Kind, OnDevice, edits_of, on_device, reports_of, smudges_of};
 pub(crate) use events::{DeviceValue, Edit, Returned};

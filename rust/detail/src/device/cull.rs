@@ -41,11 +41,11 @@ pub(crate) struct DeviceCull {
     _kept: (Buffer<CullTile>, [Buffer<u32>; 3]),
 }
 
-/// What the kernels have of a submission: its imprints, what those before left, and the arguments of the second; that then
-/// has the list of blocks, what is told, and arguments before those that the first left.
-pub(super) const MEETING: [Access; 3] = [Access::Read, Access::Read, Access::Write];
-pub(super) const LISTING: [Access; 6] =
-    [Access::Read, Access::Read, Access::Write, Access::Write, Access::Write, Access::Read];
+/// What the kernels have of a submission: its imprints, what those before left, the boxes of colliders, and the arguments of
+/// the second; that then has the list of blocks, what is told, and arguments before those that the first left.
+pub(super) const MEETING: [Access; 4] = [Access::Read, Access::Read, Access::Read, Access::Write];
+pub(super) const LISTING: [Access; 7] =
+    [Access::Read, Access::Read, Access::Read, Access::Write, Access::Write, Access::Write, Access::Read];
 
 /// Patches of a workgroup.
 const PATCHES: u32 = 64;

@@ -306,6 +306,8 @@ pub(super) struct Shared {
     pub links: Buffer<Words>,
     pub told: Buffer<u32>,
     pub arguments: Buffer<u32>,
+    /// Of every imprint the box of the collider's points along the axes of the overlap, as `imprint_box.wgsl` has it.
+    pub boxes: Buffer<[u32; 6]>,
     /// Of every imprint how many tiles were listed for it and those of its row, and the arguments of what takes them.
     pub candidates: Buffer<u32>,
 }
@@ -317,6 +319,7 @@ impl Shared {
             links: Buffer::new(device, "imprints", MOST_LINKS)?,
             told: Buffer::new(device, "what is told of imprints", FIRST + TOLD * MOST_LINKS)?,
             arguments: Buffer::new(device, "arguments of imprints", ARGUMENTS * MOST_LINKS)?,
+            boxes: Buffer::new(device, "boxes of colliders", MOST_LINKS)?,
             candidates: Buffer::new(device, "tiles of imprints", CANDIDATES * MOST_LINKS)?,
         })
     }
@@ -326,6 +329,7 @@ impl Shared {
         frame.clear(&self.told);
         frame.clear(&self.arguments);
         frame.clear(&self.candidates);
+        frame.clear(&self.boxes);
         self.links.write(device, 0, words)
     }
 

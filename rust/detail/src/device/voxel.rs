@@ -107,7 +107,8 @@ impl DeviceVoxels {
         let links = (Read, shared.links.wgpu());
         let told = (Write, shared.told.wgpu());
         let (mesh, indices) = ((Read, corners.wgpu()), (Read, meshes.triangles().wgpu()));
-        let bound = [links, (Read, meshes.points().wgpu()), (Write, corners.wgpu()), told];
+        let bound =
+            [links, (Read, meshes.points().wgpu()), (Write, corners.wgpu()), told, (Write, shared.boxes.wgpu())];
         let snap = Work::new(device, ["imprint_snap", "snap"], &bound)?;
         let bound = [links, mesh, indices, (Write, starts.wgpu()), told];
         let count = Work::new(device, ["imprint_count", "count"], &bound)?;
@@ -117,7 +118,8 @@ impl DeviceVoxels {
         let reads = [links, mesh, indices, (Read, starts.wgpu()), (Read, shared.arguments.wgpu())];
         let bound = [&reads[..], &[(Write, turns.wgpu())]].concat();
         let cross = Work::new(device, ["imprint_cross", "cross_columns"], &bound)?;
-        let bound = [links, (Write, turns.wgpu()), (Write, spans.wgpu()), (Write, words.wgpu())];
+        let to = [(Write, words.wgpu()), (Write, spans.wgpu())];
+        let bound = [&[links, (Write, turns.wgpu()), (Read, shared.boxes.wgpu())], &to[..]].concat();
         let resolve = Work::new(device, ["imprint_resolve", "resolve"], &bound)?;
         let _kept = (corners, starts, turns);
         Ok(Self { room, spans, words, snap, count, scan, arrange, cross, resolve, _kept })
@@ -188,9 +190,10 @@ mod tests {
     use relievo_core::Context;
     use relievo_testing::device;
 
-    /// Voxels of a collider, and what was told.
+    /// Voxels of a collider, its box, and what was told.
     struct Made {
         corners: Vec<[i32; 4]>,
+        extrema: [u32; 6],
         spans: Vec<u32>,
         words: Vec<u32>,
         told: Told,
@@ -229,10 +232,12 @@ mod tests {
         let corners = frame.read(corners, 0..corners.len()).unwrap();
         let spans = frame.read(voxels.spans(), 0..voxels.spans().len()).unwrap();
         let words = frame.read(voxels.words(), 0..voxels.words().len()).unwrap();
+        let boxes = frame.read(&shared.boxes, 0..1).unwrap();
         let told = shared.read_told(&mut frame, 1).unwrap();
         let _ = frame.submit().unwrap();
         Made {
             corners: corners.get(device).unwrap(),
+            extrema: boxes.get(device).unwrap()[0],
             spans: spans.get(device).unwrap(),
             words: words.get(device).unwrap(),
             told: parse(&told.get(device).unwrap()).1[0],
@@ -301,9 +306,10 @@ mod tests {
             vec![[-9.5, -9.5, -9.5], [9.5, -9.5, 9.5], [9.5, 9.5, 9.5], [-9.5, 9.5, -9.5]],
             vec![[0, 1, 2], [0, 2, 3]],
         );
-        for soup in [shapes::cube(7.5), shapes::cube(20.0), roof] {
+        let soups = [(shapes::cube(7.5), true), (shapes::cube(20.0), true), (roof, false)];
+        for (soup, may_be_closed) in soups {
             for side in [Side::Forward, Side::Backward] {
-                for closed in [true, false] {
+                for closed in [false, may_be_closed] {
                     assert!(compare(&device, &soup, &grid, still, side, closed) > 0);
                 }
             }
@@ -337,8 +343,14 @@ mod tests {
         let collider = Collider::new(&context, points.clone(), triangles, DAffine3::from_rotation_x(0.3)).unwrap();
         let lattice = collider.lattice(&grid).unwrap();
         let made = |moved| voxelise(&device, &collider, &grid, (Side::Forward, true), moved);
-        let Made { corners, told, .. } = made(None);
+        let Made { corners, extrema, told, .. } = made(None);
         told.check().unwrap();
+        // The box along the axes of the grid, of all points and of no others.
+        for axis in 0..3 {
+            let along = || corners.iter().map(|corner| corner[axis]);
+            let ends = [extrema[axis], extrema[axis + 3]].map(|word| (word ^ 1 << 31) as i32);
+            assert_eq!(ends, [along().max().unwrap(), -along().min().unwrap()], "axis {axis}");
+        }
         for (corner, point) in corners.iter().zip(&points) {
             let place = lattice.place(*point).unwrap();
             assert_eq!(corner[..3].iter().map(|it| i64::from(*it)).collect::<Vec<_>>(), place);
