@@ -6,17 +6,20 @@
 //! - Which of them make a mesh with a given deviation or number of triangles: [`cut`].
 //! - Files of them: [`file`](mod@file).
 //! - The mesh they make, refined and coarsened in place: [`active`].
-//! - How regions of it are moved and turned: [`handle`]; and how coarser and finer levels follow: `moves`, with `place`.
+//! - How regions of it are moved and turned: [`handle`]; how coarser and finer levels follow: `moves`, with
+//!   `place`; how that is taken back: `history`; and how it becomes a mesh of its own: `settle`.
 
 pub mod active;
 pub mod cut;
 pub mod file;
 pub mod handle;
 pub mod hierarchy;
+mod history;
 mod moves;
 mod packing;
 mod place;
 mod recording;
+mod settle;
 
 pub use active::{ActiveMesh, Extract};
 pub use cut::Cut;

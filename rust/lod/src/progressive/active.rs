@@ -10,6 +10,7 @@ use relievo_core::Context;
 
 use super::cut::Cut;
 use super::hierarchy::{Child, Progressive};
+use super::history::History;
 use super::moves::{Coarsening, Moves, Refining};
 use super::place::Place;
 use crate::connectivity::NONE;
@@ -43,6 +44,7 @@ pub struct ActiveMesh<'a> {
     vertices: usize,
     /// What was edited, if anything was.
     pub(super) moves: Option<Moves>,
+    pub(super) history: History,
 }
 
 /// The places, normals and triangles of a mesh.
@@ -85,6 +87,7 @@ impl<'a> ActiveMesh<'a> {
             triangles: whole.base_faces().len(),
             vertices: whole.base_vertices().len(),
             moves: None,
+            history: History::default(),
         };
         for leaf in whole.base_vertices() {
             made.nodes[*leaf as usize].store(2 * leaf, Relaxed);
@@ -398,7 +401,7 @@ impl<'a> ActiveMesh<'a> {
     }
 
     /// Where a vertex is now.
-    fn place(&self, vertex: u32, child: Child) -> Place {
+    pub(super) fn place(&self, vertex: u32, child: Child) -> Place {
         self.moves.as_ref().and_then(|moves| moves.place(vertex)).unwrap_or_else(|| self.whole.place(child, vertex))
     }
 

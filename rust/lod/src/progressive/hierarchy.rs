@@ -40,6 +40,7 @@ impl Default for BuildOptions {
 }
 
 /// A progressive mesh.
+#[derive(Clone)]
 pub struct Progressive {
     /// Places of the leaves, as they were.
     pub(super) points: Vec<[f32; 3]>,

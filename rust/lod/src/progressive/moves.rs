@@ -13,7 +13,6 @@ use glam::{Vec3, Vec4Swizzles};
 use relievo_core::Context;
 
 use super::active::ActiveMesh;
-use super::handle::Edit;
 use super::hierarchy::Child;
 use super::place::{Place, Surroundings};
 use crate::connectivity::NONE;
@@ -50,6 +49,13 @@ pub struct Note {
     merged: (Option<Place>, u32),
     /// The last edit before the split was made.
     edit: u32,
+}
+
+/// What is known of all vertices and splits near edits.
+pub struct Snapshot {
+    edits: u32,
+    places: Vec<(u32, Place, u32)>,
+    notes: Vec<(u32, Note)>,
 }
 
 /// A split and what is to be known of it from now on.
@@ -93,6 +99,33 @@ impl Moves {
                 bits.store(value.to_bits(), Relaxed);
             }
         }
+    }
+
+    /// Puts vertices where an edit wants them.
+    pub fn edit(&mut self, places: &[(u32, Place)]) {
+        self.edits += 1;
+        places.iter().for_each(|(vertex, place)| self.set(*vertex, Some(*place), self.edits));
+    }
+
+    /// Where the vertex was that a split has split, if not where it was built.
+    pub fn merged(&self, split: u32) -> Option<Place> {
+        self.note(split).and_then(|note| note.merged.0)
+    }
+
+    /// All that is known.
+    pub fn snapshot(&self) -> Snapshot {
+        let vertices = 0..self.moved.len() as u32;
+        let places = vertices.clone().filter_map(|vertex| Some((vertex, self.place(vertex)?, self.edited(vertex))));
+        let notes = vertices.filter_map(|split| Some((split, *self.note(split)?)));
+        Snapshot { edits: self.edits, places: places.collect(), notes: notes.collect() }
+    }
+
+    /// Of a mesh with so many vertices, all that was known.
+    pub fn of_snapshot(vertices: usize, snapshot: &Snapshot) -> Self {
+        let mut made = Self { edits: snapshot.edits, ..Self::new(vertices) };
+        snapshot.places.iter().for_each(|(vertex, place, edit)| made.set(*vertex, Some(*place), *edit));
+        made.keep(snapshot.notes.iter().map(|(split, note)| (*split, Some(*note))).collect());
+        made
     }
 
     fn edited(&self, vertex: u32) -> u32 {
@@ -361,34 +394,6 @@ impl<'a> Coarsening<'a> {
             self.noted.push((ends[1], Some(Note { built: Some(built), merged: (None, 0), edit: 0 })));
             moves.set(ends[1], None, 0);
             moves.set(ends[0], Some(now), edit);
-        }
-    }
-}
-
-impl ActiveMesh<'_> {
-    /// Moves and turns regions of this mesh. Finer levels follow when they are refined, coarser ones when this one is
-    /// coarsened. Returns how many vertices were reached. Fails if no vertex is, or a handle is not usable.
-    pub fn edit(&mut self, edit: &Edit) -> relievo_core::Result<usize> {
-        use relievo_core::Error;
-        if let Some(fault) = edit.fault() {
-            return Err(Error::invalid("it needs finite numbers, a radius above 0 and an axis of length 1").at(fault));
-        }
-        let vertices = self.whole().vertex_count();
-        let mut moves = self.moves.take().unwrap_or_else(|| Moves::new(vertices));
-        let reached: Vec<(u32, Place)> =
-            self.vertices().filter_map(|vertex| Some((vertex, edit.moved(places(self, &moves, vertex)[1])?))).collect();
-        let finite = reached.iter().all(|(_, place)| place.point.is_finite());
-        if finite {
-            moves.edits += 1;
-            reached.iter().for_each(|(vertex, place)| moves.set(*vertex, Some(*place), moves.edits));
-        }
-        self.moves = Some(moves);
-        match reached.len() {
-            _ if !finite => Err(Error::invalid("vertices would go where no number is").advise("use smaller numbers")),
-            0 => Err(Error::invalid("no vertex is in a region of influence")
-                .at("handles")
-                .advise("move it to the surface")),
-            count => Ok(count),
         }
     }
 }

@@ -217,3 +217,56 @@ fn edits_that_reach_nothing_or_mean_nothing_are_refused() {
     assert!(fails(far).contains("anchor 0"));
     assert_eq!(active.extract(), before);
 }
+
+#[test]
+fn edits_are_taken_back_and_made_again_at_any_level() {
+    let context = Context::serial();
+    let mesh = build(&torus(120, 60));
+    let mut active = ActiveMesh::new(&mesh);
+    let levels = [600, 60, 3000].map(|faces| Cut::of_faces(&mesh, faces));
+    let mut seen = Vec::new();
+    for (cut, center) in levels.into_iter().zip([[1.4, 0.0, 0.0], [-1.2, 0.3, 0.0], [1.3, 0.3, 0.1]]) {
+        active.adapt(&context, Cut::FINEST);
+        seen.push(active.extract());
+        active.adapt(&context, cut);
+        active.edit(&pull(center, 0.5)).unwrap();
+    }
+    active.adapt(&context, Cut::FINEST);
+    seen.push(active.extract());
+    for expected in seen.iter().rev().skip(1) {
+        assert!(active.undo(&context));
+        let worst = apart(&active.extract().points, vectors(&expected.points));
+        assert!(worst < 1e-5, "{worst}");
+    }
+    assert!(!active.undo(&context) && active.extract() == seen[0]);
+    for expected in &seen[1..] {
+        assert!(active.redo(&context));
+        let worst = apart(&active.extract().points, vectors(&expected.points));
+        assert!(worst < 1e-5, "{worst}");
+    }
+    assert!(!active.redo(&context));
+}
+
+#[test]
+fn an_edited_mesh_becomes_one_of_its_own_with_the_same_levels() {
+    let context = Context::serial();
+    let shape = torus(120, 60);
+    let mesh = build(&shape);
+    let mut active = ActiveMesh::new(&mesh);
+    active.adapt(&context, Cut::of_faces(&mesh, 600));
+    active.edit(&pull([1.4, 0.0, 0.0], 0.6)).unwrap();
+    let before = active.extract();
+    let settled = active.settled(&context);
+    assert!(apart(&active.extract().points, vectors(&before.points)) < 2e-6, "the view has not changed");
+    let mut bytes = Vec::new();
+    settled.write(&context, &mut bytes).unwrap();
+    let read = Progressive::read(&context, &mut bytes.as_slice(), usize::MAX).unwrap();
+    let mut again = ActiveMesh::new(&read);
+    for cut in [Cut::FINEST, Cut::of_faces(&mesh, 4000), Cut::of_faces(&mesh, 600), Cut::BASE] {
+        active.adapt(&context, cut);
+        again.adapt(&context, cut);
+        let (expected, made) = (active.extract(), again.extract());
+        assert_eq!(made.triangles, expected.triangles);
+        assert!(apart(&made.points, vectors(&expected.points)) < 4e-6);
+    }
+}

@@ -1,0 +1,48 @@
+//! An edited mesh as a progressive mesh of its own.
+
+use glam::Vec3;
+use relievo_core::Context;
+
+use super::active::ActiveMesh;
+use super::cut::Cut;
+use super::hierarchy::{AT, Child, Progressive};
+use super::packing::{Lattice, Normal};
+
+impl ActiveMesh<'_> {
+    /// The progressive mesh that has this one's edits at all levels, to be saved. Deviations of its levels are those it was
+    /// built with.
+    pub fn settled(&mut self, context: &Context) -> Progressive {
+        let cut = self.cut();
+        // Coarser levels follow on the way down, finer ones on the way up.
+        self.adapt(context, Cut::BASE);
+        self.adapt(context, Cut::FINEST);
+        let mut made = self.whole().clone();
+        if let Some(moves) = &self.moves {
+            for leaf in 0..made.points.len() as u32 {
+                if let Some(place) = moves.place(leaf) {
+                    made.points[leaf as usize] = place.point.to_array();
+                    made.normals[leaf as usize] = Normal::new(place.normal);
+                }
+            }
+            let splits: Vec<u32> = made.splits().map(|(split, ..)| split).collect();
+            let built = |split: u32| self.whole().place(Child::Split(split), split);
+            let place = |split: u32| moves.merged(split).unwrap_or_else(|| built(split));
+            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            for point in splits.iter().map(|split| place(*split).point) {
+                (low, high) = (low.min(point), high.max(point));
+            }
+            made.lattice = Lattice::new(low, high);
+            for split in splits {
+                let (number, place) = (split as usize, place(split));
+                let leaf = (made.inner_points[number] & !AT) as usize;
+                let stays = made.inner_points[number] & AT != 0 && Vec3::from(made.points[leaf]) == place.point;
+                if !stays {
+                    made.inner_points[number] = made.lattice.pack(place.point);
+                }
+                made.inner_normals[number] = Normal::new(place.normal);
+            }
+        }
+        self.adapt(context, cut);
+        made
+    }
+}
