@@ -8,6 +8,7 @@ mod compare;
 mod devices;
 mod doc;
 mod draw;
+mod edits;
 mod export;
 mod import;
 mod info;

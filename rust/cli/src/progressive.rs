@@ -26,6 +26,8 @@ enum Task {
     Show(Show),
     /// Writes one of the levels of a progressive mesh as a mesh.
     Export(Export),
+    /// Moves and turns regions of a progressive mesh at levels of their own; all other levels follow.
+    Edit(Edit),
 }
 
 #[derive(clap::Args)]
@@ -65,19 +67,36 @@ struct Export {
     limits: Limits,
 }
 
+#[derive(clap::Args)]
+struct Edit {
+    /// The progressive mesh.
+    file: PathBuf,
+    /// The list of edits, TOML. Each `[[edit]]` has `error`, `faces` or `ratio` for the level it is made at, or none for
+    /// the finest. Each of its `[[edit.handle]]` has `center` and `radius` of what it grabs, `translation`, `axis` and
+    /// `angle` in degrees, and `falloff`: constant, linear, smooth, sphere or sharp. Each of its `[[edit.anchor]]`, which
+    /// stays, has `center`, `radius` and `falloff`.
+    #[arg(long, value_name = "FILE")]
+    script: PathBuf,
+    /// The progressive mesh to write.
+    #[arg(short, long, value_name = "FILE.rlvpm")]
+    output: PathBuf,
+    #[command(flatten)]
+    limits: Limits,
+}
+
 /// Without any of these: the finest.
 #[derive(clap::Args)]
 #[group(multiple = false)]
-struct Level {
+pub struct Level {
     /// The coarsest level that deviates by no more, in units of the mesh.
     #[arg(long, value_name = "E")]
-    error: Option<f32>,
+    pub error: Option<f32>,
     /// The finest level of at most so many triangles.
     #[arg(long, value_name = "N")]
-    faces: Option<usize>,
+    pub faces: Option<usize>,
     /// The finest level of at most this share of the triangles, from 0 to 1.
     #[arg(long, value_name = "R")]
-    ratio: Option<f64>,
+    pub ratio: Option<f64>,
 }
 
 #[derive(clap::Args)]
@@ -97,7 +116,7 @@ impl Limits {
 }
 
 impl Level {
-    fn cut(&self, mesh: &Progressive) -> Result<Cut> {
+    pub fn cut(&self, mesh: &Progressive) -> Result<Cut> {
         if let Some(error) = self.error {
             if error.is_nan() || error < 0.0 {
                 return Err(Error::invalid(format!("{error} is no length")).at("--error").advise("use 0 or more"));
@@ -114,6 +133,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Build(arguments) => build(arguments),
         Task::Show(arguments) => show(arguments),
         Task::Export(arguments) => export(arguments),
+        Task::Edit(arguments) => edit(arguments),
     }
 }
 
@@ -164,5 +184,19 @@ fn export(arguments: &Export) -> Outcome {
     let (vertices, triangles) = (made.points.len(), made.triangles.len());
     relievo_meshio::write(&arguments.output, &Mesh::from_triangles(made.points, &made.triangles))?;
     crate::print(&format!("{triangles} triangles, {vertices} vertices\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn edit(arguments: &Edit) -> Outcome {
+    let context = arguments.limits.context()?;
+    let mesh = Progressive::open(&context, &arguments.file, usize::MAX)?;
+    let mut active = ActiveMesh::new(&mesh);
+    for (index, (level, edit)) in crate::edits::read(&arguments.script)?.into_iter().enumerate() {
+        let place = || format!("{}: edit {}", arguments.script.display(), index + 1);
+        active.adapt(&context, level.cut(&mesh).map_err(|error| error.at(place()))?);
+        let reached = active.edit(&edit).map_err(|error| error.at(place()))?;
+        crate::print(&format!("edit {}: {reached} of {} vertices\n", index + 1, active.vertex_count(),))?;
+    }
+    active.settled(&context).save(&context, &arguments.output)?;
     Ok(ExitCode::SUCCESS)
 }

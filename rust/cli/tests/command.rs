@@ -300,6 +300,17 @@ fn a_progressive_mesh_is_built_shown_and_taken_at_any_level() {
     assert_eq!(export(&["--error", "1", "--faces", "3"]).status.code(), Some(2));
     let refused = export(&["--error=-1"]);
     assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("use 0 or more"), "{refused:?}");
+    let edits = "[[edit]]\nfaces = 200\n[[edit.handle]]\ncenter = [0, 0, 0]\nradius = 0.8\ntranslation = [0, 0, 2]\n";
+    std::fs::write(folder.path().join("edits.toml"), edits).unwrap();
+    let edited = run(&["edit", "bowl.rlvpm", "--script", "edits.toml", "-o", "edited.rlvpm"]);
+    assert!(edited.status.success() && text(&edited.stdout).starts_with("edit 1: "), "{edited:?}");
+    assert!(run(&["export", "edited.rlvpm", "-o", "level.ply"]).status.success());
+    let info = relievo(folder.path(), &["info", "--json", "level.ply"]);
+    let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    assert!(found["faces"] == 800 && found["bounds"][1][2].as_f64().unwrap() > 1.2, "{found}");
+    std::fs::write(folder.path().join("edits.toml"), edits.replace("radius", "size")).unwrap();
+    let refused = run(&["edit", "bowl.rlvpm", "--script", "edits.toml", "-o", "edited.rlvpm"]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("unknown field `size`"), "{refused:?}");
     let bytes = std::fs::read(folder.path().join("bowl.rlvpm")).unwrap();
     std::fs::write(folder.path().join("bowl.rlvpm"), &bytes[..bytes.len() - 9]).unwrap();
     let refused = export(&[]);

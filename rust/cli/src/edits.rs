@@ -1,0 +1,117 @@
+//! Lists of edits of progressive meshes.
+
+use std::path::Path;
+
+use relievo_core::{Error, Result, file};
+use relievo_lod::progressive::{Edit, Falloff, Handle, Region};
+use serde::Deserialize;
+
+use crate::progressive::Level;
+
+/// Bytes of a list at most.
+const LONGEST: u64 = 1 << 24;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct List {
+    #[serde(default)]
+    edit: Vec<Entry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    error: Option<f32>,
+    faces: Option<usize>,
+    ratio: Option<f64>,
+    #[serde(default)]
+    handle: Vec<Grabbed>,
+    #[serde(default)]
+    anchor: Vec<Held>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Grabbed {
+    center: [f32; 3],
+    radius: f32,
+    #[serde(default)]
+    falloff: Shape,
+    #[serde(default)]
+    translation: [f32; 3],
+    #[serde(default = "upwards")]
+    axis: [f32; 3],
+    #[serde(default)]
+    angle: f32,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Held {
+    center: [f32; 3],
+    radius: f32,
+    #[serde(default)]
+    falloff: Shape,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Shape {
+    Constant,
+    Linear,
+    #[default]
+    Smooth,
+    Sphere,
+    Sharp,
+}
+
+fn upwards() -> [f32; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+impl From<Shape> for Falloff {
+    fn from(shape: Shape) -> Self {
+        match shape {
+            Shape::Constant => Self::Constant,
+            Shape::Linear => Self::Linear,
+            Shape::Smooth => Self::Smooth,
+            Shape::Sphere => Self::Sphere,
+            Shape::Sharp => Self::Sharp,
+        }
+    }
+}
+
+impl Grabbed {
+    fn handle(&self) -> Handle {
+        let length = self.axis.iter().map(|value| value * value).sum::<f32>().sqrt();
+        Handle {
+            region: Region { center: self.center, radius: self.radius, falloff: self.falloff.into() },
+            translation: self.translation,
+            axis: self.axis.map(|value| value / length),
+            angle: self.angle.to_radians(),
+        }
+    }
+}
+
+/// The edits of the list at `path`, and the levels they are made at.
+pub fn read(path: &Path) -> Result<Vec<(Level, Edit)>> {
+    let place = || path.display().to_string();
+    let bytes = file::load(path, LONGEST)?;
+    let text = String::from_utf8(bytes).map_err(|_| Error::invalid("it is no text").at(place()))?;
+    let list: List = toml::from_str(&text).map_err(|error| Error::invalid(error.to_string()).at(place()))?;
+    let edit = |entry: Entry| {
+        let given = [entry.error.is_some(), entry.faces.is_some(), entry.ratio.is_some()];
+        if given.into_iter().filter(|given| *given).count() > 1 {
+            return Err(Error::invalid("an edit has one level")
+                .at(place())
+                .advise("leave all but one of error, faces and ratio out"));
+        }
+        let anchor = |held: &Held| Region { center: held.center, radius: held.radius, falloff: held.falloff.into() };
+        let edit = Edit {
+            handles: entry.handle.iter().map(Grabbed::handle).collect(),
+            anchors: entry.anchor.iter().map(anchor).collect(),
+        };
+        Ok((Level { error: entry.error, faces: entry.faces, ratio: entry.ratio }, edit))
+    };
+    list.edit.into_iter().map(edit).collect()
+}
