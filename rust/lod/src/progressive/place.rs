@@ -1,6 +1,6 @@
 //! Where vertices are, and how those around one have turned.
 
-use glam::{Quat, Vec3};
+use glam::{Mat3, Quat, Vec3};
 
 /// Where a vertex is, and its normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -9,17 +9,25 @@ pub struct Place {
     pub normal: Vec3,
 }
 
-/// The middle of the vertices around one, as they were built and as they are now, and the turn between.
+/// The middle of the vertices around one, as they were built and as they are now, and the linear map between.
 ///
 /// The paper (Derzapf, Grund, Guthe 2014, Section 4.1) spans a frame by averages of normals and tangents, stores offsets
-/// in it, and turns them with the frame. Only the turn from one frame to the other matters for that. It takes the average
-/// normal to the other, and about it fits the vertices themselves best, in the plane; so it needs no tangents, and none
-/// that a mesh without them would have to make up, and is exact where everything moved rigidly.
+/// in it, and turns them with the frame. Only the map from one frame to the other matters for that. Here it is the one
+/// that takes the vertices themselves where they are, in least squares, and the average normal to the other. So no mesh
+/// needs tangents, nothing is lost where everything moves rigidly, and where the surface is stretched or sheared its
+/// vertices go with it: offsets that only turn overtake each other there, which is seen as noise.
 pub struct Surroundings {
     built: Vec3,
     now: Vec3,
-    turn: Quat,
+    map: Mat3,
 }
+
+/// How much the map wants normals to go to normals, and to be a turn in all directions, beside the sum of squares of how
+/// far the vertices are.
+const UPRIGHT: f32 = 0.5;
+const RIGID: f32 = 1e-2;
+/// The least volume, of the map, that can be undone.
+const FLAT: f32 = 1e-2;
 
 impl Surroundings {
     /// Of the vertex that is split or was merged, which counts twice, and its neighbours, each as built and as it is now.
@@ -34,28 +42,47 @@ impl Surroundings {
             sum.try_normalize().unwrap_or(Vec3::Z)
         });
         let arc = arc(normal[0], normal[1]);
-        let (mut sine, mut cosine) = (0.0, 0.0);
-        for places in neighbours.iter().chain([&vertex]) {
-            let before = arc * (places[0].point - middle[0]);
-            let after = places[1].point - middle[1];
-            let before = before - normal[1] * before.dot(normal[1]);
-            sine += normal[1].dot(before.cross(after));
-            cosine += before.dot(after);
+        let (mut sine, mut cosine, mut squares) = (0.0, 0.0, 0.0);
+        let (mut spread, mut moved) = (Mat3::ZERO, Mat3::ZERO);
+        for places in neighbours.iter().chain([&vertex, &vertex]) {
+            let [before, after] = [0, 1].map(|time| places[time].point - middle[time]);
+            spread += outer(before, before);
+            moved += outer(after, before);
+            squares += before.length_squared();
+            let turned = arc * before;
+            let turned = turned - normal[1] * turned.dot(normal[1]);
+            sine += normal[1].dot(turned.cross(after));
+            cosine += turned.dot(after);
         }
-        let turn = Quat::from_axis_angle(normal[1], f32::atan2(sine, cosine)) * arc;
-        Self { built: middle[0], now: middle[1], turn: turn.normalize() }
+        let turn = Mat3::from_quat((Quat::from_axis_angle(normal[1], f32::atan2(sine, cosine)) * arc).normalize());
+        if squares == 0.0 {
+            return Self { built: middle[0], now: middle[1], map: turn };
+        }
+        // The inverse is of numbers about 1.
+        let scale = squares.recip();
+        let before = spread * scale + outer(normal[0], normal[0]) * UPRIGHT + Mat3::IDENTITY * RIGID;
+        let after = moved * scale + outer(normal[1], normal[0]) * UPRIGHT + turn * RIGID;
+        let map = after * before.inverse();
+        let is_fit = map.determinant() > FLAT && map.is_finite();
+        Self { built: middle[0], now: middle[1], map: if is_fit { map } else { turn } }
     }
 
     /// Where a vertex is now that was built at `place`.
     pub fn forward(&self, place: Place) -> Place {
-        Place { point: self.now + self.turn * (place.point - self.built), normal: self.turn * place.normal }
+        let normal = self.map.inverse().transpose() * place.normal;
+        Place { point: self.now + self.map * (place.point - self.built), normal: normal.normalize_or_zero() }
     }
 
     /// Where a vertex would have been built that is at `place` now.
     pub fn back(&self, place: Place) -> Place {
-        let turn = self.turn.inverse();
-        Place { point: self.built + turn * (place.point - self.now), normal: turn * place.normal }
+        let normal = self.map.transpose() * place.normal;
+        Place { point: self.built + self.map.inverse() * (place.point - self.now), normal: normal.normalize_or_zero() }
     }
+}
+
+/// a bᵀ
+fn outer(a: Vec3, b: Vec3) -> Mat3 {
+    Mat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 /// The shortest turn from one unit vector to another, exact for small ones too.

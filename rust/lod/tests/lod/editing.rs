@@ -270,3 +270,23 @@ fn an_edited_mesh_becomes_one_of_its_own_with_the_same_levels() {
         assert!(apart(&made.points, vectors(&expected.points)) < 4e-6);
     }
 }
+
+#[test]
+fn fine_vertices_go_with_a_surface_that_is_stretched() {
+    let context = Context::serial();
+    let shape = lifted(80, |x, y| 0.01 * (5.0 * x).sin() * (4.0 * y).sin());
+    let mesh = build(&shape);
+    let mut active = ActiveMesh::new(&mesh);
+    active.adapt(&context, Cut::of_faces(&mesh, 300));
+    let region = Region { center: [0.5, 0.5, 0.0], radius: 0.45, falloff: Falloff::Smooth };
+    let handle = Handle { region, translation: [0.15, 0.0, 0.0], axis: [0.0; 3], angle: 0.0 };
+    active.edit(&Edit { handles: vec![handle], anchors: Vec::new() }).unwrap();
+    active.adapt(&context, Cut::FINEST);
+    let finest = active.extract();
+    let up = |[a, b, c]: &[u32; 3]| {
+        let corner = |vertex: &u32| Vec3::from(finest.points[*vertex as usize]);
+        (corner(b) - corner(a)).cross(corner(c) - corner(a)).normalize_or_zero().z
+    };
+    let least = finest.triangles.iter().map(up).fold(1.0, f32::min);
+    assert!(least > 0.9, "{least}");
+}
