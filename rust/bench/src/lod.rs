@@ -11,7 +11,7 @@ use relievo_testing::Random;
 
 use crate::measure::{Sample, compare, sample, seconds};
 use crate::report::{Goal, Report};
-use crate::shapes;
+use crate::{progressive, shapes};
 
 /// The share of triangles that is left.
 const LEFT: f64 = 0.1;
@@ -20,7 +20,7 @@ const PLACES: usize = 200_000;
 /// Runs of each side.
 const RUNS: usize = 5;
 
-type Triangles = (Vec<[f32; 3]>, Vec<[u32; 3]>);
+pub type Triangles = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 
 /// Measures every case into `report`.
 pub fn run(report: &mut Report) -> Result<()> {
@@ -33,13 +33,13 @@ pub fn run(report: &mut Report) -> Result<()> {
         let noise: f32 = octaves.map(|octave| 0.03 / octave * wave(point * 4.0 * octave)).sum();
         (point * (1.0 + noise)).to_array()
     };
-    let noisy: Triangles = (knot.points.iter().map(noisy).collect(), knot.triangles());
-    let rate = case(report, &context, "noisy knot, 327,680 triangles", &noisy)?;
+    let noisy_knot: Triangles = (knot.points.iter().map(noisy).collect(), knot.triangles());
+    let rate = case(report, &context, "noisy knot, 327,680 triangles", &noisy_knot)?;
     let flat = shapes::terrain(404);
     let points = flat.points.iter().map(|[x, y, _]| [*x, *y, 0.0]).collect();
     let flat = (points, flat.triangles());
     let time = sample(RUNS, || seconds(|| ours(&context, &flat)));
-    let curved = Sample::new(vec![noisy.1.len() as f64 / rate / 1e6]);
+    let curved = Sample::new(vec![noisy_knot.1.len() as f64 / rate / 1e6]);
     let name = "flat grid, 326,432 triangles: time beside a curved mesh";
     report.add(name, &time, Some(("the noisy knot", &curved)), "s", Goal::RatioAtMost(1.5));
     for name in ["horse.ply", "igea.ply", "ogre.obj", "stanford-bunny.obj", "fandisk.obj"] {
@@ -50,6 +50,25 @@ pub fn run(report: &mut Report) -> Result<()> {
             }
             None => eprintln!("skipped: meshes/{name} is not there"),
         }
+    }
+    progressive_cases(report, &context, noisy)
+}
+
+/// Progressive meshes: the paper's horse, and meshes of ours of the sizes of two of its dragons.
+fn progressive_cases(report: &mut Report, context: &Context, noisy: impl Fn(&[f32; 3]) -> [f32; 3]) -> Result<()> {
+    match shapes::model(context, "meshes/horse.ply")? {
+        Some(mesh) => {
+            let (told, triangles) = ([0.3, 0.162, 0.595, 0.443, 0.384], mesh.triangles());
+            progressive::case(report, context, "horse.ply", &(mesh.points, triangles), (Some(told), Some(0.15)))?;
+        }
+        None => eprintln!("skipped: meshes/horse.ply is not there"),
+    }
+    for (around, across, told) in
+        [(1050, 415, [1.4, 0.313, 1.201, 0.882, 0.674]), (3000, 1204, [10.4, 0.347, 0.760, 0.379, 0.335])]
+    {
+        let knot = shapes::knot(around, across);
+        let mesh = (knot.points.iter().map(&noisy).collect(), knot.triangles());
+        progressive::case(report, context, "noisy knot", &mesh, (Some(told), None))?;
     }
     Ok(())
 }

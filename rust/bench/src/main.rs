@@ -9,6 +9,7 @@ mod imprint_device;
 mod lod;
 mod measure;
 mod paint;
+mod progressive;
 mod report;
 mod shapes;
 mod surface;

@@ -26,25 +26,47 @@ const BATCH: usize = 128;
 pub struct ActiveMesh<'a> {
     whole: &'a Progressive,
     cut: Cut,
-    /// Of every vertex, by the first of its leaves: twice the number of the split it comes from, and 1 if it is the second
-    /// vertex of that, or [`NONE`] where no vertex begins. Base vertices come from their own number.
-    nodes: Vec<AtomicU32>,
-    /// Of every split that is made, the vertex that was split.
-    targets: Vec<AtomicU32>,
-    /// The first corner of every vertex, three a triangle.
-    first: Vec<AtomicU32>,
-    /// The vertex of every corner, [`NONE`] where the triangle is not there.
-    corners: Vec<AtomicU32>,
-    /// The next corner of the same vertex.
-    following: Vec<AtomicU32>,
-    /// Counts rounds of coarsening; and the last one in which the corners of a vertex were cleaned.
+    /// Vertices, by the first of their leaves.
+    slots: Vec<Slot>,
+    /// Three a triangle.
+    corners: Vec<Corner>,
+    /// Counts rounds of coarsening.
     round: u32,
-    cleaned: Vec<AtomicU32>,
     triangles: usize,
     vertices: usize,
     /// What was edited, if anything was.
     pub(super) moves: Option<Moves>,
     pub(super) history: History,
+}
+
+/// A vertex, and the split of the same number.
+struct Slot {
+    /// Twice the number of the split the vertex comes from, and 1 if it is the second vertex of that, or [`NONE`] where no
+    /// vertex begins. Base vertices come from their own number.
+    node: AtomicU32,
+    /// Its first corner.
+    first: AtomicU32,
+    /// The vertex that was split, if the split is made.
+    target: AtomicU32,
+    /// The last round in which its corners were cleaned.
+    cleaned: AtomicU32,
+}
+
+impl Default for Slot {
+    fn default() -> Self {
+        let [node, first, target, cleaned] = [NONE; 4].map(AtomicU32::new);
+        Self { node, first, target, cleaned }
+    }
+}
+
+/// A corner of a triangle.
+struct Corner {
+    /// Its vertex, [`NONE`] where the triangle is not there.
+    vertex: AtomicU32,
+    /// The next corner of the same vertex.
+    following: AtomicU32,
+    /// Its leaf.
+    leaf: u32,
 }
 
 /// The places, normals and triangles of a mesh.
@@ -58,10 +80,6 @@ pub struct Extract {
     pub triangles: Vec<[u32; 3]>,
 }
 
-fn numbers(count: usize) -> Vec<AtomicU32> {
-    (0..count).map(|_| AtomicU32::new(NONE)).collect()
-}
-
 fn corner_after(corner: u32) -> u32 {
     if corner % 3 == 2 { corner - 2 } else { corner + 1 }
 }
@@ -73,24 +91,20 @@ fn corner_before(corner: u32) -> u32 {
 impl<'a> ActiveMesh<'a> {
     /// The base mesh.
     pub fn new(whole: &'a Progressive) -> Self {
-        let (vertices, faces) = (whole.vertex_count(), whole.faces.len());
+        let corner = |leaf: &u32| Corner { vertex: AtomicU32::new(NONE), following: AtomicU32::new(NONE), leaf: *leaf };
         let made = Self {
             whole,
             cut: Cut::BASE,
-            nodes: numbers(vertices),
-            targets: numbers(vertices),
-            first: numbers(vertices),
-            corners: numbers(3 * faces),
-            following: numbers(3 * faces),
+            slots: (0..whole.vertex_count()).map(|_| Slot::default()).collect(),
+            corners: whole.faces.iter().flatten().map(corner).collect(),
             round: 0,
-            cleaned: numbers(vertices),
             triangles: whole.base_faces().len(),
             vertices: whole.base_vertices().len(),
             moves: None,
             history: History::default(),
         };
         for leaf in whole.base_vertices() {
-            made.nodes[*leaf as usize].store(2 * leaf, Relaxed);
+            made.slots[*leaf as usize].node.store(2 * leaf, Relaxed);
         }
         // Base vertices come in the order of their leaves.
         let vertex_of = |leaf: u32| {
@@ -139,8 +153,8 @@ impl<'a> ActiveMesh<'a> {
     /// Makes the splits of the cut, or some of them if `check` finds a vertex that must not be split.
     fn refine(&mut self, context: &Context, check: impl Fn(&Self, u32) -> bool + Sync) -> Option<usize> {
         let mesh = &*self;
-        let parts = context.map(mesh.nodes.len().div_ceil(PART), |part| {
-            let range = part * PART..mesh.nodes.len().min((part + 1) * PART);
+        let parts = context.map(mesh.slots.len().div_ceil(PART), |part| {
+            let range = part * PART..mesh.slots.len().min((part + 1) * PART);
             range.filter_map(|vertex| mesh.wanted(vertex as u32)).collect::<Vec<_>>()
         });
         let mut waiting = Waiting::default();
@@ -187,23 +201,23 @@ impl<'a> ActiveMesh<'a> {
     /// triangles between them.
     fn stands(&self, vertex: u32) -> bool {
         let Some(Child::Split(split)) = self.child(vertex) else { return false };
-        let key = self.whole.keys[split as usize];
+        let key = self.whole.splits[split as usize].key;
         let mut lowest = vertex;
-        let mut corner = self.first[vertex as usize].load(Relaxed);
+        let mut corner = self.slots[vertex as usize].first.load(Relaxed);
         while corner != NONE {
             for at in [corner_after(corner), corner_before(corner)] {
-                let neighbour = self.corners[at as usize].load(Relaxed);
+                let neighbour = self.corners[at as usize].vertex.load(Relaxed);
                 lowest = lowest.min(neighbour);
                 if neighbour != vertex
                     && let Some(Child::Split(other)) = self.child(neighbour)
                 {
-                    let other = self.whole.keys[other as usize];
+                    let other = self.whole.splits[other as usize].key;
                     if other.depth() >= key.depth() || other > key {
                         return false;
                     }
                 }
             }
-            corner = self.following[corner as usize].load(Relaxed);
+            corner = self.corners[corner as usize].following.load(Relaxed);
         }
         let faces = &self.whole.faces[2 * split as usize..2 * split as usize + 2];
         faces.iter().flatten().all(|leaf| *leaf >= lowest)
@@ -213,14 +227,14 @@ impl<'a> ActiveMesh<'a> {
     #[inline(always)]
     fn wanted(&self, vertex: u32) -> Option<(u32, u32)> {
         let Some(Child::Split(split)) = self.child(vertex) else { return None };
-        let key = self.whole.keys[split as usize];
+        let key = self.whole.splits[split as usize].key;
         self.cut.has(key, split).then(|| (key.depth(), vertex))
     }
 
     fn coarsen(&mut self, context: &Context) -> usize {
         let mesh = &*self;
-        let parts = context.map(mesh.nodes.len().div_ceil(PART), |part| {
-            let range = part * PART..mesh.nodes.len().min((part + 1) * PART);
+        let parts = context.map(mesh.slots.len().div_ceil(PART), |part| {
+            let range = part * PART..mesh.slots.len().min((part + 1) * PART);
             range.filter_map(|split| mesh.unwanted(split as u32)).collect::<Vec<_>>()
         });
         let mut waiting = Waiting::default();
@@ -261,23 +275,23 @@ impl<'a> ActiveMesh<'a> {
     #[inline(always)]
     fn unwanted(&self, split: u32) -> Option<(u32, u32)> {
         let node = 2 * split;
-        let target = self.targets[split as usize].load(Relaxed);
+        let target = self.slots[split as usize].target.load(Relaxed);
         let is_whole = target != NONE
-            && self.nodes[split as usize].load(Relaxed) == node + 1
-            && self.nodes[target as usize].load(Relaxed) == node;
-        let key = self.whole.keys[split as usize];
+            && self.slots[split as usize].node.load(Relaxed) == node + 1
+            && self.slots[target as usize].node.load(Relaxed) == node;
+        let key = self.whole.splits[split as usize].key;
         (is_whole && !self.cut.has(key, split)).then(|| (key.depth(), split))
     }
 
     fn insert(&self, corner: u32, vertex: u32) {
-        self.corners[corner as usize].store(vertex, Relaxed);
-        let following = self.first[vertex as usize].swap(corner, Relaxed);
-        self.following[corner as usize].store(following, Relaxed);
+        self.corners[corner as usize].vertex.store(vertex, Relaxed);
+        let following = self.slots[vertex as usize].first.swap(corner, Relaxed);
+        self.corners[corner as usize].following.store(following, Relaxed);
     }
 
     /// Splits a vertex. Returns the second vertex, and how many triangles there are more.
     fn split(&self, vertex: u32) -> (u32, usize) {
-        let Child::Split(split) = self.whole.child(self.nodes[vertex as usize].load(Relaxed)) else {
+        let Child::Split(split) = self.whole.child(self.slots[vertex as usize].node.load(Relaxed)) else {
             return (vertex, 0);
         };
         let faces = [2 * split, 2 * split + 1];
@@ -290,11 +304,11 @@ impl<'a> ActiveMesh<'a> {
             }
         }
         let mut lists = [NONE; 2];
-        let mut corner = self.first[vertex as usize].load(Relaxed);
+        let mut corner = self.slots[vertex as usize].first.load(Relaxed);
         while corner != NONE {
-            let following = self.following[corner as usize].load(Relaxed);
+            let following = self.corners[corner as usize].following.load(Relaxed);
             for neighbour in [corner_after(corner), corner_before(corner)] {
-                let neighbour = self.corners[neighbour as usize].load(Relaxed);
+                let neighbour = self.corners[neighbour as usize].vertex.load(Relaxed);
                 for (vertices, leaves) in vertices.iter_mut().zip(&leaves) {
                     for (found, leaf) in vertices.iter_mut().zip(leaves) {
                         if neighbour <= *leaf && neighbour > *found {
@@ -303,19 +317,19 @@ impl<'a> ActiveMesh<'a> {
                     }
                 }
             }
-            let second = self.whole.faces[corner as usize / 3][corner as usize % 3] >= split;
+            let second = self.corners[corner as usize].leaf >= split;
             let list = &mut lists[usize::from(second)];
-            self.following[corner as usize].store(std::mem::replace(list, corner), Relaxed);
+            self.corners[corner as usize].following.store(std::mem::replace(list, corner), Relaxed);
             if second {
-                self.corners[corner as usize].store(split, Relaxed);
+                self.corners[corner as usize].vertex.store(split, Relaxed);
             }
             corner = following;
         }
-        self.first[vertex as usize].store(lists[0], Relaxed);
-        self.first[split as usize].store(lists[1], Relaxed);
-        self.nodes[vertex as usize].store(2 * split, Relaxed);
-        self.nodes[split as usize].store(2 * split + 1, Relaxed);
-        self.targets[split as usize].store(vertex, Relaxed);
+        self.slots[vertex as usize].first.store(lists[0], Relaxed);
+        self.slots[split as usize].first.store(lists[1], Relaxed);
+        self.slots[vertex as usize].node.store(2 * split, Relaxed);
+        self.slots[split as usize].node.store(2 * split + 1, Relaxed);
+        self.slots[split as usize].target.store(vertex, Relaxed);
         let mut made = 0;
         for (face, vertices) in faces.into_iter().zip(vertices) {
             if self.whole.faces[face as usize][0] != NONE {
@@ -328,25 +342,25 @@ impl<'a> ActiveMesh<'a> {
 
     /// Takes a split back but for the lists of vertices at both sides. Returns how many triangles are gone.
     fn merge(&self, split: u32) -> usize {
-        let vertex = self.targets[split as usize].load(Relaxed);
+        let vertex = self.slots[split as usize].target.load(Relaxed);
         let faces = [2 * split, 2 * split + 1].into_iter().filter(|face| self.whole.faces[*face as usize][0] != NONE);
         let gone = faces.clone().count();
         for corner in faces.flat_map(|face| 3 * face..3 * face + 3) {
-            let at = self.corners[corner as usize].load(Relaxed);
+            let at = self.corners[corner as usize].vertex.load(Relaxed);
             let left = if at == vertex || at == split { NONE } else { at | GONE };
-            self.corners[corner as usize].store(left, Relaxed);
+            self.corners[corner as usize].vertex.store(left, Relaxed);
         }
         let mut last = NONE;
         let mut list = NONE;
         for from in [split, vertex] {
-            let mut corner = self.first[from as usize].load(Relaxed);
+            let mut corner = self.slots[from as usize].first.load(Relaxed);
             while corner != NONE {
-                let following = self.following[corner as usize].load(Relaxed);
-                if self.corners[corner as usize].load(Relaxed) != NONE {
-                    self.corners[corner as usize].store(vertex, Relaxed);
+                let following = self.corners[corner as usize].following.load(Relaxed);
+                if self.corners[corner as usize].vertex.load(Relaxed) != NONE {
+                    self.corners[corner as usize].vertex.store(vertex, Relaxed);
                     match last {
                         NONE => list = corner,
-                        last => self.following[last as usize].store(corner, Relaxed),
+                        last => self.corners[last as usize].following.store(corner, Relaxed),
                     }
                     last = corner;
                 }
@@ -354,13 +368,13 @@ impl<'a> ActiveMesh<'a> {
             }
         }
         if last != NONE {
-            self.following[last as usize].store(NONE, Relaxed);
+            self.corners[last as usize].following.store(NONE, Relaxed);
         }
-        self.first[vertex as usize].store(list, Relaxed);
-        self.first[split as usize].store(NONE, Relaxed);
-        self.nodes[split as usize].store(NONE, Relaxed);
-        self.targets[split as usize].store(NONE, Relaxed);
-        self.nodes[vertex as usize].store(self.whole.parent(split), Relaxed);
+        self.slots[vertex as usize].first.store(list, Relaxed);
+        self.slots[split as usize].first.store(NONE, Relaxed);
+        self.slots[split as usize].node.store(NONE, Relaxed);
+        self.slots[split as usize].target.store(NONE, Relaxed);
+        self.slots[vertex as usize].node.store(self.whole.parent(split), Relaxed);
         gone
     }
 
@@ -368,9 +382,9 @@ impl<'a> ActiveMesh<'a> {
     /// is whole again, if that is to be taken back too.
     fn finish_merge(&self, split: u32) -> Option<(u32, u32)> {
         for corner in 6 * split..6 * split + 6 {
-            let at = self.corners[corner as usize].load(Relaxed);
+            let at = self.corners[corner as usize].vertex.load(Relaxed);
             // The first to come cleans for all, also for splits on other sides of the vertex.
-            if at != NONE && self.cleaned[(at & !GONE) as usize].swap(self.round, Relaxed) != self.round {
+            if at != NONE && self.slots[(at & !GONE) as usize].cleaned.swap(self.round, Relaxed) != self.round {
                 self.clean(at & !GONE);
             }
         }
@@ -378,15 +392,15 @@ impl<'a> ActiveMesh<'a> {
     }
 
     fn clean(&self, vertex: u32) {
-        let mut link = &self.first[vertex as usize];
+        let mut link = &self.slots[vertex as usize].first;
         loop {
             let corner = link.load(Relaxed);
             if corner == NONE {
                 return;
             }
-            let following = &self.following[corner as usize];
-            if self.corners[corner as usize].load(Relaxed) & GONE != 0 {
-                self.corners[corner as usize].store(NONE, Relaxed);
+            let following = &self.corners[corner as usize].following;
+            if self.corners[corner as usize].vertex.load(Relaxed) & GONE != 0 {
+                self.corners[corner as usize].vertex.store(NONE, Relaxed);
                 link.store(following.load(Relaxed), Relaxed);
             } else {
                 link = following;
@@ -396,8 +410,8 @@ impl<'a> ActiveMesh<'a> {
 
     /// Vertices of this mesh.
     pub(super) fn vertices(&self) -> impl Iterator<Item = u32> {
-        let is_there = |vertex: &u32| self.nodes[*vertex as usize].load(Relaxed) != NONE;
-        (0..self.nodes.len() as u32).filter(is_there)
+        let is_there = |vertex: &u32| self.slots[*vertex as usize].node.load(Relaxed) != NONE;
+        (0..self.slots.len() as u32).filter(is_there)
     }
 
     /// Where a vertex is now.
@@ -412,18 +426,18 @@ impl<'a> ActiveMesh<'a> {
 
     /// The vertex that a split has split.
     pub(super) fn target(&self, split: u32) -> u32 {
-        self.targets[split as usize].load(Relaxed)
+        self.slots[split as usize].target.load(Relaxed)
     }
 
     /// The corners at a vertex, as the vertices after and before each.
     #[inline(always)]
     pub(super) fn spokes(&self, vertex: u32) -> impl Iterator<Item = [u32; 2]> {
-        let mut corner = self.first[vertex as usize].load(Relaxed);
+        let mut corner = self.slots[vertex as usize].first.load(Relaxed);
         std::iter::from_fn(move || {
             (corner != NONE).then(|| {
                 let ends = [corner_after(corner), corner_before(corner)];
-                corner = self.following[corner as usize].load(Relaxed);
-                ends.map(|at| self.corners[at as usize].load(Relaxed))
+                corner = self.corners[corner as usize].following.load(Relaxed);
+                ends.map(|at| self.corners[at as usize].vertex.load(Relaxed))
             })
         })
     }
@@ -433,7 +447,7 @@ impl<'a> ActiveMesh<'a> {
     }
 
     pub(super) fn child(&self, vertex: u32) -> Option<Child> {
-        let node = self.nodes[vertex as usize].load(Relaxed);
+        let node = self.slots[vertex as usize].node.load(Relaxed);
         (node != NONE).then(|| self.whole.child(node))
     }
 
@@ -457,7 +471,7 @@ impl<'a> ActiveMesh<'a> {
         }
         let mut triangles = vec![[NONE; 3]; whole.triangle_count()];
         for (face, corners) in self.corners.as_chunks::<3>().0.iter().enumerate() {
-            let [a, b, c] = [&corners[0], &corners[1], &corners[2]].map(|vertex| vertex.load(Relaxed));
+            let [a, b, c] = [&corners[0], &corners[1], &corners[2]].map(|corner| corner.vertex.load(Relaxed));
             if a != NONE {
                 triangles[whole.face_id(face as u32) as usize] = [a, b, c].map(|vertex| numbers[vertex as usize]);
             }

@@ -186,7 +186,7 @@ impl Progressive {
 
     fn base_chunk(&self) -> std::io::Result<Vec<u8>> {
         let (mut vertices, mut faces) = (Vertices::default(), Faces::default());
-        let tag = |leaf: &u32| vertices.add(self, self.children[*leaf as usize][0], *leaf, *leaf);
+        let tag = |leaf: &u32| vertices.add(self, self.splits[*leaf as usize].children[0], *leaf, *leaf);
         let tags: Vec<u32> = self.base_vertices().iter().map(tag).collect();
         self.base_faces().iter().for_each(|face| faces.add(self, *face, 0));
         let mut out = Writer::default();
@@ -203,7 +203,7 @@ impl Progressive {
         for (key, split) in splits {
             let mut all = 0;
             for side in 0..2 {
-                let child = self.children[*split as usize][side as usize];
+                let child = self.splits[*split as usize].children[side as usize];
                 // The first vertex begins where the one that is split does, which only matters where it is a leaf.
                 let leaf = if side == 0 { split - 1 } else { *split };
                 all |= vertices.add(self, child, leaf, *split) << side;
@@ -359,7 +359,7 @@ impl Loading {
                 return Err(damaged("base vertices are out of order"));
             }
             let child = self.vertex(&vertices, &mut next, *tag, [*leaf, end], *leaf, 2 * leaf)?;
-            self.mesh.children[*leaf as usize][0] = child;
+            self.mesh.splits[*leaf as usize].children[0] = child;
         }
         self.mesh.base_vertices = leaves;
         let places = self.mesh.base_places(counts.base_faces);
@@ -381,7 +381,7 @@ impl Loading {
         for (((split, tag), key), parent) in numbers.into_iter().zip(tags).zip(keys).zip(parents) {
             let key = Key(key);
             let [start, end] = self.ranges.get(split as usize).copied().unwrap_or_default();
-            if split <= start || split >= end || self.mesh.keys[split as usize] != Key::default() {
+            if split <= start || split >= end || self.mesh.splits[split as usize].key != Key::default() {
                 return Err(damaged("a split has no vertex it could split"));
             }
             if key.depth() == 0
@@ -391,10 +391,10 @@ impl Loading {
                 return Err(damaged("splits are out of order"));
             }
             self.last = (key, split);
-            self.mesh.keys[split as usize] = key;
+            self.mesh.splits[split as usize].key = key;
             for (side, range) in (0..).zip([[start, split], [split, end]]) {
                 let child = self.vertex(&vertices, &mut next, tag >> side, range, split, 2 * split + side)?;
-                self.mesh.children[split as usize][side as usize] = child;
+                self.mesh.splits[split as usize].children[side as usize] = child;
                 if tag >> side & HAS_FACE != 0 {
                     self.face(&faces, face, 2 * split + side, split)?;
                     face += 1;
@@ -445,7 +445,7 @@ impl Loading {
         };
         self.mesh.inner_points[split as usize] = packed;
         self.mesh.inner_normals[split as usize] = normal;
-        self.mesh.parents[split as usize] = node;
+        self.mesh.splits[split as usize].parent = node;
         self.ranges[split as usize] = [start, end];
         Ok(split)
     }

@@ -49,13 +49,7 @@ pub struct Progressive {
     pub(super) inner_points: Vec<u64>,
     pub(super) inner_normals: Vec<Normal>,
     pub(super) lattice: Lattice,
-    /// What the vertex of lower number and that of the split's number are: the split that splits them, or a leaf. In the
-    /// place of a base vertex, what that is.
-    pub(super) children: Vec<[u32; 2]>,
-    /// The vertex that is split, as twice the number of its own split plus 1 for its second vertex; [`NONE`] in the place
-    /// of a base vertex.
-    pub(super) parents: Vec<u32>,
-    pub(super) keys: Vec<Key>,
+    pub(super) splits: Vec<Split>,
     /// Leaves at the corners of triangles. Those of split n are 2n and 2n + 1, [`NONE`] where it makes none; those of the
     /// base are in places of base vertices and at the end.
     pub(super) faces: Vec<[u32; 3]>,
@@ -64,6 +58,19 @@ pub struct Progressive {
     pub(super) base_vertices: Vec<u32>,
     pub(super) base_faces: Vec<u32>,
     triangles: usize,
+}
+
+/// A split.
+#[derive(Clone, Copy)]
+pub(super) struct Split {
+    /// What the vertex of lower number and that of the split's number are: the split that splits them, or a leaf. In the
+    /// place of a base vertex, what that is.
+    pub children: [u32; 2],
+    /// The vertex that is split, as twice the number of its own split plus 1 for its second vertex; [`NONE`] in the place
+    /// of a base vertex.
+    pub parent: u32,
+    /// Without depth in the place of a base vertex, and where it is not read yet.
+    pub key: Key,
 }
 
 /// What becomes of a vertex when it is split.
@@ -134,13 +141,13 @@ impl Progressive {
                 None => lattice.pack(operation.point),
             };
             made.inner_normals[split] = operation.normal;
-            made.keys[split] = operation.key;
+            made.splits[split].key = operation.key;
             for (side, (child, leaf)) in children.iter().zip([operation.kept, operation.gone]).enumerate() {
-                made.children[split][side] = match *child {
+                made.splits[split].children[side] = match *child {
                     NONE => LEAF | leaf,
                     child => {
                         let child = leaves[child as usize];
-                        made.parents[child as usize] = (2 * split + side) as u32;
+                        made.splits[child as usize].parent = (2 * split + side) as u32;
                         child
                     }
                 };
@@ -153,12 +160,12 @@ impl Progressive {
         }
         for vertex in &numbers.base {
             let leaf = leaves[*vertex as usize];
-            made.children[leaf as usize][0] = match numbers.last[*vertex as usize] {
+            made.splits[leaf as usize].children[0] = match numbers.last[*vertex as usize] {
                 NONE => LEAF | vertex,
                 child => leaves[child as usize],
             };
-            if let split @ 0..LEAF = made.children[leaf as usize][0] {
-                made.parents[split as usize] = 2 * leaf;
+            if let split @ 0..LEAF = made.splits[leaf as usize].children[0] {
+                made.splits[split as usize].parent = 2 * leaf;
             }
         }
         let rest: Vec<usize> = (0..triangles.len()).filter(|face| !gone[*face]).collect();
@@ -178,9 +185,7 @@ impl Progressive {
             inner_points: budget.filled(vertices, 0)?,
             inner_normals: budget.filled(vertices, Normal::default())?,
             lattice,
-            children: budget.filled(vertices, [NONE; 2])?,
-            parents: budget.filled(vertices, NONE)?,
-            keys: budget.filled(vertices, Key::default())?,
+            splits: budget.filled(vertices, Split { children: [NONE; 2], parent: NONE, key: Key::default() })?,
             faces: budget.filled(2 * vertices, [NONE; 3])?,
             face_ids: budget.filled(2 * vertices, NONE)?,
             base_vertices: Vec::new(),
@@ -230,14 +235,14 @@ impl Progressive {
     /// Splits, each with its key and how many triangles it makes, in no order.
     pub fn splits(&self) -> impl Iterator<Item = (u32, Key, usize)> {
         let made = |split: usize| self.faces[2 * split..2 * split + 2].iter().filter(|face| face[0] != NONE).count();
-        let keys = self.keys.iter().enumerate().filter(|(_, key)| key.depth() > 0);
-        keys.map(move |(split, key)| (split as u32, *key, made(split)))
+        let splits = self.splits.iter().enumerate().filter(|(_, split)| split.key.depth() > 0);
+        splits.map(move |(number, split)| (number as u32, split.key, made(number)))
     }
 
     /// What a vertex is, given as in `parents`.
     #[inline(always)]
     pub fn child(&self, node: u32) -> Child {
-        match self.children[node as usize / 2][node as usize % 2] {
+        match self.splits[node as usize / 2].children[node as usize % 2] {
             leaf if leaf & LEAF != 0 => Child::Leaf(leaf & !LEAF),
             split => Child::Split(split),
         }
@@ -246,7 +251,7 @@ impl Progressive {
     /// The vertex that is split.
     #[inline(always)]
     pub fn parent(&self, split: u32) -> u32 {
-        self.parents[split as usize]
+        self.splits[split as usize].parent
     }
 
     /// The number in the input of a triangle.
@@ -279,7 +284,7 @@ impl Progressive {
     /// Bytes in memory.
     pub fn bytes(&self) -> usize {
         let vertex = size_of::<[f32; 3]>() + 2 * size_of::<Normal>() + size_of::<u64>();
-        let split = size_of::<[u32; 2]>() + size_of::<u32>() + size_of::<Key>();
+        let split = size_of::<Split>();
         let base = size_of_val(&*self.base_vertices) + size_of_val(&*self.base_faces);
         self.points.len() * (vertex + split) + self.faces.len() * (size_of::<[u32; 3]>() + size_of::<u32>()) + base
     }

@@ -1,0 +1,94 @@
+//! Progressive meshes in the form of Table 2 of Derzapf, Grund and Guthe 2014, whose figures are for a GTX 580. Memory is
+//! what the process has more at its peak than before, with the mesh that is built from.
+
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Result};
+use relievo_lod::Progressive;
+use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Falloff, Handle, Region};
+
+use crate::lod::Triangles;
+use crate::measure::{Sample, sample, seconds};
+use crate::report::{Goal, Report};
+
+/// Whose figures stand beside ours.
+const PAPER: &str = "Derzapf 2014, GTX 580";
+/// Runs of each figure.
+const RUNS: usize = 3;
+
+/// The paper's figures of a model: seconds, and millions of collapses of the build, splits, collapses and updates a
+/// second.
+pub type Told = [f64; 5];
+
+/// Measures a mesh. `most` is the time that its build may take, if that is not told by its rate.
+pub fn case(
+    report: &mut Report,
+    context: &Context,
+    name: &str,
+    mesh: &Triangles,
+    (told, most): (Option<Told>, Option<f64>),
+) -> Result<()> {
+    let name = format!("{name}, {} triangles", mesh.1.len());
+    let faces = mesh.1.len() as f64;
+    let build = || Progressive::build(context, &mesh.0, &mesh.1, &BuildOptions::default(), &mut Silent);
+    let before = memory("VmRSS");
+    reset_peak();
+    let built = build()?;
+    if let Some((peak, before)) = memory("VmHWM").zip(before) {
+        let bytes = Sample::new(vec![(peak - before) / faces]);
+        report.add(&format!("{name}: peak of the build"), &bytes, None, "bytes a triangle", Goal::AtMost(150.0));
+    }
+    let bytes = Sample::new(vec![built.bytes() as f64 / faces]);
+    report.add(&format!("{name}: in memory"), &bytes, None, "bytes a triangle", Goal::AtMost(40.0));
+    let mut file = Vec::new();
+    built.write(context, &mut file).map_err(|error| relievo_core::Error::internal(error.to_string()))?;
+    let bytes = Sample::new(vec![file.len() as f64 / faces]);
+    report.add(&format!("{name}: in a file"), &bytes, None, "bytes a triangle", Goal::None);
+    let time = sample(RUNS, || seconds(build));
+    let paper = |index: usize| told.map(|told| Sample::new(vec![told[index]]));
+    let goal = most.map_or(Goal::AtMost(faces / 0.7e6), Goal::AtMost);
+    report.add(&format!("{name}: build"), &time, paper(0).as_ref().map(|it| (PAPER, it)), "s", goal);
+    let operations = built.splits().count() as f64 / 1e6;
+    let rates = rates(context, &built, operations);
+    let build_rate = Sample::new(vec![operations / time.median()]);
+    let rows = [("simplification", &build_rate, Goal::None), ("splits", &rates[0], Goal::AtLeast(3.0))];
+    let rows = rows
+        .into_iter()
+        .chain([("collapses", &rates[1], Goal::AtLeast(2.0)), ("updates", &rates[2], Goal::AtLeast(1.0))]);
+    for (index, (what, rate, goal)) in rows.enumerate() {
+        let paper = paper(index + 1);
+        report.add(&format!("{name}: {what}"), rate, paper.as_ref().map(|it| (PAPER, it)), "M/s", goal);
+    }
+    Ok(())
+}
+
+/// Millions of splits, of collapses, and of collapses that are made anew after an edit, a second.
+fn rates(context: &Context, built: &Progressive, operations: f64) -> [Sample; 3] {
+    let mut rates = [const { Vec::new() }; 3];
+    for _ in 0..RUNS {
+        let mut active = ActiveMesh::new(built);
+        active.adapt(context, Cut::FINEST);
+        rates[1].push(operations / seconds(|| active.adapt(context, Cut::BASE)));
+        rates[0].push(operations / seconds(|| active.adapt(context, Cut::FINEST)));
+        let region = Region { center: [0.0; 3], radius: 1e9, falloff: Falloff::Constant };
+        let handle = Handle { region, translation: [0.01; 3], axis: [0.0, 0.0, 1.0], angle: 0.1 };
+        let edit = Edit { handles: vec![handle], anchors: Vec::new() };
+        if active.edit(&edit).is_ok() {
+            rates[2].push(operations / seconds(|| active.adapt(context, Cut::BASE)));
+        }
+    }
+    rates.map(Sample::new)
+}
+
+/// Bytes the process has, or had at its peak, where the system tells.
+fn memory(what: &str) -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix(what)?.strip_prefix(':'))?;
+    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024.0)
+}
+
+/// Has the peak begin anew, where the system can.
+fn reset_peak() {
+    // Without it the peak of earlier cases is told, which is seen.
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+}
