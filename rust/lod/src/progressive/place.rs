@@ -42,27 +42,30 @@ impl Surroundings {
             sum.try_normalize().unwrap_or(Vec3::Z)
         });
         let arc = arc(normal[0], normal[1]);
-        let (mut sine, mut cosine, mut squares) = (0.0, 0.0, 0.0);
-        let (mut spread, mut moved) = (Mat3::ZERO, Mat3::ZERO);
-        for places in neighbours.iter().chain([&vertex, &vertex]) {
-            let [before, after] = [0, 1].map(|time| places[time].point - middle[time]);
-            spread += outer(before, before);
-            moved += outer(after, before);
-            squares += before.length_squared();
+        let offsets = |places: &[Place; 2]| [0, 1].map(|time| places[time].point - middle[time]);
+        let all = || neighbours.iter().chain([&vertex, &vertex]).map(offsets);
+        let (mut sine, mut cosine) = (0.0, 0.0);
+        for [before, after] in all() {
             let turned = arc * before;
             let turned = turned - normal[1] * turned.dot(normal[1]);
             sine += normal[1].dot(turned.cross(after));
             cosine += turned.dot(after);
         }
         let turn = Mat3::from_quat((Quat::from_axis_angle(normal[1], f32::atan2(sine, cosine)) * arc).normalize());
+        // What the turn leaves is fitted, not the whole: it is exactly nothing where everything only turned.
+        let (mut squares, mut spread, mut left) = (0.0, Mat3::ZERO, Mat3::ZERO);
+        for [before, after] in all() {
+            squares += before.length_squared();
+            spread += outer(before, before);
+            left += outer(turn.transpose() * after - before, before);
+        }
         if squares == 0.0 {
             return Self { built: middle[0], now: middle[1], map: turn };
         }
         // The inverse is of numbers about 1.
         let scale = squares.recip();
-        let before = spread * scale + outer(normal[0], normal[0]) * UPRIGHT + Mat3::IDENTITY * RIGID;
-        let after = moved * scale + outer(normal[1], normal[0]) * UPRIGHT + turn * RIGID;
-        let map = after * before.inverse();
+        let spread = spread * scale + outer(normal[0], normal[0]) * UPRIGHT + Mat3::IDENTITY * RIGID;
+        let map = turn + turn * (left * scale) * spread.inverse();
         let is_fit = map.determinant() > FLAT && map.is_finite();
         Self { built: middle[0], now: middle[1], map: if is_fit { map } else { turn } }
     }
