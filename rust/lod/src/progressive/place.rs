@@ -23,9 +23,9 @@ pub struct Surroundings {
 }
 
 /// How much the map wants normals to go to normals, and to be a turn in all directions, beside the sum of squares of how
-/// far the vertices are.
+/// far the vertices are. With less of the latter, what vertices round off grows from level to level.
 const UPRIGHT: f32 = 0.5;
-const RIGID: f32 = 1e-2;
+const RIGID: f32 = 5e-2;
 /// The least volume, of the map, that can be undone.
 const FLAT: f32 = 1e-2;
 
