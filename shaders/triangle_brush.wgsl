@@ -344,6 +344,38 @@ fn bent_at(face: u32, node: Node, now: vec3<f32>) -> vec3<f32> {
     return bent(now, bend_change(at.place, amount.xyz, now - offset_at(face, node)), mean, amount.w);
 }
 
+/// The frame of the vector at a vertex, as `vectors` of rust/tiles has it: of a face along its first side, of an edge along
+/// it, of a corner along the side of its first face that starts there. Columns are T, N × T and N.
+fn frame_of(face: u32, node: Node) -> mat3x3<f32> {
+    var ends = vec2(mesh_corner(face, 0u), mesh_corner(face, 1u));
+    if node.ring == 0u && node.step == 0u {
+        let first = mesh_words[mesh_around(mesh_corner(face, node.side)).first];
+        ends = vec2(mesh_corner(face, node.side), mesh_corner(first / 3u, (first % 3u + 1u) % 3u));
+    } else if node.ring == 0u {
+        ends = vec2(mesh_corner(face, node.side), mesh_corner(face, (node.side + 1u) % 3u));
+        ends = select(ends, ends.yx, (mesh_side(face, node.side) & 1u) == 1u);
+    }
+    let n = foot_of(face, work.segments, node).normal;
+    var across = cross(n, mesh_foot(ends.y).p - mesh_foot(ends.x).p);
+    let square = dot(across, across);
+    if square > 0.0 {
+        across /= sqrt(square);
+    } else if any(n != vec3(0.0)) {
+        // Any direction at right angles (Duff et al. 2017, *Building an Orthonormal Basis, Revisited*).
+        let side = select(1.0, -1.0, n.z < 0.0);
+        let a = -1.0 / (side + n.z);
+        across = vec3(n.x * n.y * a, side + n.y * n.y * a, -n.y);
+    }
+    return mat3x3(cross(across, n), across, n);
+}
+
+/// The half floats that keep a vector of object space in a frame. Zeros are positive.
+fn kept_halves(frame: mat3x3<f32>, vector: vec3<f32>) -> vec3<u32> {
+    let own = clamp(vector * frame, vec3(-MOST), vec3(MOST));
+    let halves = vec3(half_bits(own.x), half_bits(own.y), half_bits(own.z));
+    return select(halves, vec3(0u), (halves & vec3(0x7fffu)) == vec3(0u));
+}
+
 // One vector of the block of one triangle.
 @compute @workgroup_size(GROUP)
 fn bend(
@@ -372,8 +404,21 @@ fn bend_value(face: u32, block: u32, index: u32) {
         old = vec3(values[before], values[before + 1u], values[before + 2u]);
     }
     let node = node_of(face, work.segments, index);
-    let made = bitcast<vec3<u32>>(bent_at(face, node, bitcast<vec3<f32>>(old)));
-    let differs = any(made != old);
+    let now = bitcast<vec3<f32>>(old);
+    let vector = bent_at(face, node, now);
+    var made = old;
+    var differs = false;
+    if any(vector != now) && !edit_is(ROUNDED) {
+        differs = true;
+        made = bitcast<vec3<u32>>(vector);
+    } else if any(vector != now) {
+        // The next dab of the event finds it as it is kept.
+        let frame = frame_of(face, node);
+        let halves = kept_halves(frame, vector);
+        differs = any(halves != kept_halves(frame, now));
+        let held = vec3(unpack2x16float(halves.x).x, unpack2x16float(halves.y).x, unpack2x16float(halves.z).x);
+        made = select(old, bitcast<vec3<u32>>(frame * held), differs);
+    }
     if differs {
         note_texels(1u, note_value(face, block, node));
     }

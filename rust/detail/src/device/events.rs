@@ -57,6 +57,11 @@ impl Edit {
             ..Self::zeroed()
         }
     }
+
+    /// Has the kernel leave vectors as they are kept, for the dabs that follow in the same event.
+    pub fn round(&mut self) {
+        self.flags |= ROUNDED;
+    }
 }
 
 /// Texels that a device edits.
@@ -85,6 +90,7 @@ pub(crate) trait DeviceValue: DeviceTexel {
 const WIDE: u32 = 1;
 const STAMPED: u32 = 2;
 const TURNED_OVER: u32 = 4;
+const ROUNDED: u32 = 8;
 
 impl DeviceTexel for f16 {
     const SMEARS: bool = false;

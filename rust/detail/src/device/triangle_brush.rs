@@ -131,7 +131,8 @@ impl TriangleBrush {
         let Some(made) = self.run(stage, tried)? else { return Ok(None) };
         let states: Vec<BlockState> = made.0.taken().into_iter().map(|(_, state)| state).collect();
         let smudges = stage.smudges;
-        let looks = stage.looks_beside || !smudges.is_empty();
+        // Vectors beside a new block are rounded in other frames.
+        let looks = stage.looks_beside || !smudges.is_empty() || T::BENDS;
         let apart = apart((stage.field, stage.left, looks), pattern, &states, tried.len());
         self.events.learn(tried.len(), apart);
         let made = if apart == tried.len() { Some(made) } else { self.run(stage, &tried[..apart])? };

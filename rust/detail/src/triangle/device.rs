@@ -288,8 +288,7 @@ impl TriangleDevice {
         let maps: Vec<_> = dabs.iter().map(|dab| BrushMaps::new(&dab.brush, &object.transform)).collect();
         let mut tool = self.bending.take();
         let tools = self.tool(&mut tool, offsets, (ground, object.level()))?;
-        // Between dabs the processor rounds vectors in the frames of what they belong to.
-        let (together, looks_beside) = (false, mode.needs_mean());
+        let (together, looks_beside) = (start.is_some(), mode.needs_mean());
         let field = (offsets, object.vectors.as_ref().map_or(0, left));
         let made = self.event(context, tools, field, ground, (edits, dabs, &maps), (together, looks_beside));
         self.bending = tool;
@@ -356,7 +355,6 @@ impl TriangleDevice {
     ) -> Result<Option<Event<T>>> {
         let (device, mesh) = (&self.device, &self.mesh);
         let pattern = tool.values.pattern();
-        edits.iter_mut().for_each(|(_, edit)| edit.segments = pattern.segments());
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
         let (smudges, chained) = smudges_of(dabs);
         let ground = (&tool.ground, tool.offsets.as_ref(), ground);
@@ -364,6 +362,12 @@ impl TriangleDevice {
         let stage = TriangleStage { device, mesh, ground, values, field, left, looks_beside, smudges, maps };
         // Finer values follow the edit of a coarser level dab by dab.
         let together = together && pattern == field.pattern() && chained;
+        for (_, edit) in &mut edits {
+            edit.segments = pattern.segments();
+            if together {
+                edit.round();
+            }
+        }
         let made = tool.brush.event(stage, (&edits, stamp), together)?;
         Ok(made.map(|made| Event::new(context, field, pattern, made)))
     }

@@ -73,7 +73,11 @@ fn strokes_of_a_device_on_vectors_of_triangles_are_those_of_the_processor() {
         let expected = stroke.apply(&context, &mut here).unwrap();
         context.stats().take();
         let found = stroke.apply(&context, &mut there).unwrap();
-        assert!(context.stats().take().iter().any(|event| event.stage == "dab.device"), "{action:?}");
+        let events = context.stats().take().iter().filter(|event| event.stage == "dab.device").count();
+        // Modes that change heights and vectors, and coarser levels, are made dab by dab.
+        let at_once =
+            level == 0 && !matches!(action, Action::Sculpt { mode: SculptMode::Smooth | SculptMode::Erase, .. });
+        assert!(events > 0 && (!at_once || events < found.dabs as usize), "{action:?}: {events} submissions");
         assert_eq!((found.dabs, &found.report.changed), (expected.dabs, &expected.report.changed), "{action:?}");
         if !matches!(action, Action::Paint { mode: PaintMode::Blur, .. }) {
             assert!(expected.report.changed_texels > 100, "{action:?}: {expected:?}");
