@@ -1,7 +1,7 @@
 // import common
 // import imprint_link
-// The workgroups of the pass over all chunks of imprints that are voxelised together, from the sum of their triangles'
-// work.
+// The workgroups of the passes over all chunks of imprints whose winding numbers are there at once, from the sums of their
+// triangles' work.
 
 // Units of 1,024 chunks that are too many to be counted.
 const MOST_UNITS: u32 = 1u << 21u;
@@ -11,21 +11,34 @@ const MOST_UNITS: u32 = 1u << 21u;
 @group(0) @binding(2) var<storage, read_write> arguments: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> told: AllTold;
 
+// Where the work of imprint `link` and of those after it begins.
+fn start_of(link: u32) -> u32 {
+    return starts[links[link].first_work];
+}
+
 @compute @workgroup_size(1)
 fn arrange() {
     let end = step.link + step.count;
-    var total = starts[links[end - 1u].first_work + links[end - 1u].triangles];
-    var units = 0u;
-    for (var link = step.link; link < end; link++) {
-        let own = atomicLoad(&told.links[link].work);
-        units = select(units + own, MOST_UNITS, own >= MOST_UNITS || units >= MOST_UNITS);
-    }
-    if units >= MOST_UNITS {
-        for (var link = step.link; link < end; link++) {
-            atomicOr(&told.links[link].faults, TOO_MUCH);
+    var first = step.link;
+    while first < end {
+        var stop = first;
+        var units = 0u;
+        while stop < end && links[stop].wave == first {
+            let own = atomicLoad(&told.links[stop].work);
+            units = select(units + own, MOST_UNITS, own >= MOST_UNITS || units >= MOST_UNITS);
+            stop++;
         }
-        total = 0u;
+        let last = links[stop - 1u];
+        // Sums of words may wrap round, but not those of the imprints that are taken together.
+        var total = starts[last.first_work + last.triangles] - start_of(first);
+        if units >= MOST_UNITS {
+            for (var link = first; link < stop; link++) {
+                atomicOr(&told.links[link].faults, TOO_MUCH);
+            }
+            total = 0u;
+        }
+        let needed = (total + GROUP - 1u) / GROUP;
+        arguments[2u * first] = vec4(total, min(needed, ROW), (needed + ROW - 1u) / ROW, 1u);
+        first = stop;
     }
-    let needed = (total + GROUP - 1u) / GROUP;
-    arguments[2u * step.link] = vec4(total, min(needed, ROW), (needed + ROW - 1u) / ROW, 1u);
 }

@@ -31,12 +31,13 @@ fn cross_columns(
     if item >= arguments[2u * step.link].x {
         return;
     }
+    let base = starts[links[step.link].first_work];
     // The last imprint, and then its last triangle, that starts not after the item.
     var low = step.link;
     var high = step.link + step.count;
     while high - low > 1u {
         let middle = (low + high) / 2u;
-        if starts[links[middle].first_work] <= item {
+        if starts[links[middle].first_work] - base <= item {
             low = middle;
         } else {
             high = middle;
@@ -47,7 +48,7 @@ fn cross_columns(
     high = work.triangles;
     while high - low > 1u {
         let middle = (low + high) / 2u;
-        if starts[work.first_work + middle] <= item {
+        if starts[work.first_work + middle] - base <= item {
             low = middle;
         } else {
             high = middle;
@@ -55,7 +56,7 @@ fn cross_columns(
     }
     var f = facet(low);
     let in_row = chunks(f);
-    let inner = item - starts[work.first_work + low];
+    let inner = item - (starts[work.first_work + low] - base);
     let row = clipped_rows(f).x + i32(inner / in_row);
     let first = f.columns.x + CHUNK * i32(inner % in_row);
     let end = min(first + CHUNK, f.columns.y);

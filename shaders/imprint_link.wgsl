@@ -68,6 +68,8 @@ struct Link {
     first_word: u32,
     // The next imprint of the same object whose blocks are found and whose rays are cast together with this one's.
     next: u32,
+    // The first of the imprints whose winding numbers are there at once with this one's.
+    wave: u32,
 }
 
 struct Told {

@@ -13,7 +13,7 @@ use relievo_gpu::{Device, Pass};
 use relievo_tiles::{DeviceTiles, Field};
 
 use super::blocks::{DeviceBlocks, Record};
-use super::link::{Ground, Link, MOST_LINKS, Shared, Slots, Told, Wave, Words, parse, string, waves};
+use super::link::{Batch, Ground, Link, MOST_LINKS, Shared, Slots, Told, Words, batches, most_voxels, parse};
 use super::meshes::DeviceMeshes;
 use super::state::DeviceObject;
 use super::voxel::{DeviceVoxels, VoxelRoom};
@@ -61,7 +61,7 @@ pub(crate) struct DeviceChain {
 enum Stage<'a> {
     /// What is found of a target first.
     Measure(usize),
-    Voxelise(&'a Wave),
+    Voxelise(&'a Batch),
     /// Of the row of imprints of one object that begins with this one.
     Cull(usize),
     Raycast(usize),
@@ -119,10 +119,9 @@ impl DeviceChain {
         let renewed = self.meshes.bring(&self.device, colliders)?;
         let (slots, slot_count) = slots(targets, links);
         let mut words = links.iter().map(|link| self.tell(link, targets, &slots)).collect::<Result<Vec<_>>>()?;
-        let mut waves = waves(&self.device, &mut words)?;
         let of: Vec<usize> = links.iter().map(|link| link.target).collect();
-        waves.iter_mut().for_each(|wave| string(wave, &mut words, &of));
-        let room = waves.iter().fold(VoxelRoom::default(), |room, wave| room.or(wave.room));
+        let batches = batches(&mut words, &of, most_voxels(&self.device))?;
+        let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
         let meshes = (&self.meshes, renewed);
         if DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)? {
             // What was bound is bound to the new ones.
@@ -132,7 +131,7 @@ impl DeviceChain {
         let (told, records) = loop {
             let [room, record_room, _] = self.blocks()?.room();
             words.iter_mut().for_each(|words| words.set_room([room, record_room]));
-            let (kept, told, records) = self.submit(context, targets, links, &words, &waves)?;
+            let (kept, told, records) = self.submit(context, targets, links, &words, &batches)?;
             let found = told.iter().map(|told| told.found as usize).max().unwrap_or_default();
             if found <= room && kept <= record_room {
                 break (told, records);
@@ -207,7 +206,7 @@ impl DeviceChain {
                 let state = &*targets[target].state;
                 state.culling()?.measure(pass, &state.surface, &state.tiles)
             }
-            Stage::Voxelise(wave) => voxels.fill(pass, shared, wave),
+            Stage::Voxelise(batch) => voxels.fill(pass, shared, batch),
             Stage::Cull(link) => {
                 let state = &*targets[links[link].target].state;
                 state.culling()?.cull(pass, shared, blocks.listing(), &state.surface, link)
@@ -229,7 +228,7 @@ impl DeviceChain {
         targets: &[Target<'_>],
         links: &[Link],
         words: &[Words],
-        waves: &[Wave],
+        batches: &[Batch],
     ) -> Result<(usize, Vec<Told>, Vec<Record>)> {
         let device = &self.device.clone();
         let time = context.stats().begin("imprint.device.submit");
@@ -240,8 +239,8 @@ impl DeviceChain {
             blocks.clear_slots(&mut frame);
         }
         let each = |link| [Stage::Cull(link), Stage::Raycast(link)];
-        let of_wave = |wave| std::iter::once(Stage::Voxelise(wave)).chain(wave.rows.iter().copied().flat_map(each));
-        let mut stages = (0..targets.len()).map(Stage::Measure).chain(waves.iter().flat_map(of_wave));
+        let of_batch = |batch| std::iter::once(Stage::Voxelise(batch)).chain(batch.rows.iter().copied().flat_map(each));
+        let mut stages = (0..targets.len()).map(Stage::Measure).chain(batches.iter().flat_map(of_batch));
         if device.is_timed() {
             stages.try_for_each(|stage| self.record(&mut frame.pass(stage.name()), stage, targets, links))?;
         } else {

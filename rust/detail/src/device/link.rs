@@ -100,7 +100,7 @@ pub(super) struct Words {
     first_column: u32,
     first_word: u32,
     next: u32,
-    padding: u32,
+    wave: u32,
 }
 
 /// No imprint.
@@ -183,7 +183,7 @@ impl Words {
             first_column: 0,
             first_word: 0,
             next: NONE,
-            padding: 0,
+            wave: 0,
         }
     }
 
@@ -205,56 +205,88 @@ pub(crate) const MOST_LINKS: usize = 64;
 const MOST_PLACED: usize = 1 << 22;
 const MOST_VOXELS: usize = 1 << 26;
 
-/// Imprints that are voxelised together.
+/// Imprints whose winding numbers are there at once.
 #[derive(Clone, Debug)]
 pub(super) struct Wave {
     pub links: Range<usize>,
-    /// The largest numbers of points, of triangles and of columns.
-    pub most: [u32; 3],
+    /// The largest number of columns.
+    pub columns: u32,
+    /// Winding numbers.
+    turns: usize,
+}
+
+/// Imprints that are voxelised together, and whose voxels are there at once.
+#[derive(Clone, Debug)]
+pub(super) struct Batch {
+    pub links: Range<usize>,
+    /// The largest numbers of points and of triangles.
+    pub most: [u32; 2],
     /// Room that they need.
     pub room: VoxelRoom,
+    pub waves: Vec<Wave>,
     /// The first imprint of each of their objects: the next of the same object follow it by `Link.next`.
     pub rows: Vec<usize>,
 }
 
-/// Strings together the imprints of a wave that meet the same of `targets`, one for every imprint of the submission.
-pub(super) fn string(wave: &mut Wave, words: &mut [Words], targets: &[usize]) {
-    for index in wave.links.clone() {
-        match (wave.links.start..index).rev().find(|before| targets[*before] == targets[index]) {
-            Some(before) => words[before].next = index as u32,
-            None => wave.rows.push(index),
-        }
+impl Batch {
+    /// Of no imprint so far, from `index` on.
+    fn from(index: usize) -> Self {
+        Self { links: index..index, most: [0; 2], room: VoxelRoom::default(), waves: Vec::new(), rows: Vec::new() }
     }
 }
 
-/// Says where the points, the work and the voxels of every imprint lie, wave by wave, with no more voxels in one than a
-/// buffer of `device` holds. Fails for a grid that is too wide.
-pub(super) fn waves(device: &Device, words: &mut [Words]) -> Result<Vec<Wave>> {
+/// Winding numbers that are there at once at most: no more than a buffer of `device` holds.
+pub(super) fn most_voxels(device: &Device) -> usize {
     let held = device.limits().max_storage_buffer_binding_size / size_of::<u32>() as u64;
-    let most_voxels = usize::try_from(held).map_or(MOST_VOXELS, |held| held.min(MOST_VOXELS));
-    let mut waves: Vec<Wave> = Vec::new();
-    for (index, it) in words.iter_mut().enumerate() {
+    usize::try_from(held).map_or(MOST_VOXELS, |held| held.min(MOST_VOXELS))
+}
+
+/// Says where the points, the work and the voxels of every imprint lie, and which is the next one of the same target, of
+/// which `targets` tells for every imprint. There are no more winding numbers, and no more words of voxels, at once than
+/// `most_voxels`, unless one imprint alone has more. Fails for a grid that is too wide.
+pub(super) fn batches(words: &mut [Words], targets: &[usize], most_voxels: usize) -> Result<Vec<Batch>> {
+    let mut batches: Vec<Batch> = Vec::new();
+    for index in 0..words.len() {
+        let it = &mut words[index];
         let own = VoxelRoom::of(it.points, it.triangles, it.dims)?;
-        let fits = |wave: &&mut Wave| {
-            let VoxelRoom([corners, items, turns, ..]) = wave.room.and(own);
-            corners + items <= MOST_PLACED && turns <= most_voxels
+        let VoxelRoom([points, items, turns, columns, bits]) = own;
+        let fits = |batch: &&mut Batch| {
+            let VoxelRoom([corners, work, _, _, words]) = batch.room;
+            corners + work + points + items <= MOST_PLACED && words + bits <= most_voxels
         };
-        let wave = match waves.last_mut().filter(fits) {
-            Some(wave) => wave,
+        let batch = match batches.last_mut().filter(fits) {
+            Some(batch) => batch,
             None => {
-                waves.push(Wave { links: index..index, most: [0; 3], room: VoxelRoom::default(), rows: Vec::new() });
-                let last = waves.len() - 1;
-                &mut waves[last]
+                batches.push(Batch::from(index));
+                let last = batches.len() - 1;
+                &mut batches[last]
             }
         };
+        let wave = match batch.waves.last_mut().filter(|wave| wave.turns + turns <= most_voxels) {
+            Some(wave) => wave,
+            None => {
+                batch.waves.push(Wave { links: index..index, columns: 0, turns: 0 });
+                let last = batch.waves.len() - 1;
+                &mut batch.waves[last]
+            }
+        };
+        let VoxelRoom([corner, work, _, column, word]) = batch.room;
         [it.first_corner, it.first_work, it.first_turn, it.first_column, it.first_word] =
-            wave.room.0.map(|count| count as u32);
+            [corner, work, wave.turns, column, word].map(|count| count as u32);
+        it.wave = wave.links.start as u32;
+        batch.most = [batch.most[0].max(it.points), batch.most[1].max(it.triangles)];
+        wave.columns = wave.columns.max(columns as u32);
         wave.links.end = index + 1;
-        let here = [it.points, it.triangles, own.0[3] as u32];
-        wave.most = std::array::from_fn(|k| wave.most[k].max(here[k]));
-        wave.room = wave.room.and(own);
+        wave.turns += turns;
+        batch.room =
+            batch.room.and(VoxelRoom([points, items, 0, columns, bits])).or(VoxelRoom([0, 0, wave.turns, 0, 0]));
+        batch.links.end = index + 1;
+        match (batch.links.start..index).rev().find(|before| targets[*before] == targets[index]) {
+            Some(before) => words[before].next = index as u32,
+            None => batch.rows.push(index),
+        }
     }
-    Ok(waves)
+    Ok(batches)
 }
 
 /// What is told of an imprint. As stored in buffers.
@@ -378,7 +410,7 @@ mod tests {
         let link = fields!(Words: lattice_x, points, lattice_y, shift, lattice_z, scale, lattice_origin, first_point,
             lattice_low, first_index, lattice_high, triangles, dims, flags, x, y, z, origin, tiles, share,
             max_displacement, depth, deepest, first_corner, first_work, slots, stride, room, records, zero, first_turn, first_column,
-            first_word, next);
+            first_word, next, wave);
         assert_layout("imprint_link", "Link", size_of::<Words>(), &link);
         assert_layout(
             "imprint_snap",

@@ -3,12 +3,13 @@
 //! whose centre is not below it, and a voxel is solid where the number is not zero. A word is held for every voxel
 //! meanwhile, 64 MiB for 2²⁴.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, Scan, groups};
 
-use super::link::{Shared, Wave, step};
+use super::link::{Batch, Shared, step};
 use super::meshes::DeviceMeshes;
 
 /// Bits of a word on the device.
@@ -73,8 +74,8 @@ impl Work {
         Ok(Self { kernel, buffers })
     }
 
-    fn run(&self, pass: &mut Pass<'_>, wave: &Wave, size: [u32; 3]) -> Result<()> {
-        pass.run(&self.kernel, &[&self.buffers], bytemuck::bytes_of(&step(wave.links.clone())), size)
+    fn run(&self, pass: &mut Pass<'_>, links: &Range<usize>, size: [u32; 3]) -> Result<()> {
+        pass.run(&self.kernel, &[&self.buffers], bytemuck::bytes_of(&step(links.clone())), size)
     }
 }
 
@@ -158,20 +159,23 @@ impl DeviceVoxels {
         &self.words
     }
 
-    /// Records the voxelisation of a wave's colliders.
-    pub fn fill(&self, pass: &mut Pass<'_>, shared: &Shared, wave: &Wave) -> Result<()> {
-        let count = wave.links.len() as u32;
-        let [points, triangles, columns] = wave.most;
-        self.snap.run(pass, wave, [points.div_ceil(GROUP), count, 1])?;
-        self.count.run(pass, wave, [(triangles + 1).div_ceil(GROUP), count, 1])?;
-        self.scan.run(pass, wave.room.0[1] as u32)?;
-        self.arrange.run(pass, wave, [1, 1, 1])?;
-        let Work { kernel, buffers } = &self.cross;
-        let links = step(wave.links.clone());
-        let chunks = Shared::chunks(wave.links.start);
-        pass.run_indirect(kernel, &[buffers], bytemuck::bytes_of(&links), &shared.arguments, chunks)?;
-        let [x, y, _] = groups(columns.div_ceil(GROUP));
-        self.resolve.run(pass, wave, [x, y, count])
+    /// Records the voxelisation of a batch's colliders.
+    pub fn fill(&self, pass: &mut Pass<'_>, shared: &Shared, batch: &Batch) -> Result<()> {
+        let Batch { links, most: [points, triangles], .. } = batch;
+        let count = links.len() as u32;
+        self.snap.run(pass, links, [points.div_ceil(GROUP), count, 1])?;
+        self.count.run(pass, links, [(triangles + 1).div_ceil(GROUP), count, 1])?;
+        self.scan.run(pass, batch.room.0[1] as u32)?;
+        self.arrange.run(pass, links, [1, 1, 1])?;
+        for wave in &batch.waves {
+            let Work { kernel, buffers } = &self.cross;
+            let links = step(wave.links.clone());
+            let chunks = Shared::chunks(wave.links.start);
+            pass.run_indirect(kernel, &[buffers], bytemuck::bytes_of(&links), &shared.arguments, chunks)?;
+            let [x, y, _] = groups(wave.columns.div_ceil(GROUP));
+            self.resolve.run(pass, &wave.links, [x, y, wave.links.len() as u32])?;
+        }
+        Ok(())
     }
 }
 
@@ -179,7 +183,7 @@ impl DeviceVoxels {
 mod tests {
     use super::*;
     use crate::collider::Collider;
-    use crate::device::link::{Ground, Link, Told, Words, parse, waves};
+    use crate::device::link::{Ground, Link, Told, Words, batches, parse};
     use crate::device::meshes::Place;
     use crate::grid::Grid;
     use crate::imprint::ImprintSettings;
@@ -219,14 +223,14 @@ mod tests {
         let place = Place { closed, ..meshes.place(link.mesh).unwrap().clone() };
         let ground = Ground { transform: &DAffine3::IDENTITY, tiles: 0, started: false, slots: None };
         let mut words = [Words::new(&link, &place, &ground)];
-        let waves = waves(device, &mut words).unwrap();
+        let batches = batches(&mut words, &[0], 1 << 26).unwrap();
         let mut voxels = None;
-        assert!(DeviceVoxels::prepare(&mut voxels, device, &shared, (&meshes, false), waves[0].room).unwrap());
+        assert!(DeviceVoxels::prepare(&mut voxels, device, &shared, (&meshes, false), batches[0].room).unwrap());
         let voxels = voxels.unwrap();
         let mut frame = device.frame().unwrap();
         shared.begin(device, &mut frame, &words).unwrap();
         for _ in 0..2 {
-            voxels.fill(&mut frame.pass("voxelisation"), &shared, &waves[0]).unwrap();
+            voxels.fill(&mut frame.pass("voxelisation"), &shared, &batches[0]).unwrap();
         }
         let (corners, ..) = &voxels._kept;
         let corners = frame.read(corners, 0..corners.len()).unwrap();
@@ -286,6 +290,69 @@ mod tests {
             }
         }
         assert!(solid > 30_000, "{solid}");
+    }
+
+    #[test]
+    fn colliders_are_voxelised_together_whatever_is_there_at_once() {
+        let Some(device) = device() else { return };
+        let context = Context::serial();
+        let (points, triangles) = shapes::sphere(0.8, 30, 20, 0.1);
+        let colliders: Vec<Collider> = (0..5)
+            .map(|k| {
+                let transform = DAffine3::from_scale(DVec3::new(1.0, 0.8 + 0.1 * f64::from(k), 1.0));
+                Collider::new(&context, points.clone(), triangles.clone(), transform).unwrap()
+            })
+            .collect();
+        let colliders: Vec<&Collider> = colliders.iter().collect();
+        let grid = |k: usize| {
+            let angle = 0.4 * k as f64;
+            Grid::new(&around([0.1, 0.2, 0.3 - 0.1 * angle], [0.5 + 0.2 * angle, 0.6, 0.7], angle), 1 << 14, None)
+        };
+        let shared = Shared::new(&device).unwrap();
+        let mut meshes = DeviceMeshes::new(&device).unwrap();
+        meshes.bring(&device, &colliders).unwrap();
+        let limits = ImprintSettings::default().limits();
+        let ground = Ground { transform: &DAffine3::IDENTITY, tiles: 0, started: false, slots: None };
+        // The winding numbers of two grids at once, those of one, and no two grids in a batch.
+        for (most, wanted) in [(40_000, [1, 3]), (17_000, [1, 5]), (1, [5, 1])] {
+            let mut words: Vec<Words> = (0..5)
+                .map(|k| {
+                    let grid = grid(k);
+                    let lattice = colliders[k].lattice(&grid).unwrap();
+                    let link = Link::of(0, colliders[k], &grid, &limits, Side::Forward, lattice);
+                    Words::new(&link, meshes.place(link.mesh).unwrap(), &ground)
+                })
+                .collect();
+            let batches = batches(&mut words, &[0, 1, 0, 1, 1], most).unwrap();
+            assert_eq!([batches.len(), batches[0].waves.len()], wanted, "{batches:?}");
+            let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
+            let mut voxels = None;
+            DeviceVoxels::prepare(&mut voxels, &device, &shared, (&meshes, false), room).unwrap();
+            let voxels = voxels.unwrap();
+            let mut frame = device.frame().unwrap();
+            shared.begin(&device, &mut frame, &words).unwrap();
+            let mut spans = Vec::new();
+            for batch in &batches {
+                voxels.fill(&mut frame.pass("voxelisation"), &shared, batch).unwrap();
+                spans.push(frame.read(voxels.spans(), 0..batch.room.0[3]).unwrap());
+            }
+            let _ = frame.submit().unwrap();
+            let spans: Vec<Vec<u32>> = spans.into_iter().map(|it| it.get(&device).unwrap()).collect();
+            let mut found = spans.concat().into_iter();
+            for (k, collider) in colliders.iter().enumerate() {
+                let solid = Solid {
+                    points: &points,
+                    triangles: &triangles,
+                    transform: *collider.transform(),
+                    closed: true,
+                    lattice: collider.lattice(&grid(k)),
+                };
+                let mut expected = Voxels::default();
+                expected.fill(&context, &grid(k), &solid, None, Side::Forward).unwrap();
+                let spans: Vec<u32> = found.by_ref().take(expected.columns().spans.len()).collect();
+                assert!(expected.count() > 1000 && expected.columns().spans == &spans[..], "collider {k}, {most}");
+            }
+        }
     }
 
     #[test]
