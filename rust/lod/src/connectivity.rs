@@ -1,11 +1,14 @@
 //! Triangles as corners in lists round their vertices, for meshes that are manifold or not.
 //!
+//! The corners at a vertex are side by side, in a span of one long list: what reads them waits for memory once. A vertex
+//! that takes those of another over has a new span at the end.
+//!
 //! A corner is a triangle's place at a vertex, and stands for the half-edge from its vertex to that of the next corner.
 //! Half-edges of the same edge in opposite directions are mates, where they are two; vertices at any other edge, or at
 //! which several fans of triangles meet, are fixed. Numbers are atomic so that collapses whose triangles have nothing in
 //! common are made at the same time.
 
-use std::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use relievo_core::{Context, Result};
 
@@ -20,13 +23,18 @@ pub const FIXED: u8 = 2;
 /// Vertices or triangles that are worked on by one task.
 pub const PART: usize = 4096;
 
+/// Room in the list of corners, for each triangle, for three and those that move until what is gone is left out.
+const ROOM: usize = 5;
+
 /// The corners of a mesh.
 #[derive(Default)]
 pub struct Connectivity {
-    vertex: Vec<AtomicU32>,
-    following: Vec<AtomicU32>,
-    mate: Vec<AtomicU32>,
-    first: Vec<AtomicU32>,
+    vertex: Vec<[AtomicU32; 4]>,
+    mate: Vec<[AtomicU32; 4]>,
+    /// The corners at vertices, [`NONE`] for those whose triangles are gone.
+    corners: Vec<AtomicU32>,
+    /// Where those of every vertex start, and how many they are.
+    spans: Vec<[AtomicU32; 2]>,
     /// [`BOUNDARY`] and [`FIXED`] of every vertex.
     pub flags: Vec<u8>,
 }
@@ -84,204 +92,173 @@ impl Fan {
 
 impl Connectivity {
     /// Of triangles whose indices are below `vertices`.
-    pub fn new(context: &Context, vertices: usize, triangles: &[[u32; 3]]) -> Self {
-        let mut first = vec![NONE; vertices];
-        let mut following = vec![NONE; 4 * triangles.len()];
-        for (index, triangle) in triangles.iter().enumerate().rev() {
-            for side in [2, 1, 0] {
-                let (corner, head) = (4 * index + side, &mut first[triangle[side] as usize]);
-                following[corner] = std::mem::replace(head, corner as u32);
+    pub fn new(context: &Context, vertices: usize, triangles: &[[u32; 3]]) -> Result<Self> {
+        let mut spans = vec![[0u32; 2]; vertices];
+        triangles.as_flattened().iter().for_each(|vertex| spans[*vertex as usize][1] += 1);
+        let mut start = 0;
+        for span in &mut spans {
+            let size = span[1];
+            *span = [start, start];
+            start += size;
+        }
+        let mut corners = Vec::with_capacity(ROOM * triangles.len());
+        corners.resize(3 * triangles.len(), 0);
+        for (index, triangle) in (0..).zip(triangles) {
+            for (side, vertex) in (0..).zip(triangle) {
+                let end = &mut spans[*vertex as usize][1];
+                corners[*end as usize] = 4 * index + side;
+                *end += 1;
             }
         }
         let made = Self {
-            vertex: triangles.iter().flat_map(|[a, b, c]| [*a, *b, *c, NONE].map(AtomicU32::new)).collect(),
-            following: following.into_iter().map(AtomicU32::new).collect(),
-            mate: (0..4 * triangles.len()).map(|_| AtomicU32::new(NONE)).collect(),
-            first: first.into_iter().map(AtomicU32::new).collect(),
+            vertex: context.map(triangles.len(), |triangle| {
+                let [a, b, c] = triangles[triangle];
+                [a, b, c, NONE].map(AtomicU32::new)
+            }),
+            mate: context.map(triangles.len(), |_| [NONE; 4].map(AtomicU32::new)),
+            corners: corners.into_iter().map(AtomicU32::new).collect(),
+            spans: spans.into_iter().map(|[start, end]| [start, end - start].map(AtomicU32::new)).collect(),
             flags: Vec::new(),
         };
-        let mut degrees = vec![0u32; vertices];
-        triangles.as_flattened().iter().for_each(|vertex| degrees[*vertex as usize] += 1);
-        let flags: Vec<AtomicU8> = (0..vertices).map(|_| AtomicU8::new(0)).collect();
-        let parts = vertices.div_ceil(PART);
-        let range = |part| (part * PART..vertices.min((part + 1) * PART)).map(|vertex| vertex as u32);
-        context.for_each(parts, |part| range(part).for_each(|vertex| made.join(vertex, &degrees, &flags)));
-        context.for_each(parts, |part| {
-            for vertex in range(part) {
-                flags[vertex as usize].fetch_or(made.describe(vertex, degrees[vertex as usize]), Relaxed);
-            }
-        });
-        Self { flags: flags.into_iter().map(AtomicU8::into_inner).collect(), ..made }
-    }
-
-    /// Finds the mates of the half-edges that leave `vertex`, and fixes the ends of those that cannot have one.
-    fn join(&self, vertex: u32, degrees: &[u32], flags: &[AtomicU8]) {
-        for corner in self.around(vertex).filter(|corner| self.mate(*corner) == NONE) {
-            let to = self.vertex(next(corner));
-            // All triangles of the edge are at both of its ends: the shorter list tells.
-            let here = degrees[vertex as usize] <= degrees[to as usize];
-            let (at, other) = if here { (vertex, to) } else { (to, vertex) };
-            let (mut same, mut opposite, mut mate) = (0, 0, NONE);
-            for spoke in self.around(at) {
-                let before = previous(spoke);
-                let (leaves, arrives) = (self.vertex(next(spoke)) == other, self.vertex(before) == other);
-                let (along, against) = if here { (leaves, arrives) } else { (arrives, leaves) };
-                same += u32::from(along);
-                if against {
-                    opposite += 1;
-                    mate = if here { before } else { spoke };
-                }
-            }
-            if vertex == to || same != 1 || opposite > 1 {
-                flags[vertex as usize].fetch_or(FIXED, Relaxed);
-                flags[to as usize].fetch_or(FIXED, Relaxed);
-            } else if opposite == 1 {
-                self.mate[corner as usize].store(mate, Relaxed);
-                self.mate[mate as usize].store(corner, Relaxed);
-            }
-        }
-    }
-
-    /// Whether `vertex` is at a boundary, and whether its triangles are one fan.
-    fn describe(&self, vertex: u32, degree: u32) -> u8 {
-        let Some(mut start) = self.around(vertex).next() else { return 0 };
-        let (mut flags, mut open) = (0, 0);
-        for corner in self.around(vertex) {
-            if self.mate(previous(corner)) == NONE {
-                flags |= BOUNDARY;
-                start = corner;
-                open += 1;
-            }
-            if self.mate(corner) == NONE {
-                flags |= BOUNDARY;
-            }
-        }
-        let (mut corner, mut seen) = (start, 1);
-        while seen < degree && self.mate(corner) != NONE {
-            corner = next(self.mate(corner));
-            seen += 1;
-        }
-        if open > 1 || seen < degree { flags | FIXED } else { flags }
+        let mut flags = vec![0; vertices];
+        context.for_each_part(flags.as_mut_slice(), PART, |first, flags| {
+            let mut join = Join::default();
+            (first as u32..).zip(flags).for_each(|(vertex, flags)| *flags = join.describe(&made, vertex));
+            Ok(())
+        })?;
+        Ok(Self { flags, ..made })
     }
 
     /// Number of triangles, with those that are gone.
     pub fn triangles(&self) -> usize {
-        self.vertex.len() / 4
+        self.vertex.len()
+    }
+
+    /// The part of every vertex: that of one of its triangles.
+    pub fn parts(&self, context: &Context) -> Vec<u32> {
+        let part = |vertex| self.around(vertex as u32).next().map_or(NONE, |corner| corner / (4 * PART as u32));
+        context.map(self.spans.len(), part)
     }
 
     /// The vertices of all triangles, [`NONE`] where one is gone, and the mates of their half-edges; the last of four
     /// means nothing.
     pub fn sides(&self) -> (&[[AtomicU32; 4]], &[[AtomicU32; 4]]) {
-        (self.vertex.as_chunks().0, self.mate.as_chunks().0)
+        (&self.vertex, &self.mate)
     }
 
     /// The vertex of a corner, [`NONE`] where the triangle is gone.
     #[inline(always)]
     pub fn vertex(&self, corner: u32) -> u32 {
-        self.vertex[corner as usize].load(Relaxed)
+        self.vertex.as_flattened()[corner as usize].load(Relaxed)
     }
 
     /// Whether a vertex has no triangle.
     pub fn is_gone(&self, vertex: u32) -> bool {
-        self.first[vertex as usize].load(Relaxed) == NONE
+        self.spans[vertex as usize][1].load(Relaxed) == 0
+    }
+
+    /// Where the corners at a vertex are.
+    #[inline(always)]
+    fn span(&self, vertex: u32) -> &[AtomicU32] {
+        let [start, size] = &self.spans[vertex as usize];
+        let start = start.load(Relaxed) as usize;
+        &self.corners[start..start + size.load(Relaxed) as usize]
     }
 
     /// The vertices of a triangle.
     #[inline(always)]
     pub fn triangle(&self, triangle: usize) -> [u32; 3] {
-        let [a, b, c, _] = &self.vertex.as_chunks().0[triangle];
+        let [a, b, c, _] = &self.vertex[triangle];
         [a.load(Relaxed), b.load(Relaxed), c.load(Relaxed)]
     }
 
     /// The half-edge on the other side, if there is one.
     #[inline(always)]
     pub fn mate(&self, corner: u32) -> u32 {
-        self.mate[corner as usize].load(Relaxed)
+        self.mate.as_flattened()[corner as usize].load(Relaxed)
     }
 
-    /// The corners at a vertex. Where triangles have gone, after [`Self::clean`] only.
+    /// The corners at a vertex.
     #[inline(always)]
     pub fn around(&self, vertex: u32) -> impl Iterator<Item = u32> {
-        let mut corner = self.first[vertex as usize].load(Relaxed);
-        std::iter::from_fn(move || {
-            if corner == NONE {
-                return None;
-            }
-            let found = corner;
-            corner = self.following[found as usize].load(Relaxed);
-            Some(found)
-        })
+        self.span(vertex).iter().map(|corner| corner.load(Relaxed)).filter(|corner| *corner != NONE)
     }
 
     /// Puts the corners at a vertex into `fan`, as [`Self::around`], until it is full.
     #[inline(always)]
     pub fn fan(&self, vertex: u32, fan: &mut Fan) {
         let inner = self.flags[vertex as usize] == 0;
-        let mut corner = self.first[vertex as usize].load(Relaxed);
-        let mut size = 0;
-        let mut open = 0;
-        while corner != NONE && size < Fan::MOST {
+        (fan.size, fan.opened) = (0, 0);
+        for (spoke, corner) in fan.spokes.iter_mut().zip(self.around(vertex)) {
             let before = previous(corner);
-            let spoke = Spoke { corner, to: self.vertex(next(corner)), from: self.vertex(before) };
-            fan.spokes[size] = spoke;
+            *spoke = Spoke { corner, to: self.vertex(next(corner)), from: self.vertex(before) };
             if !inner && self.mate(before) == NONE {
-                fan.open[open] = spoke.from;
-                open += 1;
+                fan.open[fan.opened] = spoke.from;
+                fan.opened += 1;
             }
-            size += 1;
-            corner = self.following[corner as usize].load(Relaxed);
+            fan.size += 1;
         }
-        (fan.size, fan.opened) = (size, open);
     }
 
     /// Visits the corners at a vertex, and takes those whose triangles are gone out of its list.
     #[inline(always)]
     pub fn clean(&self, vertex: u32, mut visit: impl FnMut(u32)) {
-        let mut link = &self.first[vertex as usize];
-        loop {
-            let corner = link.load(Relaxed);
-            if corner == NONE {
-                return;
-            }
-            let following = &self.following[corner as usize];
-            if self.vertex(corner) == NONE {
-                link.store(following.load(Relaxed), Relaxed);
-            } else {
+        let span = self.span(vertex);
+        let mut left = 0;
+        for corner in span {
+            let corner = corner.load(Relaxed);
+            if corner != NONE {
                 visit(corner);
-                link = following;
+                span[left].store(corner, Relaxed);
+                left += 1;
             }
         }
+        self.spans[vertex as usize][1].store(left as u32, Relaxed);
     }
 
-    /// Collapses the half-edge of `corner`: the vertex where it ends becomes that where it starts, and the triangles of
-    /// the edge go. Returns how many.
-    pub fn collapse(&self, corner: u32) -> usize {
+    /// Makes room for so many more corners. Returns where it starts.
+    pub fn grow(&mut self, more: usize) -> usize {
+        let start = self.corners.len();
+        self.corners.resize_with(start + more, || AtomicU32::new(NONE));
+        start
+    }
+
+    /// Collapses the half-edge of `corner`: the vertex where it ends becomes that where it starts, whose corners are
+    /// put at `start`, where there is room for one more, and the triangles of the edge go. Returns how many.
+    pub fn collapse(&self, corner: u32, start: usize) -> usize {
         let (kept, gone) = (self.vertex(corner), self.vertex(next(corner)));
-        let mut last = NONE;
-        for at in self.around(gone) {
-            self.vertex[at as usize].store(kept, Relaxed);
-            last = at;
-        }
-        let head = &self.first[kept as usize];
-        self.following[last as usize].store(head.load(Relaxed), Relaxed);
-        head.store(self.first[gone as usize].swap(NONE, Relaxed), Relaxed);
         let sides = [corner, self.mate(corner)];
+        let mut size = 0;
+        for at in self.around(kept).chain(self.around(gone)) {
+            self.vertex.as_flattened()[at as usize].store(kept, Relaxed);
+            // What goes is not foreseen: no branch. Beyond the last one is room for another.
+            self.corners[start + size].store(at, Relaxed);
+            size += usize::from(sides.iter().all(|side| at / 4 != side / 4));
+        }
+        let [from, count] = &self.spans[kept as usize];
+        from.store(start as u32, Relaxed);
+        count.store(size as u32, Relaxed);
+        self.spans[gone as usize][1].store(0, Relaxed);
         for side in sides.into_iter().filter(|side| *side != NONE) {
             let (after, before) = (self.mate(next(side)), self.mate(previous(side)));
             for (one, other) in [(after, before), (before, after)] {
                 if one != NONE {
-                    self.mate[one as usize].store(other, Relaxed);
+                    self.mate.as_flattened()[one as usize].store(other, Relaxed);
                 }
             }
-            for at in [side, next(side), previous(side)] {
-                self.vertex[at as usize].store(NONE, Relaxed);
+            let opposite = previous(side);
+            for at in self.span(self.vertex(opposite)).iter().filter(|at| at.load(Relaxed) == opposite) {
+                at.store(NONE, Relaxed);
+            }
+            for at in &self.vertex[side as usize / 4] {
+                at.store(NONE, Relaxed);
             }
         }
         1 + usize::from(sides[1] != NONE)
     }
 
     /// Leaves out what is gone. `triangles` and `vertices` have the new number of each that stays, and otherwise
-    /// [`NONE`]; the lists are clean.
+    /// [`NONE`].
     pub fn compact(
         &mut self,
         context: &Context,
@@ -289,30 +266,96 @@ impl Connectivity {
         (vertices, rest): (&[u32], &[u32]),
     ) -> Result<()> {
         let corner = |old: u32| if old == NONE { NONE } else { 4 * triangles[old as usize / 4] + old % 4 };
-        self.vertex = renumber(context, &self.vertex, kept, |old| vertices[old as usize])?;
-        self.following = renumber(context, &self.following, kept, corner)?;
-        self.mate = renumber(context, &self.mate, kept, corner)?;
-        self.first = rest.iter().map(|old| AtomicU32::new(corner(self.first[*old as usize].load(Relaxed)))).collect();
+        self.vertex = renumber(context, &self.vertex, kept, |old| vertices[old as usize]);
+        self.mate = renumber(context, &self.mate, kept, corner);
+        let mut end = 0;
+        let spans = rest.iter().map(|old| {
+            let size = self.around(*old).count() as u32;
+            end += size;
+            [end - size, size].map(AtomicU32::new)
+        });
+        let spans: Vec<_> = spans.collect();
+        let mut corners = Vec::with_capacity(ROOM * kept.len());
+        corners.resize_with(end as usize, || AtomicU32::new(NONE));
+        context.for_each_part((spans.as_slice(), rest), PART, |_, (spans, rest)| {
+            for ([start, _], old) in spans.iter().zip(rest) {
+                let moved = &corners[start.load(Relaxed) as usize..];
+                moved.iter().zip(self.around(*old)).for_each(|(new, old)| new.store(corner(old), Relaxed));
+            }
+            Ok(())
+        })?;
+        (self.corners, self.spans) = (corners, spans);
         self.flags = rest.iter().map(|old| self.flags[*old as usize]).collect();
         Ok(())
+    }
+}
+
+/// Finds the mates of half-edges round a vertex: what leaves it and what arrives, in the order of the other ends.
+#[derive(Default)]
+struct Join {
+    corners: Vec<u32>,
+    /// The other end of the half-edge that leaves at each corner, and the corner's place in `corners`.
+    leaving: Vec<(u32, u32)>,
+    /// The same of the half-edge that arrives.
+    arriving: Vec<(u32, u32)>,
+    /// For every corner the place of the one across the half-edge that leaves there.
+    across: Vec<u32>,
+}
+
+impl Join {
+    /// Finds the mates of the half-edges that leave `vertex`. Returns its flags: whether it is at a boundary; and
+    /// whether it has an edge whose half-edges cannot be mates, or several fans.
+    fn describe(&mut self, mesh: &Connectivity, vertex: u32) -> u8 {
+        let Self { corners, leaving, arriving, across } = self;
+        corners.clear();
+        corners.extend(mesh.around(vertex));
+        let ends = |ends: &mut Vec<(u32, u32)>, side: fn(u32) -> u32| {
+            ends.clear();
+            ends.extend(corners.iter().map(|corner| mesh.vertex(side(*corner))).zip(0..));
+            ends.sort_unstable();
+        };
+        ends(leaving, next);
+        ends(arriving, previous);
+        across.clear();
+        across.resize(corners.len(), NONE);
+        let (mut flags, mut start, mut open) = (0, 0, 0);
+        let (mut leave, mut arrive) = (leaving.as_slice(), arriving.as_slice());
+        while let Some(end) = [leave, arrive].iter().filter_map(|list| list.first()).map(|(end, _)| *end).min() {
+            let count = |list: &[(u32, u32)]| list.iter().take_while(|(other, _)| *other == end).count();
+            let counts = [count(leave), count(arrive)];
+            match counts {
+                _ if end == vertex || counts.iter().any(|count| *count > 1) => flags |= BOUNDARY | FIXED,
+                [1, 1] => {
+                    across[leave[0].1 as usize] = arrive[0].1;
+                    let mate = previous(corners[arrive[0].1 as usize]);
+                    mesh.mate.as_flattened()[corners[leave[0].1 as usize] as usize].store(mate, Relaxed);
+                }
+                [1, _] => flags |= BOUNDARY,
+                _ => {
+                    flags |= BOUNDARY;
+                    start = arrive[0].1;
+                    open += 1;
+                }
+            }
+            (leave, arrive) = (&leave[counts[0]..], &arrive[counts[1]..]);
+        }
+        let (mut place, mut seen) = (start, 1);
+        while let Some(after) = across.get(place as usize).filter(|after| **after != NONE && **after != start) {
+            (place, seen) = (*after, seen + 1);
+        }
+        if open > 1 || seen < corners.len() { flags | FIXED } else { flags }
     }
 }
 
 /// The numbers of the triangles that are kept.
 fn renumber(
     context: &Context,
-    list: &[AtomicU32],
+    list: &[[AtomicU32; 4]],
     kept: &[u32],
     new: impl Fn(u32) -> u32 + Sync,
-) -> Result<Vec<AtomicU32>> {
-    let mut made: Vec<AtomicU32> = (0..4 * kept.len()).map(|_| AtomicU32::new(NONE)).collect();
-    let list: &[[AtomicU32; 4]] = list.as_chunks().0;
-    context.for_each_part((made.as_chunks_mut().0, kept), PART, |_, (made, kept)| {
-        for (made, old) in made.iter_mut().zip(kept) {
-            let [a, b, c, _] = &list[*old as usize];
-            *made = [new(a.load(Relaxed)), new(b.load(Relaxed)), new(c.load(Relaxed)), NONE].map(AtomicU32::new);
-        }
-        Ok(())
-    })?;
-    Ok(made)
+) -> Vec<[AtomicU32; 4]> {
+    context.map(kept.len(), |index| {
+        let [a, b, c, _] = &list[kept[index] as usize];
+        [new(a.load(Relaxed)), new(b.load(Relaxed)), new(c.load(Relaxed)), NONE].map(AtomicU32::new)
+    })
 }

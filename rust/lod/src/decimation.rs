@@ -1,6 +1,6 @@
 //! The mesh while it is simplified: what its vertices know of their triangles, and what the collapse of its edges costs.
 
-use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Result};
@@ -9,10 +9,17 @@ use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, next, previ
 use crate::placement::{BATCH, Batch, Star, place};
 use crate::progressive::Recording;
 
-/// State of a vertex whose triangles changed.
-pub const CHANGED: u8 = 1;
-/// State of a vertex that moved.
-pub const MOVED: u8 = 2;
+/// State of a vertex whose triangles changed in the last round.
+const CHANGED: u8 = 1;
+/// State of a vertex whose triangles changed since what it knows of them was found.
+const STALE: u8 = 2;
+/// State of a vertex that is asked for what it knows.
+const WANTED: u8 = 4;
+/// State of a vertex of an edge that is tried in this round, and of those around.
+const TRIED: u8 = 8;
+
+/// The sign of a cost: negative where the edge must not collapse before its surroundings change.
+const SIGN: u32 = 1 << 31;
 
 /// Magnitudes of costs that are told apart: eight an octave.
 const BINS: usize = (f32::INFINITY.to_bits() >> BIN) as usize;
@@ -30,14 +37,12 @@ pub struct Decimation {
     /// What costs are found from.
     vertices: Vec<Vertex>,
     /// Of every half-edge, four a triangle. Infinite where the mate stands for the edge, or the edge must not collapse;
-    /// negative where its surroundings have changed since.
-    pub costs: Vec<[f32; 4]>,
-    /// [`CHANGED`] and [`MOVED`] of every vertex, since the last round.
-    pub state: Vec<AtomicU8>,
-    /// The lowest key at every vertex in this pass of selection.
-    pub lowest: Vec<AtomicU64>,
-    /// Counts passes of selection, downwards.
-    pub epoch: u64,
+    /// negative where that may change with its surroundings.
+    costs: Vec<[AtomicU32; 4]>,
+    /// [`CHANGED`], [`STALE`], [`WANTED`] and [`TRIED`] of every vertex.
+    state: Vec<AtomicU8>,
+    /// The part of [`PART`] triangles that every vertex belongs to.
+    pub parts: Vec<u32>,
     /// Triangles that are left.
     pub live: usize,
     /// What was done, if that is to be known.
@@ -54,11 +59,12 @@ struct Vertex {
     flags: u8,
 }
 
-/// An edge whose cost is found.
-struct Edge {
-    slot: u32,
-    ends: [u32; 2],
-    mate: u32,
+/// An edge that may be collapsed.
+#[derive(Clone, Copy, Default)]
+pub struct Edge {
+    pub cost: f32,
+    pub corner: u32,
+    pub ends: [u32; 2],
 }
 
 /// How many edges there are of each magnitude of cost.
@@ -66,16 +72,23 @@ pub struct Magnitudes(Vec<AtomicU32>);
 
 impl Magnitudes {
     /// The cost below which so large a share of the edges is, or a little more. `None` if there are no edges.
-    pub fn below(self, share: f32) -> Option<f32> {
-        let counts: Vec<u32> = self.0.into_iter().map(AtomicU32::into_inner).collect();
-        let total: u32 = counts.iter().sum();
-        let wanted = ((total as f32 * share) as u32).max(1);
+    pub fn below(&self, share: f32) -> Option<f32> {
+        let wanted = ((self.sum(BINS) as f32 * share) as u32).max(1);
         let mut sum = 0;
-        let bin = counts.iter().position(|count| {
-            sum += count;
+        let bin = self.0.iter().position(|count| {
+            sum += count.load(Relaxed);
             sum >= wanted
         })?;
         Some(f32::from_bits((bin as u32 + 1) << BIN))
+    }
+
+    /// The share of the edges that cost less than `cost`, without those of about its magnitude.
+    pub fn share_below(&self, cost: f32) -> f32 {
+        self.sum((cost.to_bits() >> BIN) as usize) as f32 / self.sum(BINS).max(1) as f32
+    }
+
+    fn sum(&self, bins: usize) -> u32 {
+        self.0[..bins].iter().map(|count| count.load(Relaxed)).sum()
     }
 }
 
@@ -88,24 +101,30 @@ pub fn normal(a: Vec3, b: Vec3) -> Vec4 {
 
 impl Decimation {
     /// Of a mesh whose indices are in range, with coordinates multiplied by `scale`.
-    pub fn new(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], scale: f32) -> Self {
+    pub fn new(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], scale: f32) -> Result<Self> {
         let points: Vec<Vec4> = points.iter().map(|point| (Vec3::from(*point) * scale).extend(0.0)).collect();
         let face = |index: usize| {
             let [a, b, c] = triangles[index].map(|vertex| points[vertex as usize].xyz());
             normal(b - a, c - a)
         };
-        Self {
-            mesh: Connectivity::new(context, points.len(), triangles),
+        let mesh = Connectivity::new(context, points.len(), triangles)?;
+        let unknown = |index: usize| {
+            let [a, b, c] = triangles[index];
+            let stands = |side: usize, is_lower: bool| is_lower || mesh.mate((4 * index + side) as u32) == NONE;
+            let stand = [stands(0, a < b), stands(1, b < c), stands(2, c < a), false];
+            stand.map(|stands| AtomicU32::new(if stands { 0.0 } else { f32::INFINITY }.to_bits()))
+        };
+        Ok(Self {
+            parts: mesh.parts(context),
             normals: context.map(triangles.len(), face),
             vertices: vec![Vertex::default(); points.len()],
-            costs: vec![[f32::INFINITY; 4]; triangles.len()],
-            state: points.iter().map(|_| AtomicU8::new(CHANGED | MOVED)).collect(),
-            lowest: points.iter().map(|_| AtomicU64::new(u64::MAX)).collect(),
-            epoch: u64::MAX,
+            costs: context.map(triangles.len(), unknown),
+            state: points.iter().map(|_| AtomicU8::new(STALE)).collect(),
             live: triangles.len(),
             recording: None,
+            mesh,
             points,
-        }
+        })
     }
 
     /// Keeps vertices where they are.
@@ -127,15 +146,17 @@ impl Decimation {
         (triangles.filter(|triangle| triangle[0] != NONE).collect(), &self.points)
     }
 
-    /// Finds anew what vertices know whose triangles changed.
-    pub fn renew_stars(&mut self, context: &Context) -> Result<()> {
+    /// Finds what vertices know of their triangles that are asked for it.
+    fn renew_stars(&mut self, context: &Context) -> Result<()> {
         let Self { mesh, points, normals, state, vertices, .. } = self;
         let parts = ((vertices.as_mut_slice(), points.as_slice()), state.as_slice());
         context.for_each_part(parts, PART, |first, ((vertices, here), state)| {
             for (at, ((renewed, here), state)) in vertices.iter_mut().zip(here).zip(state).enumerate() {
-                if state.load(Relaxed) == 0 {
+                let known = state.load(Relaxed);
+                if known & WANTED == 0 {
                     continue;
                 }
+                state.store(known & !(STALE | WANTED), Relaxed);
                 let flags = mesh.flags[first + at];
                 let (mut rows, mut sum) = ([Vec4::ZERO; 3], Vec4::ZERO);
                 mesh.clean((first + at) as u32, |corner| {
@@ -168,88 +189,137 @@ impl Decimation {
         })
     }
 
-    /// Finds the costs anew of edges with a vertex that moved, and of those whose surroundings changed and that cost no
-    /// more than `ahead` before. Those whose vertex would deviate by more than `error` must not collapse.
-    pub fn renew_costs(&mut self, context: &Context, ahead: f32, error: f32) -> Result<Magnitudes> {
-        let magnitudes: Vec<AtomicU32> = (0..BINS).map(|_| AtomicU32::new(0)).collect();
-        let mut costs = std::mem::take(&mut self.costs);
+    /// The edges that cost less than `ahead`, in parts, and how many edges there are of each cost. Costs are found anew
+    /// of edges whose surroundings have changed, and of those that did not cost less than `known`: what changed about
+    /// them was not looked at. Edges whose vertex would deviate by more than `error` must not collapse.
+    pub fn renew_costs(
+        &mut self,
+        context: &Context,
+        [known, ahead]: [f32; 2],
+        error: f32,
+    ) -> Result<(Vec<Vec<Edge>>, Magnitudes)> {
         let work = &*self;
-        let (corners, mates) = work.mesh.sides();
-        let parts = (costs.as_mut_slice(), corners, mates);
-        context.for_each_part(parts, PART, |first, (costs, corners, mates)| {
-            let mut edges = Vec::with_capacity(2 * costs.len());
-            for (triangle, ((costs, corners), mates)) in costs.iter_mut().zip(corners).zip(mates).enumerate() {
-                work.outdated((4 * triangle) as u32, costs, corners, mates, ahead, &mut edges);
-            }
+        let found = context.map(self.costs.len().div_ceil(PART), |part| work.edges(part, [known, ahead]));
+        self.renew_stars(context)?;
+        let work = &*self;
+        let (mut lists, old): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let magnitudes: Vec<AtomicU32> = (0..BINS).map(|_| AtomicU32::new(0)).collect();
+        context.for_each_mut(&mut lists, |part, edges| {
             let mut batch = Batch::default();
-            for edges in edges.chunks(BATCH) {
-                for (lane, edge) in edges.iter().enumerate() {
-                    work.gather(edge.slot + 4 * first as u32, edge.ends, edge.mate, &mut batch, lane);
+            for old in old[part].chunks(BATCH) {
+                for (lane, old) in old.iter().enumerate() {
+                    work.gather(&edges[*old as usize], &mut batch, lane);
                 }
                 place(context.level(), &mut batch);
-                for (edge, (cost, deviation)) in edges.iter().zip(batch.cost.iter().zip(&batch.deviation)) {
-                    let cost = if *deviation <= error { *cost } else { f32::INFINITY };
-                    costs[edge.slot as usize / 4][edge.slot as usize % 4] = cost;
+                for (old, (cost, deviation)) in old.iter().zip(batch.cost.iter().zip(&batch.deviation)) {
+                    let edge = &mut edges[*old as usize];
+                    edge.cost = if *deviation <= error { *cost } else { -cost };
+                    work.set_cost(edge.corner, edge.cost);
                 }
             }
+            let costs = &work.costs[part * PART..work.costs.len().min((part + 1) * PART)];
             let mut counts = [0u32; BINS];
-            for cost in costs.iter().step_by(SAMPLE).flatten().filter(|cost| cost.abs() < f32::INFINITY) {
-                counts[(cost.abs().to_bits() >> BIN) as usize] += 1;
+            for cost in costs.iter().step_by(SAMPLE).flatten().map(|cost| cost.load(Relaxed)) {
+                if cost < f32::INFINITY.to_bits() {
+                    counts[(cost >> BIN) as usize] += 1;
+                }
             }
             for (sum, count) in magnitudes.iter().zip(counts).filter(|(_, count)| *count > 0) {
                 sum.fetch_add(count, Relaxed);
             }
-            Ok(())
-        })?;
-        self.costs = costs;
-        Ok(Magnitudes(magnitudes))
+        });
+        Ok((lists, Magnitudes(magnitudes)))
     }
 
-    /// The edges of a triangle whose costs are found anew. `slot` is the number of its first half-edge in its part.
-    #[inline(always)]
-    fn outdated(
-        &self,
-        slot: u32,
-        costs: &mut [f32; 4],
-        corners: &[AtomicU32; 4],
-        mates: &[AtomicU32; 4],
-        ahead: f32,
-        edges: &mut Vec<Edge>,
-    ) {
-        let [a, b, c] = [corners[0].load(Relaxed), corners[1].load(Relaxed), corners[2].load(Relaxed)];
-        if a == NONE {
-            *costs = [f32::INFINITY; 4];
-            return;
+    /// The edges of a part of the triangles that cost less than `ahead`, or did when they could not collapse; and which
+    /// of them have costs that are to be found anew. What their vertices know is asked for.
+    fn edges(&self, part: usize, [known, ahead]: [f32; 2]) -> (Vec<Edge>, Vec<u32>) {
+        let costs = &self.costs[part * PART..self.costs.len().min((part + 1) * PART)];
+        // No branch but that of the loop: what costs less is not foreseen.
+        let mut slots = vec![0; 4 * costs.len() + 1];
+        let mut count = 0;
+        for (slot, cost) in ((4 * PART * part) as u32..).zip(costs.as_flattened()) {
+            slots[count] = slot;
+            count += usize::from(cost.load(Relaxed) & !SIGN < ahead.to_bits());
         }
-        let state = |vertex: u32| self.state[vertex as usize].load(Relaxed);
-        let (i, j, k) = (state(a), state(b), state(c));
-        if i | j | k == 0 && costs[0] >= 0.0 && costs[1] >= 0.0 && costs[2] >= 0.0 {
-            return;
-        }
-        let (vertices, states) = ([a, b, c, a], [i, j, k, i]);
-        for side in 0..3 {
-            let (ends, state) = ([vertices[side], vertices[side + 1]], states[side] | states[side + 1]);
-            let cost = costs[side];
-            if state == 0 && cost >= 0.0 {
-                continue;
-            }
-            let mate = mates[side].load(Relaxed);
-            costs[side] = f32::INFINITY;
-            if mate != NONE && ends[1] < ends[0] {
-                continue;
-            }
-            if state & MOVED == 0 && cost.abs() > ahead && cost < f32::INFINITY {
-                costs[side] = -cost.abs();
-            } else {
-                edges.push(Edge { slot: slot + side as u32, ends, mate });
+        let edge = |corner: &u32| Edge {
+            cost: f32::from_bits(self.costs.as_flattened()[*corner as usize].load(Relaxed)),
+            corner: *corner,
+            ends: [self.mesh.vertex(*corner), self.mesh.vertex(next(*corner))],
+        };
+        let edges: Vec<Edge> = slots[..count].iter().map(edge).collect();
+        let mut old = Vec::with_capacity(count);
+        for (index, edge) in (0..).zip(&edges) {
+            let states = edge.ends.map(|end| self.state[end as usize].load(Relaxed));
+            if edge.cost.abs() >= known || (states[0] | states[1]) & CHANGED != 0 {
+                old.push(index);
+                for (end, state) in edge.ends.into_iter().zip(states) {
+                    if state & (STALE | WANTED) == STALE {
+                        self.state[end as usize].fetch_or(WANTED, Relaxed);
+                    }
+                }
             }
         }
+        (edges, old)
+    }
+
+    /// Begins a round.
+    pub fn begin(&mut self) {
+        self.state.iter_mut().for_each(|state| *state.get_mut() &= !(CHANGED | TRIED));
+    }
+
+    /// Whether a vertex is that of an edge that is tried in this round, or beside one.
+    pub fn is_tried(&self, vertex: u32) -> bool {
+        self.state[vertex as usize].load(Relaxed) & TRIED != 0
+    }
+
+    /// Notes that a vertex is that of an edge that is tried, or beside one. At any time only one thread does, for a vertex.
+    pub fn set_tried(&self, vertex: u32) {
+        self.add_state(vertex, TRIED);
+    }
+
+    /// Notes that triangles at a vertex change. At any time only one thread does, for a vertex.
+    pub fn set_changed(&self, vertex: u32) {
+        self.add_state(vertex, CHANGED | STALE);
+    }
+
+    fn add_state(&self, vertex: u32, state: u8) {
+        let known = &self.state[vertex as usize];
+        known.store(known.load(Relaxed) | state, Relaxed);
+    }
+
+    /// Keeps what it costs to collapse a half-edge.
+    pub fn set_cost(&self, corner: u32, cost: f32) {
+        self.costs.as_flattened()[corner as usize].store(cost.to_bits(), Relaxed);
+    }
+
+    /// Collapses a half-edge, as [`Connectivity::collapse`]. The edges of its vertex are taken to cost `guess`.
+    pub fn collapse(&self, corner: u32, start: usize, guess: f32) -> usize {
+        let mesh = &self.mesh;
+        let kept = mesh.vertex(corner);
+        for side in [corner, mesh.mate(corner)].into_iter().filter(|side| *side != NONE) {
+            for gone in [side, next(side), previous(side)] {
+                self.set_cost(gone, f32::INFINITY);
+            }
+        }
+        let gone = mesh.collapse(corner, start);
+        let inner = mesh.flags[kept as usize] == 0;
+        for corner in mesh.around(kept) {
+            let (after, before) = (mesh.vertex(next(corner)), mesh.vertex(previous(corner)));
+            for (edge, is_lower) in [(corner, kept < after), (previous(corner), before < kept)] {
+                // Which vertex is lower is not foreseen: a choice without a branch.
+                let stands = is_lower | (!inner && mesh.mate(edge) == NONE);
+                self.set_cost(edge, [f32::INFINITY, guess][usize::from(stands)]);
+            }
+        }
+        gone
     }
 
     /// Puts an edge into a lane of a batch.
     #[inline(always)]
-    pub fn gather(&self, corner: u32, [u, v]: [u32; 2], mate: u32, batch: &mut Batch, lane: usize) {
-        let lane = lane % BATCH;
+    pub fn gather(&self, edge: &Edge, batch: &mut Batch, lane: usize) {
+        let Edge { corner, ends: [u, v], .. } = *edge;
+        let (lane, mate) = (lane % BATCH, self.mesh.mate(corner));
         let (u, v) = (&self.vertices[u as usize], &self.vertices[v as usize]);
         let mut pinned = 0.0;
         if u.flags | v.flags != 0 {
@@ -277,7 +347,7 @@ impl Decimation {
         batch.before[lane] = u.deviation.max(v.deviation);
     }
 
-    /// Leaves out what is gone where that is much. Lists of corners are clean, as after [`Self::renew_stars`].
+    /// Leaves out what is gone where that is much.
     pub fn compact(&mut self, context: &Context) -> Result<()> {
         if self.live * 10 > self.mesh.triangles() * 6 {
             return Ok(());
@@ -302,13 +372,14 @@ impl Decimation {
         if let Some(recording) = &mut self.recording {
             recording.compact(&rest, &kept);
         }
-        self.points = rest.iter().map(|old| self.points[*old as usize]).collect();
-        self.vertices = rest.iter().map(|old| self.vertices[*old as usize]).collect();
-        self.state = rest.iter().map(|old| AtomicU8::new(self.state[*old as usize].load(Relaxed))).collect();
-        self.normals = kept.iter().map(|old| self.normals[*old as usize]).collect();
-        self.costs = kept.iter().map(|old| self.costs[*old as usize]).collect();
-        self.lowest.truncate(rest.len());
-        self.lowest.iter_mut().for_each(|lowest| *lowest.get_mut() = u64::MAX);
+        self.points = context.map(rest.len(), |new| self.points[rest[new] as usize]);
+        self.vertices = context.map(rest.len(), |new| self.vertices[rest[new] as usize]);
+        let state = |new: usize| AtomicU8::new(self.state[rest[new] as usize].load(Relaxed));
+        self.state = context.map(rest.len(), state);
+        self.normals = context.map(kept.len(), |new| self.normals[kept[new] as usize]);
+        let costs = |new: usize| self.costs[kept[new] as usize].each_ref().map(|cost| cost.load(Relaxed).into());
+        self.costs = context.map(kept.len(), costs);
+        self.parts = self.mesh.parts(context);
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use relievo_core::simd::Arithmetic;
 
 /// Edges that are placed together.
-pub const BATCH: usize = 32;
+pub const BATCH: usize = 16;
 
 /// What a vertex knows of its triangles, seen from the vertex: Σ n nᵀ (xx, yy, zz, xy, xz, yz) and Σ n.
 pub type Star = [f32; 9];

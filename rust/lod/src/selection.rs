@@ -1,34 +1,26 @@
 //! Which collapses are made together (Grund, Derzapf, Guthe 2011; Derzapf, Grund, Guthe 2014, Section 3).
 //!
 //! Two collapses go together if no vertex of one shares an edge with a vertex of the other, so that every triangle has
-//! one moving corner at most. Each edge has a key of its own: the magnitude of its cost, in quarters of an octave, and a
-//! number mixed from its corner, which lets neighbours of nearly the same cost go in any order. An edge is taken if its
-//! key is the lowest at its ends and all their neighbours. What that leaves free is taken in further passes.
-
-use std::sync::atomic::{AtomicU8, AtomicU64, Ordering::Relaxed};
+//! one moving corner at most. Edges are taken in the order of the magnitudes of their costs, in quarters of an octave.
+//! Parts of the mesh do that at the same time for edges whose surroundings are theirs alone, then ever larger parts for
+//! the others.
 
 use glam::{Vec4, Vec4Swizzles};
 use relievo_core::Context;
 
-use crate::connectivity::{Fan, NONE, PART, next, previous};
-use crate::decimation::{CHANGED, Decimation, MOVED, normal};
+use crate::connectivity::{Fan, NONE, next, previous};
+use crate::decimation::{Decimation, Edge, normal};
 use crate::placement::{BATCH, Batch, place};
 use crate::progressive::Made;
 
 /// Bits of a cost that are its magnitude: all but these.
 const FINE: u32 = 21;
-/// Bits of a key; the pass of selection stands above them.
-const KEY: u32 = 44;
+/// So many parts as a power of two, that follow each other, become one for the edges that they leave.
+const JOINED: u32 = 2;
+/// What the edges of a vertex are taken to cost beside the collapse that made it, until a round looks at them.
+const DEARER: f32 = 2.0;
 /// The squared cosine of the angle that a triangle may turn by.
 const TURN: f32 = 0.04;
-
-/// An edge that may collapse.
-#[derive(Clone, Copy)]
-pub struct Candidate {
-    corner: u32,
-    ends: [u32; 2],
-    key: u64,
-}
 
 /// A collapse, where its vertex goes and how it deviates, and of how many triangles it changes the normals.
 struct Collapse {
@@ -73,98 +65,67 @@ impl Collapses {
     }
 }
 
-/// The selection in a part of the candidates.
+/// The selection in a part of the mesh.
 struct Selection<'a> {
     work: &'a Decimation,
-    list: &'a [Candidate],
     context: &'a Context,
+    /// The number of the part, and how many bits of the numbers of parts it is that do not count.
+    part: u32,
+    shift: u32,
     batch: Batch,
     fans: Vec<[Fan; 2]>,
-    slots: Vec<usize>,
+    taken: Vec<Edge>,
     found: Collapses,
-    refused: Vec<usize>,
+    rest: Vec<Edge>,
 }
 
-/// Another number for each number, with no pattern (a bijection of xors, shifts and odd factors).
-fn mixed(number: u32) -> u32 {
-    let number = (number ^ number >> 16).wrapping_mul(0x7feb_352d);
-    let number = (number ^ number >> 15).wrapping_mul(0x846c_a68b);
-    number ^ number >> 16
+/// Tells the order of edges, none of two the same.
+fn key(edge: &Edge) -> u64 {
+    u64::from(edge.cost.to_bits()) << 32 | u64::from(edge.corner)
 }
 
-/// Whether no triangle at these vertices changes yet in this round.
-fn are_free(state: &[AtomicU8], ends: [u32; 2]) -> bool {
-    ends.iter().all(|end| state[*end as usize].load(Relaxed) == 0)
+/// Edges in the order of the magnitudes of their costs, and where these are the same, as they come.
+fn by_cost(edges: &[Edge]) -> Vec<Edge> {
+    let magnitude = |edge: &Edge| (edge.cost.to_bits() >> FINE) as usize;
+    let mut starts = [0; 1 << (31 - FINE)];
+    edges.iter().for_each(|edge| starts[magnitude(edge)] += 1);
+    let mut end = 0;
+    for start in &mut starts {
+        end += std::mem::replace(start, end);
+    }
+    let mut ordered = vec![Edge::default(); edges.len()];
+    for edge in edges {
+        let start = &mut starts[magnitude(edge)];
+        ordered[*start] = *edge;
+        *start += 1;
+    }
+    ordered
 }
 
 impl Decimation {
-    /// The edges that cost less than `limit`; all triangles are taken to be unchanged from here on.
-    pub fn candidates(&mut self, context: &Context, limit: f32) -> Vec<Vec<Candidate>> {
-        self.state.iter_mut().for_each(|state| *state.get_mut() = 0);
-        let (costs, mesh, size) = (&self.costs, &self.mesh, 4 * PART);
-        context.map(costs.len().div_ceil(size), |part| {
-            let first = part * size;
-            let mut list = Vec::with_capacity(size / 2);
-            for (triangle, costs) in (first as u32..).zip(&costs[first..costs.len().min(first + size)]) {
-                for (side, cost) in costs.iter().enumerate().take(3).filter(|(_, cost)| **cost >= 0.0 && **cost < limit)
-                {
-                    let corner = 4 * triangle + side as u32;
-                    let ends = [mesh.vertex(corner), mesh.vertex(next(corner))];
-                    let key = u64::from(cost.to_bits() >> FINE) << 32 | u64::from(mixed(corner));
-                    list.push(Candidate { corner, ends, key });
-                }
-            }
-            list
-        })
-    }
-
-    /// A pass of selection. Returns whether there was an edge to look at.
-    pub fn select(
-        &mut self,
-        context: &Context,
-        candidates: &mut [Vec<Candidate>],
-        collapses: &mut Vec<Collapses>,
-    ) -> bool {
-        // Keys of later passes are below those of earlier ones, which so need not be wiped out.
-        self.epoch = if self.epoch >> KEY == 0 { u64::MAX } else { self.epoch - (1 << KEY) };
-        if self.epoch == u64::MAX {
-            self.lowest.iter_mut().for_each(|lowest| *lowest.get_mut() = u64::MAX);
-        }
-        let epoch = self.epoch & !((1 << KEY) - 1);
-        let (state, lowest) = (&self.state, &self.lowest);
-        context.for_each_mut(candidates, |_, list| {
-            list.retain(|candidate| candidate.key != u64::MAX && are_free(state, candidate.ends));
-            for candidate in list {
-                let key = epoch | candidate.key;
-                for end in candidate.ends {
-                    let lowest = &lowest[end as usize];
-                    if key < lowest.load(Relaxed) {
-                        lowest.fetch_min(key, Relaxed);
-                    }
-                }
-            }
-        });
+    /// The collapses that are made together, of those of `edges`, in parts, that cost less than `limit`. Triangles are
+    /// taken to be unchanged from here on.
+    pub fn select(&mut self, context: &Context, edges: &[Vec<Edge>], limit: f32) -> Vec<Collapses> {
+        self.begin();
         let work = &*self;
-        let found = context.map(candidates.len(), |part| Selection::new(context, work, &candidates[part]).run(epoch));
-        let before = collapses.len();
-        let mut refusals = false;
-        for ((found, refused), list) in found.into_iter().zip(candidates) {
-            refusals |= !refused.is_empty();
-            for slot in refused {
-                let corner = list[slot].corner as usize;
-                self.costs[corner / 4][corner % 4] = f32::INFINITY;
-                list[slot].key = u64::MAX;
-            }
-            if !found.collapses.is_empty() {
-                collapses.push(found);
-            }
+        let is_cheap = |edge: &&Edge| edge.cost.to_bits() < limit.to_bits();
+        let mut lists =
+            context.map(edges.len(), |part| edges[part].iter().filter(is_cheap).copied().collect::<Vec<_>>());
+        let mut found = Vec::new();
+        let mut shift = 0;
+        while !lists.is_empty() {
+            let run = |part: usize| Selection::new(context, work, part as u32, shift).run(&lists[part]);
+            let (rest, collapses): (Vec<_>, Vec<_>) = context.map(lists.len(), run).into_iter().unzip();
+            found.extend(collapses);
+            lists = if rest.len() > 1 { rest.chunks(1 << JOINED).map(<[_]>::concat).collect() } else { Vec::new() };
+            shift += JOINED;
         }
-        refusals || collapses.len() > before
+        found
     }
 
     /// Makes collapses, no more than it takes to be rid of `surplus` triangles: those of the lowest keys. Returns
-    /// whether there were any.
-    pub fn apply(&mut self, context: &Context, mut accepted: Vec<Collapses>, surplus: usize) -> bool {
+    /// whether there were any. The next round takes costs below `known` to be right.
+    pub fn apply(&mut self, context: &Context, mut accepted: Vec<Collapses>, surplus: usize, known: f32) -> bool {
         let mut keys: Vec<u64> = accepted.iter().flat_map(|found| &found.collapses).map(|one| one.key).collect();
         let most = surplus.div_ceil(2);
         if keys.len() > most {
@@ -179,15 +140,28 @@ impl Decimation {
                 let [kept, gone] = [collapse.corner, next(collapse.corner)].map(|at| self.mesh.vertex(at) as usize);
                 self.points[kept] = collapse.point;
                 self.mesh.flags[kept] |= self.mesh.flags[gone];
-                *self.state[kept].get_mut() |= MOVED;
             }
             for (triangle, normal) in &found.normals {
                 self.normals[*triangle as usize] = *normal;
             }
         }
-        let mesh = &self.mesh;
+        let room = |found: &Collapses| found.normals.len() + found.collapses.len();
+        let mut end = self.mesh.grow(accepted.iter().map(room).sum());
+        let starts = accepted.iter().map(|found| {
+            end += room(found);
+            end - room(found)
+        });
+        let starts: Vec<usize> = starts.collect();
+        let work = &*self;
         let gone = context.map(accepted.len(), |part| {
-            accepted[part].collapses.iter().map(|collapse| mesh.collapse(collapse.corner)).sum::<usize>()
+            let mut end = starts[part];
+            let gone = accepted[part].collapses.iter().map(|collapse| {
+                let start = end;
+                end += collapse.changed + 1;
+                let guess = f32::from_bits((collapse.key >> 32) as u32) * DEARER;
+                work.collapse(collapse.corner, start, guess.max(known))
+            });
+            gone.sum::<usize>()
         });
         self.live -= gone.into_iter().sum::<usize>();
         !keys.is_empty()
@@ -195,51 +169,61 @@ impl Decimation {
 }
 
 impl<'a> Selection<'a> {
-    fn new(context: &'a Context, work: &'a Decimation, list: &'a [Candidate]) -> Self {
+    fn new(context: &'a Context, work: &'a Decimation, part: u32, shift: u32) -> Self {
         Self {
             work,
-            list,
             context,
+            part,
+            shift,
             batch: Batch::default(),
             fans: (0..BATCH).map(|_| <[Fan; 2]>::default()).collect(),
-            slots: Vec::with_capacity(BATCH),
+            taken: Vec::with_capacity(BATCH),
             found: Collapses::default(),
-            refused: Vec::new(),
+            rest: Vec::new(),
         }
     }
 
-    /// The collapses of the lowest keys in this pass, and the candidates that must not collapse.
-    fn run(mut self, epoch: u64) -> (Collapses, Vec<usize>) {
-        let (work, lowest) = (self.work, &self.work.lowest);
-        let lowest_at = |vertex: u32| -> &AtomicU64 { &lowest[vertex as usize] };
-        for (slot, Candidate { corner, ends, key }) in self.list.iter().enumerate() {
-            let key = epoch | key;
-            if ends.iter().any(|end| lowest_at(*end).load(Relaxed) != key) {
+    /// The edges that are not of the part alone, and the collapses.
+    fn run(mut self, edges: &[Edge]) -> (Vec<Edge>, Collapses) {
+        let Self { work, part, shift, .. } = self;
+        let is_mine = |vertex: u32| work.parts[vertex as usize] >> shift == part;
+        for edge in by_cost(edges) {
+            if !edge.ends.iter().all(|end| is_mine(*end)) {
+                self.rest.push(edge);
                 continue;
             }
-            let is_lowest = ends.iter().zip(&mut self.fans[self.slots.len()]).all(|(end, fan)| {
-                work.mesh.fan(*end, fan);
-                fan.ring().all(|vertex| lowest_at(vertex).load(Relaxed) >= key)
-            });
-            if is_lowest {
-                work.gather(*corner, *ends, work.mesh.mate(*corner), &mut self.batch, self.slots.len());
-                self.slots.push(slot);
-                if self.slots.len() == BATCH {
+            if edge.ends.iter().any(|end| work.is_tried(*end)) {
+                continue;
+            }
+            let fans = &mut self.fans[self.taken.len()];
+            for (end, fan) in edge.ends.into_iter().zip(&mut *fans) {
+                work.mesh.fan(end, fan);
+            }
+            if !fans.iter().flat_map(Fan::ring).all(is_mine) {
+                self.rest.push(edge);
+            } else if !work.keeps_surface(edge.corner, fans) {
+                work.set_cost(edge.corner, -edge.cost);
+            } else {
+                for vertex in edge.ends.into_iter().chain(fans.iter().flat_map(Fan::ring)) {
+                    work.set_tried(vertex);
+                }
+                work.gather(&edge, &mut self.batch, self.taken.len());
+                self.taken.push(edge);
+                if self.taken.len() == BATCH {
                     self.decide();
                 }
             }
         }
         self.decide();
-        (self.found, self.refused)
+        (self.rest, self.found)
     }
 
     /// Accepts or refuses the edges of the batch.
     fn decide(&mut self) {
-        place(self.context.level(), &mut self.batch);
-        for (lane, (slot, fans)) in self.slots.iter().zip(&self.fans).enumerate() {
-            let Candidate { corner, ends, key } = self.list[*slot];
-            let [start, end] = ends.map(|end| self.work.points[end as usize]);
-            let batch = &self.batch;
+        let Self { work, context, batch, fans, taken, found, .. } = self;
+        place(context.level(), batch);
+        for (lane, (edge, fans)) in taken.drain(..).zip(fans).enumerate() {
+            let [start, end] = edge.ends.map(|end| work.points[end as usize]);
             let mut point = match batch.pinned[lane] {
                 pinned if pinned < 0.0 => start,
                 pinned if pinned > 0.0 => end,
@@ -249,32 +233,36 @@ impl<'a> Selection<'a> {
                 }
             };
             point.w = batch.deviation[lane];
-            let before = self.found.normals.len();
-            if self.work.is_legal(corner, fans, point, &mut self.found.normals) {
-                for (end, fan) in ends.into_iter().zip(fans) {
-                    self.work.state[end as usize].store(CHANGED, Relaxed);
-                    fan.ring().for_each(|vertex| self.work.state[vertex as usize].store(CHANGED, Relaxed));
-                }
-                let changed = self.found.normals.len() - before;
-                self.found.collapses.push(Collapse { corner, key, point, changed });
+            let before = found.normals.len();
+            if work.keeps_sides(edge.corner, fans, point, &mut found.normals) {
+                // Around an edge that is refused nothing changes, so that it waits and lets others go first.
+                edge.ends
+                    .into_iter()
+                    .chain(fans.iter().flat_map(Fan::ring))
+                    .for_each(|vertex| work.set_changed(vertex));
+                let changed = found.normals.len() - before;
+                found.collapses.push(Collapse { corner: edge.corner, key: key(&edge), point, changed });
             } else {
-                self.found.normals.truncate(before);
-                self.refused.push(*slot);
+                found.normals.truncate(before);
+                work.set_cost(edge.corner, -edge.cost);
             }
         }
-        self.slots.clear();
     }
 }
 
 impl Decimation {
-    /// Whether the surface stays what it is (link condition: Dey, Edelsbrunner, Guha, Nekhayev 1999), its vertices keep
-    /// the triangles they need, and no triangle turns too far or vanishes. Puts the new normals of triangles into a list.
-    fn is_legal(&self, corner: u32, fans: &[Fan; 2], point: Vec4, normals: &mut Vec<(u32, Vec4)>) -> bool {
+    /// Whether the surface stays what it is (link condition: Dey, Edelsbrunner, Guha, Nekhayev 1999), and its vertices
+    /// keep the triangles they need.
+    fn keeps_surface(&self, corner: u32, fans: &[Fan; 2]) -> bool {
         let mesh = &self.mesh;
         if fans.iter().any(Fan::is_full) {
             return false;
         }
         let sides = [corner, mesh.mate(corner)];
+        // Half-edges of a triangle that has one vertex twice can be mates.
+        if sides[0] / 4 == sides[1] / 4 {
+            return false;
+        }
         let in_both = |vertex: u32| fans[0].ring().filter(|other| *other == vertex).count();
         let common: usize = fans[1].ring().map(in_both).sum();
         if common != 1 + usize::from(sides[1] != NONE) {
@@ -291,7 +279,12 @@ impl Decimation {
                 return false;
             }
         }
-        let gone = sides.map(|side| side / 4);
+        true
+    }
+
+    /// Whether no triangle turns too far or vanishes. Puts the new normals of triangles into a list.
+    fn keeps_sides(&self, corner: u32, fans: &[Fan; 2], point: Vec4, normals: &mut Vec<(u32, Vec4)>) -> bool {
+        let gone = [corner, self.mesh.mate(corner)].map(|side| side / 4);
         for spoke in fans.iter().flat_map(Fan::spokes) {
             let triangle = spoke.corner / 4;
             if triangle == gone[0] || triangle == gone[1] {

@@ -44,12 +44,13 @@ pub struct Simplified {
 const MOST: usize = (u32::MAX / 4) as usize;
 /// Bytes of the structures for a triangle, with half a vertex.
 const BYTES: u64 = 150;
-/// Passes of selection in a round: what the first leaves free may collapse in the next ones.
-const PASSES: usize = 4;
 /// The share of edges that are considered in a round. More would be faster and take edges out of their order.
 const SHARE: f32 = 0.2;
-/// Costs beyond the limit of the last round, as a factor, up to which edges are looked at again whose surroundings changed.
+/// Costs beyond the limit of the last round, as a factor, up to which edges are looked at; so the limit rises no faster
+/// while there are enough below.
 const AHEAD: f32 = 1.25;
+/// Edges below the limit that are enough, as a share of those that are to be considered.
+const FEW: f32 = 0.25;
 
 /// Simplifies a mesh. Vertices and triangles keep their order; vertices at boundaries stay there; those of edges with
 /// more than two triangles, and those that several fans of triangles share, are not moved. Fails if there is no
@@ -64,7 +65,7 @@ pub fn simplify(
     check(context, points, triangles, options)?;
     let scale = unit(points);
     context.within(|| {
-        let mut work = Decimation::new(context, points, triangles, 1.0 / scale);
+        let mut work = Decimation::new(context, points, triangles, 1.0 / scale)?;
         work.lock(&options.locked);
         reduce(context, &mut work, triangles.len(), options.faces, options.error / scale, progress)?;
         Ok(finish(&work, points, triangles, scale))
@@ -120,23 +121,20 @@ pub fn reduce(
     error: f32,
     progress: &mut (dyn Progress + Send),
 ) -> Result<()> {
-    let (mut share, mut ahead) = (SHARE, f32::INFINITY);
+    // Costs below the second are right, and edges below the third are looked at.
+    let (mut share, mut known, mut ahead) = (SHARE, 0.0, f32::INFINITY);
     while work.live > faces && !work.recording.as_ref().is_some_and(Recording::is_full) {
         let done = (before - work.live) as f32 / (before - faces) as f32;
         progress.step(done, "simplify")?;
-        work.renew_stars(context)?;
         work.compact(context)?;
-        let costs = work.renew_costs(context, ahead, error)?;
-        let Some(limit) = costs.below(share) else { break };
-        ahead = limit * AHEAD;
-        let mut candidates = work.candidates(context, limit);
-        let mut collapses = Vec::new();
-        for _ in 0..PASSES {
-            if !work.select(context, &mut candidates, &mut collapses) {
-                break;
-            }
-        }
-        if !work.apply(context, collapses, work.live - faces) {
+        let (edges, costs) = work.renew_costs(context, [known, ahead], error)?;
+        let Some(wanted) = costs.below(share) else { break };
+        let limit = wanted.min(ahead);
+        let few = costs.share_below(limit) < FEW * share;
+        known = ahead.min(limit * AHEAD).min(f32::MAX);
+        ahead = if few { wanted } else { limit } * AHEAD;
+        let collapses = work.select(context, &edges, limit);
+        if !work.apply(context, collapses, work.live - faces, known) && limit >= wanted {
             if share >= 1.0 {
                 break;
             }

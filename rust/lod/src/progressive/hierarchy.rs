@@ -95,7 +95,7 @@ impl Progressive {
         check(context, points, triangles, &limits)?;
         let scale = unit(points);
         context.within(|| {
-            let mut work = Decimation::new(context, points, triangles, 1.0 / scale);
+            let mut work = Decimation::new(context, points, triangles, 1.0 / scale)?;
             work.lock(&options.locked);
             let normals = work.vertex_normals(context);
             work.recording = Some(Recording::new(points.len(), triangles.len()));

@@ -60,7 +60,7 @@ fn every_fine_vertex_follows_a_rigid_motion_of_the_base() {
         let mut plain = ActiveMesh::new(&mesh);
         plain.adapt(&context, Cut::FINEST);
         let worst = apart(&finest.normals, vectors(&plain.extract().normals).map(|normal| turn * normal));
-        assert!(worst < 1e-5, "{worst}");
+        assert!(worst < 2e-5, "{worst}");
     }
 }
 

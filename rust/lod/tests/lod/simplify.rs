@@ -135,6 +135,26 @@ fn triangles_apart_are_welded_where_they_meet() {
 }
 
 #[test]
+fn a_point_where_surfaces_touch_stays() {
+    let (mut points, mut triangles) = torus(30, 16);
+    let count = points.len() as u32;
+    let [x, y, z] = points[0];
+    triangles.extend(triangles.clone().into_iter().map(|it| it.map(|it| if it == 0 { 0 } else { it + count })));
+    points.extend(points.clone().into_iter().map(|[a, b, c]| [2.0 * x - a, 2.0 * y - b, 2.0 * z - c]));
+    let made = run(&(points, triangles), &to(200));
+    assert!(made.triangles.len() <= 200 && made.points.contains(&[x, y, z]));
+}
+
+#[test]
+fn creases_between_planes_stay() {
+    let height = |x: f32, y: f32| (0.4 - (x - 0.5).abs().max((y - 0.5).abs())).clamp(0.0, 0.2);
+    let made = run(&lifted(60, height), &to(400));
+    for [x, y, z] in made.points {
+        assert!((z - height(x, y)).abs() < 1e-3, "{x} {y} {z}");
+    }
+}
+
+#[test]
 fn nothing_to_do_changes_nothing() {
     let surface = torus(20, 10);
     let made = run(&surface, &to(400));
