@@ -5,7 +5,7 @@
 //! - What they are found from: the collapses of a simplification, in `recording`.
 //! - Which of them make a mesh with a given deviation or number of triangles: [`cut`].
 //! - Files of them: [`file`](mod@file).
-//! - The mesh they make, refined and coarsened in place: [`active`].
+//! - The mesh they make, refined and coarsened in place: [`active`], with `splits`.
 //! - How regions of it are moved and turned: [`handle`]; how coarser and finer levels follow: `moves`, with
 //!   `place`; how that is taken back: `history`; and how it becomes a mesh of its own: `settle`.
 
@@ -20,6 +20,7 @@ mod packing;
 mod place;
 mod recording;
 mod settle;
+mod splits;
 
 pub use active::{ActiveMesh, Extract};
 pub use cut::Cut;
