@@ -284,7 +284,8 @@ fn a_progressive_mesh_is_built_shown_and_taken_at_any_level() {
     std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();
     let run = |arguments: &[&str]| relievo(folder.path(), &[&["progressive"], arguments].concat());
     let built = run(&["build", "bowl.obj", "-o", "bowl.rlvpm", "--faces", "50"]);
-    assert!(built.status.success() && text(&built.stdout).starts_with("800 triangles, 50 in"), "{built:?}");
+    let told = text(&built.stdout);
+    assert!(["800 triangles, 49 in the base", "800 triangles, 50 in the base"].contains(&told.trim()), "{built:?}");
     let shown = run(&["show", "bowl.rlvpm", "--error", "0.01"]);
     assert!(text(&shown.stdout).contains("finest: 441 vertices, 800 triangles"), "{shown:?}");
     let faces = || {

@@ -5,7 +5,8 @@
 //! - What they are found from: the collapses of a simplification, in `recording`.
 //! - Which of them make a mesh with a given deviation or number of triangles: [`cut`].
 //! - Files of them: [`file`](mod@file).
-//! - The mesh they make, refined and coarsened in place: [`active`], with `splits`.
+//! - The mesh they make, refined and coarsened in place: [`active`], with `splits`; also as
+//!   fine as a view needs it: [`view`].
 //! - How regions of it are moved and turned: [`handle`]; how coarser and finer levels follow: `moves`, with
 //!   `place`; how that is taken back: `history`; and how it becomes a mesh of its own: `settle`.
 
@@ -21,6 +22,7 @@ mod place;
 mod recording;
 mod settle;
 mod splits;
+pub mod view;
 
 pub use active::{ActiveMesh, Extract};
 pub use cut::Cut;
@@ -28,3 +30,4 @@ pub use handle::{Edit, Falloff, Handle, Region};
 pub use hierarchy::{BuildOptions, Child, Progressive};
 pub use recording::Key;
 pub(crate) use recording::{Made, Recording};
+pub use view::{Extents, View};

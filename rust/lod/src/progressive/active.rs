@@ -13,6 +13,7 @@ use super::hierarchy::{Child, Progressive};
 use super::history::History;
 use super::moves::{Coarsening, Moves, Refining};
 use super::place::Place;
+use super::recording::Key;
 use super::splits::{Corner, Slot};
 use crate::connectivity::NONE;
 
@@ -25,6 +26,8 @@ const BATCH: usize = 128;
 pub struct ActiveMesh<'a> {
     pub(super) whole: &'a Progressive,
     cut: Cut,
+    /// It has other splits than its cut.
+    pub(super) is_mixed: bool,
     /// Vertices, by the first of their leaves.
     pub(super) slots: Vec<Slot>,
     /// Three a triangle.
@@ -56,6 +59,7 @@ impl<'a> ActiveMesh<'a> {
         let made = Self {
             whole,
             cut: Cut::BASE,
+            is_mixed: false,
             slots: (0..whole.vertex_count()).map(|_| Slot::default()).collect(),
             corners: whole.faces.iter().flatten().map(corner).collect(),
             round: 0,
@@ -90,19 +94,24 @@ impl<'a> ActiveMesh<'a> {
         self.vertices
     }
 
-    /// The mesh this is.
+    /// The mesh this is, or was before it was made for a view.
     pub fn cut(&self) -> Cut {
         self.cut
     }
 
     /// Becomes another mesh. Returns how many splits were made and taken back.
     pub fn adapt(&mut self, context: &Context, cut: Cut) -> [usize; 2] {
-        let (finer, coarser) = (cut < self.cut, cut > self.cut);
-        self.cut = cut;
+        let (finer, coarser) = (self.is_mixed || cut < self.cut, self.is_mixed || cut > self.cut);
+        (self.cut, self.is_mixed) = (cut, false);
         context.within(|| {
             let splits = if finer { self.refine(context, |_, _| true).unwrap_or(0) } else { 0 };
             [splits, if coarser { self.coarsen(context) } else { 0 }]
         })
+    }
+
+    /// Is no longer all splits of its cut.
+    pub(super) fn leave_cut(&mut self) {
+        self.is_mixed = true;
     }
 
     /// Becomes the finest mesh, and tells whether on that way every split comes after those it stands on.
@@ -111,52 +120,72 @@ impl<'a> ActiveMesh<'a> {
         context.within(|| self.refine(context, Self::stands).is_some())
     }
 
+    /// What `find` finds among all numbers of vertices and splits.
+    pub(super) fn scan<T: Send>(&self, context: &Context, find: impl Fn(&Self, u32) -> Option<T> + Sync) -> Vec<T> {
+        let count = self.slots.len();
+        let parts = context.map(count.div_ceil(PART), |part| {
+            let range = part * PART..count.min((part + 1) * PART);
+            range.filter_map(|number| find(self, number as u32)).collect::<Vec<_>>()
+        });
+        parts.into_iter().flatten().collect()
+    }
+
     /// Makes the splits of the cut, or some of them if `check` finds a vertex that must not be split.
     fn refine(&mut self, context: &Context, check: impl Fn(&Self, u32) -> bool + Sync) -> Option<usize> {
-        let mesh = &*self;
-        let parts = context.map(mesh.slots.len().div_ceil(PART), |part| {
-            let range = part * PART..mesh.slots.len().min((part + 1) * PART);
-            range.filter_map(|vertex| mesh.wanted(vertex as u32)).collect::<Vec<_>>()
-        });
         let mut waiting = Waiting::default();
-        parts.into_iter().flatten().for_each(|(depth, vertex)| waiting.add(depth, vertex));
-        let (mut splits, mut triangles) = (0, 0);
+        self.scan(context, Self::wanted).into_iter().for_each(|(depth, vertex)| waiting.add(depth, vertex));
+        let mut splits = 0;
         for depth in (0..waiting.0.len()).rev() {
             let vertices = std::mem::take(&mut waiting.0[depth]);
-            let parts = vertices.len().div_ceil(BATCH);
-            let batch = |part: usize| &vertices[part * BATCH..vertices.len().min((part + 1) * BATCH)];
             let mesh = &*self;
-            let may = |part: usize| batch(part).iter().all(|vertex| check(mesh, *vertex));
-            if !context.map(parts, may).into_iter().all(|may| may) {
+            let may = |part: usize| {
+                let batch = &vertices[part * BATCH..vertices.len().min((part + 1) * BATCH)];
+                batch.iter().all(|vertex| check(mesh, *vertex))
+            };
+            if !context.map(vertices.len().div_ceil(BATCH), may).into_iter().all(|may| may) {
                 return None;
             }
-            let made = context.map(parts, |part| {
-                let (mut next, mut triangles) = (Vec::with_capacity(2 * batch(part).len()), 0);
-                let mut refining = mesh.moves.as_ref().map(|moves| Refining::new(mesh, moves));
-                for (index, vertex) in batch(part).iter().enumerate() {
-                    mesh.ask_ahead(batch(part), index);
-                    let before = refining.as_mut().and_then(|moves| moves.before(*vertex));
-                    let (second, made) = mesh.split(*vertex);
-                    if let Some((refining, before)) = refining.as_mut().zip(before) {
-                        refining.split(before, [*vertex, second]);
-                    }
-                    next.extend([*vertex, second].into_iter().filter_map(|vertex| mesh.wanted(vertex)));
-                    triangles += made;
-                }
-                (next, triangles, refining.map(|refining| refining.noted))
-            });
             splits += vertices.len();
-            for (next, made, noted) in made {
-                triangles += made;
-                if let Some((moves, noted)) = self.moves.as_mut().zip(noted) {
-                    moves.keep(noted);
-                }
-                next.into_iter().for_each(|(depth, vertex)| waiting.add(depth, vertex));
-            }
+            let next = self.make(context, &vertices, Self::wanted);
+            next.into_iter().for_each(|(depth, vertex)| waiting.add(depth, vertex));
         }
-        self.triangles += triangles;
-        self.vertices += splits;
         Some(splits)
+    }
+
+    /// Splits vertices that share no edge. Returns what `find` finds among those they become.
+    pub(super) fn make<T: Send>(
+        &mut self,
+        context: &Context,
+        vertices: &[u32],
+        find: impl Fn(&Self, u32) -> Option<T> + Sync,
+    ) -> Vec<T> {
+        let mesh = &*self;
+        let made = context.map(vertices.len().div_ceil(BATCH), |part| {
+            let batch = &vertices[part * BATCH..vertices.len().min((part + 1) * BATCH)];
+            let (mut next, mut triangles) = (Vec::with_capacity(2 * batch.len()), 0);
+            let mut refining = mesh.moves.as_ref().map(|moves| Refining::new(mesh, moves));
+            for (index, vertex) in batch.iter().enumerate() {
+                mesh.ask_ahead(batch, index);
+                let before = refining.as_mut().and_then(|moves| moves.before(*vertex));
+                let (second, made) = mesh.split(*vertex);
+                if let Some((refining, before)) = refining.as_mut().zip(before) {
+                    refining.split(before, [*vertex, second]);
+                }
+                next.extend([*vertex, second].into_iter().filter_map(|vertex| find(mesh, vertex)));
+                triangles += made;
+            }
+            (next, triangles, refining.map(|refining| refining.noted))
+        });
+        self.vertices += vertices.len();
+        let mut all = Vec::new();
+        for (next, triangles, noted) in made {
+            self.triangles += triangles;
+            if let Some((moves, noted)) = self.moves.as_mut().zip(noted) {
+                moves.keep(noted);
+            }
+            all.extend(next);
+        }
+        all
     }
 
     /// The depth of the split that is next at a vertex, and the vertex, if that split is part of the cut.
@@ -168,55 +197,79 @@ impl<'a> ActiveMesh<'a> {
     }
 
     fn coarsen(&mut self, context: &Context) -> usize {
-        let mesh = &*self;
-        let parts = context.map(mesh.slots.len().div_ceil(PART), |part| {
-            let range = part * PART..mesh.slots.len().min((part + 1) * PART);
-            range.filter_map(|split| mesh.unwanted(split as u32)).collect::<Vec<_>>()
-        });
         let mut waiting = Waiting::default();
-        parts.into_iter().flatten().for_each(|(depth, split)| waiting.add(depth, split));
-        let (mut splits, mut triangles, mut depth) = (0, 0, 0);
+        self.scan(context, Self::unwanted).into_iter().for_each(|(depth, split)| waiting.add(depth, split));
+        let (mut splits, mut depth) = (0, 0);
         while depth < waiting.0.len() {
             let mut list = std::mem::take(&mut waiting.0[depth]);
             // Both vertices of a split may have told that it can be taken back.
             list.sort_unstable();
             list.dedup();
-            self.round += 1;
-            let mesh = &*self;
-            let batches = list.len().div_ceil(BATCH);
-            let batch = |part: usize| &list[part * BATCH..list.len().min((part + 1) * BATCH)];
-            let gone = context.map(batches, |part| {
-                let moved = mesh.moves.as_ref().map(|moves| Coarsening::new(context, mesh, moves).merge(batch(part)));
-                (batch(part).iter().map(|split| mesh.merge(*split)).sum::<usize>(), moved)
-            });
-            let next = context.map(batches, |part| {
-                batch(part).iter().filter_map(|split| mesh.finish_merge(*split)).collect::<Vec<_>>()
-            });
             splits += list.len();
-            for (gone, moved) in gone {
-                triangles += gone;
-                if let Some((moves, moved)) = self.moves.as_mut().zip(moved) {
-                    moves.keep(moved);
-                }
-            }
-            next.into_iter().flatten().for_each(|(depth, split)| waiting.add(depth, split));
+            let next = self.unmake(context, &list, Self::unwanted);
+            next.into_iter().for_each(|(depth, split)| waiting.add(depth, split));
             depth += 1;
         }
-        self.triangles -= triangles;
-        self.vertices -= splits;
         splits
     }
 
-    /// The depth of a split and the split, if it is made, not part of the cut, and its vertices are not split further.
+    /// Takes splits back whose vertices share no edge. Returns what `find` finds among those that they were made on; one
+    /// split may be found twice.
+    pub(super) fn unmake<T: Send>(
+        &mut self,
+        context: &Context,
+        splits: &[u32],
+        find: impl Fn(&Self, u32) -> Option<T> + Sync,
+    ) -> Vec<T> {
+        self.round += 1;
+        let mesh = &*self;
+        let parts = splits.len().div_ceil(BATCH);
+        let batch = |part: usize| &splits[part * BATCH..splits.len().min((part + 1) * BATCH)];
+        let gone = context.map(parts, |part| {
+            let noted = mesh.moves.as_ref().map(|moves| Coarsening::new(context, mesh, moves).merge(batch(part)));
+            (batch(part).iter().map(|split| mesh.merge(*split)).sum::<usize>(), noted)
+        });
+        let next = context.map(parts, |part| {
+            let found = batch(part).iter().filter_map(|split| find(mesh, mesh.finish_merge(*split)));
+            found.collect::<Vec<_>>()
+        });
+        self.vertices -= splits.len();
+        for (triangles, noted) in gone {
+            self.triangles -= triangles;
+            if let Some((moves, noted)) = self.moves.as_mut().zip(noted) {
+                moves.keep(noted);
+            }
+        }
+        next.into_iter().flatten().collect()
+    }
+
+    /// Whether a split is made, and its vertices are not split further.
     #[inline(always)]
-    pub(super) fn unwanted(&self, split: u32) -> Option<(u32, u32)> {
-        let node = 2 * split;
+    pub(super) fn is_whole(&self, split: u32) -> bool {
         let target = self.slots[split as usize].target.load(Relaxed);
-        let is_whole = target != NONE
-            && self.slots[split as usize].node.load(Relaxed) == node + 1
-            && self.slots[target as usize].node.load(Relaxed) == node;
+        target != NONE
+            && self.slots[split as usize].node.load(Relaxed) == 2 * split + 1
+            && self.slots[target as usize].node.load(Relaxed) == 2 * split
+    }
+
+    /// The depth of a split and the split, if it is whole and not part of the cut.
+    #[inline(always)]
+    fn unwanted(&self, split: u32) -> Option<(u32, u32)> {
         let key = self.whole.splits[split as usize].key;
-        (is_whole && !self.cut.has(key, split)).then(|| (key.depth(), split))
+        (self.is_whole(split) && !self.cut.has(key, split)).then(|| (key.depth(), split))
+    }
+
+    /// The key of the split that a vertex comes from, or none of a base vertex.
+    pub(super) fn made_by(&self, vertex: u32) -> Option<Key> {
+        let split = self.slots[vertex as usize].node.load(Relaxed) / 2;
+        let key = self.whole.splits[split as usize].key;
+        (key.depth() > 0).then_some(key)
+    }
+
+    /// Where the vertex was that a split has split.
+    pub(super) fn before_split(&self, split: u32) -> Place {
+        let built = || self.whole.place(Child::Split(split), split);
+        self.moves.as_ref().and_then(|moves| moves.merged(split)).unwrap_or_else(built)
     }
 
     /// Vertices of this mesh.

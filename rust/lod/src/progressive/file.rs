@@ -384,11 +384,13 @@ impl Loading {
             if split <= start || split >= end || self.mesh.splits[split as usize].key != Key::default() {
                 return Err(damaged("a split has no vertex it could split"));
             }
-            if key.depth() == 0
-                || (key, split) >= self.last
-                || self.mesh.parent(split) != parent.wrapping_add(2 * split)
-            {
+            let node = parent.wrapping_add(2 * split);
+            if key.depth() == 0 || (key, split) >= self.last || self.mesh.parent(split) != node {
                 return Err(damaged("splits are out of order"));
+            }
+            let above = self.mesh.splits[node as usize / 2].key;
+            if above != Key::default() && above.depth() <= key.depth() {
+                return Err(damaged("a split is no less deep than the one it stands on"));
             }
             self.last = (key, split);
             self.mesh.splits[split as usize].key = key;

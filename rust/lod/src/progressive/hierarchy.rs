@@ -248,6 +248,11 @@ impl Progressive {
         }
     }
 
+    /// The first leaf of the second vertex of a split, or the only one of the first, if that is a leaf.
+    pub(super) fn leaf(&self, node: u32) -> u32 {
+        if node % 2 == 1 { node / 2 } else { (node / 2).saturating_sub(1) }
+    }
+
     /// The vertex that is split.
     #[inline(always)]
     pub fn parent(&self, split: u32) -> u32 {

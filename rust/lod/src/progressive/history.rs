@@ -28,6 +28,11 @@ impl ActiveMesh<'_> {
         if let Some(fault) = edit.fault() {
             return Err(Error::invalid("it needs finite numbers, a radius above 0 and an axis of length 1").at(fault));
         }
+        if self.is_mixed {
+            return Err(
+                Error::invalid("a mesh that is made for a view has no level to edit").advise("adapt it to a cut first")
+            );
+        }
         let mesh = &*self;
         let moved = |vertex| Some((vertex, edit.moved(mesh.place(vertex, mesh.child(vertex)?))?));
         let reached: Vec<(u32, Place)> = self.vertices().filter_map(moved).collect();
@@ -46,7 +51,7 @@ impl ActiveMesh<'_> {
         Ok(reached.len())
     }
 
-    /// Takes the last edit back. Returns whether there was one.
+    /// Takes the last edit back. Returns whether there was one. A mesh that was made for a view becomes its cut.
     pub fn undo(&mut self, context: &Context) -> bool {
         let Some(state) = self.history.done.pop() else { return false };
         let now = self.restore(context, &state);

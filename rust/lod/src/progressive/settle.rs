@@ -10,7 +10,7 @@ use super::packing::{Lattice, Normal};
 
 impl ActiveMesh<'_> {
     /// The progressive mesh that has this one's edits at all levels, to be saved. Deviations of its levels are those it was
-    /// built with.
+    /// built with. A mesh that was made for a view becomes its cut.
     pub fn settled(&mut self, context: &Context) -> Progressive {
         let cut = self.cut();
         // Coarser levels follow on the way down, finer ones on the way up.

@@ -178,9 +178,9 @@ impl ActiveMesh<'_> {
         gone
     }
 
-    /// Cleans the lists of the vertices at both sides of a split that was taken back, and returns the split whose vertex
-    /// is whole again, if that is to be taken back too.
-    pub(super) fn finish_merge(&self, split: u32) -> Option<(u32, u32)> {
+    /// Cleans the lists of the vertices at both sides of a split that was taken back. Returns the split that its vertex
+    /// comes from, or that vertex, if it is one of the base.
+    pub(super) fn finish_merge(&self, split: u32) -> u32 {
         for corner in 6 * split..6 * split + 6 {
             let at = self.corners[corner as usize].vertex.load(Relaxed);
             // The first to come cleans for all, also for splits on other sides of the vertex.
@@ -188,7 +188,7 @@ impl ActiveMesh<'_> {
                 self.clean(at & !GONE);
             }
         }
-        self.unwanted(self.whole.parent(split) / 2)
+        self.whole.parent(split) / 2
     }
 
     fn clean(&self, vertex: u32) {

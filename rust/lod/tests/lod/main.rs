@@ -4,3 +4,4 @@ mod editing;
 mod progressive;
 mod shapes;
 mod simplify;
+mod views;
