@@ -109,11 +109,6 @@ impl<'a> ActiveMesh<'a> {
         })
     }
 
-    /// Is no longer all splits of its cut.
-    pub(super) fn leave_cut(&mut self) {
-        self.is_mixed = true;
-    }
-
     /// Becomes the finest mesh, and tells whether on that way every split comes after those it stands on.
     pub(super) fn is_sound(&mut self, context: &Context) -> bool {
         self.cut = Cut::FINEST;
@@ -138,10 +133,7 @@ impl<'a> ActiveMesh<'a> {
         for depth in (0..waiting.0.len()).rev() {
             let vertices = std::mem::take(&mut waiting.0[depth]);
             let mesh = &*self;
-            let may = |part: usize| {
-                let batch = &vertices[part * BATCH..vertices.len().min((part + 1) * BATCH)];
-                batch.iter().all(|vertex| check(mesh, *vertex))
-            };
+            let may = |part: usize| batch(&vertices, part).iter().all(|vertex| check(mesh, *vertex));
             if !context.map(vertices.len().div_ceil(BATCH), may).into_iter().all(|may| may) {
                 return None;
             }
@@ -161,7 +153,7 @@ impl<'a> ActiveMesh<'a> {
     ) -> Vec<T> {
         let mesh = &*self;
         let made = context.map(vertices.len().div_ceil(BATCH), |part| {
-            let batch = &vertices[part * BATCH..vertices.len().min((part + 1) * BATCH)];
+            let batch = batch(vertices, part);
             let (mut next, mut triangles) = (Vec::with_capacity(2 * batch.len()), 0);
             let mut refining = mesh.moves.as_ref().map(|moves| Refining::new(mesh, moves));
             for (index, vertex) in batch.iter().enumerate() {
@@ -224,13 +216,13 @@ impl<'a> ActiveMesh<'a> {
         self.round += 1;
         let mesh = &*self;
         let parts = splits.len().div_ceil(BATCH);
-        let batch = |part: usize| &splits[part * BATCH..splits.len().min((part + 1) * BATCH)];
         let gone = context.map(parts, |part| {
-            let noted = mesh.moves.as_ref().map(|moves| Coarsening::new(context, mesh, moves).merge(batch(part)));
-            (batch(part).iter().map(|split| mesh.merge(*split)).sum::<usize>(), noted)
+            let noted =
+                mesh.moves.as_ref().map(|moves| Coarsening::new(context, mesh, moves).merge(batch(splits, part)));
+            (batch(splits, part).iter().map(|split| mesh.merge(*split)).sum::<usize>(), noted)
         });
         let next = context.map(parts, |part| {
-            let found = batch(part).iter().filter_map(|split| find(mesh, mesh.finish_merge(*split)));
+            let found = batch(splits, part).iter().filter_map(|split| find(mesh, mesh.finish_merge(*split)));
             found.collect::<Vec<_>>()
         });
         self.vertices -= splits.len();
@@ -288,10 +280,6 @@ impl<'a> ActiveMesh<'a> {
         self.child(vertex).map_or_else(Place::default, |child| self.whole.place(child, vertex))
     }
 
-    pub(super) fn whole(&self) -> &'a Progressive {
-        self.whole
-    }
-
     pub(super) fn child(&self, vertex: u32) -> Option<Child> {
         let node = self.slots[vertex as usize].node.load(Relaxed);
         (node != NONE).then(|| self.whole.child(node))
@@ -325,6 +313,11 @@ impl<'a> ActiveMesh<'a> {
         made.triangles = triangles.into_iter().filter(|triangle| triangle[0] != NONE).collect();
         made
     }
+}
+
+/// What one task has of a list.
+fn batch(list: &[u32], part: usize) -> &[u32] {
+    &list[part * BATCH..list.len().min((part + 1) * BATCH)]
 }
 
 /// Splits or vertices by depth.

@@ -252,6 +252,7 @@ impl Progressive {
         let counts = Counts::new(std::array::from_fn(|index| word(12 + 4 * index)))?;
         let vector = |at: usize| Vec3::from_array([0, 4, 8].map(|axis| f32::from_bits(word(at + axis))));
         let lattice = Lattice::from_parts(vector(32), vector(44));
+        let lattice = lattice.ok_or_else(|| damaged("the lattice of places is not finite"))?;
         let mut budget = Budget::new(context.memory_limit());
         let mut loading = Loading::new(&counts, lattice, &mut budget)?;
         loading.base(&chunk(source, &mut budget, base_bytes(&counts))?, &counts)?;

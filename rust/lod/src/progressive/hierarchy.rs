@@ -115,11 +115,7 @@ impl Progressive {
         let numbers = Numbers::new(points.len(), operations);
         let leaves = &numbers.leaves;
         let count = points.len();
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for point in operations.iter().map(|operation| operation.point) {
-            (low, high) = (low.min(point), high.max(point));
-        }
-        let lattice = Lattice::new(low, high);
+        let lattice = Lattice::around(operations.iter().map(|operation| operation.point));
         let mut budget = Budget::new(u64::MAX);
         let mut made = Self::empty(count, triangles.len(), lattice, &mut budget)?;
         made.base_vertices = numbers.base.iter().map(|vertex| leaves[*vertex as usize]).collect();
@@ -239,7 +235,7 @@ impl Progressive {
         splits.map(move |(number, split)| (number as u32, split.key, made(number)))
     }
 
-    /// What a vertex is, given as in `parents`.
+    /// What a vertex is, given as [`Self::parent`] tells it.
     #[inline(always)]
     pub fn child(&self, node: u32) -> Child {
         match self.splits[node as usize / 2].children[node as usize % 2] {
@@ -253,7 +249,7 @@ impl Progressive {
         if node % 2 == 1 { node / 2 } else { (node / 2).saturating_sub(1) }
     }
 
-    /// The vertex that is split.
+    /// The vertex that is split, as twice the number of the split it comes from, and 1 if it is the second of that.
     #[inline(always)]
     pub fn parent(&self, split: u32) -> u32 {
         self.splits[split as usize].parent

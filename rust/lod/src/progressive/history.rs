@@ -46,7 +46,7 @@ impl ActiveMesh<'_> {
         }
         self.history.done.push(self.state());
         self.history.undone.clear();
-        let vertices = self.whole().vertex_count();
+        let vertices = self.whole.vertex_count();
         self.moves.get_or_insert_with(|| Moves::new(vertices)).edit(&reached);
         Ok(reached.len())
     }
@@ -77,7 +77,7 @@ impl ActiveMesh<'_> {
         let cut = self.cut();
         self.adapt(context, state.cut);
         let now = self.state();
-        let vertices = self.whole().vertex_count();
+        let vertices = self.whole.vertex_count();
         self.moves = state.moves.as_ref().map(|snapshot| Moves::of_snapshot(vertices, snapshot));
         self.adapt(context, cut);
         now

@@ -186,7 +186,7 @@ pub struct Refining<'a> {
 
 impl<'a> Refining<'a> {
     pub fn new(mesh: &'a ActiveMesh<'a>, moves: &'a Moves) -> Self {
-        let least = LEAST_MOVE / mesh.whole().scale();
+        let least = LEAST_MOVE / mesh.whole.scale();
         Self { mesh, moves, least, ring: Vec::new(), neighbours: Vec::new(), noted: Vec::new() }
     }
 
@@ -259,7 +259,7 @@ impl<'a> Coarsening<'a> {
             context,
             mesh,
             moves,
-            scale: mesh.whole().scale(),
+            scale: mesh.whole.scale(),
             batch: Batch::default(),
             splits: Vec::with_capacity(BATCH),
             around: Vec::new(),
@@ -359,7 +359,7 @@ impl<'a> Coarsening<'a> {
             self.batch.side[1][axis][lane] = sides[1][axis];
         }
         // A vertex that stayed when the mesh was built still does.
-        let whole = self.mesh.whole();
+        let whole = self.mesh.whole;
         let built = whole.place(Child::Split(ends[1]), NONE).point;
         let [stays, goes] = ends.map(|end| self.mesh.built(end).point == built);
         self.batch.pinned[lane] = if stays { -1.0 } else { f32::from(u8::from(goes)) };
@@ -368,6 +368,9 @@ impl<'a> Coarsening<'a> {
     }
 
     fn finish(&mut self) {
+        if self.splits.is_empty() {
+            return;
+        }
         place(self.context.level(), &mut self.batch);
         let (mesh, moves) = (self.mesh, self.moves);
         for (lane, ends) in std::mem::take(&mut self.splits).into_iter().enumerate() {
@@ -383,7 +386,7 @@ impl<'a> Coarsening<'a> {
                 .into_iter()
                 .flat_map(|side| mesh.spokes(ends[side]).filter(move |spoke| !spoke.contains(&ends[1 - side])));
             let sum: Vec3 = triangles.map(|spoke| self.normal(point, spoke)).sum();
-            let built = mesh.whole().place(Child::Split(ends[1]), NONE);
+            let built = mesh.whole.place(Child::Split(ends[1]), NONE);
             let now = Place { point, normal: sum.try_normalize().unwrap_or(built.normal) };
             let built = [0, 1].map(|side| {
                 let around =

@@ -45,14 +45,16 @@ const BITS: u32 = 21;
 const LAST: u64 = (1 << BITS) - 1;
 
 impl Lattice {
-    /// Over the box from `low` to `high`.
-    pub fn new(low: Vec3, high: Vec3) -> Self {
+    /// Over the box of points.
+    pub fn around(mut points: impl Iterator<Item = Vec3>) -> Self {
+        let first = points.next().unwrap_or_default();
+        let (low, high) = points.fold((first, first), |(low, high), point| (low.min(point), high.max(point)));
         Self { origin: low, step: (high - low) / LAST as f32 }
     }
 
-    /// Of an origin and the distances of places.
-    pub fn from_parts(origin: Vec3, step: Vec3) -> Self {
-        Self { origin, step }
+    /// Of an origin and the distances of places, if they are finite.
+    pub fn from_parts(origin: Vec3, step: Vec3) -> Option<Self> {
+        (origin.is_finite() && step.is_finite()).then_some(Self { origin, step })
     }
 
     /// The origin, and the distances of places.

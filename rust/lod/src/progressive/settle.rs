@@ -16,7 +16,7 @@ impl ActiveMesh<'_> {
         // Coarser levels follow on the way down, finer ones on the way up.
         self.adapt(context, Cut::BASE);
         self.adapt(context, Cut::FINEST);
-        let mut made = self.whole().clone();
+        let mut made = self.whole.clone();
         if let Some(moves) = &self.moves {
             for leaf in 0..made.points.len() as u32 {
                 if let Some(place) = moves.place(leaf) {
@@ -25,13 +25,9 @@ impl ActiveMesh<'_> {
                 }
             }
             let splits: Vec<u32> = made.splits().map(|(split, ..)| split).collect();
-            let built = |split: u32| self.whole().place(Child::Split(split), split);
+            let built = |split: u32| self.whole.place(Child::Split(split), split);
             let place = |split: u32| moves.merged(split).unwrap_or_else(|| built(split));
-            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-            for point in splits.iter().map(|split| place(*split).point) {
-                (low, high) = (low.min(point), high.max(point));
-            }
-            made.lattice = Lattice::new(low, high);
+            made.lattice = Lattice::around(splits.iter().map(|split| place(*split).point));
             for split in splits {
                 let (number, place) = (split as usize, place(split));
                 let leaf = (made.inner_points[number] & !AT) as usize;

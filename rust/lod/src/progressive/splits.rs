@@ -97,12 +97,16 @@ impl ActiveMesh<'_> {
         let faces = [2 * split, 2 * split + 1];
         let leaves = faces.map(|face| self.whole.faces[face as usize]);
         // The vertex at a leaf is the one of the greatest number up to it, and is next to the one that is split.
-        let mut vertices = leaves.map(|leaves| leaves.map(|leaf| if leaf >= split { split } else { vertex }));
-        for (vertices, leaves) in vertices.iter_mut().zip(&leaves) {
-            for (found, leaf) in vertices.iter_mut().zip(leaves) {
-                *found = if vertex <= *leaf { *found } else { 0 };
+        let own = |leaf| {
+            if leaf >= split {
+                split
+            } else if leaf >= vertex {
+                vertex
+            } else {
+                0
             }
-        }
+        };
+        let mut vertices = leaves.map(|leaves| leaves.map(own));
         let mut lists = [NONE; 2];
         let mut corner = self.slots[vertex as usize].first.load(Relaxed);
         while corner != NONE {
@@ -214,21 +218,16 @@ impl ActiveMesh<'_> {
         let Some(Child::Split(split)) = self.child(vertex) else { return false };
         let key = self.whole.splits[split as usize].key;
         let mut lowest = vertex;
-        let mut corner = self.slots[vertex as usize].first.load(Relaxed);
-        while corner != NONE {
-            for at in [corner_after(corner), corner_before(corner)] {
-                let neighbour = self.corners[at as usize].vertex.load(Relaxed);
-                lowest = lowest.min(neighbour);
-                if neighbour != vertex
-                    && let Some(Child::Split(other)) = self.child(neighbour)
-                {
-                    let other = self.whole.splits[other as usize].key;
-                    if other.depth() >= key.depth() || other > key {
-                        return false;
-                    }
+        for neighbour in self.spokes(vertex).flatten() {
+            lowest = lowest.min(neighbour);
+            if neighbour != vertex
+                && let Some(Child::Split(other)) = self.child(neighbour)
+            {
+                let other = self.whole.splits[other as usize].key;
+                if other.depth() >= key.depth() || other > key {
+                    return false;
                 }
             }
-            corner = self.corners[corner as usize].following.load(Relaxed);
         }
         let faces = &self.whole.faces[2 * split as usize..2 * split as usize + 2];
         faces.iter().flatten().all(|leaf| *leaf >= lowest)

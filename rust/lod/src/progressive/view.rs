@@ -1,7 +1,5 @@
 //! Meshes that are as fine as a view needs them: by the deviation on the screen, more at outlines, none outside of it.
 
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Error, Result};
 
@@ -93,23 +91,24 @@ impl ActiveMesh<'_> {
     /// stands on. Returns how many splits were made and taken back. Fails if the view is not usable.
     pub fn adapt_to(&mut self, context: &Context, view: &View, extents: &Extents) -> Result<[usize; 2]> {
         view.check()?;
-        if extents.0.len() != self.whole().vertex_count() {
+        if extents.0.len() != self.whole.vertex_count() {
             return Err(Error::invalid("they are of another mesh").at("extents"));
         }
-        self.leave_cut();
+        self.is_mixed = true;
         Ok(context.within(|| [self.refine_to(context, view, extents), self.coarsen_to(context, view, extents)]))
     }
 
     fn refine_to(&mut self, context: &Context, view: &View, extents: &Extents) -> usize {
         let wanted = |mesh: &Self, vertex: u32| {
             let Some(Child::Split(split)) = mesh.child(vertex) else { return None };
-            let error = mesh.whole().splits[split as usize].key.error();
+            let error = mesh.whole.splits[split as usize].key.error();
             let place = mesh.place(vertex, Child::Split(split));
             view.wants(place, error, extents.0[split as usize]).then_some(vertex)
         };
         let mut list = self.scan(context, wanted);
-        let listed: Vec<AtomicBool> = (0..self.whole().vertex_count()).map(|_| AtomicBool::new(false)).collect();
-        list.iter().for_each(|vertex| listed[*vertex as usize].store(true, Relaxed));
+        let mut listed = vec![false; self.whole.vertex_count()];
+        list.iter().for_each(|vertex| listed[*vertex as usize] = true);
+        let is_listed = |listed: &mut [bool], vertex: u32| std::mem::replace(&mut listed[vertex as usize], true);
         let mut splits = 0;
         while !list.is_empty() {
             let mesh = &*self;
@@ -121,16 +120,13 @@ impl ActiveMesh<'_> {
                     continue;
                 }
                 next.push(vertex);
-                next.extend(under.into_iter().filter(|other| !listed[*other as usize].swap(true, Relaxed)));
+                next.extend(under.into_iter().filter(|other| !is_listed(&mut listed, *other)));
             }
             // Not before: others of this round may stand on them.
-            ready.iter().for_each(|vertex| listed[*vertex as usize].store(false, Relaxed));
+            ready.iter().for_each(|vertex| listed[*vertex as usize] = false);
             splits += ready.len();
-            for vertex in self.make(context, &ready, wanted) {
-                if !listed[vertex as usize].swap(true, Relaxed) {
-                    next.push(vertex);
-                }
-            }
+            let made = self.make(context, &ready, wanted);
+            next.extend(made.into_iter().filter(|vertex| !is_listed(&mut listed, *vertex)));
             list = next;
         }
         splits
@@ -139,7 +135,7 @@ impl ActiveMesh<'_> {
     fn coarsen_to(&mut self, context: &Context, view: &View, extents: &Extents) -> usize {
         let unwanted = |mesh: &Self, split: u32| {
             let is_kept = || {
-                let error = mesh.whole().splits[split as usize].key.error();
+                let error = mesh.whole.splits[split as usize].key.error();
                 view.wants(mesh.before_split(split), error, extents.0[split as usize])
             };
             (mesh.is_whole(split) && !is_kept()).then_some(split)
@@ -165,7 +161,7 @@ impl ActiveMesh<'_> {
     /// The vertices around one whose splits have to be made before its own.
     fn stands_on(&self, vertex: u32) -> Vec<u32> {
         let depth = |vertex: u32| match self.child(vertex) {
-            Some(Child::Split(split)) => self.whole().splits[split as usize].key.depth(),
+            Some(Child::Split(split)) => self.whole.splits[split as usize].key.depth(),
             _ => 0,
         };
         let own = depth(vertex);
@@ -177,7 +173,7 @@ impl ActiveMesh<'_> {
 
     /// Whether no split around stands on this one.
     fn bears_nothing(&self, split: u32) -> bool {
-        let own = self.whole().splits[split as usize].key.depth();
+        let own = self.whole.splits[split as usize].key.depth();
         let ends = [self.target(split), split];
         let mut around = ends.into_iter().flat_map(|end| self.spokes(end).flatten());
         around.all(|vertex| ends.contains(&vertex) || self.made_by(vertex).is_none_or(|key| key.depth() > own))

@@ -191,6 +191,8 @@ fn a_mesh_that_cannot_become_coarser_is_its_own_base() {
     let mesh = build(&triangle, 0);
     assert_eq!(at(&mesh, Cut::BASE).triangles, triangle.1);
     assert_eq!(at(&mesh, Cut::BASE), at(&mesh, Cut::FINEST));
+    let read = Progressive::read(&Context::serial(), &mut written(&mesh).as_slice(), usize::MAX).unwrap();
+    assert_eq!(at(&read, Cut::FINEST), at(&mesh, Cut::FINEST));
 }
 
 #[test]
@@ -278,6 +280,12 @@ fn damaged_files_are_refused_or_harmless() {
         damaged[place] ^= 0x41;
         assert!(read(&damaged).is_err(), "byte {place}");
     }
+    // The origin of the lattice, with the sum of the head made right again.
+    let mut endless = bytes.clone();
+    endless[32..36].copy_from_slice(&f32::INFINITY.to_le_bytes());
+    let sum = crc32fast::hash(&endless[..56]);
+    endless[56..60].copy_from_slice(&sum.to_le_bytes());
+    assert!(read(&endless).unwrap_err().to_string().contains("not finite"));
     let mut newer = bytes.clone();
     newer[8] = 2;
     assert_eq!(read(&newer).unwrap_err().kind, ErrorKind::Unsupported);
