@@ -8,19 +8,19 @@ fn beside_span(tile: u32, edge: u32, span: Span, q: u32) -> vec2<u32> {
     if !is_there(span.tile) {
         return words_near(work.blank);
     }
-    if span.count == span.length {
-        return words_seen(border_at(span.tile, span.edge, across(span, q)), span.reversed);
+    if FRAMED == 0u && span.count == span.length {
+        return words_seen(border_at(span.tile, span.edge, across(span, q)), plain(span.reversed));
     }
     if span.count > span.length {
         return finer_ring(tile, edge, span, q);
     }
     let ratio = span.length / span.count;
-    var sum = vec4(0.0);
-    for (var k = 0u; k < ratio; k++) {
-        let other = settled_at(span.tile, span.edge, across(span, q * ratio + k));
-        sum += value_of(words_seen(other, span.reversed));
+    var sum: Sum;
+    for (var k = q * ratio; k < (q + 1u) * ratio; k++) {
+        let other = settled_at(span.tile, span.edge, across(span, k));
+        sum = added(sum, seen(other, turn_across(tile, edge, span, k, span.length)));
     }
-    return words_near(sum / f32(ratio));
+    return words_near_sum(sum, ratio);
 }
 
 /// Texel `k` of the ring along an edge.
@@ -38,7 +38,7 @@ fn ring_texel(tile: u32, edge: u32, k: u32) -> vec2<u32> {
     if is_there(span.tile) {
         for (var end = 0u; end < 2u; end++) {
             if q == select(0u, span.count - 1u, end == 1u) {
-                let vertex = end_of(span.ends[end]);
+                let vertex = end_of(span.ends[end], tile, edge + end);
                 if vertex.single {
                     return vertex.words;
                 }
@@ -77,15 +77,15 @@ fn diagonal(tile: u32, corner: u32) -> Seen {
     let other = select((own + count / 2u) % count, select(0u, 1u, own == 0u), tee);
     let at = work.entries + 2u * (first + other);
     let flips = ((topology[at + 1u] ^ topology[work.entries + 2u * (first + own) + 1u]) & 8u) != 0u;
-    var seen = Seen(topology[at], topology[at + 1u] & 3u, 0u, flips, true);
+    var beside = Seen(topology[at], topology[at + 1u] & 3u, 0u, flips, true);
     if tee {
         // What the other sub-tile has across its half of the quad's edge.
-        let at_end = seen.edge == 1u;
-        seen.edge = select(3u, 0u, at_end);
-        seen.k = select(0u, size_of(seen.tile) - 1u, at_end);
-        seen.border = false;
+        let at_end = beside.edge == 1u;
+        beside.edge = select(3u, 0u, at_end);
+        beside.k = select(0u, size_of(beside.tile) - 1u, at_end);
+        beside.border = false;
     }
-    return seen;
+    return beside;
 }
 
 /// Tile `group` of the list, or none.
@@ -150,7 +150,7 @@ fn settle_borders(
     }
     let index = line_at(size, edge, 0, i32(k));
     if k == 0u {
-        let end = end_of(ring_at(tile, edge));
+        let end = end_of(ring_at(tile, edge), tile, edge);
         if end.single {
             write_texel(tile, index, end.words);
         }
@@ -190,22 +190,25 @@ fn make_rings(
         return;
     }
     let index = line_at(size, edge, -1, k);
-    var seen = Seen(tile, edge, u32(max(k, 0)), false, false);
+    var beside = Seen(tile, edge, u32(max(k, 0)), false, false);
     if k < 0 {
-        let end = end_of(ring_at(tile, edge));
+        let end = end_of(ring_at(tile, edge), tile, edge);
         if end.single {
             write_texel(tile, index, end.words);
             return;
         }
-        seen = diagonal(tile, edge);
+        beside = diagonal(tile, edge);
     }
     var texel = words_near(work.blank);
-    if seen.tile != NONE && seen.border {
-        texel = border_at(seen.tile, seen.edge, seen.k);
-    } else if seen.tile != NONE {
-        texel = ring_texel(seen.tile, seen.edge, seen.k);
+    if beside.tile != NONE && beside.border {
+        texel = border_at(beside.tile, beside.edge, beside.k);
+    } else if beside.tile != NONE {
+        texel = ring_texel(beside.tile, beside.edge, beside.k);
     }
-    write_texel(tile, index, words_seen(texel, seen.flips));
+    if k < 0 {
+        texel = words_seen(texel, turn_at(tile, edge, FROM_OPPOSITE, beside.flips));
+    }
+    write_texel(tile, index, texel);
 }
 
 // A level of mips: means of two by two texels of the level below (Schäfer et al. 2015, *Local Painting and Deformation of
@@ -244,6 +247,14 @@ fn make_blank(
     let stride = size_of(tile) + 2u;
     let at = group.y * GROUP + local;
     let blank = words_near(work.blank);
+    if FRAMED == 1u {
+        if 2u * at < stride * stride {
+            for (var word = 0u; word < 3u; word++) {
+                atomicStore(&texels[entries[tile].x + 3u * at + word], 0u);
+            }
+        }
+        return;
+    }
     if work.format == 0u {
         if 2u * at < stride * stride {
             atomicStore(&texels[entries[tile].x + at], blank.x | (blank.x << 16u));

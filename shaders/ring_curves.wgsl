@@ -17,7 +17,7 @@ fn edge_curve(at: CurvePlace) -> vec4<f32> {
         return work.blank;
     }
     let ratio = span.count / span.length;
-    var sum = vec4(0.0);
+    var sum: Sum;
     var other = vec4(0.0);
     for (var k = 0u; k <= ratio; k++) {
         let own = k < ratio;
@@ -25,12 +25,13 @@ fn edge_curve(at: CurvePlace) -> vec4<f32> {
         let edge = select(span.edge, at.edge, own);
         let texel = settled_at(tile, edge, select(across(span, at.q), span.start + at.q * ratio + k, own));
         if own {
-            sum += value_of(words_seen(texel, span.reversed));
+            let turn = turn_across(at.tile, at.edge, span, at.q * ratio + k, span.count);
+            sum = added(sum, seen(texel, inverse(turn)));
         } else {
             other = value_of(texel);
         }
     }
-    return 0.5 * (other + value_of(words_near(sum / f32(ratio))));
+    return 0.5 * (other + value_of(words_near_sum(sum, ratio)));
 }
 
 /// What an edge curve goes on with beyond an end of a span, which is the middle of a quad's edge.
@@ -57,23 +58,29 @@ fn beyond(at: CurvePlace, end: u32) -> CurvePlace {
 fn ended_curve(tile: u32, edge: u32, span: Span, q: i32) -> vec4<f32> {
     let last = i32(span.length) - 1;
     var place = CurvePlace(tile, edge, span, u32(clamp(q, 0, last)));
+    var turn = plain(false);
     // The later end wins where there is one coefficient.
     for (var k = 2u; k > 0u; k--) {
         let end = k - 1u;
         let outside = select(q < 0, last < q, end == 1u);
         let at_end = select(q == 0, q == last, end == 1u);
         if outside || at_end {
-            let vertex = end_of(ring_in(span.tile, span.ends[end]));
+            let corner = corner_across(span, end);
+            let vertex = end_of(ring_across(span, end), span.tile, corner);
             if vertex.single {
                 return value_of(vertex.words);
             }
             if outside {
                 place = beyond(place, end);
+                if place.span.tile != span.tile {
+                    turn = turn_at(span.tile, corner, FROM_OPPOSITE, false);
+                }
                 break;
             }
         }
     }
-    return edge_curve(place);
+    let value = edge_curve(place);
+    return select(value, value_seen(value, turn), FRAMED == 1u);
 }
 
 /// The ring beside a span whose neighbour is coarser, at its texel `k`: twice the subdivided edge curve less the border.
@@ -101,5 +108,5 @@ fn finer_ring(tile: u32, edge: u32, span: Span, k: u32) -> vec2<u32> {
         }
     }
     let own = value_of(settled_at(tile, edge, span.start + k));
-    return words_near(2.0 * value_seen(here, span.reversed) - own);
+    return words_near(2.0 * value_seen(here, turn_across(tile, edge, span, k, span.count)) - own);
 }

@@ -46,23 +46,6 @@ fn ring_flips(ring: u32) -> bool {
     return (ring >> 31u) != 0u;
 }
 
-/// `ring` as a tile has that is somewhere at it.
-fn ring_in(tile: u32, ring: u32) -> u32 {
-    for (var corner = 0u; corner < 4u; corner++) {
-        let own = ring_at(tile, corner);
-        if ring_number(own) == ring_number(ring) {
-            return own;
-        }
-    }
-    for (var edge = 0u; edge < 4u; edge++) {
-        let link = link_of(tile, edge);
-        if link.kind == HALVES && ring_number(link.middle) == ring_number(ring) {
-            return link.middle;
-        }
-    }
-    return ring;
-}
-
 // A part of a tile's edge and what lies across it.
 struct Span {
     // Texels of this tile: the first and how many; none where nothing is across.
@@ -113,4 +96,15 @@ fn span_with(tile: u32, edge: u32, k: u32) -> Span {
 /// Where on the neighbour's edge texel `q` of a span is.
 fn across(span: Span, q: u32) -> u32 {
     return span.first + select(span.length - 1u - q, q, span.reversed);
+}
+
+/// The corner of the neighbour that an end of a span is at, unless that is in the middle of its edge.
+fn corner_across(span: Span, end: u32) -> u32 {
+    return (span.edge + select(1u - end, end, span.reversed)) & 3u;
+}
+
+/// The ring at an end of a span as the neighbour has it.
+fn ring_across(span: Span, end: u32) -> u32 {
+    let ring = ring_at(span.tile, corner_across(span, end));
+    return select(span.ends[end], ring, ring_number(ring) == ring_number(span.ends[end]));
 }

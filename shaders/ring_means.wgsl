@@ -1,28 +1,44 @@
-// import ring_texels
+// import ring_turns
 // Means of texels as the processor rounds them, and the mips that are made of them (Schäfer et al. 2015, *Local Painting and
 // Deformation of Meshes on the GPU*, Section 5). The same as `mip` of rust/tiles.
 
-/// The texel nearest to the mean of `count` texels that sum to `sum`.
-fn mean_words(sum: vec4<f32>, count: u32) -> vec2<u32> {
-    let n = f32(count);
-    let near = words_near(sum / n);
-    if work.format != 0u || (near.x & 0x7fffu) == 0u {
+/// The half float nearest to `sum`, less than whose last digit is in `low`, over `n`, where `near` is the device's quotient.
+fn mean_half(sum: f32, low: f32, n: f32, near: u32) -> u32 {
+    let bits = near & 0x7fffu;
+    if bits == 0u {
         return near;
     }
     // Devices' quotients are not the nearest: on which side of the middles beside it the mean is, products say exactly.
-    let size = abs(sum.x);
-    let bits = near.x & 0x7fffu;
     let here = unpack2x16float(bits).x;
-    let above = 0.5 * (here + unpack2x16float(min(bits + 1u, 0x7bffu)).x) * n;
-    let below = 0.5 * (here + unpack2x16float(bits - 1u).x) * n;
+    let above = (abs(sum) - 0.5 * (here + unpack2x16float(min(bits + 1u, 0x7bffu)).x) * n) + select(low, -low, sum < 0.0);
+    let below = (abs(sum) - 0.5 * (here + unpack2x16float(bits - 1u).x) * n) + select(low, -low, sum < 0.0);
     let odd = (bits & 1u) == 1u;
     var held = bits;
-    if bits < 0x7bffu && (size > above || (size == above && odd)) {
+    if bits < 0x7bffu && (above > 0.0 || (above == 0.0 && odd)) {
         held = bits + 1u;
-    } else if size < below || (size == below && odd) {
+    } else if below < 0.0 || (below == 0.0 && odd) {
         held = bits - 1u;
     }
-    return vec2((near.x & 0x8000u) | held, 0u);
+    return (near & 0x8000u) | held;
+}
+
+/// The texel nearest to the mean of `count` texels that sum to `sum`.
+fn mean_words(sum: Sum, count: u32) -> vec2<u32> {
+    let n = f32(count);
+    let near = words_near(sum.high / n);
+    if FRAMED == 1u {
+        let held = sum_of(sum.high, sum.low);
+        let halves = vec3(near.x & 0xffffu, near.x >> 16u, near.y);
+        var made: vec3<u32>;
+        for (var axis = 0u; axis < 3u; axis++) {
+            made[axis] = mean_half(held.high[axis], held.low[axis], n, halves[axis]);
+        }
+        return words_of_halves(made);
+    }
+    if work.format != 0u {
+        return near;
+    }
+    return vec2(mean_half(sum.high.x, 0.0, n, near.x), 0u);
 }
 
 // Bytes, and their two tables in the topology, before the rings.

@@ -3,6 +3,9 @@
 // Texels of the blocks that a ring update works on: where they are, and what they are averaged as.
 
 fn value_of(words: vec2<u32>) -> vec4<f32> {
+    if FRAMED == 1u {
+        return vec4(unpack2x16float(words.x), unpack2x16float(words.y).x, 0.0);
+    }
     if work.format == 0u {
         return vec4(unpack2x16float(words.x).x, 0.0, 0.0, 0.0);
     }
@@ -10,20 +13,25 @@ fn value_of(words: vec2<u32>) -> vec4<f32> {
 }
 
 fn words_near(value: vec4<f32>) -> vec2<u32> {
+    if FRAMED == 1u {
+        let held = clamp(value, vec4(-COLOR_MOST), vec4(COLOR_MOST));
+        return words_of_halves(vec3(half_bits(held.x), half_bits(held.y), half_bits(held.z)));
+    }
     if work.format == 0u {
         return vec2(half_bits(clamp(value.x, -COLOR_MOST, COLOR_MOST)), 0u);
     }
     return words_of(value, is_wide());
 }
 
-/// What a neighbour sees that is wound the other way if `flips`.
-fn words_seen(words: vec2<u32>, flips: bool) -> vec2<u32> {
-    let changes = flips && work.format == 0u && (words.x & 0x7fffu) != 0u;
-    return vec2(words.x ^ select(0u, 0x8000u, changes), words.y);
+/// A vector of three half floats. Zeros are positive, whatever way they were turned.
+fn words_of_halves(halves: vec3<u32>) -> vec2<u32> {
+    let unsigned = select(halves, vec3(0u), (halves & vec3(0x7fffu)) == vec3(0u));
+    return vec2(unsigned.x | (unsigned.y << 16u), unsigned.z);
 }
 
-fn value_seen(value: vec4<f32>, flips: bool) -> vec4<f32> {
-    return select(value, -value, flips && work.format == 0u);
+/// A number by a power of two, which is exact; quotients of devices are not.
+fn over(value: f32, power: u32) -> f32 {
+    return value * bitcast<f32>((127u - firstTrailingBit(power)) << 23u);
 }
 
 /// Word `at` of a block that is worked on, or of the tiles.
@@ -62,6 +70,12 @@ fn texel_in(tile: u32, level: u32, index: u32) -> vec2<u32> {
     if first == NONE {
         return words_near(work.blank);
     }
+    if FRAMED == 1u {
+        let at = first + 3u * index / 2u;
+        let pair = vec2(word_at(worked, at), word_at(worked, at + 1u));
+        let later = vec2((pair.x >> 16u) | (pair.y << 16u), pair.y >> 16u);
+        return select(vec2(pair.x, pair.y & 0xffffu), later, (index & 1u) == 1u);
+    }
     if work.format == 0u {
         let pair = word_at(worked, first + index / 2u);
         return vec2((pair >> (16u * (index & 1u))) & 0xffffu, 0u);
@@ -99,6 +113,15 @@ fn write_in(tile: u32, level: u32, index: u32, words: vec2<u32>) {
     let worked = home.worked;
     let first = home.first;
     if first == NONE {
+        return;
+    }
+    if FRAMED == 1u {
+        let at = first + 3u * index / 2u;
+        let later = (index & 1u) == 1u;
+        let low = select(words, vec2(words.x << 16u, (words.x >> 16u) | (words.y << 16u)), later);
+        let masks = select(vec2(NONE, 0xffffu), vec2(0xffff0000u, NONE), later);
+        write_word(worked, at, low.x, masks.x);
+        write_word(worked, at + 1u, low.y, masks.y);
         return;
     }
     if work.format == 0u {

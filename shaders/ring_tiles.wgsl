@@ -9,7 +9,7 @@ struct Ring {
     entries: u32,
     // The number of this update, by which a vertex is made once.
     run: u32,
-    // What texels are: 0 half floats, 1 colours of 8 bits, 2 those of half floats.
+    // What texels are: 0 half floats, 1 colours of 8 bits, 2 those of half floats, 3 vectors (see FRAMED).
     format: u32,
     // Words of a block of those that are worked on; 0 where there are none.
     room: u32,
@@ -20,7 +20,12 @@ struct Ring {
     density: u32,
     // The mips that are made of what is below them.
     level: u32,
+    // Zero, which compilers do not know.
+    zero: u32,
 }
+
+/// 1 where texels are vectors of three half floats, which lie in the frames of their tiles.
+override FRAMED: u32 = 0u;
 
 // The tiles to bring up to date, and first how many.
 @group(0) @binding(0) var<storage, read> listed: array<u32>;

@@ -23,17 +23,19 @@ fn vertex_of(ring: u32) -> Vertex {
     );
 }
 
-/// The value at the vertex of `ring`, as a tile has that is wound as its bit says.
-fn end_of(ring: u32) -> Vertex {
+/// The value at the vertex of `ring`, as a tile has that is at a corner of it. In the middle of an edge, where no corner is,
+/// there is none but the blank one, which all see.
+fn end_of(ring: u32, tile: u32, corner: u32) -> Vertex {
     let vertex = vertex_of(ring);
-    return Vertex(vertex.single, words_seen(vertex.words, ring_flips(ring)));
+    return Vertex(vertex.single, words_seen(vertex.words, turn_at(tile, corner, FROM_FIRST, ring_flips(ring))));
 }
 
 /// A border texel as it is once its tile's corners have the values of their vertices.
 fn settled_at(tile: u32, edge: u32, k: u32) -> vec2<u32> {
     let last = size_of(tile) - 1u;
     if k == 0u || k == last {
-        let end = end_of(ring_at(tile, select(edge + 1u, edge, k == 0u)));
+        let corner = select(edge + 1u, edge, k == 0u);
+        let end = end_of(ring_at(tile, corner), tile, corner);
         if end.single {
             return end.words;
         }
@@ -56,7 +58,10 @@ fn make_vertex(ring: u32) -> Vertex {
     let flips = topology[work.entries + 2u * first + 1u];
     var even = true;
     var there = true;
-    var sum = vec4(0.0);
+    // Whether all tiles have what the first one has, as they see it.
+    var same = FRAMED == 1u;
+    var whole = vec2(0u);
+    var sum: Sum;
     for (var start = first; start < end; start += TURNS) {
         for (var i = start; i < min(start + TURNS, end); i++) {
             let tile = topology[work.entries + 2u * i];
@@ -64,7 +69,17 @@ fn make_vertex(ring: u32) -> Vertex {
             there = there && is_there(tile);
             even = even && density_of(tile) == density;
             if there && (place & 4u) == 0u {
-                sum += value_of(words_seen(corner_of(tile, place & 3u), ((place ^ flips) & 8u) != 0u));
+                let corner = place & 3u;
+                let turns_over = ((place ^ flips) & 8u) != 0u;
+                let own = corner_of(tile, corner);
+                if i == first {
+                    whole = own;
+                }
+                if same && i > first {
+                    let expected = words_seen(whole, turn_at(tile, corner, FROM_FIRST, turns_over));
+                    same = all(value_of(expected) == value_of(own));
+                }
+                sum = added(sum, seen(own, turn_at(tile, corner, TO_FIRST, turns_over)));
             }
         }
     }
@@ -74,6 +89,10 @@ fn make_vertex(ring: u32) -> Vertex {
     let few = kind == RING_REGULAR || (kind == RING_BOUNDARY && end - first <= 2u);
     if kind == RING_TEE || (even && few) {
         return Vertex(false, vec2(0u));
+    }
+    // Frames that are turned round otherwise: what was made equal already stays as it is.
+    if same {
+        return Vertex(true, whole);
     }
     return Vertex(true, mean_words(sum, end - first));
 }

@@ -58,6 +58,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("ring_means", include_str!("../../../shaders/ring_means.wgsl")),
     ("ring_texels", include_str!("../../../shaders/ring_texels.wgsl")),
     ("ring_tiles", include_str!("../../../shaders/ring_tiles.wgsl")),
+    ("ring_turns", include_str!("../../../shaders/ring_turns.wgsl")),
     ("ring_vertices", include_str!("../../../shaders/ring_vertices.wgsl")),
     ("scan", include_str!("../../../shaders/scan.wgsl")),
     ("shade", include_str!("../../../shaders/shade.wgsl")),

@@ -1,20 +1,23 @@
 //! The ring update on a graphics device (`shaders/ring*.wgsl`).
 //!
 //! Schäfer, Keinert, Nießner, Buchenau, Guthe and Stamminger 2014, *Real-Time Deformation of Subdivision Surfaces from
-//! Object Collisions*, Section 6, with the rules of [`crate::ring`], for scalar displacement and for colours. What is
-//! copied is the same to the bit, and so are mips of 8 bits; averages and what lies between tiles of different density are
-//! the processor's up to one unit in the last place of a half float, colours of 8 bits within 1/255.
+//! Object Collisions*, Section 6, with the rules of [`crate::ring`], for displacement and for colours. What is copied is the
+//! same to the bit, and so are vectors that are turned into the frame of a neighbour, averages at vertices, and mips of 8
+//! bits; what lies between tiles of different density is the processor's up to one unit in the last place of a half float,
+//! or 2⁻²² of the largest number that it is made of, colours of 8 bits within 1/255.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use bytemuck::{Pod, Zeroable};
-use relievo_core::{Error, Result};
+use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, wgpu};
 use relievo_surface::{Link, RingClass, TileTopology};
 
 use crate::device::DeviceTiles;
-use crate::texel::{Texel, mean_tables};
+use crate::field::Field;
+use crate::frame::Frames;
+use crate::texel::{Texel, Vector, mean_tables};
 
 /// As in `ring.wgsl`.
 #[repr(C)]
@@ -29,6 +32,9 @@ struct Ring {
     loose: u32,
     density: u32,
     level: u32,
+    zero: u32,
+    /// To the alignment of four words.
+    padding: [u32; 3],
 }
 
 /// Blocks that are worked on, in place of those of the tiles that have one.
@@ -59,12 +65,18 @@ const ENTRIES: [&str; 5] = ["make_vertices", "settle_borders", "make_rings", "ma
 const BLANK: usize = 3;
 const MIPS: usize = 4;
 
-/// The ring update of the tiles of one cage.
+/// The format of vectors, which have kernels of their own.
+const FRAMED: u32 = 3;
+
+/// The ring update of the tiles of one cage: of vectors, or of all other texels.
 #[derive(Debug)]
 pub struct DeviceRing {
     kernels: Vec<Arc<Kernel>>,
-    topology: Buffer<u32>,
+    topology: Arc<Buffer<u32>>,
     vertices: Buffer<u32>,
+    /// The frames of vectors, and the turns between them, see [`Frames::packed`]; anything for other texels.
+    frames: Option<Arc<Frames>>,
+    turns: Buffer<f32>,
     /// Where rings and entries begin in the topology.
     rings: u32,
     entries: u32,
@@ -75,24 +87,52 @@ pub struct DeviceRing {
 }
 
 impl DeviceRing {
-    /// For tiles of `topology`. Fails where the device has no room.
+    /// For tiles of `topology` whose texels are no vectors. Fails where the device has no room.
     pub fn new(device: &Device, topology: &TileTopology) -> Result<Self> {
+        let (words, starts) = flattened(topology)?;
+        let words = Arc::new(Buffer::of(device, "topology of tiles", &words)?);
+        Self::with(device, (words, starts), topology.ring_count(), (None, Buffer::new(device, "no turns", 1)?))
+    }
+
+    /// For vectors of `field`, on the tiles that this is for. The turns between its frames are those that the processor
+    /// makes rings with, of the pose in which the channel was made, so that no later pose changes them. Fails where the
+    /// device has no room, and for a field of vectors without frames.
+    pub fn framed(&self, context: &Context, device: &Device, field: &Field<Vector>) -> Result<Self> {
+        let frames = field.frames.clone().ok_or_else(|| Error::internal("vectors without frames on a device"))?;
+        let turns = Buffer::of(device, "turns of frames", &frames.packed(context))?;
+        let topology = (self.topology.clone(), [self.rings, self.entries]);
+        Self::with(device, topology, field.topology().ring_count(), (Some(frames), turns))
+    }
+
+    /// Whether this is for vectors in the frames of `field`.
+    pub fn is_of(&self, field: &Field<Vector>) -> bool {
+        self.frames.as_ref().zip(field.frames.as_ref()).is_some_and(|(own, frames)| Arc::ptr_eq(own, frames))
+    }
+
+    fn with(
+        device: &Device,
+        (topology, [rings, entries]): (Arc<Buffer<u32>>, [u32; 2]),
+        ring_count: usize,
+        (frames, turns): (Option<Arc<Frames>>, Buffer<f32>),
+    ) -> Result<Self> {
         use Access::{Read, Write};
         let kernel = |entry| {
             device.kernel(&KernelSpec {
                 module: "ring",
                 entry,
-                groups: &[&[Read, Read, Read, Write, Read, Read, Write, Read, Write]],
+                groups: &[&[Read, Read, Read, Write, Read, Read, Write, Read, Write, Read]],
                 immediates: size_of::<Ring>() as u32,
-                constants: &[],
+                constants: &[("FRAMED", f64::from(u8::from(frames.is_some())))],
             })
         };
-        let kernels = ENTRIES.into_iter().map(kernel).collect::<Result<_>>()?;
-        let (words, [rings, entries]) = flattened(topology)?;
+        // Vectors have no mips.
+        let entry_points = &ENTRIES[..if frames.is_some() { MIPS } else { ENTRIES.len() }];
         Ok(Self {
-            kernels,
-            topology: Buffer::of(device, "topology of tiles", &words)?,
-            vertices: Buffer::new(device, "values of vertices", 4 * topology.ring_count().max(1))?,
+            kernels: entry_points.iter().copied().map(kernel).collect::<Result<_>>()?,
+            topology,
+            vertices: Buffer::new(device, "values of vertices", 4 * ring_count.max(1))?,
+            frames,
+            turns,
             rings,
             entries,
             runs: AtomicU32::new(0),
@@ -116,8 +156,8 @@ impl DeviceRing {
             Some(worked) => (worked.pointers.wgpu(), worked.blocks.wgpu(), worked.sizes),
             None => (self.none.wgpu(), self.unused.wgpu(), entries),
         };
-        let bound =
-            [listed, counts, pointers, blocks, entries, sizes, texels, self.topology.wgpu(), self.vertices.wgpu()];
+        let own = [self.topology.wgpu(), self.vertices.wgpu(), self.turns.wgpu()];
+        let bound = [&[listed, counts, pointers, blocks, entries, sizes, texels][..], &own].concat();
         let bindings = device.bind(&self.kernels[0], 0, &bound)?;
         Ok(BoundRing { bindings, room: worked.map(|worked| worked.room) })
     }
@@ -127,11 +167,14 @@ impl DeviceRing {
     fn work<T: Texel>(&self, bound: &BoundRing, blank: T) -> Result<Ring> {
         let (format, blank) =
             blank.on_device().ok_or_else(|| Error::internal("the ring update of texels that no kernel knows"))?;
+        if (format == FRAMED) != self.frames.is_some() {
+            return Err(Error::internal("the ring update of vectors by what is for others, or of others"));
+        }
         // Never that of a vertex that nothing made yet.
         let run = self.runs.fetch_add(1, Ordering::Relaxed) % (u32::MAX - 1) + 1;
         let (room, loose) = (bound.room.unwrap_or(0), u32::from(bound.room.is_some()));
         let (rings, entries) = (self.rings, self.entries);
-        Ok(Ring { blank, rings, entries, run, format, room, loose, density: 0, level: 0 })
+        Ok(Ring { blank, rings, entries, run, format, room, loose, ..Ring::zeroed() })
     }
 
     /// Records the update of so many listed tiles of at most so many texels a side.
@@ -301,6 +344,7 @@ mod tests {
             ("loose", offset_of!(Ring, loose)),
             ("density", offset_of!(Ring, density)),
             ("level", offset_of!(Ring, level)),
+            ("zero", offset_of!(Ring, zero)),
         ];
         assert_layout("ring", "Ring", size_of::<Ring>(), &fields);
     }

@@ -10,12 +10,16 @@
 //! Angles are those of the pose in which a channel was made, so that blocks do not depend on later poses: where a pose
 //! changes the angle between two tangents, the surface just beside the edge is off by that change, and points on the
 //! edge, which are evaluated in one tile, still agree to the bit. Units: none; vectors are in object units.
+//!
+//! `shaders/ring_turns.wgsl` does the same on a device with the sums and products of this, one by one, from
+//! [`Frames::packed`]: so turns are the same to the bit.
 
 use std::sync::OnceLock;
 
 use glam::{DVec3, Quat, Vec3};
+use relievo_core::Context;
 use relievo_core::simd::Level;
-use relievo_surface::{Incidence, Place, Side, Surface, TileTopology};
+use relievo_surface::{Incidence, Place, RingClass, Side, Surface, TileTopology};
 
 /// How the frame of one tile sees a vector of another: turned about the normal by an angle, and the normal turned over
 /// where faces are wound against each other.
@@ -51,7 +55,27 @@ impl Turn {
 
     /// A turn of `angle` radians.
     fn of(flipped: bool, angle: f32) -> Self {
-        Self { flipped, cosine: angle.cos(), sine: angle.sin() }
+        let (cosine, sine) = cosine_and_sine(angle);
+        Self { flipped, cosine, sine }
+    }
+}
+
+/// Of an angle of a few turns at most, within 1.5e-7. Taylor's series about the nearest quarter of a turn: what platforms
+/// and devices have for it differs in the last bits.
+fn cosine_and_sine(angle: f32) -> (f32, f32) {
+    // A quarter of a turn in three numbers, of which products of the first two with small whole numbers are exact.
+    const QUARTER: [f32; 3] = [1.5703125, 4.837513e-4, 7.549_79e-8];
+    let quarters = (angle * std::f32::consts::FRAC_2_PI).round_ties_even();
+    let r = QUARTER.iter().fold(angle, |rest, part| rest - quarters * part);
+    let square = r * r;
+    let series = |terms: [f32; 5]| terms.into_iter().reduce(|sum, term| term + sum * square).unwrap_or_default();
+    let sine = r + r * square * series([-2.505_210_8e-8, 2.755_731_9e-6, -1.984_127e-4, 8.333_334e-3, -1.666_666_7e-1]);
+    let cosine = 1.0 + square * series([-2.755_731_9e-7, 2.480_158_7e-5, -1.388_888_9e-3, 4.166_666_8e-2, -0.5]);
+    match quarters as i32 & 3 {
+        0 => (cosine, sine),
+        1 => (-sine, cosine),
+        2 => (-cosine, -sine),
+        _ => (sine, -cosine),
     }
 }
 
@@ -60,6 +84,9 @@ const STEPS: usize = 32;
 
 /// Angles from `S_u` to `S_v` along edges 1 and 3 of a tile, in the direction of v.
 type Angles = Box<[[f32; STEPS + 1]; 2]>;
+
+/// Numbers of a tile as devices have them, see [`Frames::packed`].
+pub(crate) const TURN_NUMBERS: usize = 2 * (STEPS + 1) + 4 * 6;
 
 /// How the frames of a surface's tiles are turned to each other. Made where it is asked, and kept.
 #[derive(Debug)]
@@ -95,6 +122,35 @@ impl Frames {
         let angle = |turn: Turn| turn.sine.atan2(turn.cosine);
         let between = angle(from) - angle(to);
         Turn::of(from.flipped != to.flipped, if to.flipped { -between } else { between })
+    }
+
+    /// What a device needs of all tiles: the angles along edge 1 and along edge 3, then of every corner the cosine and sine
+    /// of three turns at its vertex, to the frame of the ring's first tile, back, and from the tile whose texel the corner
+    /// of a ring copies.
+    pub(crate) fn packed(&self, context: &Context) -> Vec<f32> {
+        let topology = self.surface.topology();
+        let tiles = context.map(self.tiles.len(), |index| {
+            let tile = index as u32;
+            let mut numbers = [0.0; TURN_NUMBERS];
+            if topology.is_hole(tile) {
+                return numbers;
+            }
+            let angles = self.tiles[index].get_or_init(|| self.angles(tile));
+            numbers[..2 * (STEPS + 1)].copy_from_slice(angles.as_flattened());
+            for (corner, turns) in (0..4).zip(numbers[2 * (STEPS + 1)..].chunks_exact_mut(6)) {
+                let ring = topology.rings(tile)[usize::from(corner)];
+                let own = entry_of(topology, ring, tile, Some(corner));
+                let opposite = opposite(topology, ring, own).unwrap_or(own);
+                for ((from, to), numbers) in
+                    [(own, 0), (0, own), (opposite, own)].into_iter().zip(turns.chunks_exact_mut(2))
+                {
+                    let turn = self.around(ring, from, to);
+                    numbers.copy_from_slice(&[turn.cosine, turn.sine]);
+                }
+            }
+            numbers
+        });
+        tiles.into_iter().flatten().collect()
     }
 
     /// The angle from the direction of an edge to T, about the tile's normal.
@@ -164,9 +220,31 @@ pub(crate) fn entry_of(topology: &TileTopology, ring: u32, tile: u32, corner: Op
     found.unwrap_or_default()
 }
 
+/// Which entry of a ring whose texels are copied is opposite to `own`; none where there is no such.
+pub(crate) fn opposite(topology: &TileTopology, ring: u32, own: usize) -> Option<usize> {
+    let entries = topology.ring(ring);
+    match topology.ring_class(ring) {
+        // The other sub-tile in the middle of a quad's edge.
+        RingClass::Tee => entries.iter().enumerate().find(|(i, entry)| *i != own && !entry.middle).map(|it| it.0),
+        _ => Some((own + entries.len() / 2) % entries.len()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn cosines_and_sines_are_within_their_bound() {
+        for step in -40_000..=40_000 {
+            let angle = step as f32 / 3_000.0;
+            let (cosine, sine) = cosine_and_sine(angle);
+            let exact = f64::from(angle);
+            let far = (f64::from(cosine) - exact.cos()).abs().max((f64::from(sine) - exact.sin()).abs());
+            assert!(far < 1.5e-7, "{angle}: {far}");
+        }
+        assert_eq!(cosine_and_sine(0.0), (1.0, 0.0));
+    }
 
     #[test]
     fn a_turn_and_its_inverse_keep_a_vector() {

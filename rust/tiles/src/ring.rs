@@ -30,7 +30,7 @@ use relievo_core::{Context, List};
 use relievo_surface::{Incidence, Link, RingClass, Side, TileTopology};
 
 use crate::field::{Field, Line};
-use crate::frame::{Turn, entry_of};
+use crate::frame::{Turn, entry_of, opposite};
 use crate::heap::MAX_SIZE;
 use crate::mip;
 use crate::spline::{restrict_curve, subdivide_curve};
@@ -576,7 +576,8 @@ fn span_row<T: Texel>(field: &View<'_, T>, side: Side, span: &Span, write: &mut 
         return (start..start + count).for_each(|k| write(k, field.blank()));
     }
     let neighbour = across(field, span);
-    let ends = span.ends.map(|ring| end_value(field, side.tile, ring, None));
+    let ends = [(0, side.edge), (1, (side.edge + 1) & 3)]
+        .map(|(end, corner)| end_value(field, side.tile, span.ends[end], corner));
     let inner = usize::from(ends[0].is_some())..count - usize::from(ends[1].is_some());
     let turn = |q: usize, count: usize| turn_across(field, side, span, q, count);
     if count == span.other.1 {
@@ -625,7 +626,10 @@ fn edge_curve<T: Texel>(field: &View<'_, T>, side: Side, span: &Span) -> Vec<T::
 /// As [`edge_curve`], with one coefficient more at each end.
 fn ended_curve<T: Texel>(field: &View<'_, T>, side: Side, span: &Span) -> Vec<T::Value> {
     let mut curve = edge_curve(field, side, span);
-    let ends = span.ends.map(|ring| end_value(field, span.side.tile, ring, None));
+    let ends = [0, 1].map(|end| {
+        let corner = (span.side.edge + u8::from((end == 1) == span.reversed)) & 3;
+        end_value(field, span.side.tile, span.ends[end], corner)
+    });
     let last = curve.len() - 1;
     for (end, at) in ends.into_iter().zip([0, last]) {
         if let Some(value) = end {
@@ -702,23 +706,16 @@ fn diagonal<T: Texel>(field: &View<'_, T>, tile: u32, corner: u8) -> T {
     let Some(own) = entries.iter().position(|entry| (entry.tile, entry.corner) == (tile, corner)) else {
         return field.blank();
     };
-    let turn = |other: usize| around(field, ring, other, own);
-    match (topology.ring_class(ring), entries.len()) {
-        (RingClass::Tee, _) => {
-            // What the other sub-tile has across its half of the quad's edge.
-            let Some((index, other)) = entries.iter().enumerate().find(|(i, entry)| *i != own && !entry.middle) else {
-                return field.blank();
-            };
-            let last = field.size(other.tile) as usize - 1;
-            // Corner 1 ends edge 0, corner 3 begins edge 3: the two halves of an edge of a face.
-            let (edge, k) = if other.corner == 1 { (0, last) } else { (3, 0) };
-            ring_texel(field, Side { tile: other.tile, edge }, k).turned(turn(index))
-        }
-        (_, count) => {
-            let other = (own + count / 2) % count;
-            border_corner(field, &entries[other]).turned(turn(other))
-        }
+    let Some(at) = opposite(topology, ring, own) else { return field.blank() };
+    let (other, turn) = (&entries[at], around(field, ring, at, own));
+    if topology.ring_class(ring) != RingClass::Tee {
+        return border_corner(field, other).turned(turn);
     }
+    // What the other sub-tile has across its half of the quad's edge. Corner 1 ends edge 0, corner 3 begins edge 3: the two
+    // halves of an edge of a face.
+    let last = field.size(other.tile) as usize - 1;
+    let (edge, k) = if other.corner == 1 { (0, last) } else { (3, 0) };
+    ring_texel(field, Side { tile: other.tile, edge }, k).turned(turn)
 }
 
 /// The texel of a tile's border at a vertex, blank if it is not allocated; of a mip, before it is equalised.
@@ -768,16 +765,16 @@ fn vertex<T: Texel>(field: &View<'_, T>, ring: u32) -> Vertex<T> {
 
 /// The value of all four texels around a corner in the tile's frame, or `None` where they are copied.
 fn corner_value<T: Texel>(field: &View<'_, T>, tile: u32, corner: u8) -> Option<T> {
-    end_value(field, tile, field.topology().rings(tile)[usize::from(corner)], Some(corner))
+    end_value(field, tile, field.topology().rings(tile)[usize::from(corner)], corner)
 }
 
-/// The value that `ring`'s vertex gives all its texels in the frame of `tile`, at its `corner` if the tile may have
-/// several there, or `None` where they are copied.
-fn end_value<T: Texel>(field: &View<'_, T>, tile: u32, ring: u32, corner: Option<u8>) -> Option<T> {
+/// The value that `ring`'s vertex gives all its texels in the frame of `tile`, at its `corner` if that is there, or `None`
+/// where they are copied.
+fn end_value<T: Texel>(field: &View<'_, T>, tile: u32, ring: u32, corner: u8) -> Option<T> {
     match vertex(field, ring) {
         Vertex::Copy => None,
         Vertex::Set(value) => {
-            let to = entry_of(field.topology(), ring, tile, corner);
+            let to = entry_of(field.topology(), ring, tile, Some(corner));
             Some(value.turned(around(field, ring, 0, to)))
         }
     }

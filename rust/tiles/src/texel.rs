@@ -194,6 +194,11 @@ impl Texel for Vector {
 
     const FRAMED: bool = true;
 
+    fn on_device(self) -> Option<(u32, [f32; 4])> {
+        let [x, y, z] = self.0.map(f16::to_f32);
+        Some((3, [x, y, z, 0.0]))
+    }
+
     #[inline]
     fn value(self) -> DVec3 {
         DVec3::from(self.0.map(f16::to_f64))

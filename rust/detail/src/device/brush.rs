@@ -5,7 +5,7 @@
 //! The device works on blocks of its own; when an event ends, those that changed come back at once, and budget, rings,
 //! mips and history are the processor's, so that a stroke has the same undo and journal on either. Coefficients are those
 //! of the processor up to one unit in the last place of a half float, colours within 1/255. Between dabs that look at
-//! neighbours the device's rings are brought up to date ([`DeviceRing`]).
+//! neighbours the device's rings are brought up to date ([`DeviceRing`]), those of vectors too.
 
 use std::collections::BTreeMap;
 

@@ -76,6 +76,12 @@ impl Kind {
         }
     }
 
+    /// That of the first half of a dab which changes displacement and vectors of an object that has both.
+    fn of_both(dab: &Dab, has_vectors: bool) -> Option<Self> {
+        let Action::Sculpt { mode, .. } = dab.action else { return None };
+        (has_vectors && mode.changes_vectors() && !mode.needs_vectors()).then_some(Self::Sculpt(mode))
+    }
+
     /// The first of `dabs` that are of one kind, with the same image of the brush; `None` if the first has none. Fails as
     /// [`Dab::check`].
     pub fn first(dabs: &[Dab], kind: impl Fn(&Dab) -> Option<Self>) -> Result<Option<(Self, &[Dab])>> {
@@ -117,8 +123,44 @@ impl DisplacedObject {
         dabs: &[Dab],
         start: Option<Ground<'_>>,
     ) -> Result<Option<Vec<DabReport>>> {
+        if start.is_some()
+            && self.device.is_some()
+            && let Some((Kind::Sculpt(mode), dabs)) =
+                Kind::first(dabs, |dab| Kind::of_both(dab, self.vectors.is_some()))?
+        {
+            return self.both_on_device(context, mode, dabs, start);
+        }
         let Some((kind, dabs)) = Kind::first(dabs, |dab| self.kind_on_device(dab))? else { return Ok(None) };
         self.made_on_device(context, kind, dabs, start)
+    }
+
+    /// As [`Self::made_on_device`], of dabs that change displacement and vectors: first the one and then the other, since
+    /// either goes by what both were when the stroke began.
+    fn both_on_device(
+        &mut self,
+        context: &Context,
+        mode: SculptMode,
+        dabs: &[Dab],
+        start: Option<Ground<'_>>,
+    ) -> Result<Option<Vec<DabReport>>> {
+        let Some(mut reports) = self.made_on_device(context, Kind::Sculpt(mode), dabs, start)? else { return Ok(None) };
+        let mut at = 0;
+        while at < reports.len() {
+            let left = &dabs[at..reports.len()];
+            let bent = match self.made_on_device(context, Kind::Bend(mode), left, start)? {
+                Some(bent) => bent,
+                // A height is nothing to modes that change both.
+                None => vec![left[0].bend(context, self, (start, 0), mode, 0.0)?],
+            };
+            for bent in bent {
+                let bytes = reports[at].bytes;
+                reports[at].merge(&bent);
+                reports[at].bytes += bytes;
+                bent.give_back(context);
+                at += 1;
+            }
+        }
+        Ok(Some(reports))
     }
 
     /// As [`Self::dab_on_device`], of dabs of one kind with the same image of the brush.
@@ -131,8 +173,9 @@ impl DisplacedObject {
     ) -> Result<Option<Vec<DabReport>>> {
         match kind {
             Kind::Bend(mode) => {
-                let make =
-                    |device: &mut DeviceObject, object: &Self| device.bend(object, dabs, start, (None, None), mode);
+                let make = |device: &mut DeviceObject, object: &Self| {
+                    device.bend(context, object, dabs, start, (None, None), mode)
+                };
                 let Some(event) = on_device(context, "dab.device", self, make) else { return Ok(None) };
                 let vectors = self.vectors.as_mut().ok_or_else(no_vectors)?;
                 let (report, reports, culled) = take(context, vectors, event, mode == SculptMode::Erase)?;
@@ -201,7 +244,7 @@ impl DisplacedObject {
         mode: SculptMode,
     ) -> Option<Vec<TileEdit<Vector>>> {
         let (dabs, levels) = (std::slice::from_ref(dab), (Some(coarse), before));
-        let make = |device: &mut DeviceObject, object: &Self| device.bend(object, dabs, start, levels, mode);
+        let make = |device: &mut DeviceObject, object: &Self| device.bend(context, object, dabs, start, levels, mode);
         on_device(context, "dab.device", self, make).map(|event| event.edits)
     }
 
@@ -337,6 +380,7 @@ impl DeviceObject {
     /// `coarse`, and were `before` when a stroke began. `None` as [`Self::sculpt`].
     fn bend(
         &mut self,
+        context: &Context,
         object: &DisplacedObject,
         dabs: &[Dab],
         start: Option<Ground<'_>>,
@@ -347,7 +391,12 @@ impl DeviceObject {
         let known = self.bending.take();
         let [mut now, mut then] = std::mem::take(&mut self.coarse_vectors);
         let channel = object.vectors.as_ref().ok_or_else(no_vectors)?;
-        let Self { device, surface, ring, .. } = &*self;
+        let (together, looks_beside) = (start.is_some() && coarse.is_none(), mode.needs_mean());
+        if together && looks_beside {
+            self.follow_frames(context, channel.field())?;
+        }
+        let Self { device, surface, ring, turning, .. } = &*self;
+        let ring = turning.as_ref().unwrap_or(ring);
         let mut ground = self.ground(object, start);
         let (tiles, field) = match coarse {
             Some(coarse) => (bring(&mut now, device, coarse)?, coarse),
@@ -364,9 +413,6 @@ impl DeviceObject {
         let mut brush = DeviceBrush::ready(known, device, (surface, ground.0), field)?;
         let edits = edits_of(&object.transform, dabs, Vec4::ZERO);
         let maps: Vec<_> = dabs.iter().map(|dab| BrushMaps::new(&dab.brush, &object.transform)).collect();
-        let looks_beside = mode.needs_mean();
-        // Rings, which turn with the frames, are the processor's.
-        let together = start.is_some() && !looks_beside;
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
         let stage =
             Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudges: &[], maps: &maps };

@@ -1,7 +1,7 @@
 //! What a device keeps of an object: its surface in its pose, its displacement, and what edits need besides.
 
 use half::f16;
-use relievo_core::{Error, Result};
+use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
 use relievo_surface::DeviceSurface;
 use relievo_tiles::{DeviceRing, DeviceTiles, Field, Rgba8, Rgba16, Texel, Vector};
@@ -20,6 +20,8 @@ pub(crate) struct DeviceObject {
     /// The displacement along the normals, as it was when somebody last needed it.
     pub(super) tiles: DeviceTiles,
     pub(super) ring: DeviceRing,
+    /// The rings of vectors, once dabs that look at neighbours were made together.
+    pub(super) turning: Option<DeviceRing>,
     /// The displacement from when a stroke began, once there is one.
     begun: Option<DeviceTiles>,
     /// The displacement at a coarser level, and as it was when the stroke began, once a dab needed them.
@@ -80,6 +82,7 @@ impl DeviceObject {
             surface,
             tiles,
             ring: DeviceRing::new(device, object.surface.topology())?,
+            turning: None,
             begun: None,
             coarse,
             vectors: None,
@@ -145,6 +148,14 @@ impl DeviceObject {
         };
         follow(&mut self.vectors, object.vectors.as_ref().map(|vectors| vectors.field()))?;
         start.map_or(Ok(()), |start| follow(&mut self.begun_vectors, start.vectors))
+    }
+
+    /// Makes ready for rings of vectors in the frames of `field`.
+    pub(super) fn follow_frames(&mut self, context: &Context, field: &Field<Vector>) -> Result<()> {
+        if !self.turning.as_ref().is_some_and(|ring| ring.is_of(field)) {
+            self.turning = Some(self.ring.framed(context, &self.device, field)?);
+        }
+        Ok(())
     }
 
     /// The displacement that places go by, which it was made to follow: that of the start if there is one.

@@ -6,10 +6,11 @@ use glam::Vec4;
 use half::f16;
 use relievo_core::{Context, Mesh};
 use relievo_gpu::{Buffer, Device};
-use relievo_surface::TileTopology;
+use relievo_surface::{Surface, SurfaceOptions, TileTopology};
 use relievo_testing::{Random, cage, device, grid};
 use relievo_tiles::{
     Channel, ChannelOptions, DeviceMips, DeviceRing, DeviceTiles, Displacement, Paint, Rgba8, Rgba16, Sets, Texel,
+    Vector, VectorDisplacement,
 };
 
 /// Texels of the last edits' whole rows, as an editor has them before anything is settled.
@@ -48,12 +49,13 @@ fn words<T: Texel>(texels: &[T]) -> Vec<u32> {
 /// texels of all differ.
 fn follow<T: Texel>(
     device: &Device,
+    ring: impl FnOnce(DeviceRing, &Channel<T>) -> DeviceRing,
     mut channel: Channel<T>,
     make: impl Fn(&mut Random) -> T + Sync,
     apart: impl Fn(T, T) -> f32,
 ) -> (usize, usize) {
     let context = Context::serial();
-    let ring = DeviceRing::new(device, channel.field().topology()).unwrap();
+    let ring = ring(DeviceRing::new(device, channel.field().topology()).unwrap(), &channel);
     let mut tiles = DeviceTiles::new(device, channel.field()).unwrap();
     let mut random = Random(17);
     let (mut differ, mut all) = (0, 0);
@@ -100,7 +102,7 @@ fn steps(a: f16, b: f16) -> f32 {
 }
 
 /// Faces of all kinds and sizes, some wound against the others, holes, and a fin.
-fn meshes() -> Vec<(Arc<TileTopology>, ChannelOptions)> {
+fn meshes() -> Vec<(Mesh, ChannelOptions)> {
     let mut made = Vec::new();
     let mixed = [2, 3, 0, 0x32, 1, 0x71, 2, 0x30, 5, 9];
     for (torus, reversed) in [(true, true), (false, true), (true, false)] {
@@ -116,34 +118,70 @@ fn meshes() -> Vec<(Arc<TileTopology>, ChannelOptions)> {
         let even = ChannelOptions { size: 16, ..Default::default() };
         let uneven = ChannelOptions { size: 16, face_sizes: sizes, ..Default::default() };
         let tight = ChannelOptions { budget: 20_000, ..uneven.clone() };
-        made.extend([even, uneven, tight].map(|options| (Arc::new(TileTopology::new(&mesh).unwrap()), options)));
+        made.extend([even, uneven, tight].map(|options| (mesh.clone(), options)));
     }
-    let sheet = Arc::new(TileTopology::new(&grid(4, false, &[2], false)).unwrap());
-    made.insert(0, (sheet, ChannelOptions { size: 32, ..Default::default() }));
+    made.insert(0, (grid(4, false, &[2], false), ChannelOptions { size: 32, ..Default::default() }));
     // A fan of 60 quads round a point, and a face of 120 corners on its other side.
     let circle = (0..120).map(|k| f32::to_radians(3.0 * k as f32)).map(|angle| [angle.cos(), angle.sin(), 0.0]);
     let points = std::iter::once([0.0, 0.0, 1.0]).chain(circle).collect();
     let fan = (0..60).flat_map(|k| [0, 1 + 2 * k, 2 + 2 * k, 1 + (2 * k + 2) % 120]);
     let mesh = Mesh::new(points, [vec![4; 60], vec![120]].concat(), fan.chain((1..=120).rev()).collect());
     let options = ChannelOptions { size: 16, face_sizes: vec![(3, 64), (60, 128)], ..Default::default() };
-    made.push((Arc::new(TileTopology::new(&mesh).unwrap()), options));
+    made.push((mesh, options));
     if let Some(mesh) = cage("rabbit.obj") {
-        let topology = Arc::new(TileTopology::new(&mesh).unwrap());
-        made.push((topology, ChannelOptions { size: 16, face_sizes: vec![(7, 64), (30, 8)], budget: 1 << 20 }));
+        made.push((mesh, ChannelOptions { size: 16, face_sizes: vec![(7, 64), (30, 8)], budget: 1 << 20 }));
     }
     made
+}
+
+fn tiles_of(mesh: &Mesh) -> Arc<TileTopology> {
+    Arc::new(TileTopology::new(mesh).unwrap())
 }
 
 #[test]
 fn rings_of_a_device_are_those_of_the_processor() {
     let Some(device) = device() else { return };
-    for (topology, options) in meshes() {
-        let displacement = Displacement::new(topology, &options).unwrap();
+    for (mesh, options) in meshes() {
+        let displacement = Displacement::new(tiles_of(&mesh), &options).unwrap();
         let make = |random: &mut Random| f16::from_f32(random.unit() - 0.75);
-        let (differ, all) = follow(&device, displacement, make, steps);
+        let (differ, all) = follow(&device, |ring, _| ring, displacement, make, steps);
         println!("{differ} of {all} coefficients differ");
         assert_eq!(differ, 0);
     }
+}
+
+#[test]
+fn rings_of_vectors_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let mut of_all = [0; 2];
+    for (mut mesh, options) in meshes() {
+        // No angle between the sides of a face is right, and none like another.
+        for point in &mut mesh.points {
+            let [x, y, z] = *point;
+            *point = [x + 0.3 * y, y + 0.2 * (1.7 * x).sin(), z + 0.25 * (x - 1.3 * y).cos()];
+        }
+        let surface = Surface::new(&context, &mesh, &SurfaceOptions::default()).unwrap();
+        let vectors = VectorDisplacement::on(&surface, &options).unwrap();
+        let make = |random: &mut Random| Vector([0; 3].map(|_| f16::from_f32(random.unit() - 0.6)));
+        // Between tiles of different density what is left of two numbers is as exact as they were.
+        let apart = |a: Vector, b: Vector| {
+            let far = |k: usize| (a.0[k].to_f32() - b.0[k].to_f32()).abs() * 4194304.0;
+            (0..3).map(|k| far(k).min(steps(a.0[k], b.0[k]))).fold(0.0, f32::max)
+        };
+        let even = options.face_sizes.is_empty();
+        let framed = |ring: DeviceRing, vectors: &VectorDisplacement| {
+            assert!(!ring.is_of(vectors.field()));
+            let ring = ring.framed(&context, &device, vectors.field()).unwrap();
+            assert!(ring.is_of(vectors.field()));
+            ring
+        };
+        let (differ, all) = follow(&device, framed, vectors, make, apart);
+        println!("{differ} of {all} vectors differ");
+        assert!(!even || differ == 0);
+        of_all = [of_all[0] + differ, of_all[1] + all];
+    }
+    assert!(of_all[0] * 10_000 < of_all[1], "{of_all:?}");
 }
 
 /// The mips of edited colours, made on the device after each edit. Returns how many texels differ, and all.
@@ -188,7 +226,8 @@ fn mips<T: Texel>(
 #[test]
 fn mips_of_a_device_are_those_of_the_processor() {
     let Some(device) = device() else { return };
-    for (topology, options) in meshes().into_iter().take(4) {
+    for (mesh, options) in meshes().into_iter().take(4) {
+        let topology = tiles_of(&mesh);
         let byte = |random: &mut Random| random.below(256) as u8;
         let make = |random: &mut Random| Rgba8([byte(random), byte(random), byte(random), byte(random)]);
         let far = |a: Rgba8, b: Rgba8| (0..4).map(|i| f32::from(a.0[i].abs_diff(b.0[i]))).fold(0.0, f32::max);
@@ -210,20 +249,21 @@ fn mips_of_a_device_are_those_of_the_processor() {
 #[test]
 fn rings_of_colors_are_those_of_the_processor() {
     let Some(device) = device() else { return };
-    for (topology, options) in meshes().into_iter().take(3) {
+    for (mesh, options) in meshes().into_iter().take(3) {
+        let topology = tiles_of(&mesh);
         let byte = |random: &mut Random| random.below(256) as u8;
         let make = |random: &mut Random| Rgba8([byte(random), byte(random), byte(random), byte(random)]);
         let far = |a: Rgba8, b: Rgba8| (0..4).map(|i| f32::from(a.0[i].abs_diff(b.0[i]))).fold(0.0, f32::max);
         let blank = Vec4::new(0.5, 0.03, 1.0, 1.0);
         let paint = Paint::<Rgba8>::of_color(topology.clone(), blank, &options).unwrap();
-        let (differ, all) = follow(&device, paint, make, far);
+        let (differ, all) = follow(&device, |ring, _| ring, paint, make, far);
         println!("{differ} of {all} colours differ");
         assert!(differ * 1000 < all);
         let half = |random: &mut Random| f16::from_f32(3.0 * random.unit());
         let make = |random: &mut Random| Rgba16([half(random), half(random), half(random), half(random)]);
         let far = |a: Rgba16, b: Rgba16| (0..4).map(|i| steps(a.0[i], b.0[i])).fold(0.0, f32::max);
         let paint = Paint::<Rgba16>::of_color(topology, blank, &options).unwrap();
-        let (differ, all) = follow(&device, paint, make, far);
+        let (differ, all) = follow(&device, |ring, _| ring, paint, make, far);
         println!("{differ} of {all} colours of half floats differ");
         assert!(differ * 1000 < all);
     }
