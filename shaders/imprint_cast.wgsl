@@ -1,14 +1,12 @@
 // import common
 // import halves
-// import imprint_link
+// import imprint_place
+// import imprint_solid
 // import tiles
 // The displacement update of listed blocks: every coefficient's point that lies in the voxels goes along −N until it
 // leaves them (Schäfer et al. 2014, Section 6). Blocks that change are kept, on their way back to the host and for the
 // imprints of later dispatches. A workgroup takes a block of 256 coefficients through all imprints of a row that may meet
 // it, since no ray looks at another block; an invocation takes two, which share a word.
-
-// What stands for the ends of a column that is solid in more than one piece.
-const PIECES: u32 = 0xffffu;
 
 // Further than any ray.
 const NEVER: f32 = 1e30;
@@ -27,9 +25,6 @@ const HEADER: u32 = 4u;
 
 @group(0) @binding(1) var<storage, read> listed: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> arguments: array<vec4<u32>>;
-// Columns: their ends, and the bits of those of several pieces, see `imprint_resolve`.
-@group(0) @binding(3) var<storage, read> spans: array<u32>;
-@group(0) @binding(4) var<storage, read> words: array<u32>;
 @group(0) @binding(5) var<storage, read_write> slots: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> told: AllTold;
 @group(0) @binding(7) var<storage, read_write> records: array<u32>;
@@ -61,23 +56,6 @@ fn key_below(exact: f32) -> i32 {
         return -1 - i32(min(half + u32(rest != 0u), 0x7c00u));
     }
     return i32(min(half, 0x7bffu));
-}
-
-// A product that is rounded before anything is added to it: compilers may fuse the two. The word is zero.
-fn rounded(product: f32) -> f32 {
-    return bitcast<f32>(bitcast<u32>(product) ^ work.zero);
-}
-
-fn word_of(column: u32, z: u32) -> u32 {
-    return words[work.first_word + z / 32u * work.dims.x * work.dims.y + column];
-}
-
-fn is_solid(column: u32, z: i32) -> bool {
-    let span = spans[work.first_column + column];
-    if span == PIECES {
-        return ((word_of(column, u32(z)) >> (u32(z) % 32u)) & 1u) == 1u;
-    }
-    return z >= i32(span & 0xffffu) && z < i32(span >> 16u);
 }
 
 // The lower end of the piece of a column that has the solid voxel z, or `stop` if it reaches that far.
@@ -240,59 +218,6 @@ fn moved(at: Foot, half: u32, start_half: u32) -> vec2<i32> {
     }
     let down = max(key_below(height - work.share * far.x), work.deepest);
     return vec2(min(down, old), i32(far.y));
-}
-
-// Bernstein polynomials at t.
-fn cubic(t: f32) -> vec4<f32> {
-    let s = 1.0 - t;
-    return vec4(s * s * s, 3.0 * (s * s * t), 3.0 * (t * t * s), t * t * t);
-}
-
-// The control points of the curve in u at v, from the basis values there and the Bézier points from `first` on.
-fn curve(basis: vec4<f32>, first: u32) -> vec4<f32> {
-    var points: vec4<f32>;
-    for (var k = 0u; k < 4u; k++) {
-        let at = first + k;
-        let low = fma(basis.y, surface_number(at + 4u), basis.x * surface_number(at));
-        let high = fma(basis.w, surface_number(at + 12u), basis.z * surface_number(at + 8u));
-        points[k] = low + high;
-    }
-    return points;
-}
-
-fn combined(basis: vec4<f32>, points: vec4<f32>) -> f32 {
-    let sum = fma(basis.z, points.z, fma(basis.y, points.y, basis.x * points.x));
-    return fma(basis.w, points.w, sum);
-}
-
-// P, du and dv of a regular patch with the processor's sums and products, one by one (`Surface::grid`): where rays graze
-// an edge of voxels, the last bit decides. Others are evaluated as everywhere.
-fn sample_patch(patch_index: u32, uv: vec2<f32>) -> SurfaceSample {
-    let it = surface_patches[patch_index];
-    if it.form != 0u {
-        return surface_evaluate(patch_index, uv);
-    }
-    let scale = vec2(1.0) / it.size;
-    let st = (uv - it.low) * scale;
-    let along = cubic(st.x);
-    let across = cubic(st.y);
-    let s = vec2(1.0) - st;
-    let ss = vec2(rounded(s.x * s.x), rounded(s.y * s.y));
-    let mixed = vec2(rounded(s.x * st.x), rounded(s.y * st.y));
-    let tt = vec2(rounded(st.x * st.x), rounded(st.y * st.y));
-    let by = 3.0 * scale.y;
-    let slopes = vec4(-ss.y, ss.y - 2.0 * mixed.y, 2.0 * mixed.y - tt.y, tt.y) * by;
-    let quadratic = vec3(ss.x, mixed.x + mixed.x, tt.x);
-    var sample: SurfaceSample;
-    for (var axis = 0u; axis < 3u; axis++) {
-        let first = it.first + SURFACE_ORIGIN + 16u * axis;
-        let points = curve(across, first);
-        sample.p[axis] = combined(along, points) + surface_number(it.first + axis);
-        let steps = (3.0 * scale.x) * (points.yzw - points.xyz);
-        sample.du[axis] = fma(quadratic.z, steps.z, fma(quadratic.y, steps.y, quadratic.x * steps.x));
-        sample.dv[axis] = combined(along, curve(slopes, first));
-    }
-    return sample;
 }
 
 // Of two coefficients of a block, which share a word, what they are, and what they were at the start if the imprint that is

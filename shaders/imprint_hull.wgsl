@@ -119,6 +119,10 @@ fn tile_before(index: u32) -> CullTile {
         if lowered > 0u {
             tile.least = min(tile.least, value(half_of(-i32(lowered))));
         }
+        let raised = slots[first.slots + index * first.stride + first.stride - 1u];
+        if raised > 0u {
+            tile.most = max(tile.most, value(raised));
+        }
     }
     return tile;
 }

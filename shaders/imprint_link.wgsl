@@ -54,7 +54,7 @@ struct Link {
     first_corner: u32,
     first_work: u32,
     // Where the object's slots begin, and how many a tile has: the least coefficient that imprints before this one left,
-    // as `key` and negated, and of every block its last record, from 1.
+    // as `key` and negated, of every block its last record, from 1, and last the highest coefficient that rose, as a half.
     slots: u32,
     stride: u32,
     // Blocks that there is room for, and records.

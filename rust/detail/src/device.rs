@@ -14,6 +14,7 @@ mod intersect;
 mod link;
 mod memory;
 mod meshes;
+mod rim;
 mod smear;
 mod state;
 mod still;

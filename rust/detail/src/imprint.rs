@@ -160,6 +160,8 @@ pub(crate) struct Cast {
     pub clamped: u64,
     /// Triangles that were voxelised.
     pub triangles: u64,
+    /// What tiles pushed and raised, ascending, where rims are raised already.
+    pub volumes: Option<Vec<(u32, Volumes)>>,
 }
 
 impl Imprinter {
@@ -286,12 +288,7 @@ impl Imprinter {
         let there = self.cast_on_device(context, object, collider, start, &grid, settings);
         let follows = there.is_some() && is_for_batch(object, settings);
         let mut cast = match there {
-            Some(cast) => {
-                if settings.rim > 0.0 && !cast.dents.is_empty() {
-                    stats.time("imprint.voxelise", || collider.voxelise(context, &grid, &mut self.voxels))?;
-                }
-                cast
-            }
+            Some(cast) => cast,
             None => self.cast_here(context, object, collider, start, &grid, settings)?,
         };
         self.finish(context, object, &mut cast, settings, &mut report)?;
@@ -347,11 +344,11 @@ impl Imprinter {
         stage.end();
         let count = tiles.len() as u64;
         cull::give_back(context, tiles);
-        Ok(Cast { dents, tiles: count, tested, clamped, triangles })
+        Ok(Cast { dents, tiles: count, tested, clamped, triangles, volumes: None })
     }
 
-    /// Raises rims around what rays found, and writes it. Where a rim is asked for and something changes, the voxels are
-    /// those of the imprint.
+    /// Raises rims around what rays found, and writes it. Where one is asked for and not raised yet, the voxels are those
+    /// of the imprint.
     pub(crate) fn finish(
         &mut self,
         context: &Context,
@@ -361,7 +358,7 @@ impl Imprinter {
         report: &mut Report,
     ) -> Result<()> {
         let stats = context.stats();
-        let Cast { dents, tiles, tested, clamped, triangles } = cast;
+        let Cast { dents, tiles, tested, clamped, triangles, volumes } = cast;
         report.triangles = *triangles;
         report.tested_tiles = *tiles;
         report.tested_coefficients = *tested;
@@ -369,17 +366,17 @@ impl Imprinter {
         if dents.is_empty() {
             return Ok(());
         }
-        let mut volumes = Vec::new();
-        if settings.rim > 0.0 {
+        let mut volumes = volumes.take();
+        if settings.rim > 0.0 && volumes.is_none() {
             let _stage = stats.begin("imprint.rim");
             dents.sort_unstable_by_key(|dents| dents.tile);
-            volumes = rim::raise(context, object, dents, &self.voxels, settings)?;
+            volumes = Some(rim::raise(context, object, dents, &self.voxels, settings)?);
         }
         let mut stage = stats.begin("imprint.ring");
         write(context, object, dents, settings, report)?;
         // What the budget refused moved nothing.
-        volumes.retain(|(tile, _)| report.changed.binary_search(tile).is_ok());
-        report.volumes = volumes.into_iter().map(|(_, volumes)| volumes).sum();
+        let volumes = volumes.into_iter().flatten().filter(|(tile, _)| report.changed.binary_search(tile).is_ok());
+        report.volumes = volumes.map(|(_, volumes)| volumes).sum();
         stage.count("allocated", report.allocated);
         stage.count("refused", report.refused.len() as u64);
         stage.count("clamped", report.clamped);
@@ -493,8 +490,9 @@ pub(crate) fn grid_over(
     settings: &ImprintSettings,
     moment: Moment,
 ) -> Result<Option<Grid>> {
-    let [least, most] = object.reach().map(f64::from);
-    let least = least.min(f64::from(-settings.max_displacement));
+    let [least, most] = object.reach();
+    let least = f64::from(least).min(f64::from(-settings.max_displacement));
+    let most = f64::from(rim::outwards(most, settings));
     let (range, margin) = ([least, most], most.max(-least));
     // What is solid behind an open sheet is outside the sheet's own box.
     let scale = object.transform().matrix3;

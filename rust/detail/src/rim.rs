@@ -17,15 +17,14 @@ use std::ops::{Add, AddAssign};
 use half::f16;
 use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, Error, Result, dispatch_simd};
-use relievo_surface::{Grid as SampleGrid, Order, Placement, Samples};
 
-use crate::cull::{self, CulledTile, VoxelFrame};
-use crate::grid::Grid;
 use crate::imprint::ImprintSettings;
-use crate::knots::{BLOCK_KNOTS, block_edge};
-use crate::object::DisplacedObject;
-use crate::raycast::{DentBlock, TileDents};
-use crate::voxel::Voxels;
+use crate::knots::BLOCK_KNOTS;
+
+mod tiles;
+
+pub use tiles::raise;
+pub(crate) use tiles::surroundings;
 
 /// What an imprint moved, in object units cubed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -89,121 +88,134 @@ pub(crate) fn check_bytes(context: &Context, count: usize) -> Result<()> {
         .advise("make the rim narrower or the surface's values coarser"))
 }
 
+/// How far boxes of imprints reach outwards on a surface that is displaced to `most`: where rims rise, in steps of up to
+/// a quarter, so that imprints find the same voxels whether or not others before them raised a little more.
+pub(crate) fn outwards(most: f32, settings: &ImprintSettings) -> f32 {
+    if settings.rim <= 0.0 {
+        return most;
+    }
+    const STEP: u32 = 1 << (f32::MANTISSA_DIGITS - 3);
+    most.max(f32::from_bits((most.max(0.0).to_bits() + STEP - 1) & !(STEP - 1)))
+}
+
+/// Where the slope would be steeper than that of repose. The profile is steepest half-way out, where it falls by 3/2 of
+/// its height per width.
+pub(crate) fn highest(settings: &ImprintSettings) -> f32 {
+    (f64::from(settings.rim_width) * f64::from(settings.repose).tan() / 1.5) as f32
+}
+
 /// What the values of every piece are to be when a share of what is pushed away has risen; `None` where nothing rises.
 /// Values that do not rise stay as they are in the piece.
+///
+/// No number depends on an order: cells are as large as a power of two, so that places are exactly in one of them, and
+/// volumes are sums of whole numbers. A graphics device so does the same.
 pub(crate) fn rise(context: &Context, pieces: &[Piece], settings: &ImprintSettings) -> Vec<Option<[f16; BLOCK_KNOTS]>> {
     let width = settings.rim_width;
-    // Neighbours are in neighbouring cells.
-    let edge = f64::from(pieces.iter().map(|piece| piece.spacing).fold(width, f32::max));
-    let mut pushed: BTreeMap<Cell, f64> = BTreeMap::new();
-    for (cell, volume) in context.map(pieces.len(), |index| pieces[index].volumes(edge)).into_iter().flatten() {
-        *pushed.entry(cell).or_default() += volume;
+    let spacing = pieces.iter().filter(|piece| piece.pushed().next().is_some()).map(|piece| piece.spacing);
+    let cells = Cells::new(spacing.fold(width, f32::max));
+    let mut pushed: BTreeMap<Cell, u64> = BTreeMap::new();
+    for (cell, volume) in context.map(pieces.len(), |index| pieces[index].volumes(&cells)).into_iter().flatten() {
+        let sum = pushed.entry(cell).or_default();
+        *sum = sum.saturating_add(volume);
     }
     let patches = patches(&pushed);
-    let mut volumes = vec![0.0; patches.values().max().map_or(0, |last| *last as usize + 1)];
+    let mut volumes = vec![0u64; patches.values().max().map_or(0, |last| *last as usize + 1)];
     for (cell, volume) in &pushed {
-        volumes[patches[cell] as usize] += volume;
+        let sum = &mut volumes[patches[cell] as usize];
+        *sum = sum.saturating_add(*volume);
     }
     let mut border: BTreeMap<Cell, Vec<Border>> = BTreeMap::new();
     for piece in pieces {
         for k in (0..piece.count).filter(|k| piece.border[*k]) {
-            let cell = piece.cell(k, edge);
+            let cell = cells.of(piece.point(k));
             border.entry(cell).or_default().push(Border { point: piece.point(k), patch: patches[&cell] });
         }
     }
     let level = context.level();
-    let profiles = context.map(pieces.len(), |index| Profile::new(level, &pieces[index], &border, edge, width));
-    let mut room = vec![0.0; volumes.len()];
+    let profiles = context.map(pieces.len(), |index| Profile::new(level, &pieces[index], &border, &cells, width));
+    let mut room = vec![0u64; volumes.len()];
     for (piece, profile) in pieces.iter().zip(&profiles) {
         for (k, height) in profile.rising() {
-            room[profile.patch[k] as usize] += f64::from(height * piece.area[k]);
+            let sum = &mut room[profile.patch[k] as usize];
+            *sum = sum.saturating_add(cells.area(height * piece.area[k]));
         }
     }
-    // The profile is steepest half-way out, where it falls by 3/2 of its height per width.
-    let highest = f64::from(width) * f64::from(settings.repose).tan() / 1.5;
-    let share = f64::from(settings.rim);
-    let heights: Vec<f64> = volumes.iter().zip(&room).map(|(volume, room)| share * volume / room.max(1e-300)).collect();
-    let risen = pieces.iter().zip(&profiles).map(|(piece, profile)| {
+    let highest = highest(settings);
+    let sums = volumes.into_iter().zip(room);
+    let heights: Vec<f32> = sums.map(|(volume, room)| cells.height(volume, room) * settings.rim).collect();
+    context.map(pieces.len(), |index| {
+        let (piece, profile) = (&pieces[index], &profiles[index]);
         let mut values = piece.values;
         let mut any = false;
         for (k, height) in profile.rising() {
             let old = piece.values[k].to_f32();
-            let height = f64::from(height);
-            let new = (f64::from(old) + heights[profile.patch[k] as usize] * height).min(highest * height);
-            let new = f16::from_f64(new);
+            let new = (old + heights[profile.patch[k] as usize] * height).min(highest * height);
+            let new = f16::from_f32(new);
             if new.to_f32() > old {
                 values[k] = new;
                 any = true;
             }
         }
         any.then_some(values)
-    });
-    risen.collect()
-}
-
-/// Raises rims around what `dents` push away. `dents` are those of `voxels`, ascending by tile; they get the
-/// coefficients that rise as well. Returns what every tile pushed and raised, ascending.
-///
-/// Fails if the blocks of coefficients within the rim's width exceed the context's memory limit, or 2 GiB.
-pub fn raise(
-    context: &Context,
-    object: &mut DisplacedObject,
-    dents: &mut Vec<TileDents>,
-    voxels: &Voxels,
-    settings: &ImprintSettings,
-) -> Result<Vec<(u32, Volumes)>> {
-    let (places, pieces) = pieces(context, object, dents, voxels, f64::from(settings.rim_width))?;
-    let mut volumes: Vec<(u32, Volumes)> = Vec::new();
-    for ((place, piece), risen) in places.iter().zip(&pieces).zip(rise(context, &pieces, settings)) {
-        let sum = piece.moved(risen.as_ref());
-        match volumes.last_mut() {
-            Some((tile, volumes)) if *tile == place.tile => *volumes += sum,
-            _ => volumes.push((place.tile, sum)),
-        }
-        let Some(values) = risen else { continue };
-        let mut raised = TileDents { tile: place.tile, ..TileDents::default() };
-        for (new, _) in values.iter().zip(&piece.values).filter(|(new, old)| new > old) {
-            raised.changed += 1;
-            raised.most = raised.most.max(*new);
-        }
-        raised.blocks.push(DentBlock { index: place.index, values });
-        merge(dents, raised);
-    }
-    Ok(volumes)
-}
-
-/// Adds one block to the dents of its tile.
-fn merge(dents: &mut Vec<TileDents>, raised: TileDents) {
-    match dents.binary_search_by_key(&raised.tile, |dents| dents.tile) {
-        Err(at) => dents.insert(at, raised),
-        Ok(at) => {
-            let dents = &mut dents[at];
-            dents.changed += raised.changed;
-            dents.most = dents.most.max(raised.most);
-            for block in raised.blocks {
-                match dents.blocks.binary_search_by_key(&block.index, |block| block.index) {
-                    Ok(at) => dents.blocks[at] = block,
-                    Err(at) => dents.blocks.insert(at, block),
-                }
-            }
-        }
-    }
+    })
 }
 
 /// A cell of space.
-type Cell = [i64; 3];
+type Cell = [i32; 3];
 
-fn cell(point: [f32; 3], edge: f64) -> Cell {
-    point.map(|value| (f64::from(value) / edge).floor() as i64)
+/// Cells of space as large as a power of two.
+struct Cells {
+    edge: f32,
+}
+
+impl Cells {
+    /// Cells that are at least as large as `size`.
+    fn new(size: f32) -> Self {
+        const MANTISSA: u32 = (1 << (f32::MANTISSA_DIGITS - 1)) - 1;
+        // Powers of their edge have to be normal numbers.
+        let size = size.clamp(2.0f32.powi(-40), 2.0f32.powi(40));
+        Self { edge: f32::from_bits((size.to_bits() + MANTISSA) & !MANTISSA) }
+    }
+
+    /// The cell of a point.
+    fn of(&self, point: [f32; 3]) -> Cell {
+        point.map(|value| (value / self.edge).floor() as i32)
+    }
+
+    /// A volume in units of 2⁻³² cells, downwards.
+    fn volume(&self, volume: f32) -> u64 {
+        whole(volume / (self.edge * self.edge * self.edge))
+    }
+
+    /// An area in units of 2⁻³² of a cell's side.
+    fn area(&self, area: f32) -> u64 {
+        whole(area / (self.edge * self.edge))
+    }
+
+    /// How high a volume is over an area, in units of these.
+    fn height(&self, volume: u64, area: u64) -> f32 {
+        leading(volume) / leading(area.max(1)) * self.edge
+    }
+}
+
+/// A number in units of 2⁻³², downwards; 2¹² at most, so that so many can be summed up that they fill no memory.
+fn whole(number: f32) -> u64 {
+    (number.min(4096.0) * 2.0f32.powi(32)) as u64
+}
+
+/// A sum's leading 24 bits.
+fn leading(sum: u64) -> f32 {
+    let shift = 40u32.saturating_sub(sum.leading_zeros());
+    (sum >> shift) as f32 * 2.0f32.powi(shift as i32)
 }
 
 fn around([x, y, z]: Cell) -> impl Iterator<Item = Cell> {
-    let near = |value: i64| value.saturating_sub(1)..=value.saturating_add(1);
+    let near = |value: i32| value.saturating_sub(1)..=value.saturating_add(1);
     near(x).flat_map(move |x| near(y).flat_map(move |y| near(z).map(move |z| [x, y, z])))
 }
 
 /// The patches of contact: connected cells, numbered in their order.
-fn patches(cells: &BTreeMap<Cell, f64>) -> BTreeMap<Cell, u32> {
+fn patches(cells: &BTreeMap<Cell, u64>) -> BTreeMap<Cell, u32> {
     let mut patches = BTreeMap::new();
     let mut count = 0;
     let mut open = Vec::new();
@@ -233,70 +245,6 @@ struct Border {
     patch: u32,
 }
 
-/// Where a block of coefficients is.
-struct Place {
-    tile: u32,
-    /// Its number in the tile.
-    index: u32,
-    /// Blocks along the tile, and coefficients along a block.
-    blocks: u32,
-    edge: usize,
-}
-
-/// The blocks within `width` of what `dents` push away, ascending by tile and number.
-fn pieces(
-    context: &Context,
-    object: &mut DisplacedObject,
-    dents: &[TileDents],
-    voxels: &Voxels,
-    width: f64,
-) -> Result<(Vec<Place>, Vec<Piece>)> {
-    let scale = object.transform().matrix3;
-    let stretch = scale.x_axis.length().max(scale.y_axis.length()).max(scale.z_axis.length());
-    let obb = voxels.grid().obb.enlarged(width * stretch);
-    let mut culled = cull::cull(context, object, &Grid::new(&obb, 4096, None));
-    culled.sort_unstable_by_key(|culled| culled.tile);
-    check_bytes(context, culled.iter().map(|culled| culled.blocks.len()).sum())?;
-    let frame = VoxelFrame::new(voxels.grid(), object.transform());
-    let object = &*object;
-    let pieces = context.map(culled.len(), |index| {
-        let CulledTile { tile, blocks } = &culled[index];
-        let dents = dents.binary_search_by_key(tile, |dents| dents.tile).ok().map(|at| &dents[at]);
-        let mut samples = Samples::default();
-        let piece = |index| Piece::new(context, object, *tile, index, dents, &frame, voxels, &mut samples);
-        blocks.iter().map(|block| block.index).map(piece).collect::<Vec<_>>()
-    });
-    let (places, mut pieces): (Vec<Place>, Vec<Piece>) = pieces.into_iter().flatten().unzip();
-    let borders = context.map(pieces.len(), |at| border(&places, &pieces, at));
-    for (piece, border) in pieces.iter_mut().zip(borders) {
-        piece.border = border;
-    }
-    Ok((places, pieces))
-}
-
-/// The coefficients of a block that are pushed and beside which others may not be; beyond the tile nothing is known.
-fn border(places: &[Place], pieces: &[Piece], at: usize) -> [bool; BLOCK_KNOTS] {
-    let (place, piece) = (&places[at], &pieces[at]);
-    let (edge, blocks) = (place.edge as i32, place.blocks as i32);
-    let (column, row) = (place.index as i32 % blocks * edge, place.index as i32 / blocks * edge);
-    let pushed = |i: i32, j: i32| {
-        if i < 0 || j < 0 || i >= blocks * edge || j >= blocks * edge {
-            return false;
-        }
-        let index = (j / edge * blocks + i / edge) as u32;
-        let k = (j % edge * edge + i % edge) as usize;
-        if index == place.index {
-            return piece.depth[k] > 0.0;
-        }
-        let found = places.binary_search_by_key(&(place.tile, index), |place| (place.tile, place.index));
-        found.is_ok_and(|at| pieces[at].depth[k] > 0.0)
-    };
-    std::array::from_fn(|k| {
-        let (i, j) = (column + k as i32 % edge, row + k as i32 / edge);
-        piece.depth[k] > 0.0 && !(pushed(i - 1, j) && pushed(i + 1, j) && pushed(i, j - 1) && pushed(i, j + 1))
-    })
-}
-
 impl Piece {
     /// Places of which nothing is known yet.
     pub const EMPTY: Self = Self {
@@ -310,63 +258,22 @@ impl Piece {
         spacing: 0.0,
     };
 
-    #[allow(clippy::too_many_arguments)]
-    fn new(
-        context: &Context,
-        object: &DisplacedObject,
-        tile: u32,
-        index: u32,
-        dents: Option<&TileDents>,
-        frame: &VoxelFrame,
-        voxels: &Voxels,
-        samples: &mut Samples,
-    ) -> (Place, Self) {
-        let field = object.displacement().field();
-        let size = field.size(tile);
-        let edge = block_edge(size);
-        let (column, row) = (index % (size / edge) * edge, index / (size / edge) * edge);
-        let grid =
-            SampleGrid { size, placement: Placement::Centred, columns: column..column + edge, rows: row..row + edge };
-        object.surface().grid(context.level(), tile, &grid, Order::First, samples);
-        let mut piece = Self { count: grid.len(), ..Self::EMPTY };
-        let old = field.block(tile);
-        let dent = dents.and_then(|dents| {
-            dents.blocks.binary_search_by_key(&index, |block| block.index).ok().map(|at| &dents.blocks[at])
-        });
-        for k in 0..grid.len() {
-            let (j, i) = (row as usize + k / edge as usize, column as usize + k % edge as usize);
-            let before = old.map_or(f16::ZERO, |old| old[(j + 1) * (size as usize + 2) + i + 1]);
-            piece.values[k] = dent.map_or(before, |dent| dent.values[k]);
-            piece.depth[k] = before.to_f32() - piece.values[k].to_f32();
-            let at = |values: &[Vec<f32>; 3]| glam::Vec3::new(values[0][k], values[1][k], values[2][k]);
-            let (p, cross) = (at(&samples.p), at(&samples.du).cross(at(&samples.dv)));
-            let length = cross.length();
-            piece.area[k] = length / (size * size) as f32;
-            piece.spacing = piece.spacing.max(2.0 * piece.area[k].sqrt());
-            for axis in 0..3 {
-                piece.p[axis][k] = p[axis];
-            }
-            let place = p + cross * (piece.values[k].to_f32() / length.max(f32::MIN_POSITIVE));
-            piece.free[k] = length > 0.0 && piece.depth[k] <= 0.0 && !voxels.contains(frame.place(place.to_array()));
-        }
-        (Place { tile, index, blocks: size / edge, edge: edge as usize }, piece)
-    }
-
     fn point(&self, k: usize) -> [f32; 3] {
         [self.p[0][k], self.p[1][k], self.p[2][k]]
     }
 
-    fn cell(&self, k: usize, edge: f64) -> Cell {
-        cell(self.point(k), edge)
+    /// The places that are pushed.
+    fn pushed(&self) -> impl Iterator<Item = usize> {
+        (0..self.count).filter(|k| self.depth[*k] > 0.0)
     }
 
     /// The volumes that are pushed away, by cell.
-    fn volumes(&self, edge: f64) -> Vec<(Cell, f64)> {
-        let mut volumes: Vec<(Cell, f64)> = Vec::new();
-        for k in (0..self.count).filter(|k| self.depth[*k] > 0.0) {
-            let (cell, volume) = (self.cell(k, edge), f64::from(self.depth[k] * self.area[k]));
+    fn volumes(&self, cells: &Cells) -> Vec<(Cell, u64)> {
+        let mut volumes: Vec<(Cell, u64)> = Vec::new();
+        for k in self.pushed() {
+            let (cell, volume) = (cells.of(self.point(k)), cells.volume(self.depth[k] * self.area[k]));
             match volumes.iter_mut().find(|(other, _)| *other == cell) {
-                Some((_, sum)) => *sum += volume,
+                Some((_, sum)) => *sum = sum.saturating_add(volume),
                 None => volumes.push((cell, volume)),
             }
         }
@@ -393,7 +300,7 @@ struct Profile {
 
 impl Profile {
     /// Falls from 1 at the nearest of `border` to 0 at `width`, with the slope 0 at both.
-    fn new(level: Level, piece: &Piece, border: &BTreeMap<Cell, Vec<Border>>, edge: f64, width: f32) -> Self {
+    fn new(level: Level, piece: &Piece, border: &BTreeMap<Cell, Vec<Border>>, cells: &Cells, width: f32) -> Self {
         let mut profile = Self { height: [0.0; BLOCK_KNOTS], patch: [0; BLOCK_KNOTS] };
         if !piece.free.contains(&true) {
             return profile;
@@ -406,15 +313,17 @@ impl Profile {
                 high[axis] = high[axis].max(piece.p[axis][k]);
             }
         }
-        let (first, last) = (cell(low, edge), cell(high, edge));
+        let (first, last) = (cells.of(low), cells.of(high));
         let (first, last) = (first.map(|place| place.saturating_sub(1)), last.map(|place| place.saturating_add(1)));
         let near = |cell: &Cell| (0..3).all(|axis| cell[axis] >= first[axis] && cell[axis] <= last[axis]);
         let beside = |at: &Border| {
             (0..3).all(|axis| at.point[axis] >= low[axis] - width && at.point[axis] <= high[axis] + width)
         };
-        let cells = border.range([first[0], i64::MIN, i64::MIN]..=[last[0], i64::MAX, i64::MAX]);
+        let cells = border.range([first[0], i32::MIN, i32::MIN]..=[last[0], i32::MAX, i32::MAX]);
         let border = cells.filter(|(cell, _)| near(cell)).flat_map(|(_, border)| border).copied();
-        let border: Vec<Border> = border.filter(beside).collect();
+        let mut border: Vec<Border> = border.filter(beside).collect();
+        // Of borders that are equally near the one of the first patch counts.
+        border.sort_unstable_by_key(|border| border.patch);
         let mut nearest = [width * width; BLOCK_KNOTS];
         find_nearest(level, &piece.p, &border, &mut nearest, &mut profile.patch);
         for k in (0..piece.count).filter(|k| piece.free[*k] && nearest[*k] < width * width) {
@@ -462,7 +371,64 @@ mod tests {
     #[test]
     fn cells_that_touch_are_one_patch() {
         let cells = [[0, 0, 0], [1, 1, 1], [2, 1, 0], [5, 0, 0], [5, 2, 0], [6, 1, 0]];
-        let patches = patches(&cells.map(|cell| (cell, 1.0)).into());
+        let patches = patches(&cells.map(|cell| (cell, 1)).into());
         assert_eq!(cells.map(|cell| patches[&cell]), [0, 0, 0, 1, 1, 1]);
+    }
+
+    #[test]
+    fn boxes_reach_outwards_in_steps_where_rims_rise() {
+        let rimmed = ImprintSettings { rim: 0.5, ..ImprintSettings::default() };
+        for (most, reach) in [(0.0, 0.0), (-0.0, 0.0), (0.25, 0.25), (0.26, 0.3125), (0.43, 0.4375), (0.9, 1.0)] {
+            assert_eq!(outwards(most, &rimmed), reach);
+            assert_eq!(outwards(most, &ImprintSettings::default()), most);
+        }
+    }
+
+    #[test]
+    fn cells_are_as_large_as_the_next_power_of_two() {
+        for (size, edge) in [(1.0, 1.0), (1.1, 2.0), (0.13, 0.25), (0.25, 0.25), (3000.0, 4096.0)] {
+            assert_eq!(Cells::new(size).edge, edge);
+        }
+        let cells = Cells::new(0.2);
+        assert_eq!(cells.of([0.25, -0.1, 0.249]), [1, -1, 0]);
+        assert_eq!((cells.volume(cells.edge.powi(3)), cells.area(2.0 * cells.edge.powi(2))), (1 << 32, 1 << 33));
+        assert_eq!(cells.height(3 << 40, 1 << 41), 1.5 * cells.edge);
+        assert_eq!((leading(u64::MAX), leading(5)), (((1u64 << 24) - 1) as f32 * 2.0f32.powi(40), 5.0));
+    }
+
+    /// Places around two holes of different depth on a plane, in pieces of a row each.
+    fn plane() -> Vec<Piece> {
+        let distance = |p: [f32; 2], hole: f32| ((p[0] - hole).powi(2) + p[1].powi(2)).sqrt();
+        let row = |j: usize| {
+            let mut piece = Piece { count: 128, spacing: 0.1, ..Piece::EMPTY };
+            for k in 0..piece.count {
+                let p = [0.05 * k as f32 - 3.2, 0.05 * j as f32 - 1.6];
+                (piece.p[0][k], piece.p[1][k]) = (p[0], p[1]);
+                let near = distance(p, -1.5).min(distance(p, 1.5));
+                piece.depth[k] = if near < 0.5 { (0.5 - near) * (2.0 + p[0]) } else { 0.0 };
+                piece.values[k] = f16::from_f32(-piece.depth[k]);
+                (piece.free[k], piece.border[k]) = (near >= 0.5, near < 0.5 && near > 0.45);
+                piece.area[k] = 0.0025;
+            }
+            piece
+        };
+        (0..64).map(row).collect()
+    }
+
+    #[test]
+    fn what_rises_does_not_depend_on_the_order_of_the_places() {
+        let settings = ImprintSettings { rim: 0.6, rim_width: 0.4, repose: 1.3, ..ImprintSettings::default() };
+        let context = Context::serial();
+        let mut pieces = plane();
+        let risen = rise(&context, &pieces, &settings);
+        let sum = |pieces: &[Piece], risen: &[Option<[f16; BLOCK_KNOTS]>]| {
+            pieces.iter().zip(risen).map(|(piece, risen)| piece.moved(risen.as_ref())).sum::<Volumes>()
+        };
+        let volumes = sum(&pieces, &risen);
+        assert!((volumes.raised / volumes.pushed - 0.6).abs() < 0.002, "{volumes:?}");
+        pieces.reverse();
+        let mut others = rise(&context, &pieces, &settings);
+        others.reverse();
+        assert!(others == risen);
     }
 }

@@ -79,11 +79,8 @@ impl DeviceBlocks {
         let listed = Buffer::new(device, "listed blocks", room)?;
         let records = Buffer::new(device, "changed blocks", records)?;
         let slots = Buffer::new(device, "blocks' slots", slots)?;
-        let Shared { links, told, arguments, boxes, candidates } = shared;
-        let known = [links.wgpu(), slots.wgpu(), boxes.wgpu()];
-        let meeting = device.bind_as(&MEETING, &[&known[..], &[candidates.wgpu()]].concat())?;
-        let bound = [listed.wgpu(), told.wgpu(), arguments.wgpu(), candidates.wgpu()];
-        let listing = [meeting, device.bind_as(&LISTING, &[&known[..], &bound[..]].concat())?];
+        let Shared { links, told, arguments, .. } = shared;
+        let listing = Self::list_into(device, shared, &slots, &listed)?;
         let from = [links.wgpu(), listed.wgpu(), arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
         let to = [slots.wgpu(), told.wgpu(), records.wgpu()];
         let casting = device.bind(&kernel, 0, &[&from[..], &to[..]].concat())?;
@@ -93,6 +90,29 @@ impl DeviceBlocks {
     /// Blocks that an imprint may look at, blocks that imprints which are submitted together may change, and slots.
     pub fn room(&self) -> [usize; 3] {
         [self.listed.len(), self.records.len(), self.slots.len()]
+    }
+
+    /// Blocks that changed, and where they are noted by tile.
+    pub fn records(&self) -> &Buffer<Record> {
+        &self.records
+    }
+
+    pub fn slots(&self) -> &Buffer<u32> {
+        &self.slots
+    }
+
+    /// What culling lists tiles and blocks with where `shared` tells of the imprints and the blocks go to `listed`.
+    pub fn list_into(
+        device: &Device,
+        shared: &Shared,
+        slots: &Buffer<u32>,
+        listed: &Buffer<[u32; 4]>,
+    ) -> Result<[Bindings; 2]> {
+        let Shared { links, told, arguments, boxes, candidates } = shared;
+        let known = [links.wgpu(), slots.wgpu(), boxes.wgpu()];
+        let meeting = device.bind_as(&MEETING, &[&known[..], &[candidates.wgpu()]].concat())?;
+        let bound = [listed.wgpu(), told.wgpu(), arguments.wgpu(), candidates.wgpu()];
+        Ok([meeting, device.bind_as(&LISTING, &[&known[..], &bound[..]].concat())?])
     }
 
     /// What culling lists tiles with, and blocks of them.

@@ -15,6 +15,7 @@ use relievo_tiles::{DeviceTiles, Field};
 use super::blocks::{DeviceBlocks, Record};
 use super::link::{Batch, Ground, Link, MOST_LINKS, Shared, Slots, Told, Words, batches, most_voxels, parse};
 use super::meshes::DeviceMeshes;
+use super::rim::{DeviceRims, RimRoom, Rising, volumes};
 use super::state::DeviceObject;
 use super::voxel::{DeviceVoxels, VoxelRoom};
 use crate::collider::Collider;
@@ -50,6 +51,7 @@ pub(crate) struct DeviceChain {
     meshes: DeviceMeshes,
     voxels: Option<DeviceVoxels>,
     blocks: Option<DeviceBlocks>,
+    rims: Option<DeviceRims>,
     /// Changed blocks that are read back at once.
     likely: usize,
     /// Where the blocks of the last submission are, by imprint, tile and block.
@@ -65,6 +67,9 @@ enum Stage<'a> {
     /// Of the row of imprints of one object that begins with this one.
     Cull(usize),
     Raycast(usize),
+    /// What is around an imprint before it is made, and what rises there afterwards.
+    Gather(usize),
+    Raise(usize),
 }
 
 impl Stage<'_> {
@@ -74,6 +79,7 @@ impl Stage<'_> {
             Self::Measure(_) | Self::Cull(_) => "imprint.device.cull",
             Self::Voxelise(_) => "imprint.device.voxelise",
             Self::Raycast(_) => "imprint.device.raycast",
+            Self::Gather(_) | Self::Raise(_) => "imprint.device.rim",
         }
     }
 }
@@ -87,6 +93,7 @@ impl DeviceChain {
             meshes: DeviceMeshes::new(device)?,
             voxels: None,
             blocks: None,
+            rims: None,
             likely: FEW,
             kept: BTreeMap::new(),
         })
@@ -128,21 +135,29 @@ impl DeviceChain {
             self.bind(self.blocks.as_ref().map_or([FEW, FEW, slot_count], DeviceBlocks::room))?;
         }
         self.enlarge([FEW, FEW, slot_count])?;
-        let (told, records) = loop {
+        let rims = links.iter().map(|link| self.tell_around(link, targets, &slots)).collect::<Result<Vec<_>>>()?;
+        let mut rim_room = rims.iter().any(Option::is_some).then(RimRoom::default);
+        let (told, records, moved) = loop {
+            if let Some(room) = rim_room {
+                let blocks = self.blocks.as_ref().ok_or_else(no_blocks)?;
+                let voxels = self.voxels.as_ref().ok_or_else(no_voxels)?;
+                DeviceRims::prepare(&mut self.rims, &self.device, &self.shared, voxels, blocks, room)?;
+            }
             let [room, record_room, _] = self.blocks()?.room();
             words.iter_mut().for_each(|words| words.set_room([room, record_room]));
-            let (kept, told, records) = self.submit(context, targets, links, &words, &batches)?;
-            let found = told.iter().map(|told| told.found as usize).max().unwrap_or_default();
-            if found <= room && kept <= record_room {
-                break (told, records);
+            let made = self.submit(context, targets, links, (&words, &rims), &batches)?;
+            let found = made.told.iter().map(|told| told.found as usize).max().unwrap_or_default();
+            if found <= room && made.kept <= record_room && made.rim_room == rim_room {
+                break (made.told, made.records, made.moved);
             }
-            self.enlarge([found, kept, slot_count])?;
+            rim_room = made.rim_room;
+            self.enlarge([found, made.kept, slot_count])?;
         };
         targets.iter_mut().for_each(|target| target.state.settle_culling());
         told.iter().try_for_each(Told::check)?;
         let place = |(place, record): (u32, &Record)| ((record.link(), record.tile, record.block()), place);
         self.kept = (0..).zip(&records).map(place).collect();
-        Ok(casts(targets, links, &told, &records))
+        Ok(casts(targets, links, &told, &records, &moved))
     }
 
     /// Writes what the last submission left of an object into what the device has of its displacement, which is `field`
@@ -172,18 +187,34 @@ impl DeviceChain {
         Ok(Words::new(link, self.meshes.place(link.mesh)?, &ground))
     }
 
+    /// What kernels are told of what an imprint raises, and where.
+    fn tell_around(
+        &self,
+        link: &Link,
+        targets: &[Target<'_>],
+        slots: &[Option<Slots>],
+    ) -> Result<Option<(Rising, Words)>> {
+        let Some(rising) = link.rising else { return Ok(None) };
+        let around = link.around(&rising, targets[link.target].object.transform());
+        Ok(Some((rising, self.tell(&around, targets, slots)?)))
+    }
+
     fn voxels(&self) -> Result<&DeviceVoxels> {
-        self.voxels.as_ref().ok_or_else(|| Error::internal("no room for voxels"))
+        self.voxels.as_ref().ok_or_else(no_voxels)
     }
 
     fn blocks(&self) -> Result<&DeviceBlocks> {
-        self.blocks.as_ref().ok_or_else(|| Error::internal("no room for blocks"))
+        self.blocks.as_ref().ok_or_else(no_blocks)
+    }
+
+    fn rims(&self) -> Result<&DeviceRims> {
+        self.rims.as_ref().ok_or_else(|| Error::internal("no room for rims"))
     }
 
     /// Makes room for as many blocks, records and slots, and no other.
     fn bind(&mut self, room: [usize; 3]) -> Result<()> {
         // What they took is free before more is asked for.
-        self.blocks = None;
+        (self.blocks, self.rims) = (None, None);
         self.blocks = Some(DeviceBlocks::new(&self.device, &self.shared, self.voxels()?, room)?);
         Ok(())
     }
@@ -217,19 +248,26 @@ impl DeviceChain {
                 let fields = [tiles, target.begun().unwrap_or(tiles)];
                 blocks.cast(pass, shared, &target.state.surface, fields, link)
             }
+            Stage::Gather(link) => {
+                let state = &*targets[links[link].target].state;
+                self.rims()?.gather(pass, state.culling()?, (&state.surface, &state.tiles), link)
+            }
+            Stage::Raise(link) => {
+                let state = &*targets[links[link].target].state;
+                self.rims()?.raise(pass, (&state.surface, &state.tiles), link)
+            }
         }
     }
 
-    /// Records and submits everything. Returns how many blocks changed, what is told of every imprint, and the blocks, as
-    /// many as there was room for.
+    /// Records and submits everything.
     fn submit(
         &mut self,
         context: &Context,
         targets: &[Target<'_>],
         links: &[Link],
-        words: &[Words],
+        (words, rims): (&[Words], &[Option<(Rising, Words)>]),
         batches: &[Batch],
-    ) -> Result<(usize, Vec<Told>, Vec<Record>)> {
+    ) -> Result<Submitted> {
         let device = &self.device.clone();
         let time = context.stats().begin("imprint.device.submit");
         let mut frame = device.frame()?;
@@ -238,7 +276,16 @@ impl DeviceChain {
         if words.iter().any(Words::is_chained) {
             blocks.clear_slots(&mut frame);
         }
-        let each = |link| [Stage::Cull(link), Stage::Raycast(link)];
+        let rising = rims.iter().any(Option::is_some);
+        if rising {
+            self.rims()?.begin(device, &mut frame, rims)?;
+        }
+        let each = |link: usize| {
+            let (gather, raise) = (Stage::Gather(link), Stage::Raise(link));
+            let rises = rims[link].is_some();
+            let before = rises.then_some(gather).into_iter();
+            before.chain([Stage::Cull(link), Stage::Raycast(link)]).chain(rises.then_some(raise))
+        };
         let of_batch = |batch| std::iter::once(Stage::Voxelise(batch)).chain(batch.rows.iter().copied().flat_map(each));
         let mut stages = (0..targets.len()).map(Stage::Measure).chain(batches.iter().flat_map(of_batch));
         if device.is_timed() {
@@ -252,6 +299,9 @@ impl DeviceChain {
         let told = self.shared.read_told(&mut frame, links.len())?;
         let likely = self.likely.min(record_room);
         let first = blocks.read(&mut frame, 0..likely)?;
+        let moved = |frame: &mut _, range| rising.then(|| self.rims()?.read_volumes(frame, range)).transpose();
+        let first_moved = moved(&mut frame, 0..likely)?;
+        let told_rims = rising.then(|| self.rims()?.read(&mut frame, links.len())).transpose()?;
         let submission = frame.submit()?;
         time.end();
         let (kept, told) = parse(&told.get(device)?);
@@ -261,28 +311,55 @@ impl DeviceChain {
         }
         let there = kept.min(record_room);
         records.truncate(there);
+        let mut all_moved = first_moved.map_or(Ok(Vec::new()), |it| it.get(device))?;
+        all_moved.truncate(there);
         if there > likely {
             let mut frame = device.frame()?;
             let rest = blocks.read(&mut frame, likely..there)?;
+            let rest_moved = moved(&mut frame, likely..there)?;
             let _ = frame.submit()?;
             records.extend(rest.get(device)?);
+            all_moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);
         }
+        let rim_room = told_rims.map(|read| self.rims()?.needed(context, device, read)).transpose()?;
         self.likely = (kept + kept / 4).max(FEW);
-        Ok((kept, told, records))
+        Ok(Submitted { kept, told, records, moved: all_moved, rim_room })
     }
 }
 
+/// What came back of a submission.
+struct Submitted {
+    /// Blocks that changed.
+    kept: usize,
+    /// What is told of every imprint.
+    told: Vec<Told>,
+    /// The blocks, as many as there was room for, and their volumes where something rises.
+    records: Vec<Record>,
+    moved: Vec<[f32; 2]>,
+    /// The room that rims need.
+    rim_room: Option<RimRoom>,
+}
+
+fn no_blocks() -> Error {
+    Error::internal("no room for blocks")
+}
+
+fn no_voxels() -> Error {
+    Error::internal("no room for voxels")
+}
+
 /// Where the blocks of every target are noted that imprints change before others look at them: of targets that several
-/// imprints meet. And how many such places there are.
+/// imprints meet, or that rise. And how many such places there are.
 fn slots(targets: &[Target<'_>], links: &[Link]) -> (Vec<Option<Slots>>, usize) {
     let mut count = 0;
     let each = targets.iter().enumerate().map(|(index, target)| {
-        if links.iter().filter(|link| link.target == index).count() < 2 {
+        let own = || links.iter().filter(|link| link.target == index);
+        if own().count() < 2 && own().all(|link| link.rising.is_none()) {
             return None;
         }
         let field = target.object.displacement().field();
         let blocks = |tile| (field.size(tile) / block_edge(field.size(tile))).pow(2);
-        let stride = 1 + (0..field.tile_count() as u32).map(blocks).max().unwrap_or(1);
+        let stride = 2 + (0..field.tile_count() as u32).map(blocks).max().unwrap_or(1);
         let base = count;
         count += field.tile_count() * stride as usize;
         Some(Slots { base: base as u32, stride })
@@ -291,22 +368,29 @@ fn slots(targets: &[Target<'_>], links: &[Link]) -> (Vec<Option<Slots>>, usize) 
 }
 
 /// What the imprints did, from what was read back.
-fn casts(targets: &[Target<'_>], links: &[Link], told: &[Told], records: &[Record]) -> Vec<Cast> {
-    let mut order: Vec<&Record> = records.iter().collect();
-    order.sort_unstable_by_key(|record| (record.link(), record.tile, record.block()));
+fn casts(targets: &[Target<'_>], links: &[Link], told: &[Told], records: &[Record], moved: &[[f32; 2]]) -> Vec<Cast> {
+    let moved = moved.iter().copied().chain(std::iter::repeat([0.0; 2]));
+    let mut order: Vec<(&Record, [f32; 2])> = records.iter().zip(moved).collect();
+    order.sort_unstable_by_key(|(record, _)| (record.link(), record.tile, record.block()));
     let mut order = &order[..];
     let mut all = Vec::with_capacity(links.len());
     for (index, (link, told)) in links.iter().zip(told).enumerate() {
-        let (own, rest) = order.split_at(order.partition_point(|record| record.link() <= index as u32));
+        let (own, rest) = order.split_at(order.partition_point(|(record, _)| record.link() <= index as u32));
         order = rest;
         let field = targets[link.target].object.displacement().field();
-        let dents = own.chunk_by(|a, b| a.tile == b.tile).map(|tile| {
-            let mut dents = TileDents { tile: tile[0].tile, ..TileDents::default() };
+        let rises = link.rising.is_some();
+        let by_tile = || own.chunk_by(|(a, _), (b, _)| a.tile == b.tile);
+        let of_tile = |tile: &[(&Record, [f32; 2])]| (tile[0].0.tile, tile.iter().map(|(_, it)| volumes(*it)).sum());
+        let dents = by_tile().map(|tile| {
+            let mut dents = TileDents { tile: tile[0].0.tile, ..TileDents::default() };
             debug_assert!((dents.tile as usize) < field.tile_count());
-            for record in tile {
+            for (record, _) in tile {
                 let halves: &[f16] = bytemuck::cast_slice(&record.values);
                 let mut values = [f16::ZERO; BLOCK_KNOTS];
                 values.copy_from_slice(halves);
+                if rises {
+                    dents.most = values.iter().copied().fold(dents.most, f16::max);
+                }
                 dents.blocks.push(DentBlock { index: record.block(), values });
                 dents.changed += record.changed;
                 dents.least = dents.least.min(unkey(record.least as i16));
@@ -319,6 +403,7 @@ fn casts(targets: &[Target<'_>], links: &[Link], told: &[Told], records: &[Recor
             tested: told.tested.into(),
             clamped: told.clamped.into(),
             triangles: link.triangles,
+            volumes: rises.then(|| by_tile().map(of_tile).collect()),
         });
     }
     all

@@ -1,8 +1,9 @@
 //! Imprints of colliders on a graphics device: which are made there, several at a time, and what happens where it fails.
 //!
-//! Imprints that only push are submitted together, since each can start from what those before it left on the device, and
-//! their grids do not depend on that: what reaches outwards stays, and inwards all reach equally far. Where rims rise or
-//! what changed is smoothed, which the processor does, they are submitted one by one.
+//! Imprints that push and raise rims are submitted together, since each can start from what those before it left on the
+//! device. Their grids seldom depend on that: inwards all reach equally far, and what reaches outwards stays; where a rim
+//! raises it by a step, those that follow are made again. Where what changed is smoothed, which the processor does, they
+//! are submitted one by one.
 
 use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_tiles::Field;
@@ -16,6 +17,7 @@ use crate::knots::block_edge;
 use crate::layered::LayeredObject;
 use crate::object::DisplacedObject;
 use crate::raycast::TileDents;
+use crate::rim::outwards;
 
 /// Whether imprints of the given settings on `object` are for its device: displacement along normals, of tiles that are
 /// culled. Colliders that are too far from a grid are besides, see [`Link::new`].
@@ -23,9 +25,9 @@ fn is_for_device(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
     object.device.is_some() && object.vectors.is_none() && settings.culling != 0 && settings.share > 0.0
 }
 
-/// Whether imprints of the given settings can be submitted with others: what rises or is smoothed is the processor's.
+/// Whether imprints of the given settings can be submitted with others: what is smoothed is the processor's.
 pub(crate) fn is_for_batch(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
-    is_for_device(object, settings) && settings.rim <= 0.0 && settings.smoothing <= 0.0
+    is_for_device(object, settings) && settings.smoothing <= 0.0
 }
 
 /// An imprint whose grid is known.
@@ -35,6 +37,8 @@ struct Ready {
     settings: ImprintSettings,
     /// `None` where the two do not meet.
     grid: Option<Grid>,
+    /// How far outwards the boxes reach that it was found by.
+    most: f32,
 }
 
 /// Imprints that are to be submitted together.
@@ -59,9 +63,10 @@ impl Batch {
         let grid = context.stats().time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?;
         if let Some(grid) = &grid {
             let Some(link) = Link::new(context, target, collider, grid, &settings.limits()) else { return Ok(false) };
-            self.links.push(link);
+            self.links.push(link.raising(settings));
         }
-        self.all.push(Ready { target, settings: *settings, grid });
+        let most = outwards(object.reach()[1], settings);
+        self.all.push(Ready { target, settings: *settings, grid, most });
         Ok(true)
     }
 }
@@ -123,7 +128,7 @@ impl Imprinter {
         if !is_for_device(object, settings) {
             return None;
         }
-        let link = Link::new(context, 0, collider, grid, &settings.limits())?;
+        let link = Link::new(context, 0, collider, grid, &settings.limits())?.raising(settings);
         self.cast_together(context, &mut [object], start, &[collider], &[link])?.pop()
     }
 
@@ -172,8 +177,8 @@ impl Imprinter {
     }
 
     /// Writes what imprints that were made together found, up to one after which others would have found something else:
-    /// one of which the budget refused tiles, or whose coefficients the ring update changed, as it does where those of
-    /// several tiles meet at an extraordinary vertex.
+    /// one of which the budget refused tiles, whose coefficients the ring update changed, as it does where those of several
+    /// tiles meet at an extraordinary vertex, or after which the boxes of others reach further.
     fn take_up(
         &mut self,
         context: &Context,
@@ -185,6 +190,9 @@ impl Imprinter {
         let mut casts = casts.into_iter();
         for ready in all {
             let object = &mut *objects[ready.target];
+            if outwards(object.reach()[1], &ready.settings) != ready.most {
+                break;
+            }
             let mut report = Report { bytes: object.displacement().bytes(), sub_steps: 1, ..Report::default() };
             let mut stays = true;
             if let Some(grid) = &ready.grid {

@@ -9,10 +9,12 @@ use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Buffer, Device, Frame, Readback};
 
 use super::meshes::Place;
+use super::rim::Rising;
 use super::voxel::VoxelRoom;
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
 use crate::grid::Grid;
+use crate::imprint::ImprintSettings;
 use crate::lattice::Lattice;
 use crate::raycast::{Limits, deepest};
 use crate::voxel::Side;
@@ -30,6 +32,8 @@ pub(crate) struct Link {
     pub grid: Grid,
     limits: Limits,
     lattice: Lattice,
+    /// What it raises.
+    pub rising: Option<Rising>,
 }
 
 /// Voxels from the grid within which kernels place points, less what rounding takes.
@@ -58,7 +62,18 @@ impl Link {
             grid: *grid,
             limits: *limits,
             lattice,
+            rising: None,
         }
+    }
+
+    /// As an imprint of these settings, whose limits it has.
+    pub fn raising(self, settings: &ImprintSettings) -> Self {
+        Self { rising: Rising::of(settings), ..self }
+    }
+
+    /// The same around its contact, where something rises on an object with this transform.
+    pub fn around(&self, rising: &Rising, transform: &DAffine3) -> Self {
+        Self { grid: rising.grid(&self.grid, transform), ..*self }
     }
 }
 
@@ -111,6 +126,8 @@ const OPEN: u32 = 2;
 const MIRRORED: u32 = 4;
 const STARTED: u32 = 8;
 const CHAINED: u32 = 16;
+/// Something rises, so that blocks look at others: kernels do not ask.
+const RISING: u32 = 128;
 
 /// Where the slots of an object are: of every tile what imprints left of it and of its blocks.
 #[derive(Clone, Copy, Debug)]
@@ -146,7 +163,8 @@ impl Words {
             | flag(!place.closed, OPEN)
             | flag(mirrored, MIRRORED)
             | flag(ground.started, STARTED)
-            | flag(ground.slots.is_some(), CHAINED);
+            | flag(ground.slots.is_some(), CHAINED)
+            | flag(link.rising.is_some(), RISING);
         let Slots { base, stride } = ground.slots.unwrap_or(Slots { base: 0, stride: 0 });
         Self {
             lattice_x: rows[0],
@@ -196,6 +214,11 @@ impl Words {
     pub fn is_chained(&self) -> bool {
         self.flags & CHAINED != 0
     }
+
+    /// Whether it may be taken together with others of the same object.
+    fn is_for_row(&self) -> bool {
+        self.flags & RISING == 0
+    }
 }
 
 /// Imprints that are submitted together at most.
@@ -224,7 +247,8 @@ pub(super) struct Batch {
     /// Room that they need.
     pub room: VoxelRoom,
     pub waves: Vec<Wave>,
-    /// The first imprint of each of their objects: the next of the same object follow it by `Link.next`.
+    /// The first imprint of every row: the next of the same object follow it by `Link.next`, up to one that raises
+    /// something, which is a row of its own.
     pub rows: Vec<usize>,
 }
 
@@ -282,8 +306,10 @@ pub(super) fn batches(words: &mut [Words], targets: &[usize], most_voxels: usize
             batch.room.and(VoxelRoom([points, items, 0, columns, bits])).or(VoxelRoom([0, 0, wave.turns, 0, 0]));
         batch.links.end = index + 1;
         match (batch.links.start..index).rev().find(|before| targets[*before] == targets[index]) {
-            Some(before) => words[before].next = index as u32,
-            None => batch.rows.push(index),
+            Some(before) if words[before].is_for_row() && words[index].is_for_row() => {
+                words[before].next = index as u32
+            }
+            _ => batch.rows.push(index),
         }
     }
     Ok(batches)

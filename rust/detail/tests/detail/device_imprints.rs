@@ -21,11 +21,11 @@ fn sheet() -> Mesh {
     mesh
 }
 
-fn object(context: &Context, size: u32, transform: DAffine3) -> DisplacedObject {
+pub fn object(context: &Context, size: u32, transform: DAffine3) -> DisplacedObject {
     object_of(context, sheet(), size, transform)
 }
 
-fn object_of(context: &Context, mesh: Mesh, size: u32, transform: DAffine3) -> DisplacedObject {
+pub fn object_of(context: &Context, mesh: Mesh, size: u32, transform: DAffine3) -> DisplacedObject {
     let surface = Surface::new(context, &mesh, &SurfaceOptions::default()).unwrap();
     let options = DisplacementOptions { size, face_sizes: vec![(3, 64), (8, 8)], ..DisplacementOptions::default() };
     let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
@@ -33,7 +33,7 @@ fn object_of(context: &Context, mesh: Mesh, size: u32, transform: DAffine3) -> D
 }
 
 /// A ball of 2,208 triangles.
-fn ball(context: &Context, radius: f32) -> Collider {
+pub fn ball(context: &Context, radius: f32) -> Collider {
     let (n, m) = (48u32, 24u32);
     let mut points = vec![[0.0, 0.0, -radius], [0.0, 0.0, radius]];
     let at = |i: u32, j: u32| match j {
@@ -60,7 +60,7 @@ fn ball(context: &Context, radius: f32) -> Collider {
     Collider::new(context, points, triangles, DAffine3::IDENTITY).unwrap()
 }
 
-fn settings() -> ImprintSettings {
+pub fn settings() -> ImprintSettings {
     ImprintSettings { voxels: 1 << 18, max_displacement: 0.6, ..ImprintSettings::default() }
 }
 
@@ -75,7 +75,7 @@ fn order(half: f16) -> i32 {
 }
 
 /// Coefficients that are more than one half float apart, and all.
-fn difference(a: &Field, b: &Field) -> (usize, usize) {
+pub fn difference(a: &Field, b: &Field) -> (usize, usize) {
     assert_eq!(allocated(a), allocated(b), "the tiles that are allocated");
     let pairs = a.allocated().flat_map(|tile| a.block(tile).unwrap().iter().zip(b.block(tile).unwrap()));
     pairs.fold((0, 0), |(apart, all), (a, b)| (apart + usize::from((order(*a) - order(*b)).abs() > 1), all + 1))
@@ -117,7 +117,7 @@ fn press(
     report
 }
 
-fn transforms() -> [DAffine3; 3] {
+pub fn transforms() -> [DAffine3; 3] {
     let turned = DAffine3::from_rotation_translation(DQuat::from_rotation_y(0.3), DVec3::new(1.0, -2.0, 0.5));
     let stretched = DAffine3::from_scale(DVec3::new(1.0, 1.2, 0.9)) * turned;
     [DAffine3::IDENTITY, turned, DAffine3::from_translation(DVec3::new(40.0, 70.0, -10.0)) * stretched]
@@ -302,14 +302,18 @@ fn sweeps_of_a_device_are_those_of_the_processor() {
 }
 
 /// A flat sheet without extraordinary vertices, at which imprints are not independent of the ring update.
-fn plate() -> Mesh {
+pub fn plate() -> Mesh {
     let points = (0..64).map(|k| [(k % 8) as f32, (k / 8) as f32, 0.0]).collect();
     let corners = (0..49u32).map(|k| 8 * (k / 7) + k % 7).flat_map(|a| [a, a + 1, a + 9, a + 8]).collect();
     Mesh::new(points, vec![4; 49], corners)
 }
 
 /// Compares objects that a device imprinted, and what was reported of it, with the processor's.
-fn assert_alike(here: &[DisplacedObject], there: &mut [DisplacedObject], (expected, found): (&[Report], &[Report])) {
+pub fn assert_alike(
+    here: &[DisplacedObject],
+    there: &mut [DisplacedObject],
+    (expected, found): (&[Report], &[Report]),
+) {
     assert_eq!(found.len(), expected.len());
     for (a, b) in found.iter().zip(expected) {
         assert_eq!((&a.changed, a.sub_steps, a.allocated, a.bytes), (&b.changed, b.sub_steps, b.allocated, b.bytes));
