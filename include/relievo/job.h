@@ -14,6 +14,7 @@
 #include "relievo/bake.h"
 #include "relievo/document.h"
 #include "relievo/imprint.h"
+#include "relievo/progressive.h"
 #include "relievo/ptex.h"
 #include "relievo/tessellate.h"
 
@@ -70,6 +71,10 @@ RLV_API RlvResult rlv_job_ptex_read(RlvDetail detail, const char *path, const Rl
 RLV_API RlvResult rlv_job_transfer(RlvContext context, const char *path, RlvMesh to, const char *to_path,
                                    const RlvTransferOptions *options, RlvJob *out);
 
+/* Starts rlv_progressive_create, of a copy of the mesh; rlv_job_progressive_mesh has what it builds. Fails as
+ * rlv_progressive_create does, as a job or at once. */
+RLV_API RlvResult rlv_job_progressive(RlvMesh mesh, const RlvProgressiveOptions *options, RlvJob *out);
+
 RLV_API RlvResult rlv_job_retain(RlvJob job);
 RLV_API RlvResult rlv_job_release(RlvJob job);
 
@@ -92,6 +97,10 @@ RLV_API RlvResult rlv_job_result(RlvJob job);
 /* The mesh that rlv_job_tessellate made, the same one every time. Fails as rlv_job_result does, and if the job makes no
  * mesh. */
 RLV_API RlvResult rlv_job_mesh(RlvJob job, RlvMesh *out);
+
+/* The progressive mesh that rlv_job_progressive built, the same one every time. Fails as rlv_job_result does, and if the
+ * job was another. */
+RLV_API RlvResult rlv_job_progressive_mesh(RlvJob job, RlvProgressive *out);
 
 /* What rlv_job_sweep or rlv_job_sweep_points did. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_imprint_report(RlvJob job, RlvImprintReport *out);

@@ -1143,6 +1143,117 @@ public:
     }
 };
 
+/// See relievo/progressive.h.
+class Progressive : public Reference<RlvProgressive, rlv_progressive_retain, rlv_progressive_release> {
+public:
+    using Reference::Reference;
+
+    /// Builds one of a mesh's triangles.
+    static Progressive create(const Mesh &mesh,
+                              const RlvProgressiveOptions &options = RLV_PROGRESSIVE_OPTIONS_INIT,
+                              const Progress &progress = nullptr) {
+        Watch watch(progress);
+        Progressive made;
+        watch.check(rlv_progressive_create(mesh.get(), &options, watch.callback(), &watch, made.out()));
+        return made;
+    }
+
+    /// Reads a file, or as much of it as so many triangles need.
+    static Progressive read(const Context &context, const std::string &path, std::size_t triangles = SIZE_MAX) {
+        Progressive made;
+        check(rlv_progressive_read(context.get(), path.c_str(), triangles, made.out()));
+        return made;
+    }
+
+    void write(const std::string &path) const { check(rlv_progressive_write(get(), path.c_str())); }
+
+    RlvProgressiveInfo info() const {
+        RlvProgressiveInfo info = RLV_PROGRESSIVE_INFO_INIT;
+        check(rlv_progressive_info(get(), &info));
+        return info;
+    }
+};
+
+/// See relievo/level.h.
+class Level : public Reference<RlvLevel, rlv_level_retain, rlv_level_release> {
+public:
+    using Reference::Reference;
+
+    /// What an update keeps up to date. Vectors have room for the finest mesh and more elements than there are.
+    struct Buffers {
+        std::vector<Float3> points, normals;
+        std::vector<Triangle> triangles;
+        /// What the last update left in them.
+        RlvLevelUpdate last = RLV_LEVEL_UPDATE_INIT;
+
+        /// With room for any level of a mesh.
+        explicit Buffers(const Progressive &whole) {
+            const RlvProgressiveInfo info = whole.info();
+            points.resize(info.vertex_count);
+            normals.resize(info.vertex_count);
+            triangles.resize(info.triangle_count);
+        }
+    };
+
+    /// The base mesh.
+    static Level create(const Progressive &whole) {
+        Level made;
+        check(rlv_level_create(whole.get(), made.out()));
+        return made;
+    }
+
+    RlvLevelInfo info() const {
+        RlvLevelInfo info = RLV_LEVEL_INFO_INIT;
+        check(rlv_level_info(get(), &info));
+        return info;
+    }
+
+    void set_error(float error) const { check(rlv_level_set_error(get(), error)); }
+    void set_triangles(std::size_t triangles) const { check(rlv_level_set_triangles(get(), triangles)); }
+    void set_view(const RlvLevelView &view) const { check(rlv_level_set_view(get(), &view)); }
+
+    /// Moves and turns regions. Returns how many vertices were reached.
+    std::size_t edit(const std::vector<RlvLevelHandle> &handles, const std::vector<RlvLevelRegion> &anchors = {}) const {
+        RlvLevelEdit edit = RLV_LEVEL_EDIT_INIT;
+        edit.handles = handles.data();
+        edit.handle_count = handles.size();
+        edit.anchors = anchors.data();
+        edit.anchor_count = anchors.size();
+        std::size_t reached = 0;
+        check(rlv_level_edit(get(), &edit, &reached));
+        return reached;
+    }
+
+    void undo() const { check(rlv_level_undo(get())); }
+    void redo() const { check(rlv_level_redo(get())); }
+
+    /// Writes what has changed since the last update of the same buffers, or everything.
+    void update(Buffers &buffers, bool is_whole = false) const {
+        RlvLevelBuffers room = RLV_LEVEL_BUFFERS_INIT;
+        room.is_whole = is_whole ? 1 : 0;
+        room.points = buffers.points.empty() ? nullptr : buffers.points.front().data();
+        room.normals = buffers.normals.empty() ? nullptr : buffers.normals.front().data();
+        room.vertex_capacity = (std::min)(buffers.points.size(), buffers.normals.size());
+        room.triangles = buffers.triangles.empty() ? nullptr : buffers.triangles.front().data();
+        room.triangle_capacity = buffers.triangles.size();
+        check(rlv_level_update(get(), &room, &buffers.last));
+    }
+
+    /// A mesh of it as it is now.
+    Mesh mesh() const {
+        RlvMesh made{0};
+        check(rlv_level_mesh(get(), &made));
+        return Mesh(made);
+    }
+
+    /// A progressive mesh of its own with the edits at all levels.
+    Progressive settle() const {
+        RlvProgressive made{0};
+        check(rlv_level_settle(get(), &made));
+        return Progressive(made);
+    }
+};
+
 /// See relievo/job.h. One that is let go of while it runs is cancelled.
 class Job : public Reference<RlvJob, rlv_job_retain, rlv_job_release> {
 public:
@@ -1207,6 +1318,12 @@ public:
         return made;
     }
 
+    static Job build(const Mesh &mesh, const RlvProgressiveOptions &options = RLV_PROGRESSIVE_OPTIONS_INIT) {
+        Job made;
+        check(rlv_job_progressive(mesh.get(), &options, made.out()));
+        return made;
+    }
+
     RlvJobInfo poll() const {
         RlvJobInfo info = RLV_JOB_INFO_INIT;
         check(rlv_job_poll(get(), &info));
@@ -1228,6 +1345,12 @@ public:
         RlvMesh made{0};
         check(rlv_job_mesh(get(), &made));
         return Mesh(made);
+    }
+
+    Progressive progressive() const {
+        RlvProgressive made{0};
+        check(rlv_job_progressive_mesh(get(), &made));
+        return Progressive(made);
     }
 
     RlvImprintReport imprint_report() const {

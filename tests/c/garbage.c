@@ -1,5 +1,5 @@
-/* What a host may hand over by mistake to layers, documents, pictures, procedurals, jobs and Bezier patches, of tiles and of
- * triangles: NULL, handles that are dead, of another noun or made up, descriptors of other sizes, numbers that are none, and two threads
+/* What a host may hand over by mistake to layers, documents, pictures, procedurals, jobs, Bezier patches and levels, of tiles and
+ * of triangles: NULL, handles that are dead, of another noun or made up, descriptors of other sizes, numbers that are none, and two threads
  * at once. All is an error by the rules of the headers, or done. */
 #include "ball.h"
 
@@ -78,10 +78,31 @@ static RlvResult update_buffer(uint64_t id) { return rlv_buffer_update((RlvBuffe
 static RlvResult release_buffer(uint64_t id) { return rlv_buffer_release((RlvBuffer){id}); }
 static RlvResult read_buffer(uint64_t id) { float out[6]; return rlv_buffer_read((RlvBuffer){id}, 0, 1, out, 0); }
 static RlvResult vulkan_buffer(uint64_t id) { RlvBufferVulkan out = RLV_BUFFER_VULKAN_INIT; return rlv_buffer_vulkan((RlvBuffer){id}, &out); }
+static RlvResult build_progressive(uint64_t id) { RlvProgressive out; return rlv_progressive_create((RlvMesh){id}, NULL, NULL, NULL, &out); }
+static RlvResult job_progressive(uint64_t id) { RlvJob out; return rlv_job_progressive((RlvMesh){id}, NULL, &out); }
+static RlvResult job_progressive_mesh(uint64_t id) { RlvProgressive out; return rlv_job_progressive_mesh((RlvJob){id}, &out); }
+static RlvResult read_progressive(uint64_t id) { RlvProgressive out; return rlv_progressive_read((RlvContext){id}, "a.rlvpm", 1, &out); }
+static RlvResult write_progressive(uint64_t id) { return rlv_progressive_write((RlvProgressive){id}, "a.rlvpm"); }
+static RlvResult retain_progressive(uint64_t id) { return rlv_progressive_retain((RlvProgressive){id}); }
+static RlvResult release_progressive(uint64_t id) { return rlv_progressive_release((RlvProgressive){id}); }
+static RlvResult progressive_info(uint64_t id) { RlvProgressiveInfo out = RLV_PROGRESSIVE_INFO_INIT; return rlv_progressive_info((RlvProgressive){id}, &out); }
+static RlvResult create_level(uint64_t id) { RlvLevel out; return rlv_level_create((RlvProgressive){id}, &out); }
+static RlvResult retain_level(uint64_t id) { return rlv_level_retain((RlvLevel){id}); }
+static RlvResult release_level(uint64_t id) { return rlv_level_release((RlvLevel){id}); }
+static RlvResult level_info(uint64_t id) { RlvLevelInfo out = RLV_LEVEL_INFO_INIT; return rlv_level_info((RlvLevel){id}, &out); }
+static RlvResult level_error(uint64_t id) { return rlv_level_set_error((RlvLevel){id}, 0.0f); }
+static RlvResult level_triangles(uint64_t id) { return rlv_level_set_triangles((RlvLevel){id}, 9); }
+static RlvResult level_view(uint64_t id) { RlvLevelView view = RLV_LEVEL_VIEW_INIT; return rlv_level_set_view((RlvLevel){id}, &view); }
+static RlvResult edit_level(uint64_t id) { RlvLevelEdit edit = RLV_LEVEL_EDIT_INIT; return rlv_level_edit((RlvLevel){id}, &edit, NULL); }
+static RlvResult undo_level(uint64_t id) { return rlv_level_undo((RlvLevel){id}); }
+static RlvResult redo_level(uint64_t id) { return rlv_level_redo((RlvLevel){id}); }
+static RlvResult update_level(uint64_t id) { RlvLevelBuffers room = RLV_LEVEL_BUFFERS_INIT; return rlv_level_update((RlvLevel){id}, &room, NULL); }
+static RlvResult level_mesh(uint64_t id) { RlvMesh out; return rlv_level_mesh((RlvLevel){id}, &out); }
+static RlvResult settle_level(uint64_t id) { RlvProgressive out; return rlv_level_settle((RlvLevel){id}, &out); }
 static RlvResult evaluate(uint64_t id) { RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT; return rlv_procedural_evaluate((RlvProcedural){id}, &hits); }
 
 /* The nouns whose handles a function takes. */
-enum { CONTEXT, DETAIL, DOCUMENT, PICTURE, PROCEDURAL, JOB, BEZIER, BUFFER, NOUNS };
+enum { CONTEXT, MESH, DETAIL, DOCUMENT, PICTURE, PROCEDURAL, JOB, BEZIER, BUFFER, PROGRESSIVE, LEVEL, NOUNS };
 
 static const struct {
     ByHandle call;
@@ -103,7 +124,13 @@ static const struct {
     {job_report, JOB},            {read_bezier, CONTEXT},        {retain_bezier, BEZIER},       {release_bezier, BEZIER},
     {bezier_info, BEZIER},        {bezier_controls, BEZIER},     {evaluate_bezier, BEZIER},     {bezier_levels, BEZIER},
     {count_bezier, BEZIER},       {bezier_mesh, BEZIER},         {update_buffer, BUFFER},       {release_buffer, BUFFER},
-    {read_buffer, BUFFER},        {vulkan_buffer, BUFFER},
+    {read_buffer, BUFFER},        {vulkan_buffer, BUFFER},       {build_progressive, MESH},    {job_progressive, MESH},
+    {job_progressive_mesh, JOB},  {read_progressive, CONTEXT},   {write_progressive, PROGRESSIVE},
+    {retain_progressive, PROGRESSIVE}, {release_progressive, PROGRESSIVE}, {progressive_info, PROGRESSIVE},
+    {create_level, PROGRESSIVE},  {retain_level, LEVEL},         {release_level, LEVEL},       {level_info, LEVEL},
+    {level_error, LEVEL},         {level_triangles, LEVEL},      {level_view, LEVEL},          {edit_level, LEVEL},
+    {undo_level, LEVEL},          {redo_level, LEVEL},           {update_level, LEVEL},        {level_mesh, LEVEL},
+    {settle_level, LEVEL},
 };
 
 /* What is garbage to one host is another's object: all that is there. */
@@ -114,6 +141,8 @@ typedef struct Objects {
     RlvProcedural procedural;
     RlvJob job;
     RlvBezier bezier;
+    RlvProgressive progressive;
+    RlvLevel level;
     char path[64];
 } Objects;
 
@@ -148,6 +177,8 @@ static Objects make(RlvContext context, uint32_t kind, const char *name) {
     arrays.points = points[0];
     arrays.point_count = 16;
     CHECK_OK(rlv_bezier_create(context, &arrays, &made.bezier));
+    CHECK_OK(rlv_progressive_create(plane, NULL, NULL, NULL, &made.progressive));
+    CHECK_OK(rlv_level_create(made.progressive, &made.level));
     CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_mesh_release(plane));
     return made;
@@ -159,6 +190,8 @@ static void release(Objects objects) {
     CHECK_OK(rlv_procedural_release(objects.procedural));
     CHECK_OK(rlv_job_release(objects.job));
     CHECK_OK(rlv_bezier_release(objects.bezier));
+    CHECK_OK(rlv_level_release(objects.level));
+    CHECK_OK(rlv_progressive_release(objects.progressive));
     CHECK_OK(rlv_detail_release(objects.detail));
     remove(objects.path);
 }
@@ -167,10 +200,10 @@ static void check_handles(RlvContext context, Objects objects) {
     const Objects dead = make(context, RLV_SURFACE_CATMULL_CLARK, "dead");
     release(dead);
     /* A buffer needs a device; c_buffer has them. */
-    const uint64_t alive[NOUNS] = {context.id, objects.detail.id, objects.document.id, objects.picture.id, objects.procedural.id,
-                                   objects.job.id, objects.bezier.id, 0};
+    const uint64_t alive[NOUNS] = {context.id, 0, objects.detail.id, objects.document.id, objects.picture.id, objects.procedural.id,
+                                   objects.job.id, objects.bezier.id, 0, objects.progressive.id, objects.level.id};
     const uint64_t others[] = {0, 1, UINT64_MAX, dead.detail.id, dead.document.id, dead.picture.id, dead.procedural.id,
-                               dead.job.id, dead.bezier.id,
+                               dead.job.id, dead.bezier.id, dead.progressive.id, dead.level.id,
                                objects.detail.id ^ (UINT64_C(1) << 40), objects.picture.id + 1};
     for (size_t k = 0; k < sizeof FUNCTIONS / sizeof *FUNCTIONS; ++k) {
         for (int noun = 0; noun < NOUNS; ++noun) {
@@ -219,6 +252,10 @@ static void check_null(RlvContext context, Objects objects) {
     RlvBuffer buffer;
     RlvTessellation triangles = RLV_NULL;
     uint32_t level;
+    RlvProgressive progressive;
+    RlvMesh mesh;
+    RlvLevelBuffers room = RLV_LEVEL_BUFFERS_INIT;
+    RlvLevelEdit edit = RLV_LEVEL_EDIT_INIT;
     CHECK(rlv_job_tessellate(detail, NULL, NULL) == RLV_ERROR_INVALID && rlv_job_bake(detail, NULL, NULL, &job) == RLV_ERROR_INVALID);
     CHECK(rlv_job_ptex_read(detail, NULL, NULL, &job) == RLV_ERROR_INVALID && rlv_job_ptex_write(detail, 0, NULL, &job) == RLV_ERROR_INVALID);
     CHECK(rlv_job_ptex_write(detail, 0, "garbage.ptx", NULL) == RLV_ERROR_INVALID);
@@ -235,6 +272,21 @@ static void check_null(RlvContext context, Objects objects) {
     CHECK(rlv_bezier_evaluate(objects.bezier, NULL) == RLV_ERROR_INVALID && rlv_bezier_mesh(objects.bezier, NULL, NULL) == RLV_ERROR_INVALID);
     CHECK(rlv_bezier_levels(objects.bezier, NULL, &level, 1) == RLV_ERROR_INVALID);
     CHECK(rlv_bezier_tessellate(objects.bezier, NULL, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_progressive_read(context, NULL, 1, &progressive) == RLV_ERROR_INVALID && rlv_progressive_read(context, objects.path, 1, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_progressive_write(objects.progressive, "\xff") == RLV_ERROR_INVALID && rlv_progressive_info(objects.progressive, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_progressive_read(context, objects.path, SIZE_MAX, &progressive) == RLV_ERROR_INVALID);
+    CHECK(rlv_level_create(objects.progressive, NULL) == RLV_ERROR_INVALID && rlv_level_info(objects.level, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_level_set_view(objects.level, NULL) == RLV_ERROR_INVALID && rlv_level_edit(objects.level, NULL, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_level_update(objects.level, NULL, NULL) == RLV_ERROR_INVALID && rlv_level_update(objects.level, &room, NULL) == RLV_ERROR_INVALID);
+    room.vertex_capacity = room.triangle_capacity = SIZE_MAX;
+    CHECK(rlv_level_update(objects.level, &room, NULL) == RLV_ERROR_INVALID);
+    room.points = (float *)uv;
+    CHECK(rlv_level_update(objects.level, &room, NULL) == RLV_ERROR_INVALID);
+    edit.handle_count = SIZE_MAX;
+    CHECK(rlv_level_edit(objects.level, &edit, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_level_mesh(objects.level, NULL) == RLV_ERROR_INVALID && rlv_level_settle(objects.level, NULL) == RLV_ERROR_INVALID);
+    CHECK_OK(rlv_level_mesh(objects.level, &mesh));
+    CHECK_OK(rlv_mesh_release(mesh));
     /* The context has no device. */
     CHECK_OK(rlv_tessellation_create(detail, NULL, &triangles));
     CHECK(rlv_buffer_create(triangles, &buffer) == RLV_ERROR_UNSUPPORTED && rlv_buffer_create(triangles, NULL) == RLV_ERROR_INVALID);

@@ -288,6 +288,40 @@ int main() {
     CHECK(tessellated.positions.size() == 16 && tessellated.corners.size() == 18 && tessellated.normals[3][2] == 1);
     CHECK(patch.mesh().info().triangle_count == 2 * 31 * 31);
 
+    // Levels of a progressive mesh in buffers, edited and settled.
+    const auto built = relievo::Job::build(patch.mesh());
+    CHECK(built.wait().state == RLV_JOB_DONE);
+    const auto whole = built.progressive();
+    bool told = false;
+    CHECK(relievo::Progressive::create(patch.mesh(), RLV_PROGRESSIVE_OPTIONS_INIT, [&](float, const char *) {
+        return told = true;
+    }).info().triangle_count == whole.info().triangle_count && told);
+    std::snprintf(name, sizeof name, "wrapper-%p.rlvpm", static_cast<const void *>(&whole));
+    whole.write(name);
+    CHECK(relievo::Progressive::read(context, name).info().triangle_count == 2 * 31 * 31 && std::remove(name) == 0);
+    const auto level = relievo::Level::create(whole);
+    relievo::Level::Buffers buffers(whole);
+    level.set_triangles(500);
+    level.update(buffers);
+    CHECK(buffers.last.triangle_count <= 500 && buffers.last.vertex_count == level.info().vertex_count);
+    CHECK(level.edit({{{{1.5f, 1.5f, 0}, 1, RLV_FALLOFF_LINEAR, 0}, {0, 0, 1}, {0, 0, 1}, 0, 0}},
+                     {{{0, 0, 0}, 0.5f, RLV_FALLOFF_CONSTANT, 0}}) > 0);
+    level.undo();
+    level.redo();
+    level.set_error(0);
+    RlvLevelView looking = RLV_LEVEL_VIEW_INIT;
+    looking.eye[2] = 3;
+    level.set_view(looking);
+    level.set_triangles(SIZE_MAX);
+    level.update(buffers);
+    CHECK(buffers.last.triangle_count == whole.info().triangle_count);
+    CHECK(level.mesh().info().high[2] > 0.5f);
+    const auto apart = relievo::Level::create(level.settle());
+    apart.set_triangles(SIZE_MAX);
+    relievo::Level::Buffers others(whole);
+    apart.update(others, true);
+    CHECK(others.last.changed_vertex_count == others.last.vertex_count && apart.mesh().info().high[2] > 0.5f);
+
     // Jobs: results by kind, failures as exceptions.
     const auto job = relievo::Job::sweep(detail, collider, end, start);
     CHECK(job.wait().state == RLV_JOB_DONE && job.poll().fraction == 1);

@@ -176,6 +176,72 @@ class Beziers(unittest.TestCase):
         numpy.testing.assert_allclose(numpy.hypot(positions[:, 0], positions[:, 1]), 1.0, atol=1e-6)
 
 
+class Levels(unittest.TestCase):
+    def setUp(self):
+        self.context = rl.Context(threads=1)
+        points, corners = shapes.ball(1.0)
+        self.mesh = rl.Mesh(self.context, points, corners, 3)
+        self.whole = rl.Progressive(self.mesh, base_triangles=20, locked=[0])
+
+    def test_files_and_jobs_have_the_same_mesh(self):
+        info = self.whole.info
+        self.assertEqual(info.triangle_count, self.mesh.info.face_count)
+        self.assertLessEqual(info.base_triangle_count, 20)
+        started = job.build(self.mesh, base_triangles=20, locked=[0])
+        started.wait()
+        self.assertEqual(started.result().info, info)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "ball.rlvpm")
+            self.whole.write(path)
+            self.assertEqual(rl.Progressive.read(self.context, path).info, info)
+            rl.Progressive.read(self.context, path, 50)
+        with self.assertRaises(rl.Cancelled):
+            rl.Progressive(self.mesh, progress=lambda fraction, stage: False)
+        with self.assertRaisesRegex(rl.Invalid, "no point"):
+            rl.Progressive(self.mesh, locked=[10**6])
+
+    def test_levels_are_balls_and_follow_edits(self):
+        level = rl.Level(self.whole)
+        for triangles in (50, 300, None):
+            level.set_triangles(triangles)
+            update = level.update()
+            self.assertEqual(len(level.triangles), update.triangle_count)
+            self.assertEqual(level.triangles.max() + 1, len(level.points))
+            numpy.testing.assert_allclose(numpy.linalg.norm(level.points, axis=1), 1.0, atol=0.4)
+        self.assertEqual(level.update().changed_vertex_count, 0)
+        finest = level.points.copy()
+        level.set_view(eye=(0, 0, 1.5), pixels=100.0, planes=[[0, 0, 1, 0]])
+        level.set_triangles(100)
+        pull = rl.Grip(rl.Region((0, 0, 1), 0.8), (0, 0, 0.5))
+        self.assertGreater(level.edit([pull], [rl.Region((1, 0, 0), 0.2, "constant")]), 0)
+        level.set_triangles()
+        level.update()
+        self.assertGreater(level.points[:, 2].max(), 1.4)
+        self.assertEqual(level.mesh().info.face_count, self.whole.info.triangle_count)
+        settled = rl.Level(level.settle())
+        settled.set_triangles()
+        settled.update()
+        self.assertGreater(settled.points[:, 2].max(), 1.4)
+        level.undo()
+        self.assertEqual(level.info.redo_count, 1)
+        level.update()
+        numpy.testing.assert_array_equal(numpy.sort(level.points, axis=0), numpy.sort(finest, axis=0))
+        level.redo()
+        with self.assertRaises(rl.NotFound):
+            level.redo()
+        with self.assertRaisesRegex(rl.Invalid, "error"):
+            level.set_error(-1.0)
+        with self.assertRaisesRegex(rl.Invalid, "steep"):
+            level.edit([rl.Grip(rl.Region((0, 0, 1), 0.8, "steep"))])
+
+    def test_the_example_runs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            example = [sys.executable, str(ROOT / "examples" / "python" / "levels.py"), folder]
+            told = subprocess.run(example, env={**os.environ, "PYTHONPATH": PACKAGE}, capture_output=True, text=True)
+            self.assertRegex(told.stdout, r"moved [1-9]\d* of", told.stderr)
+            self.assertEqual(len(list(Path(folder).glob("level_*.obj"))), 3)
+
+
 class Devices(unittest.TestCase):
     def test_what_is_listed_can_be_opened_and_let_go(self):
         adapters = rl.adapters()

@@ -39,11 +39,13 @@ from .error import (
     Unsupported,
 )
 from .job import Job
+from .level import Grip, Level, Region
 from .library import load, version
 from .mesh import Mesh
 from .parameter import Parameter
 from .picture import Picture
 from .procedural import Procedural
+from .progressive import Progressive
 from .stroke import Stroke
 from .surface import Surface
 from .tessellation import Tessellation

@@ -997,6 +997,35 @@ class RlvImprintReport(Structure):
     ]
 
 
+class RlvProgressive(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvProgressiveOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("base_triangles", c_size_t),
+        ("locked", c_uint32_p),
+        ("locked_count", c_size_t),
+        ("locked_stride", c_size_t),
+    ]
+
+
+class RlvProgressiveInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("vertex_count", c_size_t),
+        ("triangle_count", c_size_t),
+        ("base_vertex_count", c_size_t),
+        ("base_triangle_count", c_size_t),
+        ("bytes", c_size_t),
+    ]
+
+
 class RlvPtexOptions(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1059,6 +1088,97 @@ class RlvLayerInfo(Structure):
         ("reserved", c_uint32),
         ("tile_count", c_size_t),
         ("name", c_char * RLV_LAYER_NAME_SIZE),
+    ]
+
+
+class RlvLevel(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvLevelInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("undo_count", c_uint32),
+        ("redo_count", c_uint32),
+        ("reserved", c_uint32),
+        ("vertex_count", c_size_t),
+        ("triangle_count", c_size_t),
+    ]
+
+
+class RlvLevelView(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("eye", c_float * 3),
+        ("pixels", c_float),
+        ("tolerance", c_float),
+        ("outline", c_float),
+        ("reserved", c_uint32),
+        ("planes", c_float_p),
+        ("plane_count", c_size_t),
+        ("plane_stride", c_size_t),
+    ]
+
+
+class RlvLevelRegion(Structure):
+    _fields_ = [
+        ("center", c_float * 3),
+        ("radius", c_float),
+        ("falloff", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvLevelHandle(Structure):
+    _fields_ = [
+        ("region", RlvLevelRegion),
+        ("translation", c_float * 3),
+        ("axis", c_float * 3),
+        ("angle", c_float),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvLevelEdit(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("handles", POINTER(RlvLevelHandle)),
+        ("handle_count", c_size_t),
+        ("handle_stride", c_size_t),
+        ("anchors", POINTER(RlvLevelRegion)),
+        ("anchor_count", c_size_t),
+        ("anchor_stride", c_size_t),
+    ]
+
+
+class RlvLevelBuffers(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_whole", c_uint32),
+        ("points", c_float_p),
+        ("point_stride", c_size_t),
+        ("normals", c_float_p),
+        ("normal_stride", c_size_t),
+        ("vertex_capacity", c_size_t),
+        ("triangles", c_uint32_p),
+        ("triangle_stride", c_size_t),
+        ("triangle_capacity", c_size_t),
+    ]
+
+
+class RlvLevelUpdate(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("vertex_count", c_size_t),
+        ("triangle_count", c_size_t),
+        ("first_vertex", c_size_t),
+        ("changed_vertex_count", c_size_t),
+        ("first_triangle", c_size_t),
+        ("changed_triangle_count", c_size_t),
     ]
 
 
@@ -1261,11 +1381,18 @@ INIT = {
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvProgressiveOptions: (ctypes.sizeof(RlvProgressiveOptions), 0, 100, None, 0, 0,),
+    RlvProgressiveInfo: (ctypes.sizeof(RlvProgressiveInfo), 0, 0, 0, 0, 0, 0,),
     RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
     RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
+    RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
+    RlvLevelView: (ctypes.sizeof(RlvLevelView), (0.0,), 1000.0, 1.0, 1.0, 0, None, 0, 0,),
+    RlvLevelEdit: (ctypes.sizeof(RlvLevelEdit), 0, None, 0, 0, None, 0, 0,),
+    RlvLevelBuffers: (ctypes.sizeof(RlvLevelBuffers), 0, None, 0, None, 0, 0, None, 0, 0,),
+    RlvLevelUpdate: (ctypes.sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0,),
     RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
     RlvPictureImage: (ctypes.sizeof(RlvPictureImage), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0, (0,),),
     RlvPictureMeta: (ctypes.sizeof(RlvPictureMeta), 0, 0, None, None,),
@@ -1411,6 +1538,12 @@ FUNCTIONS = {
     "rlv_imprint_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_collide": (RlvResult, [("first", RlvDetail), ("second", RlvDetail), ("first_settings", POINTER(RlvImprintSettings)), ("second_settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("first_report", POINTER(RlvImprintReport)), ("second_report", POINTER(RlvImprintReport))]),
+    "rlv_progressive_create": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvProgressiveOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvProgressive))]),
+    "rlv_progressive_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("triangles", c_size_t), ("out", POINTER(RlvProgressive))]),
+    "rlv_progressive_write": (RlvResult, [("progressive", RlvProgressive), ("path", c_char_p)]),
+    "rlv_progressive_retain": (RlvResult, [("progressive", RlvProgressive)]),
+    "rlv_progressive_release": (RlvResult, [("progressive", RlvProgressive)]),
+    "rlv_progressive_info": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvProgressiveInfo))]),
     "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
     "rlv_job_tessellate": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),
@@ -1420,6 +1553,7 @@ FUNCTIONS = {
     "rlv_job_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("out", POINTER(RlvJob))]),
     "rlv_job_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_progressive": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvProgressiveOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
     "rlv_job_poll": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvJobInfo))]),
@@ -1427,6 +1561,7 @@ FUNCTIONS = {
     "rlv_job_cancel": (RlvResult, [("job", RlvJob)]),
     "rlv_job_result": (RlvResult, [("job", RlvJob)]),
     "rlv_job_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvMesh))]),
+    "rlv_job_progressive_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvProgressive))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
     "rlv_job_ptex_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvPtexReport))]),
@@ -1441,6 +1576,19 @@ FUNCTIONS = {
     "rlv_layer_remove": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
     "rlv_layer_merge": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
     "rlv_layer_flatten": (RlvResult, [("detail", RlvDetail)]),
+    "rlv_level_create": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvLevel))]),
+    "rlv_level_retain": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_release": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_info": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvLevelInfo))]),
+    "rlv_level_set_error": (RlvResult, [("level", RlvLevel), ("error", c_float)]),
+    "rlv_level_set_triangles": (RlvResult, [("level", RlvLevel), ("triangles", c_size_t)]),
+    "rlv_level_set_view": (RlvResult, [("level", RlvLevel), ("view", POINTER(RlvLevelView))]),
+    "rlv_level_edit": (RlvResult, [("level", RlvLevel), ("edit", POINTER(RlvLevelEdit)), ("reached", c_size_t_p)]),
+    "rlv_level_undo": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_redo": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_update": (RlvResult, [("level", RlvLevel), ("buffers", POINTER(RlvLevelBuffers)), ("out", POINTER(RlvLevelUpdate))]),
+    "rlv_level_mesh": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvMesh))]),
+    "rlv_level_settle": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvProgressive))]),
     "rlv_picture_open": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvPicture))]),
     "rlv_picture_retain": (RlvResult, [("picture", RlvPicture)]),
     "rlv_picture_release": (RlvResult, [("picture", RlvPicture)]),

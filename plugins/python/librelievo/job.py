@@ -11,6 +11,8 @@ from .document import transfer_arguments
 from .handle import Handle, path_bytes
 from .imprint import Deforming, moment_of, settings_of
 from .mesh import Mesh
+from .progressive import Progressive
+from .progressive import options_of as progressive_options
 from .ptex import options_of as ptex_options
 from .surface import tessellate_options
 
@@ -94,6 +96,15 @@ def read_ptex(detail, path, **options):
     """Starts `ptex.read`; the result is its report."""
     fetch = _report("rlv_job_ptex_report", abi.RlvPtexReport)
     return _started(fetch, "rlv_job_ptex_read", detail.handle, path_bytes(path), ptex_options(options))
+
+
+def build(mesh, base_triangles=None, locked=None):
+    """Starts `Progressive(mesh)`; the result is the progressive mesh."""
+    options, kept = progressive_options(base_triangles, locked)
+    fetch = lambda job: Progressive.of("rlv_job_progressive_mesh", job.handle)
+    made = _started(fetch, "rlv_job_progressive", mesh.handle, ctypes.byref(options))
+    del kept
+    return made
 
 
 def transfer(context, path, to, to_path, source=None, reach=0.0):

@@ -1,10 +1,14 @@
 //! Progressive meshes in the form of Table 2 of Derzapf, Grund and Guthe 2014, whose figures are for a GTX 580. Memory is
 //! what the process has more at its peak than before, with the mesh that is built from.
 
+use std::f32::consts::TAU;
+use std::sync::Arc;
+
+use glam::Vec3;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, Result};
+use relievo_core::{Context, Falloff, Result};
 use relievo_lod::Progressive;
-use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Falloff, Handle, Region};
+use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Extents, Extract, Handle, Region, View};
 
 use crate::lod::Triangles;
 use crate::measure::{Sample, sample, seconds};
@@ -32,7 +36,7 @@ pub fn case(
     let build = || Progressive::build(context, &mesh.0, &mesh.1, &BuildOptions::default(), &mut Silent);
     let before = memory("VmRSS");
     reset_peak();
-    let built = build()?;
+    let built = Arc::new(build()?);
     // Of a small mesh most is taken from what the process has had before.
     if let Some((peak, before)) = memory("VmHWM").zip(before).filter(|_| mesh.1.len() > 500_000) {
         let bytes = Sample::new(vec![(peak - before) / faces]);
@@ -59,11 +63,44 @@ pub fn case(
         let paper = paper(index + 1);
         report.add(&format!("{name}: {what}"), rate, paper.as_ref().map(|it| (PAPER, it)), "M/s", goal);
     }
+    let (frames, triangles) = frames(context, &built, &mesh.0)?;
+    let what = format!("{name}: frames of a camera around it, {triangles} triangles");
+    report.add(&what, &frames, None, "1/s", Goal::None);
     Ok(())
 }
 
+/// Pictures of a camera that goes around a mesh.
+const PICTURES: usize = 36;
+
+/// Frames a second in which a mesh becomes as fine as a camera at its border needs it, to a pixel of 720 lines, and a
+/// host's buffers are brought up to date; and how many triangles it then has.
+fn frames(context: &Context, built: &Arc<Progressive>, points: &[[f32; 3]]) -> Result<(Sample, usize)> {
+    let vectors = || points.iter().map(|point| Vec3::from(*point));
+    let (low, high) =
+        (vectors().reduce(Vec3::min).unwrap_or_default(), vectors().reduce(Vec3::max).unwrap_or_default());
+    let (middle, radius) = ((low + high) / 2.0, (high - low).length() / 2.0);
+    let extents = Extents::new(built);
+    let (mut active, mut buffers, mut rates) = (ActiveMesh::new(built), Extract::default(), Vec::new());
+    for picture in 0..=PICTURES {
+        let angle = TAU * picture as f32 / PICTURES as f32;
+        let eye = middle + 1.2 * radius * Vec3::new(angle.cos(), angle.sin(), 0.3);
+        let view = View { eye: eye.to_array(), pixels: 720.0, tolerance: 1.0, outline: 1.0, planes: Vec::new() };
+        let mut made = Ok([0; 2]);
+        let time = seconds(|| {
+            made = active.adapt_to(context, &view, &extents);
+            active.update(&mut buffers, false);
+        });
+        made?;
+        // The first makes the mesh from its base.
+        if picture > 0 {
+            rates.push(1.0 / time);
+        }
+    }
+    Ok((Sample::new(rates), active.triangle_count()))
+}
+
 /// Millions of splits, of collapses, and of collapses that are made anew after an edit, a second.
-fn rates(context: &Context, built: &Progressive, operations: f64) -> [Sample; 3] {
+fn rates(context: &Context, built: &Arc<Progressive>, operations: f64) -> [Sample; 3] {
     let mut rates = [const { Vec::new() }; 3];
     for _ in 0..RUNS {
         let mut active = ActiveMesh::new(built);

@@ -10,7 +10,7 @@ use relievo_detail::{
 
 use crate::array::{Input, present, put};
 use crate::context::RlvContext;
-use crate::descriptor::read_descriptor;
+use crate::descriptor::{numbered, read_descriptor};
 use crate::parameter::{RlvParameter, Table, settings, table};
 use crate::registry::{self, handle, try_write};
 
@@ -76,14 +76,6 @@ descriptor! {
 /// A brush: a stroke without points.
 pub struct BrushObject {
     pub stroke: RwLock<Stroke>,
-}
-
-/// The one that C calls `number`, in the order of its names in scene files.
-fn numbered<T: Copy>(what: &str, list: &[(T, &str)], number: u32) -> Result<T> {
-    let most = list.len() - 1;
-    list.get(number as usize).map(|(value, _)| *value).ok_or_else(|| {
-        Error::invalid(format!("there is no {what} {number}")).at(what).advise(format!("use 0 to {most}"))
-    })
 }
 
 impl RlvBrushOptions {

@@ -71,6 +71,14 @@ macro_rules! constants {
     };
 }
 
+/// The one that C calls `number`, in the order of its names in scene files.
+pub fn numbered<T: Copy>(what: &str, list: &[(T, &str)], number: u32) -> Result<T> {
+    let most = list.len() - 1;
+    list.get(number as usize).map(|(value, _)| *value).ok_or_else(|| {
+        Error::invalid(format!("there is no {what} {number}")).at(what).advise(format!("use 0 to {most}"))
+    })
+}
+
 fn declared_size<D: Descriptor>(size: usize) -> Result<usize> {
     if size < D::FIRST_SIZE || size > 1 << 16 {
         return Err(Error::invalid(format!("its struct_size is {size}"))

@@ -24,6 +24,7 @@ use crate::document::{RlvTransferOptions, RlvTransferReport, Transfer};
 use crate::error::{RLV_OK, RlvResult, result_of};
 use crate::imprint::{self, RlvImprintMoment, RlvImprintReport, RlvImprintSettings};
 use crate::mesh::RlvMesh;
+use crate::progressive::{Build, RlvProgressive, RlvProgressiveOptions};
 use crate::ptex::{Export, Import, RlvPtexOptions, RlvPtexReport};
 use crate::registry::{self, busy, handle};
 use crate::tessellate::{self, RlvTessellateOptions};
@@ -52,6 +53,8 @@ descriptor! {
 pub enum Product {
     /// A reference to a mesh, which the job releases.
     Mesh(RlvMesh),
+    /// The same of a progressive mesh.
+    Progressive(RlvProgressive),
     Imprint(Report),
     Bake(RlvBakeReport),
     /// A file without more to say about it.
@@ -62,10 +65,12 @@ pub enum Product {
 
 impl Drop for Product {
     fn drop(&mut self) {
-        if let Self::Mesh(mesh) = self {
-            // Nothing can be done about a host that released it too often.
-            let _ = registry::release(*mesh);
-        }
+        // Nothing can be done about a host that released it too often.
+        let _ = match self {
+            Self::Mesh(mesh) => registry::release(*mesh),
+            Self::Progressive(mesh) => registry::release(*mesh),
+            _ => Ok(()),
+        };
     }
 }
 
@@ -352,6 +357,16 @@ entry! {
         Ok(())
     }
 
+    fn rlv_job_progressive(mesh: RlvMesh, options: *const RlvProgressiveOptions, out: *mut RlvJob) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let build = unsafe { Build::read(mesh, options) }?;
+        let job = start(&build.context().clone(), move |progress| build.run(progress).map(Product::Progressive))?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
     fn rlv_job_retain(job: RlvJob) {
         registry::retain(job)
     }
@@ -393,6 +408,18 @@ entry! {
         present("out", out)?;
         let mesh = registry::get(job)?.product("triangles", |product| match product {
             Product::Mesh(mesh) => Some(*mesh),
+            _ => None,
+        })?;
+        registry::retain(mesh)?;
+        // SAFETY: checked above.
+        unsafe { put(out, mesh) };
+        Ok(())
+    }
+
+    fn rlv_job_progressive_mesh(job: RlvJob, out: *mut RlvProgressive) {
+        present("out", out)?;
+        let mesh = registry::get(job)?.product("a progressive mesh", |product| match product {
+            Product::Progressive(mesh) => Some(*mesh),
             _ => None,
         })?;
         registry::retain(mesh)?;

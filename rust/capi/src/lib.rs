@@ -29,10 +29,12 @@ pub mod evaluate;
 pub mod imprint;
 pub mod job;
 pub mod layer;
+pub mod level;
 pub mod mesh;
 pub mod parameter;
 pub mod picture;
 pub mod procedural;
+pub mod progressive;
 pub mod ptex;
 pub mod registry;
 pub mod shape;
@@ -66,6 +68,13 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         job::RlvJobInfo::layout(),
         layer::RlvLayerOptions::layout(),
         layer::RlvLayerInfo::layout(),
+        level::RlvLevelInfo::layout(),
+        level::RlvLevelView::layout(),
+        level::RlvLevelRegion::layout(),
+        level::RlvLevelHandle::layout(),
+        level::RlvLevelEdit::layout(),
+        level::RlvLevelBuffers::layout(),
+        level::RlvLevelUpdate::layout(),
         document::RlvDocumentInfo::layout(),
         document::RlvDocumentChanges::layout(),
         document::RlvTransferOptions::layout(),
@@ -85,6 +94,8 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         procedural::RlvProceduralInfo::layout(),
         procedural::RlvProceduralTable::layout(),
         procedural::RlvProceduralHits::layout(),
+        progressive::RlvProgressiveOptions::layout(),
+        progressive::RlvProgressiveInfo::layout(),
         ptex::RlvPtexOptions::layout(),
         ptex::RlvPtexReport::layout(),
         detail::RlvDetailInfo::layout(),

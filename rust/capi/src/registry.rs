@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-const NOUNS: [&str; 16] = [
+const NOUNS: [&str; 18] = [
     "nothing",
     "context",
     "mesh",
@@ -36,6 +36,8 @@ const NOUNS: [&str; 16] = [
     "job",
     "bezier",
     "buffer",
+    "progressive mesh",
+    "level",
 ];
 
 /// Defines the handle type of a noun.

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use relievo_core::{Error, Result, file};
-use relievo_lod::progressive::{Edit, Falloff, Handle, Region};
-use serde::Deserialize;
+use relievo_core::{Error, Falloff, Result, file};
+use relievo_lod::progressive::{Edit, Handle, Region};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 
 use crate::progressive::Level;
 
@@ -35,8 +36,8 @@ struct Entry {
 struct Grabbed {
     center: [f32; 3],
     radius: f32,
-    #[serde(default)]
-    falloff: Shape,
+    #[serde(default, deserialize_with = "falloff")]
+    falloff: Falloff,
     #[serde(default)]
     translation: [f32; 3],
     #[serde(default = "upwards")]
@@ -50,42 +51,29 @@ struct Grabbed {
 struct Held {
     center: [f32; 3],
     radius: f32,
-    #[serde(default)]
-    falloff: Shape,
-}
-
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Shape {
-    Constant,
-    Linear,
-    #[default]
-    Smooth,
-    Sphere,
-    Sharp,
+    #[serde(default, deserialize_with = "falloff")]
+    falloff: Falloff,
 }
 
 fn upwards() -> [f32; 3] {
     [0.0, 0.0, 1.0]
 }
 
-impl From<Shape> for Falloff {
-    fn from(shape: Shape) -> Self {
-        match shape {
-            Shape::Constant => Self::Constant,
-            Shape::Linear => Self::Linear,
-            Shape::Smooth => Self::Smooth,
-            Shape::Sphere => Self::Sphere,
-            Shape::Sharp => Self::Sharp,
-        }
-    }
+/// A falloff by its name.
+fn falloff<'a, D: Deserializer<'a>>(source: D) -> std::result::Result<Falloff, D::Error> {
+    let name = String::deserialize(source)?;
+    let found = Falloff::NAMES.iter().find(|(_, other)| *other == name);
+    found.map(|(falloff, _)| *falloff).ok_or_else(|| {
+        let names = Falloff::NAMES.map(|(_, name)| name).join(", ");
+        D::Error::custom(format!("there is no falloff `{name}`; use one of {names}"))
+    })
 }
 
 impl Grabbed {
     fn handle(&self) -> Handle {
         let length = self.axis.iter().map(|value| value * value).sum::<f32>().sqrt();
         Handle {
-            region: Region { center: self.center, radius: self.radius, falloff: self.falloff.into() },
+            region: Region { center: self.center, radius: self.radius, falloff: self.falloff },
             translation: self.translation,
             axis: self.axis.map(|value| value / length),
             angle: self.angle.to_radians(),
@@ -106,7 +94,7 @@ pub fn read(path: &Path) -> Result<Vec<(Level, Edit)>> {
                 .at(place())
                 .advise("leave all but one of error, faces and ratio out"));
         }
-        let anchor = |held: &Held| Region { center: held.center, radius: held.radius, falloff: held.falloff.into() };
+        let anchor = |held: &Held| Region { center: held.center, radius: held.radius, falloff: held.falloff };
         let edit = Edit {
             handles: entry.handle.iter().map(Grabbed::handle).collect(),
             anchors: entry.anchor.iter().map(anchor).collect(),

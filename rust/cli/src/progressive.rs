@@ -1,14 +1,18 @@
 //! `relievo progressive`
 
-use std::path::PathBuf;
+mod picture;
+
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::Subcommand;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Error, Mesh, Result};
-use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut};
-use relievo_lod::{Progressive, weld};
+use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit as MeshEdit};
+use relievo_lod::{Progressive, Welded, weld};
 
+use self::picture::{Drawing, Panel};
 use crate::Outcome;
 use crate::simplify::faces;
 
@@ -50,6 +54,11 @@ struct Show {
     file: PathBuf,
     #[command(flatten)]
     level: Level,
+    /// A list of edits, as of `relievo progressive edit`, for the picture.
+    #[arg(long, value_name = "FILE", requires = "picture")]
+    script: Option<PathBuf>,
+    #[command(flatten)]
+    drawing: Drawing,
     #[command(flatten)]
     limits: Limits,
 }
@@ -73,7 +82,7 @@ struct Edit {
     file: PathBuf,
     /// The list of edits, TOML. Each `[[edit]]` has `error`, `faces` or `ratio` for the level it is made at, or none for
     /// the finest. Each of its `[[edit.handle]]` has `center` and `radius` of what it grabs, `translation`, `axis` and
-    /// `angle` in degrees, and `falloff`: constant, linear, smooth, sphere or sharp. Each of its `[[edit.anchor]]`, which
+    /// `angle` in degrees, and `falloff`: constant, linear, smooth, sphere or gaussian. Each of its `[[edit.anchor]]`, which
     /// stays, has `center`, `radius` and `falloff`.
     #[arg(long, value_name = "FILE")]
     script: PathBuf,
@@ -140,7 +149,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 fn build(arguments: &Build) -> Outcome {
     let context = arguments.limits.context()?;
     let mesh = relievo_meshio::read(&context, &arguments.mesh)?;
-    let (points, triangles) = weld(&mesh.points, &mesh.triangles());
+    let Welded { points, triangles, .. } = weld(&mesh.points, &mesh.triangles());
     let options = BuildOptions { faces: arguments.faces, ..BuildOptions::default() };
     let built = Progressive::build(&context, &points, &triangles, &options, &mut Silent)
         .map_err(|error| error.at(arguments.mesh.display().to_string()))?;
@@ -154,7 +163,7 @@ fn build(arguments: &Build) -> Outcome {
 
 fn show(arguments: &Show) -> Outcome {
     let context = arguments.limits.context()?;
-    let mesh = Progressive::open(&context, &arguments.file, usize::MAX)?;
+    let mesh = Arc::new(Progressive::open(&context, &arguments.file, usize::MAX)?);
     let cut = arguments.level.cut(&mesh)?;
     let mut active = ActiveMesh::new(&mesh);
     active.adapt(&context, cut);
@@ -172,12 +181,46 @@ fn show(arguments: &Show) -> Outcome {
         active.vertex_count(),
         active.triangle_count(),
     ))?;
+    if arguments.drawing.is_wanted() {
+        arguments.drawing.draw(&context, &panels(&context, arguments, &mesh, active)?)?;
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The level that is asked for, or what a list of edits does.
+fn panels(context: &Context, arguments: &Show, mesh: &Arc<Progressive>, mut active: ActiveMesh) -> Result<Vec<Panel>> {
+    let Some(script) = &arguments.script else { return Ok(vec![Panel { mesh: active.extract(), edit: None }]) };
+    active.adapt(context, Cut::FINEST);
+    let mut panels = vec![Panel { mesh: active.extract(), edit: None }];
+    edit_by(context, &mut active, mesh, script, |active, edit, _| {
+        panels.push(Panel { mesh: active.extract(), edit: Some(edit.clone()) });
+        Ok(())
+    })?;
+    active.adapt(context, Cut::FINEST);
+    panels.push(Panel { mesh: active.extract(), edit: None });
+    Ok(panels)
+}
+
+/// Makes the edits of a list at their levels. `then` gets the mesh after each, and how many vertices it reached.
+fn edit_by(
+    context: &Context,
+    active: &mut ActiveMesh,
+    mesh: &Progressive,
+    script: &Path,
+    mut then: impl FnMut(&ActiveMesh, &MeshEdit, usize) -> Result<()>,
+) -> Result<()> {
+    for (index, (level, edit)) in crate::edits::read(script)?.into_iter().enumerate() {
+        let place = || format!("{}: edit {}", script.display(), index + 1);
+        active.adapt(context, level.cut(mesh).map_err(|error| error.at(place()))?);
+        let reached = active.edit(&edit).map_err(|error| error.at(place()))?;
+        then(active, &edit, reached)?;
+    }
+    Ok(())
 }
 
 fn export(arguments: &Export) -> Outcome {
     let context = arguments.limits.context()?;
-    let mesh = Progressive::open(&context, &arguments.file, arguments.level.faces.unwrap_or(usize::MAX))?;
+    let mesh = Arc::new(Progressive::open(&context, &arguments.file, arguments.level.faces.unwrap_or(usize::MAX))?);
     let mut active = ActiveMesh::new(&mesh);
     active.adapt(&context, arguments.level.cut(&mesh)?);
     let made = active.extract();
@@ -189,14 +232,13 @@ fn export(arguments: &Export) -> Outcome {
 
 fn edit(arguments: &Edit) -> Outcome {
     let context = arguments.limits.context()?;
-    let mesh = Progressive::open(&context, &arguments.file, usize::MAX)?;
+    let mesh = Arc::new(Progressive::open(&context, &arguments.file, usize::MAX)?);
     let mut active = ActiveMesh::new(&mesh);
-    for (index, (level, edit)) in crate::edits::read(&arguments.script)?.into_iter().enumerate() {
-        let place = || format!("{}: edit {}", arguments.script.display(), index + 1);
-        active.adapt(&context, level.cut(&mesh).map_err(|error| error.at(place()))?);
-        let reached = active.edit(&edit).map_err(|error| error.at(place()))?;
-        crate::print(&format!("edit {}: {reached} of {} vertices\n", index + 1, active.vertex_count(),))?;
-    }
+    let mut index = 0;
+    edit_by(&context, &mut active, &mesh, &arguments.script, |active, _, reached| {
+        index += 1;
+        crate::print(&format!("edit {index}: {reached} of {} vertices\n", active.vertex_count()))
+    })?;
     active.settled(&context).save(&context, &arguments.output)?;
     Ok(ExitCode::SUCCESS)
 }

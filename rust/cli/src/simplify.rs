@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use relievo_core::progress::Silent;
 use relievo_core::{Error, Mesh, Result};
-use relievo_lod::{SimplifyOptions, simplify, weld};
+use relievo_lod::{SimplifyOptions, Welded, simplify, weld};
 
 use crate::Outcome;
 
@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let options = relievo_core::ContextOptions { threads: arguments.threads, memory_limit: arguments.memory_limit };
     let context = relievo_core::Context::new(&options)?;
     let mesh = relievo_meshio::read(&context, &arguments.file)?;
-    let (points, triangles) = weld(&mesh.points, &mesh.triangles());
+    let Welded { points, triangles, .. } = weld(&mesh.points, &mesh.triangles());
     let options = SimplifyOptions {
         faces: faces(arguments.faces, arguments.ratio, triangles.len())?.unwrap_or(0),
         error: arguments.error.unwrap_or(f32::INFINITY),

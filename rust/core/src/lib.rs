@@ -4,6 +4,7 @@
 pub mod budget;
 pub mod context;
 pub mod error;
+pub mod falloff;
 pub mod file;
 pub mod lanes;
 pub mod mesh;
@@ -17,6 +18,7 @@ pub mod stats;
 pub use budget::Budget;
 pub use context::{Context, ContextOptions};
 pub use error::{Error, ErrorKind, Result};
+pub use falloff::Falloff;
 pub use mesh::{Attribute, Crease, Domain, Mesh, Values};
 pub use parameter::{Parameter, ParameterKind};
 pub use parts::Parts;

@@ -6,10 +6,10 @@
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Error, Result};
 
-use crate::falloff::Falloff;
 use crate::obb::Obb;
 use crate::smudge::Smudge;
 use crate::stamp::Stamp;
+use relievo_core::Falloff;
 
 /// A box with a function: a formula, times an image if it has one.
 #[derive(Clone, Debug, PartialEq)]

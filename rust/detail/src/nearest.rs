@@ -168,11 +168,11 @@ mod tests {
 
     use crate::canvas::{Canvas, Start};
     use crate::dab::Action;
-    use crate::falloff::Falloff;
     use crate::mode::SculptMode;
     use crate::open::OpenStroke;
     use crate::path::StrokePoint;
     use crate::stroke::{Stroke, StrokeSettings};
+    use relievo_core::Falloff;
 
     const SIDE: u32 = 9;
 

@@ -14,11 +14,11 @@ use crate::brush::Brush;
 use crate::canvas::{Canvas, Start};
 use crate::curve::Curve;
 use crate::dab::{Action, Dab, DabReport};
-use crate::falloff::Falloff;
 use crate::nearest::SurfacePoint;
 use crate::open::OpenStroke;
 use crate::path::{Pace, Station, StrokePoint};
 use crate::stamp::Stamp;
+use relievo_core::Falloff;
 
 relievo_core::parameters! {
     /// The brush of a stroke and how it follows the points.

@@ -11,8 +11,8 @@ use relievo_core::dispatch_simd;
 use relievo_core::simd::{Arithmetic, Level};
 
 use crate::brush::Brush;
-use crate::falloff::Falloff;
 use crate::knots::{BLOCK_KNOTS, KnotBlock, PerKnot};
+use relievo_core::Falloff;
 
 /// What the evaluating kernel knows of a brush. As stored in buffers.
 #[repr(C)]

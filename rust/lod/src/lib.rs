@@ -10,4 +10,4 @@ mod weld;
 
 pub use progressive::Progressive;
 pub use simplify::{Simplified, SimplifyOptions, simplify};
-pub use weld::weld;
+pub use weld::{Welded, weld};

@@ -7,10 +7,12 @@
 //! - Files of them: [`file`](mod@file).
 //! - The mesh they make, refined and coarsened in place: [`active`], with `splits`; also as
 //!   fine as a view needs it: [`view`].
+//! - How it is kept in its user's buffers, of which only what changes is written: [`buffers`].
 //! - How regions of it are moved and turned: [`handle`]; how coarser and finer levels follow: `moves`, with
 //!   `place`; how that is taken back: `history`; and how it becomes a mesh of its own: `settle`.
 
 pub mod active;
+pub mod buffers;
 pub mod cut;
 pub mod file;
 pub mod handle;
@@ -25,8 +27,9 @@ mod splits;
 pub mod view;
 
 pub use active::{ActiveMesh, Extract};
+pub use buffers::{Buffers, Update};
 pub use cut::Cut;
-pub use handle::{Edit, Falloff, Handle, Region};
+pub use handle::{Edit, Handle, Region};
 pub use hierarchy::{BuildOptions, Child, Progressive};
 pub use recording::Key;
 pub(crate) use recording::{Made, Recording};

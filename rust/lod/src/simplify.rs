@@ -60,16 +60,14 @@ pub fn simplify(
     points: &[[f32; 3]],
     triangles: &[[u32; 3]],
     options: &SimplifyOptions,
-    progress: &mut (dyn Progress + Send),
+    progress: &mut dyn Progress,
 ) -> Result<Simplified> {
     check(context, points, triangles, options)?;
     let scale = unit(points);
-    context.within(|| {
-        let mut work = Decimation::new(context, points, triangles, 1.0 / scale)?;
-        work.lock(&options.locked);
-        reduce(context, &mut work, triangles.len(), options.faces, options.error / scale, progress)?;
-        Ok(finish(&work, points, triangles, scale))
-    })
+    let mut work = context.within(|| Decimation::new(context, points, triangles, 1.0 / scale))?;
+    work.lock(&options.locked);
+    reduce(context, &mut work, triangles.len(), options.faces, options.error / scale, progress)?;
+    Ok(finish(&work, points, triangles, scale))
 }
 
 /// The power of two that coordinates are divided by: squares of areas then stay in the range of f32, and no digit changes.
@@ -119,29 +117,49 @@ pub fn reduce(
     before: usize,
     faces: usize,
     error: f32,
-    progress: &mut (dyn Progress + Send),
+    progress: &mut dyn Progress,
 ) -> Result<()> {
-    // Costs below the second are right, and edges below the third are looked at.
-    let (mut share, mut known, mut ahead) = (SHARE, 0.0, f32::INFINITY);
+    let mut plan = Plan { share: SHARE, known: 0.0, ahead: f32::INFINITY };
     while work.live > faces && !work.recording.as_ref().is_some_and(Recording::is_full) {
         let done = (before - work.live) as f32 / (before - faces) as f32;
         progress.step(done, "simplify")?;
-        work.compact(context)?;
-        let (edges, costs) = work.renew_costs(context, [known, ahead], error)?;
-        let Some(wanted) = costs.below(share) else { break };
-        let limit = wanted.min(ahead);
-        let few = costs.share_below(limit) < FEW * share;
-        known = ahead.min(limit * AHEAD).min(f32::MAX);
-        ahead = if few { wanted } else { limit } * AHEAD;
-        let collapses = work.select(context, &edges, limit);
-        if !work.apply(context, collapses, work.live - faces, known) && limit >= wanted {
-            if share >= 1.0 {
-                break;
-            }
-            (share, ahead) = ((2.0 * share).min(1.0), f32::INFINITY);
+        // Progress is told on the thread of the caller.
+        if !context.within(|| plan.round(context, work, faces, error))? {
+            break;
         }
     }
     progress.step(1.0, "simplify")
+}
+
+/// What the next round looks at.
+struct Plan {
+    /// The share of edges that are considered.
+    share: f32,
+    /// Costs below this are right.
+    known: f32,
+    /// Edges below this are looked at.
+    ahead: f32,
+}
+
+impl Plan {
+    /// Makes a round. Returns whether another may find something to collapse.
+    fn round(&mut self, context: &Context, work: &mut Decimation, faces: usize, error: f32) -> Result<bool> {
+        work.compact(context)?;
+        let (edges, costs) = work.renew_costs(context, [self.known, self.ahead], error)?;
+        let Some(wanted) = costs.below(self.share) else { return Ok(false) };
+        let limit = wanted.min(self.ahead);
+        let few = costs.share_below(limit) < FEW * self.share;
+        self.known = self.ahead.min(limit * AHEAD).min(f32::MAX);
+        self.ahead = if few { wanted } else { limit } * AHEAD;
+        let collapses = work.select(context, &edges, limit);
+        if !work.apply(context, collapses, work.live - faces, self.known) && limit >= wanted {
+            if self.share >= 1.0 {
+                return Ok(false);
+            }
+            (self.share, self.ahead) = ((2.0 * self.share).min(1.0), f32::INFINITY);
+        }
+        Ok(true)
+    }
 }
 
 /// The triangles that are left, and their points, in the order of the input, with those that no triangle had before.

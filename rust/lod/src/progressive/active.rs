@@ -4,10 +4,12 @@
 //! same depth have vertices that share an edge, so all of a depth are made at the same time, and none has to be checked:
 //! whatever a split stands on is deeper and deviates no less, so a cut that has the one has the other.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use relievo_core::Context;
 
+use super::buffers::Places;
 use super::cut::Cut;
 use super::hierarchy::{Child, Progressive};
 use super::history::History;
@@ -23,8 +25,8 @@ const PART: usize = 8192;
 const BATCH: usize = 128;
 
 /// A mesh of a progressive mesh.
-pub struct ActiveMesh<'a> {
-    pub(super) whole: &'a Progressive,
+pub struct ActiveMesh {
+    pub(super) whole: Arc<Progressive>,
     cut: Cut,
     /// It has other splits than its cut.
     pub(super) is_mixed: bool,
@@ -39,6 +41,8 @@ pub struct ActiveMesh<'a> {
     /// What was edited, if anything was.
     pub(super) moves: Option<Moves>,
     pub(super) history: History,
+    /// Where it is in buffers, if it was written to any.
+    pub(super) places: Option<Places>,
 }
 
 /// The places, normals and triangles of a mesh.
@@ -52,12 +56,12 @@ pub struct Extract {
     pub triangles: Vec<[u32; 3]>,
 }
 
-impl<'a> ActiveMesh<'a> {
+impl ActiveMesh {
     /// The base mesh.
-    pub fn new(whole: &'a Progressive) -> Self {
+    pub fn new(whole: &Arc<Progressive>) -> Self {
         let corner = |leaf: &u32| Corner { vertex: AtomicU32::new(NONE), following: AtomicU32::new(NONE), leaf: *leaf };
         let made = Self {
-            whole,
+            whole: whole.clone(),
             cut: Cut::BASE,
             is_mixed: false,
             slots: (0..whole.vertex_count()).map(|_| Slot::default()).collect(),
@@ -67,6 +71,7 @@ impl<'a> ActiveMesh<'a> {
             vertices: whole.base_vertices().len(),
             moves: None,
             history: History::default(),
+            places: None,
         };
         for leaf in whole.base_vertices() {
             made.slots[*leaf as usize].node.store(2 * leaf, Relaxed);
@@ -82,6 +87,11 @@ impl<'a> ActiveMesh<'a> {
             }
         }
         made
+    }
+
+    /// Bytes that a mesh of `whole` takes besides it, at any level, before it is edited.
+    pub fn bytes(whole: &Progressive) -> u64 {
+        (whole.vertex_count() * size_of::<Slot>() + 3 * whole.faces.len() * size_of::<Corner>()) as u64
     }
 
     /// Triangles of this mesh.
@@ -169,6 +179,10 @@ impl<'a> ActiveMesh<'a> {
             (next, triangles, refining.map(|refining| refining.noted))
         });
         self.vertices += vertices.len();
+        if let Some(places) = &mut self.places {
+            let split_of = |vertex: &u32| self.slots[*vertex as usize].node.load(Relaxed) / 2;
+            places.note_splits(vertices.iter().map(|vertex| [split_of(vertex), *vertex]));
+        }
         let mut all = Vec::new();
         for (next, triangles, noted) in made {
             self.triangles += triangles;
@@ -214,6 +228,10 @@ impl<'a> ActiveMesh<'a> {
         find: impl Fn(&Self, u32) -> Option<T> + Sync,
     ) -> Vec<T> {
         self.round += 1;
+        if let Some(mut places) = self.places.take() {
+            places.note_splits(splits.iter().map(|split| [*split, self.target(*split)]));
+            self.places = Some(places);
+        }
         let mesh = &*self;
         let parts = splits.len().div_ceil(BATCH);
         let gone = context.map(parts, |part| {
@@ -287,7 +305,7 @@ impl<'a> ActiveMesh<'a> {
 
     /// The mesh as lists.
     pub fn extract(&self) -> Extract {
-        let whole = self.whole;
+        let whole = &self.whole;
         let mut order: Vec<(u32, Child)> =
             (0..whole.vertex_count() as u32).filter_map(|vertex| Some((vertex, self.child(vertex)?))).collect();
         if order.len() == whole.vertex_count() {

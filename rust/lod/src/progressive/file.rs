@@ -10,6 +10,7 @@
 
 use std::io::{Read, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::Vec3;
 use relievo_core::budget::Budget;
@@ -475,10 +476,11 @@ impl Loading {
     }
 
     fn finish(self, context: &Context) -> Result<Progressive> {
-        if !ActiveMesh::new(&self.mesh).is_sound(context) {
+        let mesh = Arc::new(self.mesh);
+        if !ActiveMesh::new(&mesh).is_sound(context) {
             return Err(damaged("splits do not come after those they stand on"));
         }
-        Ok(self.mesh)
+        Arc::into_inner(mesh).ok_or_else(|| Error::internal("a mesh that is read is used already"))
     }
 }
 

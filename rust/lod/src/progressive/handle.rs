@@ -2,40 +2,9 @@
 //! (Derzapf, Grund, Guthe 2014, Section 4; the region is Euclidean).
 
 use glam::{Quat, Vec3};
+use relievo_core::Falloff;
 
 use super::place::Place;
-
-/// How an influence falls from 1 at the middle of its region to 0 at its border.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Falloff {
-    /// 1 everywhere.
-    Constant,
-    /// A straight line.
-    Linear,
-    /// 1 − 3t² + 2t³: level at both ends.
-    #[default]
-    Smooth,
-    /// √(1 − t²): a dome.
-    Sphere,
-    /// (1 − t)²: a spike.
-    Sharp,
-}
-
-impl Falloff {
-    /// The influence at a distance from the middle, as a share of the radius.
-    pub fn at(self, distance: f32) -> f32 {
-        if !(0.0..=1.0).contains(&distance) {
-            return 0.0;
-        }
-        match self {
-            Self::Constant => 1.0,
-            Self::Linear => 1.0 - distance,
-            Self::Smooth => 1.0 - distance * distance * (3.0 - 2.0 * distance),
-            Self::Sphere => (1.0 - distance * distance).max(0.0).sqrt(),
-            Self::Sharp => (1.0 - distance) * (1.0 - distance),
-        }
-    }
-}
 
 /// A ball in which something has an influence.
 #[derive(Clone, Copy, Debug, PartialEq)]

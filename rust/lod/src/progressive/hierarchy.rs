@@ -89,25 +89,23 @@ impl Progressive {
         points: &[[f32; 3]],
         triangles: &[[u32; 3]],
         options: &BuildOptions,
-        progress: &mut (dyn Progress + Send),
+        progress: &mut dyn Progress,
     ) -> Result<Self> {
         let limits = SimplifyOptions { faces: options.faces, locked: options.locked.clone(), ..Default::default() };
         check(context, points, triangles, &limits)?;
         let scale = unit(points);
-        context.within(|| {
-            let mut work = Decimation::new(context, points, triangles, 1.0 / scale)?;
-            work.lock(&options.locked);
-            let normals = work.vertex_normals(context);
-            work.recording = Some(Recording::new(points.len(), triangles.len()));
-            reduce(context, &mut work, triangles.len(), options.faces, f32::INFINITY, progress)?;
-            let mut operations = work.recording.take().map_or_else(Vec::new, |recording| recording.operations);
-            drop(work);
-            for operation in &mut operations {
-                operation.point *= scale;
-                operation.key = operation.key.scaled(scale);
-            }
-            Self::new(points, &normals, triangles, &operations)
-        })
+        let mut work = context.within(|| Decimation::new(context, points, triangles, 1.0 / scale))?;
+        work.lock(&options.locked);
+        let normals = work.vertex_normals(context);
+        work.recording = Some(Recording::new(points.len(), triangles.len()));
+        reduce(context, &mut work, triangles.len(), options.faces, f32::INFINITY, progress)?;
+        let mut operations = work.recording.take().map_or_else(Vec::new, |recording| recording.operations);
+        drop(work);
+        for operation in &mut operations {
+            operation.point *= scale;
+            operation.key = operation.key.scaled(scale);
+        }
+        Self::new(points, &normals, triangles, &operations)
     }
 
     /// Of the collapses of a mesh, in their order.

@@ -21,7 +21,7 @@ struct State {
     moves: Option<Snapshot>,
 }
 
-impl ActiveMesh<'_> {
+impl ActiveMesh {
     /// Moves and turns regions of this mesh. Finer levels follow when it is refined, coarser ones when it is coarsened.
     /// Returns how many vertices were reached. Fails if no vertex is, or a handle is not usable; nothing has changed then.
     pub fn edit(&mut self, edit: &Edit) -> Result<usize> {
@@ -46,9 +46,15 @@ impl ActiveMesh<'_> {
         }
         self.history.done.push(self.state());
         self.history.undone.clear();
+        self.note_moved(reached.iter().map(|(vertex, _)| *vertex));
         let vertices = self.whole.vertex_count();
         self.moves.get_or_insert_with(|| Moves::new(vertices)).edit(&reached);
         Ok(reached.len())
+    }
+
+    /// Edits that can be taken back, and that were and can be made again.
+    pub fn edits(&self) -> [usize; 2] {
+        [self.history.done.len(), self.history.undone.len()]
     }
 
     /// Takes the last edit back. Returns whether there was one. A mesh that was made for a view becomes its cut.
@@ -79,6 +85,8 @@ impl ActiveMesh<'_> {
         let now = self.state();
         let vertices = self.whole.vertex_count();
         self.moves = state.moves.as_ref().map(|snapshot| Moves::of_snapshot(vertices, snapshot));
+        let snapshots = [&state.moves, &now.moves].into_iter().flatten();
+        self.note_moved(snapshots.flat_map(Snapshot::moved));
         self.adapt(context, cut);
         now
     }

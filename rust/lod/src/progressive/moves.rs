@@ -58,6 +58,13 @@ pub struct Snapshot {
     notes: Vec<(u32, Note)>,
 }
 
+impl Snapshot {
+    /// Vertices that were not where they were built.
+    pub fn moved(&self) -> impl Iterator<Item = u32> {
+        self.places.iter().map(|(vertex, ..)| *vertex)
+    }
+}
+
 /// A split and what is to be known of it from now on.
 pub type Noted = (u32, Option<Note>);
 
@@ -175,7 +182,7 @@ fn ring(mesh: &ActiveMesh, vertex: u32, without: u32, ring: &mut Vec<u32>) {
 
 /// What is needed to make splits.
 pub struct Refining<'a> {
-    mesh: &'a ActiveMesh<'a>,
+    mesh: &'a ActiveMesh,
     moves: &'a Moves,
     least: f32,
     ring: Vec<u32>,
@@ -185,7 +192,7 @@ pub struct Refining<'a> {
 }
 
 impl<'a> Refining<'a> {
-    pub fn new(mesh: &'a ActiveMesh<'a>, moves: &'a Moves) -> Self {
+    pub fn new(mesh: &'a ActiveMesh, moves: &'a Moves) -> Self {
         let least = LEAST_MOVE / mesh.whole.scale();
         Self { mesh, moves, least, ring: Vec::new(), neighbours: Vec::new(), noted: Vec::new() }
     }
@@ -242,7 +249,7 @@ fn surroundings(
 /// What is needed to take splits back.
 pub struct Coarsening<'a> {
     context: &'a Context,
-    mesh: &'a ActiveMesh<'a>,
+    mesh: &'a ActiveMesh,
     moves: &'a Moves,
     scale: f32,
     batch: Batch,
@@ -254,7 +261,7 @@ pub struct Coarsening<'a> {
 }
 
 impl<'a> Coarsening<'a> {
-    pub fn new(context: &'a Context, mesh: &'a ActiveMesh<'a>, moves: &'a Moves) -> Self {
+    pub fn new(context: &'a Context, mesh: &'a ActiveMesh, moves: &'a Moves) -> Self {
         Self {
             context,
             mesh,
@@ -359,7 +366,7 @@ impl<'a> Coarsening<'a> {
             self.batch.side[1][axis][lane] = sides[1][axis];
         }
         // A vertex that stayed when the mesh was built still does.
-        let whole = self.mesh.whole;
+        let whole = &self.mesh.whole;
         let built = whole.place(Child::Split(ends[1]), NONE).point;
         let [stays, goes] = ends.map(|end| self.mesh.built(end).point == built);
         self.batch.pinned[lane] = if stays { -1.0 } else { f32::from(u8::from(goes)) };

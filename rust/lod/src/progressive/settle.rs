@@ -8,7 +8,7 @@ use super::cut::Cut;
 use super::hierarchy::{AT, Child, Progressive};
 use super::packing::{Lattice, Normal};
 
-impl ActiveMesh<'_> {
+impl ActiveMesh {
     /// The progressive mesh that has this one's edits at all levels, to be saved. Deviations of its levels are those it was
     /// built with. A mesh that was made for a view becomes its cut.
     pub fn settled(&mut self, context: &Context) -> Progressive {
@@ -16,7 +16,7 @@ impl ActiveMesh<'_> {
         // Coarser levels follow on the way down, finer ones on the way up.
         self.adapt(context, Cut::BASE);
         self.adapt(context, Cut::FINEST);
-        let mut made = self.whole.clone();
+        let mut made = Progressive::clone(&self.whole);
         if let Some(moves) = &self.moves {
             for leaf in 0..made.points.len() as u32 {
                 if let Some(place) = moves.place(leaf) {

@@ -55,7 +55,7 @@ fn corner_before(corner: u32) -> u32 {
     if corner % 3 == 0 { corner + 2 } else { corner - 1 }
 }
 
-impl ActiveMesh<'_> {
+impl ActiveMesh {
     pub(super) fn insert(&self, corner: u32, vertex: u32) {
         self.corners[corner as usize].vertex.store(vertex, Relaxed);
         let following = self.slots[vertex as usize].first.swap(corner, Relaxed);
@@ -242,6 +242,18 @@ impl ActiveMesh<'_> {
                 let ends = [corner_after(corner), corner_before(corner)];
                 corner = self.corners[corner as usize].following.load(Relaxed);
                 ends.map(|at| self.corners[at as usize].vertex.load(Relaxed))
+            })
+        })
+    }
+
+    /// The triangles at a vertex.
+    pub(super) fn faces_at(&self, vertex: u32) -> impl Iterator<Item = u32> {
+        let mut corner = self.slots[vertex as usize].first.load(Relaxed);
+        std::iter::from_fn(move || {
+            (corner != NONE).then(|| {
+                let face = corner / 3;
+                corner = self.corners[corner as usize].following.load(Relaxed);
+                face
             })
         })
     }

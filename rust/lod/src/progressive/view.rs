@@ -86,7 +86,7 @@ impl View {
     }
 }
 
-impl ActiveMesh<'_> {
+impl ActiveMesh {
     /// Becomes as fine as a view needs it. Splits that a wanted one stands on are made too, and those stay that a wanted one
     /// stands on. Returns how many splits were made and taken back. Fails if the view is not usable.
     pub fn adapt_to(&mut self, context: &Context, view: &View, extents: &Extents) -> Result<[usize; 2]> {

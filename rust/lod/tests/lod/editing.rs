@@ -1,16 +1,18 @@
 //! Edits of progressive meshes, and the levels that follow.
 
+use std::sync::Arc;
+
 use glam::{Quat, Vec3};
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions};
+use relievo_core::{Context, ContextOptions, Falloff};
 use relievo_lod::Progressive;
-use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Falloff, Handle, Region};
+use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Handle, Region};
 
 use crate::shapes::{Triangles, lifted, torus};
 
-fn build((points, triangles): &Triangles) -> Progressive {
+fn build((points, triangles): &Triangles) -> Arc<Progressive> {
     let options = BuildOptions { faces: 60, ..BuildOptions::default() };
-    Progressive::build(&Context::serial(), points, triangles, &options, &mut Silent).unwrap()
+    Arc::new(Progressive::build(&Context::serial(), points, triangles, &options, &mut Silent).unwrap())
 }
 
 fn pull(center: [f32; 3], radius: f32) -> Edit {
@@ -173,9 +175,6 @@ fn influences_fall_and_anchors_hold() {
         let sum = near(0.3, 0.4) + near(0.7, 0.4);
         assert!((z - sum.min(1.0) * (1.0 - near(0.5, 0.1))).abs() < 1e-5, "{x} {y} {z}");
     }
-    for falloff in [Falloff::Constant, Falloff::Linear, Falloff::Smooth, Falloff::Sphere, Falloff::Sharp] {
-        assert_eq!((falloff.at(0.0), falloff.at(1.1), falloff.at(f32::NAN)), (1.0, 0.0, 0.0));
-    }
 }
 
 #[test]
@@ -260,7 +259,7 @@ fn an_edited_mesh_becomes_one_of_its_own_with_the_same_levels() {
     assert!(apart(&active.extract().points, vectors(&before.points)) < 2e-6, "the view has not changed");
     let mut bytes = Vec::new();
     settled.write(&context, &mut bytes).unwrap();
-    let read = Progressive::read(&context, &mut bytes.as_slice(), usize::MAX).unwrap();
+    let read = Arc::new(Progressive::read(&context, &mut bytes.as_slice(), usize::MAX).unwrap());
     let mut again = ActiveMesh::new(&read);
     for cut in [Cut::FINEST, Cut::of_faces(&mesh, 4000), Cut::of_faces(&mesh, 600), Cut::BASE] {
         active.adapt(&context, cut);

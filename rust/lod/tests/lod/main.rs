@@ -1,5 +1,6 @@
 //! Levels of detail, by closed forms, invariants and models.
 
+mod buffers;
 mod editing;
 mod progressive;
 mod shapes;

@@ -1,5 +1,7 @@
 //! Progressive meshes: splits and collapses that undo each other, and what every mesh between keeps.
 
+use std::sync::Arc;
+
 use proptest::prelude::*;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, ErrorKind};
@@ -9,12 +11,12 @@ use relievo_testing::file;
 
 use crate::shapes::{Triangles, edges, lifted, torus, two_tori};
 
-fn build((points, triangles): &Triangles, faces: usize) -> Progressive {
+fn build((points, triangles): &Triangles, faces: usize) -> Arc<Progressive> {
     let options = BuildOptions { faces, ..BuildOptions::default() };
-    Progressive::build(&Context::serial(), points, triangles, &options, &mut Silent).unwrap()
+    Arc::new(Progressive::build(&Context::serial(), points, triangles, &options, &mut Silent).unwrap())
 }
 
-fn at(mesh: &Progressive, cut: Cut) -> Extract {
+fn at(mesh: &Arc<Progressive>, cut: Cut) -> Extract {
     let mut active = ActiveMesh::new(mesh);
     active.adapt(&Context::serial(), cut);
     active.extract()
@@ -122,7 +124,7 @@ fn results_do_not_depend_on_threads() {
     for threads in [2, 5] {
         let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
         let options = BuildOptions { faces: 60, ..BuildOptions::default() };
-        let mesh = Progressive::build(&context, &shape.0, &shape.1, &options, &mut Silent).unwrap();
+        let mesh = Arc::new(Progressive::build(&context, &shape.0, &shape.1, &options, &mut Silent).unwrap());
         let mut active = ActiveMesh::new(&mesh);
         for faces in [5000, 300, 16000, 9000, 60] {
             let cut = Cut::of_faces(&mesh, faces);
@@ -146,7 +148,7 @@ fn locked_points_stay_at_all_levels() {
     let shape = torus(60, 30);
     let locked: Vec<u32> = (0..shape.0.len() as u32).step_by(97).collect();
     let options = BuildOptions { faces: 100, locked: locked.clone() };
-    let mesh = Progressive::build(&Context::serial(), &shape.0, &shape.1, &options, &mut Silent).unwrap();
+    let mesh = Arc::new(Progressive::build(&Context::serial(), &shape.0, &shape.1, &options, &mut Silent).unwrap());
     for faces in [0, 500, 2000] {
         let made = at(&mesh, Cut::of_faces(&mesh, faces));
         for vertex in &locked {
@@ -191,7 +193,7 @@ fn a_mesh_that_cannot_become_coarser_is_its_own_base() {
     let mesh = build(&triangle, 0);
     assert_eq!(at(&mesh, Cut::BASE).triangles, triangle.1);
     assert_eq!(at(&mesh, Cut::BASE), at(&mesh, Cut::FINEST));
-    let read = Progressive::read(&Context::serial(), &mut written(&mesh).as_slice(), usize::MAX).unwrap();
+    let read = Arc::new(Progressive::read(&Context::serial(), &mut written(&mesh).as_slice(), usize::MAX).unwrap());
     assert_eq!(at(&read, Cut::FINEST), at(&mesh, Cut::FINEST));
 }
 
@@ -243,7 +245,7 @@ fn what_was_written_is_read() {
         let mesh = build(&shape, 60);
         let bytes = written(&mesh);
         assert!(bytes.len() < 30 * shape.1.len(), "{} bytes for {} triangles", bytes.len(), shape.1.len());
-        let read = Progressive::read(&Context::serial(), &mut bytes.as_slice(), usize::MAX).unwrap();
+        let read = Arc::new(Progressive::read(&Context::serial(), &mut bytes.as_slice(), usize::MAX).unwrap());
         assert_eq!(read.bytes(), mesh.bytes());
         for faces in [0, 100, 777, usize::MAX] {
             assert_eq!(at(&read, Cut::of_faces(&read, faces)), at(&mesh, Cut::of_faces(&mesh, faces)));
@@ -258,7 +260,7 @@ fn the_beginning_of_a_file_is_a_coarser_mesh() {
     let mesh = build(&shape, 60);
     let bytes = written(&mesh);
     let mut source = bytes.as_slice();
-    let coarse = Progressive::read(&Context::serial(), &mut source, 10_000).unwrap();
+    let coarse = Arc::new(Progressive::read(&Context::serial(), &mut source, 10_000).unwrap());
     assert!(source.len() > bytes.len() / 4, "{} of {} bytes are left", source.len(), bytes.len());
     for faces in [0, 1000, 10_000] {
         assert_eq!(at(&coarse, Cut::of_faces(&coarse, faces)), at(&mesh, Cut::of_faces(&mesh, faces)));

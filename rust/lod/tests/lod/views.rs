@@ -1,17 +1,19 @@
 //! Meshes for a view: what they have, what they leave out, and that they come back.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions};
+use relievo_core::{Context, ContextOptions, Falloff};
 use relievo_lod::Progressive;
-use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Extents, Extract, Falloff, Handle, Region, View};
+use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Extents, Extract, Handle, Region, View};
 
 use crate::shapes::{edges, torus};
 
-fn build() -> Progressive {
+fn build() -> Arc<Progressive> {
     let (points, triangles) = torus(120, 60);
     let options = BuildOptions { faces: 60, ..BuildOptions::default() };
-    Progressive::build(&Context::serial(), &points, &triangles, &options, &mut Silent).unwrap()
+    Arc::new(Progressive::build(&Context::serial(), &points, &triangles, &options, &mut Silent).unwrap())
 }
 
 fn view(eye: [f32; 3], tolerance: f32) -> View {

@@ -1,4 +1,5 @@
-//! Brush functions that are formulas: how much of an edit a place of the brush's box gets, from 1 in the middle to 0.
+//! How an influence falls: how much of an edit a place of a brush's box gets, or of a handle's region, from 1 in the middle
+//! to 0.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 3. The
 //! place is given in the brush's own coordinates, −1 to 1 along each axis of the box; r is its distance from the
@@ -40,9 +41,14 @@ impl Falloff {
         if inside { self.of_square(place.iter().map(|value| value * value).sum()) } else { 0.0 }
     }
 
+    /// The share at a distance of `r` from the middle of a ball whose radius is 1; 0 outside the ball.
+    pub fn at(self, r: f32) -> f32 {
+        if (0.0..=1.0).contains(&r) { self.of_square(r * r) } else { 0.0 }
+    }
+
     /// The share at a place inside the box whose r² is `square`.
     #[inline(always)]
-    pub(crate) fn of_square(self, square: f32) -> f32 {
+    pub fn of_square(self, square: f32) -> f32 {
         let r = square.sqrt();
         if self == Falloff::Constant {
             return 1.0;
@@ -90,6 +96,8 @@ mod tests {
             assert!((falloff.share([0.0; 3]) - 1.0).abs() < 1e-6, "{name}");
             assert_eq!(falloff.share([0.0, 1.0001, 0.0]), 0.0, "{name}");
             assert_eq!(falloff.share([f32::NAN, 0.0, 0.0]), 0.0, "{name}");
+            assert_eq!(falloff.at(0.3), falloff.share([0.0, 0.3, 0.0]), "{name}");
+            assert_eq!([falloff.at(1.0001), falloff.at(f32::NAN)], [0.0; 2], "{name}");
             let ends = if falloff == Falloff::Constant { 1.0 } else { 0.0 };
             assert_eq!(falloff.share([1.0, 0.0, 0.0]), ends, "{name}");
             // Never more on the way out.

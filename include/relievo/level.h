@@ -1,0 +1,155 @@
+/* Relievo: levels, meshes of a progressive mesh that become finer and coarser in place and are edited at any level.
+ *
+ * A level is as fine as was asked for last: by deviation, number of triangles, or for a view. Regions of it are moved and
+ * turned by handles; finer levels follow as it becomes finer, coarser ones as it becomes coarser, and all the same
+ * whatever way was taken. Its vertices and triangles are written to the host's own buffers, where they keep their places
+ * for as long as they are there: an update writes what has changed, and says within which range.
+ *
+ * Several levels of one progressive mesh do not know of each other. Lengths are in object units, angles in radians. */
+#ifndef RELIEVO_LEVEL_H
+#define RELIEVO_LEVEL_H
+
+#include "relievo/brush.h"
+#include "relievo/progressive.h"
+
+typedef struct RlvLevel {
+    uint64_t id;
+} RlvLevel;
+
+typedef struct RlvLevelInfo {
+    uint32_t struct_size;
+    uint32_t undo_count; /* edits that can be taken back */
+    uint32_t redo_count; /* edits that were taken back and can be made again */
+    uint32_t reserved;
+    size_t vertex_count; /* of the mesh as it is now */
+    size_t triangle_count;
+} RlvLevelInfo;
+
+#define RLV_LEVEL_INFO_INIT {sizeof(RlvLevelInfo), 0, 0, 0, 0, 0}
+
+/* From where it is seen, and how fine it has to be there. */
+typedef struct RlvLevelView {
+    uint32_t struct_size;
+    float eye[3];        /* where it is seen from */
+    float pixels;        /* pixels that a unit across the view covers at distance 1: height / (2 tan(angle / 2)) */
+    float tolerance;     /* pixels that the mesh may deviate by, above 0 */
+    float outline;       /* the same divided by this, at least 1, where there may be an outline */
+    uint32_t reserved;   /* 0 */
+    const float *planes; /* of what is seen, 4 floats n, d each: n · p + d >= 0, n of length 1; NULL for everything */
+    size_t plane_count;
+    size_t plane_stride; /* bytes, 0 for packed */
+} RlvLevelView;
+
+#define RLV_LEVEL_VIEW_INIT {sizeof(RlvLevelView), {0.0f}, 1000.0f, 1.0f, 1.0f, 0, NULL, 0, 0}
+
+/* A ball in which something has an influence, that falls from its middle to its border. */
+typedef struct RlvLevelRegion {
+    float center[3];  /* object units */
+    float radius;     /* object units, above 0 */
+    uint32_t falloff; /* RlvFalloff */
+    uint32_t reserved;
+} RlvLevelRegion;
+
+/* What grabs a region, turns it about its middle and moves it. */
+typedef struct RlvLevelHandle {
+    RlvLevelRegion region;
+    float translation[3]; /* object units */
+    float axis[3];        /* it turns about, of length 1; of any if the angle is 0 */
+    float angle;          /* how far it turns, radians, counter-clockwise seen against the axis */
+    uint32_t reserved;
+} RlvLevelHandle;
+
+/* Handles that act together, and regions that are held. Where the influences of handles sum to more than 1, each has its
+ * share; an anchor takes its influence from all of them. Strides are in bytes, 0 for packed. */
+typedef struct RlvLevelEdit {
+    uint32_t struct_size;
+    uint32_t reserved; /* 0 */
+    const RlvLevelHandle *handles;
+    size_t handle_count; /* 1 or more */
+    size_t handle_stride;
+    const RlvLevelRegion *anchors;
+    size_t anchor_count; /* 0 or more */
+    size_t anchor_stride;
+} RlvLevelEdit;
+
+#define RLV_LEVEL_EDIT_INIT {sizeof(RlvLevelEdit), 0, NULL, 0, 0, NULL, 0, 0}
+
+/* The host's buffers: the same ones, with what the last update left in them, until one of them is another and is_whole
+ * says so. Strides are in bytes, 0 for packed. */
+typedef struct RlvLevelBuffers {
+    uint32_t struct_size;
+    uint32_t is_whole; /* 1: write everything; the first update does so anyway */
+    float *points;     /* 3 floats each */
+    size_t point_stride;
+    float *normals; /* of length 1, 0 at vertices without triangles; 3 floats each; NULL if not wanted */
+    size_t normal_stride;
+    size_t vertex_capacity; /* vertices that there is room for */
+    uint32_t *triangles;    /* 3 vertices each, counter-clockwise from the front */
+    size_t triangle_stride;
+    size_t triangle_capacity; /* triangles that there is room for */
+} RlvLevelBuffers;
+
+#define RLV_LEVEL_BUFFERS_INIT {sizeof(RlvLevelBuffers), 0, NULL, 0, NULL, 0, 0, NULL, 0, 0}
+
+/* What is in the host's buffers. */
+typedef struct RlvLevelUpdate {
+    uint32_t struct_size;
+    uint32_t reserved;
+    size_t vertex_count;         /* vertices, from the first place on */
+    size_t triangle_count;       /* triangles, from the first place on */
+    size_t first_vertex;         /* all vertices that were written are among changed_vertex_count from this one on */
+    size_t changed_vertex_count; /* 0 if none was */
+    size_t first_triangle;       /* the same of triangles */
+    size_t changed_triangle_count;
+} RlvLevelUpdate;
+
+#define RLV_LEVEL_UPDATE_INIT {sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0}
+
+/* Makes a level of a progressive mesh, which is its base mesh. Fails with RLV_ERROR_MEMORY if it would take more than the
+ * context's memory limit. */
+RLV_API RlvResult rlv_level_create(RlvProgressive progressive, RlvLevel *out);
+
+RLV_API RlvResult rlv_level_retain(RlvLevel level);
+RLV_API RlvResult rlv_level_release(RlvLevel level);
+
+/* How large the mesh is now, and how many edits there are to take back. No failure of its own. */
+RLV_API RlvResult rlv_level_info(RlvLevel level, RlvLevelInfo *out);
+
+/* Mutating. Becomes the coarsest mesh that deviates by at most error from the finest, 0 or more. Fails if error is
+ * negative or no number. */
+RLV_API RlvResult rlv_level_set_error(RlvLevel level, float error);
+
+/* Mutating. Becomes the finest mesh of at most so many triangles, or the base mesh if that has more; SIZE_MAX for the
+ * finest of all. No failure of its own. */
+RLV_API RlvResult rlv_level_set_triangles(RlvLevel level, size_t triangles);
+
+/* Mutating. Becomes as fine as a view needs it, from what it is: of two views that are near each other little changes.
+ * Fails, and changes nothing, if a number of the view is not finite or out of its range. */
+RLV_API RlvResult rlv_level_set_view(RlvLevel level, const RlvLevelView *view);
+
+/* Mutating. Moves and turns regions of the mesh as it is now. reached, which may be NULL, is how many vertices moved.
+ * Fails, and changes nothing, if no vertex is in a region, a number is out of its range, or the level is made for a
+ * view. */
+RLV_API RlvResult rlv_level_edit(RlvLevel level, const RlvLevelEdit *edit, size_t *reached);
+
+/* Mutating. Takes the last edit back, at whatever level. A level that is made for a view becomes what it was before
+ * that. Fails with RLV_ERROR_NOT_FOUND if there is none. */
+RLV_API RlvResult rlv_level_undo(RlvLevel level);
+
+/* Mutating. Makes the edit again that was taken back last. Fails with RLV_ERROR_NOT_FOUND if there is none. */
+RLV_API RlvResult rlv_level_redo(RlvLevel level);
+
+/* Mutating. Writes to the host's buffers what has changed of the mesh since the last update; out may be NULL. Fails, and
+ * writes nothing, if there is not enough room; there is for any level with rlv_progressive_info's counts. */
+RLV_API RlvResult rlv_level_update(RlvLevel level, const RlvLevelBuffers *buffers, RlvLevelUpdate *out);
+
+/* Makes a mesh of the level as it is now, with the attribute "normal" at its points. Fails with RLV_ERROR_MEMORY if it
+ * would take more than the context's memory limit, or if no triangle is left. */
+RLV_API RlvResult rlv_level_mesh(RlvLevel level, RlvMesh *out);
+
+/* Mutating, though it leaves the mesh as it is. Makes a progressive mesh of its own that has the edits at all levels, to be
+ * written or handed on. Deviations of its levels are those it was built with. A level that is made for a view becomes
+ * what it was before that. Fails with RLV_ERROR_MEMORY if it would take more than the context's memory limit. */
+RLV_API RlvResult rlv_level_settle(RlvLevel level, RlvProgressive *out);
+
+#endif

@@ -1,0 +1,60 @@
+/* Relievo: progressive meshes, triangle meshes that are taken as coarse or as fine as they are needed.
+ *
+ * A progressive mesh is a coarse base mesh and the splits of vertices that make it fine again (Derzapf, Grund, Guthe
+ * 2014). It is built by simplification, in about 40 bytes a triangle, and does not change, so that its calls may run at
+ * the same time. A level (level.h) is a mesh of it. Lengths are in object units. */
+#ifndef RELIEVO_PROGRESSIVE_H
+#define RELIEVO_PROGRESSIVE_H
+
+#include "relievo/mesh.h"
+
+typedef struct RlvProgressive {
+    uint64_t id;
+} RlvProgressive;
+
+typedef struct RlvProgressiveOptions {
+    uint32_t struct_size;
+    uint32_t reserved;      /* 0 */
+    size_t base_triangles;  /* triangles at which the base mesh is coarse enough; there may be more where no edge can go */
+    const uint32_t *locked; /* points that stay where they are at all levels; NULL for none */
+    size_t locked_count;
+    size_t locked_stride; /* bytes, 0 for packed */
+} RlvProgressiveOptions;
+
+#define RLV_PROGRESSIVE_OPTIONS_INIT {sizeof(RlvProgressiveOptions), 0, 100, NULL, 0, 0}
+
+typedef struct RlvProgressiveInfo {
+    uint32_t struct_size;
+    uint32_t reserved;
+    size_t vertex_count; /* of the finest mesh */
+    size_t triangle_count;
+    size_t base_vertex_count; /* of the coarsest */
+    size_t base_triangle_count;
+    size_t bytes; /* in memory */
+} RlvProgressiveInfo;
+
+#define RLV_PROGRESSIVE_INFO_INIT {sizeof(RlvProgressiveInfo), 0, 0, 0, 0, 0, 0}
+
+/* Builds a progressive mesh of a mesh's triangles, fanned as rlv_mesh_get_triangles does; points at the same place are
+ * taken as one, attributes are left out. options may be NULL for the defaults, progress too. Fails if a locked point
+ * does not exist, with RLV_ERROR_MEMORY if it would take more than the context's memory limit, and with
+ * RLV_ERROR_CANCELLED. */
+RLV_API RlvResult rlv_progressive_create(RlvMesh mesh, const RlvProgressiveOptions *options, RlvProgress progress,
+                                         void *user, RlvProgressive *out);
+
+/* Reads a file (.rlvpm). path is UTF-8. triangles is how fine it has to be at least: only as much of the file is read,
+ * SIZE_MAX for all of it. The file may be hostile: it is checked, and the context's memory limit bounds what reading it
+ * takes. Fails if the file cannot be read, is of a newer version or not what was written. */
+RLV_API RlvResult rlv_progressive_read(RlvContext context, const char *path, size_t triangles, RlvProgressive *out);
+
+/* Writes a file (.rlvpm), compressed, whose beginning is a coarser mesh. path is UTF-8. The file appears whole or not at
+ * all. Fails if it cannot be written. */
+RLV_API RlvResult rlv_progressive_write(RlvProgressive progressive, const char *path);
+
+RLV_API RlvResult rlv_progressive_retain(RlvProgressive progressive);
+RLV_API RlvResult rlv_progressive_release(RlvProgressive progressive);
+
+/* How large its finest and coarsest meshes are. No failure of its own. */
+RLV_API RlvResult rlv_progressive_info(RlvProgressive progressive, RlvProgressiveInfo *out);
+
+#endif

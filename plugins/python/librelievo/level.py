@@ -1,0 +1,112 @@
+"""Levels: meshes of a progressive mesh that become finer and coarser in place and are edited at any level."""
+
+import ctypes
+from collections import namedtuple
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading, writing
+from .handle import Handle
+from .mesh import Mesh
+from .parameter import address_of
+from .progressive import Progressive
+
+Region = namedtuple("Region", ["center", "radius", "falloff"], defaults=["smooth"])
+Region.__doc__ = "A ball in which something has an influence, and how that falls to its border."
+Grip = namedtuple("Grip", ["region", "translation", "axis", "angle"], defaults=[(0, 0, 0), (0, 0, 1), 0.0])
+Grip.__doc__ = "What grabs a region, turns it about its middle and moves it; radians."
+
+
+def _region(region):
+    made = abi.RlvLevelRegion()
+    made.center[:] = [float(value) for value in region.center]
+    made.radius = region.radius
+    made.falloff = record.named(abi.RlvFalloff, region.falloff, "falloff")
+    return made
+
+
+def _grip(grip):
+    made = abi.RlvLevelHandle()
+    made.region = _region(grip.region)
+    made.translation[:] = [float(value) for value in grip.translation]
+    made.axis[:] = [float(value) for value in grip.axis]
+    made.angle = grip.angle
+    return made
+
+
+class Level(Handle):
+    """A mesh of a progressive mesh, at first its base. `points`, `normals` and `triangles` are those of the last
+    `update`: views of arrays that stay where they are."""
+
+    noun, kind = "level", abi.RlvLevel
+
+    def __init__(self, whole):
+        super().__init__("rlv_level_create", whole.handle)
+        info = whole.info
+        room = self._room = record.empty(abi.RlvLevelBuffers)
+        points, room.points, _ = writing(None, info.vertex_count, numpy.float32, 3, "points")
+        normals, room.normals, _ = writing(None, info.vertex_count, numpy.float32, 3, "normals")
+        triangles, room.triangles, _ = writing(None, info.triangle_count, numpy.uint32, 3, "triangles")
+        room.vertex_capacity, room.triangle_capacity = info.vertex_count, info.triangle_count
+        self._arrays = (points, normals, triangles)
+        self.points, self.normals, self.triangles = points[:0], normals[:0], triangles[:0]
+
+    @property
+    def info(self):
+        """Counts, and edits that can be taken back and made again."""
+        out = record.empty(abi.RlvLevelInfo)
+        library.call("rlv_level_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def set_error(self, error):
+        """Becomes the coarsest mesh that deviates by no more."""
+        library.call("rlv_level_set_error", self.handle, float(error))
+
+    def set_triangles(self, triangles=None):
+        """Becomes the finest mesh of at most so many triangles, None for the finest of all."""
+        most = ctypes.c_size_t(-1).value if triangles is None else triangles
+        library.call("rlv_level_set_triangles", self.handle, most)
+
+    def set_view(self, planes=None, **view):
+        """Becomes as fine as a view needs it, by the fields of RlvLevelView; `planes` (n, 4) bound what is seen."""
+        made = record.fill(abi.RlvLevelView, view)
+        kept = Reading(planes, numpy.float32, 4, "planes")
+        made.planes, made.plane_count, made.plane_stride = kept.address, kept.count, kept.stride
+        library.call("rlv_level_set_view", self.handle, ctypes.byref(made))
+
+    def edit(self, grips, anchors=()):
+        """Moves and turns regions by `Grip`s, anchored in `Region`s. Returns how many vertices were reached."""
+        handles = (abi.RlvLevelHandle * len(grips))(*map(_grip, grips))
+        held = (abi.RlvLevelRegion * len(anchors))(*map(_region, anchors))
+        edit = record.empty(abi.RlvLevelEdit)
+        edit.handles, edit.handle_count = handles, len(grips)
+        edit.anchors, edit.anchor_count = held, len(anchors)
+        reached = ctypes.c_size_t()
+        library.call("rlv_level_edit", self.handle, ctypes.byref(edit), address_of(reached))
+        return reached.value
+
+    def undo(self):
+        """Takes the last edit back."""
+        library.call("rlv_level_undo", self.handle)
+
+    def redo(self):
+        """Makes the edit again that was taken back last."""
+        library.call("rlv_level_redo", self.handle)
+
+    def update(self):
+        """Brings `points`, `normals` and `triangles` up to date. Returns what was written; see RlvLevelUpdate."""
+        out = record.empty(abi.RlvLevelUpdate)
+        library.call("rlv_level_update", self.handle, ctypes.byref(self._room), ctypes.byref(out))
+        points, normals, triangles = self._arrays
+        self.points, self.normals = points[: out.vertex_count], normals[: out.vertex_count]
+        self.triangles = triangles[: out.triangle_count]
+        return record.read(out)
+
+    def mesh(self):
+        """A mesh of it as it is now."""
+        return Mesh.of("rlv_level_mesh", self.handle)
+
+    def settle(self):
+        """A progressive mesh of its own that has the edits at all levels."""
+        return Progressive.of("rlv_level_settle", self.handle)

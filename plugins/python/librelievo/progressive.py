@@ -1,0 +1,50 @@
+"""Progressive meshes: triangle meshes that are taken as coarse or as fine as they are needed."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading
+from .handle import Handle, path_bytes
+from .progress import watched
+
+
+def options_of(base_triangles, locked):
+    """RlvProgressiveOptions, and what keeps their array."""
+    options = record.empty(abi.RlvProgressiveOptions)
+    if base_triangles is not None:
+        options.base_triangles = base_triangles
+    locked = Reading(locked, numpy.uint32, 0, "locked")
+    options.locked, options.locked_count, options.locked_stride = locked.address, locked.count, locked.stride
+    return options, locked
+
+
+class Progressive(Handle):
+    """A coarse base mesh and the splits that make it fine again. It does not change."""
+
+    noun, kind = "progressive", abi.RlvProgressive
+
+    def __init__(self, mesh, base_triangles=None, locked=None, progress=None):
+        """Builds one of a mesh's triangles, down to a base of so many; `locked` points stay at all levels."""
+        options, kept = options_of(base_triangles, locked)
+        with watched(progress) as callback:
+            super().__init__("rlv_progressive_create", mesh.handle, ctypes.byref(options), callback, None)
+        del kept
+
+    @classmethod
+    def read(cls, context, path, triangles=None):
+        """Reads a file, or as much of it as so many triangles need."""
+        most = ctypes.c_size_t(-1).value if triangles is None else triangles
+        return cls.of("rlv_progressive_read", context.handle, path_bytes(path), most)
+
+    def write(self, path):
+        """Writes a file (.rlvpm)."""
+        library.call("rlv_progressive_write", self.handle, path_bytes(path))
+
+    @property
+    def info(self):
+        """Counts of its finest and coarsest meshes, and bytes."""
+        out = record.empty(abi.RlvProgressiveInfo)
+        library.call("rlv_progressive_info", self.handle, ctypes.byref(out))
+        return record.read(out)

@@ -1,0 +1,359 @@
+//! Levels of progressive meshes; see `include/relievo/level.h`.
+
+use std::sync::{Arc, RwLock};
+
+use relievo_core::{Attribute, Domain, Error, ErrorKind, Falloff, Mesh, Result, Values};
+use relievo_lod::progressive::{ActiveMesh, Buffers, Cut, Edit, Handle, Region, View};
+
+use crate::array::{Input, Output, Plain, present, put};
+use crate::context::ContextObject;
+use crate::descriptor::{check_optional, numbered, read_descriptor, write_descriptor, write_optional};
+use crate::mesh::{self, RlvMesh};
+use crate::progressive::{self, ProgressiveObject, RlvProgressive};
+use crate::registry::{self, handle, try_read, try_write};
+
+handle!(RlvLevel, 17, LevelObject);
+
+descriptor! {
+    pub struct RlvLevelInfo {
+        struct_size: u32,
+        undo_count: u32,
+        redo_count: u32,
+        reserved: u32,
+        vertex_count: usize,
+        triangle_count: usize,
+    }
+}
+
+descriptor! {
+    pub struct RlvLevelView {
+        struct_size: u32,
+        eye: [f32; 3],
+        pixels: f32,
+        tolerance: f32,
+        outline: f32,
+        reserved: u32,
+        planes: *const f32,
+        plane_count: usize,
+        plane_stride: usize,
+    }
+}
+
+descriptor! {
+    pub struct RlvLevelRegion {
+        center: [f32; 3],
+        radius: f32,
+        falloff: u32,
+        reserved: u32,
+    }
+}
+
+descriptor! {
+    pub struct RlvLevelHandle {
+        region: RlvLevelRegion,
+        translation: [f32; 3],
+        axis: [f32; 3],
+        angle: f32,
+        reserved: u32,
+    }
+}
+
+descriptor! {
+    pub struct RlvLevelEdit {
+        struct_size: u32,
+        reserved: u32,
+        handles: *const RlvLevelHandle,
+        handle_count: usize,
+        handle_stride: usize,
+        anchors: *const RlvLevelRegion,
+        anchor_count: usize,
+        anchor_stride: usize,
+    }
+}
+
+descriptor! {
+    pub struct RlvLevelBuffers {
+        struct_size: u32,
+        is_whole: u32,
+        points: *mut f32,
+        point_stride: usize,
+        normals: *mut f32,
+        normal_stride: usize,
+        vertex_capacity: usize,
+        triangles: *mut u32,
+        triangle_stride: usize,
+        triangle_capacity: usize,
+    }
+}
+
+descriptor! {
+    pub struct RlvLevelUpdate {
+        struct_size: u32,
+        reserved: u32,
+        vertex_count: usize,
+        triangle_count: usize,
+        first_vertex: usize,
+        changed_vertex_count: usize,
+        first_triangle: usize,
+        changed_triangle_count: usize,
+    }
+}
+
+impl Default for RlvLevelRegion {
+    fn default() -> Self {
+        Self { center: [0.0; 3], radius: 0.0, falloff: 0, reserved: 0 }
+    }
+}
+
+impl Default for RlvLevelHandle {
+    fn default() -> Self {
+        let region = RlvLevelRegion::default();
+        Self { region, translation: [0.0; 3], axis: [0.0; 3], angle: 0.0, reserved: 0 }
+    }
+}
+
+// SAFETY: words without padding, floats and integers.
+unsafe impl Plain for RlvLevelRegion {}
+// SAFETY: as above.
+unsafe impl Plain for RlvLevelHandle {}
+
+pub struct LevelObject {
+    whole: Arc<ProgressiveObject>,
+    mesh: RwLock<ActiveMesh>,
+}
+
+impl LevelObject {
+    fn context(&self) -> &Arc<ContextObject> {
+        &self.whole.context
+    }
+
+    /// Has the mesh for itself while it changes.
+    fn change<T>(&self, work: impl FnOnce(&mut ActiveMesh) -> Result<T>) -> Result<T> {
+        work(&mut *try_write(&self.mesh, "level")?)
+    }
+}
+
+/// A region of influence; `place` says whose in messages.
+fn region(given: &RlvLevelRegion, place: impl Fn() -> String) -> Result<Region> {
+    let falloff = numbered("falloff", &Falloff::NAMES, given.falloff).map_err(|error| error.at(place()))?;
+    Ok(Region { center: given.center, radius: given.radius, falloff })
+}
+
+/// What an edit does.
+///
+/// # Safety
+/// `edit` is NULL or a descriptor whose arrays are as the header demands.
+unsafe fn read_edit(edit: *const RlvLevelEdit) -> Result<Edit> {
+    // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+    let default: RlvLevelEdit = unsafe { std::mem::zeroed() };
+    // SAFETY: promised by the caller.
+    let given = unsafe { read_descriptor(edit, default) }?;
+    // SAFETY: promised by the caller.
+    let (handles, anchors) = unsafe {
+        (
+            Input::new("handles", given.handles, given.handle_count, given.handle_stride)?,
+            Input::new("anchors", given.anchors, given.anchor_count, given.anchor_stride)?,
+        )
+    };
+    let handle = |(index, given): (usize, RlvLevelHandle)| {
+        let region = region(&given.region, || format!("handle {index}"))?;
+        Ok(Handle { region, translation: given.translation, axis: given.axis, angle: given.angle })
+    };
+    let anchor = |(index, given): (usize, RlvLevelRegion)| region(&given, || format!("anchor {index}"));
+    Ok(Edit {
+        handles: handles.iter().enumerate().map(handle).collect::<Result<_>>()?,
+        anchors: anchors.iter().enumerate().map(anchor).collect::<Result<_>>()?,
+    })
+}
+
+/// A host's buffers.
+struct HostBuffers {
+    points: Output<[f32; 3]>,
+    normals: Option<Output<[f32; 3]>>,
+    triangles: Output<[u32; 3]>,
+}
+
+impl Buffers for HostBuffers {
+    fn set_vertex(&mut self, place: usize, point: [f32; 3], normal: [f32; 3]) {
+        self.points.set(place, point);
+        if let Some(normals) = &self.normals {
+            normals.set(place, normal);
+        }
+    }
+
+    fn set_triangle(&mut self, place: usize, vertices: [u32; 3]) {
+        self.triangles.set(place, vertices);
+    }
+}
+
+fn nothing(what: &str) -> Error {
+    Error::new(ErrorKind::NotFound, format!("there is no edit to {what}")).at("level")
+}
+
+entry! {
+    fn rlv_level_create(progressive: RlvProgressive, out: *mut RlvLevel) {
+        present("out", out)?;
+        let whole = registry::get(progressive)?;
+        let bytes = ActiveMesh::bytes(&whole.mesh);
+        if bytes > whole.context.context.memory_limit() {
+            return Err(Error::memory(format!("a level of it takes {bytes} bytes, more than the memory limit"))
+                .at("progressive")
+                .advise("raise the memory limit of the context"));
+        }
+        let mesh = RwLock::new(ActiveMesh::new(&whole.mesh));
+        let made = registry::insert(LevelObject { whole, mesh })?;
+        // SAFETY: checked above.
+        unsafe { put(out, made) };
+        Ok(())
+    }
+
+    fn rlv_level_retain(level: RlvLevel) {
+        registry::retain(level)
+    }
+
+    fn rlv_level_release(level: RlvLevel) {
+        registry::release(level)
+    }
+
+    fn rlv_level_info(level: RlvLevel, out: *mut RlvLevelInfo) {
+        let object = registry::get(level)?;
+        let mesh = try_read(&object.mesh, "level")?;
+        let [undo, redo] = mesh.edits();
+        let info = RlvLevelInfo {
+            struct_size: 0,
+            undo_count: undo as u32,
+            redo_count: redo as u32,
+            reserved: 0,
+            vertex_count: mesh.vertex_count(),
+            triangle_count: mesh.triangle_count(),
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_level_set_error(level: RlvLevel, error: f32) {
+        let object = registry::get(level)?;
+        if error.is_nan() || error < 0.0 {
+            return Err(Error::invalid(format!("{error} is no length")).at("error").advise("use 0 or more"));
+        }
+        object.change(|mesh| {
+            mesh.adapt(&object.context().context, Cut::of_error(error));
+            Ok(())
+        })
+    }
+
+    fn rlv_level_set_triangles(level: RlvLevel, triangles: usize) {
+        let object = registry::get(level)?;
+        object.change(|mesh| {
+            mesh.adapt(&object.context().context, Cut::of_faces(&object.whole.mesh, triangles));
+            Ok(())
+        })
+    }
+
+    fn rlv_level_set_view(level: RlvLevel, view: *const RlvLevelView) {
+        let object = registry::get(level)?;
+        // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+        let default: RlvLevelView = unsafe { std::mem::zeroed() };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let given = unsafe { read_descriptor(view, default) }?;
+        // SAFETY: the caller promises `plane_count` planes.
+        let planes =
+            unsafe { Input::new("planes", given.planes.cast::<[f32; 4]>(), given.plane_count, given.plane_stride) }?;
+        let RlvLevelView { eye, pixels, tolerance, outline, .. } = given;
+        let planes = planes.to_vec("planes", object.context().context.memory_limit())?;
+        let view = View { eye, pixels, tolerance, outline, planes };
+        object.change(|mesh| mesh.adapt_to(&object.context().context, &view, object.whole.extents()).map(drop))
+    }
+
+    fn rlv_level_edit(level: RlvLevel, edit: *const RlvLevelEdit, reached: *mut usize) {
+        let object = registry::get(level)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays of their counts.
+        let edit = unsafe { read_edit(edit) }?;
+        let count = object.change(|mesh| mesh.edit(&edit))?;
+        if !reached.is_null() {
+            // SAFETY: it is not NULL, and the caller promises a place.
+            unsafe { put(reached, count) };
+        }
+        Ok(())
+    }
+
+    fn rlv_level_undo(level: RlvLevel) {
+        let object = registry::get(level)?;
+        object.change(|mesh| mesh.undo(&object.context().context).then_some(()).ok_or_else(|| nothing("take back")))
+    }
+
+    fn rlv_level_redo(level: RlvLevel) {
+        let object = registry::get(level)?;
+        object.change(|mesh| mesh.redo(&object.context().context).then_some(()).ok_or_else(|| nothing("make again")))
+    }
+
+    fn rlv_level_update(level: RlvLevel, buffers: *const RlvLevelBuffers, out: *mut RlvLevelUpdate) {
+        let object = registry::get(level)?;
+        // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+        let default: RlvLevelBuffers = unsafe { std::mem::zeroed() };
+        // SAFETY: the caller gives NULL or descriptors that start with their size.
+        let given = unsafe {
+            check_optional(out)?;
+            read_descriptor(buffers, default)?
+        };
+        object.change(|mesh| {
+            let (vertices, triangles) = (mesh.vertex_count(), mesh.triangle_count());
+            let (points, normals) = (given.points.cast::<[f32; 3]>(), given.normals.cast::<[f32; 3]>());
+            // SAFETY: the caller promises room for the capacities.
+            let mut buffers = unsafe {
+                HostBuffers {
+                    points: Output::new("points", points, given.vertex_capacity, given.point_stride)?,
+                    normals: Output::optional("normals", normals, given.vertex_capacity, given.normal_stride)?,
+                    triangles: Output::new(
+                        "triangles",
+                        given.triangles.cast::<[u32; 3]>(),
+                        given.triangle_capacity,
+                        given.triangle_stride,
+                    )?,
+                }
+            };
+            buffers.points.holds("points", vertices)?;
+            buffers.triangles.holds("triangles", triangles)?;
+            let update = mesh.update(&mut buffers, given.is_whole != 0);
+            let told = RlvLevelUpdate {
+                struct_size: 0,
+                reserved: 0,
+                vertex_count: update.vertices,
+                triangle_count: update.triangles,
+                first_vertex: update.changed_vertices.start,
+                changed_vertex_count: update.changed_vertices.len(),
+                first_triangle: update.changed_triangles.start,
+                changed_triangle_count: update.changed_triangles.len(),
+            };
+            // SAFETY: checked above.
+            unsafe { write_optional(out, told) }
+        })
+    }
+
+    fn rlv_level_mesh(level: RlvLevel, out: *mut RlvMesh) {
+        present("out", out)?;
+        let object = registry::get(level)?;
+        let made = try_read(&object.mesh, "level")?.extract();
+        if made.triangles.is_empty() {
+            return Err(Error::invalid("no triangle is left of it").at("level").advise("make it finer"));
+        }
+        let mut mesh = Mesh::from_triangles(made.points, &made.triangles);
+        let values = Values::F32(made.normals.into_flattened());
+        let normal = Attribute { name: "normal".into(), domain: Domain::Point, width: 3, values, indices: None };
+        mesh.attributes.push(normal);
+        let made = mesh::register(object.context().clone(), mesh)?;
+        // SAFETY: checked above.
+        unsafe { put(out, made) };
+        Ok(())
+    }
+
+    fn rlv_level_settle(level: RlvLevel, out: *mut RlvProgressive) {
+        present("out", out)?;
+        let object = registry::get(level)?;
+        let settled = object.change(|mesh| Ok(mesh.settled(&object.context().context)))?;
+        let made = progressive::register(object.context().clone(), settled)?;
+        // SAFETY: checked above.
+        unsafe { put(out, made) };
+        Ok(())
+    }
+}

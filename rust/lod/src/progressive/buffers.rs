@@ -1,0 +1,265 @@
+//! A mesh in its user's buffers, in place: vertices and triangles keep their places for as long as they are there, the
+//! places are without gaps, and what is written is what has changed.
+
+use std::ops::Range;
+use std::sync::atomic::Ordering::Relaxed;
+
+use super::active::{ActiveMesh, Extract};
+use crate::connectivity::NONE;
+
+/// What vertices and triangles are written to.
+pub trait Buffers {
+    /// Puts a vertex at a place: its point, and its normal of length 1, or 0 without triangles.
+    fn set_vertex(&mut self, place: usize, point: [f32; 3], normal: [f32; 3]);
+
+    /// Puts a triangle at a place: the places of its vertices.
+    fn set_triangle(&mut self, place: usize, vertices: [u32; 3]);
+}
+
+/// What an update has left in buffers.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Update {
+    /// Vertices, from place 0 on.
+    pub vertices: usize,
+    /// Triangles, from place 0 on.
+    pub triangles: usize,
+    /// All places of vertices that were written are in it.
+    pub changed_vertices: Range<usize>,
+    /// All places of triangles that were written are in it.
+    pub changed_triangles: Range<usize>,
+}
+
+/// Where vertices and triangles are in buffers, and what has changed since they were written.
+pub struct Places {
+    vertices: Order,
+    triangles: Order,
+    /// Splits that were made or taken back, each with the vertex it splits.
+    splits: Vec<[u32; 2]>,
+    /// Vertices that are elsewhere.
+    moved: Vec<u32>,
+    /// So much has changed that all is to be written.
+    is_whole: bool,
+}
+
+impl Places {
+    fn new(vertices: usize, faces: usize) -> Self {
+        let [vertices, triangles] = [vertices, faces].map(Order::new);
+        Self { vertices, triangles, splits: Vec::new(), moved: Vec::new(), is_whole: true }
+    }
+
+    /// Notes splits that were made or taken back, each with the vertex it splits.
+    pub fn note_splits(&mut self, splits: impl IntoIterator<Item = [u32; 2]>) {
+        if !self.is_whole {
+            self.splits.extend(splits);
+            self.limit();
+        }
+    }
+
+    fn note_moved(&mut self, vertices: impl Iterator<Item = u32>) {
+        if !self.is_whole {
+            self.moved.extend(vertices);
+            self.limit();
+        }
+    }
+
+    /// Lists that are longer than the mesh save nothing.
+    fn limit(&mut self) {
+        if self.splits.len() + self.moved.len() > self.vertices.places.len() {
+            (self.splits, self.moved, self.is_whole) = (Vec::new(), Vec::new(), true);
+        }
+    }
+}
+
+/// Items in places without gaps.
+struct Order {
+    /// Of every item its place, or [`NONE`].
+    places: Vec<u32>,
+    /// Of every place its item.
+    items: Vec<u32>,
+    /// Items that are to be written, and whether an item is one of them.
+    written: Vec<u32>,
+    is_written: Vec<u64>,
+    /// Places whose items are gone.
+    free: Vec<u32>,
+}
+
+impl Order {
+    fn new(count: usize) -> Self {
+        let is_written = vec![0; count.div_ceil(64)];
+        Self { places: vec![NONE; count], items: Vec::new(), written: Vec::new(), is_written, free: Vec::new() }
+    }
+
+    fn clear(&mut self) {
+        self.items.drain(..).for_each(|item| self.places[item as usize] = NONE);
+    }
+
+    fn remove(&mut self, item: u32) {
+        let place = std::mem::replace(&mut self.places[item as usize], NONE);
+        if place != NONE {
+            self.free.push(place);
+        }
+    }
+
+    /// Gives an item a place, if it has none, and has it written.
+    fn add(&mut self, item: u32) {
+        if self.places[item as usize] == NONE {
+            let place = self.free.pop().unwrap_or(self.items.len() as u32);
+            if place as usize == self.items.len() {
+                self.items.push(item);
+            }
+            self.items[place as usize] = item;
+            self.places[item as usize] = place;
+        }
+        self.write(item);
+    }
+
+    fn write(&mut self, item: u32) {
+        let (word, bit) = (item as usize / 64, 1 << (item % 64));
+        if self.is_written[word] & bit == 0 {
+            self.is_written[word] |= bit;
+            self.written.push(item);
+        }
+    }
+
+    /// Fills the places that are left free with the last items. Returns those.
+    fn close(&mut self) -> Vec<u32> {
+        self.free.sort_unstable();
+        let mut moved = Vec::new();
+        while let Some(place) = self.free.pop() {
+            let Some(last) = self.items.pop() else { break };
+            // The free places behind this one are gone already.
+            if place as usize != self.items.len() {
+                self.items[place as usize] = last;
+                self.places[last as usize] = place;
+                moved.push(last);
+            }
+        }
+        moved
+    }
+
+    /// The items to be written with their places, and none are from now on.
+    fn take_written(&mut self) -> Vec<(u32, u32)> {
+        let list = self.written.drain(..).map(|item| {
+            self.is_written[item as usize / 64] = 0;
+            (self.places[item as usize], item)
+        });
+        list.collect()
+    }
+}
+
+impl ActiveMesh {
+    /// Writes to `buffers` what has changed of the mesh since the last time, or all of it if `is_whole` or there was no
+    /// time before. There has to be room for as many vertices and triangles as the mesh has now.
+    pub fn update(&mut self, buffers: &mut impl Buffers, is_whole: bool) -> Update {
+        let [count, faces] = [self.slots.len(), self.corners.len() / 3];
+        let mut places = self.places.take().unwrap_or_else(|| Places::new(count, faces));
+        if is_whole || places.is_whole {
+            self.place_all(&mut places);
+        } else {
+            self.place_changed(&mut places);
+        }
+        places.is_whole = false;
+        let mut update = Update {
+            vertices: places.vertices.items.len(),
+            triangles: places.triangles.items.len(),
+            ..Update::default()
+        };
+        for (place, vertex) in places.vertices.take_written() {
+            let Some(child) = self.child(vertex) else { continue };
+            let found = self.place(vertex, child);
+            buffers.set_vertex(place as usize, found.point.to_array(), found.normal.to_array());
+            widen(&mut update.changed_vertices, place as usize);
+        }
+        for (place, face) in places.triangles.take_written() {
+            let vertices = self.face(face).map(|vertex| places.vertices.places[vertex as usize]);
+            buffers.set_triangle(place as usize, vertices);
+            widen(&mut update.changed_triangles, place as usize);
+        }
+        self.places = Some(places);
+        update
+    }
+
+    /// Notes vertices that are elsewhere, for the next update.
+    pub(super) fn note_moved(&mut self, vertices: impl Iterator<Item = u32>) {
+        if let Some(places) = &mut self.places {
+            places.note_moved(vertices);
+        }
+    }
+
+    fn place_all(&self, places: &mut Places) {
+        places.splits.clear();
+        places.moved.clear();
+        places.vertices.clear();
+        places.triangles.clear();
+        self.vertices().for_each(|vertex| places.vertices.add(vertex));
+        let faces = 0..self.corners.len() as u32 / 3;
+        faces.filter(|face| self.has_face(*face)).for_each(|face| places.triangles.add(face));
+    }
+
+    fn place_changed(&self, places: &mut Places) {
+        let splits = std::mem::take(&mut places.splits);
+        let is_there = |vertex: u32| self.child(vertex).is_some();
+        let faces = |split: u32| [2 * split, 2 * split + 1];
+        // What is gone leaves its place to what is new.
+        for [split, _] in &splits {
+            if !is_there(*split) {
+                places.vertices.remove(*split);
+            }
+            faces(*split)
+                .into_iter()
+                .filter(|face| !self.has_face(*face))
+                .for_each(|face| places.triangles.remove(face));
+        }
+        for [split, vertex] in &splits {
+            for vertex in [*split, *vertex].into_iter().filter(|vertex| is_there(*vertex)) {
+                places.vertices.add(vertex);
+            }
+            faces(*split).into_iter().filter(|face| self.has_face(*face)).for_each(|face| places.triangles.add(face));
+        }
+        // Triangles around the two vertices of a split may have been given from one to the other. What is around comes in
+        // no order that could give places.
+        for vertex in splits.iter().flatten().filter(|vertex| is_there(**vertex)) {
+            self.faces_at(*vertex).for_each(|face| places.triangles.write(face));
+        }
+        for vertex in places.moved.drain(..).filter(|vertex| is_there(*vertex)) {
+            places.vertices.write(vertex);
+        }
+        for vertex in places.vertices.close() {
+            places.vertices.write(vertex);
+            self.faces_at(vertex).for_each(|face| places.triangles.write(face));
+        }
+        for face in places.triangles.close() {
+            places.triangles.write(face);
+        }
+    }
+
+    fn has_face(&self, face: u32) -> bool {
+        self.corners[3 * face as usize].vertex.load(Relaxed) != NONE
+    }
+
+    /// The vertices of a triangle.
+    fn face(&self, face: u32) -> [u32; 3] {
+        [0, 1, 2].map(|side| self.corners[3 * face as usize + side].vertex.load(Relaxed))
+    }
+}
+
+fn widen(range: &mut Range<usize>, place: usize) {
+    *range = if range.start == range.end { place..place + 1 } else { range.start.min(place)..range.end.max(place + 1) };
+}
+
+impl Buffers for Extract {
+    fn set_vertex(&mut self, place: usize, point: [f32; 3], normal: [f32; 3]) {
+        if place >= self.points.len() {
+            self.points.resize(place + 1, [0.0; 3]);
+            self.normals.resize(place + 1, [0.0; 3]);
+        }
+        (self.points[place], self.normals[place]) = (point, normal);
+    }
+
+    fn set_triangle(&mut self, place: usize, vertices: [u32; 3]) {
+        if place >= self.triangles.len() {
+            self.triangles.resize(place + 1, [0; 3]);
+        }
+        self.triangles[place] = vertices;
+    }
+}

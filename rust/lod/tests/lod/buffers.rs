@@ -1,0 +1,150 @@
+//! Meshes in their user's buffers: what is written there, and what is not.
+
+use std::sync::Arc;
+
+use std::ops::Range;
+
+use relievo_core::progress::Silent;
+use relievo_core::{Context, ContextOptions, Falloff};
+use relievo_lod::Progressive;
+use relievo_lod::progressive::{
+    ActiveMesh, Buffers, BuildOptions, Cut, Edit, Extents, Extract, Handle, Region, Update, View,
+};
+
+use crate::shapes::{Triangles, torus, two_tori};
+
+/// Buffers that know where they were written.
+#[derive(Default)]
+struct Kept {
+    mesh: Extract,
+    vertices: Range<usize>,
+    triangles: Range<usize>,
+    writes: usize,
+}
+
+impl Kept {
+    fn note(range: &mut Range<usize>, place: usize) {
+        *range =
+            if range.start == range.end { place..place + 1 } else { range.start.min(place)..range.end.max(place + 1) };
+    }
+}
+
+impl Buffers for Kept {
+    fn set_vertex(&mut self, place: usize, point: [f32; 3], normal: [f32; 3]) {
+        self.mesh.set_vertex(place, point, normal);
+        Self::note(&mut self.vertices, place);
+        self.writes += 1;
+    }
+
+    fn set_triangle(&mut self, place: usize, vertices: [u32; 3]) {
+        self.mesh.set_triangle(place, vertices);
+        Self::note(&mut self.triangles, place);
+        self.writes += 1;
+    }
+}
+
+/// The triangles of a mesh as points and normals, in an order of their own.
+fn sorted(mesh: &Extract, triangles: usize) -> Vec<[[u32; 6]; 3]> {
+    let corner = |vertex: u32| {
+        let (p, n) = (mesh.points[vertex as usize], mesh.normals[vertex as usize]);
+        [p[0], p[1], p[2], n[0], n[1], n[2]].map(f32::to_bits)
+    };
+    let mut list: Vec<_> = mesh.triangles[..triangles].iter().map(|triangle| triangle.map(corner)).collect();
+    list.sort_unstable();
+    list
+}
+
+/// Updates buffers and compares them with the whole mesh. Returns how often something was written.
+fn compare(active: &mut ActiveMesh, kept: &mut Kept) -> usize {
+    (kept.vertices, kept.triangles, kept.writes) = (0..0, 0..0, 0);
+    let update = active.update(kept, false);
+    let expected = Update {
+        vertices: active.vertex_count(),
+        triangles: active.triangle_count(),
+        changed_vertices: kept.vertices.clone(),
+        changed_triangles: kept.triangles.clone(),
+    };
+    assert_eq!(update, expected);
+    assert!(kept.mesh.triangles[..update.triangles].iter().flatten().all(|it| (*it as usize) < update.vertices));
+    let whole = active.extract();
+    assert!(sorted(&kept.mesh, update.triangles) == sorted(&whole, whole.triangles.len()));
+    kept.writes
+}
+
+fn build((points, triangles): &Triangles) -> Arc<Progressive> {
+    let options = BuildOptions { faces: 40, ..BuildOptions::default() };
+    Arc::new(Progressive::build(&Context::serial(), points, triangles, &options, &mut Silent).unwrap())
+}
+
+fn pull(center: [f32; 3], radius: f32) -> Edit {
+    let region = Region { center, radius, falloff: Falloff::Smooth };
+    let handle = Handle { region, translation: [0.1, 0.0, 0.2], axis: [0.0, 0.0, 1.0], angle: 0.4 };
+    Edit { handles: vec![handle], ..Edit::default() }
+}
+
+#[test]
+fn buffers_have_the_mesh_after_all_that_can_happen_to_it() {
+    for shape in [torus(80, 40), two_tori()] {
+        let mesh = build(&shape);
+        let context = Context::serial();
+        let (mut active, mut kept) = (ActiveMesh::new(&mesh), Kept::default());
+        compare(&mut active, &mut kept);
+        for faces in [500, 3000, 900, usize::MAX, 100, 700] {
+            active.adapt(&context, Cut::of_faces(&mesh, faces));
+            compare(&mut active, &mut kept);
+        }
+        active.edit(&pull([1.0, 0.0, 0.4], 0.6)).unwrap();
+        compare(&mut active, &mut kept);
+        // Finer and coarser before anything is written.
+        active.adapt(&context, Cut::of_faces(&mesh, 2500));
+        active.adapt(&context, Cut::of_faces(&mesh, 600));
+        active.adapt(&context, Cut::of_faces(&mesh, 1500));
+        compare(&mut active, &mut kept);
+        active.undo(&context);
+        compare(&mut active, &mut kept);
+        active.redo(&context);
+        active.adapt(&context, Cut::BASE);
+        compare(&mut active, &mut kept);
+        let extents = Extents::new(&mesh);
+        for x in [2.0, 2.2, 0.5, -2.0] {
+            let view = View { eye: [x, 0.3, 0.5], pixels: 400.0, tolerance: 2.0, outline: 2.0, planes: Vec::new() };
+            active.adapt_to(&context, &view, &extents).unwrap();
+            compare(&mut active, &mut kept);
+        }
+        active.settled(&context);
+        compare(&mut active, &mut kept);
+        assert_eq!(compare(&mut active, &mut kept), 0, "nothing has changed");
+    }
+}
+
+#[test]
+fn little_is_written_of_little_that_changes() {
+    let mesh = build(&torus(200, 100));
+    let context = Context::serial();
+    let (mut active, mut kept) = (ActiveMesh::new(&mesh), Kept::default());
+    active.adapt(&context, Cut::of_faces(&mesh, 20_000));
+    let whole = compare(&mut active, &mut kept);
+    assert_eq!(whole, active.vertex_count() + active.triangle_count());
+    let [splits, _] = active.adapt(&context, Cut::of_faces(&mesh, 20_200));
+    // A split changes its two vertices and the triangles around them.
+    assert!(compare(&mut active, &mut kept) < 16 * splits);
+    let reached = active.edit(&pull([1.4, 0.0, 0.0], 0.1)).unwrap();
+    assert_eq!(compare(&mut active, &mut kept), reached);
+    let all = active.update(&mut kept, true);
+    assert_eq!([all.changed_vertices.len(), all.changed_triangles.len()], [all.vertices, all.triangles]);
+}
+
+#[test]
+fn places_do_not_depend_on_threads() {
+    let mesh = build(&torus(150, 80));
+    let made = [1, 4].map(|threads| {
+        let context = Context::new(&ContextOptions { threads, ..ContextOptions::default() }).unwrap();
+        let (mut active, mut kept) = (ActiveMesh::new(&mesh), Extract::default());
+        for faces in [400, 9_000, 2_000, 5_000] {
+            active.adapt(&context, Cut::of_faces(&mesh, faces));
+            active.update(&mut kept, false);
+        }
+        kept
+    });
+    assert!(made[0] == made[1]);
+}

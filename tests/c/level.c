@@ -1,0 +1,220 @@
+/* Levels: finer, coarser and for a view, in the caller's buffers, edited, taken back, settled, and refused. */
+#include "ball.h"
+
+/* Buffers with more between their numbers, and something behind their ends. */
+typedef struct Kept {
+    RlvLevelBuffers buffers;
+    RlvLevelUpdate update;
+    float *vertices; /* point, normal, one more */
+    uint32_t *triangles;
+} Kept;
+
+enum { VERTEX = 7, TRIANGLE = 4 };
+
+static Kept make_room(size_t vertices, size_t triangles) {
+    Kept kept = {RLV_LEVEL_BUFFERS_INIT, RLV_LEVEL_UPDATE_INIT, NULL, NULL};
+    kept.vertices = malloc((vertices + 1) * VERTEX * sizeof(float));
+    kept.triangles = malloc((triangles + 1) * TRIANGLE * sizeof(uint32_t));
+    CHECK(kept.vertices != NULL && kept.triangles != NULL);
+    for (size_t k = 0; k < (vertices + 1) * VERTEX; ++k) {
+        kept.vertices[k] = 99.0f;
+    }
+    for (size_t k = 0; k < (triangles + 1) * TRIANGLE; ++k) {
+        kept.triangles[k] = 99;
+    }
+    kept.buffers.points = kept.vertices;
+    kept.buffers.normals = kept.vertices + 3;
+    kept.buffers.point_stride = kept.buffers.normal_stride = VERTEX * sizeof(float);
+    kept.buffers.vertex_capacity = vertices;
+    kept.buffers.triangles = kept.triangles;
+    kept.buffers.triangle_stride = TRIANGLE * sizeof(uint32_t);
+    kept.buffers.triangle_capacity = triangles;
+    return kept;
+}
+
+/* Six times the volume within the triangles; every number is where it should be, and nothing else was written. */
+static double check_update(RlvLevel level, Kept *kept) {
+    RlvLevelInfo info = RLV_LEVEL_INFO_INIT;
+    CHECK_OK(rlv_level_update(level, &kept->buffers, &kept->update));
+    CHECK_OK(rlv_level_info(level, &info));
+    const RlvLevelUpdate *update = &kept->update;
+    CHECK(update->vertex_count == info.vertex_count && update->triangle_count == info.triangle_count);
+    CHECK(update->first_vertex + update->changed_vertex_count <= update->vertex_count);
+    CHECK(update->first_triangle + update->changed_triangle_count <= update->triangle_count);
+    double volume = 0.0;
+    for (size_t k = 0; k < info.triangle_count; ++k) {
+        const uint32_t *corners = kept->triangles + k * TRIANGLE;
+        const float *p[3];
+        for (int side = 0; side < 3; ++side) {
+            CHECK(corners[side] < info.vertex_count);
+            p[side] = kept->vertices + corners[side] * VERTEX;
+        }
+        CHECK(corners[3] == 99);
+        volume += p[0][0] * ((double)p[1][1] * p[2][2] - (double)p[1][2] * p[2][1]) +
+                  p[0][1] * ((double)p[1][2] * p[2][0] - (double)p[1][0] * p[2][2]) +
+                  p[0][2] * ((double)p[1][0] * p[2][1] - (double)p[1][1] * p[2][0]);
+    }
+    for (size_t k = 0; k < info.vertex_count; ++k) {
+        const float *n = kept->vertices + k * VERTEX + 3;
+        CHECK_NEAR(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1.0, 1e-4);
+        CHECK(n[3] == 99.0f);
+    }
+    CHECK(kept->vertices[kept->buffers.vertex_capacity * VERTEX] == 99.0f);
+    CHECK(kept->triangles[kept->buffers.triangle_capacity * TRIANGLE] == 99);
+    return volume;
+}
+
+/* The largest height of a mesh. */
+static float highest(RlvMesh mesh) {
+    RlvMeshInfo info = RLV_MESH_INFO_INIT;
+    CHECK_OK(rlv_mesh_info(mesh, &info));
+    return info.high[2];
+}
+
+int main(void) {
+    RlvContext context = RLV_NULL;
+    RlvProgressive ball = RLV_NULL, settled = RLV_NULL;
+    RlvProgressiveInfo whole = RLV_PROGRESSIVE_INFO_INIT;
+    RlvLevel level = RLV_NULL, other = RLV_NULL, untouched = {77};
+    RlvLevelInfo info = RLV_LEVEL_INFO_INIT;
+    RlvMesh mesh = RLV_NULL;
+    CHECK_OK(rlv_context_create(NULL, &context));
+    mesh = check_ball(context, 1.0);
+    /* The pole is there at all levels. */
+    const uint32_t pole = 0;
+    RlvProgressiveOptions options = RLV_PROGRESSIVE_OPTIONS_INIT;
+    options.locked = &pole;
+    options.locked_count = 1;
+    CHECK_OK(rlv_progressive_create(mesh, &options, NULL, NULL, &ball));
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_progressive_info(ball, &whole));
+    CHECK_OK(rlv_level_create(ball, &level));
+    CHECK_OK(rlv_level_info(level, &info));
+    CHECK(info.triangle_count == whole.base_triangle_count && info.vertex_count == whole.base_vertex_count);
+
+    /* A ball of radius 1 at all levels: 6 * 4/3 pi. */
+    Kept kept = make_room(whole.vertex_count, whole.triangle_count);
+    const double full = 25.13;
+    CHECK_NEAR(check_update(level, &kept), full, 0.25 * full);
+    CHECK(kept.update.changed_vertex_count == kept.update.vertex_count);
+    CHECK_OK(rlv_level_set_triangles(level, 3000));
+    double volume = check_update(level, &kept);
+    CHECK_NEAR(volume, full, 0.01 * full);
+    CHECK(kept.update.triangle_count <= 3000 && kept.update.triangle_count >= 2990);
+    CHECK_OK(rlv_level_set_error(level, 0.01f));
+    CHECK_NEAR(check_update(level, &kept), full, 0.05 * full);
+    CHECK(kept.update.triangle_count < 2000);
+    CHECK_OK(rlv_level_set_triangles(level, SIZE_MAX));
+    check_update(level, &kept);
+    CHECK(kept.update.triangle_count == whole.triangle_count);
+    CHECK_OK(rlv_level_set_triangles(level, 3000));
+    CHECK(check_update(level, &kept) != 0.0);
+    CHECK_OK(rlv_level_update(level, &kept.buffers, &kept.update));
+    CHECK(kept.update.changed_vertex_count == 0 && kept.update.changed_triangle_count == 0);
+
+    /* Finer where it is seen: above. */
+    const float above[4] = {0, 0, 1, 0};
+    RlvLevelView view = RLV_LEVEL_VIEW_INIT;
+    view.eye[2] = 1.3f;
+    view.planes = above;
+    view.plane_count = 1;
+    CHECK_OK(rlv_level_set_view(level, &view));
+    check_update(level, &kept);
+    size_t near = 0;
+    for (size_t k = 0; k < kept.update.vertex_count; ++k) {
+        near += kept.vertices[k * VERTEX + 2] > 0.0f;
+    }
+    CHECK(near > 2 * (kept.update.vertex_count - near));
+
+    /* The pole is pulled up at a coarse level, and turned; finer levels follow. */
+    RlvLevelHandle handle = {{{0, 0, 1}, 0.9f, RLV_FALLOFF_SMOOTH, 0}, {0, 0, 0.5f}, {0, 0, 1}, 0.3f, 0};
+    RlvLevelRegion anchor = {{0, 1, 0}, 0.3f, RLV_FALLOFF_CONSTANT, 0};
+    RlvLevelEdit edit = RLV_LEVEL_EDIT_INIT;
+    edit.handles = &handle;
+    edit.handle_count = 1;
+    edit.anchors = &anchor;
+    edit.anchor_count = 1;
+    size_t reached = 7;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_edit(level, &edit, &reached), "made for a view");
+    CHECK(reached == 7);
+    CHECK_OK(rlv_level_set_triangles(level, 500));
+    CHECK_OK(rlv_level_edit(level, &edit, &reached));
+    CHECK(reached > 10 && reached < 200);
+    check_update(level, &kept);
+    CHECK(kept.update.changed_triangle_count > 0);
+    CHECK_OK(rlv_level_set_triangles(level, SIZE_MAX));
+    CHECK_OK(rlv_level_mesh(level, &mesh));
+    CHECK_NEAR(highest(mesh), 1.5, 1e-3);
+    uint32_t normal = 7;
+    CHECK_OK(rlv_mesh_find_attribute(mesh, "normal", &normal));
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_level_info(level, &info));
+    CHECK(info.undo_count == 1 && info.redo_count == 0);
+
+    /* Settled it is the same without the level, and others are as they were. */
+    CHECK_OK(rlv_level_settle(level, &settled));
+    CHECK_OK(rlv_level_create(settled, &other));
+    CHECK_OK(rlv_progressive_release(settled));
+    CHECK_OK(rlv_level_set_triangles(other, SIZE_MAX));
+    CHECK_OK(rlv_level_mesh(other, &mesh));
+    CHECK_NEAR(highest(mesh), 1.5, 1e-3);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_level_release(other));
+    CHECK_OK(rlv_level_create(ball, &other));
+    CHECK_OK(rlv_level_set_triangles(other, SIZE_MAX));
+    CHECK_OK(rlv_level_mesh(other, &mesh));
+    CHECK_NEAR(highest(mesh), 1.0, 1e-6);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_level_release(other));
+
+    /* Taken back and made again. */
+    CHECK_OK(rlv_level_undo(level));
+    CHECK_OK(rlv_level_mesh(level, &mesh));
+    CHECK_NEAR(highest(mesh), 1.0, 1e-6);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_level_undo(level), "no edit to take back");
+    CHECK_OK(rlv_level_redo(level));
+    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_level_redo(level), "no edit to make again");
+    check_update(level, &kept);
+
+    /* Refused, and nothing changed. */
+    kept.buffers.vertex_capacity = kept.update.vertex_count - 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_update(level, &kept.buffers, &kept.update), "points");
+    kept.buffers.vertex_capacity = whole.vertex_count;
+    kept.buffers.triangle_capacity = 5;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_update(level, &kept.buffers, &kept.update), "triangles");
+    kept.buffers.triangle_capacity = whole.triangle_count;
+    kept.buffers.points = NULL;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_update(level, &kept.buffers, &kept.update), "points");
+    kept.buffers.points = kept.vertices;
+    kept.buffers.is_whole = 1;
+    CHECK_OK(rlv_level_update(level, &kept.buffers, NULL));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_set_error(level, -1.0f), "error");
+    CHECK(rlv_level_set_error(level, NAN) == RLV_ERROR_INVALID);
+    view.tolerance = 0.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_set_view(level, &view), "view");
+    handle.region.falloff = 5;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_edit(level, &edit, NULL), "handle 0");
+    handle.region.falloff = RLV_FALLOFF_SPHERE;
+    handle.region.center[0] = 50.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_edit(level, &edit, NULL), "no vertex is in a region");
+    handle.region.radius = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_edit(level, &edit, NULL), "handle 0");
+    edit.handles = NULL;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_edit(level, &edit, NULL), "handles");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_create((RlvProgressive){level.id}, &untouched), "level");
+    CHECK(untouched.id == 77);
+    CHECK_OK(rlv_level_info(level, &info));
+    CHECK(info.triangle_count == whole.triangle_count && info.undo_count == 1);
+
+    /* It keeps alive what it needs. */
+    CHECK_OK(rlv_progressive_release(ball));
+    CHECK_OK(rlv_context_release(context));
+    CHECK_OK(rlv_level_set_triangles(level, 100));
+    check_update(level, &kept);
+    CHECK_OK(rlv_level_release(level));
+    CHECK(rlv_level_info(level, &info) == RLV_ERROR_INVALID);
+    free(kept.vertices);
+    free(kept.triangles);
+    return 0;
+}
