@@ -43,11 +43,12 @@ var<workgroup> changed: atomic<u32>;
 var<workgroup> counted: atomic<u32>;
 
 // Bits of the edit: colours are of half floats; the brush has an image, seen from the other side of the first axis; vectors
-// in object space are left as their frames keep them.
+// in object space are left as their frames keep them. From SMEAR_SHIFT on they are the number of a picture.
 const WIDE: u32 = 1u;
 const STAMPED: u32 = 2u;
 const TURNED_OVER: u32 = 4u;
 const ROUNDED: u32 = 8u;
+const SMEAR_SHIFT: u32 = 16u;
 
 // The largest half float, and the bell at its rim.
 const MOST: f32 = 65504.0;

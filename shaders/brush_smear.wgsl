@@ -1,7 +1,7 @@
 // import brush_paint_modes
 // A brush that smears: what it carries, and the sums of what it picks up. The same as `smudge` of rust/detail.
 
-// First whether there is a picture, then its cells.
+// Of every picture first whether there is one, then its cells.
 @group(0) @binding(8) var<storage, read> carried: array<vec4<f32>>;
 // Of each cell two words of red, green, blue and alpha, and how many.
 @group(0) @binding(9) var<storage, read_write> picked: array<atomic<u32>>;
@@ -11,8 +11,13 @@ const SMEAR_SIDE: u32 = 32u;
 const SMEAR_UNIT: f32 = 1048576.0;
 const SMEAR_WORDS: u32 = 9u;
 
+/// Where the picture that this dab leaves begins: that of its brush, or of a mirror image.
+fn carried_first() -> u32 {
+    return (work.flags >> SMEAR_SHIFT) * (1u + SMEAR_SIDE * SMEAR_SIDE);
+}
+
 fn carried_at(i: u32, j: u32) -> vec4<f32> {
-    return carried[1u + min(j, SMEAR_SIDE - 1u) * SMEAR_SIDE + min(i, SMEAR_SIDE - 1u)];
+    return carried[carried_first() + 1u + min(j, SMEAR_SIDE - 1u) * SMEAR_SIDE + min(i, SMEAR_SIDE - 1u)];
 }
 
 /// The picture that is carried, bilinear at a place of the brush.
@@ -48,7 +53,7 @@ fn pick(place: vec2<f32>, color: vec4<f32>) {
 
 /// The new colour of a place that has `now`, with a share of the edit; one that `counts` is picked up.
 fn smeared_over(at: BrushPlace, share: f32, now: vec4<f32>, counts: bool) -> vec4<f32> {
-    let left = share * carried[0].x;
+    let left = share * carried[carried_first()].x;
     let color = select(now, painted(Tint(smeared(at.place.xy), left), now, now), left > 0.0);
     if counts && at.share > 0.0 {
         pick(at.place.xy, color);

@@ -2,10 +2,11 @@
 // What a brush that smears leaves with its next dab: the means of what it picked up, and in a cell that has none that of
 // the least square of cells around it that has some. The same as `smudge` of rust/detail.
 
-// As in `brush_smear`.
+// As in `brush_smear`, and where the picture to make begins.
 @group(0) @binding(0) var<storage, read_write> carried: array<vec4<f32>>;
 // The same, and then the sums of squares of 2 × 2, 4 × 4, … cells.
 @group(0) @binding(1) var<storage, read_write> picked: array<u32>;
+var<immediate> first: u32;
 
 const SMEAR_SIDE: u32 = 32u;
 const SMEAR_UNIT: f32 = 1048576.0;
@@ -80,9 +81,9 @@ fn spread(@builtin(local_invocation_index) local: u32) {
             level++;
             at = cell_at(level, (cell % SMEAR_SIDE) >> level, (cell / SMEAR_SIDE) >> level);
         }
-        carried[1u + cell] = mean_of(at);
+        carried[first + 1u + cell] = mean_of(at);
     }
     if local == 0u {
-        carried[0] = vec4(1.0);
+        carried[first] = vec4(1.0);
     }
 }

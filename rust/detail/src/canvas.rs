@@ -5,8 +5,9 @@ use std::fmt::Debug;
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Result};
 use relievo_tiles::triangle::{Offset, TriangleField};
-use relievo_tiles::{Field, Vector};
+use relievo_tiles::{Field, Vector, by_format};
 
+use crate::cull;
 use crate::dab::{Dab, DabReport};
 use crate::ground::Ground;
 use crate::layered::LayeredObject;
@@ -58,6 +59,12 @@ pub trait Canvas: Debug + Send + Sync {
     /// The place of its surface nearest to a point of the world, no further than `within`, as it was at `start`.
     fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>>;
 
+    /// Whether the brush of a dab may reach its surface, as it is or was at `start`.
+    fn meets(&mut self, context: &Context, dab: &Dab, start: &Start) -> bool;
+
+    /// Bytes of the colours that are painted on. Fails where there are none, or they cannot be seen.
+    fn painted_bytes(&mut self) -> Result<u64>;
+
     /// Makes a dab at `level`, see [`StrokeSettings::level`](crate::StrokeSettings::level), as one of a stroke that
     /// began with `start`.
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport>;
@@ -104,6 +111,21 @@ impl Canvas for DisplacedObject {
     fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
         let Some(ground) = start.ground() else { return DisplacedObject::nearest(self, context, point, within) };
         self.nearest_of(context, &ground.displaced(self.surface())?, point, within)
+    }
+
+    fn meets(&mut self, context: &Context, dab: &Dab, start: &Start) -> bool {
+        let size = |object: &Self, tile| object.displacement().field().size(tile);
+        let culled = dab.intersect(context, self, start.ground(), size);
+        let meets = !culled.is_empty();
+        cull::give_back(context, culled);
+        meets
+    }
+
+    fn painted_bytes(&mut self) -> Result<u64> {
+        let paint = self.take_paint()?;
+        let bytes = by_format!(&paint, paint => paint.bytes());
+        self.put_paint(paint);
+        Ok(bytes)
     }
 
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport> {
@@ -160,6 +182,17 @@ impl Canvas for TriangleObject {
             None => TriangleObject::nearest(self, context, point, within),
             Some(ground) => self.nearest_of(context, ground, point, within),
         }
+    }
+
+    fn meets(&mut self, context: &Context, dab: &Dab, start: &Start) -> bool {
+        !self.intersect(context, dab, start.triangles()).is_empty()
+    }
+
+    fn painted_bytes(&mut self) -> Result<u64> {
+        let paint = self.take_paint()?;
+        let bytes = by_format!(&paint, paint => paint.bytes());
+        self.put_paint(paint);
+        Ok(bytes)
     }
 
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport> {

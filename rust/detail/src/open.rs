@@ -6,7 +6,7 @@ use std::sync::Arc;
 use relievo_core::{Context, Error, Result};
 
 use crate::canvas::{Canvas, Start};
-use crate::dab::{Action, no_vectors};
+use crate::dab::{Action, Dab, no_vectors};
 use crate::mode::PaintMode;
 use crate::path::{Station, StrokePoint};
 use crate::smudge::{Carried, Smudge};
@@ -158,33 +158,9 @@ impl OpenStroke {
         done.iter_mut().for_each(|done| done.missed = missed);
         let images = placed.len() / stations.len().max(1);
         self.carried.resize(images.max(self.carried.len()), None);
-        let smears = matches!(self.stroke.action, Action::Paint { mode: PaintMode::Smear, .. });
-        if smears
-            && images == 1
-            && let [object] = objects
-        {
-            // Nobody else adds to what a dab picks up, so that a device may go on with the next.
-            let mut placed = placed.drain(..).flatten().map(|(_, dab)| dab).peekable();
-            while placed.peek().is_some() {
-                let mut smudge = Smudge::new(self.carried[0].take());
-                let mut dabs = context.scratch().list();
-                for mut dab in placed.by_ref().take(CHAIN) {
-                    if !dabs.is_empty() {
-                        smudge = Smudge::after(&smudge);
-                    }
-                    dab.brush = dab.brush.with_smudge(smudge.clone());
-                    dabs.push(dab);
-                }
-                let mut reports = object.dabs(context, &dabs, &self.starts[0], self.stroke.settings.level)?;
-                for report in reports.drain(..) {
-                    done[0].dabs += 1;
-                    done[0].report.merge(&report);
-                    report.give_back(context);
-                }
-                context.scratch().keep_list(reports);
-                self.carried[0] = smudge.taken();
-            }
-        } else if !smears {
+        if matches!(self.stroke.action, Action::Paint { mode: PaintMode::Smear, .. }) {
+            self.smear(context, objects, placed.drain(..).enumerate(), (images, &mut done))?;
+        } else {
             // What is done to one object does not depend on the others.
             let (mut on, mut dabs) = (context.scratch().list(), context.scratch().list());
             for (object, dab) in placed.drain(..).flatten() {
@@ -201,21 +177,112 @@ impl OpenStroke {
                 context.scratch().keep_list(reports);
             }
         }
-        for (at, placed) in placed.drain(..).enumerate() {
-            let Some((on, mut dab)) = placed else { continue };
-            let smudge = Smudge::new(self.carried[at % images].take());
-            dab.brush = dab.brush.with_smudge(smudge.clone());
-            for (index, object) in objects.iter_mut().enumerate() {
-                let report = object.dab(context, &dab, &self.starts[index], self.stroke.settings.level)?;
-                done[index].dabs += u64::from(index == on || report.changed_texels > 0);
-                done[index].report.merge(&report);
-                report.give_back(context);
-            }
-            self.carried[at % images] = smudge.taken();
-        }
         for (object, done) in objects.iter_mut().zip(&mut done) {
             done.report.refuse(object.show(context)?);
         }
         Ok(done)
     }
+
+    /// Makes dabs that smear, each with the object that it is put on: of every station as many as it has `images`.
+    ///
+    /// A dab leaves what the one before it picked up of all objects, and a mirror image what the one before that did. So
+    /// those that follow each other and reach the same object alone are given to it at once, and what reaches several is
+    /// made dab by dab.
+    fn smear<C: Canvas + ?Sized>(
+        &mut self,
+        context: &Context,
+        objects: &mut [&mut C],
+        placed: impl Iterator<Item = (usize, Option<(usize, Dab)>)>,
+        (images, done): (usize, &mut [StrokeReport]),
+    ) -> Result<()> {
+        for (object, done) in objects.iter_mut().zip(done.iter_mut()) {
+            done.report.bytes = object.painted_bytes()?;
+        }
+        let (mut run, mut reached) = (context.scratch().list(), None);
+        for (at, placed) in placed {
+            let Some((on, dab)) = placed else { continue };
+            let alone = self.reached(context, objects, (on, &dab));
+            if run.len() == CHAIN || alone != reached {
+                self.smear_on(context, objects, (reached, run.drain(..)), done)?;
+            }
+            reached = alone;
+            run.push(Put { image: at % images, on, dab });
+        }
+        self.smear_on(context, objects, (reached, run.drain(..)), done)
+    }
+
+    /// The object that a dab on `on` reaches, if there are no others.
+    fn reached<C: Canvas + ?Sized>(
+        &self,
+        context: &Context,
+        objects: &mut [&mut C],
+        (on, dab): (usize, &Dab),
+    ) -> Option<usize> {
+        if objects.len() == 1 {
+            return Some(0);
+        }
+        let mut met = (0..objects.len()).filter(|index| objects[*index].meets(context, dab, &self.starts[*index]));
+        match (met.next(), met.next()) {
+            (found, None) => Some(found.unwrap_or(on)),
+            _ => None,
+        }
+    }
+
+    /// Makes dabs that smear on the only object that they reach, or one by one on all.
+    fn smear_on<C: Canvas + ?Sized>(
+        &mut self,
+        context: &Context,
+        objects: &mut [&mut C],
+        (reached, run): (Option<usize>, impl Iterator<Item = Put>),
+        done: &mut [StrokeReport],
+    ) -> Result<()> {
+        let level = self.stroke.settings.level;
+        let Some(own) = reached else {
+            for Put { image, on, mut dab } in run {
+                let smudge = Smudge::new(self.carried[image].take());
+                dab.brush = dab.brush.with_smudge(smudge.clone());
+                for (index, object) in objects.iter_mut().enumerate() {
+                    let report = object.dab(context, &dab, &self.starts[index], level)?;
+                    done[index].dabs += u64::from(index == on || report.changed_texels > 0);
+                    done[index].report.merge(&report);
+                    report.give_back(context);
+                }
+                self.carried[image] = smudge.taken();
+            }
+            return Ok(());
+        };
+        let (mut on, mut dabs) = (context.scratch().list(), context.scratch().list());
+        let mut last: [Option<Smudge>; 8] = Default::default();
+        for Put { image, on: put_on, mut dab } in run {
+            let smudge = match &last[image] {
+                Some(before) => Smudge::after(before),
+                None => Smudge::new(self.carried[image].take()),
+            };
+            dab.brush = dab.brush.with_smudge(smudge.clone());
+            last[image] = Some(smudge);
+            on.push(put_on);
+            dabs.push(dab);
+        }
+        let mut reports = objects[own].dabs(context, &dabs, &self.starts[own], level)?;
+        for (on, report) in on.iter().zip(reports.drain(..)) {
+            done[*on].dabs += 1;
+            done[own].dabs += u64::from(own != *on && report.changed_texels > 0);
+            done[own].report.merge(&report);
+            report.give_back(context);
+        }
+        context.scratch().keep_list(reports);
+        for (carried, last) in self.carried.iter_mut().zip(&last) {
+            if let Some(smudge) = last {
+                *carried = smudge.taken();
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A dab that smears: which mirror image it is, and the object that it is put on.
+struct Put {
+    image: usize,
+    on: usize,
+    dab: Dab,
 }

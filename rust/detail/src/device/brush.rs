@@ -71,8 +71,8 @@ pub(crate) struct Stage<'a, T: Texel> {
     pub ring: &'a DeviceRing,
     /// Whether dabs look at neighbours.
     pub looks_beside: bool,
-    /// What brushes that smear carry, each what the one before it picks up.
-    pub smudges: &'a [&'a Smudge],
+    /// What brushes that smear carry, and which picture of the device that is, see [`smudges_of`](super::smudges_of).
+    pub smudges: &'a [(&'a Smudge, usize)],
     /// Of each dab on vectors how its brush lies.
     pub maps: &'a [BrushMaps],
 }
@@ -183,13 +183,14 @@ impl<T: DeviceTile> DeviceBrush<T> {
         edits: &[(BrushParameters, Edit)],
     ) -> Result<Option<(Vec<BlockState>, Event<T>)>> {
         let Stage { device, surface, ground, tiles, field, ring, looks_beside, smudges, maps, .. } = stage;
-        self.smear.take(device, smudges)?;
         for (dab, maps) in maps.iter().take(edits.len()).enumerate() {
             self.maps.write(device, 3 * dab, &maps.packed())?;
         }
         let bent = ground.0.vectors.map_or(tiles.buffers(), DeviceTiles::buffers);
         let edited = device.bind_as(&EDITED_GROUP, &[tiles.buffers(), bent].concat())?;
         loop {
+            // Dabs that were made in vain have left their own.
+            self.smear.take(device, smudges)?;
             let groups = [surface.group(), ground.0.heights.group(), &edited];
             let intersection = &self.intersection;
             let intersect = |pass: &mut Pass<'_>, brush: &BrushParameters| intersection.intersect(pass, surface, brush);
@@ -199,7 +200,7 @@ impl<T: DeviceTile> DeviceBrush<T> {
             let smear = &self.smear;
             let ready = |frame: &mut Frame, events: &DeviceEvents, dab| {
                 if !smudges.is_empty() {
-                    smear.begin(frame, dab)?;
+                    smear.begin(frame, smudges, dab)?;
                 }
                 still.as_ref().map_or(Ok(()), |still| still.record(frame, events.memory(), dab))
             };

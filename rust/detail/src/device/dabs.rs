@@ -9,6 +9,7 @@ use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, Tex
 use super::brush::{DeviceBrush, DeviceGround, Event, Stage};
 use super::events::{DeviceTile, Edit};
 use super::memory::Tested;
+use super::smear::PICTURES;
 use super::state::{DeviceObject, bring};
 use crate::cull::{BlockList, CulledTile};
 use crate::dab::{Action, Dab, DabReport, no_vectors};
@@ -486,13 +487,13 @@ impl DeviceObject {
                 (&colors.tiles, channel.field())
             }
         };
-        let edits = edits_of(&object.transform, dabs, channel.field().blank().color());
+        let mut edits = edits_of(&object.transform, dabs, channel.field().blank().color());
         let Self { device, surface, ring, .. } = &*self;
         let ground = self.ground(object, start);
         let known = colors.brush.take();
         let maker = colors.brush.insert(DeviceBrush::ready(known, device, (surface, ground.0), channel.field())?);
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
-        let (smudges, together) = smudges_of(dabs);
+        let (smudges, together) = smudges_of(dabs, &mut edits);
         let (looks_beside, smudges) = (mode.needs_mean(), &smudges[..]);
         let stage = Stage { device, surface, ground, tiles, field, channel, ring, looks_beside, smudges, maps: &[] };
         let made = maker.event(stage, (&edits, stamp), together)?;
@@ -518,12 +519,28 @@ impl DeviceObject {
     }
 }
 
-/// What brushes of `dabs` carry, if they smear, and whether they may be made at once: each leaves what the one before it
-/// picks up.
-pub(crate) fn smudges_of(dabs: &[Dab]) -> (Vec<&Smudge>, bool) {
-    let smudges: Vec<&Smudge> = dabs.iter().filter_map(|dab| dab.brush.smudge()).collect();
-    let chained = smudges.len() == dabs.len() && smudges.windows(2).all(|pair| pair[1].follows(pair[0]));
-    let together = smudges.is_empty() || chained;
+/// What brushes of `dabs` carry, if they smear, and which of the device's pictures that is: those that leave what an earlier
+/// one picks up have its own. Also whether they may be made at once. `edits` are told their pictures.
+pub(crate) fn smudges_of<'a>(
+    dabs: &'a [Dab],
+    edits: &mut [(BrushParameters, Edit)],
+) -> (Vec<(&'a Smudge, usize)>, bool) {
+    let mut smudges: Vec<(&Smudge, usize)> = Vec::new();
+    // The last of each picture.
+    let mut last: Vec<&Smudge> = Vec::new();
+    for (smudge, (_, edit)) in dabs.iter().filter_map(|dab| dab.brush.smudge()).zip(edits) {
+        let picture = last.iter().position(|before| smudge.follows(before)).unwrap_or(last.len());
+        if picture == PICTURES {
+            return (smudges, false);
+        }
+        match last.get_mut(picture) {
+            Some(before) => *before = smudge,
+            None => last.push(smudge),
+        }
+        edit.leave(picture);
+        smudges.push((smudge, picture));
+    }
+    let together = smudges.is_empty() || smudges.len() == dabs.len();
     (smudges, together)
 }
 

@@ -58,6 +58,11 @@ impl Edit {
         }
     }
 
+    /// Has the kernel leave a picture of those that brushes carry.
+    pub fn leave(&mut self, picture: usize) {
+        self.flags |= (picture as u32) << SMEAR_SHIFT;
+    }
+
     /// Has the kernel leave vectors as they are kept, for the dabs that follow in the same event.
     pub fn round(&mut self) {
         self.flags |= ROUNDED;
@@ -91,6 +96,7 @@ const WIDE: u32 = 1;
 const STAMPED: u32 = 2;
 const TURNED_OVER: u32 = 4;
 const ROUNDED: u32 = 8;
+const SMEAR_SHIFT: u32 = 16;
 
 impl DeviceTexel for f16 {
     const SMEARS: bool = false;

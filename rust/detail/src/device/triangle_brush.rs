@@ -57,8 +57,8 @@ pub(crate) struct TriangleStage<'a, T: DeviceTexel> {
     pub left: u64,
     /// Whether dabs look at neighbours.
     pub looks_beside: bool,
-    /// What brushes that smear carry, each what the one before it picks up.
-    pub smudges: &'a [&'a Smudge],
+    /// What brushes that smear carry, and which picture of the device that is, see [`smudges_of`](super::smudges_of).
+    pub smudges: &'a [(&'a Smudge, usize)],
     /// Of each dab on vectors how its brush lies.
     pub maps: &'a [BrushMaps],
 }
@@ -180,13 +180,14 @@ impl TriangleBrush {
         edits: &[(BrushParameters, Edit)],
     ) -> Result<Option<(Returned, u32)>> {
         let TriangleStage { device, mesh, ground, values, looks_beside, smudges, maps, .. } = stage;
-        self.smear.take(device, smudges)?;
         for (dab, maps) in maps.iter().take(edits.len()).enumerate() {
             self.maps.write(device, 3 * dab, &maps.packed())?;
         }
         let bent = ground.1.map_or(ground.0.buffers(), DeviceTriangles::buffers);
         let places = device.bind_as(&GROUND_GROUP, &[ground.0.buffers(), bent].concat())?;
         loop {
+            // Dabs that were made in vain have left their own.
+            self.smear.take(device, smudges)?;
             let groups = [mesh.group(), &places, values.group()];
             let (kernel, sets, count) = (&self.intersect, &self.sets, self.known.len() as u32);
             let intersect = |pass: &mut Pass<'_>, brush: &BrushParameters| {
@@ -197,7 +198,7 @@ impl TriangleBrush {
             let (smear, keep) = (&self.smear, &self.keep);
             let ready = |frame: &mut Frame, events: &DeviceEvents, dab| {
                 if !smudges.is_empty() {
-                    smear.begin(frame, dab)?;
+                    smear.begin(frame, smudges, dab)?;
                 }
                 if !looks_beside {
                     return Ok(());

@@ -159,7 +159,7 @@ impl TriangleObject {
     }
 
     /// The first pass: faces that may be in the box.
-    pub(super) fn intersect(&self, context: &Context, dab: &Dab, start: Option<TriangleGround<'_>>) -> Vec<u32> {
+    pub(crate) fn intersect(&self, context: &Context, dab: &Dab, start: Option<TriangleGround<'_>>) -> Vec<u32> {
         let mut stage = context.stats().begin("dab.intersect");
         let faces = self.faces_near(context, dab.brush.obb(), start);
         stage.count("faces", faces.len() as u64);

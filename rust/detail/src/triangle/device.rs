@@ -356,7 +356,7 @@ impl TriangleDevice {
         let (device, mesh) = (&self.device, &self.mesh);
         let pattern = tool.values.pattern();
         let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
-        let (smudges, chained) = smudges_of(dabs);
+        let (smudges, chained) = smudges_of(dabs, &mut edits);
         let ground = (&tool.ground, tool.offsets.as_ref(), ground);
         let (values, smudges) = (&tool.values, &smudges[..]);
         let stage = TriangleStage { device, mesh, ground, values, field, left, looks_beside, smudges, maps };

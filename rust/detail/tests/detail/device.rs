@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use half::f16;
+use relievo_core::parameter::Switch;
 use relievo_core::{Context, ErrorKind, Mesh};
 use relievo_detail::{
     Action, Brush, Dab, DabReport, DisplacedObject, Falloff, PaintMode, SculptMode, Stamp, StampChannel, StampImage,
@@ -155,15 +156,21 @@ fn the_processor_takes_over_from_a_lost_device() {
 
 /// A sheet of whole faces of one size, regular but for its rim.
 fn sheet(context: &Context, side: u32, size: u32) -> DisplacedObject {
+    laid(context, (side, size), 0.0, DAffine3::IDENTITY)
+}
+
+/// A sheet of so many faces a side whose first corner is at `from` along x and y.
+fn laid(context: &Context, (side, size): (u32, u32), from: f32, transform: DAffine3) -> DisplacedObject {
     let row = side + 1;
-    let points = (0..row * row).map(|at| [(at % row) as f32, (at / row) as f32, 0.1 * ((at % row) as f32).sin()]);
+    let along = |k: u32| from + k as f32;
+    let points = (0..row * row).map(|at| [along(at % row), along(at / row), 0.1 * ((at % row) as f32).sin()]);
     let corners = (0..side * side).map(|face| face / side * row + face % side);
     let corners = corners.flat_map(|at| [at, at + 1, at + row + 1, at + row]).collect();
     let mesh = Mesh::new(points.collect(), vec![4; (side * side) as usize], corners);
     let surface = Surface::new(context, &mesh, &SurfaceOptions::default()).unwrap();
     let options = DisplacementOptions { size, ..Default::default() };
     let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
-    DisplacedObject::new(context, surface, &mesh.points, displacement, DAffine3::IDENTITY).unwrap()
+    DisplacedObject::new(context, surface, &mesh.points, displacement, transform).unwrap()
 }
 
 fn draw(place: DVec3, half: DVec3, mode: SculptMode) -> Dab {
@@ -307,13 +314,69 @@ fn colours_of_a_device_are_those_of_the_processor() {
 }
 
 #[test]
+fn smears_over_objects_and_with_mirror_images_are_as_few_submissions_as_their_order_allows() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let make = |x: f64| {
+        let mut object = laid(&context, (4, 32), -2.0, DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)));
+        let options = ChannelOptions { size: 32, ..Default::default() };
+        let paint = Paint::of_color(object.surface().topology().clone(), Vec4::splat(0.5), &options).unwrap();
+        object.set_paint(paint).unwrap();
+        // Something to smear on both sides of the mirror.
+        for (at, color) in [([-1.0, 0.7], [0.9, 0.1, 0.05, 1.0]), ([0.6, -0.5], [0.1, 0.2, 0.9, 1.0])] {
+            let place = DVec3::new(x + at[0], at[1], 0.0);
+            let brush = Brush::new(place, DMat3::IDENTITY, DVec3::splat(0.7), Falloff::Smooth).unwrap();
+            let action = Action::Paint { mode: PaintMode::Mix, color };
+            Dab { brush, action, strength: 1.0 }.apply(&context, &mut object).unwrap();
+        }
+        object
+    };
+    let smear = Action::Paint { mode: PaintMode::Smear, color: [0.0; 4] };
+    // Of the 11 dabs 4 reach both sheets where these meet, and others one.
+    for (count, symmetry, dabs, submissions) in
+        [(1, Switch::ON, 22, 1), (2, Switch::OFF, 11, 2 + 2 * 4), (2, Switch::ON, 22, 2 + 2 * 8)]
+    {
+        let [mut here, mut there] = [0, 1].map(|_| [make(0.0), make(4.0)]);
+        for object in &mut there {
+            object.use_device(Some(&device)).unwrap();
+        }
+        let ends = if count == 1 { [-1.3, 1.2] } else { [0.75, 3.25] };
+        // Mirror images reach what the brush has left, and it what they have.
+        let points = ends.map(|x| StrokePoint::new(DVec3::new(x, 0.3, 0.0), 1.0)).to_vec();
+        let settings = StrokeSettings { radius: 0.5, spacing: 0.5, symmetry_y: symmetry, ..StrokeSettings::default() };
+        let stroke = Stroke::new(points, settings, Falloff::Smooth, smear);
+        let all = |objects: &mut [DisplacedObject; 2]| {
+            let [a, b] = objects;
+            let mut objects = [a, b];
+            stroke.apply_all(&context, &mut objects[..count]).unwrap()
+        };
+        let expected = all(&mut here);
+        context.stats().take();
+        let found = all(&mut there);
+        let made = context.stats().take().iter().filter(|event| event.stage == "dab.device").count();
+        for (index, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            assert!(expected.report.changed_texels > 100, "{expected:?}");
+            assert_eq!((found.dabs, &found.report.changed), (expected.dabs, &expected.report.changed));
+            assert_eq!(found.report.bytes, there[index].paint().unwrap().bytes());
+            let apart = color_difference(&here[index], &there[index]);
+            assert!(apart <= 1.0, "{count} objects, {symmetry:?}: {apart}");
+            assert!(there[index].take_device_fault().is_none());
+        }
+        let most = expected.iter().map(|done| done.dabs).max();
+        println!("{count} objects, {symmetry:?}: {made} submissions, {most:?} dabs");
+        assert!(most.is_some_and(|most| most <= dabs));
+        assert_eq!(made, submissions, "{count} objects, {symmetry:?}");
+    }
+}
+
+#[test]
 fn stamps_of_a_device_are_those_of_the_processor() {
     let Some(device) = device() else { return };
     let context = Context::serial();
     let mut random = Random(5);
     let data: Vec<f32> = (0..13 * 9 * 4).map(|_| random.unit()).collect();
     let image = StampImage::new(13, 9, 4, &data).unwrap();
-    let on = relievo_core::parameter::Switch::ON;
+    let on = Switch::ON;
     let once = StampSettings { angle: 0.4, mirror: on, ..StampSettings::default() };
     let often = StampSettings { repeat: 2.5, alternate: on, mid: 0.2, ..StampSettings::default() };
     let actions = [
