@@ -10,6 +10,7 @@
 #include "relievo/buffer.h"
 #include "relievo/caster.h"
 #include "relievo/collider.h"
+#include "relievo/color_buffer.h"
 #include "relievo/context.h"
 #include "relievo/detail.h"
 #include "relievo/document.h"

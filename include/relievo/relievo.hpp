@@ -1415,6 +1415,47 @@ public:
     }
 };
 
+/// See relievo/color_buffer.h.
+class ColorBuffer : public Reference<RlvColorBuffer, rlv_color_buffer_retain, rlv_color_buffer_release> {
+public:
+    using Reference::Reference;
+
+    static ColorBuffer create(const Detail &detail) {
+        ColorBuffer made;
+        check(rlv_color_buffer_create(detail.get(), made.out()));
+        return made;
+    }
+
+    RlvColorBufferInfo info() const {
+        RlvColorBufferInfo info = RLV_COLOR_BUFFER_INFO_INIT;
+        check(rlv_color_buffer_info(get(), &info));
+        return info;
+    }
+
+    RlvColorBufferInfo update() const {
+        RlvColorBufferInfo info = RLV_COLOR_BUFFER_INFO_INIT;
+        check(rlv_color_buffer_update(get(), &info));
+        return info;
+    }
+
+    RlvColorBufferVulkan vulkan() const {
+        RlvColorBufferVulkan vulkan = RLV_COLOR_BUFFER_VULKAN_INIT;
+        check(rlv_color_buffer_vulkan(get(), &vulkan));
+        return vulkan;
+    }
+
+    /// The block of a tile at a level, 0 for itself; empty if it has none.
+    std::vector<std::uint8_t> read(std::uint32_t tile, std::uint32_t level = 0) const {
+        std::size_t size = 0;
+        check(rlv_color_buffer_read(get(), tile, level, nullptr, 0, &size));
+        std::vector<std::uint8_t> bytes(size);
+        if (size > 0) {
+            check(rlv_color_buffer_read(get(), tile, level, bytes.data(), bytes.size(), &size));
+        }
+        return bytes;
+    }
+};
+
 } // namespace relievo
 
 #endif

@@ -100,9 +100,13 @@ static RlvResult update_level(uint64_t id) { RlvLevelBuffers room = RLV_LEVEL_BU
 static RlvResult level_mesh(uint64_t id) { RlvMesh out; return rlv_level_mesh((RlvLevel){id}, &out); }
 static RlvResult settle_level(uint64_t id) { RlvProgressive out; return rlv_level_settle((RlvLevel){id}, &out); }
 static RlvResult evaluate(uint64_t id) { RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT; return rlv_procedural_evaluate((RlvProcedural){id}, &hits); }
+static RlvResult update_colors(uint64_t id) { return rlv_color_buffer_update((RlvColorBuffer){id}, NULL); }
+static RlvResult release_colors(uint64_t id) { return rlv_color_buffer_release((RlvColorBuffer){id}); }
+static RlvResult read_colors(uint64_t id) { size_t size; return rlv_color_buffer_read((RlvColorBuffer){id}, 0, 0, NULL, 0, &size); }
+static RlvResult vulkan_colors(uint64_t id) { RlvColorBufferVulkan out = RLV_COLOR_BUFFER_VULKAN_INIT; return rlv_color_buffer_vulkan((RlvColorBuffer){id}, &out); }
 
 /* The nouns whose handles a function takes. */
-enum { CONTEXT, MESH, DETAIL, DOCUMENT, PICTURE, PROCEDURAL, JOB, BEZIER, BUFFER, PROGRESSIVE, LEVEL, NOUNS };
+enum { CONTEXT, MESH, DETAIL, DOCUMENT, PICTURE, PROCEDURAL, JOB, BEZIER, BUFFER, COLORS, PROGRESSIVE, LEVEL, NOUNS };
 
 static const struct {
     ByHandle call;
@@ -130,7 +134,8 @@ static const struct {
     {create_level, PROGRESSIVE},  {retain_level, LEVEL},         {release_level, LEVEL},       {level_info, LEVEL},
     {level_error, LEVEL},         {level_triangles, LEVEL},      {level_view, LEVEL},          {edit_level, LEVEL},
     {undo_level, LEVEL},          {redo_level, LEVEL},           {update_level, LEVEL},        {level_mesh, LEVEL},
-    {settle_level, LEVEL},
+    {settle_level, LEVEL},        {update_colors, COLORS},       {release_colors, COLORS},      {read_colors, COLORS},
+    {vulkan_colors, COLORS},
 };
 
 /* What is garbage to one host is another's object: all that is there. */
@@ -199,9 +204,9 @@ static void release(Objects objects) {
 static void check_handles(RlvContext context, Objects objects) {
     const Objects dead = make(context, RLV_SURFACE_CATMULL_CLARK, "dead");
     release(dead);
-    /* A buffer needs a device; c_buffer has them. */
+    /* Buffers need a device; c_buffer and c_color_buffer have them. */
     const uint64_t alive[NOUNS] = {context.id, 0, objects.detail.id, objects.document.id, objects.picture.id, objects.procedural.id,
-                                   objects.job.id, objects.bezier.id, 0, objects.progressive.id, objects.level.id};
+                                   objects.job.id, objects.bezier.id, 0, 0, objects.progressive.id, objects.level.id};
     const uint64_t others[] = {0, 1, UINT64_MAX, dead.detail.id, dead.document.id, dead.picture.id, dead.procedural.id,
                                dead.job.id, dead.bezier.id, dead.progressive.id, dead.level.id,
                                objects.detail.id ^ (UINT64_C(1) << 40), objects.picture.id + 1};
@@ -250,6 +255,7 @@ static void check_null(RlvContext context, Objects objects) {
     RlvBezier bezier;
     RlvBezierArrays arrays = RLV_BEZIER_ARRAYS_INIT;
     RlvBuffer buffer;
+    RlvColorBuffer colors;
     RlvTessellation triangles = RLV_NULL;
     uint32_t level;
     RlvProgressive progressive;
@@ -291,6 +297,7 @@ static void check_null(RlvContext context, Objects objects) {
     CHECK_OK(rlv_tessellation_create(detail, NULL, &triangles));
     CHECK(rlv_buffer_create(triangles, &buffer) == RLV_ERROR_UNSUPPORTED && rlv_buffer_create(triangles, NULL) == RLV_ERROR_INVALID);
     CHECK_OK(rlv_tessellation_release(triangles));
+    CHECK(rlv_color_buffer_create(detail, &colors) == RLV_ERROR_UNSUPPORTED && rlv_color_buffer_create(detail, NULL) == RLV_ERROR_INVALID);
     CHECK(rlv_adapter_list(NULL, 0, NULL) == RLV_ERROR_INVALID);
     hits.count = 1;
     hits.uvs = uv;

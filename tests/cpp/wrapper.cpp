@@ -358,6 +358,12 @@ int main() {
     } catch (const relievo::Error &error) {
         CHECK(error.result() == RLV_ERROR_UNSUPPORTED);
     }
+    try {
+        relievo::ColorBuffer::create(detail);
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.result() == RLV_ERROR_UNSUPPORTED);
+    }
 
     CHECK(!context.stats().empty());
     context.reset_stats();

@@ -259,8 +259,20 @@ class Devices(unittest.TestCase):
         self.assertEqual(buffer.info.point_count, tessellation.info.point_count)
         numpy.testing.assert_array_equal(buffer.points(), numpy.hstack(tessellation.points()))
         self.assertEqual(buffer.update().written_count, 0)
+        detail.add_paint(tile_size=16, color=(0.5, 0.25, 0.125, 1.0))
+        detail.commit()
+        colors = rl.ColorBuffer(detail)
+        self.assertEqual((colors.info.tile_count, colors.info.allocated_count), (detail.info.tile_count, 0))
+        paint = rl.Brush(context, action="paint", color=(1.0, 0.0, 0.0, 1.0), settings={"radius": 0.3})
+        stroke.run(detail, paint, [[0.0, 0.0, 0.0]])
+        detail.commit()
+        self.assertGreater(colors.update().written_count, 0)
+        tile = [tile for tile in range(detail.info.tile_count) if detail.read_block("color", tile)][0]
+        self.assertEqual(colors.block(tile), detail.read_block("color", tile))
+        self.assertEqual(len(colors.block(tile, 1)), 4 * 10 * 10)
         if "vulkan" in adapters[-1].backend:
             self.assertTrue(buffer.vulkan().device)
+            self.assertTrue(colors.vulkan().mips)
         context.close_device()
         with self.assertRaises(rl.DeviceFailure):
             buffer.update()

@@ -22,6 +22,7 @@ from .brush import Brush
 from .buffer import Buffer
 from .caster import Caster
 from .collider import Collider
+from .color_buffer import ColorBuffer
 from .context import Context
 from .detail import Detail
 from .document import Document

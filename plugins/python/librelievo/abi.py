@@ -899,6 +899,43 @@ class RlvToolSettings(Structure):
     ]
 
 
+class RlvColorBuffer(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvColorBufferInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("rebuilt", c_uint32),
+        ("format", c_uint32),
+        ("reserved", c_uint32),
+        ("tile_count", c_size_t),
+        ("allocated_count", c_size_t),
+        ("written_count", c_size_t),
+        ("bytes", c_uint64),
+        ("color", c_float * 4),
+    ]
+
+
+class RlvColorBufferVulkan(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("queue_family", c_uint32),
+        ("queue_index", c_uint32),
+        ("reserved", c_uint32),
+        ("instance", c_uint64),
+        ("physical_device", c_uint64),
+        ("device", c_uint64),
+        ("queue", c_uint64),
+        ("tiles", c_uint64),
+        ("texels", c_uint64),
+        ("mip_firsts", c_uint64),
+        ("mips", c_uint64),
+    ]
+
+
 class RlvDocument(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1374,6 +1411,8 @@ INIT = {
     RlvRayArrays: (ctypes.sizeof(RlvRayArrays), 0, 0, None, 0, None, 0, None, 0, 0, 0,),
     RlvColliderInfo: (ctypes.sizeof(RlvColliderInfo), 0, 0, 0, (0,),),
     RlvToolSettings: (ctypes.sizeof(RlvToolSettings), 1.0, 1.0,),
+    RlvColorBufferInfo: (ctypes.sizeof(RlvColorBufferInfo), 0, 0, 0, 0, 0, 0, 0, (0,),),
+    RlvColorBufferVulkan: (ctypes.sizeof(RlvColorBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvDocumentInfo: (ctypes.sizeof(RlvDocumentInfo), 0, 0, 0, 0,),
     RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
     RlvTransferOptions: (ctypes.sizeof(RlvTransferOptions), 0, (0,), 0.0,),
@@ -1518,6 +1557,13 @@ FUNCTIONS = {
     "rlv_collider_set_points": (RlvResult, [("collider", RlvCollider), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
     "rlv_collider_press_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_collider_press": (RlvResult, [("collider", RlvCollider), ("place", c_double_p), ("normal", c_double_p), ("force", c_double), ("settings", POINTER(RlvToolSettings))]),
+    "rlv_color_buffer_create": (RlvResult, [("detail", RlvDetail), ("out", POINTER(RlvColorBuffer))]),
+    "rlv_color_buffer_retain": (RlvResult, [("buffer", RlvColorBuffer)]),
+    "rlv_color_buffer_release": (RlvResult, [("buffer", RlvColorBuffer)]),
+    "rlv_color_buffer_update": (RlvResult, [("buffer", RlvColorBuffer), ("out", POINTER(RlvColorBufferInfo))]),
+    "rlv_color_buffer_info": (RlvResult, [("buffer", RlvColorBuffer), ("out", POINTER(RlvColorBufferInfo))]),
+    "rlv_color_buffer_vulkan": (RlvResult, [("buffer", RlvColorBuffer), ("out", POINTER(RlvColorBufferVulkan))]),
+    "rlv_color_buffer_read": (RlvResult, [("buffer", RlvColorBuffer), ("tile", c_uint32), ("level", c_uint32), ("bytes", c_void_p), ("capacity", c_size_t), ("size", c_size_t_p)]),
     "rlv_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_retain": (RlvResult, [("document", RlvDocument)]),

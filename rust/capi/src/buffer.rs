@@ -3,7 +3,7 @@
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Error, Result};
-use relievo_gpu::{Buffer, Device};
+use relievo_gpu::{Buffer, Device, wgpu};
 
 use crate::array::{Output, present, put};
 use crate::descriptor::{check_optional, write_descriptor, write_optional};
@@ -63,7 +63,7 @@ fn point_of(position: &[f32; 3], normal: &[f32; 3]) -> Point {
 }
 
 /// Waits until what was written has arrived.
-fn settle(device: &Device) -> Result<()> {
+pub fn settle(device: &Device) -> Result<()> {
     device.frame()?.submit()?.wait().map(drop)
 }
 
@@ -115,34 +115,45 @@ impl Uploaded {
     }
 }
 
+/// Vulkan's objects of a device, as numbers, and some buffers there.
+pub struct Objects<const N: usize> {
+    pub queue_family: u32,
+    pub queue_index: u32,
+    pub instance: u64,
+    pub physical_device: u64,
+    pub device: u64,
+    pub queue: u64,
+    pub buffers: [u64; N],
+}
+
+/// Those of `buffers`; `None` where the device is reached by another interface.
 #[cfg(not(target_vendor = "apple"))]
-fn vulkan(device: &Device, uploaded: &Uploaded) -> Option<RlvBufferVulkan> {
+pub fn objects<const N: usize>(device: &Device, buffers: [&wgpu::Buffer; N]) -> Option<Objects<N>> {
     use ash::vk::Handle;
     use relievo_gpu::wgpu::hal::api::Vulkan;
 
+    let mut handles = [0; N];
     // SAFETY: nothing that is reached through these is destroyed here, and the guards end with the function; what the
     // host may do with the handles is said in the header.
     unsafe {
-        let points = uploaded.points.wgpu().as_hal::<Vulkan>()?.raw_handle().as_raw();
-        let triangles = uploaded.triangles.wgpu().as_hal::<Vulkan>()?.raw_handle().as_raw();
+        for (handle, buffer) in handles.iter_mut().zip(buffers) {
+            *handle = buffer.as_hal::<Vulkan>()?.raw_handle().as_raw();
+        }
         let hal = device.wgpu().as_hal::<Vulkan>()?;
-        Some(RlvBufferVulkan {
-            struct_size: 0,
+        Some(Objects {
             queue_family: hal.queue_family_index(),
             queue_index: hal.queue_index(),
-            reserved: 0,
             instance: hal.shared_instance().raw_instance().handle().as_raw(),
             physical_device: hal.raw_physical_device().as_raw(),
             device: hal.raw_device().handle().as_raw(),
             queue: hal.raw_queue().as_raw(),
-            points,
-            triangles,
+            buffers: handles,
         })
     }
 }
 
 #[cfg(target_vendor = "apple")]
-fn vulkan(_: &Device, _: &Uploaded) -> Option<RlvBufferVulkan> {
+pub fn objects<const N: usize>(_: &Device, _: [&wgpu::Buffer; N]) -> Option<Objects<N>> {
     None
 }
 
@@ -186,11 +197,27 @@ entry! {
     fn rlv_buffer_vulkan(buffer: RlvBuffer, out: *mut RlvBufferVulkan) {
         let object = registry::get(buffer)?;
         object.device.check()?;
-        let found = vulkan(&object.device, &*try_read(&object.uploaded, "buffer")?).ok_or_else(|| {
+        let uploaded = try_read(&object.uploaded, "buffer")?;
+        let buffers = [uploaded.points.wgpu(), uploaded.triangles.wgpu()];
+        let found = objects(&object.device, buffers).ok_or_else(|| {
             Error::unsupported(format!("{} hands out no Vulkan objects", object.device.summary()))
                 .at("buffer")
                 .advise("copy the points with rlv_buffer_read or rlv_tessellation_get_points")
         })?;
+        let Objects { queue_family, queue_index, instance, physical_device, device, queue, buffers } = found;
+        let [points, triangles] = buffers;
+        let found = RlvBufferVulkan {
+            struct_size: 0,
+            queue_family,
+            queue_index,
+            reserved: 0,
+            instance,
+            physical_device,
+            device,
+            queue,
+            points,
+            triangles,
+        };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, found) }
     }

@@ -21,6 +21,7 @@ pub mod brush;
 pub mod buffer;
 pub mod caster;
 pub mod collider;
+pub mod color_buffer;
 pub mod context;
 pub mod detail;
 pub mod document;
@@ -112,6 +113,8 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         imprint::RlvImprintReport::layout(),
         buffer::RlvBufferInfo::layout(),
         buffer::RlvBufferVulkan::layout(),
+        color_buffer::RlvColorBufferInfo::layout(),
+        color_buffer::RlvColorBufferVulkan::layout(),
         brush::RlvBrushOptions::layout(),
         brush::RlvBrushSettings::layout(),
         brush::RlvStampOptions::layout(),

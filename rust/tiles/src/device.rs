@@ -247,6 +247,12 @@ impl<T: Texel> DeviceTiles<T> {
         Ok(self.field.allocated().map(block).collect())
     }
 
+    /// The block of a tile as the device has it, if it has one. Fails where the device does.
+    pub fn read(&self, device: &Device, tile: u32) -> Result<Option<Vec<T>>> {
+        let entry = self.entries.get(tile as usize).filter(|entry| entry.first != NONE);
+        entry.map(|entry| read_texels(device, &self.texels, entry.first, self.field.class(tile).texels())).transpose()
+    }
+
     /// The state that the device has.
     pub fn field(&self) -> &Field<T> {
         &self.field
@@ -261,6 +267,15 @@ impl<T: Texel> DeviceTiles<T> {
     pub fn bytes(&self) -> u64 {
         4 * self.texels.len() as u64
     }
+}
+
+/// So many texels from word `first` of `words` on. Fails where the device does.
+pub(crate) fn read_texels<T: Texel>(device: &Device, words: &Buffer<u32>, first: u32, texels: usize) -> Result<Vec<T>> {
+    let first = first as usize;
+    let mut frame = device.frame()?;
+    let back = frame.read(words, first..first + texels * size_of::<T>() / 4)?;
+    let _ = frame.submit()?;
+    Ok(bytemuck::pod_collect_to_vec(bytemuck::cast_slice::<u32, u8>(&back.get(device)?)))
 }
 
 impl DeviceTiles {

@@ -9,7 +9,7 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Device, wgpu};
 
 use crate::channel::neighbours;
-use crate::device::DeviceTiles;
+use crate::device::{DeviceTiles, read_texels};
 use crate::device_ring::DeviceRing;
 use crate::field::Field;
 use crate::heap::{CLASS_COUNT, MAX_SIZE, SizeClass};
@@ -154,6 +154,19 @@ impl<T: Texel> DeviceMips<T> {
     /// The first word of every tile's mips, or `u32::MAX`, and their words, for pipelines that look up colours.
     pub fn buffers(&self) -> [&wgpu::Buffer; 2] {
         [self.pointers.wgpu(), self.mips.wgpu()]
+    }
+
+    /// Level `level` of a tile, from 1, if it has that. Fails where the device does.
+    pub fn read(&self, device: &Device, tile: u32, level: u32) -> Result<Option<Vec<T>>> {
+        let first = self.firsts.get(tile as usize).copied().filter(|first| *first != NONE);
+        let Some((field, first)) = self.field.as_ref().zip(first) else { return Ok(None) };
+        let class = field.class(tile);
+        if level == 0 || level > class.mips() {
+            return Ok(None);
+        }
+        let before = (class.level_start(level) * size_of::<T>() / 4) as u32;
+        let side = (class.size() >> level) as usize + 2;
+        read_texels(device, &self.mips, first + before, side * side).map(Some)
     }
 
     /// All levels of the tiles that have some, ascending. Fails where the device does.
