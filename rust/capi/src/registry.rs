@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-const NOUNS: [&str; 18] = [
+const NOUNS: [&str; 19] = [
     "nothing",
     "context",
     "mesh",
@@ -38,6 +38,7 @@ const NOUNS: [&str; 18] = [
     "buffer",
     "progressive mesh",
     "level",
+    "color buffer",
 ];
 
 /// Defines the handle type of a noun.
