@@ -5,7 +5,8 @@
 
 @group(0) @binding(3) var<storage, read> starts: array<u32>;
 @group(0) @binding(4) var<storage, read> arguments: array<vec4<u32>>;
-// Of step z of column c at z times the columns plus c; one step more than there are voxels.
+// Of step z of column c at z times the columns plus c; one step more than there are voxels. Where they are narrow, of
+// steps 2z and, in the upper half, 2z + 1.
 @group(0) @binding(5) var<storage, read_write> turns: array<atomic<i32>>;
 
 // Whether the plane over a column is not above the centre of the voxel below `step`, by 96 bits:
@@ -91,6 +92,7 @@ fn cross_columns(
     let slopes = vec2(wide_float(a), wide_float(b)) / wide_float(area);
     let dy = center.y - f.a.y;
     let range = vec2<f32>(f.range);
+    let halves = select(0u, 1u, (work.flags & NARROW) != 0u);
     for (var column = first; column < end; column++) {
         if !wide_negative(left) && wide_negative(right) {
             let d = vec2(column * SUB + HALF - f.a.x, dy);
@@ -110,8 +112,9 @@ fn cross_columns(
                     step = middle + 1;
                 }
             }
-            let at = work.first_turn + (u32(step) * work.dims.y + u32(row)) * work.dims.x + u32(column);
-            atomicAdd(&turns[at], f.turn);
+            let layer = u32(step) >> halves;
+            let at = work.first_turn + (layer * work.dims.y + u32(row)) * work.dims.x + u32(column);
+            atomicAdd(&turns[at], f.turn << (16u * (u32(step) & halves)));
         }
         left = wide_add(left, left_step);
         right = wide_add(right, right_step);

@@ -6,6 +6,8 @@ const OPEN: u32 = 2u;
 const MIRRORED: u32 = 4u;
 const STARTED: u32 = 8u;
 const CHAINED: u32 = 16u;
+// Winding numbers change by so little that a word holds two steps.
+const NARROW: u32 = 64u;
 
 // Faults in voxelising.
 const TOO_FAR: u32 = 1u;

@@ -6,24 +6,35 @@
 // What stands for the ends of a column that is solid in more than one piece.
 const PIECES: u32 = 0xffffu;
 
+// As in `imprint_cross.wgsl`.
 @group(0) @binding(1) var<storage, read_write> turns: array<i32>;
 // The lowest solid voxel of a column, and the one after the highest in the upper half.
 @group(0) @binding(4) var<storage, read_write> spans: array<u32>;
 // Bit z % 32 of the word at z / 32 times the columns plus c is voxel z of column c.
 @group(0) @binding(3) var<storage, read_write> words: array<u32>;
 
-// What the winding number changes by at a step; nothing beyond the last.
-fn turn(column: u32, z: u32) -> i32 {
-    if z > work.dims.z {
+// 1 where a word holds two steps.
+var<private> halves: u32;
+
+// The words of a column that hold steps from a multiple of four on; nothing is beyond the last.
+fn turns_at(column: u32, layer: u32) -> i32 {
+    if layer > work.dims.z >> halves {
         return 0;
     }
-    return turns[work.first_turn + z * work.dims.x * work.dims.y + column];
+    return turns[work.first_turn + layer * work.dims.x * work.dims.y + column];
 }
 
-// The same of four steps. They are taken by four because a loop over all steps twice would come near the number of
-// iterations at which some devices stop.
+// What the winding number changes by at four steps. They are taken by four because a loop over all steps twice would come
+// near the number of iterations at which some devices stop.
 fn four_turns(column: u32, z: u32) -> vec4<i32> {
-    return vec4(turn(column, z), turn(column, z + 1u), turn(column, z + 2u), turn(column, z + 3u));
+    let layer = z >> halves;
+    let first = vec2(turns_at(column, layer), turns_at(column, layer + 1u));
+    if halves == 0u {
+        return vec4(first, turns_at(column, layer + 2u), turns_at(column, layer + 3u));
+    }
+    let low = extractBits(first, 0u, 16u);
+    let high = (first - low) >> vec2(16u);
+    return vec4(low.x, high.x, low.y, high.y);
 }
 
 // The winding number after each of four steps, from the one before them.
@@ -33,8 +44,9 @@ fn windings(turns: vec4<i32>, before: i32) -> vec4<i32> {
 }
 
 fn clear(column: u32, z: u32) {
-    if z <= work.dims.z {
-        turns[work.first_turn + z * work.dims.x * work.dims.y + column] = 0;
+    let end = min((z + 4u) >> halves, (work.dims.z >> halves) + 1u);
+    for (var layer = z >> halves; layer < end; layer++) {
+        turns[work.first_turn + layer * work.dims.x * work.dims.y + column] = 0;
     }
 }
 
@@ -50,6 +62,7 @@ fn resolve(
     if column >= columns {
         return;
     }
+    halves = select(0u, 1u, (work.flags & NARROW) != 0u);
     let part = solid_part(step.link + group.z);
     let place = vec2(i32(column % work.dims.x), i32(column / work.dims.x));
     let there = all(place >= part.low.xy) && all(place < part.high.xy);
@@ -85,9 +98,6 @@ fn resolve(
         winding = four.w;
         if any(changes != vec4(0)) {
             clear(column, z);
-            clear(column, z + 1u);
-            clear(column, z + 2u);
-            clear(column, z + 3u);
         }
         let solid = select(vec4(0u), vec4(1u, 2u, 4u, 8u), four != vec4(0));
         let inside = (1u << min(work.dims.z - z, 4u)) - 1u;

@@ -10,7 +10,7 @@ use relievo_gpu::{Buffer, Device, Frame, Readback};
 
 use super::meshes::Place;
 use super::rim::Rising;
-use super::voxel::VoxelRoom;
+use super::voxel::{MOST_NARROW, VoxelRoom};
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
 use crate::grid::Grid;
@@ -126,6 +126,7 @@ const OPEN: u32 = 2;
 const MIRRORED: u32 = 4;
 const STARTED: u32 = 8;
 const CHAINED: u32 = 16;
+const NARROW: u32 = 64;
 /// Something rises, so that blocks look at others: kernels do not ask.
 const RISING: u32 = 128;
 
@@ -164,6 +165,7 @@ impl Words {
             | flag(mirrored, MIRRORED)
             | flag(ground.started, STARTED)
             | flag(ground.slots.is_some(), CHAINED)
+            | flag(place.triangles.len() <= MOST_NARROW as usize, NARROW)
             | flag(link.rising.is_some(), RISING);
         let Slots { base, stride } = ground.slots.unwrap_or(Slots { base: 0, stride: 0 });
         Self {
@@ -224,9 +226,10 @@ impl Words {
 /// Imprints that are submitted together at most.
 pub(crate) const MOST_LINKS: usize = 64;
 
-/// Points and triangles that are on the lattices of several imprints at once, and voxels, unless one alone has more.
+/// Points and triangles that are on the lattices of several imprints at once, and words of winding numbers, unless one
+/// alone has more: 320 MiB, which hold eight grids of 2²⁴ voxels.
 const MOST_PLACED: usize = 1 << 22;
-const MOST_VOXELS: usize = 1 << 26;
+const MOST_VOXELS: usize = 5 << 24;
 
 /// Imprints whose winding numbers are there at once.
 #[derive(Clone, Debug)]
