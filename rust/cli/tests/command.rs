@@ -303,6 +303,22 @@ fn a_progressive_mesh_is_built_shown_and_taken_at_any_level() {
     assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("use 0 or more"), "{refused:?}");
     let edits = "[[edit]]\nfaces = 200\n[[edit.handle]]\ncenter = [0, 0, 0]\nradius = 0.8\ntranslation = [0, 0, 2]\n";
     std::fs::write(folder.path().join("edits.toml"), edits).unwrap();
+    // The mesh, the edit with its ball, and what becomes of it.
+    let show =
+        |picture: &str| run(&["show", "bowl.rlvpm", "--script", "edits.toml", "--picture", picture, "--size", "48x32"]);
+    assert!(show("edits.png").status.success());
+    let picture = relievo_render::read_png(&folder.path().join("edits.png"), 1 << 20).unwrap();
+    assert_eq!((picture.width(), picture.height()), (3 * 48, 32));
+    let has_purple = |column: u32| {
+        let pixels = (0..32).flat_map(|y| (48 * column..48 * column + 48).map(move |x| (x, y)));
+        pixels.map(|(x, y)| picture.color(x, y)).any(|[r, g, b]| b > 1.5 * g && r > g)
+    };
+    assert_eq!([0, 1, 2].map(has_purple), [false, true, false]);
+    let refused = show("edits.jpg");
+    assert!(
+        refused.status.code() == Some(1) && text(&refused.stderr).contains("use the extension .png"),
+        "{refused:?}"
+    );
     let edited = run(&["edit", "bowl.rlvpm", "--script", "edits.toml", "-o", "edited.rlvpm"]);
     assert!(edited.status.success() && text(&edited.stdout).starts_with("edit 1: "), "{edited:?}");
     assert!(run(&["export", "edited.rlvpm", "-o", "level.ply"]).status.success());
