@@ -28,6 +28,8 @@ const HEADER: u32 = 4u;
 @group(0) @binding(5) var<storage, read_write> slots: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> told: AllTold;
 @group(0) @binding(7) var<storage, read_write> records: array<u32>;
+// Blocks of tiles that are worked on.
+@group(0) @binding(8) var<storage, read> worked: array<u32>;
 // The tiles from when the depth limit began to count.
 @group(3) @binding(0) var<storage, read> start_entries: array<TileEntry>;
 @group(3) @binding(1) var<storage, read> start_texels: array<u32>;
@@ -225,6 +227,11 @@ fn moved(at: Foot, half: u32, start_half: u32) -> vec2<i32> {
 fn coefficients(tile: u32, block: u32, local: u32, texels: vec2<u32>) -> vec2<u32> {
     var pair = vec2(0u);
     let first = tiles_entries[tile].first;
+    var block_first = TILES_NONE;
+    if (work.flags & WORKED) != 0u {
+        let slot = atomicLoad(&slots[work.slots + tile * work.stride + SLOT_BLOCK]);
+        block_first = select(TILES_NONE, (slot - 1u) * work.block_words, is_block(slot));
+    }
     var start_first = TILES_NONE;
     if (work.flags & STARTED) != 0u {
         start_first = start_entries[tile].first;
@@ -232,7 +239,9 @@ fn coefficients(tile: u32, block: u32, local: u32, texels: vec2<u32>) -> vec2<u3
     for (var k = 0u; k < 2u; k++) {
         let texel = texels[k];
         let lane = 16u * (texel & 1u);
-        if texel != NONE && first != TILES_NONE {
+        if texel != NONE && block_first != TILES_NONE {
+            pair.x |= ((worked[block_first + texel / 2u] >> lane) & 0xffffu) << (16u * k);
+        } else if texel != NONE && first != TILES_NONE {
             pair.x |= ((tiles_texels[first + texel / 2u] >> lane) & 0xffffu) << (16u * k);
         }
         if texel != NONE && start_first != TILES_NONE {

@@ -114,7 +114,13 @@ fn whole(tile: CullTile, patch_index: u32) -> Bounds {
 fn tile_before(index: u32) -> CullTile {
     var tile = tiles[index];
     let first = links[step.link];
-    if (first.flags & CHAINED) != 0u {
+    if (first.flags & WORKED) != 0u {
+        let at = first.slots + index * first.stride;
+        if is_block(slots[at + SLOT_BLOCK]) {
+            tile.least = value(half_of(bitcast<i32>(slots[at + SLOT_LEAST])));
+            tile.most = value(half_of(bitcast<i32>(slots[at + SLOT_MOST])));
+        }
+    } else if (first.flags & CHAINED) != 0u {
         let lowered = slots[first.slots + index * first.stride];
         if lowered > 0u {
             tile.least = min(tile.least, value(half_of(-i32(lowered))));

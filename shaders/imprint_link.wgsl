@@ -6,6 +6,7 @@ const OPEN: u32 = 2u;
 const MIRRORED: u32 = 4u;
 const STARTED: u32 = 8u;
 const CHAINED: u32 = 16u;
+const WORKED: u32 = 32u;
 // Winding numbers change by so little that a word holds two steps.
 const NARROW: u32 = 64u;
 
@@ -56,7 +57,8 @@ struct Link {
     first_corner: u32,
     first_work: u32,
     // Where the object's slots begin, and how many a tile has: the least coefficient that imprints before this one left,
-    // as `key` and negated, of every block its last record, from 1, and last the highest coefficient that rose, as a half.
+    // as `key` and negated, of every block its last record, from 1, and last the highest coefficient that rose, as a half;
+    // of tiles that are worked on others, see below.
     slots: u32,
     stride: u32,
     // Blocks that there is room for, and records.
@@ -72,6 +74,33 @@ struct Link {
     next: u32,
     // The first of the imprints whose winding numbers are there at once with this one's.
     wave: u32,
+    // How strongly what changed is smoothed, 0 to 1.
+    strength: f32,
+    // Of tiles that are worked on: words of a block, how many blocks there are, workgroups that take one and its ring, and
+    // where rings and their entries begin in the topology.
+    block_words: u32,
+    blocks: u32,
+    parts: u32,
+    ring_parts: u32,
+    rings: u32,
+    entries: u32,
+    unused: u32,
+}
+
+// Slots of a tile of an object whose tiles are worked on: its block, from 1, or one that there is no room for; the keys of
+// its least and its largest coefficient; the imprints, from 1, that changed it last, that were the last to list it, and for
+// which its block was taken.
+const SLOT_BLOCK: u32 = 0u;
+const SLOT_LEAST: u32 = 1u;
+const SLOT_MOST: u32 = 2u;
+const SLOT_TOUCHED: u32 = 3u;
+const SLOT_LISTED: u32 = 4u;
+const SLOT_TAKEN: u32 = 5u;
+const NO_ROOM: u32 = 0xffffffffu;
+
+// Whether what such a slot says of a block is one.
+fn is_block(slot: u32) -> bool {
+    return slot != 0u && slot != NO_ROOM;
 }
 
 struct Told {
@@ -84,12 +113,15 @@ struct Told {
     // Coefficients that were looked at.
     tested: atomic<u32>,
     // The work of all triangles in units of 1,024, rounded up: sums of words may wrap round, this does not.
-    @size(12) work: atomic<u32>,
+    work: atomic<u32>,
+    // Blocks that it changed, where these are smoothed.
+    @size(8) changed: atomic<u32>,
 }
 
 struct AllTold {
-    // Blocks that are kept.
-    @size(16) kept: atomic<u32>,
+    // Blocks that are kept, and those of tiles that were worked on, whether or not there was room for them.
+    kept: atomic<u32>,
+    @size(12) taken: atomic<u32>,
     links: array<Told>,
 }
 
@@ -105,3 +137,8 @@ var<immediate> step: Step;
 
 // The imprint that an invocation works on.
 var<private> work: Link;
+
+// A product that is rounded before anything is added to it: compilers may fuse the two. The word is zero.
+fn rounded(product: f32) -> f32 {
+    return bitcast<f32>(bitcast<u32>(product) ^ work.zero);
+}

@@ -2,11 +2,6 @@
 // import surface
 // Places of the surface with the processor's roundings.
 
-// A product that is rounded before anything is added to it: compilers may fuse the two. The word is zero.
-fn rounded(product: f32) -> f32 {
-    return bitcast<f32>(bitcast<u32>(product) ^ work.zero);
-}
-
 // Bernstein polynomials at t.
 fn cubic(t: f32) -> vec4<f32> {
     let s = 1.0 - t;

@@ -16,6 +16,7 @@ mod memory;
 mod meshes;
 mod rim;
 mod smear;
+mod smoothing;
 mod state;
 mod still;
 mod triangle_brush;

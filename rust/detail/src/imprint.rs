@@ -286,7 +286,7 @@ impl Imprinter {
         };
         report.voxel_diagonal = grid.diagonal();
         let there = self.cast_on_device(context, object, collider, start, &grid, settings);
-        let follows = there.is_some() && is_for_batch(object, settings);
+        let follows = there.is_some() && is_for_batch(object, settings) && settings.smoothing <= 0.0;
         let mut cast = match there {
             Some(cast) => cast,
             None => self.cast_here(context, object, collider, start, &grid, settings)?,

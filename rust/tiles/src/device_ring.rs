@@ -141,6 +141,11 @@ impl DeviceRing {
         })
     }
 
+    /// The topology that kernels read, and where rings and their entries begin in it.
+    pub fn topology(&self) -> (&Buffer<u32>, [u32; 2]) {
+        (&self.topology, [self.rings, self.entries])
+    }
+
     /// Binds the update of the tiles in `listed`, of which there are as many as the first word of `counts` says. Rings of
     /// `worked` blocks are made there, and tiles without any block count as blank ones; without such blocks it is those of
     /// `tiles` that change, and what is beside a tile without one is blank. Fails if the device does.

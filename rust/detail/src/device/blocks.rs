@@ -54,18 +54,23 @@ pub(super) struct DeviceBlocks {
 }
 
 impl DeviceBlocks {
-    /// Room for so many blocks of an imprint, changed ones of all, and slots. Fails where the device has none.
+    /// Room for so many blocks of an imprint, changed ones of all, and slots; `worked` are blocks of tiles. Fails where the device has none.
     pub fn new(
         device: &Device,
         shared: &Shared,
         voxels: &DeviceVoxels,
-        [room, records, slots]: [usize; 3],
+        (worked, [room, records, slots]): (&Buffer<u32>, [usize; 3]),
     ) -> Result<Self> {
         use Access::{Read, Write};
         let kernel = device.kernel(&KernelSpec {
             module: "imprint_cast",
             entry: "cast_rays",
-            groups: &[&[Read, Read, Read, Read, Read, Write, Write, Write], &SURFACE_GROUP, &TILES_GROUP, &TILES_GROUP],
+            groups: &[
+                &[Read, Read, Read, Read, Read, Write, Write, Write, Read],
+                &SURFACE_GROUP,
+                &TILES_GROUP,
+                &TILES_GROUP,
+            ],
             immediates: size_of::<[u32; 2]>() as u32,
             constants: &[],
         })?;
@@ -82,7 +87,7 @@ impl DeviceBlocks {
         let Shared { links, told, arguments, .. } = shared;
         let listing = Self::list_into(device, shared, &slots, &listed)?;
         let from = [links.wgpu(), listed.wgpu(), arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
-        let to = [slots.wgpu(), told.wgpu(), records.wgpu()];
+        let to = [slots.wgpu(), told.wgpu(), records.wgpu(), worked.wgpu()];
         let casting = device.bind(&kernel, 0, &[&from[..], &to[..]].concat())?;
         Ok(Self { kernel, casting, listing, listed, records, slots, writing })
     }
@@ -92,11 +97,12 @@ impl DeviceBlocks {
         [self.listed.len(), self.records.len(), self.slots.len()]
     }
 
-    /// Blocks that changed, and where they are noted by tile.
+    /// Blocks that changed.
     pub fn records(&self) -> &Buffer<Record> {
         &self.records
     }
 
+    /// Slots of tiles, see `imprint_link.wgsl`.
     pub fn slots(&self) -> &Buffer<u32> {
         &self.slots
     }

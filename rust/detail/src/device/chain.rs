@@ -16,6 +16,7 @@ use super::blocks::{DeviceBlocks, Record};
 use super::link::{Batch, Ground, Link, MOST_LINKS, Shared, Slots, Told, Words, batches, most_voxels, parse};
 use super::meshes::DeviceMeshes;
 use super::rim::{DeviceRims, RimRoom, Rising, volumes};
+use super::smoothing::{BoundTiles, DeviceSmoothing, SLOTS};
 use super::state::DeviceObject;
 use super::voxel::{DeviceVoxels, VoxelRoom};
 use crate::collider::Collider;
@@ -51,6 +52,7 @@ pub(crate) struct DeviceChain {
     meshes: DeviceMeshes,
     voxels: Option<DeviceVoxels>,
     blocks: Option<DeviceBlocks>,
+    smoothing: DeviceSmoothing,
     rims: Option<DeviceRims>,
     /// Changed blocks that are read back at once.
     likely: usize,
@@ -67,6 +69,8 @@ enum Stage<'a> {
     /// Of the row of imprints of one object that begins with this one.
     Cull(usize),
     Raycast(usize),
+    /// What an imprint changed, for those that follow.
+    Smooth(usize),
     /// What is around an imprint before it is made, and what rises there afterwards.
     Gather(usize),
     Raise(usize),
@@ -79,6 +83,7 @@ impl Stage<'_> {
             Self::Measure(_) | Self::Cull(_) => "imprint.device.cull",
             Self::Voxelise(_) => "imprint.device.voxelise",
             Self::Raycast(_) => "imprint.device.raycast",
+            Self::Smooth(_) => "imprint.device.smooth",
             Self::Gather(_) | Self::Raise(_) => "imprint.device.rim",
         }
     }
@@ -93,6 +98,7 @@ impl DeviceChain {
             meshes: DeviceMeshes::new(device)?,
             voxels: None,
             blocks: None,
+            smoothing: DeviceSmoothing::new(device)?,
             rims: None,
             likely: FEW,
             kept: BTreeMap::new(),
@@ -124,8 +130,18 @@ impl DeviceChain {
             target.state.prepare_culling(target.object)?;
         }
         let renewed = self.meshes.bring(&self.device, colliders)?;
-        let (slots, slot_count) = slots(targets, links);
+        let works = works(targets.len(), links);
+        let (slots, slot_count) = slots(targets, links, &works);
         let mut words = links.iter().map(|link| self.tell(link, targets, &slots)).collect::<Result<Vec<_>>>()?;
+        let (mut largest, mut tiles) = (0, 0);
+        for (target, _) in targets.iter_mut().zip(&works).filter(|(_, works)| **works) {
+            largest = target.state.prepare_work(target.object)?.max(largest);
+            tiles = target.object.surface().tile_count().max(tiles);
+        }
+        for (words, link) in words.iter_mut().zip(links).filter(|(_, link)| works[link.target]) {
+            let DeviceObject { worked, ring, .. } = &*targets[link.target].state;
+            words.work_on(&worked.as_ref().ok_or_else(no_blocks)?.work(ring, largest));
+        }
         let of: Vec<usize> = links.iter().map(|link| link.target).collect();
         let batches = batches(&mut words, &of, most_voxels(&self.device))?;
         let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
@@ -135,22 +151,29 @@ impl DeviceChain {
             self.bind(self.blocks.as_ref().map_or([FEW, FEW, slot_count], DeviceBlocks::room))?;
         }
         self.enlarge([FEW, FEW, slot_count])?;
+        let words_of_blocks = words.iter().map(Words::block_words).max().unwrap_or_default();
         let rims = links.iter().map(|link| self.tell_around(link, targets, &slots)).collect::<Result<Vec<_>>>()?;
-        let mut rim_room = rims.iter().any(Option::is_some).then(RimRoom::default);
+        let (mut taken, mut rim_room) = (0, rims.iter().any(Option::is_some).then(RimRoom::default));
         let (told, records, moved) = loop {
+            if tiles > 0 && self.smoothing.enlarge(&self.device, (taken, words_of_blocks, tiles))? {
+                self.bind(self.blocks()?.room())?;
+            }
             if let Some(room) = rim_room {
                 let blocks = self.blocks.as_ref().ok_or_else(no_blocks)?;
                 let voxels = self.voxels.as_ref().ok_or_else(no_voxels)?;
                 DeviceRims::prepare(&mut self.rims, &self.device, &self.shared, voxels, blocks, room)?;
             }
             let [room, record_room, _] = self.blocks()?.room();
-            words.iter_mut().for_each(|words| words.set_room([room, record_room]));
-            let made = self.submit(context, targets, links, (&words, &rims), &batches)?;
+            let capacity = self.smoothing.capacity();
+            words.iter_mut().for_each(|words| words.set_room([room, record_room, capacity]));
+            let bound = self.bind_tiles(targets, &works)?;
+            let made = self.submit(context, targets, links, (&words, &rims), &batches, &bound)?;
             let found = made.told.iter().map(|told| told.found as usize).max().unwrap_or_default();
-            if found <= room && made.kept <= record_room && made.rim_room == rim_room {
+            let fits = found <= room && made.kept <= record_room && made.taken <= capacity;
+            if fits && made.rim_room == rim_room {
                 break (made.told, made.records, made.moved);
             }
-            rim_room = made.rim_room;
+            (taken, rim_room) = (made.taken, made.rim_room);
             self.enlarge([found, made.kept, slot_count])?;
         };
         targets.iter_mut().for_each(|target| target.state.settle_culling());
@@ -187,6 +210,19 @@ impl DeviceChain {
         Ok(Words::new(link, self.meshes.place(link.mesh)?, &ground))
     }
 
+    /// Binds the tiles of those targets that are worked on to their blocks.
+    fn bind_tiles(&mut self, targets: &[Target<'_>], works: &[bool]) -> Result<Vec<Option<BoundTiles>>> {
+        let Self { device, shared, blocks, smoothing, .. } = self;
+        let blocks = blocks.as_ref().ok_or_else(no_blocks)?;
+        let mut bind = |target: &Target<'_>| {
+            let DeviceObject { tiles, ring, worked, .. } = &*target.state;
+            let worked = worked.as_ref().ok_or_else(no_blocks)?;
+            smoothing.bind(device, (shared, blocks), (worked, tiles, ring))
+        };
+        let each = targets.iter().zip(works);
+        each.map(|(target, works)| works.then(|| bind(target)).transpose()).collect()
+    }
+
     /// What kernels are told of what an imprint raises, and where.
     fn tell_around(
         &self,
@@ -215,7 +251,8 @@ impl DeviceChain {
     fn bind(&mut self, room: [usize; 3]) -> Result<()> {
         // What they took is free before more is asked for.
         (self.blocks, self.rims) = (None, None);
-        self.blocks = Some(DeviceBlocks::new(&self.device, &self.shared, self.voxels()?, room)?);
+        let worked = self.smoothing.blocks();
+        self.blocks = Some(DeviceBlocks::new(&self.device, &self.shared, self.voxels()?, (worked, room))?);
         Ok(())
     }
 
@@ -230,7 +267,13 @@ impl DeviceChain {
     }
 
     /// Records a stage.
-    fn record(&self, pass: &mut Pass<'_>, stage: Stage<'_>, targets: &[Target<'_>], links: &[Link]) -> Result<()> {
+    fn record(
+        &self,
+        pass: &mut Pass<'_>,
+        stage: Stage<'_>,
+        (targets, bound): (&[Target<'_>], &[Option<BoundTiles>]),
+        links: &[Link],
+    ) -> Result<()> {
         let (shared, voxels, blocks) = (&self.shared, self.voxels()?, self.blocks()?);
         match stage {
             Stage::Measure(target) => {
@@ -247,6 +290,11 @@ impl DeviceChain {
                 let tiles = &target.state.tiles;
                 let fields = [tiles, target.begun().unwrap_or(tiles)];
                 blocks.cast(pass, shared, &target.state.surface, fields, link)
+            }
+            Stage::Smooth(link) => {
+                let Link { target, smoothing: (_, passes), .. } = links[link];
+                let bound = bound[target].as_ref().ok_or_else(no_blocks)?;
+                self.smoothing.smooth(pass, (bound, &targets[target].state.ring), link, passes)
             }
             Stage::Gather(link) => {
                 let state = &*targets[links[link].target].state;
@@ -267,6 +315,7 @@ impl DeviceChain {
         links: &[Link],
         (words, rims): (&[Words], &[Option<(Rising, Words)>]),
         batches: &[Batch],
+        bound: &[Option<BoundTiles>],
     ) -> Result<Submitted> {
         let device = &self.device.clone();
         let time = context.stats().begin("imprint.device.submit");
@@ -276,24 +325,30 @@ impl DeviceChain {
         if words.iter().any(Words::is_chained) {
             blocks.clear_slots(&mut frame);
         }
+        self.smoothing.clear(&mut frame);
+        for (target, _) in targets.iter().zip(bound).filter(|(_, bound)| bound.is_some()) {
+            target.state.worked.as_ref().map_or(Ok(()), |worked| worked.clear(&mut frame))?;
+        }
         let rising = rims.iter().any(Option::is_some);
         if rising {
             self.rims()?.begin(device, &mut frame, rims)?;
         }
         let each = |link: usize| {
-            let (gather, raise) = (Stage::Gather(link), Stage::Raise(link));
-            let rises = rims[link].is_some();
-            let before = rises.then_some(gather).into_iter();
-            before.chain([Stage::Cull(link), Stage::Raycast(link)]).chain(rises.then_some(raise))
+            let (target, rises) = (links[link].target, rims[link].is_some());
+            let goes_on = bound[target].is_some() && links[link + 1..].iter().any(|link| link.target == target);
+            let before = rises.then_some(Stage::Gather(link)).into_iter();
+            let after = rises.then_some(Stage::Raise(link)).into_iter();
+            let smoothed = goes_on.then_some(Stage::Smooth(link));
+            before.chain([Stage::Cull(link), Stage::Raycast(link)]).chain(after).chain(smoothed)
         };
         let of_batch = |batch| std::iter::once(Stage::Voxelise(batch)).chain(batch.rows.iter().copied().flat_map(each));
         let mut stages = (0..targets.len()).map(Stage::Measure).chain(batches.iter().flat_map(of_batch));
         if device.is_timed() {
-            stages.try_for_each(|stage| self.record(&mut frame.pass(stage.name()), stage, targets, links))?;
+            stages.try_for_each(|stage| self.record(&mut frame.pass(stage.name()), stage, (targets, bound), links))?;
         } else {
             // Every pass is a command buffer: those that nobody times are one.
             let mut pass = frame.pass("imprint.device");
-            stages.try_for_each(|stage| self.record(&mut pass, stage, targets, links))?;
+            stages.try_for_each(|stage| self.record(&mut pass, stage, (targets, bound), links))?;
         }
         let record_room = blocks.room()[1];
         let told = self.shared.read_told(&mut frame, links.len())?;
@@ -304,7 +359,7 @@ impl DeviceChain {
         let told_rims = rising.then(|| self.rims()?.read(&mut frame, links.len())).transpose()?;
         let submission = frame.submit()?;
         time.end();
-        let (kept, told) = parse(&told.get(device)?);
+        let ([kept, taken], told) = parse(&told.get(device)?);
         let mut records = first.get(device)?;
         for time in submission.wait()? {
             context.stats().add(time.name, time.length);
@@ -323,7 +378,7 @@ impl DeviceChain {
         }
         let rim_room = told_rims.map(|read| self.rims()?.needed(context, device, read)).transpose()?;
         self.likely = (kept + kept / 4).max(FEW);
-        Ok(Submitted { kept, told, records, moved: all_moved, rim_room })
+        Ok(Submitted { kept, taken, told, records, moved: all_moved, rim_room })
     }
 }
 
@@ -331,6 +386,8 @@ impl DeviceChain {
 struct Submitted {
     /// Blocks that changed.
     kept: usize,
+    /// Tiles that are worked on.
+    taken: usize,
     /// What is told of every imprint.
     told: Vec<Told>,
     /// The blocks, as many as there was room for, and their volumes where something rises.
@@ -348,9 +405,18 @@ fn no_voxels() -> Error {
     Error::internal("no room for voxels")
 }
 
+/// The targets whose tiles are worked on, since what imprints on them changed is smoothed before others meet it.
+fn works(targets: usize, links: &[Link]) -> Vec<bool> {
+    let smooths = |target| {
+        let last = links.iter().rposition(|link| link.target == target).unwrap_or_default();
+        links[..last].iter().any(|link| link.target == target && link.smoothing.1 > 0)
+    };
+    (0..targets).map(smooths).collect()
+}
+
 /// Where the blocks of every target are noted that imprints change before others look at them: of targets that several
 /// imprints meet, or that rise. And how many such places there are.
-fn slots(targets: &[Target<'_>], links: &[Link]) -> (Vec<Option<Slots>>, usize) {
+fn slots(targets: &[Target<'_>], links: &[Link], works: &[bool]) -> (Vec<Option<Slots>>, usize) {
     let mut count = 0;
     let each = targets.iter().enumerate().map(|(index, target)| {
         let own = || links.iter().filter(|link| link.target == index);
@@ -359,7 +425,8 @@ fn slots(targets: &[Target<'_>], links: &[Link]) -> (Vec<Option<Slots>>, usize) 
         }
         let field = target.object.displacement().field();
         let blocks = |tile| (field.size(tile) / block_edge(field.size(tile))).pow(2);
-        let stride = 2 + (0..field.tile_count() as u32).map(blocks).max().unwrap_or(1);
+        let most = || (0..field.tile_count() as u32).map(blocks).max().unwrap_or(1);
+        let stride = if works[index] { SLOTS } else { 2 + most() };
         let base = count;
         count += field.tile_count() * stride as usize;
         Some(Slots { base: base as u32, stride })

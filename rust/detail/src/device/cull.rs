@@ -234,7 +234,8 @@ pub(crate) mod tests {
         let mut voxels = None;
         let room = VoxelRoom::default();
         DeviceVoxels::prepare(&mut voxels, &device, &shared, (&meshes, false), room).unwrap();
-        let blocks = DeviceBlocks::new(&device, &shared, &voxels.unwrap(), [4096, 1, 1]).unwrap();
+        let worked = Buffer::new(&device, "no blocks", 1).unwrap();
+        let blocks = DeviceBlocks::new(&device, &shared, &voxels.unwrap(), (&worked, [4096, 1, 1])).unwrap();
         let mut random = Random(3);
         let mut kept = 0;
         for round in 0..6 {
@@ -249,7 +250,7 @@ pub(crate) mod tests {
             let tiles = object.surface().tile_count();
             let ground = Ground { transform: object.transform(), tiles, started: false, slots: None };
             let mut words = [Words::new(&link, place, &ground)];
-            words[0].set_room([4096, 1]);
+            words[0].set_room([4096, 1, 0]);
             let mut commands = device.frame().unwrap();
             shared.begin(&device, &mut commands, &words).unwrap();
             culling.measure(&mut commands.pass("ranges"), &surface, &fields).unwrap();

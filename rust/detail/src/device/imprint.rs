@@ -1,9 +1,9 @@
 //! Imprints of colliders on a graphics device: which are made there, several at a time, and what happens where it fails.
 //!
-//! Imprints that push and raise rims are submitted together, since each can start from what those before it left on the
-//! device. Their grids seldom depend on that: inwards all reach equally far, and what reaches outwards stays; where a rim
-//! raises it by a step, those that follow are made again. Where what changed is smoothed, which the processor does, they
-//! are submitted one by one.
+//! Imprints that push, and what they raise as rims or smooth, are submitted together, since each can start from what those
+//! before it left on the device. Their grids seldom depend on that: inwards all reach equally far, and what reaches
+//! outwards stays; where a rim raises it by a step, those that follow are made again. Rims and smoothing on the same object
+//! are not submitted together.
 
 use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_tiles::Field;
@@ -25,9 +25,9 @@ fn is_for_device(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
     object.device.is_some() && object.vectors.is_none() && settings.culling != 0 && settings.share > 0.0
 }
 
-/// Whether imprints of the given settings can be submitted with others: what is smoothed is the processor's.
+/// Whether imprints of the given settings can be submitted with others: what rises and is then smoothed cannot.
 pub(crate) fn is_for_batch(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
-    is_for_device(object, settings) && settings.smoothing <= 0.0
+    is_for_device(object, settings) && !(settings.rim > 0.0 && settings.smoothing > 0.0)
 }
 
 /// An imprint whose grid is known.
@@ -50,7 +50,7 @@ pub(crate) struct Batch {
 
 impl Batch {
     /// Adds the imprint of a collider, where it is, on one of the objects; `false`, and nothing is added, if it is not
-    /// for the device.
+    /// for the device, or not together with those before it.
     pub fn add(
         &mut self,
         context: &Context,
@@ -60,14 +60,25 @@ impl Batch {
         settings: &ImprintSettings,
         moment: Moment,
     ) -> Result<bool> {
+        // What is smoothed is known by tiles on a device, and what rises by blocks.
+        let own = self.all.iter().filter(|ready| ready.target == target).map(|ready| &ready.settings);
+        let own: Vec<_> = own.chain([settings]).collect();
+        if own.iter().any(|it| it.rim > 0.0) && own.iter().any(|it| it.smoothing > 0.0) {
+            return Ok(false);
+        }
         let grid = context.stats().time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?;
         if let Some(grid) = &grid {
             let Some(link) = Link::new(context, target, collider, grid, &settings.limits()) else { return Ok(false) };
-            self.links.push(link.raising(settings));
+            self.links.push(link.smoothed(settings).raising(settings));
         }
         let most = outwards(object.reach()[1], settings);
         self.all.push(Ready { target, settings: *settings, grid, most });
         Ok(true)
+    }
+
+    /// Whether something is smoothed on one of the objects.
+    fn smooths(&self, target: usize) -> bool {
+        self.all.iter().any(|ready| ready.target == target && ready.settings.smoothing > 0.0)
     }
 }
 
@@ -85,9 +96,15 @@ impl Imprinter {
         match self.cast_together(context, objects, start, colliders, &batch.links) {
             Some(casts) => {
                 let first = reports.len();
-                self.take_up(context, objects, &batch.all, casts, reports)?;
+                self.take_up(context, objects, &batch, casts, reports)?;
                 let made = batch.all.iter().zip(&reports[first..]).filter(|(ready, _)| ready.grid.is_some());
-                let made: Vec<_> = made.map(|(ready, report)| (ready.target, &report.changed[..])).collect();
+                // What is smoothed is not what the device keeps.
+                let made: Vec<(usize, &[u32])> = made
+                    .map(|(ready, report)| {
+                        let tiles = if batch.smooths(ready.target) { &[][..] } else { &report.changed };
+                        (ready.target, tiles)
+                    })
+                    .collect();
                 self.follow(context, objects, &made);
                 Ok(())
             }
@@ -178,17 +195,18 @@ impl Imprinter {
 
     /// Writes what imprints that were made together found, up to one after which others would have found something else:
     /// one of which the budget refused tiles, whose coefficients the ring update changed, as it does where those of several
-    /// tiles meet at an extraordinary vertex, or after which the boxes of others reach further.
+    /// tiles meet at an extraordinary vertex, or after which the boxes of others reach further. Of objects on which something
+    /// is smoothed the device makes what the ring update does too.
     fn take_up(
         &mut self,
         context: &Context,
         objects: &mut [&mut DisplacedObject],
-        all: &[Ready],
+        batch: &Batch,
         casts: Vec<Cast>,
         reports: &mut Vec<Report>,
     ) -> Result<()> {
         let mut casts = casts.into_iter();
-        for ready in all {
+        for ready in &batch.all {
             let object = &mut *objects[ready.target];
             if outwards(object.reach()[1], &ready.settings) != ready.most {
                 break;
@@ -200,7 +218,8 @@ impl Imprinter {
                 report.voxel_diagonal = grid.diagonal();
                 self.finish(context, object, &mut cast, &ready.settings, &mut report)?;
                 let field = object.displacement().field();
-                stays = report.refused.is_empty() && cast.dents.iter().all(|dents| is_written(field, dents));
+                let written = || cast.dents.iter().all(|dents| is_written(field, dents));
+                stays = report.refused.is_empty() && (batch.smooths(ready.target) || written());
             }
             reports.push(report);
             if !stays {

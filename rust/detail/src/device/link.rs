@@ -10,6 +10,7 @@ use relievo_gpu::{Buffer, Device, Frame, Readback};
 
 use super::meshes::Place;
 use super::rim::Rising;
+use super::smoothing::Work;
 use super::voxel::{MOST_NARROW, VoxelRoom};
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
@@ -32,6 +33,8 @@ pub(crate) struct Link {
     pub grid: Grid,
     limits: Limits,
     lattice: Lattice,
+    /// How strongly what changed is smoothed for those after it, and in how many passes.
+    pub smoothing: (f32, u32),
     /// What it raises.
     pub rising: Option<Rising>,
 }
@@ -51,6 +54,12 @@ impl Link {
         Some(Self::of(target, collider, grid, limits, side, lattice))
     }
 
+    /// The same, with what changed smoothed as `settings` say.
+    pub fn smoothed(self, settings: &ImprintSettings) -> Self {
+        let passes = if settings.smoothing > 0.0 { settings.smoothing_passes } else { 0 };
+        Self { smoothing: (settings.smoothing, passes), ..self }
+    }
+
     /// The imprint whose columns come from `side`, with the points on `lattice`.
     pub fn of(target: usize, collider: &Collider, grid: &Grid, limits: &Limits, side: Side, lattice: Lattice) -> Self {
         Self {
@@ -62,6 +71,7 @@ impl Link {
             grid: *grid,
             limits: *limits,
             lattice,
+            smoothing: (0.0, 0),
             rising: None,
         }
     }
@@ -116,6 +126,14 @@ pub(super) struct Words {
     first_word: u32,
     next: u32,
     wave: u32,
+    strength: f32,
+    block_words: u32,
+    blocks: u32,
+    parts: u32,
+    ring_parts: u32,
+    rings: u32,
+    entries: u32,
+    unused: u32,
 }
 
 /// No imprint.
@@ -126,6 +144,7 @@ const OPEN: u32 = 2;
 const MIRRORED: u32 = 4;
 const STARTED: u32 = 8;
 const CHAINED: u32 = 16;
+const WORKED: u32 = 32;
 const NARROW: u32 = 64;
 /// Something rises, so that blocks look at others: kernels do not ask.
 const RISING: u32 = 128;
@@ -204,22 +223,43 @@ impl Words {
             first_word: 0,
             next: NONE,
             wave: 0,
+            strength: link.smoothing.0,
+            block_words: 0,
+            blocks: 0,
+            parts: 0,
+            ring_parts: 0,
+            rings: 0,
+            entries: 0,
+            unused: 0,
         }
     }
 
-    /// Says how many blocks and records there is room for.
-    pub fn set_room(&mut self, room: [usize; 2]) {
-        [self.room, self.records] = room.map(|count| count as u32);
+    /// Says how many blocks, records and blocks of tiles there is room for.
+    pub fn set_room(&mut self, room: [usize; 3]) {
+        [self.room, self.records, self.blocks] = room.map(|count| count as u32);
+    }
+
+    /// Has imprints before it, and after it, of the submission meet in blocks of tiles, which are worked on.
+    pub fn work_on(&mut self, work: &Work) {
+        self.flags = self.flags & !CHAINED | WORKED;
+        self.block_words = work.words;
+        [self.parts, self.ring_parts, self.rings, self.entries] =
+            [work.parts, work.ring_parts, work.rings, work.entries];
     }
 
     /// Whether imprints before it, or after it, of the submission meet the same object.
     pub fn is_chained(&self) -> bool {
-        self.flags & CHAINED != 0
+        self.flags & (CHAINED | WORKED) != 0
+    }
+
+    /// Words of a block of tiles that are worked on.
+    pub fn block_words(&self) -> usize {
+        self.block_words as usize
     }
 
     /// Whether it may be taken together with others of the same object.
     fn is_for_row(&self) -> bool {
-        self.flags & RISING == 0
+        self.flags & (RISING | WORKED) == 0
     }
 }
 
@@ -251,7 +291,7 @@ pub(super) struct Batch {
     pub room: VoxelRoom,
     pub waves: Vec<Wave>,
     /// The first imprint of every row: the next of the same object follow it by `Link.next`, up to one that raises
-    /// something, which is a row of its own.
+    /// something, which is a row of its own, as is every imprint of an object whose tiles are worked on.
     pub rows: Vec<usize>,
 }
 
@@ -333,7 +373,9 @@ pub(super) struct Told {
     pub tested: u32,
     /// The work of the triangles, see the kernels.
     work: u32,
-    unused: [u32; 2],
+    /// Blocks that it changed, where these are smoothed.
+    changed: u32,
+    unused: u32,
 }
 
 impl Told {
@@ -419,10 +461,12 @@ pub(super) fn step(links: Range<usize>) -> [u32; 2] {
     [links.start as u32, links.len() as u32]
 }
 
-/// How many blocks changed in all imprints, and what is told of each, from the words of [`Shared::read_told`].
-pub(super) fn parse(words: &[u32]) -> (usize, Vec<Told>) {
+/// How many blocks changed in all imprints and how many tiles were worked on, and what is told of each imprint, from the
+/// words of [`Shared::read_told`].
+pub(super) fn parse(words: &[u32]) -> ([usize; 2], Vec<Told>) {
     let (first, each) = words.split_at(FIRST.min(words.len()));
-    (first.first().map_or(0, |kept| *kept as usize), bytemuck::cast_slice(each).to_vec())
+    let count = |at: usize| first.get(at).map_or(0, |count| *count as usize);
+    ([count(0), count(1)], bytemuck::cast_slice(each).to_vec())
 }
 
 #[cfg(test)]
@@ -439,13 +483,13 @@ mod tests {
         let link = fields!(Words: lattice_x, points, lattice_y, shift, lattice_z, scale, lattice_origin, first_point,
             lattice_low, first_index, lattice_high, triangles, dims, flags, x, y, z, origin, tiles, share,
             max_displacement, depth, deepest, first_corner, first_work, slots, stride, room, records, zero, first_turn, first_column,
-            first_word, next, wave);
+            first_word, next, wave, strength, block_words, blocks, parts, ring_parts, rings, entries, unused);
         assert_layout("imprint_link", "Link", size_of::<Words>(), &link);
         assert_layout(
             "imprint_snap",
             "Told",
             size_of::<Told>(),
-            &fields!(Told: found, clamped, tiles, faults, tested, work),
+            &fields!(Told: found, clamped, tiles, faults, tested, work, changed),
         );
     }
 }

@@ -202,7 +202,7 @@ impl DeviceRims {
         self.rims.write(device, 0, &told)?;
         let words = rims.iter().map(|it| {
             let mut words = it.as_ref().map_or_else(Words::zeroed, |(_, words)| *words);
-            words.set_room([pieces, 0]);
+            words.set_room([pieces, 0, 0]);
             words
         });
         self.around.begin(device, frame, &words.collect::<Vec<_>>())

@@ -9,6 +9,7 @@ use relievo_tiles::{DeviceRing, DeviceTiles, Field, Rgba8, Rgba16, Texel, Vector
 use super::brush::{DeviceBrush, DeviceGround};
 use super::cull::DeviceCull;
 use super::dabs::DeviceColors;
+use super::smoothing::WorkedTiles;
 use crate::ground::Ground;
 use crate::object::DisplacedObject;
 
@@ -37,6 +38,8 @@ pub(crate) struct DeviceObject {
     pub(super) half_painting: Option<DeviceColors<Rgba16>>,
     /// What culls tiles, once there was an imprint, with the displacement that it knows.
     culling: Option<(DeviceCull, Field)>,
+    /// What blocks of tiles that imprints smooth need, once some did.
+    pub(super) worked: Option<WorkedTiles>,
     /// Whether it lacks the normals of the pose.
     posed: bool,
 }
@@ -93,6 +96,7 @@ impl DeviceObject {
             painting,
             half_painting,
             culling: None,
+            worked: None,
             posed: false,
         })
     }
@@ -196,6 +200,12 @@ impl DeviceObject {
     pub(super) fn culling(&self) -> Result<&DeviceCull> {
         let ready = self.culling.as_ref().map(|(culling, _)| culling);
         ready.ok_or_else(|| Error::internal("an object whose tiles are not ready to be culled"))
+    }
+
+    /// Makes ready to work on tiles of `object`, whose state this is. Returns the texels a side of the largest.
+    pub(super) fn prepare_work(&mut self, object: &DisplacedObject) -> Result<u32> {
+        let worked = WorkedTiles::ready(self.worked.take(), &self.device, object.displacement.field())?;
+        Ok(self.worked.insert(worked).largest())
     }
 
     /// Notes that what culls its tiles knows their displacement.

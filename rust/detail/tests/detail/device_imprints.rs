@@ -13,7 +13,7 @@ use relievo_testing::{device, grid};
 use relievo_tiles::{Displacement, DisplacementOptions, Field, Traces};
 
 /// A wavy sheet with faces of all kinds.
-fn sheet() -> Mesh {
+pub(crate) fn sheet() -> Mesh {
     let mut mesh = grid(7, false, &[3, 1, 7, 2, 0, 3, 2], false);
     for point in &mut mesh.points {
         point[2] = 0.2 * (1.1 * point[0]).sin() * (0.8 * point[1]).cos();
@@ -21,11 +21,11 @@ fn sheet() -> Mesh {
     mesh
 }
 
-pub fn object(context: &Context, size: u32, transform: DAffine3) -> DisplacedObject {
+pub(crate) fn object(context: &Context, size: u32, transform: DAffine3) -> DisplacedObject {
     object_of(context, sheet(), size, transform)
 }
 
-pub fn object_of(context: &Context, mesh: Mesh, size: u32, transform: DAffine3) -> DisplacedObject {
+pub(crate) fn object_of(context: &Context, mesh: Mesh, size: u32, transform: DAffine3) -> DisplacedObject {
     let surface = Surface::new(context, &mesh, &SurfaceOptions::default()).unwrap();
     let options = DisplacementOptions { size, face_sizes: vec![(3, 64), (8, 8)], ..DisplacementOptions::default() };
     let displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
@@ -33,7 +33,7 @@ pub fn object_of(context: &Context, mesh: Mesh, size: u32, transform: DAffine3) 
 }
 
 /// A ball of 2,208 triangles.
-pub fn ball(context: &Context, radius: f32) -> Collider {
+pub(crate) fn ball(context: &Context, radius: f32) -> Collider {
     let (n, m) = (48u32, 24u32);
     let mut points = vec![[0.0, 0.0, -radius], [0.0, 0.0, radius]];
     let at = |i: u32, j: u32| match j {
@@ -60,7 +60,7 @@ pub fn ball(context: &Context, radius: f32) -> Collider {
     Collider::new(context, points, triangles, DAffine3::IDENTITY).unwrap()
 }
 
-pub fn settings() -> ImprintSettings {
+pub(crate) fn settings() -> ImprintSettings {
     ImprintSettings { voxels: 1 << 18, max_displacement: 0.6, ..ImprintSettings::default() }
 }
 
@@ -75,13 +75,13 @@ fn order(half: f16) -> i32 {
 }
 
 /// Coefficients that are more than one half float apart, and all.
-pub fn difference(a: &Field, b: &Field) -> (usize, usize) {
+pub(crate) fn difference(a: &Field, b: &Field) -> (usize, usize) {
     assert_eq!(allocated(a), allocated(b), "the tiles that are allocated");
     let pairs = a.allocated().flat_map(|tile| a.block(tile).unwrap().iter().zip(b.block(tile).unwrap()));
     pairs.fold((0, 0), |(apart, all), (a, b)| (apart + usize::from((order(*a) - order(*b)).abs() > 1), all + 1))
 }
 
-fn bits(field: &Field) -> Vec<(u32, Vec<u16>)> {
+pub(crate) fn bits(field: &Field) -> Vec<(u32, Vec<u16>)> {
     field.allocated().map(|tile| (tile, field.block(tile).unwrap().iter().map(|it| it.to_bits()).collect())).collect()
 }
 
@@ -94,7 +94,7 @@ fn copy(from: &DisplacedObject, to: &mut DisplacedObject) {
 }
 
 /// A ball on its way over the sheet, in the world of the object.
-fn place(object: &DisplacedObject, step: u32) -> DAffine3 {
+pub(crate) fn place(object: &DisplacedObject, step: u32) -> DAffine3 {
     let local = DVec3::new(1.6 + 0.45 * f64::from(step), 2.4 + 0.3 * f64::from(step), 0.55);
     let turn = DQuat::from_rotation_x(0.2 * f64::from(step));
     DAffine3::from_rotation_translation(turn, object.transform().transform_point3(local))
@@ -117,7 +117,7 @@ fn press(
     report
 }
 
-pub fn transforms() -> [DAffine3; 3] {
+pub(crate) fn transforms() -> [DAffine3; 3] {
     let turned = DAffine3::from_rotation_translation(DQuat::from_rotation_y(0.3), DVec3::new(1.0, -2.0, 0.5));
     let stretched = DAffine3::from_scale(DVec3::new(1.0, 1.2, 0.9)) * turned;
     [DAffine3::IDENTITY, turned, DAffine3::from_translation(DVec3::new(40.0, 70.0, -10.0)) * stretched]
@@ -309,7 +309,7 @@ pub fn plate() -> Mesh {
 }
 
 /// Compares objects that a device imprinted, and what was reported of it, with the processor's.
-pub fn assert_alike(
+pub(crate) fn assert_alike(
     here: &[DisplacedObject],
     there: &mut [DisplacedObject],
     (expected, found): (&[Report], &[Report]),

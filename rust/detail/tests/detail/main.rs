@@ -7,6 +7,7 @@ mod device_fading;
 mod device_history;
 mod device_imprints;
 mod device_rims;
+mod device_smoothing;
 mod device_triangle_vectors;
 mod device_triangles;
 mod device_vectors;
