@@ -127,7 +127,7 @@ impl Row for Steps<'_, '_> {
 
 impl Imprinter {
     /// Presses colliders into `objects` where they stand, each after those before it. On a graphics device they are one
-    /// submission as long as no rims are asked for and objects are on one device.
+    /// submission as long as objects are on one device.
     ///
     /// Fails as [`Imprinter::imprint`] does, and where an object does not exist; those before stay made.
     pub fn imprint_all(

@@ -405,13 +405,11 @@ fn no_voxels() -> Error {
     Error::internal("no room for voxels")
 }
 
-/// The targets whose tiles are worked on, since what imprints on them changed is smoothed before others meet it.
+/// The targets whose tiles are worked on: those that several imprints meet, of which one or more are smoothed.
 fn works(targets: usize, links: &[Link]) -> Vec<bool> {
-    let smooths = |target| {
-        let last = links.iter().rposition(|link| link.target == target).unwrap_or_default();
-        links[..last].iter().any(|link| link.target == target && link.smoothing.1 > 0)
-    };
-    (0..targets).map(smooths).collect()
+    let own = |target| links.iter().filter(move |link| link.target == target);
+    let several = |target| own(target).count() > 1;
+    (0..targets).map(|target| several(target) && own(target).any(|link| link.smoothing.1 > 0)).collect()
 }
 
 /// Where the blocks of every target are noted that imprints change before others look at them: of targets that several

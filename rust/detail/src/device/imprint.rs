@@ -78,7 +78,8 @@ impl Batch {
 
     /// Whether something is smoothed on one of the objects.
     fn smooths(&self, target: usize) -> bool {
-        self.all.iter().any(|ready| ready.target == target && ready.settings.smoothing > 0.0)
+        let smooths = |ready: &Ready| ready.grid.is_some() && ready.settings.smoothing > 0.0;
+        self.all.iter().any(|ready| ready.target == target && smooths(ready))
     }
 }
 
