@@ -28,6 +28,9 @@ struct Rim {
     pieces: u32,
     cells: u32,
     borders: u32,
+    // Where the object's blocks begin in `places`, and how many a tile has.
+    first_place: u32,
+    blocks: u32,
 }
 
 // What an imprint tells of its rim.
@@ -51,7 +54,7 @@ struct RimTold {
 @group(3) @binding(2) var<storage, read_write> pieces: array<u32>;
 // The points of the undisplaced surface, and the area that each stands for.
 @group(3) @binding(3) var<storage, read_write> points: array<vec4<f32>>;
-// By slot the piece that a block is, with the imprint from 1 in the upper eight bits.
+// By block of the objects the piece that it is, with the imprint from 1 in the upper eight bits.
 @group(3) @binding(4) var<storage, read_write> places: array<u32>;
 // Cells: see below.
 @group(3) @binding(5) var<storage, read_write> cells: array<atomic<u32>>;
@@ -64,13 +67,14 @@ struct RimTold {
 
 // A piece: of every coefficient the half that it is and, above, that it was; the cell of what is pushed, or the patch of
 // what rises; the rim's profile. Then bits of what is pushed and of what may rise, the box of the points, and the largest
-// distance of neighbours.
+// distance of neighbours, and the record of what is pushed, from 1.
 const CELLS_OF: u32 = 256u;
 const PROFILE: u32 = 512u;
 const PUSHED: u32 = 768u;
 const FREE: u32 = 776u;
 const BOX: u32 = 784u;
 const SPACING: u32 = 790u;
+const RECORD_OF: u32 = 791u;
 const PIECE: u32 = 792u;
 
 // A cell: its key, or EMPTY where there is none; the cell of the same patch that it follows; the volume that its patch
@@ -98,9 +102,19 @@ fn patchwork(item: vec4<u32>) -> Patchwork {
     return Patchwork(item.x, item.y & 0xffffu, size, edge, size / max(edge, 1u));
 }
 
-// The slot of a block.
-fn slot_of(tile: u32, block: u32) -> u32 {
-    return work.slots + tile * work.stride + 1u + block;
+// The slot of a block, unless tiles are worked on.
+fn slot_of(it: Patchwork) -> u32 {
+    return work.slots + it.tile * work.stride + 1u + it.block;
+}
+
+fn place_of(tile: u32, block: u32) -> u32 {
+    return rims[step.link].first_place + tile * rims[step.link].blocks + block;
+}
+
+// The piece that a block is, or NONE.
+fn piece_of(tile: u32, block: u32) -> u32 {
+    let found = places[place_of(tile, block)];
+    return select(NONE, found & 0xffffffu, found >> 24u == step.link + 1u);
 }
 
 fn has_bit(piece: u32, mask: u32, k: u32) -> bool {

@@ -1,12 +1,31 @@
 // import imprint_rim
-// What an imprint pushed of the pieces around it, in two passes: which coefficients, then the cells of space that these are
-// in, and those at the border.
+// What an imprint pushed of the pieces around it, in three passes: the records of the blocks, which coefficients, then the
+// cells of space that these are in, and those at the border.
 
 // Cells from the middle of the grid that are told apart.
 const REACH: f32 = 512.0;
 
 var<workgroup> mask: array<atomic<u32>, 8>;
 var<workgroup> shared_first: u32;
+
+// An invocation takes a record.
+@compute @workgroup_size(GROUP)
+fn find_records(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    work = links[step.link];
+    let index = linear_group(group, groups) * GROUP + local;
+    let record = RECORD * index;
+    if index >= min(atomicLoad(&told.kept), work.records) || records[record + 1u] >> 16u != step.link {
+        return;
+    }
+    let piece = piece_of(records[record], records[record + 1u] & 0xffffu);
+    if piece != NONE {
+        pieces[PIECE * piece + RECORD_OF] = index + 1u;
+    }
+}
 
 @compute @workgroup_size(GROUP)
 fn push(
@@ -25,12 +44,9 @@ fn push(
         let it = patchwork(listed[piece]);
         let before = pieces[PIECE * piece + k] >> 16u;
         var now = before;
-        let slot = atomicLoad(&slots[slot_of(it.tile, it.block)]);
-        if slot != 0u && slot <= work.records && k < it.edge * it.edge {
-            let record = RECORD * (slot - 1u);
-            if records[record + 1u] >> 16u == step.link {
-                now = (records[record + HEADER + k / 2u] >> (16u * (k & 1u))) & 0xffffu;
-            }
+        let record = pieces[PIECE * piece + RECORD_OF];
+        if record != 0u && k < it.edge * it.edge {
+            now = (records[RECORD * (record - 1u) + HEADER + k / 2u] >> (16u * (k & 1u))) & 0xffffu;
         }
         pieces[PIECE * piece + k] = now | (before << 16u);
         if value(now) < value(before) {
@@ -53,11 +69,10 @@ fn is_pushed(piece: u32, it: Patchwork, place: vec2<i32>) -> bool {
     let block = at.y / it.edge * it.across + at.x / it.edge;
     var other = piece;
     if block != it.block {
-        let found = places[slot_of(it.tile, block)];
-        if found >> 24u != step.link + 1u {
+        other = piece_of(it.tile, block);
+        if other == NONE {
             return false;
         }
-        other = found & 0xffffffu;
     }
     return has_bit(other, PUSHED, at.y % it.edge * it.edge + at.x % it.edge);
 }

@@ -3,15 +3,25 @@
 // import tiles
 // The pieces around a contact before the imprint: places, areas, coefficients, and which are under the collider.
 
+// Blocks of tiles that are worked on.
+@group(0) @binding(8) var<storage, read> worked: array<u32>;
+
 var<workgroup> low: array<vec4<f32>, 256>;
 var<workgroup> high: array<vec4<f32>, 256>;
 var<workgroup> free: array<atomic<u32>, 8>;
 
 // The coefficient as imprints of earlier dispatches left it.
 fn coefficient(it: Patchwork, k: u32, texel: u32) -> u32 {
-    let slot = atomicLoad(&slots[slot_of(it.tile, it.block)]);
-    if slot != 0u {
-        return (records[RECORD * (slot - 1u) + HEADER + k / 2u] >> (16u * (k & 1u))) & 0xffffu;
+    if (work.flags & WORKED) != 0u {
+        let slot = atomicLoad(&slots[work.slots + it.tile * work.stride + SLOT_BLOCK]);
+        if is_block(slot) {
+            return (worked[(slot - 1u) * work.block_words + texel / 2u] >> (16u * (texel & 1u))) & 0xffffu;
+        }
+    } else {
+        let slot = atomicLoad(&slots[slot_of(it)]);
+        if slot != 0u {
+            return (records[RECORD * (slot - 1u) + HEADER + k / 2u] >> (16u * (k & 1u))) & 0xffffu;
+        }
     }
     let first = tiles_entries[it.tile].first;
     if first == TILES_NONE {
@@ -84,7 +94,7 @@ fn gather(
         points[256u * piece + k] = point;
         pieces[PIECE * piece + k] = half << 16u;
         if k == 0u {
-            places[slot_of(it.tile, it.block)] = piece | ((step.link + 1u) << 24u);
+            places[place_of(it.tile, it.block)] = piece | ((step.link + 1u) << 24u);
         }
     }
     // The box of the points, and the largest area.
@@ -109,5 +119,6 @@ fn gather(
     }
     if k == 0u {
         pieces[first + SPACING] = bitcast<u32>(2.0 * sqrt(high[0].w));
+        pieces[first + RECORD_OF] = 0u;
     }
 }

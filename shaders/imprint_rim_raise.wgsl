@@ -19,11 +19,10 @@ fn height_of(cell: u32) -> f32 {
 }
 
 // The record of a piece that changed: the one of what was pushed, or a new one.
-fn record_of(it: Patchwork) -> u32 {
-    let slot = slot_of(it.tile, it.block);
-    let there = atomicLoad(&slots[slot]);
+fn record_of(piece: u32, it: Patchwork) -> u32 {
+    let there = pieces[PIECE * piece + RECORD_OF];
     let count = atomicLoad(&risen);
-    if there != 0u && there <= work.records && records[RECORD * (there - 1u) + 1u] >> 16u == step.link {
+    if there != 0u {
         records[RECORD * (there - 1u) + 2u] += count;
         return there - 1u;
     }
@@ -39,7 +38,9 @@ fn record_of(it: Patchwork) -> u32 {
     records[first + 1u] = it.block | (step.link << 16u);
     records[first + 2u] = count;
     records[first + 3u] = 0u;
-    atomicStore(&slots[slot], place + 1u);
+    if (work.flags & CHAINED) != 0u {
+        atomicStore(&slots[slot_of(it)], place + 1u);
+    }
     return place;
 }
 
@@ -95,9 +96,9 @@ fn raise(
     }
     workgroupBarrier();
     if there && k == 0u {
-        shared_place = record_of(it);
+        shared_place = record_of(piece, it);
         let raised = atomicLoad(&most);
-        if raised > 0u {
+        if raised > 0u && (work.flags & CHAINED) != 0u {
             atomicMax(&slots[work.slots + it.tile * work.stride + work.stride - 1u], raised);
         }
     }

@@ -12,7 +12,7 @@ use relievo_tiles::{Applied, Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
-use crate::device::{DeviceChain, is_for_batch};
+use crate::device::DeviceChain;
 use crate::grid::Grid;
 use crate::ground::Ground;
 use crate::knots::block_edge;
@@ -286,7 +286,7 @@ impl Imprinter {
         };
         report.voxel_diagonal = grid.diagonal();
         let there = self.cast_on_device(context, object, collider, start, &grid, settings);
-        let follows = there.is_some() && is_for_batch(object, settings) && settings.smoothing <= 0.0;
+        let follows = there.is_some() && settings.smoothing <= 0.0;
         let mut cast = match there {
             Some(cast) => cast,
             None => self.cast_here(context, object, collider, start, &grid, settings)?,

@@ -6,7 +6,7 @@ use relievo_core::{Context, Error, Progress, Result};
 use relievo_tiles::Field;
 
 use crate::collider::Collider;
-use crate::device::{Batch, MOST_LINKS, is_for_batch};
+use crate::device::{Batch, MOST_LINKS, is_for_device};
 use crate::imprint::{ImprintSettings, Imprinter, Moment, Report};
 use crate::motion::Motion;
 use crate::object::DisplacedObject;
@@ -216,7 +216,7 @@ impl Imprinter {
             let done = reports.len();
             let fits = |index: &usize| {
                 let (into, settings, _) = row.press(*index);
-                row.is_rigid(*index) && is_for_batch(objects[into], settings)
+                row.is_rigid(*index) && is_for_device(objects[into], settings)
             };
             let wanted = (done..count.min(done + most)).take_while(fits).count();
             let mut stopped = Ok(());

@@ -168,7 +168,7 @@ impl DeviceBlocks {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use crate::collider::Collider;
     use crate::device::chain::{DeviceChain, Target};
     use crate::device::cull::tests::object;
@@ -186,7 +186,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     /// The blocks that change, by tile and number.
-    fn changed(dents: &[TileDents]) -> BTreeMap<(u32, u32), Vec<f16>> {
+    pub(in crate::device) fn changed(dents: &[TileDents]) -> BTreeMap<(u32, u32), Vec<f16>> {
         let blocks = dents.iter().flat_map(|it| it.blocks.iter().map(|block| (it.tile, block)));
         blocks.map(|(tile, block)| ((tile, block.index), block.values.to_vec())).collect()
     }

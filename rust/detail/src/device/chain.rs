@@ -15,7 +15,7 @@ use relievo_tiles::{DeviceTiles, Field};
 use super::blocks::{DeviceBlocks, Record};
 use super::link::{Batch, Ground, Link, MOST_LINKS, Shared, Slots, Told, Words, batches, most_voxels, parse};
 use super::meshes::DeviceMeshes;
-use super::rim::{DeviceRims, RimRoom, Rising, volumes};
+use super::rim::{Around, DeviceRims, RimRoom, volumes};
 use super::smoothing::{BoundTiles, DeviceSmoothing, SLOTS};
 use super::state::DeviceObject;
 use super::voxel::{DeviceVoxels, VoxelRoom};
@@ -54,6 +54,7 @@ pub(crate) struct DeviceChain {
     blocks: Option<DeviceBlocks>,
     smoothing: DeviceSmoothing,
     rims: Option<DeviceRims>,
+    rim_room: RimRoom,
     /// Changed blocks that are read back at once.
     likely: usize,
     /// Where the blocks of the last submission are, by imprint, tile and block.
@@ -100,6 +101,7 @@ impl DeviceChain {
             blocks: None,
             smoothing: DeviceSmoothing::new(device)?,
             rims: None,
+            rim_room: RimRoom::default(),
             likely: FEW,
             kept: BTreeMap::new(),
         })
@@ -152,8 +154,14 @@ impl DeviceChain {
         }
         self.enlarge([FEW, FEW, slot_count])?;
         let words_of_blocks = words.iter().map(Words::block_words).max().unwrap_or_default();
-        let rims = links.iter().map(|link| self.tell_around(link, targets, &slots)).collect::<Result<Vec<_>>>()?;
-        let (mut taken, mut rim_room) = (0, rims.iter().any(Option::is_some).then(RimRoom::default));
+        let (places, place_count) = places(targets, links);
+        let around = |(link, words): (&Link, &Words)| {
+            let (rising, transform) = (link.rising?, targets[link.target].object.transform());
+            let words = words.in_grid(&rising.grid(&link.grid, transform), transform);
+            Some(Around { rising, words, places: places[link.target] })
+        };
+        let rims: Vec<Option<Around>> = links.iter().zip(&words).map(around).collect();
+        let (mut taken, mut rim_room) = (0, rims.iter().any(Option::is_some).then_some(self.rim_room));
         let (told, records, moved) = loop {
             if tiles > 0 && self.smoothing.enlarge(&self.device, (taken, words_of_blocks, tiles))? {
                 self.bind(self.blocks()?.room())?;
@@ -161,7 +169,8 @@ impl DeviceChain {
             if let Some(room) = rim_room {
                 let blocks = self.blocks.as_ref().ok_or_else(no_blocks)?;
                 let voxels = self.voxels.as_ref().ok_or_else(no_voxels)?;
-                DeviceRims::prepare(&mut self.rims, &self.device, &self.shared, voxels, blocks, room)?;
+                let bound = (&self.shared, voxels, blocks, self.smoothing.blocks());
+                DeviceRims::prepare(&mut self.rims, &self.device, bound, (room, place_count))?;
             }
             let [room, record_room, _] = self.blocks()?.room();
             let capacity = self.smoothing.capacity();
@@ -174,6 +183,7 @@ impl DeviceChain {
                 break (made.told, made.records, made.moved);
             }
             (taken, rim_room) = (made.taken, made.rim_room);
+            self.rim_room = rim_room.unwrap_or(self.rim_room);
             self.enlarge([found, made.kept, slot_count])?;
         };
         targets.iter_mut().for_each(|target| target.state.settle_culling());
@@ -221,18 +231,6 @@ impl DeviceChain {
         };
         let each = targets.iter().zip(works);
         each.map(|(target, works)| works.then(|| bind(target)).transpose()).collect()
-    }
-
-    /// What kernels are told of what an imprint raises, and where.
-    fn tell_around(
-        &self,
-        link: &Link,
-        targets: &[Target<'_>],
-        slots: &[Option<Slots>],
-    ) -> Result<Option<(Rising, Words)>> {
-        let Some(rising) = link.rising else { return Ok(None) };
-        let around = link.around(&rising, targets[link.target].object.transform());
-        Ok(Some((rising, self.tell(&around, targets, slots)?)))
     }
 
     fn voxels(&self) -> Result<&DeviceVoxels> {
@@ -313,7 +311,7 @@ impl DeviceChain {
         context: &Context,
         targets: &[Target<'_>],
         links: &[Link],
-        (words, rims): (&[Words], &[Option<(Rising, Words)>]),
+        (words, rims): (&[Words], &[Option<Around>]),
         batches: &[Batch],
         bound: &[Option<BoundTiles>],
     ) -> Result<Submitted> {
@@ -422,14 +420,33 @@ fn slots(targets: &[Target<'_>], links: &[Link], works: &[bool]) -> (Vec<Option<
             return None;
         }
         let field = target.object.displacement().field();
-        let blocks = |tile| (field.size(tile) / block_edge(field.size(tile))).pow(2);
-        let most = || (0..field.tile_count() as u32).map(blocks).max().unwrap_or(1);
-        let stride = if works[index] { SLOTS } else { 2 + most() };
+        let stride = if works[index] { SLOTS } else { 2 + most_blocks(field) };
         let base = count;
         count += field.tile_count() * stride as usize;
         Some(Slots { base: base as u32, stride })
     });
     (each.collect(), count.max(1))
+}
+
+/// Blocks of a tile at most.
+fn most_blocks(field: &Field) -> u32 {
+    let blocks = |tile| (field.size(tile) / block_edge(field.size(tile))).pow(2);
+    (0..field.tile_count() as u32).map(blocks).max().unwrap_or(1)
+}
+
+/// Where the blocks of every target are on which something rises, and how many a tile has. And how many there are.
+fn places(targets: &[Target<'_>], links: &[Link]) -> (Vec<[u32; 2]>, usize) {
+    let mut count = 0;
+    let each = targets.iter().enumerate().map(|(index, target)| {
+        if !links.iter().any(|link| link.target == index && link.rising.is_some()) {
+            return [0; 2];
+        }
+        let field = target.object.displacement().field();
+        let (base, blocks) = (count, most_blocks(field));
+        count += field.tile_count() * blocks as usize;
+        [base as u32, blocks]
+    });
+    (each.collect(), count)
 }
 
 /// What the imprints did, from what was read back.

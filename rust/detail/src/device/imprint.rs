@@ -2,8 +2,7 @@
 //!
 //! Imprints that push, and what they raise as rims or smooth, are submitted together, since each can start from what those
 //! before it left on the device. Their grids seldom depend on that: inwards all reach equally far, and what reaches
-//! outwards stays; where a rim raises it by a step, those that follow are made again. Rims and smoothing on the same object
-//! are not submitted together.
+//! outwards stays; where a rim raises it by a step, those that follow are made again.
 
 use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_tiles::Field;
@@ -21,13 +20,8 @@ use crate::rim::outwards;
 
 /// Whether imprints of the given settings on `object` are for its device: displacement along normals, of tiles that are
 /// culled. Colliders that are too far from a grid are besides, see [`Link::new`].
-fn is_for_device(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
+pub(crate) fn is_for_device(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
     object.device.is_some() && object.vectors.is_none() && settings.culling != 0 && settings.share > 0.0
-}
-
-/// Whether imprints of the given settings can be submitted with others: what rises and is then smoothed cannot.
-pub(crate) fn is_for_batch(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
-    is_for_device(object, settings) && !(settings.rim > 0.0 && settings.smoothing > 0.0)
 }
 
 /// An imprint whose grid is known.
@@ -50,7 +44,7 @@ pub(crate) struct Batch {
 
 impl Batch {
     /// Adds the imprint of a collider, where it is, on one of the objects; `false`, and nothing is added, if it is not
-    /// for the device, or not together with those before it.
+    /// for the device.
     pub fn add(
         &mut self,
         context: &Context,
@@ -60,12 +54,6 @@ impl Batch {
         settings: &ImprintSettings,
         moment: Moment,
     ) -> Result<bool> {
-        // What is smoothed is known by tiles on a device, and what rises by blocks.
-        let own = self.all.iter().filter(|ready| ready.target == target).map(|ready| &ready.settings);
-        let own: Vec<_> = own.chain([settings]).collect();
-        if own.iter().any(|it| it.rim > 0.0) && own.iter().any(|it| it.smoothing > 0.0) {
-            return Ok(false);
-        }
         let grid = context.stats().time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?;
         if let Some(grid) = &grid {
             let Some(link) = Link::new(context, target, collider, grid, &settings.limits()) else { return Ok(false) };

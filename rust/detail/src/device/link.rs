@@ -80,11 +80,6 @@ impl Link {
     pub fn raising(self, settings: &ImprintSettings) -> Self {
         Self { rising: Rising::of(settings), ..self }
     }
-
-    /// The same around its contact, where something rises on an object with this transform.
-    pub fn around(&self, rising: &Rising, transform: &DAffine3) -> Self {
-        Self { grid: rising.grid(&self.grid, transform), ..*self }
-    }
 }
 
 /// As `Link` in the kernels.
@@ -168,15 +163,21 @@ pub(super) struct Ground<'a> {
     pub slots: Option<Slots>,
 }
 
+/// The way to voxel coordinates, and its rows as kernels have them.
+fn view(grid: &Grid, transform: &DAffine3) -> (VoxelFrame, [[f32; 4]; 3]) {
+    let view = VoxelFrame::new(grid, transform);
+    let row = |axis: usize| {
+        let [x, y, z] = view.rows[axis];
+        [x, y, z, view.shift[axis]]
+    };
+    (view, [0, 1, 2].map(row))
+}
+
 impl Words {
     /// What kernels are told of `link`, whose collider is at `place`.
     pub fn new(link: &Link, place: &Place, ground: &Ground<'_>) -> Self {
         let Link { lattice: Lattice { rows, shift, scale, origin, offset }, grid, limits, .. } = link;
-        let view = VoxelFrame::new(grid, ground.transform);
-        let row = |axis: usize| {
-            let [x, y, z] = view.rows[axis];
-            [x, y, z, view.shift[axis]]
-        };
+        let (view, [x, y, z]) = view(grid, ground.transform);
         let flag = |condition: bool, flag: u32| if condition { flag } else { 0 };
         let mirrored = (grid.map * link.transform).matrix3.determinant() < 0.0;
         let flags = flag(link.side == Side::Backward, BACKWARD)
@@ -202,9 +203,9 @@ impl Words {
             triangles: place.triangles.len() as u32,
             dims: grid.dims,
             flags,
-            x: row(0),
-            y: row(1),
-            z: row(2),
+            x,
+            y,
+            z,
             origin: view.origin,
             tiles: ground.tiles as u32,
             share: limits.share,
@@ -245,6 +246,12 @@ impl Words {
         self.block_words = work.words;
         [self.parts, self.ring_parts, self.rings, self.entries] =
             [work.parts, work.ring_parts, work.rings, work.entries];
+    }
+
+    /// The same imprint in another grid, by itself.
+    pub fn in_grid(&self, grid: &Grid, transform: &DAffine3) -> Self {
+        let (view, [x, y, z]) = view(grid, transform);
+        Self { dims: grid.dims, x, y, z, origin: view.origin, next: NONE, ..*self }
     }
 
     /// Whether imprints before it, or after it, of the submission meet the same object.

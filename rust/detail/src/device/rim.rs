@@ -10,7 +10,9 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::DAffine3;
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback};
+use relievo_gpu::{
+    Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, groups as groups_of,
+};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
@@ -53,6 +55,18 @@ struct Rim {
     pieces: u32,
     cells: u32,
     borders: u32,
+    first_place: u32,
+    blocks: u32,
+}
+
+/// An imprint of which something rises.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Around {
+    pub rising: Rising,
+    /// What kernels are told of it, with the grid around its contact.
+    pub words: Words,
+    /// Where the blocks of its object begin, and how many a tile has.
+    pub places: [u32; 2],
 }
 
 /// As `RimTold` in the kernels.
@@ -92,7 +106,7 @@ pub(super) struct DeviceRims {
     around: Shared,
     rims: Buffer<Rim>,
     told: Buffer<RimTold>,
-    kernels: [Arc<Kernel>; 6],
+    kernels: [Arc<Kernel>; 7],
     bound: [Bindings; 2],
     listing: [Bindings; 2],
     places: Buffer<u32>,
@@ -109,16 +123,15 @@ pub(super) struct RimReadback {
 }
 
 impl DeviceRims {
-    /// Room for rims of imprints whose `voxels` and `blocks` are these. Fails where the device has none.
+    /// Room for rims of imprints whose `voxels` and `blocks` are these, and the blocks of tiles that are `worked` on; with
+    /// so many `places`. Fails where the device has none.
     fn new(
         device: &Device,
-        shared: &Shared,
-        voxels: &DeviceVoxels,
-        blocks: &DeviceBlocks,
-        room: RimRoom,
+        (shared, voxels, blocks, worked): (&Shared, &DeviceVoxels, &DeviceBlocks, &Buffer<u32>),
+        (room, places): (RimRoom, usize),
     ) -> Result<Self> {
         use Access::{Read, Write};
-        let own = [Read, Read, Read, Read, Read, Write, Write, Write];
+        let own = [Read, Read, Read, Read, Read, Write, Write, Write, Read];
         let state = [Read, Write, Write, Write, Write, Write, Write, Write, Write];
         let groups: [&[Access]; 4] = [&own, &SURFACE_GROUP, &TILES_GROUP, &state];
         let kernel = |[module, entry]: [&str; 2]| {
@@ -127,6 +140,7 @@ impl DeviceRims {
         };
         let kernels = [
             kernel(["imprint_rim_gather", "gather"])?,
+            kernel(["imprint_rim_cells", "find_records"])?,
             kernel(["imprint_rim_cells", "push"])?,
             kernel(["imprint_rim_cells", "list_cells"])?,
             kernel(["imprint_rim_join", "join_cells"])?,
@@ -139,7 +153,7 @@ impl DeviceRims {
         let listed = Buffer::new(device, "blocks around contacts", room.pieces)?;
         let pieces = Buffer::new(device, "coefficients around contacts", PIECE * room.pieces)?;
         let points = Buffer::new(device, "places around contacts", GROUP as usize * room.pieces)?;
-        let places = Buffer::new(device, "pieces of blocks", blocks.slots().len())?;
+        let places = Buffer::new(device, "pieces of blocks", places)?;
         let cells = Buffer::new(device, "cells of contacts", CELL * room.cells)?;
         let borders = Buffer::new(device, "borders of contacts", room.borders)?;
         let edges = Buffer::new(device, "pieces with borders", room.pieces)?;
@@ -148,7 +162,7 @@ impl DeviceRims {
         let from = [shared.links.wgpu(), listed.wgpu(), around.arguments.wgpu()];
         let to = [blocks.slots().wgpu(), shared.told.wgpu(), blocks.records().wgpu()];
         let solid = [voxels.spans().wgpu(), voxels.words().wgpu()];
-        let own = device.bind_as(&own, &[&from[..], &solid, &to].concat())?;
+        let own = device.bind_as(&own, &[&from[..], &solid, &to, &[worked.wgpu()]].concat())?;
         let state_of = [
             rims.wgpu(),
             told.wgpu(),
@@ -165,43 +179,42 @@ impl DeviceRims {
         Ok(Self { around, rims, told, kernels, bound, listing, places, cells, volumes, room, _kept })
     }
 
-    /// Makes room if there is none, with what is bound elsewhere.
-    pub fn prepare<'a>(
-        there: &'a mut Option<Self>,
+    /// Makes room where it is not that much, with so many places at least, and what is bound elsewhere.
+    pub fn prepare(
+        there: &mut Option<Self>,
         device: &Device,
-        shared: &Shared,
-        voxels: &DeviceVoxels,
-        blocks: &DeviceBlocks,
-        room: RimRoom,
-    ) -> Result<&'a Self> {
-        match there.take() {
-            Some(rims) if rims.room == room => Ok(there.insert(rims)),
-            // What it took is free before more is asked for.
-            old => {
-                drop(old);
-                Ok(there.insert(Self::new(device, shared, voxels, blocks, room)?))
-            }
+        bound: (&Shared, &DeviceVoxels, &DeviceBlocks, &Buffer<u32>),
+        (room, places): (RimRoom, usize),
+    ) -> Result<()> {
+        if there.as_ref().is_some_and(|rims| rims.room == room && rims.places.len() >= places) {
+            return Ok(());
         }
+        // What it took is free before more is asked for.
+        *there = None;
+        *there = Some(Self::new(device, bound, (room, places))?);
+        Ok(())
     }
 
     /// Tells of the rims of a submission: of every imprint that has one what it raises, and itself around its contact.
-    pub fn begin(&self, device: &Device, frame: &mut Frame, rims: &[Option<(Rising, Words)>]) -> Result<()> {
+    pub fn begin(&self, device: &Device, frame: &mut Frame, rims: &[Option<Around>]) -> Result<()> {
         frame.clear(&self.told);
         frame.clear(&self.places);
         frame.clear(&self.cells);
         let RimRoom { pieces, cells, borders } = self.room;
-        let rim = |rising: Rising| Rim {
+        let rim = |Around { rising, places: [first_place, of_tile], .. }: &Around| Rim {
             share: rising.share,
             width: rising.width,
             highest: rising.highest,
             pieces: pieces as u32,
             cells: cells as u32,
             borders: borders as u32,
+            first_place: *first_place,
+            blocks: *of_tile,
         };
-        let told: Vec<Rim> = rims.iter().map(|it| it.as_ref().map_or(Rim::default(), |(it, _)| rim(*it))).collect();
+        let told: Vec<Rim> = rims.iter().map(|it| it.as_ref().map_or(Rim::default(), rim)).collect();
         self.rims.write(device, 0, &told)?;
         let words = rims.iter().map(|it| {
-            let mut words = it.as_ref().map_or_else(Words::zeroed, |(_, words)| *words);
+            let mut words = it.as_ref().map_or_else(Words::zeroed, |it| it.words);
             words.set_room([pieces, 0, 0]);
             words
         });
@@ -233,7 +246,7 @@ impl DeviceRims {
     fn run(
         &self,
         pass: &mut Pass<'_>,
-        kernel: usize,
+        number: usize,
         (surface, tiles): (&DeviceSurface, &DeviceTiles),
         link: usize,
     ) -> Result<()> {
@@ -241,10 +254,13 @@ impl DeviceRims {
         let groups = [own, surface.group(), tiles.group(), state];
         let links = step(link..link + 1);
         let links = bytemuck::bytes_of(&links);
-        if kernel == JOIN {
-            return pass.run(&self.kernels[kernel], &groups, links, [1, 1, 1]);
+        let kernel = &self.kernels[number];
+        match number {
+            FIND => return pass.run(kernel, &groups, links, groups_of((self.volumes.len() as u32).div_ceil(GROUP))),
+            JOIN => return pass.run(kernel, &groups, links, [1, 1, 1]),
+            _ => {}
         }
-        pass.run_indirect(&self.kernels[kernel], &groups, links, &self.around.arguments, Shared::blocks(link))
+        pass.run_indirect(kernel, &groups, links, &self.around.arguments, Shared::blocks(link))
     }
 
     /// Records the way back of what is told.
@@ -292,8 +308,9 @@ impl Default for RimRoom {
     }
 }
 
-/// Which of the kernels is one workgroup.
-const JOIN: usize = 3;
+/// Which of the kernels takes records, and which is one workgroup.
+const FIND: usize = 1;
+const JOIN: usize = 4;
 
 /// The volumes of a block.
 pub(super) fn volumes([pushed, raised]: [f32; 2]) -> Volumes {
@@ -303,15 +320,67 @@ pub(super) fn volumes([pushed, raised]: [f32; 2]) -> Volumes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relievo_testing::wgsl::assert_layout;
+    use crate::collider::Collider;
+    use crate::device::blocks::tests::changed;
+    use crate::device::chain::{DeviceChain, Target};
+    use crate::device::cull::tests::object;
+    use crate::device::link::Link;
+    use crate::imprint::Imprinter;
+    use crate::obb::Obb;
+    use crate::raycast::key;
+    use crate::rim::raise;
+    use crate::shapes;
+    use glam::{DMat3, DVec3};
+    use relievo_testing::{device, wgsl::assert_layout};
     use std::mem::offset_of;
+
+    #[test]
+    fn what_rises_is_what_the_processor_raises() {
+        let Some(device) = device() else { return };
+        let context = Context::serial();
+        let mut object = object(&context);
+        let ball = |radius: f32, at: [f32; 3]| shapes::moved(shapes::sphere(radius, 40, 20, 0.0), at);
+        let balls = shapes::joined(ball(0.8, [0.0, 0.0, 0.45]), ball(0.6, [2.4, 0.5, 0.4]));
+        let place = object.transform().transform_point3(DVec3::new(3.4, 3.6, 0.0));
+        let collider = Collider::new(&context, balls.0, balls.1, DAffine3::from_translation(place)).unwrap();
+        let settings = ImprintSettings { rim: 0.7, rim_width: 0.5, repose: 1.2, ..ImprintSettings::default() };
+        let obb = Obb { center: place, axes: DMat3::from_rotation_z(0.3), half: DVec3::new(3.4, 2.2, 0.9) };
+        let grid = Grid::new(&obb, 1 << 18, Some(2));
+        let mut imprinter = Imprinter::new();
+        let mut here = imprinter.cast_here(&context, &mut object, &collider, None, &grid, &settings).unwrap();
+        here.dents.sort_unstable_by_key(|dents| dents.tile);
+        let mut moved = raise(&context, &mut object, &mut here.dents, &imprinter.voxels, &settings).unwrap();
+        moved.retain(|(_, volumes)| *volumes != Volumes::default());
+        let link = Link::new(&context, 0, &collider, &grid, &settings.limits()).unwrap().raising(&settings);
+        object.use_device(Some(&device)).unwrap();
+        let mut state = object.device.take().unwrap();
+        let mut target = [Target { state: &mut state, object: &object, start: None }];
+        let mut chain = DeviceChain::new(&device).unwrap();
+        let there = chain.run(&context, &mut target, &[&collider], &[link]).unwrap().pop().unwrap();
+        let told = there.volumes.unwrap();
+        assert!(moved.len() > 8 && told.len() == moved.len(), "{} {}", told.len(), moved.len());
+        for ((tile, a), (other, b)) in moved.iter().zip(&told) {
+            let near = |a: f64, b: f64| (a - b).abs() < 1e-3 * a + 1e-7;
+            assert!(tile == other && near(a.pushed, b.pushed) && near(a.raised, b.raised), "{tile} {a:?} {b:?}");
+        }
+        let (here, there) = (changed(&here.dents), changed(&there.dents));
+        assert!(here.keys().eq(there.keys()));
+        let (mut all, mut apart, mut risen) = (0, 0, 0);
+        for (a, b) in here.values().flatten().zip(there.values().flatten()) {
+            all += 1;
+            risen += u32::from(a.to_f32() > 0.1);
+            apart += u32::from(key(*a).abs_diff(key(*b)) > 1);
+        }
+        println!("{apart} of {all} coefficients are more than one half apart");
+        assert!(risen > 500 && apart * 10_000 < all, "{apart} of {all}, {risen}");
+    }
 
     #[test]
     fn the_layouts_are_those_of_the_kernels() {
         macro_rules! fields {
             ($of:ident: $($name:ident),*) => { [$((stringify!($name), offset_of!($of, $name))),*] };
         }
-        let rim = fields!(Rim: share, width, highest, pieces, cells, borders);
+        let rim = fields!(Rim: share, width, highest, pieces, cells, borders, first_place, blocks);
         assert_layout("imprint_rim", "Rim", size_of::<Rim>(), &rim);
         let told = fields!(RimTold: spacing, edges, borders, cells, faults);
         assert_layout("imprint_rim", "RimTold", size_of::<RimTold>(), &told);

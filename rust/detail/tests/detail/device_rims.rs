@@ -84,6 +84,41 @@ fn imprints_with_rims_are_one_submission() {
 }
 
 #[test]
+fn what_rises_is_smoothed_for_those_that_follow() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let [mut here, mut there] = [0, 1].map(|_| object_of(&context, plate(), 32, transforms()[1]));
+    there.use_device(Some(&device)).unwrap();
+    let rimmed = rimmed();
+    let smoothed = ImprintSettings { smoothing: 0.4, ..rimmed };
+    let only = ImprintSettings { smoothing: 0.3, smoothing_passes: 2, ..settings() };
+    let kinds = [&rimmed, &smoothed, &rimmed, &only, &smoothed, &settings()];
+    let place = |pair: usize| {
+        let x = 0.5 * pair as f64;
+        DVec3::new(2.0 + x, 2.3 + 0.4 * x, if pair == 0 { 0.3 } else { 0.55 })
+    };
+    let colliders: Vec<Collider> = (0..kinds.len()).map(|pair| balls_on(&context, &here, &[place(pair)])).collect();
+    let submitted = || context.stats().take().iter().filter(|it| it.stage == "imprint.device.submit").count();
+    let press = |object: &mut DisplacedObject, range: std::ops::Range<usize>| {
+        let press = |pair: usize| {
+            let moment = Moment { pair: pair as u32, ..Moment::default() };
+            Press { into: 0, collider: &colliders[pair], settings: kinds[pair], moment }
+        };
+        let presses: Vec<Press<'_>> = range.map(press).collect();
+        Imprinter::new().imprint_all(&context, &mut [object], &presses).unwrap()
+    };
+    let mut expected = press(&mut here, 0..1);
+    let mut found = press(&mut there, 0..1);
+    expected.extend(press(&mut here, 1..6));
+    submitted();
+    found.extend(press(&mut there, 1..6));
+    assert_eq!(submitted(), 1);
+    assert!(expected[4].volumes.raised > 1e-4, "{expected:?}");
+    assert_alike(&[here], std::slice::from_mut(&mut there), (&expected, &found));
+    assert_same_volumes(&found, &expected);
+}
+
+#[test]
 fn patches_of_contact_have_rims_of_their_own() {
     let Some(device) = device() else { return };
     let context = Context::serial();
