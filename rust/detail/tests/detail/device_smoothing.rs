@@ -74,7 +74,11 @@ fn compare<const N: usize>(imprinter: &mut Imprinter, settings: (f32, &[ImprintS
 
 #[test]
 fn what_is_smoothed_on_one_object_is_one_submission() {
-    compare::<1>(&mut Imprinter::new(), (0.6, &[ImprintSettings { smoothing: 0.6, ..settings() }]), 1);
+    let smooth = ImprintSettings { smoothing: 0.6, ..settings() };
+    compare::<1>(&mut Imprinter::new(), (0.6, &[smooth]), 1);
+    // Of five the last alone.
+    let plain = settings();
+    compare::<1>(&mut Imprinter::new(), (0.6, &[plain, plain, plain, plain, smooth]), 1);
 }
 
 #[test]
