@@ -21,8 +21,10 @@ use relievo_abi::evaluate::*;
 use relievo_abi::imprint::*;
 use relievo_abi::job::*;
 use relievo_abi::layer::*;
+use relievo_abi::level::*;
 use relievo_abi::mesh::*;
 use relievo_abi::procedural::*;
+use relievo_abi::progressive::*;
 use relievo_abi::stroke::*;
 use relievo_abi::surface::*;
 use relievo_abi::tessellate::*;
@@ -46,10 +48,12 @@ struct Handles {
     procedurals: Vec<u64>,
     beziers: Vec<u64>,
     jobs: Vec<u64>,
+    progressives: Vec<u64>,
+    levels: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 13] {
+    fn lists(&self) -> [&[u64]; 15] {
         let Self {
             contexts,
             meshes,
@@ -64,6 +68,8 @@ impl Handles {
             procedurals,
             beziers,
             jobs,
+            progressives,
+            levels,
         } = self;
         [
             contexts,
@@ -79,6 +85,8 @@ impl Handles {
             procedurals,
             beziers,
             jobs,
+            progressives,
+            levels,
         ]
     }
 
@@ -87,7 +95,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=12)?],
+            2 => self.lists()[bytes.int_in_range(0..=14)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -823,6 +831,85 @@ fn patches(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     Ok(())
 }
 
+/// A region of influence, mostly on the mesh.
+fn region(bytes: &mut Unstructured) -> Result<RlvLevelRegion> {
+    let center = [number(bytes)? / 8.0, number(bytes)? / 8.0, number(bytes)? / 8.0];
+    Ok(RlvLevelRegion { center, radius: number(bytes)?, falloff: bytes.int_in_range(0..=5)?, reserved: 0 })
+}
+
+/// Progressive meshes, their levels and edits, in buffers that may be too small.
+fn levels(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mesh = RlvMesh { id: handles.pick(bytes, 1)? };
+    let locked: [u32; 2] = [bytes.int_in_range(0..=20)?, bytes.int_in_range(0..=20)?];
+    let mut options: RlvProgressiveOptions = sized(bytes)?;
+    options.base_triangles = bytes.int_in_range(0..=16)?;
+    (options.locked, options.locked_count) = (locked.as_ptr(), bytes.int_in_range(0..=2)?);
+    let mut out = RlvProgressive { id: UNTOUCHED };
+    // SAFETY: descriptors are sized, and so are their arrays.
+    let result = unsafe { rlv_progressive_create(mesh, &options, None, null_mut(), &mut out) };
+    made(result, out.id, &mut handles.progressives);
+    let whole = RlvProgressive { id: handles.pick(bytes, 13)? };
+    let mut out = RlvLevel { id: UNTOUCHED };
+    // SAFETY: the output is there.
+    let result = unsafe { rlv_level_create(whole, &mut out) };
+    made(result, out.id, &mut handles.levels);
+    let level = RlvLevel { id: handles.pick(bytes, 14)? };
+    let planes = numbers(bytes, 4)?;
+    let mut view: RlvLevelView = sized(bytes)?;
+    view.eye = [number(bytes)?, number(bytes)?, number(bytes)?];
+    (view.pixels, view.tolerance, view.outline) = (number(bytes)?, number(bytes)?, number(bytes)?);
+    (view.planes, view.plane_count) = (planes.as_ptr(), count(bytes, 1)?);
+    let handle = RlvLevelHandle {
+        region: region(bytes)?,
+        translation: [number(bytes)?, number(bytes)?, number(bytes)?],
+        axis: [0.0, 0.0, if bytes.ratio(1, 8)? { number(bytes)? } else { 1.0 }],
+        angle: number(bytes)?,
+        reserved: 0,
+    };
+    let anchor = region(bytes)?;
+    let mut edit: RlvLevelEdit = sized(bytes)?;
+    (edit.handles, edit.handle_count) = (&handle, count(bytes, 1)?);
+    (edit.anchors, edit.anchor_count) = (&anchor, bytes.int_in_range(0..=1)?);
+    for _ in 0..bytes.int_in_range(0..=4)? {
+        // SAFETY: descriptors are sized, and so are their arrays.
+        unsafe {
+            called(match bytes.int_in_range(0..=5_u8)? {
+                0 => rlv_level_set_error(level, number(bytes)?),
+                1 => rlv_level_set_triangles(level, bytes.int_in_range(0..=64)?),
+                2 => rlv_level_set_view(level, &view),
+                3 => rlv_level_edit(level, &edit, null_mut()),
+                4 => rlv_level_undo(level),
+                _ => rlv_level_redo(level),
+            });
+        }
+    }
+    let mut info: RlvLevelInfo = sized(bytes)?;
+    // SAFETY: the descriptor is sized.
+    if called(unsafe { rlv_level_info(level, &mut info) }) {
+        let mut points = vec![0.0_f32; 3 * info.vertex_count];
+        let mut triangles = vec![0_u32; 3 * info.triangle_count];
+        let mut room: RlvLevelBuffers = sized(bytes)?;
+        room.is_whole = 1;
+        (room.points, room.vertex_capacity) = (points.as_mut_ptr(), info.vertex_count);
+        (room.triangles, room.triangle_capacity) = (triangles.as_mut_ptr(), count(bytes, info.triangle_count)?);
+        // SAFETY: the arrays have the room that is told.
+        if called(unsafe { rlv_level_update(level, &room, null_mut()) }) {
+            assert!(triangles.iter().all(|corner| (*corner as usize) < info.vertex_count));
+        }
+    }
+    let mut mesh = RlvMesh { id: UNTOUCHED };
+    // SAFETY: the output is there.
+    let result = unsafe { rlv_level_mesh(level, &mut mesh) };
+    made(result, mesh.id, &mut handles.meshes);
+    if bytes.ratio(1, 4)? {
+        let mut settled = RlvProgressive { id: UNTOUCHED };
+        // SAFETY: the output is there.
+        let result = unsafe { rlv_level_settle(level, &mut settled) };
+        made(result, settled.id, &mut handles.progressives);
+    }
+    Ok(())
+}
+
 /// Jobs, some of which are waited for.
 fn background(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let (detail, collider) = (RlvDetail { id: handles.pick(bytes, 3)? }, RlvCollider { id: handles.pick(bytes, 4)? });
@@ -891,8 +978,12 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (10, false) => rlv_procedural_release(RlvProcedural { id }),
             (11, true) => rlv_bezier_retain(RlvBezier { id }),
             (11, false) => rlv_bezier_release(RlvBezier { id }),
-            (_, true) => rlv_job_retain(RlvJob { id }),
-            (_, false) => rlv_job_release(RlvJob { id }),
+            (12, true) => rlv_job_retain(RlvJob { id }),
+            (12, false) => rlv_job_release(RlvJob { id }),
+            (13, true) => rlv_progressive_retain(RlvProgressive { id }),
+            (13, false) => rlv_progressive_release(RlvProgressive { id }),
+            (_, true) => rlv_level_retain(RlvLevel { id }),
+            (_, false) => rlv_level_release(RlvLevel { id }),
         }
     }
 }
@@ -906,7 +997,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=23_u8)? {
+        match bytes.int_in_range(0..=25_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -922,8 +1013,9 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             20 => primitives(bytes, handles)?,
             21 => patches(bytes, handles)?,
             22 => background(bytes, handles)?,
+            23..=24 => levels(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=12)?;
+                let noun = bytes.int_in_range(0..=14)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }

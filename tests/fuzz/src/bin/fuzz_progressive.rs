@@ -2,7 +2,7 @@
 //! are refused, or make meshes of indices in range at every level.
 #![no_main]
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use libfuzzer_sys::fuzz_target;
 use relievo_core::progress::Silent;
@@ -72,7 +72,7 @@ fn changed(changes: &[u8]) -> Vec<u8> {
 
 fn read(bytes: &[u8]) {
     let context = Context::new(&ContextOptions { threads: 1, memory_limit: MEMORY_LIMIT }).expect("one thread");
-    let Ok(mesh) = Progressive::read(&context, &mut &*bytes, usize::MAX) else { return };
+    let Ok(mesh) = Progressive::read(&context, &mut &*bytes, usize::MAX).map(Arc::new) else { return };
     let mut active = ActiveMesh::new(&mesh);
     let base = active.extract();
     let half = Cut::of_faces(&mesh, (mesh.triangle_count() + base.triangles.len()) / 2);
