@@ -6,6 +6,7 @@ mod placement;
 pub mod progressive;
 mod selection;
 mod simplify;
+mod watched;
 mod weld;
 
 pub use progressive::Progressive;

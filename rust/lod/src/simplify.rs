@@ -10,6 +10,7 @@ use relievo_core::{Context, Error, Progress, Result};
 use crate::connectivity::NONE;
 use crate::decimation::Decimation;
 use crate::progressive::Recording;
+use crate::watched::watched;
 
 /// When a simplification ends, at the first of these, and what it leaves alone.
 #[derive(Clone, Debug)]
@@ -64,10 +65,12 @@ pub fn simplify(
 ) -> Result<Simplified> {
     check(context, points, triangles, options)?;
     let scale = unit(points);
-    let mut work = context.within(|| Decimation::new(context, points, triangles, 1.0 / scale))?;
-    work.lock(&options.locked);
-    reduce(context, &mut work, triangles.len(), options.faces, options.error / scale, progress)?;
-    Ok(finish(&work, points, triangles, scale))
+    watched(context, progress, |progress| {
+        let mut work = Decimation::new(context, points, triangles, 1.0 / scale)?;
+        work.lock(&options.locked);
+        reduce(context, &mut work, triangles.len(), options.faces, options.error / scale, progress)?;
+        Ok(finish(&work, points, triangles, scale))
+    })
 }
 
 /// The power of two that coordinates are divided by: squares of areas then stay in the range of f32, and no digit changes.
@@ -123,8 +126,7 @@ pub fn reduce(
     while work.live > faces && !work.recording.as_ref().is_some_and(Recording::is_full) {
         let done = (before - work.live) as f32 / (before - faces) as f32;
         progress.step(done, "simplify")?;
-        // Progress is told on the thread of the caller.
-        if !context.within(|| plan.round(context, work, faces, error))? {
+        if !plan.round(context, work, faces, error)? {
             break;
         }
     }

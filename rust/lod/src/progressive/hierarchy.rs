@@ -17,6 +17,7 @@ use super::recording::{Key, Operation, Recording};
 use crate::connectivity::NONE;
 use crate::decimation::Decimation;
 use crate::simplify::{SimplifyOptions, check, reduce, unit};
+use crate::watched::watched;
 
 /// In place of a split: a leaf, with its number in the input.
 pub(super) const LEAF: u32 = 1 << 31;
@@ -94,18 +95,20 @@ impl Progressive {
         let limits = SimplifyOptions { faces: options.faces, locked: options.locked.clone(), ..Default::default() };
         check(context, points, triangles, &limits)?;
         let scale = unit(points);
-        let mut work = context.within(|| Decimation::new(context, points, triangles, 1.0 / scale))?;
-        work.lock(&options.locked);
-        let normals = work.vertex_normals(context);
-        work.recording = Some(Recording::new(points.len(), triangles.len()));
-        reduce(context, &mut work, triangles.len(), options.faces, f32::INFINITY, progress)?;
-        let mut operations = work.recording.take().map_or_else(Vec::new, |recording| recording.operations);
-        drop(work);
-        for operation in &mut operations {
-            operation.point *= scale;
-            operation.key = operation.key.scaled(scale);
-        }
-        Self::new(points, &normals, triangles, &operations)
+        watched(context, progress, |progress| {
+            let mut work = Decimation::new(context, points, triangles, 1.0 / scale)?;
+            work.lock(&options.locked);
+            let normals = work.vertex_normals(context);
+            work.recording = Some(Recording::new(points.len(), triangles.len()));
+            reduce(context, &mut work, triangles.len(), options.faces, f32::INFINITY, progress)?;
+            let mut operations = work.recording.take().map_or_else(Vec::new, |recording| recording.operations);
+            drop(work);
+            for operation in &mut operations {
+                operation.point *= scale;
+                operation.key = operation.key.scaled(scale);
+            }
+            Self::new(points, &normals, triangles, &operations)
+        })
     }
 
     /// Of the collapses of a mesh, in their order.

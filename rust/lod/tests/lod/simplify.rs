@@ -227,3 +227,21 @@ proptest! {
         prop_assert!(after.values().all(|count| *count <= most));
     }
 }
+
+#[test]
+fn progress_is_told_where_it_was_asked_for() {
+    let (points, triangles) = torus(60, 30);
+    let context = Context::new(&ContextOptions { threads: 2, ..ContextOptions::default() }).unwrap();
+    let here = std::thread::current().id();
+    let mut told = 0;
+    let mut progress = |_: f32, _: &str| {
+        assert_eq!(std::thread::current().id(), here);
+        told += 1;
+        true
+    };
+    simplify(&context, &points, &triangles, &SimplifyOptions { faces: 500, ..Default::default() }, &mut progress)
+        .unwrap();
+    assert!(told > 3);
+    let stop = simplify(&context, &points, &triangles, &SimplifyOptions::default(), &mut |_: f32, _: &str| false);
+    assert_eq!(stop.unwrap_err().kind, ErrorKind::Cancelled);
+}
