@@ -143,13 +143,13 @@ RLV_API RlvResult rlv_level_redo(RlvLevel level);
  * writes nothing, if there is not enough room; there is for any level with rlv_progressive_info's counts. */
 RLV_API RlvResult rlv_level_update(RlvLevel level, const RlvLevelBuffers *buffers, RlvLevelUpdate *out);
 
-/* Makes a mesh of the level as it is now, with the attribute "normal" at its points. Fails with RLV_ERROR_MEMORY if it
- * would take more than the context's memory limit, or if no triangle is left. */
+/* Makes a mesh of the level as it is now, with the attribute "normal" at its points; it takes less memory than the level.
+ * Fails if no triangle is left. */
 RLV_API RlvResult rlv_level_mesh(RlvLevel level, RlvMesh *out);
 
 /* Mutating, though it leaves the mesh as it is. Makes a progressive mesh of its own that has the edits at all levels, to be
  * written or handed on. Deviations of its levels are those it was built with. A level that is made for a view becomes
- * what it was before that. Fails with RLV_ERROR_MEMORY if it would take more than the context's memory limit. */
+ * what it was before that. No failure of its own. */
 RLV_API RlvResult rlv_level_settle(RlvLevel level, RlvProgressive *out);
 
 #endif
