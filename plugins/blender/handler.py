@@ -5,7 +5,7 @@ the frame."""
 import bpy
 from bpy.app.handlers import persistent
 
-from . import job, playback, preview, state
+from . import job, playback, preview, progressive, state
 
 
 @persistent
@@ -34,6 +34,7 @@ def before_load(*_):
 @persistent
 def after_load(*_):
     state.forget_all()
+    progressive.forget_all()
     preview.undone()
     newer = [target.name for target in bpy.data.objects if target.relievo.format > state.FORMAT]
     if newer:
@@ -66,3 +67,4 @@ def unregister():
     for name, function in PLACES:
         getattr(bpy.app.handlers, name).remove(function)
     state.forget_all()
+    progressive.forget_all()

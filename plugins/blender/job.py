@@ -7,7 +7,7 @@ import threading
 import time
 
 import bpy
-from bpy_extras.io_utils import ExportHelper
+from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 # What the main thread may wait for a step before it lets Blender go on, seconds: a frame.
 FRAME = 1 / 60
@@ -186,15 +186,15 @@ class Steps:
         return answer
 
 
-class FileSteps(Steps, ExportHelper):
-    """The same for operators that ask for a file first."""
+class Asking(Steps):
+    """The same for operators that ask for a file first, by the `dialog` that a class mixes in."""
 
     is_confirmed: bpy.props.BoolProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     def invoke(self, context, event):
         if self.is_confirmed:
             return Steps.invoke(self, context, event)
-        return ExportHelper.invoke(self, context, event)
+        return self.dialog.invoke(self, context, event)
 
     def execute(self, context):
         if bpy.app.background or context.window is None or self.is_confirmed:
@@ -204,3 +204,15 @@ class FileSteps(Steps, ExportHelper):
         keywords = self.as_keywords(ignore=("check_existing", "filter_glob", "is_confirmed"))
         answer = getattr(getattr(bpy.ops, group.lower()), name)("INVOKE_DEFAULT", is_confirmed=True, **keywords)
         return answer & {"FINISHED", "CANCELLED"} or {"FINISHED"}
+
+
+class FileSteps(Asking, ExportHelper):
+    """The same for operators that ask for a file to write."""
+
+    dialog = ExportHelper
+
+
+class ReadSteps(Asking, ImportHelper):
+    """The same for operators that ask for a file to read."""
+
+    dialog = ImportHelper

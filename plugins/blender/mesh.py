@@ -117,6 +117,20 @@ class Source:
         return made
 
 
+class Triangles:
+    """The triangles of a mesh of Blender, as Blender cuts its faces, without attributes."""
+
+    def __init__(self, mesh):
+        mesh.calc_loop_triangles()
+        self.points = get_points(mesh)
+        self.corners = numpy.empty(3 * len(mesh.loop_triangles), numpy.int32)
+        mesh.loop_triangles.foreach_get("vertices", self.corners)
+
+    def build(self):
+        """A mesh of the library, without Blender's data."""
+        return rl.Mesh(native.context(), self.points, self.corners.view(numpy.uint32), 3)
+
+
 def to_native(mesh, attributes=True):
     """A mesh of the library, with creases and texture coordinates."""
     return Source(mesh, attributes).build()
@@ -130,18 +144,22 @@ def _welded(corners, uvs):
 
 
 class Filling:
-    """The triangles of a library's mesh with their texture coordinates, as arrays that need only be written."""
+    """Triangles as arrays that need only be written, with texture coordinates of their corners or None."""
 
-    def __init__(self, made):
-        self.corners = made.triangles().reshape(-1).astype(numpy.int32)
-        self.count = made.info.point_count
-        self.uvs = None
+    def __init__(self, corners, count, uvs=None):
+        self.corners, self.count, self.uvs = corners, count, uvs
+
+    @classmethod
+    def of(cls, made):
+        """The triangles of a library's mesh."""
+        uvs = None
         if "uv" in made.attribute_names():
             uv = made.attribute("uv")
             values = uv.values if uv.indices is None else uv.values[uv.indices]
-            self.uvs = numpy.ascontiguousarray(values, numpy.float32)
+            uvs = numpy.ascontiguousarray(values, numpy.float32)
+        return cls(made.triangles().reshape(-1).astype(numpy.int32), made.info.point_count, uvs)
 
-    def fill(self, mesh):
+    def fill(self, mesh, is_smooth=True):
         """Puts the triangles into an empty mesh of Blender; its points are still to be set."""
         count = len(self.corners) // 3
         mesh.vertices.add(self.count)
@@ -155,9 +173,9 @@ class Filling:
             corners.data.foreach_set("value", self.corners)
         else:
             mesh.loops.foreach_set("vertex_index", self.corners)
-        if bpy.app.version < (4, 1):
+        if bpy.app.version < (4, 1) or not is_smooth:
             # Later ones are smooth unless they say that they are not.
-            mesh.polygons.foreach_set("use_smooth", numpy.ones(count, bool))
+            mesh.polygons.foreach_set("use_smooth", numpy.full(count, is_smooth))
         mesh.update(calc_edges=True)
         if self.uvs is not None:
             layer = mesh.uv_layers.new(name="UVMap")

@@ -99,6 +99,12 @@ def _playback_changed(options, _context):
     playback.changed(options.id_data)
 
 
+def _level_changed(options, _context):
+    from . import progressive
+
+    progressive.changed(options.id_data)
+
+
 class RelievoBrush(bpy.types.PropertyGroup):
     """What the brush tools do."""
 
@@ -121,6 +127,69 @@ class RelievoStroke(bpy.types.PropertyGroup):
     """A stroke that was made: what its brush was and its points, as JSON."""
 
     text: bpy.props.StringProperty()
+
+
+class RelievoEdit(bpy.types.PropertyGroup):
+    """An edit of a level, as JSON (see `progressive.text_of`)."""
+
+    text: bpy.props.StringProperty()
+
+
+class RelievoProgressive(bpy.types.PropertyGroup):
+    """The levels of an object: which one is shown, and the edits that were made at any."""
+
+    format: bpy.props.IntProperty(description="Version of what is kept here")
+    uid: bpy.props.StringProperty()
+    finest: bpy.props.IntProperty(description="Triangles of the finest level")
+    original: bpy.props.PointerProperty(
+        name="Original", description="The mesh that the levels were built of", type=bpy.types.Mesh
+    )
+    edits: bpy.props.CollectionProperty(type=RelievoEdit)
+    measure: bpy.props.EnumProperty(
+        name="Level",
+        description="What the level is chosen by",
+        items=[
+            ("RATIO", "Ratio", "The share of the finest level's triangles"),
+            ("TRIANGLES", "Triangles", "The number of triangles"),
+            ("ERROR", "Error", "How far the level may be from the finest"),
+        ],
+        update=_level_changed,
+    )
+    ratio: bpy.props.FloatProperty(
+        name="Ratio",
+        description="Triangles as a share of the finest level's",
+        min=0,
+        max=1,
+        default=1,
+        precision=4,
+        subtype="FACTOR",
+        update=_level_changed,
+    )
+    triangles: bpy.props.IntProperty(
+        name="Triangles", description="Triangles at most; the coarsest level may have more", min=1, update=_level_changed
+    )
+    error: bpy.props.FloatProperty(
+        name="Error",
+        description="How far the level may be from the finest one, object units",
+        min=0,
+        precision=5,
+        step=0.1,
+        update=_level_changed,
+    )
+
+
+class RelievoHandle(bpy.types.PropertyGroup):
+    """The region that is grabbed."""
+
+    radius: bpy.props.FloatProperty(
+        name="Radius", description="How far the region reaches, object units", min=1e-6, soft_max=10, default=0.5, precision=4
+    )
+    falloff: bpy.props.EnumProperty(
+        name="Falloff",
+        description="How the influence falls to the border of the region",
+        items=choices(abi.RlvFalloff),
+        default="SMOOTH",
+    )
 
 
 class RelievoObject(bpy.types.PropertyGroup):
@@ -164,6 +233,7 @@ class RelievoObject(bpy.types.PropertyGroup):
     cells: bpy.props.EnumProperty(
         name="Cells", description="Cells of the result along an edge of a face", items=CELLS, default="AUTO"
     )
+    progressive: bpy.props.PointerProperty(type=RelievoProgressive)
 
 
 class RelievoScene(bpy.types.PropertyGroup):
@@ -175,6 +245,7 @@ class RelievoScene(bpy.types.PropertyGroup):
     traces: bpy.props.BoolProperty(
         name="Traces", description="Keep where and how deep contact was, for bakes", default=False
     )
+    handle: bpy.props.PointerProperty(type=RelievoHandle)
 
 
 CLASSES = [
@@ -183,6 +254,9 @@ CLASSES = [
     RelievoImprintSettings,
     RelievoBrush,
     RelievoStroke,
+    RelievoEdit,
+    RelievoProgressive,
+    RelievoHandle,
     RelievoObject,
     RelievoScene,
 ]

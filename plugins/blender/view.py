@@ -67,7 +67,7 @@ def follow(state, cells):
             state.tessellation.positions(first, end - first, state.positions[first:end])
     if rebuilt:
         with state.tessellation.mesh() as made:
-            state.filling = mesh.Filling(made)
+            state.filling = mesh.Filling.of(made)
     if state.detail.info.painted_count or state.colors is not None:
         count = len(state.positions)
         if state.colors is None or len(state.colors) != count:
@@ -95,7 +95,7 @@ def write(result, state):
     if state.filling is not None or len(data.vertices) != len(state.positions):
         if state.filling is None:
             with state.tessellation.mesh() as made:
-                state.filling = mesh.Filling(made)
+                state.filling = mesh.Filling.of(made)
         data.clear_geometry()
         state.filling.fill(data)
         state.filling = None

@@ -12,8 +12,15 @@ use crate::wheel::{self, environment};
 const PACKAGES: &[&str] = &["bpy==5.0.1", "numpy==1.26.4"];
 
 /// The tests that run in both hosts.
-const TESTS: &[&str] =
-    &["test_addon.py", "test_files.py", "test_motion.py", "test_scene.py", "test_render.py", "test_install.py"];
+const TESTS: &[&str] = &[
+    "test_addon.py",
+    "test_files.py",
+    "test_levels.py",
+    "test_motion.py",
+    "test_scene.py",
+    "test_render.py",
+    "test_install.py",
+];
 
 /// What was made of the add-on.
 struct Made {

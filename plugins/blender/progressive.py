@@ -1,0 +1,351 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Progressive meshes of objects: the level that an object shows, and the edits that were made at any level.
+
+An object keeps the file of its progressive mesh (.rlvpm) as it was built, which never changes, and a list of edits, each
+with the level that it was made at. Blender's undo brings back the list and the mesh; `Shown.follow` then takes native
+edits back, or makes them again, until they are those of the list. So objects that are duplicated share a progressive
+mesh and have levels and edits of their own.
+"""
+
+import json
+import os
+import tempfile
+
+import bpy
+import librelievo as rl
+import numpy
+
+from . import job, mesh, native
+from .state import Refused
+
+# Version of what objects keep; a file with a newer one is refused with a message.
+FORMAT = 1
+PACKED = "relievo_progressive"
+# Bytes that Blender can keep of one property.
+MOST_BYTES = 2**31 - 64
+# What edits and changes of the level may raise.
+FAILURES = (Refused, rl.RelievoError, OSError)
+
+# Progressive meshes by the uid that objects keep, and what objects show by that uid and their name. The second only saves
+# work: what is there is brought to the object's list before it is used.
+_wholes, _shown = {}, {}
+# Why the level of an object could not be shown, by its name.
+_troubles = {}
+
+
+def place_of(uid):
+    """A file of the session for a progressive mesh, to and from which bytes go."""
+    return os.path.join(bpy.app.tempdir or tempfile.gettempdir(), f"{uid}.rlvpm")
+
+
+def bytes_of(whole, path):
+    """The file of a progressive mesh, by way of a path; without Blender's data."""
+    try:
+        whole.write(path)
+        with open(path, "rb") as file:
+            packed = file.read()
+    finally:
+        if os.path.exists(path):
+            os.remove(path)
+    return fitting(packed)
+
+
+def fitting(packed):
+    """The bytes of a file, refused where Blender cannot keep them."""
+    if len(packed) > MOST_BYTES:
+        raise Refused(f"The progressive mesh takes {len(packed) >> 20} MiB, and Blender keeps no more than 2047 of one")
+    return packed
+
+
+def of_bytes(packed, path, name):
+    """The progressive mesh that an object keeps; without Blender's data."""
+    with open(path, "wb") as file:
+        file.write(packed)
+    try:
+        return rl.Progressive.read(native.context(), path)
+    except rl.Invalid as failure:
+        raise Refused(
+            f"What the file keeps of the levels of {name} is damaged: {failure.what}; take an older copy of the file, or "
+            "clear the levels"
+        ) from None
+    finally:
+        os.remove(path)
+
+
+class Shown:
+    """A level of a progressive mesh with edits, as an object shows it. Needs nothing of Blender."""
+
+    def __init__(self, whole):
+        self.whole, self.level = whole, rl.Level(whole)
+        # The texts of edits that are made, and of those that were taken back and can be made again, the last one first.
+        self.edits, self.undone = [], []
+
+    def adapt(self, measure):
+        """Goes to a level: `{"error": …}` or `{"triangles": …}`."""
+        if "error" in measure:
+            self.level.set_error(measure["error"])
+        else:
+            self.level.set_triangles(measure["triangles"])
+
+    def edit(self, text):
+        """Makes an edit at its level. Returns how many vertices were reached."""
+        kept = read(text)
+        self.adapt(kept["level"])
+        reached = self.level.edit([grip(handle) for handle in kept["handles"]], [region(held) for held in kept["anchors"]])
+        self.edits.append(text)
+        self.undone.clear()
+        return reached
+
+    def undo(self):
+        """Takes the last edit back."""
+        self.level.undo()
+        self.undone.append(self.edits.pop())
+
+    def follow(self, wanted, progress=None):
+        """Takes edits back and makes edits until they are those of a list."""
+        same = 0
+        while same < min(len(self.edits), len(wanted)) and self.edits[same] == wanted[same]:
+            same += 1
+        while len(self.edits) > same:
+            self.undo()
+        for number, text in enumerate(wanted[same:], same + 1):
+            if progress is not None and progress(number / len(wanted)) is False:
+                return
+            if self.undone and self.undone[-1] == text:
+                self.level.redo()
+                self.edits.append(self.undone.pop())
+                continue
+            try:
+                self.edit(text)
+            except (ValueError, rl.RelievoError) as failure:
+                raise Refused(f"Edit {number} cannot be made again: {failure}; undo what led to it, or clear the edits") from None
+
+    def bring(self, measure):
+        """Goes to a level, and has its points and triangles."""
+        self.adapt(measure)
+        return self.level.update()
+
+    def pick(self):
+        """A caster of the mesh as it is now."""
+        with self.level.mesh() as made:
+            return rl.Caster(native.context(), made)
+
+    def release(self):
+        self.level.release()
+
+
+def finest(whole):
+    """The finest level of a progressive mesh."""
+    shown = Shown(whole)
+    shown.bring({"triangles": whole.info.triangle_count})
+    return shown
+
+
+def text_of(measure, handles, anchors=()):
+    """An edit as an object keeps it: the level that it is made at, and handles and anchors as dictionaries of what
+    `librelievo.Grip` and `Region` have; object units and radians."""
+    return json.dumps({"level": measure, "handles": list(handles), "anchors": list(anchors)})
+
+
+def read(text):
+    """An edit that an object keeps; ValueError if it cannot be understood."""
+    try:
+        kept = json.loads(text)
+        level = kept["level"]
+        if set(level) not in ({"error"}, {"triangles"}):
+            raise ValueError("no level")
+        if not kept["handles"]:
+            raise ValueError("no handle")
+        for handle in kept["handles"]:
+            grip(handle)
+        for held in kept["anchors"]:
+            region(held)
+    except (KeyError, TypeError, AttributeError) as failure:
+        raise ValueError(f"{type(failure).__name__}: {failure}") from None
+    return kept
+
+
+def _numbers(values):
+    numbers = tuple(float(value) for value in values)
+    if len(numbers) != 3:
+        raise ValueError("three numbers are needed")
+    return numbers
+
+
+def region(kept):
+    """A region as the library takes it."""
+    return rl.Region(_numbers(kept["center"]), float(kept["radius"]), kept.get("falloff", "smooth"))
+
+
+def grip(kept):
+    """A handle as the library takes it."""
+    turn = _numbers(kept.get("axis", (0, 0, 1))), float(kept.get("angle", 0.0))
+    return rl.Grip(region(kept), _numbers(kept.get("translation", (0, 0, 0))), *turn)
+
+
+def is_there(target):
+    """Whether an object has levels."""
+    return target is not None and target.type == "MESH" and bool(target.relievo.progressive.uid)
+
+
+def check(target):
+    """Refuses objects whose mesh cannot be written to."""
+    if target is None or target.type != "MESH":
+        raise Refused("Select a mesh object")
+    if target.library is not None or target.override_library is not None or target.data.library is not None:
+        raise Refused(
+            f"{target.name} is linked from another file; make it local first (Object > Relations > Make Local, All)"
+        )
+    if target.relievo.progressive.format > FORMAT:
+        raise Refused(f"The levels of {target.name} are of a newer Relievo add-on; update it to edit this object")
+    if target.relievo.source is not None:
+        raise Refused(f"{target.name} is the result of {target.relievo.source.name}; duplicate it and clear its parent first")
+    if target.relievo.uid:
+        raise Refused(f"{target.name} has detail, which needs the faces that are there; clear the detail, or take a duplicate")
+    if target.data.shape_keys is not None:
+        raise Refused(f"{target.name} has shape keys, which need the points that are there; remove them first")
+    if target.mode != "OBJECT":
+        raise Refused("Go to object mode first")
+
+
+def measure_of(options):
+    """The level that the settings of an object say."""
+    if options.measure == "ERROR":
+        return {"error": options.error}
+    if options.measure == "TRIANGLES":
+        return {"triangles": options.triangles}
+    return {"triangles": max(1, round(options.ratio * options.finest))}
+
+
+def opening(target):
+    """Steps (see `job`) that make what an object shows where there is none yet, and bring it to the object's edits; they
+    return it."""
+    check(target)
+    if not is_there(target):
+        raise Refused(f"{target.name} has no levels; build them first")
+    uid, name = target.relievo.progressive.uid, target.name
+    wanted = [entry.text for entry in target.relievo.progressive.edits]
+    native.context()
+    if (uid, name) not in _shown:
+        packed, path = target.get(PACKED), place_of(uid)
+        if uid not in _wholes and not isinstance(packed, bytes):
+            raise Refused(f"The file keeps no levels of {name}; take an older copy of it, or clear the levels")
+
+        def work(_progress):
+            if uid not in _wholes:
+                _wholes[uid] = of_bytes(packed, path, name)
+            _shown[uid, name] = Shown(_wholes[uid])
+
+        yield 0.0, 0.5, work
+    shown = _shown[uid, name]
+    yield 0.5, 0.9, lambda progress: shown.follow(wanted, progress)
+    return shown
+
+
+def showing(target):
+    """Steps that bring the mesh of an object to the level that its settings say; they return what it shows."""
+    shown, measure = (yield from opening(target)), measure_of(target.relievo.progressive)
+    yield 0.9, 1.0, lambda _progress: shown.bring(measure)
+    write(target, shown)
+    return shown
+
+
+def write(target, shown):
+    """Writes the points and triangles of the last update to the mesh of an object. Its materials stay, and most faces'
+    shading and material become those of all."""
+    if target.data.users > 1:
+        # Linked duplicates share their mesh; what is written here is this object's own.
+        target.data = target.data.copy()
+    data, points = target.data, shown.level.points
+    corners = shown.level.triangles.reshape(-1)
+    if len(data.vertices) != len(points) or not numpy.array_equal(mesh.get_corners(data), corners):
+        is_smooth, material = _look(data)
+        data.clear_geometry()
+        mesh.Filling(corners.view(numpy.int32), len(points)).fill(data, is_smooth)
+        if material:
+            data.polygons.foreach_set("material_index", numpy.full(len(data.polygons), material, numpy.int32))
+    mesh.set_points(data, points)
+
+
+def _look(data):
+    """Whether most faces of a mesh are smooth, and the material that most have."""
+    if not len(data.polygons):
+        return True, 0
+    smooth, materials = numpy.empty(len(data.polygons), bool), numpy.empty(len(data.polygons), numpy.int32)
+    data.polygons.foreach_get("use_smooth", smooth)
+    data.polygons.foreach_get("material_index", materials)
+    return bool(smooth.mean() >= 0.5), int(numpy.bincount(materials).argmax())
+
+
+def left_out(data):
+    """What a mesh has that its levels do not, as words."""
+    found = []
+    if len(data.uv_layers):
+        found.append("texture coordinates")
+    if len(data.materials) > 1:
+        materials = numpy.empty(len(data.polygons), numpy.int32)
+        data.polygons.foreach_get("material_index", materials)
+        if (materials != materials[0]).any():
+            found.append("all materials but one")
+    if data.color_attributes:
+        found.append("colours")
+    return found
+
+
+# Set while the settings of levels are written by the add-on itself.
+_is_quiet = False
+
+
+def changed(target):
+    """Follows the settings of an object; what fails is told by the panel, since a setting cannot fail."""
+    if _is_quiet or not is_there(target):
+        return
+    _troubles.pop(target.name, None)
+    try:
+        job.run(showing(target))
+    except FAILURES as failure:
+        _troubles[target.name] = str(failure)
+        print(f"Relievo: {target.name}: {failure}")
+
+
+def trouble(target):
+    """Why the level of an object could not be shown, or ""."""
+    return _troubles.get(target.name, "")
+
+
+def adopt(target, uid, shown, packed):
+    """Gives an object levels and the bytes of their file, and shows the finest, which `shown` has."""
+    global _is_quiet
+    options, finest, points = target.relievo.progressive, shown.whole.info.triangle_count, shown.level.points
+    options.uid, options.format, options.finest = uid, FORMAT, finest
+    options.edits.clear()
+    _is_quiet = True
+    try:
+        options.measure, options.ratio, options.triangles = "RATIO", 1.0, finest
+        options.error = float(numpy.linalg.norm(points.max(0) - points.min(0))) / 1000
+    finally:
+        _is_quiet = False
+    # Blender 5.0 cuts bytes that are put over others at the first zero.
+    if PACKED in target:
+        del target[PACKED]
+    target[PACKED] = packed
+    _wholes[uid], _shown[uid, target.name] = shown.whole, shown
+    write(target, shown)
+
+
+def clear(target):
+    """Forgets the levels of an object; its mesh stays."""
+    options = target.relievo.progressive
+    options.uid, options.original = "", None
+    options.edits.clear()
+    if PACKED in target:
+        del target[PACKED]
+
+
+def forget_all():
+    """Releases everything: another file was loaded, or the add-on ends."""
+    while _shown:
+        _shown.popitem()[1].release()
+    while _wholes:
+        _wholes.popitem()[1].release()
+    _troubles.clear()
