@@ -10,10 +10,12 @@
 //! - How it is kept in its user's buffers, of which only what changes is written: [`buffers`].
 //! - How regions of it are moved and turned: [`handle`]; how coarser and finer levels follow: `moves`, with
 //!   `place`; how that is taken back: `history`; and how it becomes a mesh of its own: `settle`.
+//! - The mesh on a graphics device, refined, coarsened and drawn there: [`device`].
 
 pub mod active;
 pub mod buffers;
 pub mod cut;
+pub mod device;
 pub mod file;
 pub mod handle;
 pub mod hierarchy;
@@ -29,6 +31,7 @@ pub mod view;
 pub use active::{ActiveMesh, Extract};
 pub use buffers::{Buffers, Update};
 pub use cut::Cut;
+pub use device::{DeviceHierarchy, DeviceLevel};
 pub use handle::{Edit, Handle, Region};
 pub use hierarchy::{BuildOptions, Child, Progressive};
 pub use recording::Key;

@@ -44,6 +44,11 @@ impl Cut {
         cut.map_or(Self::FINEST, |(split, key, _)| Self { key, split })
     }
 
+    /// The key, and the split at it, as numbers.
+    pub(super) fn parts(self) -> (u32, u32) {
+        (self.key.0, self.split)
+    }
+
     /// Whether a split is one of those that make the mesh.
     #[inline(always)]
     pub fn has(self, key: Key, split: u32) -> bool {

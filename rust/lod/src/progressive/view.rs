@@ -26,7 +26,7 @@ pub struct View {
 }
 
 /// How far what a split makes is from its vertex, at most.
-pub struct Extents(Vec<f32>);
+pub struct Extents(pub(super) Vec<f32>);
 
 impl Extents {
     /// Of the splits of a mesh as it was built.
@@ -53,7 +53,7 @@ impl Extents {
 }
 
 impl View {
-    fn check(&self) -> Result<()> {
+    pub(super) fn check(&self) -> Result<()> {
         let is_usable = self.eye.iter().all(|value| value.is_finite())
             && self.pixels > 0.0
             && self.tolerance > 0.0

@@ -1,6 +1,7 @@
 //! Levels of detail, by closed forms, invariants and models.
 
 mod buffers;
+mod device;
 mod editing;
 mod progressive;
 mod shapes;

@@ -1,0 +1,194 @@
+//! Progressive meshes on a graphics device: what there is of one, uploaded once, and meshes of it.
+//!
+//! The processor makes splits one after another in the order of their depths (Derzapf, Grund, Guthe 2014, Section 5). A
+//! device need not: which splits make a mesh is known without making any, since a cut is closed, and what a view wants is
+//! closed by going through the depths once. Then the vertex at a corner is the last one up to its leaf, which is a rank in
+//! a set of bits. So there are no lists of corners, nothing to lock and no illegal operations to remove, and the mesh
+//! before does not matter.
+
+mod around;
+mod level;
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use relievo_core::{Context, Error, Result};
+use relievo_gpu::{Buffer, Device};
+
+use self::around::DeviceAround;
+use super::hierarchy::{Child, LEAF, Progressive};
+use super::packing::Normal;
+use super::view::Extents;
+use crate::connectivity::NONE;
+
+pub use self::level::DeviceLevel;
+
+/// Vertices at most: numbers are also given doubled, above two bits for sides.
+const MOST: usize = 1 << 29;
+
+/// As in `progressive.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct SplitBlock {
+    key: u32,
+    vertex: u32,
+    children: [u32; 2],
+}
+
+/// A vertex that is drawn: its point, and its normal on an octahedron in two numbers of 16 bits (`octahedron.wgsl`).
+pub type Vertex = [u32; 4];
+
+/// What a device has of a progressive mesh. That is 40 bytes a triangle; a mesh of it may take 20 more, and what views need
+/// another 24.
+#[derive(Debug)]
+pub struct DeviceHierarchy {
+    device: Device,
+    vertices: usize,
+    triangles: usize,
+    /// Numbers in the input of the leaves.
+    numbers: Vec<u32>,
+    bounds: [[f32; 3]; 2],
+    splits: Buffer<SplitBlock>,
+    inner: Buffer<Vertex>,
+    leaves: Buffer<Vertex>,
+    makers: Buffer<u32>,
+    corners: Buffer<[u32; 3]>,
+    around: Option<DeviceAround>,
+}
+
+impl DeviceHierarchy {
+    /// Sends a mesh to a device. Fails if it has more than 2²⁹ vertices, and where the device has no memory.
+    pub fn new(device: &Device, mesh: &Progressive) -> Result<Self> {
+        let count = mesh.vertex_count();
+        if count > MOST {
+            return Err(Error::unsupported(format!("a device has progressive meshes of at most {MOST} vertices")));
+        }
+        let vertex = |point: Vec3, normal: Normal| {
+            let [x, y, z] = point.to_array().map(f32::to_bits);
+            [x, y, z, normal.0]
+        };
+        let inner = |split: u32| {
+            let is_split = mesh.splits[split as usize].key.depth() > 0;
+            let point = if is_split { mesh.place(Child::Split(split), split).point } else { Vec3::ZERO };
+            vertex(point, mesh.inner_normals[split as usize])
+        };
+        let inner: Vec<Vertex> = (0..count as u32).map(inner).collect();
+        let leaves = mesh.points.iter().zip(&mesh.normals).map(|(point, normal)| vertex((*point).into(), *normal));
+        let leaves: Vec<Vertex> = leaves.collect();
+        let mut numbers = vec![NONE; count];
+        for (slot, split) in mesh.splits.iter().enumerate() {
+            for (side, child) in split.children.into_iter().enumerate().filter(|(_, child)| *child != NONE) {
+                if child & LEAF != 0 {
+                    let is_base = split.key.depth() == 0;
+                    let leaf = if is_base { slot } else { mesh.leaf((2 * slot + side) as u32) as usize };
+                    numbers[leaf] = child & !LEAF;
+                }
+            }
+        }
+        let mut makers = vec![NONE; mesh.triangle_count()];
+        let mut corners = vec![[0; 3]; mesh.triangle_count()];
+        // Those of the base come with any of its vertices.
+        let always = mesh.base_vertices().first().copied().unwrap_or_default();
+        for (place, leaves) in mesh.faces.iter().enumerate().filter(|(_, leaves)| leaves[0] != NONE) {
+            let number = mesh.face_id(place as u32) as usize;
+            makers[number] = if place / 2 < count { (place / 2) as u32 } else { always };
+            corners[number] = *leaves;
+        }
+        let points = || mesh.points.iter().map(|point| Vec3::from(*point));
+        let bounds = [points().reduce(Vec3::min), points().reduce(Vec3::max)];
+        Ok(Self {
+            device: device.clone(),
+            vertices: count,
+            triangles: mesh.triangle_count(),
+            numbers,
+            bounds: bounds.map(|corner| corner.unwrap_or_default().to_array()),
+            splits: Buffer::of(device, "splits", &blocks(mesh))?,
+            inner: Buffer::of(device, "places of splits", &inner)?,
+            leaves: Buffer::of(device, "places of leaves", &leaves)?,
+            makers: Buffer::of(device, "makers of triangles", &makers)?,
+            corners: Buffer::of(device, "corners", &corners)?,
+            around: None,
+        })
+    }
+
+    /// The same with what views need. Fails if the extents are of another mesh, and as [`Self::new`].
+    pub fn for_views(context: &Context, device: &Device, mesh: &Arc<Progressive>, extents: &Extents) -> Result<Self> {
+        let made = Self::new(device, mesh)?;
+        let around = Some(DeviceAround::new(context, device, mesh, extents)?);
+        Ok(Self { around, ..made })
+    }
+
+    /// Bytes on the device, without meshes.
+    pub fn bytes(&self) -> usize {
+        let vertex = size_of::<SplitBlock>() + 2 * size_of::<Vertex>();
+        let triangle = size_of::<[u32; 3]>() + size_of::<u32>();
+        self.vertices * vertex + self.triangles * triangle + self.around.as_ref().map_or(0, DeviceAround::bytes)
+    }
+
+    /// Vertices of the finest mesh.
+    pub fn vertex_count(&self) -> usize {
+        self.vertices
+    }
+
+    /// Triangles of the finest mesh.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles
+    }
+
+    /// The smallest and largest coordinates of the finest mesh.
+    pub fn bounds(&self) -> [[f32; 3]; 2] {
+        self.bounds
+    }
+}
+
+/// Splits with their depths, the deepest first.
+fn by_depth(mesh: &Progressive) -> Vec<(u32, u32)> {
+    let mut splits: Vec<_> = mesh.splits().map(|(split, key, _)| (key.depth(), split)).collect();
+    splits.sort_unstable_by_key(|(depth, split)| (std::cmp::Reverse(*depth), *split));
+    splits
+}
+
+/// The vertices that splits split, by their numbers, and those of the base. What a split comes from is before it.
+fn split_vertices(mesh: &Progressive, splits: &[(u32, u32)]) -> Vec<u32> {
+    let mut vertices: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
+    for (_, split) in splits {
+        let from = mesh.parent(*split);
+        vertices[*split as usize] = if from % 2 == 1 { from / 2 } else { vertices[from as usize / 2] };
+    }
+    vertices
+}
+
+/// Splits and vertices of the base by number.
+fn blocks(mesh: &Progressive) -> Vec<SplitBlock> {
+    let children = |number: u32| mesh.splits[number as usize].children;
+    let none = SplitBlock { key: 0, vertex: 0, children: [LEAF; 2] };
+    let mut blocks = vec![none; mesh.vertex_count()];
+    for vertex in mesh.base_vertices() {
+        blocks[*vertex as usize] = SplitBlock { key: u32::MAX, vertex: *vertex, children: children(*vertex) };
+    }
+    let splits = by_depth(mesh);
+    let vertices = split_vertices(mesh, &splits);
+    for (_, split) in splits {
+        let key = mesh.splits[split as usize].key.0;
+        blocks[split as usize] = SplitBlock { key, vertex: vertices[split as usize], children: children(split) };
+    }
+    blocks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_testing::wgsl::assert_layout;
+    use std::mem::offset_of;
+
+    #[test]
+    fn layouts_are_those_of_the_shaders() {
+        let split = [
+            ("key", offset_of!(SplitBlock, key)),
+            ("vertex", offset_of!(SplitBlock, vertex)),
+            ("children", offset_of!(SplitBlock, children)),
+        ];
+        assert_layout("progressive", "Split", size_of::<SplitBlock>(), &split);
+    }
+}

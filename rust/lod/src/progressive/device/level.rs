@@ -1,0 +1,283 @@
+//! A mesh of a progressive mesh on a device, in buffers that are drawn.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use relievo_core::{Error, Result};
+use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pass, Scan, groups};
+
+use super::{DeviceHierarchy, Vertex};
+use crate::connectivity::NONE;
+use crate::progressive::active::Extract;
+use crate::progressive::cut::Cut;
+use crate::progressive::packing::Normal;
+use crate::progressive::view::View;
+
+/// Planes of a view at most.
+const PLANES: usize = 6;
+
+/// As in `progressive_mark.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct CutCall {
+    key: u32,
+    split: u32,
+    vertices: u32,
+}
+
+/// As in `progressive_view.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct ViewCall {
+    eye: [f32; 3],
+    pixels: f32,
+    tolerance: f32,
+    outline: f32,
+    plane_count: u32,
+    vertices: u32,
+    planes: [[f32; 4]; PLANES],
+}
+
+/// As in `progressive_write.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct SizesCall {
+    vertices: u32,
+    triangles: u32,
+}
+
+/// A mesh on a device: its vertices by the first of their leaves, and its triangles in the order of the input.
+#[derive(Debug)]
+pub struct DeviceLevel {
+    hierarchy: Arc<DeviceHierarchy>,
+    vertices: Buffer<Vertex>,
+    indices: Buffer<u32>,
+    arguments: Buffer<u32>,
+    ranks: Scan,
+    shown_ranks: Scan,
+    mark: [Arc<Kernel>; 2],
+    marking: [Bindings; 2],
+    write: [Arc<Kernel>; 3],
+    writing: [Bindings; 2],
+    /// For views.
+    want: Option<(Arc<Kernel>, Bindings)>,
+    there: Bindings,
+    _buffers: [Buffer<u32>; 4],
+}
+
+impl DeviceLevel {
+    /// A mesh that has nothing until it is adapted, with room for all of a progressive mesh. Fails where the device has no
+    /// memory.
+    pub fn new(hierarchy: &Arc<DeviceHierarchy>) -> Result<Self> {
+        let device = &hierarchy.device;
+        let bits = |count: usize| count.div_ceil(32).max(1);
+        let buffer = |label, count| Buffer::<u32>::new(device, label, count);
+        let there = buffer("vertices there", bits(hierarchy.vertices))?;
+        let ranks = buffer("ranks of vertices", bits(hierarchy.vertices))?;
+        let shown = buffer("triangles shown", bits(hierarchy.triangles))?;
+        let shown_ranks = buffer("ranks of triangles", bits(hierarchy.triangles))?;
+        let vertices = Buffer::new(device, "level vertices", hierarchy.vertices.max(1))?;
+        let indices = buffer("level indices", 3 * hierarchy.triangles.max(1))?;
+        let arguments = buffer("level arguments", 6)?;
+        let kernel = |module, entry, groups: &[&[Access]], immediates: usize| {
+            device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants: &[] })
+        };
+        let marks: &[&[Access]] = &[&[Access::Read], &[Access::Write; 2]];
+        let mark = |entry| kernel("progressive_mark", entry, marks, size_of::<CutCall>());
+        let mark = [mark("mark")?, mark("count")?];
+        let writes: &[&[Access]] = &[&[Access::Read; 5], &[Access::Write; 7]];
+        let write = |entry| kernel("progressive_write", entry, writes, size_of::<SizesCall>());
+        let write = [write("show")?, write("write_triangles")?, write("write_vertices")?];
+        let whole = hierarchy.as_ref();
+        let marking = [
+            device.bind(&mark[0], 0, &[whole.splits.wgpu()])?,
+            device.bind(&mark[0], 1, &[there.wgpu(), ranks.wgpu()])?,
+        ];
+        let read =
+            [whole.splits.wgpu(), whole.inner.wgpu(), whole.leaves.wgpu(), whole.makers.wgpu(), whole.corners.wgpu()];
+        let written = [
+            there.wgpu(),
+            ranks.wgpu(),
+            shown.wgpu(),
+            shown_ranks.wgpu(),
+            vertices.wgpu(),
+            indices.wgpu(),
+            arguments.wgpu(),
+        ];
+        let writing = [device.bind(&write[0], 0, &read)?, device.bind(&write[0], 1, &written)?];
+        let want = match &whole.around {
+            None => None,
+            Some(around) => {
+                let groups: &[&[Access]] = &[&[Access::Read; 3], &[Access::Write]];
+                let kernel = kernel("progressive_view", "want", groups, size_of::<ViewCall>())?;
+                let buffers = [whole.splits.wgpu(), whole.inner.wgpu(), around.extents.wgpu()];
+                let bindings = device.bind(&kernel, 0, &buffers)?;
+                Some((kernel, bindings))
+            }
+        };
+        Ok(Self {
+            there: device.bind_as(&[Access::Write], &[there.wgpu()])?,
+            ranks: Scan::new(device, &ranks, &arguments)?,
+            shown_ranks: Scan::new(device, &shown_ranks, &arguments)?,
+            hierarchy: hierarchy.clone(),
+            vertices,
+            indices,
+            arguments,
+            mark,
+            marking,
+            write,
+            writing,
+            want,
+            _buffers: [there, ranks, shown, shown_ranks],
+        })
+    }
+
+    /// Vertices, [`Self::counts`] says how many.
+    pub fn vertices(&self) -> &Buffer<Vertex> {
+        &self.vertices
+    }
+
+    /// Numbers of vertices, three a triangle.
+    pub fn indices(&self) -> &Buffer<u32> {
+        &self.indices
+    }
+
+    /// The arguments of an indirect draw of the triangles, which are five numbers, and the number of vertices.
+    pub fn arguments(&self) -> &Buffer<u32> {
+        &self.arguments
+    }
+
+    /// What it is a mesh of.
+    pub fn hierarchy(&self) -> &DeviceHierarchy {
+        &self.hierarchy
+    }
+
+    /// Records that it becomes another mesh.
+    pub fn adapt(&self, frame: &mut Frame, cut: Cut) -> Result<()> {
+        let mut pass = frame.pass("adapt");
+        let (key, split) = cut.parts();
+        let call = CutCall { key, split, vertices: self.hierarchy.vertices as u32 };
+        let size = blocks(self.hierarchy.vertices);
+        pass.run(&self.mark[0], &self.groups_of_marks(), bytemuck::bytes_of(&call), size)?;
+        self.write(&mut pass)
+    }
+
+    /// Records that it becomes as fine as a view needs it: it has what the view wants and all that this stands on. That is
+    /// the mesh that the processor has after its finest one; without outlines it is so after any. A product or
+    /// sum may be rounded otherwise, so splits may differ that are nearer to a limit of the view than 1e-5 of it. Fails if
+    /// the view is not usable or has more than six planes, and if the progressive mesh was not sent for views.
+    pub fn adapt_to(&self, frame: &mut Frame, view: &View) -> Result<()> {
+        view.check()?;
+        let (Some((want, bindings)), Some(around)) = (&self.want, &self.hierarchy.around) else {
+            return Err(Error::invalid("the progressive mesh was sent without what views need").at("view"));
+        };
+        if view.planes.len() > PLANES {
+            let error = Error::unsupported(format!("{} planes; a device takes {PLANES}", view.planes.len()));
+            return Err(error.at("view").advise("leave out those that cut nothing off"));
+        }
+        let mut planes = [[0.0; 4]; PLANES];
+        planes[..view.planes.len()].copy_from_slice(&view.planes);
+        let call = ViewCall {
+            eye: view.eye,
+            pixels: view.pixels,
+            tolerance: view.tolerance,
+            outline: view.outline,
+            plane_count: view.planes.len() as u32,
+            vertices: self.hierarchy.vertices as u32,
+            planes,
+        };
+        let mut pass = frame.pass("adapt");
+        let size = blocks(self.hierarchy.vertices);
+        pass.run(want, &[bindings, &self.there], bytemuck::bytes_of(&call), size)?;
+        around.close(&mut pass, &self.there)?;
+        self.write(&mut pass)
+    }
+
+    fn groups_of_marks(&self) -> [&Bindings; 2] {
+        let [splits, there] = &self.marking;
+        [splits, there]
+    }
+
+    /// Records that what is marked is written.
+    fn write(&self, pass: &mut Pass<'_>) -> Result<()> {
+        let (vertices, triangles) = (self.hierarchy.vertices, self.hierarchy.triangles);
+        let words = vertices.div_ceil(32);
+        let call = CutCall { key: 0, split: 0, vertices: vertices as u32 };
+        pass.run(&self.mark[1], &self.groups_of_marks(), bytemuck::bytes_of(&call), blocks(words))?;
+        self.ranks.run(pass, words as u32)?;
+        let call = SizesCall { vertices: vertices as u32, triangles: triangles as u32 };
+        let call = bytemuck::bytes_of(&call);
+        let [read, written] = &self.writing;
+        pass.run(&self.write[0], &[read, written], call, blocks(triangles))?;
+        self.shown_ranks.run(pass, triangles.div_ceil(32) as u32)?;
+        pass.run(&self.write[1], &[read, written], call, blocks(triangles))?;
+        pass.run(&self.write[2], &[read, written], call, blocks(vertices))
+    }
+
+    /// Waits for what was submitted. Returns how many vertices and triangles there are.
+    pub fn counts(&self) -> Result<[usize; 2]> {
+        let device = &self.hierarchy.device;
+        let mut frame = device.frame()?;
+        let arguments = frame.read(&self.arguments, 0..6)?;
+        let _ = frame.submit()?;
+        let arguments = arguments.get(device)?;
+        Ok([arguments[5] as usize, arguments[0] as usize / 3])
+    }
+
+    /// Waits for what was submitted. Returns the mesh as [`ActiveMesh::extract`](crate::progressive::ActiveMesh::extract).
+    pub fn extract(&self) -> Result<Extract> {
+        let device = &self.hierarchy.device;
+        let [vertices, triangles] = self.counts()?;
+        let mut frame = device.frame()?;
+        let places = frame.read(&self.vertices, 0..vertices)?;
+        let corners = frame.read(&self.indices, 0..3 * triangles)?;
+        let _ = frame.submit()?;
+        let (mut places, mut corners) = (places.get(device)?, corners.get(device)?);
+        let numbers = &self.hierarchy.numbers;
+        if vertices == numbers.len() && !numbers.contains(&NONE) {
+            let by_leaf = std::mem::take(&mut places);
+            places.resize(vertices, Vertex::default());
+            by_leaf.iter().zip(numbers).for_each(|(vertex, number)| places[*number as usize] = *vertex);
+            corners.iter_mut().for_each(|corner| *corner = numbers[*corner as usize]);
+        }
+        Ok(Extract {
+            points: places.iter().map(|[x, y, z, _]| [*x, *y, *z].map(f32::from_bits)).collect(),
+            normals: places.iter().map(|[_, _, _, normal]| Normal(*normal).vector().to_array()).collect(),
+            triangles: corners.as_chunks::<3>().0.to_vec(),
+        })
+    }
+}
+
+/// Workgroups for so many items.
+fn blocks(count: usize) -> [u32; 3] {
+    groups((count as u32).div_ceil(GROUP))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_testing::wgsl::assert_layout;
+    use std::mem::offset_of;
+
+    #[test]
+    fn layouts_are_those_of_the_shaders() {
+        let cut = [
+            ("key", offset_of!(CutCall, key)),
+            ("split", offset_of!(CutCall, split)),
+            ("vertices", offset_of!(CutCall, vertices)),
+        ];
+        assert_layout("progressive_mark", "Cut", size_of::<CutCall>(), &cut);
+        let view = [
+            ("eye", offset_of!(ViewCall, eye)),
+            ("pixels", offset_of!(ViewCall, pixels)),
+            ("tolerance", offset_of!(ViewCall, tolerance)),
+            ("outline", offset_of!(ViewCall, outline)),
+            ("plane_count", offset_of!(ViewCall, plane_count)),
+            ("vertices", offset_of!(ViewCall, vertices)),
+            ("planes", offset_of!(ViewCall, planes)),
+        ];
+        assert_layout("progressive_view", "View", size_of::<ViewCall>(), &view);
+        let sizes = [("vertices", offset_of!(SizesCall, vertices)), ("triangles", offset_of!(SizesCall, triangles))];
+        assert_layout("progressive_write", "Sizes", size_of::<SizesCall>(), &sizes);
+    }
+}

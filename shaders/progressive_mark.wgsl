@@ -1,0 +1,53 @@
+// import progressive
+// Which vertices of a progressive mesh are there: those of the base, and those of the splits above a key.
+
+struct Cut {
+    key: u32,
+    /// Of the splits at the key those of a greater number are made.
+    split: u32,
+    vertices: u32,
+}
+
+@group(0) @binding(0) var<storage, read> splits: array<Split>;
+@group(1) @binding(0) var<storage, read_write> there: array<u32>;
+@group(1) @binding(1) var<storage, read_write> ranks: array<u32>;
+var<immediate> cut: Cut;
+
+var<workgroup> words: array<atomic<u32>, 8>;
+
+@compute @workgroup_size(GROUP)
+fn mark(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    if local < 8u {
+        atomicStore(&words[local], 0u);
+    }
+    workgroupBarrier();
+    let vertex = linear_item(group, groups, local);
+    if vertex < cut.vertices {
+        let key = splits[vertex].key;
+        if key == ALWAYS || key > cut.key || (key == cut.key && vertex > cut.split) {
+            atomicOr(&words[local / 32u], 1u << (local % 32u));
+        }
+    }
+    workgroupBarrier();
+    let word = vertex / 32u;
+    if vertex < cut.vertices && local % 32u == 0u {
+        there[word] = atomicLoad(&words[local / 32u]);
+    }
+}
+
+/// How many vertices each word has.
+@compute @workgroup_size(GROUP)
+fn count(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let word = linear_item(group, groups, local);
+    if word < (cut.vertices + 31u) / 32u {
+        ranks[word] = countOneBits(there[word]);
+    }
+}

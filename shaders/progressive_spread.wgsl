@@ -1,0 +1,58 @@
+// import progressive
+// What splits stand on is made too: those that the vertices around theirs come from. Splits of one depth do not stand on
+// each other, so that depth by depth, from the least, each is looked at once.
+
+/// Depths, which are numbered from the greatest.
+struct Depths {
+    /// The first to look at, and how many before it.
+    last: u32,
+    count: u32,
+}
+
+/// Splits by depth, the greatest first; where those of a depth begin; where what a split stands on begins.
+@group(0) @binding(0) var<storage, read> order: array<u32>;
+@group(0) @binding(1) var<storage, read> depths: array<u32>;
+@group(0) @binding(2) var<storage, read> starts: array<u32>;
+/// The vertices around splits and their own, as twice the split that each comes from and 1 if it is the second.
+@group(0) @binding(3) var<storage, read> around: array<u32>;
+@group(1) @binding(0) var<storage, read_write> there: array<atomic<u32>>;
+var<immediate> work: Depths;
+
+fn spread_from(place: u32) {
+    let split = order[place];
+    if (atomicLoad(&there[split / 32u]) >> (split % 32u) & 1u) == 0u {
+        return;
+    }
+    for (var k = starts[place]; k < starts[place + 1u]; k++) {
+        let below = around[k] / 2u;
+        let bit = 1u << (below % 32u);
+        if (atomicLoad(&there[below / 32u]) & bit) == 0u {
+            atomicOr(&there[below / 32u], bit);
+        }
+    }
+}
+
+/// One depth of many splits.
+@compute @workgroup_size(GROUP)
+fn spread(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let place = depths[work.last] + linear_item(group, groups, local);
+    if place < depths[work.last + 1u] {
+        spread_from(place);
+    }
+}
+
+/// Depths of few splits, by one workgroup.
+@compute @workgroup_size(GROUP)
+fn spread_all(@builtin(local_invocation_index) local: u32) {
+    for (var k = 0u; k < work.count; k++) {
+        let depth = work.last - k;
+        for (var place = depths[depth] + local; place < depths[depth + 1u]; place += GROUP) {
+            spread_from(place);
+        }
+        storageBarrier();
+    }
+}

@@ -1,0 +1,70 @@
+// import progressive
+// import octahedron
+// Which vertices of a progressive mesh a view wants, and what those stand on.
+
+struct View {
+    eye: vec3<f32>,
+    /// Pixels of what has the length of its distance.
+    pixels: f32,
+    /// Pixels that are allowed, and what they are divided by at outlines.
+    tolerance: f32,
+    outline: f32,
+    plane_count: u32,
+    vertices: u32,
+    /// What is seen has n · p + d ≥ 0.
+    planes: array<vec4<f32>, 6>,
+}
+
+@group(0) @binding(0) var<storage, read> splits: array<Split>;
+@group(0) @binding(1) var<storage, read> inner: array<vec4<u32>>;
+/// How far what a split makes is from its vertex.
+@group(0) @binding(2) var<storage, read> extents: array<f32>;
+@group(1) @binding(0) var<storage, read_write> there: array<u32>;
+var<immediate> view: View;
+
+/// The cosine between normal and view within which a vertex may be at an outline.
+const OUTLINE: f32 = 0.25;
+
+var<workgroup> words: array<atomic<u32>, 8>;
+
+fn wants(split: u32, error: f32) -> bool {
+    let place = inner[split];
+    let p = bitcast<vec3<f32>>(place.xyz);
+    let extent = extents[split];
+    for (var k = 0u; k < view.plane_count; k++) {
+        if dot(view.planes[k].xyz, p) + view.planes[k].w < -extent {
+            return false;
+        }
+    }
+    let along = p - view.eye;
+    let distance = length(along);
+    let near = distance - extent;
+    if near <= 0.0 {
+        return true;
+    }
+    let may_be_outline = abs(dot(octahedral_normal(place.w), along)) < OUTLINE * distance + extent;
+    return error * view.pixels * select(1.0, view.outline, may_be_outline) > view.tolerance * near;
+}
+
+@compute @workgroup_size(GROUP)
+fn want(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    if local < 8u {
+        atomicStore(&words[local], 0u);
+    }
+    workgroupBarrier();
+    let vertex = linear_item(group, groups, local);
+    if vertex < view.vertices {
+        let key = splits[vertex].key;
+        if key == ALWAYS || (key > 0u && wants(vertex, bitcast<f32>(key & 0xffff0000u))) {
+            atomicOr(&words[local / 32u], 1u << (local % 32u));
+        }
+    }
+    workgroupBarrier();
+    if vertex < view.vertices && local % 32u == 0u {
+        there[vertex / 32u] = atomicLoad(&words[local / 32u]);
+    }
+}
