@@ -20,6 +20,9 @@ pub const BOUNDARY: u8 = 1;
 /// A vertex that stays where it is.
 pub const FIXED: u8 = 2;
 
+/// A vertex where values of attributes differ from one triangle to the next.
+pub const SEAM: u8 = 4;
+
 /// Vertices or triangles that are worked on by one task.
 pub const PART: usize = 4096;
 
@@ -35,7 +38,7 @@ pub struct Connectivity {
     corners: Vec<AtomicU32>,
     /// Where those of every vertex start, and how many they are.
     spans: Vec<[AtomicU32; 2]>,
-    /// [`BOUNDARY`] and [`FIXED`] of every vertex.
+    /// [`BOUNDARY`], [`FIXED`] and [`SEAM`] of every vertex.
     pub flags: Vec<u8>,
 }
 

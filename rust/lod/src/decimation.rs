@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Result};
 
-use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, next, previous};
-use crate::placement::{BATCH, Batch, Star, place};
+use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, SEAM, next, previous};
+use crate::placement::{BATCH, Batch, Star, place, place_with};
 use crate::progressive::Recording;
+use crate::wedges::{Quadric, Span, Wedges};
 
 /// State of a vertex whose triangles changed in the last round.
 const CHANGED: u8 = 1;
@@ -27,8 +28,8 @@ const BIN: u32 = 20;
 /// Of so many triangles, the costs of one are counted.
 const SAMPLE: usize = 8;
 
-/// A mesh that is simplified.
-pub struct Decimation {
+/// A mesh that is simplified, with four numbers of attributes `Q` times.
+pub struct Decimation<const Q: usize = 0> {
     pub mesh: Connectivity,
     /// Place and deviation of every vertex.
     pub points: Vec<Vec4>,
@@ -45,6 +46,7 @@ pub struct Decimation {
     pub parts: Vec<u32>,
     /// Triangles that are left.
     pub live: usize,
+    pub wedges: Wedges<Q>,
     /// What was done, if that is to be known.
     pub recording: Option<Recording>,
 }
@@ -102,12 +104,28 @@ pub fn normal(a: Vec3, b: Vec3) -> Vec4 {
 impl Decimation {
     /// Of a mesh whose indices are in range, with coordinates multiplied by `scale`.
     pub fn new(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], scale: f32) -> Result<Self> {
+        Self::with(context, points, triangles, scale, Wedges::none(points.len()))
+    }
+}
+
+impl<const Q: usize> Decimation<Q> {
+    /// Of a mesh whose indices are in range, with coordinates multiplied by `scale`, and its wedges.
+    pub fn with(
+        context: &Context,
+        points: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        scale: f32,
+        wedges: Wedges<Q>,
+    ) -> Result<Self> {
         let points: Vec<Vec4> = points.iter().map(|point| (Vec3::from(*point) * scale).extend(0.0)).collect();
         let face = |index: usize| {
             let [a, b, c] = triangles[index].map(|vertex| points[vertex as usize].xyz());
             normal(b - a, c - a)
         };
-        let mesh = Connectivity::new(context, points.len(), triangles)?;
+        let mut mesh = Connectivity::new(context, points.len(), triangles)?;
+        if Q > 0 {
+            wedges.mark(context, &mut mesh);
+        }
         let unknown = |index: usize| {
             let [a, b, c] = triangles[index];
             let stands = |side: usize, is_lower: bool| is_lower || mesh.mate((4 * index + side) as u32) == NONE;
@@ -122,6 +140,7 @@ impl Decimation {
             state: points.iter().map(|_| AtomicU8::new(STALE)).collect(),
             live: triangles.len(),
             recording: None,
+            wedges,
             mesh,
             points,
         })
@@ -148,10 +167,12 @@ impl Decimation {
 
     /// Finds what vertices know of their triangles that are asked for it.
     fn renew_stars(&mut self, context: &Context) -> Result<()> {
-        let Self { mesh, points, normals, state, vertices, .. } = self;
-        let parts = ((vertices.as_mut_slice(), points.as_slice()), state.as_slice());
-        context.for_each_part(parts, PART, |first, ((vertices, here), state)| {
-            for (at, ((renewed, here), state)) in vertices.iter_mut().zip(here).zip(state).enumerate() {
+        let Self { mesh, points, normals, state, vertices, wedges, .. } = self;
+        let (sums, more, wedges) = wedges.split();
+        let parts = ((vertices.as_mut_slice(), points.as_slice()), (state.as_slice(), (sums, more)));
+        context.for_each_part(parts, PART, |first, ((vertices, here), (state, (sums, more)))| {
+            let list = vertices.iter_mut().zip(here).zip(state).zip(sums.iter_mut().zip(more));
+            for (at, (((renewed, here), state), (sums, more))) in list.enumerate() {
                 let known = state.load(Relaxed);
                 if known & WANTED == 0 {
                     continue;
@@ -165,9 +186,10 @@ impl Decimation {
                     rows[1] += normal * normal.y;
                     rows[2] += normal * normal.z;
                     sum += normal;
-                    if flags & BOUNDARY != 0 {
+                    if flags & (BOUNDARY | SEAM) != 0 {
                         for (edge, end) in [(corner, next(corner)), (previous(corner), previous(corner))] {
-                            if mesh.mate(edge) == NONE {
+                            // A seam counts once, with the half-edge that leaves.
+                            if mesh.mate(edge) == NONE || (edge == corner && wedges.is_seam(mesh, edge)) {
                                 let along = points[mesh.vertex(end) as usize].xyz() - here.xyz();
                                 let length = along.length_squared();
                                 rows[0] += (Vec3::X * length - along * along.x).extend(0.0);
@@ -177,6 +199,9 @@ impl Decimation {
                         }
                     }
                 });
+                if Q > 0 && flags & FIXED == 0 {
+                    wedges.renew(mesh, points, (first + at) as u32, [sums, more]);
+                }
                 let [x, y, z] = rows;
                 *renewed = Vertex {
                     star: [x.x, y.y, z.z, x.y, x.z, y.z, sum.x, sum.y, sum.z],
@@ -210,7 +235,7 @@ impl Decimation {
                 for (lane, old) in old.iter().enumerate() {
                     work.gather(&edges[*old as usize], &mut batch, lane);
                 }
-                place(context.level(), &mut batch);
+                Self::place(context, &mut batch);
                 for (old, (cost, deviation)) in old.iter().zip(batch.cost.iter().zip(&batch.deviation)) {
                     let edge = &mut edges[*old as usize];
                     edge.cost = if *deviation <= error { *cost } else { -cost };
@@ -294,8 +319,12 @@ impl Decimation {
     }
 
     /// Collapses a half-edge, as [`Connectivity::collapse`]. The edges of its vertex are taken to cost `guess`.
-    pub fn collapse(&self, corner: u32, start: usize, guess: f32) -> usize {
+    /// With `end_stays` the values of attributes are those of its end.
+    pub fn collapse(&self, corner: u32, start: usize, guess: f32, end_stays: bool) -> usize {
         let mesh = &self.mesh;
+        if Q > 0 {
+            self.wedges.collapse(mesh, corner, end_stays);
+        }
         let kept = mesh.vertex(corner);
         for side in [corner, mesh.mate(corner)].into_iter().filter(|side| *side != NONE) {
             for gone in [side, next(side), previous(side)] {
@@ -315,6 +344,24 @@ impl Decimation {
         gone
     }
 
+    /// Places all edges of a batch.
+    pub fn place(context: &Context, batch: &mut Batch) {
+        if Q > 0 { place_with(context.level(), batch) } else { place(context.level(), batch) }
+    }
+
+    /// Whether a half-edge is at a boundary or a seam.
+    #[inline(always)]
+    pub fn is_line(&self, corner: u32) -> bool {
+        self.mesh.mate(corner) == NONE || self.wedges.is_seam(&self.mesh, corner)
+    }
+
+    /// The edge of a half-edge.
+    pub fn span(&self, corner: u32) -> Span {
+        let ends = [corner, next(corner)].map(|at| self.mesh.vertex(at));
+        let [u, v] = ends.map(|end| self.points[end as usize].xyz());
+        Span { corner, ends, along: v - u }
+    }
+
     /// Puts an edge into a lane of a batch.
     #[inline(always)]
     pub fn gather(&self, edge: &Edge, batch: &mut Batch, lane: usize) {
@@ -323,8 +370,12 @@ impl Decimation {
         let (u, v) = (&self.vertices[u as usize], &self.vertices[v as usize]);
         let mut pinned = 0.0;
         if u.flags | v.flags != 0 {
-            pinned = match [u.flags & FIXED != 0, v.flags & FIXED != 0] {
-                _ if mate != NONE && u.flags & v.flags & BOUNDARY != 0 => f32::INFINITY,
+            let is_line = |vertex: &Vertex| vertex.flags & (BOUNDARY | SEAM) != 0;
+            // What goes into a seam sideways takes the values of one of its sides only.
+            let stays =
+                |vertex: &Vertex, other: &Vertex| vertex.flags & FIXED != 0 || vertex.flags & SEAM > other.flags & SEAM;
+            pinned = match [stays(u, v), stays(v, u)] {
+                _ if is_line(u) && is_line(v) && !self.is_line(corner) => f32::INFINITY,
                 [false, false] => 0.0,
                 [true, false] => -1.0,
                 [false, true] => 1.0,
@@ -342,7 +393,18 @@ impl Decimation {
             batch.star[0][entry][lane] = u.star[entry];
             batch.star[1][entry][lane] = v.star[entry];
         }
-        batch.open[lane] = f32::from(u8::from(mate == NONE));
+        batch.open[lane] = f32::from(u8::from(self.is_line(corner)));
+        if Q > 0 {
+            let along = Vec3::from(v.point) - Vec3::from(u.point);
+            let span = Span { corner, ends: edge.ends, along };
+            let is_moved = pinned.is_finite();
+            let added = if is_moved { self.wedges.quadric(&self.mesh, &span, pinned) } else { Quadric::default() };
+            let Quadric { square, linear, constant, trace } = added;
+            let linear = linear.to_array();
+            for (entry, number) in square.into_iter().chain(linear).chain([constant, trace]).enumerate() {
+                batch.added[entry][lane] = number;
+            }
+        }
         batch.pinned[lane] = pinned;
         batch.before[lane] = u.deviation.max(v.deviation);
     }
@@ -372,6 +434,7 @@ impl Decimation {
         if let Some(recording) = &mut self.recording {
             recording.compact(&rest, &kept);
         }
+        self.wedges.compact(context, &kept, &rest);
         self.points = context.map(rest.len(), |new| self.points[rest[new] as usize]);
         self.vertices = context.map(rest.len(), |new| self.vertices[rest[new] as usize]);
         let state = |new: usize| AtomicU8::new(self.state[rest[new] as usize].load(Relaxed));

@@ -1,5 +1,6 @@
 //! Levels of detail of triangle meshes: simplification by parallel edge collapses, and progressive meshes.
 
+mod attributes;
 mod connectivity;
 mod decimation;
 mod placement;
@@ -7,8 +8,10 @@ pub mod progressive;
 mod selection;
 mod simplify;
 mod watched;
+mod wedges;
 mod weld;
 
+pub use attributes::{Attributes, SimplifiedWith, simplify_with};
 pub use progressive::Progressive;
 pub use simplify::{Simplified, SimplifyOptions, simplify};
 pub use weld::{Welded, weld};

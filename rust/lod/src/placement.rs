@@ -28,6 +28,9 @@ pub struct Batch {
     pub cost: [f32; BATCH],
     /// How far the vertex deviates.
     pub deviation: [f32; BATCH],
+    /// What is added by attributes: a quadric of places from the middle of the edge, xx, yy, zz, xy, xz, yz, then b and
+    /// c, and what its trace was.
+    pub added: [[f32; BATCH]; 11],
 }
 
 impl Default for Batch {
@@ -43,6 +46,7 @@ impl Default for Batch {
             before: zero,
             cost: zero,
             deviation: zero,
+            added: [zero; 11],
         }
     }
 }
@@ -57,7 +61,7 @@ const REACH: f32 = 4.0;
 const SIDE: f32 = 0.01;
 
 #[inline(always)]
-pub fn place_body<A: Arithmetic>(batch: &mut Batch) {
+fn body<A: Arithmetic, const WITH: bool>(batch: &mut Batch) {
     let fma = A::fma;
     for i in 0..BATCH {
         let e = [batch.edge[0][i], batch.edge[1][i], batch.edge[2][i]];
@@ -78,8 +82,10 @@ pub fn place_body<A: Arithmetic>(batch: &mut Batch) {
         let ee = dot(&e, &e);
         let se = times(&sum, &e);
         let de = times(&dif, &e);
-        let c = 0.25 * dot(&e, &se);
-        let b: [f32; 3] = std::array::from_fn(|k| 0.5 * de[k]);
+        let added: [f32; 11] = std::array::from_fn(|k| if WITH { batch.added[k][i] } else { 0.0 });
+        let plus = |number: f32, added: f32| if WITH { number + added } else { number };
+        let c = plus(0.25 * dot(&e, &se), added[9]);
+        let b: [f32; 3] = std::array::from_fn(|k| plus(0.5 * de[k], added[6 + k]));
         let w = batch.open[i];
         let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
         let a: [f32; 6] = std::array::from_fn(|k| {
@@ -91,7 +97,9 @@ pub fn place_body<A: Arithmetic>(batch: &mut Batch) {
         let g: [f32; 3] = std::array::from_fn(|k| (u[6 + k] + v[6 + k]) - (l[k] + r[k]));
         let h = 0.5 * (fma(v[6] - u[6], e[0], fma(v[7] - u[7], e[1], (v[8] - u[8]) * e[2])));
         let trace = a[0] + a[1] + a[2];
-        let scale = 1.0 / trace.max(1e-30);
+        let flat = 1.0 / trace.max(1e-30);
+        let scale = if WITH { 1.0 / plus(trace, added[10]).max(1e-30) } else { flat };
+        let a: [f32; 6] = std::array::from_fn(|k| plus(a[k], added[k]));
         let m: [f32; 6] = std::array::from_fn(|k| fma(a[k], scale, if k < 3 { MIDDLE } else { 0.0 }));
         // L D Lᵀ of the regularised quadric.
         let low = 0.5 * MIDDLE;
@@ -131,14 +139,29 @@ pub fn place_body<A: Arithmetic>(batch: &mut Batch) {
         let cost = fma(-2.0, dot(&b, &x), dot(&x, &ax)) + c;
         let cost = cost.max(0.0);
         batch.cost[i] = if pin.abs() <= 1.0 { fma(LENGTH * trace, ee, cost) } else { f32::INFINITY };
-        batch.deviation[i] = batch.before[i] + (cost * scale).sqrt();
+        batch.deviation[i] = batch.before[i] + (cost * flat).sqrt();
         for k in 0..3 {
             batch.place[k][i] = x[k];
         }
     }
 }
 
+#[inline(always)]
+fn place_body<A: Arithmetic>(batch: &mut Batch) {
+    body::<A, false>(batch);
+}
+
+#[inline(always)]
+fn place_with_body<A: Arithmetic>(batch: &mut Batch) {
+    body::<A, true>(batch);
+}
+
 relievo_core::dispatch_simd! {
     /// Places all edges of a batch.
     pub fn place = place_body(batch: &mut Batch)
+}
+
+relievo_core::dispatch_simd! {
+    /// Places all edges of a batch, with what attributes add.
+    pub fn place_with = place_with_body(batch: &mut Batch)
 }

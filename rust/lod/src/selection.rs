@@ -8,9 +8,9 @@
 use glam::{Vec4, Vec4Swizzles};
 use relievo_core::Context;
 
-use crate::connectivity::{Fan, NONE, next, previous};
+use crate::connectivity::{Fan, NONE, SEAM, next, previous};
 use crate::decimation::{Decimation, Edge, normal};
-use crate::placement::{BATCH, Batch, place};
+use crate::placement::{BATCH, Batch};
 use crate::progressive::Made;
 
 /// Bits of a cost that are its magnitude: all but these.
@@ -28,6 +28,8 @@ struct Collapse {
     key: u64,
     point: Vec4,
     changed: usize,
+    /// As in a batch.
+    pinned: f32,
 }
 
 /// Collapses that go together, and the new normals of triangles.
@@ -66,8 +68,8 @@ impl Collapses {
 }
 
 /// The selection in a part of the mesh.
-struct Selection<'a> {
-    work: &'a Decimation,
+struct Selection<'a, const Q: usize> {
+    work: &'a Decimation<Q>,
     context: &'a Context,
     /// The number of the part, and how many bits of the numbers of parts it is that do not count.
     part: u32,
@@ -102,7 +104,7 @@ fn by_cost(edges: &[Edge]) -> Vec<Edge> {
     ordered
 }
 
-impl Decimation {
+impl<const Q: usize> Decimation<Q> {
     /// The collapses that are made together, of those of `edges`, in parts, that cost less than `limit`. Triangles are
     /// taken to be unchanged from here on.
     pub fn select(&mut self, context: &Context, edges: &[Vec<Edge>], limit: f32) -> Vec<Collapses> {
@@ -135,6 +137,14 @@ impl Decimation {
         if let Some(recording) = &mut self.recording {
             recording.add(context, &self.mesh, &accepted.iter().map(Collapses::made).collect::<Vec<_>>());
         }
+        if Q > 0 {
+            let work = &*self;
+            let merged = context.map(accepted.len(), |part| {
+                let free = accepted[part].collapses.iter().filter(|collapse| collapse.pinned == 0.0);
+                free.flat_map(|collapse| work.merged(collapse)).collect::<Vec<_>>()
+            });
+            merged.into_iter().for_each(|merged| self.wedges.set(merged));
+        }
         for found in &accepted {
             for collapse in &found.collapses {
                 let [kept, gone] = [collapse.corner, next(collapse.corner)].map(|at| self.mesh.vertex(at) as usize);
@@ -159,7 +169,7 @@ impl Decimation {
                 let start = end;
                 end += collapse.changed + 1;
                 let guess = f32::from_bits((collapse.key >> 32) as u32) * DEARER;
-                work.collapse(collapse.corner, start, guess.max(known))
+                work.collapse(collapse.corner, start, guess.max(known), collapse.pinned > 0.0)
             });
             gone.sum::<usize>()
         });
@@ -168,8 +178,8 @@ impl Decimation {
     }
 }
 
-impl<'a> Selection<'a> {
-    fn new(context: &'a Context, work: &'a Decimation, part: u32, shift: u32) -> Self {
+impl<'a, const Q: usize> Selection<'a, Q> {
+    fn new(context: &'a Context, work: &'a Decimation<Q>, part: u32, shift: u32) -> Self {
         Self {
             work,
             context,
@@ -221,7 +231,7 @@ impl<'a> Selection<'a> {
     /// Accepts or refuses the edges of the batch.
     fn decide(&mut self) {
         let Self { work, context, batch, fans, taken, found, .. } = self;
-        place(context.level(), batch);
+        Decimation::<Q>::place(context, batch);
         for (lane, (edge, fans)) in taken.drain(..).zip(fans).enumerate() {
             let [start, end] = edge.ends.map(|end| work.points[end as usize]);
             let mut point = match batch.pinned[lane] {
@@ -241,7 +251,13 @@ impl<'a> Selection<'a> {
                     .chain(fans.iter().flat_map(Fan::ring))
                     .for_each(|vertex| work.set_changed(vertex));
                 let changed = found.normals.len() - before;
-                found.collapses.push(Collapse { corner: edge.corner, key: key(&edge), point, changed });
+                found.collapses.push(Collapse {
+                    corner: edge.corner,
+                    key: key(&edge),
+                    point,
+                    changed,
+                    pinned: batch.pinned[lane],
+                });
             } else {
                 found.normals.truncate(before);
                 work.set_cost(edge.corner, -edge.cost);
@@ -250,7 +266,14 @@ impl<'a> Selection<'a> {
     }
 }
 
-impl Decimation {
+impl<const Q: usize> Decimation<Q> {
+    /// What wedges have after a collapse that moves both vertices.
+    fn merged(&self, collapse: &Collapse) -> impl Iterator<Item = (u32, [Vec4; Q])> {
+        let span = self.span(collapse.corner);
+        let [u, v] = span.ends.map(|end| self.points[end as usize].xyz());
+        self.wedges.merged(&self.mesh, span, collapse.point.xyz() - 0.5 * (u + v))
+    }
+
     /// Whether the surface stays what it is (link condition: Dey, Edelsbrunner, Guha, Nekhayev 1999), and its vertices
     /// keep the triangles they need.
     fn keeps_surface(&self, corner: u32, fans: &[Fan; 2]) -> bool {
@@ -269,12 +292,13 @@ impl Decimation {
             return false;
         }
         for side in sides.into_iter().filter(|side| *side != NONE) {
-            // Without another triangle the opposite vertex would have no edge to the one that is left.
-            if mesh.mate(next(side)) == NONE && mesh.mate(previous(side)) == NONE {
+            // Without another triangle the opposite vertex would have no edge to the one that is left; and where all is
+            // seams, a whole island of values would go.
+            if self.is_line(next(side)) && self.is_line(previous(side)) {
                 return false;
             }
             let opposite = mesh.vertex(previous(side));
-            let least = if mesh.flags[opposite as usize] != 0 { 1 } else { 3 };
+            let least = if mesh.flags[opposite as usize] & !SEAM != 0 { 1 } else { 3 };
             if mesh.around(opposite).take(least + 1).count() <= least {
                 return false;
             }

@@ -90,11 +90,7 @@ pub fn check(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], opt
             .at("triangles")
             .advise(format!("split the mesh into parts of at most {MOST}")));
     }
-    let bytes = BYTES * triangles.len().max(points.len()) as u64;
-    if bytes > context.memory_limit() {
-        return Err(Error::memory(format!("simplification needs {bytes} bytes, more than the memory limit"))
-            .advise("raise the memory limit, or split the mesh"));
-    }
+    check_memory(context, triangles.len().max(points.len()), 0)?;
     if let Some(index) = points.iter().position(|point| point.iter().any(|value| !value.is_finite())) {
         return Err(Error::invalid(format!("point {index} is not finite")).at("points"));
     }
@@ -113,10 +109,20 @@ pub fn check(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], opt
     Ok(())
 }
 
+/// Fails if the structures of so many triangles, with `more` bytes for each than usual, do not fit.
+pub fn check_memory(context: &Context, triangles: usize, more: u64) -> Result<()> {
+    let bytes = (BYTES + more) * triangles as u64;
+    if bytes > context.memory_limit() {
+        return Err(Error::memory(format!("simplification needs {bytes} bytes, more than the memory limit"))
+            .advise("raise the memory limit, or split the mesh"));
+    }
+    Ok(())
+}
+
 /// Collapses edges until a mesh has `faces` triangles, or none is left that deviates by at most `error`.
-pub fn reduce(
+pub fn reduce<const Q: usize>(
     context: &Context,
-    work: &mut Decimation,
+    work: &mut Decimation<Q>,
     before: usize,
     faces: usize,
     error: f32,
@@ -145,7 +151,13 @@ struct Plan {
 
 impl Plan {
     /// Makes a round. Returns whether another may find something to collapse.
-    fn round(&mut self, context: &Context, work: &mut Decimation, faces: usize, error: f32) -> Result<bool> {
+    fn round<const Q: usize>(
+        &mut self,
+        context: &Context,
+        work: &mut Decimation<Q>,
+        faces: usize,
+        error: f32,
+    ) -> Result<bool> {
         work.compact(context)?;
         let (edges, costs) = work.renew_costs(context, [self.known, self.ahead], error)?;
         let Some(wanted) = costs.below(self.share) else { return Ok(false) };

@@ -1,5 +1,6 @@
 //! Levels of detail, by closed forms, invariants and models.
 
+mod attributes;
 mod buffers;
 mod device;
 mod editing;
