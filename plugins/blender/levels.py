@@ -38,7 +38,8 @@ class RELIEVO_OT_levels_build(job.Steps, bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         active = context.active_object
-        return context.mode == "OBJECT" and active is not None and active.type == "MESH" and not progressive.is_there(active)
+        is_mesh = active is not None and active.type == "MESH"
+        return is_mesh and context.mode == "OBJECT" and not progressive.is_there(active)
 
     def steps(self, context):
         target, base = context.active_object, self.base_triangles

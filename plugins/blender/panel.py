@@ -30,6 +30,34 @@ def draw_table(layout, group):
         layout.prop(group, parameter.name)
 
 
+class RELIEVO_PT_levels(Panel, bpy.types.Panel):
+    bl_label = "Levels"
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None
+
+    def draw(self, context):
+        target, column = context.active_object, self.column()
+        if not progressive.is_there(target):
+            column.operator("relievo.levels_build")
+            column.label(text="Levels have no texture coordinates yet", icon="INFO")
+            column.operator("relievo.levels_read")
+            return
+        options = target.relievo.progressive
+        column.row().prop(options, "measure", expand=True)
+        column.prop(options, options.measure.lower(), slider=options.measure == "RATIO")
+        column.label(text=f"{len(target.data.polygons):,} of {options.finest:,} triangles, {len(options.edits)} edits")
+        trouble = progressive.trouble(target)
+        if trouble:
+            column.label(text=trouble, icon="ERROR")
+        for name in ("radius", "falloff"):
+            column.prop(context.scene.relievo.handle, name)
+        column.operator("relievo.levels_edit")
+        column.operator("relievo.levels_write")
+        column.operator_menu_enum("relievo.levels_clear", "keep")
+
+
 class RELIEVO_PT_surface(Panel, bpy.types.Panel):
     bl_label = "Relievo"
     bl_idname = "RELIEVO_PT_surface"
@@ -155,32 +183,8 @@ class RELIEVO_PT_result(Panel, bpy.types.Panel):
             column.operator(f"relievo.{name}")
 
 
-class RELIEVO_PT_levels(Panel, bpy.types.Panel):
-    bl_label = "Relievo levels"
-
-    @classmethod
-    def poll(cls, context):
-        return context.active_object is not None
-
-    def draw(self, context):
-        target, column = context.active_object, self.column()
-        if not progressive.is_there(target):
-            column.operator("relievo.levels_build")
-            column.label(text="Levels have no texture coordinates yet", icon="INFO")
-            column.operator("relievo.levels_read")
-            return
-        options = target.relievo.progressive
-        column.row().prop(options, "measure", expand=True)
-        column.prop(options, options.measure.lower(), slider=options.measure == "RATIO")
-        column.label(text=f"{len(target.data.polygons):,} of {options.finest:,} triangles, {len(options.edits)} edits")
-        trouble = progressive.trouble(target)
-        if trouble:
-            column.label(text=trouble, icon="ERROR")
-        column.operator("relievo.levels_write")
-        column.operator_menu_enum("relievo.levels_clear", "keep")
-
-
 CLASSES = [
+    RELIEVO_PT_levels,
     RELIEVO_PT_surface,
     RELIEVO_PT_brush,
     RELIEVO_PT_pressure,
@@ -188,7 +192,6 @@ CLASSES = [
     RELIEVO_PT_layers,
     RELIEVO_PT_imprint,
     RELIEVO_PT_result,
-    RELIEVO_PT_levels,
 ]
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

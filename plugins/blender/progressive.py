@@ -91,7 +91,8 @@ class Shown:
         """Makes an edit at its level. Returns how many vertices were reached."""
         kept = read(text)
         self.adapt(kept["level"])
-        reached = self.level.edit([grip(handle) for handle in kept["handles"]], [region(held) for held in kept["anchors"]])
+        handles, anchors = map(grip, kept["handles"]), map(region, kept["anchors"])
+        reached = self.level.edit(list(handles), list(anchors))
         self.edits.append(text)
         self.undone.clear()
         return reached
@@ -118,7 +119,7 @@ class Shown:
             try:
                 self.edit(text)
             except (ValueError, rl.RelievoError) as failure:
-                raise Refused(f"Edit {number} cannot be made again: {failure}; undo what led to it, or clear the edits") from None
+                raise Refused(f"Edit {number} cannot be made again: {failure}; undo it, or clear the levels") from None
 
     def bring(self, measure):
         """Goes to a level, and has its points and triangles."""
@@ -199,9 +200,9 @@ def check(target):
     if target.relievo.progressive.format > FORMAT:
         raise Refused(f"The levels of {target.name} are of a newer Relievo add-on; update it to edit this object")
     if target.relievo.source is not None:
-        raise Refused(f"{target.name} is the result of {target.relievo.source.name}; duplicate it and clear its parent first")
+        raise Refused(f"{target.name} is the result of {target.relievo.source.name}, which writes to its mesh")
     if target.relievo.uid:
-        raise Refused(f"{target.name} has detail, which needs the faces that are there; clear the detail, or take a duplicate")
+        raise Refused(f"{target.name} has detail, which needs the faces that are there; clear the detail first")
     if target.data.shape_keys is not None:
         raise Refused(f"{target.name} has shape keys, which need the points that are there; remove them first")
     if target.mode != "OBJECT":

@@ -87,7 +87,7 @@ def operator(kind, /, **properties):
     """What an operator's steps need of it, for driving them as a window does."""
     made = types.SimpleNamespace(told=[], as_keywords=lambda **_: properties, bl_label=kind.bl_label, **properties)
     made.warn = made.told.extend
-    for name in ("begin", "keep", "make", "press"):
+    for name in ("begin", "keep", "make", "press", "text"):
         if hasattr(kind, name):
             setattr(made, name, types.MethodType(getattr(kind, name), made))
     made.change = getattr(kind, "change", None)

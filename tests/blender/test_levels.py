@@ -1,6 +1,8 @@
 """Levels of progressive meshes: what is built and shown, what undo brings back, what files keep, and what is refused."""
 
+import json
 import os
+import random
 import shutil
 import sys
 import unittest
@@ -24,6 +26,12 @@ def shape(target):
     target.data.loops.foreach_get("vertex_index", corners)
     found = host.positions(target)[corners].reshape(-1, 9)
     return found[numpy.lexsort(found.T)]
+
+
+def places(target):
+    """The points of an object in an order of their own, for comparison where the last bit depends on the way: what is
+    summed over neighbours has their order."""
+    return numpy.sort(host.positions(target), 0)
 
 
 class Case(unittest.TestCase):
@@ -158,6 +166,156 @@ class Building(Case):
         self.assertEqual(bpy.ops.relievo.levels_clear(keep="ORIGINAL"), {"FINISHED"})
         numpy.testing.assert_array_equal(shape(ball), before)
         self.assertNotIn(self.relievo.progressive.PACKED, ball)
+
+
+class Edits(Case):
+    def pull(self, target, **options):
+        host.select(target)
+        options = {"point": (0, 0, 1), "radius": 0.8, "move": (0, 0, 0.5), **options}
+        return bpy.ops.relievo.levels_edit(**options)
+
+    def test_edits_at_a_coarse_level_are_seen_at_all(self):
+        import librelievo as rl
+
+        ball = self.built()
+        options = ball.relievo.progressive
+        options.ratio = 0.1
+        anchors = [[1.0, 0.0, 0.0, 0.5]]
+        turn = {"axis": (0, 2, 0), "angle": 0.6, "falloff": "LINEAR", "anchors": json.dumps(anchors)}
+        self.assertEqual(self.pull(ball, **turn), {"FINISHED"})
+        # The library itself, edited at the same level.
+        level = rl.Level(rl.Progressive(self.relievo.mesh.Triangles(options.original).build()))
+        level.set_triangles(round(0.1 * options.finest))
+        made = rl.Grip(rl.Region((0, 0, 1), numpy.float32(0.8), "linear"), (0, 0, 0.5), (0, 1, 0), numpy.float32(0.6))
+        level.edit([made], [rl.Region((1, 0, 0), 0.5)])
+        for ratio in (0.1, 1.0, 0.3, 0.05):
+            options.ratio = ratio
+            level.set_triangles(round(ratio * options.finest))
+            level.update()
+            numpy.testing.assert_allclose(places(ball), numpy.sort(level.points, 0), atol=1e-6)
+            self.assertGreater(host.positions(ball)[:, 2].max(), 1.3)
+        # What is outside the region has not moved, and nothing is torn.
+        options.ratio = 1.0
+        low = host.positions(ball)[host.positions(ball)[:, 2] < -0.2]
+        numpy.testing.assert_allclose(numpy.linalg.norm(low, axis=1), 1, atol=1e-3)
+
+    def test_edits_follow_undo_and_redo_at_random(self):
+        """The level, its edits and its mesh are always those of that step, and so is every other level."""
+        ball = self.built(host.ball(1.0, rings=12))
+        chance = random.Random(3)
+        self.settle("levels")
+
+        def states():
+            target = bpy.data.objects["ball"]
+            options = target.relievo.progressive
+            # Another level shows that the native edits are those of the list.
+            edits, seen, ratio = [entry.text for entry in options.edits], places(target), options.ratio
+            options.ratio = 0.7
+            other = places(target)
+            options.ratio = ratio
+            numpy.testing.assert_allclose(places(target), seen, atol=1e-6)
+            return edits, ratio, seen, other
+
+        def compare(found, wanted):
+            self.assertEqual(found[:2], wanted[:2])
+            for one, other in zip(found[2:], wanted[2:]):
+                numpy.testing.assert_allclose(one, other, atol=1e-6)
+
+        steps, place, done = [states()], 0, {"edit": 0, "undo": 0, "redo": 0}
+        while sum(done.values()) < 60:
+            choice = chance.random()
+            if choice < 0.4 and place > 0:
+                bpy.ops.ed.undo()
+                place, what = place - 1, "undo"
+            elif choice < 0.7 and place + 1 < len(steps):
+                bpy.ops.ed.redo()
+                place, what = place + 1, "redo"
+            else:
+                target, what = bpy.data.objects["ball"], "edit"
+                target.relievo.progressive.ratio = chance.uniform(0.1, 1.0)
+                point = numpy.array([chance.gauss(0, 1) for _ in range(3)])
+                move = [chance.uniform(-0.2, 0.2) for _ in range(3)]
+                self.pull(target, point=point / numpy.linalg.norm(point), move=move, angle=chance.uniform(-0.5, 0.5))
+                self.settle("edit")
+                place += 1
+                steps[place:] = [states()]
+            done[what] += 1
+            compare(states(), steps[place])
+        self.assertGreater(min(done.values()), 8)
+
+    def test_files_keep_edits_and_written_levels_have_them(self):
+        with host.folder() as folder:
+            path, written = os.path.join(folder, "edited.blend"), os.path.join(folder, "edited.rlvpm")
+            ball = self.built()
+            for ratio, point in ((0.1, (0, 0, 1)), (0.5, (1, 0, 0))):
+                ball.relievo.progressive.ratio = ratio
+                self.pull(ball, point=point, angle=0.3)
+            ball.relievo.progressive.ratio = 1.0
+            finest = places(ball)
+            ball.relievo.progressive.ratio = 0.2
+            coarse = shape(ball)
+            self.assertEqual(bpy.ops.relievo.levels_write(filepath=written), {"FINISHED"})
+            numpy.testing.assert_array_equal(shape(ball), coarse)
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            bpy.ops.wm.open_mainfile(filepath=path)
+            ball = bpy.data.objects["ball"]
+            numpy.testing.assert_array_equal(shape(ball), coarse)
+            self.assertEqual(len(ball.relievo.progressive.edits), 2)
+            ball.relievo.progressive.ratio = 1.0
+            numpy.testing.assert_allclose(places(ball), finest, atol=1e-6)
+            bpy.ops.relievo.levels_read(filepath=written)
+            read = bpy.context.active_object
+            self.assertEqual(len(read.relievo.progressive.edits), 0)
+            # Files have places on a lattice.
+            numpy.testing.assert_allclose(places(read), finest, atol=1e-5)
+            # Duplicates go on apart.
+            copy = ball.copy()
+            copy.data = ball.data.copy()
+            bpy.context.scene.collection.objects.link(copy)
+            self.pull(copy, point=(-1, 0, 0))
+            self.assertEqual(len(ball.relievo.progressive.edits), 2)
+            ball.relievo.progressive.ratio = 0.99
+            ball.relievo.progressive.ratio = 1.0
+            numpy.testing.assert_allclose(places(ball), finest, atol=1e-6)
+
+    def test_edits_that_cannot_be_made_are_told_and_change_nothing(self):
+        ball = self.built()
+        ball.relievo.progressive.ratio = 0.3
+        before = shape(ball)
+        for options, text in (
+            ({"point": (9, 9, 9)}, "region"),
+            ({"radius": float("nan")}, "radius|finite"),
+            ({"axis": (0, 0, 0), "angle": 1.0}, "axis"),
+            ({"anchors": "nonsense"}, "anchors"),
+            ({"anchors": "[[1, 2, 3]]"}, "anchors"),
+            ({"anchors": "[[0, 0, 0, -1]]"}, "radius"),
+        ):
+            self.refused(lambda **more: self.pull(ball, **more), text, **options)
+            self.assertEqual(len(ball.relievo.progressive.edits), 0)
+            numpy.testing.assert_array_equal(shape(ball), before)
+        self.pull(ball)
+        kept = ball.relievo.progressive.edits[0].text
+        for text in ("nonsense", "[]", "{}", kept.replace("smooth", "steep"), kept.replace("center", "middle")):
+            ball.relievo.progressive.edits[0].text = text
+            self.refused(lambda: self.pull(ball), "Edit 1 cannot be made again")
+        ball.relievo.progressive.edits[0].text = kept
+        ball.relievo.progressive.ratio = 0.31
+        ball.relievo.progressive.ratio = 0.3
+        self.assertGreater(host.positions(ball)[:, 2].max(), 1.3)
+
+    def test_a_cancelled_edit_leaves_nothing(self):
+        ball = self.built(host.ball(1.0, rings=64))
+        before = shape(ball)
+        kind = self.relievo.grip.RELIEVO_OT_levels_edit
+        named = {"point": (0, 0, 1), "radius": 0.8, "falloff": "SMOOTH", "move": (0, 0, 1), "axis": (0, 0, 1)}
+        steps = host.operator(kind, angle=0.0, anchors="", **named)
+        next(steps)[2](None)
+        next(steps)[2](None)
+        steps.close()
+        numpy.testing.assert_array_equal(shape(ball), before)
+        ball.relievo.progressive.ratio = 0.5
+        ball.relievo.progressive.ratio = 1.0
+        numpy.testing.assert_array_equal(shape(ball), before)
 
 
 class Files(Case):

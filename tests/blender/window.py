@@ -1,12 +1,14 @@
 """The panels and the tools in a real window, driven by simulated events: a stroke of the sculpt tool, its undo and redo
-by the keyboard, a stroke of paint, a live preview, an imprint that is cancelled by Esc and one that runs to its end.
-What is seen is asked of screenshots. What does not come to an end is ended by who runs it. Needs a display, `--enable-event-simulate` and a folder for screenshots in
-RELIEVO_SCREENSHOTS; `cargo xtask blender --test` runs it as
+by the keyboard, a stroke of paint, a live preview, an imprint that is cancelled by Esc and one that runs to its end, a
+region of a level that is grabbed. What is seen is asked of screenshots. What does not come to an end is ended by who
+runs it. Needs a display, `--enable-event-simulate` and a folder for screenshots in RELIEVO_SCREENSHOTS; `cargo xtask
+blender --test` runs it as
 
     xvfb-run --server-args "-screen 0 1200x800x24" blender --factory-startup --enable-event-simulate \\
         --window-geometry 0 0 1200 800 --python tests/blender/window.py
 """
 
+import json
 import os
 import sys
 import traceback
@@ -229,6 +231,99 @@ def play():
         yield
     dented = screenshot("imprint.png")
     assert (numpy.abs(view(dented) - view(painted)).max(2) > 0.02).sum() > 500, "the track is not seen"
+    yield from levels(relievo)
+
+
+def purples(pixels):
+    """How many pixels are of the ball of what is grabbed."""
+    return int(((pixels[:, :, 0] > 1.3 * pixels[:, :, 1]) & (pixels[:, :, 2] > 1.3 * pixels[:, :, 1])).sum())
+
+
+def wait(turns=5):
+    for _ in range(turns):
+        yield
+
+
+def levels(relievo):
+    """A level that the pointer grabs by the tool, moves, turns and leaves, with a ball drawn over the view."""
+    for target in list(bpy.data.objects):
+        bpy.data.objects.remove(target)
+    ball = host.ball(1.0, "levels", rings=32)
+    host.select(ball)
+    area().spaces.active.shading.color_type = "MATERIAL"
+    with override():
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_all()
+        bpy.ops.relievo.levels_build()
+        bpy.ops.wm.tool_set_by_id(name="relievo.handle_tool")
+        bpy.context.scene.relievo.handle.radius = 0.5
+        ball.relievo.progressive.ratio = 0.2
+        bpy.ops.ed.undo_push(message="levels")
+    yield from wait(10)
+    round_ball = host.positions(ball)
+    before = screenshot("levels.png")
+    # Esc takes back what was tried.
+    event("MOUSEMOVE", x=0.5, y=0.5)
+    yield
+    event("LEFTMOUSE", "PRESS", x=0.5, y=0.5)
+    yield
+    for step in range(1, 4):
+        event("MOUSEMOVE", x=0.5, y=0.5 + 0.03 * step)
+        yield
+    yield from wait()
+    grabbed = screenshot("levels_grab.png")
+    assert purples(view(grabbed)) > purples(view(before)) + 1000, (purples(view(grabbed)), purples(view(before)))
+    assert numpy.abs(host.positions(ball) - round_ball).max() > 0.05, "nothing moved"
+    for value in ("PRESS", "RELEASE"):
+        event("ESC", value, y=0.6)
+        yield
+    event("LEFTMOUSE", "RELEASE", x=0.5, y=0.6)
+    yield from wait()
+    numpy.testing.assert_allclose(host.positions(ball), round_ball, atol=1e-6)
+    assert not len(ball.relievo.progressive.edits)
+    # The wheel widens the region, R turns it, letting go keeps it.
+    event("MOUSEMOVE", x=0.5, y=0.5)
+    yield
+    event("LEFTMOUSE", "PRESS", x=0.5, y=0.5)
+    yield
+    for step in range(1, 4):
+        event("MOUSEMOVE", x=0.5, y=0.5 + 0.06 * step)
+        yield
+    for _ in range(3):
+        event("WHEELUPMOUSE", "PRESS", x=0.5, y=0.68)
+        yield
+    for value in ("PRESS", "RELEASE"):
+        event("R", value, x=0.5, y=0.68)
+        yield
+    for step in range(1, 4):
+        event("MOUSEMOVE", x=0.5 + 0.03 * step, y=0.68)
+        yield
+    yield from wait()
+    event("LEFTMOUSE", "RELEASE", x=0.6, y=0.68)
+    yield from wait()
+    kept = json.loads(ball.relievo.progressive.edits[0].text)["handles"][0]
+    assert abs(kept["radius"] - 0.5 * 1.1**3) < 1e-3, kept
+    assert kept["translation"][2] > 0.1 and abs(kept["translation"][1]) < 1e-3, kept
+    assert abs(kept["angle"]) > 0.01 and kept["axis"][1] < -0.99, kept
+    ball.relievo.progressive.ratio = 1.0
+    moved = host.positions(ball)
+    assert numpy.abs(numpy.linalg.norm(moved, axis=1) - 1).max() > 0.1, "finer levels do not follow"
+    with override():
+        bpy.ops.ed.undo_push(message="finest")
+    yield from wait()
+    after = screenshot("levels_fine.png")
+    assert purples(view(after)) <= purples(view(before)) + 50, "the ball stays"
+    # Undo takes the ratio back, and then the edit.
+    for _ in range(2):
+        event("Z", "PRESS", ctrl=True)
+        yield
+        event("Z", "RELEASE", ctrl=True)
+        yield from wait(10)
+    ball = bpy.data.objects["levels"]
+    assert not len(ball.relievo.progressive.edits), "the edit is not undone"
+    numpy.testing.assert_allclose(numpy.linalg.norm(host.positions(ball), axis=1), 1, atol=1e-2)
+    ball.relievo.progressive.ratio = 1.0
+    numpy.testing.assert_allclose(numpy.linalg.norm(host.positions(ball), axis=1), 1, atol=1e-5)
 
 
 def run():
