@@ -70,7 +70,8 @@ fn progressive_cases(report: &mut Report, context: &Context, noisy: impl Fn(&[f3
         let mesh = (knot.points.iter().map(&noisy).collect(), knot.triangles());
         progressive::case(report, context, "noisy knot", &mesh, (Some(told), None))?;
     }
-    Ok(())
+    let knot = shapes::knot(1200, 420);
+    progressive::editing(report, context, "noisy knot", &(knot.points.iter().map(&noisy).collect(), knot.triangles()))
 }
 
 /// Measures a mesh, and returns our rate in millions of triangles a second.

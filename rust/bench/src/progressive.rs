@@ -53,7 +53,7 @@ pub fn case(
     let goal = most.map_or(Goal::AtMost(faces / 0.7e6), Goal::AtMost);
     report.add(&format!("{name}: build"), &time, paper(0).as_ref().map(|it| (PAPER, it)), "s", goal);
     let operations = built.splits().count() as f64 / 1e6;
-    let rates = rates(context, &built, operations);
+    let rates = rates(context, &built, operations)?;
     let build_rate = Sample::new(vec![operations / time.median()]);
     let rows = [("simplification", &build_rate, Goal::None), ("splits", &rates[0], Goal::AtLeast(3.0))];
     let rows = rows
@@ -100,21 +100,66 @@ fn frames(context: &Context, built: &Arc<Progressive>, points: &[[f32; 3]]) -> R
 }
 
 /// Millions of splits, of collapses, and of collapses that are made anew after an edit, a second.
-fn rates(context: &Context, built: &Arc<Progressive>, operations: f64) -> [Sample; 3] {
+fn rates(context: &Context, built: &Arc<Progressive>, operations: f64) -> Result<[Sample; 3]> {
     let mut rates = [const { Vec::new() }; 3];
+    let edit = Edit { handles: vec![handle(Vec3::ZERO, 1e9, Falloff::Constant)], anchors: Vec::new() };
     for _ in 0..RUNS {
         let mut active = ActiveMesh::new(built);
         active.adapt(context, Cut::FINEST);
         rates[1].push(operations / seconds(|| active.adapt(context, Cut::BASE)));
         rates[0].push(operations / seconds(|| active.adapt(context, Cut::FINEST)));
-        let region = Region { center: [0.0; 3], radius: 1e9, falloff: Falloff::Constant };
-        let handle = Handle { region, translation: [0.01; 3], axis: [0.0, 0.0, 1.0], angle: 0.1 };
-        let edit = Edit { handles: vec![handle], anchors: Vec::new() };
-        if active.edit(&edit).is_ok() {
-            rates[2].push(operations / seconds(|| active.adapt(context, Cut::BASE)));
-        }
+        // The first one finds what is around splits.
+        active.edit(context, &edit)?;
+        let mut edited = Ok(0);
+        rates[2].push(operations / seconds(|| edited = active.edit(context, &edit)));
+        edited?;
     }
-    rates.map(Sample::new)
+    Ok(rates.map(Sample::new))
+}
+
+fn handle(center: Vec3, radius: f32, falloff: Falloff) -> Handle {
+    let region = Region { center: center.to_array(), radius, falloff };
+    Handle { region, translation: [0.01; 3], axis: [0.0, 0.0, 1.0], angle: 0.1 }
+}
+
+/// Vertices that a step of editing reaches.
+const REACHED: usize = 10_000;
+/// Steps of editing.
+const STEPS: usize = 15;
+
+/// Measures edits of a region of the finest mesh that all coarser ones follow, each step with what a host has to draw.
+pub fn editing(report: &mut Report, context: &Context, name: &str, mesh: &Triangles) -> Result<()> {
+    let name = format!("{name}, {} triangles", mesh.1.len());
+    let built = Arc::new(Progressive::build(context, &mesh.0, &mesh.1, &BuildOptions::default(), &mut Silent)?);
+    let mut active = ActiveMesh::new(&built);
+    active.adapt(context, Cut::FINEST);
+    let center = Vec3::from(mesh.0[0]);
+    let mut distances: Vec<f32> = mesh.0.iter().map(|point| center.distance((*point).into())).collect();
+    let (_, radius, _) = distances.select_nth_unstable_by(REACHED, f32::total_cmp);
+    let radius = *radius;
+    let step = |translation: f32| {
+        let handle = Handle { translation: [translation * radius; 3], ..handle(center, radius, Falloff::Smooth) };
+        Edit { handles: vec![handle], anchors: Vec::new() }
+    };
+    let mut buffers = Extract::default();
+    active.update(&mut buffers, false);
+    let mut first = Ok(0);
+    let time = Sample::new(vec![seconds(|| first = active.edit(context, &step(0.01)))]);
+    first?;
+    report.add(&format!("{name}: the first edit of a mesh"), &time, None, "s", Goal::None);
+    let (mut times, mut reached) = (Vec::new(), 0);
+    for index in 0..STEPS {
+        let mut edited = Ok(0);
+        let time = seconds(|| {
+            edited = active.edit(context, &step(if index % 2 == 0 { 0.01 } else { -0.01 }));
+            active.update(&mut buffers, false);
+        });
+        reached = edited?;
+        times.push(1e3 * time);
+    }
+    let what = format!("{name}: an edit of {reached} vertices, with {} coarser ones", active.moved_last() - reached);
+    report.add(&what, &Sample::new(times), None, "ms", Goal::AtMost(16.0));
+    Ok(())
 }
 
 /// Bytes the process has, or had at its peak, where the system tells.

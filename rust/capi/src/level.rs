@@ -269,7 +269,7 @@ entry! {
         let object = registry::get(level)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays of their counts.
         let edit = unsafe { read_edit(edit) }?;
-        let count = object.change(|mesh| mesh.edit(&edit))?;
+        let count = object.change(|mesh| mesh.edit(&object.context().context, &edit))?;
         if !reached.is_null() {
             // SAFETY: it is not NULL, and the caller promises a place.
             unsafe { put(reached, count) };

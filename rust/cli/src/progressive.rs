@@ -212,7 +212,7 @@ fn edit_by(
     for (index, (level, edit)) in crate::edits::read(script)?.into_iter().enumerate() {
         let place = || format!("{}: edit {}", script.display(), index + 1);
         active.adapt(context, level.cut(mesh).map_err(|error| error.at(place()))?);
-        let reached = active.edit(&edit).map_err(|error| error.at(place()))?;
+        let reached = active.edit(context, &edit).map_err(|error| error.at(place()))?;
         then(active, &edit, reached)?;
     }
     Ok(())

@@ -13,7 +13,7 @@ use super::buffers::Places;
 use super::cut::Cut;
 use super::hierarchy::{Child, Progressive};
 use super::history::History;
-use super::moves::{Coarsening, Moves, Refining};
+use super::moves::{Moves, Refining};
 use super::place::Place;
 use super::recording::Key;
 use super::splits::{Corner, Slot};
@@ -176,7 +176,7 @@ impl ActiveMesh {
                 next.extend([*vertex, second].into_iter().filter_map(|vertex| find(mesh, vertex)));
                 triangles += made;
             }
-            (next, triangles, refining.map(|refining| refining.noted))
+            (next, triangles, refining.map(|refining| refining.placed))
         });
         self.vertices += vertices.len();
         if let Some(places) = &mut self.places {
@@ -184,10 +184,10 @@ impl ActiveMesh {
             places.note_splits(vertices.iter().map(|vertex| [split_of(vertex), *vertex]));
         }
         let mut all = Vec::new();
-        for (next, triangles, noted) in made {
+        for (next, triangles, placed) in made {
             self.triangles += triangles;
-            if let Some((moves, noted)) = self.moves.as_mut().zip(noted) {
-                moves.keep(noted);
+            if let Some((moves, placed)) = self.moves.as_mut().zip(placed) {
+                placed.into_iter().for_each(|(node, place)| _ = moves.places.set(node, place));
             }
             all.extend(next);
         }
@@ -234,22 +234,14 @@ impl ActiveMesh {
         }
         let mesh = &*self;
         let parts = splits.len().div_ceil(BATCH);
-        let gone = context.map(parts, |part| {
-            let noted =
-                mesh.moves.as_ref().map(|moves| Coarsening::new(context, mesh, moves).merge(batch(splits, part)));
-            (batch(splits, part).iter().map(|split| mesh.merge(*split)).sum::<usize>(), noted)
-        });
+        let gone =
+            context.map(parts, |part| batch(splits, part).iter().map(|split| mesh.merge(*split)).sum::<usize>());
         let next = context.map(parts, |part| {
             let found = batch(splits, part).iter().filter_map(|split| find(mesh, mesh.finish_merge(*split)));
             found.collect::<Vec<_>>()
         });
         self.vertices -= splits.len();
-        for (triangles, noted) in gone {
-            self.triangles -= triangles;
-            if let Some((moves, noted)) = self.moves.as_mut().zip(noted) {
-                moves.keep(noted);
-            }
-        }
+        self.triangles -= gone.into_iter().sum::<usize>();
         next.into_iter().flatten().collect()
     }
 
@@ -279,7 +271,7 @@ impl ActiveMesh {
     /// Where the vertex was that a split has split.
     pub(super) fn before_split(&self, split: u32) -> Place {
         let built = || self.whole.place(Child::Split(split), split);
-        self.moves.as_ref().and_then(|moves| moves.merged(split)).unwrap_or_else(built)
+        self.moves.as_ref().and_then(|moves| moves.place(self.whole.parent(split))).unwrap_or_else(built)
     }
 
     /// Vertices of this mesh.
@@ -290,7 +282,8 @@ impl ActiveMesh {
 
     /// Where a vertex is now.
     pub(super) fn place(&self, vertex: u32, child: Child) -> Place {
-        self.moves.as_ref().and_then(|moves| moves.place(vertex)).unwrap_or_else(|| self.whole.place(child, vertex))
+        let moved = self.moves.as_ref().and_then(|moves| moves.place(self.node(vertex)));
+        moved.unwrap_or_else(|| self.whole.place(child, vertex))
     }
 
     /// Where a vertex was built.
@@ -298,8 +291,14 @@ impl ActiveMesh {
         self.child(vertex).map_or_else(Place::default, |child| self.whole.place(child, vertex))
     }
 
+    /// Twice the number of the split that a vertex comes from, and 1 if it is the second, or [`NONE`] if it is not there.
+    #[inline(always)]
+    pub(super) fn node(&self, vertex: u32) -> u32 {
+        self.slots[vertex as usize].node.load(Relaxed)
+    }
+
     pub(super) fn child(&self, vertex: u32) -> Option<Child> {
-        let node = self.slots[vertex as usize].node.load(Relaxed);
+        let node = self.node(vertex);
         (node != NONE).then(|| self.whole.child(node))
     }
 
@@ -340,10 +339,11 @@ fn batch(list: &[u32], part: usize) -> &[u32] {
 
 /// Splits or vertices by depth.
 #[derive(Default)]
-struct Waiting(Vec<Vec<u32>>);
+pub struct Waiting(pub Vec<Vec<u32>>);
 
 impl Waiting {
-    fn add(&mut self, depth: u32, number: u32) {
+    /// Adds one of a depth.
+    pub fn add(&mut self, depth: u32, number: u32) {
         let depth = depth as usize;
         if depth >= self.0.len() {
             self.0.resize_with(depth + 1, Vec::new);

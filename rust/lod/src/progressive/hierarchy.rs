@@ -278,6 +278,15 @@ impl Progressive {
         }
     }
 
+    /// Where a vertex was built, told by its node: as [`Self::parent`] tells it, or twice the leaf of a base vertex.
+    #[inline(always)]
+    pub(super) fn node_place(&self, node: u32) -> Place {
+        let split = node / 2;
+        // The one leaf of a first vertex is before those of the second; a base vertex has no second.
+        let is_first = node % 2 == 0 && self.splits[split as usize].parent != NONE;
+        self.place(self.child(node), if is_first { split.wrapping_sub(1) } else { split })
+    }
+
     /// What coordinates are multiplied by so that squares of areas stay in the range of f32.
     pub(super) fn scale(&self) -> f32 {
         self.lattice.scale()

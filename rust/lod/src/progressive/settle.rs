@@ -5,7 +5,7 @@ use relievo_core::Context;
 
 use super::active::ActiveMesh;
 use super::cut::Cut;
-use super::hierarchy::{AT, Child, Progressive};
+use super::hierarchy::{AT, Progressive};
 use super::packing::{Lattice, Normal};
 
 impl ActiveMesh {
@@ -13,23 +13,20 @@ impl ActiveMesh {
     /// built with. A mesh that was made for a view becomes its cut.
     pub fn settled(&mut self, context: &Context) -> Progressive {
         let cut = self.cut();
-        // Coarser levels follow on the way down, finer ones on the way up.
-        self.adapt(context, Cut::BASE);
+        // Coarser levels have followed; finer ones do on the way.
         self.adapt(context, Cut::FINEST);
         let mut made = Progressive::clone(&self.whole);
         if let Some(moves) = &self.moves {
             for leaf in 0..made.points.len() as u32 {
-                if let Some(place) = moves.place(leaf) {
+                if let Some(place) = moves.place(self.node(leaf)) {
                     made.points[leaf as usize] = place.point.to_array();
                     made.normals[leaf as usize] = Normal::new(place.normal);
                 }
             }
             let splits: Vec<u32> = made.splits().map(|(split, ..)| split).collect();
-            let built = |split: u32| self.whole.place(Child::Split(split), split);
-            let place = |split: u32| moves.merged(split).unwrap_or_else(|| built(split));
-            made.lattice = Lattice::around(splits.iter().map(|split| place(*split).point));
+            made.lattice = Lattice::around(splits.iter().map(|split| self.before_split(*split).point));
             for split in splits {
-                let (number, place) = (split as usize, place(split));
+                let (number, place) = (split as usize, self.before_split(split));
                 let leaf = (made.inner_points[number] & !AT) as usize;
                 let stays = made.inner_points[number] & AT != 0 && Vec3::from(made.points[leaf]) == place.point;
                 if !stays {

@@ -93,7 +93,7 @@ fn buffers_have_the_mesh_after_all_that_can_happen_to_it() {
             active.adapt(&context, Cut::of_faces(&mesh, faces));
             compare(&mut active, &mut kept);
         }
-        active.edit(&pull([1.0, 0.0, 0.4], 0.6)).unwrap();
+        active.edit(&context, &pull([1.0, 0.0, 0.4], 0.6)).unwrap();
         compare(&mut active, &mut kept);
         // Finer and coarser before anything is written.
         active.adapt(&context, Cut::of_faces(&mesh, 2500));
@@ -128,7 +128,7 @@ fn little_is_written_of_little_that_changes() {
     let [splits, _] = active.adapt(&context, Cut::of_faces(&mesh, 20_200));
     // A split changes its two vertices and the triangles around them.
     assert!(compare(&mut active, &mut kept) < 16 * splits);
-    let reached = active.edit(&pull([1.4, 0.0, 0.0], 0.1)).unwrap();
+    let reached = active.edit(&context, &pull([1.4, 0.0, 0.0], 0.1)).unwrap();
     assert_eq!(compare(&mut active, &mut kept), reached);
     let all = active.update(&mut kept, true);
     assert_eq!([all.changed_vertices.len(), all.changed_triangles.len()], [all.vertices, all.triangles]);

@@ -53,7 +53,7 @@ fn every_fine_vertex_follows_a_rigid_motion_of_the_base() {
         let mesh = build(&shape);
         let mut active = ActiveMesh::new(&mesh);
         let (edit, motion) = rigid();
-        assert_eq!(active.edit(&edit).unwrap(), mesh.base_vertices().len());
+        assert_eq!(active.edit(&context, &edit).unwrap(), mesh.base_vertices().len());
         active.adapt(&context, Cut::FINEST);
         let finest = active.extract();
         let worst = apart(&finest.points, vectors(&shape.0).map(motion));
@@ -74,7 +74,7 @@ fn coarser_levels_follow_a_rigid_motion_of_the_finest() {
         let mut active = ActiveMesh::new(&mesh);
         active.adapt(&context, Cut::FINEST);
         let (edit, motion) = rigid();
-        assert_eq!(active.edit(&edit).unwrap(), shape.0.len());
+        assert_eq!(active.edit(&context, &edit).unwrap(), shape.0.len());
         for faces in [2000, 500, 60] {
             let cut = Cut::of_faces(&mesh, faces);
             active.adapt(&context, cut);
@@ -98,7 +98,7 @@ fn an_edit_is_the_same_whatever_way_finer_levels_were_reached() {
         let edited = || {
             let mut active = ActiveMesh::new(&mesh);
             active.adapt(&context, level);
-            active.edit(&pull(center, 0.5)).unwrap();
+            active.edit(&context, &pull(center, 0.5)).unwrap();
             active
         };
         let mut straight = edited();
@@ -131,7 +131,7 @@ fn detail_turns_with_the_coarse_shape() {
     let region = Region { center: [0.5, 0.5, 0.0], radius: 10.0, falloff: Falloff::Constant };
     let quarter = std::f32::consts::FRAC_PI_2;
     let handle = Handle { region, translation: [0.0; 3], axis: [1.0, 0.0, 0.0], angle: quarter };
-    active.edit(&Edit { handles: vec![handle], anchors: Vec::new() }).unwrap();
+    active.edit(&context, &Edit { handles: vec![handle], anchors: Vec::new() }).unwrap();
     active.adapt(&context, Cut::FINEST);
     for (point, built) in active.extract().points.iter().zip(&shape.0) {
         // y goes to z, and the grooves to −y.
@@ -146,7 +146,7 @@ fn what_is_far_from_an_edit_stays_bit_for_bit() {
     let mesh = build(&shape);
     let mut active = ActiveMesh::new(&mesh);
     active.adapt(&context, Cut::of_faces(&mesh, 2000));
-    active.edit(&pull([1.4, 0.0, 0.0], 0.4)).unwrap();
+    active.edit(&context, &pull([1.4, 0.0, 0.0], 0.4)).unwrap();
     active.adapt(&context, Cut::FINEST);
     let finest = active.extract();
     for (now, before) in finest.points.iter().zip(&shape.0) {
@@ -169,7 +169,7 @@ fn influences_fall_and_anchors_hold() {
     let region = |x: f32, radius: f32| Region { center: [x, 0.5, 0.0], radius, falloff: Falloff::Linear };
     let handle = |x: f32| Handle { region: region(x, 0.4), translation: [0.0, 0.0, 1.0], axis: [0.0; 3], angle: 0.0 };
     let edit = Edit { handles: vec![handle(0.3), handle(0.7)], anchors: vec![region(0.5, 0.1)] };
-    active.edit(&edit).unwrap();
+    active.edit(&context, &edit).unwrap();
     for [x, y, z] in active.extract().points {
         let near = |center: f32, radius: f32| (1.0 - (x - center).hypot(y - 0.5) / radius).max(0.0);
         let sum = near(0.3, 0.4) + near(0.7, 0.4);
@@ -185,9 +185,9 @@ fn results_do_not_depend_on_threads() {
         let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
         let mut active = ActiveMesh::new(&mesh);
         active.adapt(&context, Cut::of_faces(&mesh, 3000));
-        active.edit(&pull([0.4, 0.6, 0.0], 0.5)).unwrap();
+        active.edit(&context, &pull([0.4, 0.6, 0.0], 0.5)).unwrap();
         active.adapt(&context, Cut::BASE);
-        active.edit(&pull([0.7, 0.2, 0.0], 0.4)).unwrap();
+        active.edit(&context, &pull([0.7, 0.2, 0.0], 0.4)).unwrap();
         active.adapt(&context, Cut::FINEST);
         active.extract()
     };
@@ -201,7 +201,8 @@ fn edits_that_reach_nothing_or_mean_nothing_are_refused() {
     let mesh = build(&shape);
     let mut active = ActiveMesh::new(&mesh);
     let before = active.extract();
-    let mut fails = |edit: Edit| active.edit(&edit).unwrap_err().to_string();
+    let context = Context::serial();
+    let mut fails = |edit: Edit| active.edit(&context, &edit).unwrap_err().to_string();
     assert!(fails(pull([9.0, 9.0, 9.0], 0.5)).contains("no vertex"));
     assert!(fails(Edit::default()).contains("no vertex"));
     assert!(fails(pull([1.4, 0.0, 0.0], -1.0)).contains("handle 0"));
@@ -228,7 +229,7 @@ fn edits_are_taken_back_and_made_again_at_any_level() {
         active.adapt(&context, Cut::FINEST);
         seen.push(active.extract());
         active.adapt(&context, cut);
-        active.edit(&pull(center, 0.5)).unwrap();
+        active.edit(&context, &pull(center, 0.5)).unwrap();
     }
     active.adapt(&context, Cut::FINEST);
     seen.push(active.extract());
@@ -253,7 +254,7 @@ fn an_edited_mesh_becomes_one_of_its_own_with_the_same_levels() {
     let mesh = build(&shape);
     let mut active = ActiveMesh::new(&mesh);
     active.adapt(&context, Cut::of_faces(&mesh, 600));
-    active.edit(&pull([1.4, 0.0, 0.0], 0.6)).unwrap();
+    active.edit(&context, &pull([1.4, 0.0, 0.0], 0.6)).unwrap();
     let before = active.extract();
     let settled = active.settled(&context);
     assert!(apart(&active.extract().points, vectors(&before.points)) < 2e-6, "the view has not changed");
@@ -279,7 +280,7 @@ fn fine_vertices_go_with_a_surface_that_is_stretched() {
     active.adapt(&context, Cut::of_faces(&mesh, 300));
     let region = Region { center: [0.5, 0.5, 0.0], radius: 0.45, falloff: Falloff::Smooth };
     let handle = Handle { region, translation: [0.15, 0.0, 0.0], axis: [0.0; 3], angle: 0.0 };
-    active.edit(&Edit { handles: vec![handle], anchors: Vec::new() }).unwrap();
+    active.edit(&context, &Edit { handles: vec![handle], anchors: Vec::new() }).unwrap();
     active.adapt(&context, Cut::FINEST);
     let finest = active.extract();
     let up = |[a, b, c]: &[u32; 3]| {

@@ -113,11 +113,11 @@ fn an_edit_shows_in_every_view_and_views_are_not_edited() {
     let region = Region { center: [0.0; 3], radius: 9.0, falloff: Falloff::Constant };
     let lift = Handle { region, translation: [0.0, 0.0, 1.0], axis: [0.0; 3], angle: 0.0 };
     let edit = Edit { handles: vec![lift], anchors: Vec::new() };
-    active.edit(&edit).unwrap();
+    active.edit(&context, &edit).unwrap();
     active.adapt_to(&context, &view([1.8, 0.0, 1.3], 3.0), &extents).unwrap();
     let low = active.extract().points.iter().map(|point| point[2]).fold(f32::MAX, f32::min);
     assert!(low > 0.5);
-    assert!(active.edit(&edit).unwrap_err().to_string().contains("adapt it to a cut"));
+    assert!(active.edit(&context, &edit).unwrap_err().to_string().contains("adapt it to a cut"));
     assert!(active.undo(&context) && active.extract() == ActiveMesh::new(&mesh).extract());
     assert!(active.adapt_to(&context, &view([f32::NAN; 3], 1.0), &extents).is_err());
     assert!(active.adapt_to(&context, &view([0.0; 3], 0.0), &extents).is_err());
