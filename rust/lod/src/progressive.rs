@@ -8,12 +8,13 @@
 //! - The mesh they make, refined and coarsened in place: [`active`], with `splits`; also as
 //!   fine as a view needs it: [`view`].
 //! - How it is kept in its user's buffers, of which only what changes is written: [`buffers`].
-//! - How regions of it are moved and turned: [`handle`]; how finer levels follow: `moves`, with `place`; how
+//! - How regions of it are moved and turned: [`handle`], with `blocks`; how finer levels follow: `moves`, with `place`; how
 //!   coarser ones do: `coarser`, with `stars`; how that is taken back: `history`; and how it becomes a mesh of its own:
 //!   `settle`.
 //! - The mesh on a graphics device, refined, coarsened and drawn there: [`device`].
 
 pub mod active;
+mod blocks;
 pub mod buffers;
 mod coarser;
 pub mod cut;

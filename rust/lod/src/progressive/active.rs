@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use relievo_core::Context;
 
+use super::blocks::Blocks;
 use super::buffers::Places;
 use super::cut::Cut;
 use super::hierarchy::{Child, Progressive};
@@ -41,6 +42,7 @@ pub struct ActiveMesh {
     /// What was edited, if anything was.
     pub(super) moves: Option<Moves>,
     pub(super) history: History,
+    pub(super) blocks: Blocks,
     /// Where it is in buffers, if it was written to any.
     pub(super) places: Option<Places>,
 }
@@ -71,6 +73,7 @@ impl ActiveMesh {
             vertices: whole.base_vertices().len(),
             moves: None,
             history: History::default(),
+            blocks: Blocks::default(),
             places: None,
         };
         for leaf in whole.base_vertices() {
@@ -161,6 +164,7 @@ impl ActiveMesh {
         vertices: &[u32],
         find: impl Fn(&Self, u32) -> Option<T> + Sync,
     ) -> Vec<T> {
+        self.blocks.clear();
         let mesh = &*self;
         let made = context.map(vertices.len().div_ceil(BATCH), |part| {
             let batch = batch(vertices, part);
@@ -228,14 +232,14 @@ impl ActiveMesh {
         find: impl Fn(&Self, u32) -> Option<T> + Sync,
     ) -> Vec<T> {
         self.round += 1;
+        self.blocks.clear();
         if let Some(mut places) = self.places.take() {
             places.note_splits(splits.iter().map(|split| [*split, self.target(*split)]));
             self.places = Some(places);
         }
         let mesh = &*self;
         let parts = splits.len().div_ceil(BATCH);
-        let gone =
-            context.map(parts, |part| batch(splits, part).iter().map(|split| mesh.merge(*split)).sum::<usize>());
+        let gone = context.map(parts, |part| batch(splits, part).iter().map(|split| mesh.merge(*split)).sum::<usize>());
         let next = context.map(parts, |part| {
             let found = batch(splits, part).iter().filter_map(|split| find(mesh, mesh.finish_merge(*split)));
             found.collect::<Vec<_>>()

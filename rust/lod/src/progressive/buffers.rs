@@ -179,8 +179,9 @@ impl ActiveMesh {
         update
     }
 
-    /// Notes vertices that are elsewhere, for the next update.
-    pub(super) fn note_moved(&mut self, vertices: impl Iterator<Item = u32>) {
+    /// Notes vertices that are elsewhere, for the next update and the next edit.
+    pub(super) fn note_moved(&mut self, vertices: impl Iterator<Item = u32> + Clone) {
+        vertices.clone().for_each(|vertex| self.blocks.note(vertex));
         if let Some(places) = &mut self.places {
             places.note_moved(vertices);
         }

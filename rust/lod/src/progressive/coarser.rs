@@ -56,9 +56,9 @@ impl Moves {
             let moves = &*self;
             let merged = context.map(splits.len().div_ceil(PART), |part| {
                 let splits = &splits[part * PART..splits.len().min((part + 1) * PART)];
-                let mut merging = Merging { context, whole: &mesh.whole, moves, claimed: &claimed, found: Vec::new() };
-                let merged: Vec<Merged> = splits.chunks(BATCH).flat_map(|splits| merging.merge(splits)).collect();
-                (merged, merging.found)
+                let mut merging = Merging::new(context, &mesh.whole, moves, &claimed);
+                splits.chunks(BATCH).for_each(|splits| merging.merge(splits));
+                (merging.merged, merging.found)
             });
             for (merged, found) in merged {
                 for Merged { split, place, built } in merged {
@@ -88,7 +88,8 @@ impl Claimed {
         let mut claim = |node: u32| {
             let split = node / 2;
             let bit = 1 << (split % 32);
-            if self.0[split as usize / 32].fetch_or(bit, Relaxed) & bit == 0 {
+            let word = &self.0[split as usize / 32];
+            if word.load(Relaxed) & bit == 0 && word.fetch_or(bit, Relaxed) & bit == 0 {
                 found.push((depth(whole, node), split));
             }
         };
@@ -120,59 +121,82 @@ struct Merging<'a> {
     whole: &'a Progressive,
     moves: &'a Moves,
     claimed: &'a Claimed,
+    scale: f32,
+    /// Of the splits of a batch, as built and as they are now.
+    places: Vec<[Place; 2]>,
+    /// How many triangles at a vertex have each of the ring.
+    counts: Vec<u8>,
+    merged: Vec<Merged>,
     found: Vec<(u32, u32)>,
 }
 
-impl Merging<'_> {
-    /// The splits of a batch.
-    fn merge(&mut self, splits: &[u32]) -> Vec<Merged> {
-        let mut batch = Batch::default();
-        let scale = self.whole.scale();
-        let sites: Vec<Site> = splits.iter().map(|split| Site::new(self.whole, self.moves, *split)).collect();
-        sites.iter().enumerate().for_each(|(lane, site)| site.gather(scale, &mut batch, lane));
-        place(self.context.level(), &mut batch);
-        let merged = sites.iter().enumerate().map(|(lane, site)| {
-            let around = site.star.ring.iter().copied();
-            self.claimed.claim(self.whole, self.whole.parent(site.split), around, &mut self.found);
-            site.merged(scale, &batch, lane)
-        });
-        merged.collect()
-    }
-}
-
-/// A split with what is around it, as built and as it is now.
+/// A split of a batch.
 struct Site<'a> {
     split: u32,
     star: Star<'a>,
-    /// Of the ring, then of the two vertices.
-    places: Vec<[Place; 2]>,
-    /// Where the one vertex was built.
+    /// Where its ring is in `places`, before its two vertices.
+    first: usize,
+    /// Where its one vertex was built.
     built: Place,
 }
 
-impl<'a> Site<'a> {
-    fn new(whole: &Progressive, moves: &'a Moves, split: u32) -> Self {
-        let star = moves.stars.star(split);
-        let place = |node: u32| {
-            let built = whole.node_place(node);
-            [built, moves.place(node).unwrap_or(built)]
-        };
-        let nodes = star.ring.iter().copied().chain([2 * split, 2 * split + 1]);
-        Self { split, star, places: nodes.map(place).collect(), built: whole.place(Child::Split(split), NONE) }
+impl<'a> Merging<'a> {
+    fn new(context: &'a Context, whole: &'a Progressive, moves: &'a Moves, claimed: &'a Claimed) -> Self {
+        Self {
+            context,
+            whole,
+            moves,
+            claimed,
+            scale: whole.scale(),
+            places: Vec::new(),
+            counts: Vec::new(),
+            merged: Vec::with_capacity(PART),
+            found: Vec::new(),
+        }
     }
 
-    fn now(&self, number: usize) -> Vec3 {
-        self.places[number][1].point
+    /// The splits of a batch.
+    fn merge(&mut self, splits: &[u32]) {
+        let mut batch = Batch::default();
+        self.places.clear();
+        let mut sites: [Option<Site>; BATCH] = [const { None }; BATCH];
+        for (lane, (split, site)) in splits.iter().zip(&mut sites).enumerate() {
+            let found = self.site(*split);
+            self.gather(&found, &mut batch, lane);
+            *site = Some(found);
+        }
+        place(self.context.level(), &mut batch);
+        for (lane, site) in sites.iter().flatten().enumerate() {
+            let around = site.star.ring.iter().copied();
+            self.claimed.claim(self.whole, self.whole.parent(site.split), around, &mut self.found);
+            let merged = self.merged(site, &batch, lane);
+            self.merged.push(merged);
+        }
+    }
+
+    fn site(&mut self, split: u32) -> Site<'a> {
+        let (whole, moves) = (self.whole, self.moves);
+        let (star, first) = (moves.stars.star(split), self.places.len());
+        self.places.extend(star.ring.iter().copied().chain([2 * split, 2 * split + 1]).map(|node| {
+            let built = whole.node_place(node);
+            [built, moves.place(node).unwrap_or(built)]
+        }));
+        Site { split, star, first, built: whole.place(Child::Split(split), NONE) }
+    }
+
+    fn now(&self, site: &Site, number: usize) -> Vec3 {
+        self.places[site.first + number][1].point
     }
 
     /// The normal of a triangle at a vertex, as simplification weighs it.
-    fn normal(&self, scale: f32, here: Vec3, [after, before]: [usize; 2]) -> Vec3 {
-        normal((self.now(after) - here) * scale, (self.now(before) - here) * scale).xyz()
+    fn normal(&self, site: &Site, here: Vec3, [after, before]: [usize; 2]) -> Vec3 {
+        normal((self.now(site, after) - here) * self.scale, (self.now(site, before) - here) * self.scale).xyz()
     }
 
-    /// What a vertex of the split knows of its triangles and borders.
-    fn star(&self, scale: f32, side: usize) -> placement::Star {
-        let here = self.now(self.star.end(side));
+    /// What a vertex of the split knows of its triangles and borders; and the normals of those on both sides of the split,
+    /// with their number.
+    fn star(&mut self, site: &Site, side: usize) -> (placement::Star, [Vec3; 2], usize) {
+        let (here, other) = (self.now(site, site.star.end(side)), site.star.end(1 - side));
         let mut star = [0.0; 9];
         let mut add = |normal: Vec3, share: f32| {
             let [x, y, z] = normal.to_array();
@@ -181,71 +205,71 @@ impl<'a> Site<'a> {
             }
         };
         let mut sum = Vec3::ZERO;
-        let mut around = Vec::new();
-        for ends in self.star.spokes(side) {
-            let normal = self.normal(scale, here, ends);
+        let (mut sides, mut count) = ([Vec3::ZERO; 2], 0);
+        self.counts.clear();
+        self.counts.resize(site.star.ring.len() + 2, 0);
+        for ends in site.star.spokes(side) {
+            let normal = self.normal(site, here, ends);
             add(normal, 1.0);
             sum += normal;
-            around.extend(ends);
+            ends.into_iter().for_each(|end| self.counts[end] = self.counts[end].saturating_add(1));
+            if ends.contains(&other) && count < 2 {
+                sides[count] = normal;
+                count += 1;
+            }
         }
-        around.sort_unstable();
-        for run in around.chunk_by(|a, b| a == b).filter(|run| run.len() == 1) {
-            let along = (self.now(run[0]) - here) * scale;
+        for (end, _) in self.counts.iter().enumerate().filter(|(_, count)| **count == 1) {
+            let along = (self.now(site, end) - here) * self.scale;
             let length = along.length();
             [Vec3::X, Vec3::Y, Vec3::Z].into_iter().for_each(|axis| add(axis * length, 1.0));
             add(along, -1.0);
         }
         star[6..].copy_from_slice(&sum.to_array());
-        star
+        (star, sides, count)
     }
 
-    /// Puts the edge between the vertices of the split into a batch.
-    fn gather(&self, scale: f32, batch: &mut Batch, lane: usize) {
-        for side in 0..2 {
-            for (entries, value) in batch.star[side].iter_mut().zip(self.star(scale, side)) {
-                entries[lane] = value;
-            }
+    /// Puts the edge between the vertices of a split into a batch.
+    fn gather(&mut self, site: &Site, batch: &mut Batch, lane: usize) {
+        let [(first, sides, count), (second, ..)] = [0, 1].map(|side| self.star(site, side));
+        for (star, values) in batch.star.iter_mut().zip([first, second]) {
+            star.iter_mut().zip(values).for_each(|(entries, value)| entries[lane] = value);
         }
-        let numbers = [self.star.end(0), self.star.end(1)];
-        let [start, end] = numbers.map(|end| self.now(end));
-        let mut sides = [Vec3::ZERO; 2];
-        let mut count = 0;
-        for spoke in self.star.spokes(0).filter(|spoke| spoke.contains(&numbers[1])) {
-            if let Some(side) = sides.get_mut(count) {
-                *side = self.normal(scale, start, spoke);
-                count += 1;
-            }
-        }
-        let edge = (end - start) * scale;
+        let numbers = [site.star.end(0), site.star.end(1)];
+        let [start, end] = numbers.map(|end| self.now(site, end));
+        let edge = (end - start) * self.scale;
         for axis in 0..3 {
             batch.edge[axis][lane] = edge[axis];
             batch.side[0][axis][lane] = sides[0][axis];
             batch.side[1][axis][lane] = sides[1][axis];
         }
         // A vertex that stayed when the mesh was built still does.
-        let [stays, goes] = numbers.map(|end| self.places[end][0].point == self.built.point);
+        let [stays, goes] = numbers.map(|end| self.places[site.first + end][0].point == site.built.point);
         batch.pinned[lane] = if stays { -1.0 } else { f32::from(u8::from(goes)) };
         batch.open[lane] = f32::from(u8::from(count == 1));
-        batch.before[lane] = 0.0;
     }
 
-    /// The split as if it was taken back.
-    fn merged(&self, scale: f32, batch: &Batch, lane: usize) -> Merged {
-        let ends = [self.star.end(0), self.star.end(1)];
-        let [start, end] = ends.map(|end| self.now(end));
-        let offset = Vec3::from(batch.place.map(|axis| axis[lane])) / scale;
+    /// A split as if it was taken back.
+    fn merged(&self, site: &Site, batch: &Batch, lane: usize) -> Merged {
+        let ends = [site.star.end(0), site.star.end(1)];
+        let [start, end] = ends.map(|end| self.now(site, end));
+        let offset = Vec3::from(batch.place.map(|axis| axis[lane])) / self.scale;
         let point = match batch.pinned[lane] {
             pinned if pinned < 0.0 => start,
             pinned if pinned > 0.0 => end,
             _ => 0.5 * (start + end) + offset,
         };
-        let outer = |side: usize| self.star.spokes(side).filter(move |spoke| !spoke.contains(&ends[1 - side]));
-        let sum: Vec3 = (0..2).flat_map(outer).map(|spoke| self.normal(scale, point, spoke)).sum();
-        let place = Place { point, normal: sum.try_normalize().unwrap_or(self.built.normal) };
+        let mut sum = Vec3::ZERO;
+        for side in 0..2 {
+            for spoke in site.star.spokes(side).filter(|spoke| !spoke.contains(&ends[1 - side])) {
+                sum += self.normal(site, point, spoke);
+            }
+        }
+        let place = Place { point, normal: sum.try_normalize().unwrap_or(site.built.normal) };
         let built = [0, 1].map(|side| {
-            let around = Surroundings::new([self.built, place], &self.places[self.star.beside(side)]);
-            around.back(self.places[ends[side]][1])
+            let beside = site.star.beside(side);
+            let neighbours = &self.places[site.first + beside.start..site.first + beside.end];
+            Surroundings::new([site.built, place], neighbours).back(self.places[site.first + ends[side]][1])
         });
-        Merged { split: self.split, place, built }
+        Merged { split: site.split, place, built }
     }
 }

@@ -22,6 +22,13 @@ impl Region {
         self.falloff.at(point.distance(self.center.into()) / self.radius)
     }
 
+    /// Whether there may be an influence within a box.
+    fn reaches(&self, low: Vec3, high: Vec3) -> bool {
+        let center = Vec3::from(self.center);
+        // As far as `influence` says there is none, whatever is rounded.
+        center.distance(center.clamp(low, high)) <= self.radius * 1.0001
+    }
+
     fn is_usable(&self) -> bool {
         self.radius > 0.0 && self.radius.is_finite() && self.center.iter().all(|value| value.is_finite())
     }
@@ -63,6 +70,11 @@ impl Edit {
         let handle = self.handles.iter().position(|handle| !is_usable(handle)).map(|index| format!("handle {index}"));
         let anchor = self.anchors.iter().position(|anchor| !anchor.is_usable()).map(|index| format!("anchor {index}"));
         handle.or(anchor)
+    }
+
+    /// Whether a handle may reach vertices within a box.
+    pub(super) fn reaches(&self, low: Vec3, high: Vec3) -> bool {
+        low.x <= high.x && self.handles.iter().any(|handle| handle.region.reaches(low, high))
     }
 
     /// Where a vertex goes, if it is reached.

@@ -36,7 +36,7 @@ impl ActiveMesh {
             );
         }
         let moved = |mesh: &Self, vertex| Some((vertex, edit.moved(mesh.place(vertex, mesh.child(vertex)?))?));
-        let reached: Vec<(u32, Place)> = self.scan(context, moved);
+        let reached: Vec<(u32, Place)> = self.find_near(context, |low, high| edit.reaches(low, high), moved);
         if reached.is_empty() {
             return Err(Error::invalid("no vertex is in a region of influence")
                 .at("handles")
@@ -93,7 +93,7 @@ impl ActiveMesh {
             replaced.built = built.collect();
         }
         let vertices: Vec<u32> = replaced.places.iter().filter_map(|(node, _)| self.vertex_of(*node)).collect();
-        self.note_moved(vertices.into_iter());
+        self.note_moved(vertices.iter().copied());
         self.adapt(context, cut);
         State { cut: state.cut, replaced }
     }

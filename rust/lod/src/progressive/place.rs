@@ -1,6 +1,6 @@
 //! Where vertices are, and how those around one have turned.
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Mat3A, Quat, Vec2, Vec3, Vec3A};
 
 /// Where a vertex is, and its normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,9 +17,9 @@ pub struct Place {
 /// needs tangents, nothing is lost where everything moves rigidly, and where the surface is stretched or sheared its
 /// vertices go with it: offsets that only turn overtake each other there, which is seen as noise.
 pub struct Surroundings {
-    built: Vec3,
-    now: Vec3,
-    map: Mat3,
+    built: Vec3A,
+    now: Vec3A,
+    map: Mat3A,
 }
 
 /// How much the map wants normals to go to normals, and to be a turn in all directions, beside the sum of squares of how
@@ -33,59 +33,83 @@ impl Surroundings {
     /// Of the vertex that is split or was merged, which counts twice, and its neighbours, each as built and as it is now.
     pub fn new(vertex: [Place; 2], neighbours: &[[Place; 2]]) -> Self {
         let share = 1.0 / (neighbours.len() as f32 + 2.0);
-        let middle = [0, 1].map(|time| {
-            let sum = neighbours.iter().map(|places| places[time].point - vertex[time].point).sum::<Vec3>();
-            vertex[time].point + sum * share
-        });
-        let normal = [0, 1].map(|time| {
-            let sum = neighbours.iter().fold(2.0 * vertex[time].normal, |sum, places| sum + places[time].normal);
-            sum.try_normalize().unwrap_or(Vec3::Z)
-        });
-        let arc = arc(normal[0], normal[1]);
-        let offsets = |places: &[Place; 2]| [0, 1].map(|time| places[time].point - middle[time]);
-        let all = || neighbours.iter().chain([&vertex, &vertex]).map(offsets);
-        let (mut sine, mut cosine) = (0.0, 0.0);
-        for [before, after] in all() {
-            let turned = arc * before;
-            let turned = turned - normal[1] * turned.dot(normal[1]);
-            sine += normal[1].dot(turned.cross(after));
-            cosine += turned.dot(after);
+        let origin = vertex.map(|place| Vec3A::from(place.point));
+        let offsets = |places: &[Place; 2]| [0, 1].map(|time| Vec3A::from(places[time].point) - origin[time]);
+        let (mut sum, mut normals) = ([Vec3A::ZERO; 2], vertex.map(|place| 2.0 * Vec3A::from(place.normal)));
+        for places in neighbours {
+            let offsets = offsets(places);
+            for time in 0..2 {
+                sum[time] += offsets[time];
+                normals[time] += Vec3A::from(places[time].normal);
+            }
         }
-        let turn = Mat3::from_quat((Quat::from_axis_angle(normal[1], f32::atan2(sine, cosine)) * arc).normalize());
-        // What the turn leaves is fitted, not the whole: it is exactly nothing where everything only turned.
-        let (mut squares, mut spread, mut left) = (0.0, Mat3::ZERO, Mat3::ZERO);
-        for [before, after] in all() {
-            squares += before.length_squared();
+        let middle = sum.map(|sum| sum * share);
+        let [built, now] = [0, 1].map(|time| origin[time] + middle[time]);
+        // Σ before beforeᵀ and Σ after beforeᵀ, from the middles.
+        let own = middle.map(|middle| -middle);
+        let (mut spread, mut across) = (2.0 * outer(own[0], own[0]), 2.0 * outer(own[1], own[0]));
+        for places in neighbours {
+            let offsets = offsets(places);
+            let [before, after] = [0, 1].map(|time| offsets[time] - middle[time]);
             spread += outer(before, before);
-            left += outer(turn.transpose() * after - before, before);
+            across += outer(after, before);
         }
+        let normals = normals.map(|sum| sum.try_normalize().unwrap_or(Vec3A::Z));
+        let arc = arc(normals[0].into(), normals[1].into());
+        let squares = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
         if squares == 0.0 {
-            return Self { built: middle[0], now: middle[1], map: turn };
+            return Self { built, now, map: Mat3A::from_quat(arc) };
         }
-        // The inverse is of numbers about 1.
+        // What follows is of numbers about 1.
         let scale = squares.recip();
-        let spread = spread * scale + outer(normal[0], normal[0]) * UPRIGHT + Mat3::IDENTITY * RIGID;
-        let map = turn + turn * (left * scale) * spread.inverse();
+        (spread, across) = (spread * scale, across * scale);
+        let normal = normals[1];
+        let turned = across * Mat3A::from_quat(arc).transpose();
+        let [x, y, z] = [turned.x_axis, turned.y_axis, turned.z_axis];
+        let sine = normal.dot(Vec3A::new(y.z - z.y, z.x - x.z, x.y - y.x));
+        let cosine = x.x + y.y + z.z - normal.dot(turned * normal);
+        let turn = Mat3A::from_quat((about(normal.into(), sine, cosine) * arc).normalize());
+        // What the turn leaves is fitted, not the whole: it is nothing where everything only turned.
+        let left = turn.transpose() * across - spread;
+        let spread = spread + outer(normals[0], normals[0]) * UPRIGHT + Mat3A::IDENTITY * RIGID;
+        let map = turn + turn * left * spread.inverse();
         let is_fit = map.determinant() > FLAT && map.is_finite();
-        Self { built: middle[0], now: middle[1], map: if is_fit { map } else { turn } }
+        Self { built, now, map: if is_fit { map } else { turn } }
     }
 
     /// Where a vertex is now that was built at `place`.
     pub fn forward(&self, place: Place) -> Place {
-        let normal = self.map.inverse().transpose() * place.normal;
-        Place { point: self.now + self.map * (place.point - self.built), normal: normal.normalize_or_zero() }
+        let normal = self.map.inverse().transpose() * Vec3A::from(place.normal);
+        let point = self.now + self.map * (Vec3A::from(place.point) - self.built);
+        Place { point: point.into(), normal: normal.normalize_or_zero().into() }
     }
 
     /// Where a vertex would have been built that is at `place` now.
     pub fn back(&self, place: Place) -> Place {
-        let normal = self.map.transpose() * place.normal;
-        Place { point: self.built + self.map.inverse() * (place.point - self.now), normal: normal.normalize_or_zero() }
+        let normal = self.map.transpose() * Vec3A::from(place.normal);
+        let point = self.built + self.map.inverse() * (Vec3A::from(place.point) - self.now);
+        Place { point: point.into(), normal: normal.normalize_or_zero().into() }
     }
 }
 
 /// a bᵀ
-fn outer(a: Vec3, b: Vec3) -> Mat3 {
-    Mat3::from_cols(a * b.x, a * b.y, a * b.z)
+#[inline(always)]
+fn outer(a: Vec3A, b: Vec3A) -> Mat3A {
+    Mat3A::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// The turn about an axis by the angle that has this sine and cosine, both times the same number above 0.
+fn about(axis: Vec3, sine: f32, cosine: f32) -> Quat {
+    let length = (sine * sine + cosine * cosine).sqrt();
+    // Of tan(φ/2) = sin φ / (1 + cos φ) = (1 − cos φ) / sin φ the one that is exact.
+    let half = if cosine >= 0.0 {
+        Vec2::new(length + cosine, sine)
+    } else {
+        Vec2::new(sine.abs(), (length - cosine).copysign(sine))
+    };
+    let half = half.try_normalize().unwrap_or(Vec2::X);
+    let [x, y, z] = (axis * half.y).to_array();
+    Quat::from_xyzw(x, y, z, half.x)
 }
 
 /// The shortest turn from one unit vector to another, exact for small ones too.

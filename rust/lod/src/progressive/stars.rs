@@ -186,9 +186,9 @@ impl Finding {
             let number = |node: u32| match ends.iter().position(|end| *end == node) {
                 Some(side) => end + side - start,
                 None => {
-                    let found = bounds.windows(2).find_map(|bounds| {
-                        Some(bounds[0] + numbers[bounds[0]..bounds[1]].binary_search(&node).ok()?)
-                    });
+                    let found = bounds
+                        .windows(2)
+                        .find_map(|bounds| Some(bounds[0] + numbers[bounds[0]..bounds[1]].binary_search(&node).ok()?));
                     found.map_or(0, |at| at - start)
                 }
             };

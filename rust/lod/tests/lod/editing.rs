@@ -290,3 +290,56 @@ fn fine_vertices_go_with_a_surface_that_is_stretched() {
     let least = finest.triangles.iter().map(up).fold(1.0, f32::min);
     assert!(least > 0.9, "{least}");
 }
+
+#[test]
+fn an_edit_costs_what_it_touches_and_reaches_the_base() {
+    let context = Context::serial();
+    let mesh = build(&torus(400, 200));
+    let mut active = ActiveMesh::new(&mesh);
+    active.adapt(&context, Cut::FINEST);
+    let vertices = active.vertex_count();
+    let near = active.edit(&context, &pull([1.4, 0.0, 0.0], 0.2)).unwrap();
+    assert!(near > 300 && near < 1000, "{near}");
+    assert!(active.moved_last() < vertices / 20, "{} for {near}", active.moved_last());
+    let (everything, _) = rigid();
+    assert_eq!(active.edit(&context, &everything).unwrap(), vertices);
+    // Every vertex at every level: as many more as there are splits.
+    assert_eq!(active.moved_last(), vertices + mesh.splits().count());
+    active.adapt(&context, Cut::BASE);
+    let mut plain = ActiveMesh::new(&mesh);
+    let moved = apart(&active.extract().points, vectors(&plain.extract().points));
+    assert!(moved > 0.5, "{moved}");
+    plain.edit(&context, &everything).unwrap();
+    assert_eq!(plain.moved_last(), mesh.base_vertices().len());
+}
+
+#[test]
+fn where_a_region_moves_rigidly_all_coarser_levels_do() {
+    // Half of a plate is lifted; far from the fold every level is the plate it was, there or up.
+    let context = Context::serial();
+    let shape = bumps(120);
+    let mesh = build(&shape);
+    let mut active = ActiveMesh::new(&mesh);
+    active.adapt(&context, Cut::FINEST);
+    let region = Region { center: [0.5, -0.4, 0.0], radius: 0.9, falloff: Falloff::Constant };
+    let lift = Handle { region, translation: [0.0, 0.0, 0.05], axis: [0.0; 3], angle: 0.0 };
+    active.edit(&context, &Edit { handles: vec![lift], anchors: Vec::new() }).unwrap();
+    for faces in [8000, 3000, 1000] {
+        let cut = Cut::of_faces(&mesh, faces);
+        active.adapt(&context, cut);
+        let mut plain = ActiveMesh::new(&mesh);
+        plain.adapt(&context, cut);
+        let mut counts = [0; 2];
+        for (now, before) in active.extract().points.iter().zip(plain.extract().points) {
+            let up = match Vec3::from(before).distance(Vec3::from(region.center)) {
+                ..0.6 => 0.05,
+                1.2.. => 0.0,
+                _ => continue,
+            };
+            counts[usize::from(up > 0.0)] += 1;
+            let expected = Vec3::from(before) + Vec3::Z * up;
+            assert!(Vec3::from(*now).distance(expected) < 2e-4, "{faces}: {now:?}, not {expected:?}");
+        }
+        assert!(counts.iter().all(|count| *count > 20), "{faces}: {counts:?}");
+    }
+}
