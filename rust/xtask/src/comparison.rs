@@ -1,6 +1,8 @@
 //! `cargo xtask comparison`: the scenes of `tests/hosts/comparison` in our ray caster, in Cycles and in POV-Ray, with
-//! the same camera and light, and Bézier patches drawn from virtual vertices and by POV-Ray; silhouettes, depths and
-//! normals held against their goals.
+//! the same camera and light, a progressive mesh that the command and the add-on edit, and Bézier patches drawn from
+//! virtual vertices and by POV-Ray; silhouettes, depths and normals held against their goals.
+
+mod levels;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -36,7 +38,7 @@ const GOALS: [(&str, &str); 3] = [("--max-silhouette", "0.002"), ("--max-depth",
 
 /// Builds the command and compares; `sheet` is where the contact sheet goes, as a PNG file.
 pub fn run(sheet: Option<&Path>) -> Outcome {
-    call(cargo().args(["build", "--release", "--package", "relievo-cli"]))?;
+    call(cargo().args(["build", "--release", "--package", "relievo-cli", "--package", "relievo-capi"]))?;
     compare(sheet)
 }
 
@@ -85,7 +87,7 @@ fn compare(sheet: Option<&Path>) -> Outcome {
     let sheet = sheet.map_or_else(|| folder.join("sheet.png"), |path| path.to_path_buf());
     call(compare.arg("--sheet").arg(&sheet))?;
     println!("{}", sheet.display());
-    Ok(())
+    levels::compare(&python, &source, &folder.join("idol/mesh-000000.glb"))
 }
 
 /// Bézier patches, which POV-Ray cuts into triangles of its own. They are drawn on a graphics device if there is one.

@@ -9,8 +9,11 @@ from pathlib import Path
 import bpy
 
 
-def render(script, picture):
+def render(script, picture, change=None):
+    """Renders a script's scene, once `change` has changed it."""
     scene = runpy.run_path(script)["scene"]
+    if change is not None:
+        change(scene)
     cycles = scene.cycles
     cycles.device = "CPU"
     cycles.samples = 1
@@ -36,7 +39,11 @@ def render(script, picture):
     bpy.ops.render.render(write_still=True, scene=scene.name)
 
 
-arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
-bpy.ops.wm.read_factory_settings(use_empty=True)
-for script, picture in zip(arguments[::2], arguments[1::2]):
-    render(str(Path(script).resolve()), str(Path(picture).resolve()))
+def arguments():
+    return sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+
+
+if __name__ == "__main__":
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    for script, picture in zip(arguments()[::2], arguments()[1::2]):
+        render(str(Path(script).resolve()), str(Path(picture).resolve()))
