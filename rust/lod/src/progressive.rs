@@ -6,7 +6,7 @@
 //! - Which of them make a mesh with a given deviation or number of triangles: [`cut`].
 //! - Files of them: [`file`](mod@file).
 //! - The mesh they make, refined and coarsened in place: [`active`], with `splits`; also as
-//!   fine as a view needs it: [`view`].
+//!   fine as a view needs it: [`view`]. Which vertices it has, to be found at the cost of them: `bitset`.
 //! - How it is kept in its user's buffers, of which only what changes is written: [`buffers`].
 //! - How regions of it are moved and turned: [`handle`], with `blocks`; how finer levels follow: `moves`, with `place`; how
 //!   coarser ones do: `coarser`, with `stars`; how that is taken back: `history`; and how it becomes a mesh of its own:
@@ -14,6 +14,7 @@
 //! - The mesh on a graphics device, refined, coarsened and drawn there: [`device`].
 
 pub mod active;
+mod bitset;
 mod blocks;
 pub mod buffers;
 mod coarser;

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use relievo_core::Context;
 
+use super::bitset::BitSet;
 use super::blocks::Blocks;
 use super::buffers::Places;
 use super::cut::Cut;
@@ -20,8 +21,8 @@ use super::recording::Key;
 use super::splits::{Corner, Slot};
 use crate::connectivity::NONE;
 
-/// Vertices that are looked at by one task.
-const PART: usize = 8192;
+/// Words of [`BitSet`] whose vertices are looked at by one task.
+const PART: usize = 64;
 /// Splits that are made by one task.
 const BATCH: usize = 128;
 
@@ -33,6 +34,8 @@ pub struct ActiveMesh {
     pub(super) is_mixed: bool,
     /// Vertices, by the first of their leaves.
     pub(super) slots: Vec<Slot>,
+    /// Which of them begin a vertex.
+    pub(super) there: BitSet,
     /// Three a triangle.
     pub(super) corners: Vec<Corner>,
     /// Counts rounds of coarsening.
@@ -67,6 +70,7 @@ impl ActiveMesh {
             cut: Cut::BASE,
             is_mixed: false,
             slots: (0..whole.vertex_count()).map(|_| Slot::default()).collect(),
+            there: BitSet::new(whole.vertex_count()),
             corners: whole.faces.iter().flatten().map(corner).collect(),
             round: 0,
             triangles: whole.base_faces().len(),
@@ -78,6 +82,7 @@ impl ActiveMesh {
         };
         for leaf in whole.base_vertices() {
             made.slots[*leaf as usize].node.store(2 * leaf, Relaxed);
+            made.there.insert(*leaf);
         }
         // Base vertices come in the order of their leaves.
         let vertex_of = |leaf: u32| {
@@ -94,7 +99,8 @@ impl ActiveMesh {
 
     /// Bytes that a mesh of `whole` takes besides it, at any level, before it is edited.
     pub fn bytes(whole: &Progressive) -> u64 {
-        (whole.vertex_count() * size_of::<Slot>() + 3 * whole.faces.len() * size_of::<Corner>()) as u64
+        let vertices = whole.vertex_count();
+        (vertices * size_of::<Slot>() + BitSet::bytes(vertices) + 3 * whole.faces.len() * size_of::<Corner>()) as u64
     }
 
     /// Triangles of this mesh.
@@ -128,12 +134,13 @@ impl ActiveMesh {
         context.within(|| self.refine(context, Self::stands).is_some())
     }
 
-    /// What `find` finds among all numbers of vertices and splits.
+    /// What `find` finds among the vertices, in their order. Splits have the numbers of their second vertices.
     pub(super) fn scan<T: Send>(&self, context: &Context, find: impl Fn(&Self, u32) -> Option<T> + Sync) -> Vec<T> {
-        let count = self.slots.len();
-        let parts = context.map(count.div_ceil(PART), |part| {
-            let range = part * PART..count.min((part + 1) * PART);
-            range.filter_map(|number| find(self, number as u32)).collect::<Vec<_>>()
+        let words = self.there.words();
+        let parts = context.map(words.len().div_ceil(PART), |part| {
+            let words = &words[part * PART..words.len().min((part + 1) * PART)];
+            let vertices = words.iter().flat_map(|word| self.there.numbers(*word));
+            vertices.filter_map(|vertex| find(self, vertex)).collect::<Vec<_>>()
         });
         parts.into_iter().flatten().collect()
     }
@@ -280,8 +287,7 @@ impl ActiveMesh {
 
     /// Vertices of this mesh.
     pub(super) fn vertices(&self) -> impl Iterator<Item = u32> {
-        let is_there = |vertex: &u32| self.slots[*vertex as usize].node.load(Relaxed) != NONE;
-        (0..self.slots.len() as u32).filter(is_there)
+        self.there.iter()
     }
 
     /// Where a vertex is now.
@@ -310,7 +316,7 @@ impl ActiveMesh {
     pub fn extract(&self) -> Extract {
         let whole = &self.whole;
         let mut order: Vec<(u32, Child)> =
-            (0..whole.vertex_count() as u32).filter_map(|vertex| Some((vertex, self.child(vertex)?))).collect();
+            self.vertices().filter_map(|vertex| Some((vertex, self.child(vertex)?))).collect();
         if order.len() == whole.vertex_count() {
             order.sort_unstable_by_key(|(_, child)| match child {
                 Child::Leaf(number) | Child::Split(number) => *number,

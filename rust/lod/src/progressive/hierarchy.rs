@@ -7,6 +7,8 @@
 //! leaf has one place for a split, with two triangles. Triangles are corners of the fine mesh: whatever level a mesh is
 //! of, the vertex at a corner is the one whose range has the leaf.
 
+use std::sync::OnceLock;
+
 use glam::Vec3;
 use relievo_core::budget::Budget;
 use relievo_core::{Context, Progress, Result};
@@ -59,6 +61,8 @@ pub struct Progressive {
     pub(super) base_vertices: Vec<u32>,
     pub(super) base_faces: Vec<u32>,
     triangles: usize,
+    /// Found when it is first asked for.
+    pub(super) triangle_sums: OnceLock<Vec<(u32, usize)>>,
 }
 
 /// A split.
@@ -188,6 +192,7 @@ impl Progressive {
             base_vertices: Vec::new(),
             base_faces: Vec::new(),
             triangles,
+            triangle_sums: OnceLock::new(),
         })
     }
 
@@ -231,9 +236,14 @@ impl Progressive {
 
     /// Splits, each with its key and how many triangles it makes, in no order.
     pub fn splits(&self) -> impl Iterator<Item = (u32, Key, usize)> {
-        let made = |split: usize| self.faces[2 * split..2 * split + 2].iter().filter(|face| face[0] != NONE).count();
-        let splits = self.splits.iter().enumerate().filter(|(_, split)| split.key.depth() > 0);
-        splits.map(move |(number, split)| (number as u32, split.key, made(number)))
+        let splits = (0..).zip(&self.splits).filter(|(_, split)| split.key.depth() > 0);
+        splits.map(|(number, split)| (number, split.key, self.triangles_made(number)))
+    }
+
+    /// How many triangles a split makes.
+    pub(super) fn triangles_made(&self, split: u32) -> usize {
+        let faces = &self.faces[2 * split as usize..2 * split as usize + 2];
+        faces.iter().filter(|face| face[0] != NONE).count()
     }
 
     /// What a vertex is, given as [`Self::parent`] tells it.
@@ -296,7 +306,8 @@ impl Progressive {
     pub fn bytes(&self) -> usize {
         let vertex = size_of::<[f32; 3]>() + 2 * size_of::<Normal>() + size_of::<u64>();
         let split = size_of::<Split>();
-        let base = size_of_val(&*self.base_vertices) + size_of_val(&*self.base_faces);
+        let sums = self.triangle_sums.get().map_or(0, |sums| size_of_val(&**sums));
+        let base = size_of_val(&*self.base_vertices) + size_of_val(&*self.base_faces) + sums;
         self.points.len() * (vertex + split) + self.faces.len() * (size_of::<[u32; 3]>() + size_of::<u32>()) + base
     }
 }

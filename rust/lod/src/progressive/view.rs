@@ -4,6 +4,7 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Error, Result};
 
 use super::active::ActiveMesh;
+use super::bitset::BitSet;
 use super::hierarchy::{Child, Progressive};
 use super::place::Place;
 
@@ -101,14 +102,17 @@ impl ActiveMesh {
     fn refine_to(&mut self, context: &Context, view: &View, extents: &Extents) -> usize {
         let wanted = |mesh: &Self, vertex: u32| {
             let Some(Child::Split(split)) = mesh.child(vertex) else { return None };
-            let error = mesh.whole.splits[split as usize].key.error();
+            let key = mesh.whole.splits[split as usize].key;
             let place = mesh.place(vertex, Child::Split(split));
-            view.wants(place, error, extents.0[split as usize]).then_some(vertex)
+            // What is not read yet is not there to be wanted.
+            (key.depth() > 0 && view.wants(place, key.error(), extents.0[split as usize])).then_some(vertex)
         };
         let mut list = self.scan(context, wanted);
-        let mut listed = vec![false; self.whole.vertex_count()];
-        list.iter().for_each(|vertex| listed[*vertex as usize] = true);
-        let is_listed = |listed: &mut [bool], vertex: u32| std::mem::replace(&mut listed[vertex as usize], true);
+        if list.is_empty() {
+            return 0;
+        }
+        let listed = BitSet::new(self.whole.vertex_count());
+        list.iter().for_each(|vertex| _ = listed.insert(*vertex));
         let mut splits = 0;
         while !list.is_empty() {
             let mesh = &*self;
@@ -120,13 +124,13 @@ impl ActiveMesh {
                     continue;
                 }
                 next.push(vertex);
-                next.extend(under.into_iter().filter(|other| !is_listed(&mut listed, *other)));
+                next.extend(under.into_iter().filter(|other| listed.insert(*other)));
             }
             // Not before: others of this round may stand on them.
-            ready.iter().for_each(|vertex| listed[*vertex as usize] = false);
+            ready.iter().for_each(|vertex| listed.remove(*vertex));
             splits += ready.len();
             let made = self.make(context, &ready, wanted);
-            next.extend(made.into_iter().filter(|vertex| !is_listed(&mut listed, *vertex)));
+            next.extend(made.into_iter().filter(|vertex| listed.insert(*vertex)));
             list = next;
         }
         splits

@@ -1,0 +1,107 @@
+//! Sets of numbers that are walked through at the cost of what is in them.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+/// A set of numbers below a limit: a bit for each, and one more for every 64 bits that tells whether one of them is set,
+/// and so on. Threads may add numbers at the same time, or remove some, but not both.
+pub struct BitSet(Vec<Vec<AtomicU64>>);
+
+impl BitSet {
+    /// None of the numbers below `count`.
+    pub fn new(count: usize) -> Self {
+        let (mut levels, mut bits) = (Vec::new(), count.max(1));
+        while levels.is_empty() || bits > 1 {
+            bits = bits.div_ceil(64);
+            levels.push((0..bits).map(|_| AtomicU64::new(0)).collect());
+        }
+        Self(levels)
+    }
+
+    /// Bytes of a set of numbers below `count`, or a little less.
+    pub fn bytes(count: usize) -> usize {
+        count / 8 + count / 512
+    }
+
+    /// Adds a number. Returns whether it is new.
+    #[inline]
+    pub fn insert(&self, number: u32) -> bool {
+        let mut number = number as usize;
+        let mut is_new = None;
+        for level in &self.0 {
+            let (word, bit) = (number / 64, 1 << (number % 64));
+            let before = level[word].fetch_or(bit, Relaxed);
+            is_new.get_or_insert(before & bit == 0);
+            // What is above tells of others already.
+            if before != 0 {
+                break;
+            }
+            number = word;
+        }
+        is_new == Some(true)
+    }
+
+    /// Removes a number.
+    #[inline]
+    pub fn remove(&self, number: u32) {
+        let mut number = number as usize;
+        for level in &self.0 {
+            let (word, bit) = (number / 64, 1 << (number % 64));
+            if level[word].fetch_and(!bit, Relaxed) != bit {
+                break;
+            }
+            number = word;
+        }
+    }
+
+    /// The words of 64 numbers in which there are some, ascending.
+    pub fn words(&self) -> Vec<u32> {
+        self.0[1..].iter().rev().fold(vec![0], |words, level| {
+            words.into_iter().flat_map(|word| bits(word, level[word as usize].load(Relaxed))).collect()
+        })
+    }
+
+    /// All numbers, ascending.
+    pub fn iter(&self) -> impl Iterator<Item = u32> {
+        self.words().into_iter().flat_map(|word| self.numbers(word))
+    }
+
+    /// The numbers in a word, ascending.
+    #[inline]
+    pub fn numbers(&self, word: u32) -> impl Iterator<Item = u32> + use<> {
+        bits(word, self.0[0][word as usize].load(Relaxed))
+    }
+}
+
+/// The numbers of the bits that are set in a word.
+#[inline]
+fn bits(word: u32, mut left: u64) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        (left != 0).then(|| {
+            let bit = left.trailing_zeros();
+            left &= left - 1;
+            64 * word + bit
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::BitSet;
+
+    #[test]
+    fn a_set_has_what_was_added_and_not_removed() {
+        for count in [1, 64, 65, 4096, 4097, 300_000] {
+            let set = BitSet::new(count as usize);
+            assert_eq!(set.iter().count(), 0);
+            let some: Vec<u32> = (0..count).filter(|number| number % 1000 < 3 || number + 1 == count).collect();
+            assert!(some.iter().rev().all(|number| set.insert(*number)));
+            assert!(!set.insert(some[0]));
+            assert!(set.iter().eq(some.iter().copied()));
+            let (gone, left): (Vec<u32>, Vec<u32>) = some.into_iter().partition(|number| number / 1000 % 2 == 0);
+            gone.iter().for_each(|number| set.remove(*number));
+            assert!(set.iter().eq(left.iter().copied()));
+            set.remove(gone[0]);
+            assert!(set.iter().eq(left.iter().copied()));
+        }
+    }
+}
