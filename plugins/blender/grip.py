@@ -147,9 +147,12 @@ class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
             elif not self.is_held and event.type in {"MIDDLEMOUSE", "NDOF_MOTION"}:
                 # The view may be turned before something is held.
                 return {"PASS_THROUGH"}
-        except (state.Refused, rl.RelievoError) as failure:
+        except self.failures as failure:
             self.report({"ERROR"}, str(failure))
             return self.cancelled(context)
+        except BaseException:
+            self.cancelled(context)
+            raise
         context.area.tag_redraw()
         return {"RUNNING_MODAL"}
 

@@ -57,7 +57,7 @@ class RELIEVO_OT_levels_build(job.Steps, bpy.types.Operator):
             made.extend([progressive.finest(whole), progressive.bytes_of(whole, path)])
 
         yield 0.0, 1.0, work
-        missing = progressive.left_out(original)
+        missing = progressive.left_out(target)
         target.data = original.copy()
         target.data.name = f"{original.name} level"
         progressive.adopt(target, uid, *made)

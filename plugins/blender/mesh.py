@@ -53,6 +53,35 @@ def get_sizes(mesh):
     return sizes.view(numpy.uint32)
 
 
+def get_materials(mesh):
+    """The material of every face, or None where all have the first."""
+    attribute = mesh.attributes.get("material_index")
+    if attribute is None:
+        return None
+    materials = numpy.empty(len(mesh.polygons), numpy.int32)
+    attribute.data.foreach_get("value", materials)
+    return materials
+
+
+def set_material(mesh, material):
+    """Gives all faces a material."""
+    attribute = mesh.attributes.get("material_index") or mesh.attributes.new("material_index", "INT", "FACE")
+    attribute.data.foreach_set("value", numpy.full(len(mesh.polygons), material, numpy.int32))
+
+
+def is_smooth(mesh):
+    """Whether at least half of the faces are shaded smooth."""
+    if bpy.app.version < (4, 1):
+        smooth = numpy.ones(len(mesh.polygons), bool)
+        mesh.polygons.foreach_get("use_smooth", smooth)
+        return not len(smooth) or bool(smooth.mean() >= 0.5)
+    attribute = mesh.attributes.get("sharp_face")
+    sharp = numpy.zeros(len(mesh.polygons) if attribute is not None else 0, bool)
+    if len(sharp):
+        attribute.data.foreach_get("value", sharp)
+    return not len(sharp) or bool(sharp.mean() <= 0.5)
+
+
 def get_creases(mesh):
     """Sharp edges with their sharpness, and sharp points with theirs, as Blender's subdivision takes them: 0 to 10 by
     the square of the crease."""
@@ -173,9 +202,11 @@ class Filling:
             corners.data.foreach_set("value", self.corners)
         else:
             mesh.loops.foreach_set("vertex_index", self.corners)
-        if bpy.app.version < (4, 1) or not is_smooth:
-            # Later ones are smooth unless they say that they are not.
+        if bpy.app.version < (4, 1):
             mesh.polygons.foreach_set("use_smooth", numpy.full(count, is_smooth))
+        elif not is_smooth:
+            # Later ones are smooth unless they say that they are not.
+            mesh.shade_flat()
         mesh.update(calc_edges=True)
         if self.uvs is not None:
             layer = mesh.uv_layers.new(name="UVMap")

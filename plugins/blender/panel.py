@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panels in the sidebar, made from the library's tables of parameters."""
 
+import textwrap
+
 import bpy
 import librelievo as rl
 from librelievo import abi
@@ -48,9 +50,8 @@ class RELIEVO_PT_levels(Panel, bpy.types.Panel):
         column.row().prop(options, "measure", expand=True)
         column.prop(options, options.measure.lower(), slider=options.measure == "RATIO")
         column.label(text=f"{len(target.data.polygons):,} of {options.finest:,} triangles, {len(options.edits)} edits")
-        trouble = progressive.trouble(target)
-        if trouble:
-            column.label(text=trouble, icon="ERROR")
+        for line in textwrap.wrap(progressive.trouble(target), 40):
+            column.label(text=line, icon="ERROR")
         for name in ("radius", "falloff"):
             column.prop(context.scene.relievo.handle, name)
         column.operator("relievo.levels_edit")

@@ -218,6 +218,17 @@ def measure_of(options):
     return {"triangles": max(1, round(options.ratio * options.finest))}
 
 
+def _prune():
+    """Releases what no object has any more. What undo brings back is made anew of what objects keep."""
+    for uid, name in list(_shown):
+        target = bpy.data.objects.get(name)
+        if target is None or target.relievo.progressive.uid != uid:
+            _shown.pop((uid, name)).release()
+    kept = {target.relievo.progressive.uid for target in bpy.data.objects}
+    for uid in set(_wholes) - kept:
+        _wholes.pop(uid).release()
+
+
 def opening(target):
     """Steps (see `job`) that make what an object shows where there is none yet, and bring it to the object's edits; they
     return it."""
@@ -228,6 +239,7 @@ def opening(target):
     wanted = [entry.text for entry in target.relievo.progressive.edits]
     native.context()
     if (uid, name) not in _shown:
+        _prune()
         packed, path = target.get(PACKED), place_of(uid)
         if uid not in _wholes and not isinstance(packed, bytes):
             raise Refused(f"The file keeps no levels of {name}; take an older copy of it, or clear the levels")
@@ -260,36 +272,30 @@ def write(target, shown):
     data, points = target.data, shown.level.points
     corners = shown.level.triangles.reshape(-1)
     if len(data.vertices) != len(points) or not numpy.array_equal(mesh.get_corners(data), corners):
-        is_smooth, material = _look(data)
+        is_smooth, materials = mesh.is_smooth(data), mesh.get_materials(data)
         data.clear_geometry()
         mesh.Filling(corners.view(numpy.int32), len(points)).fill(data, is_smooth)
-        if material:
-            data.polygons.foreach_set("material_index", numpy.full(len(data.polygons), material, numpy.int32))
+        if materials is not None and len(materials):
+            # A damaged file may have numbers of materials that are not there.
+            there = numpy.clip(materials, 0, max(len(data.materials) - 1, 0))
+            mesh.set_material(data, int(numpy.bincount(there).argmax()))
     mesh.set_points(data, points)
 
 
-def _look(data):
-    """Whether most faces of a mesh are smooth, and the material that most have."""
-    if not len(data.polygons):
-        return True, 0
-    smooth, materials = numpy.empty(len(data.polygons), bool), numpy.empty(len(data.polygons), numpy.int32)
-    data.polygons.foreach_get("use_smooth", smooth)
-    data.polygons.foreach_get("material_index", materials)
-    return bool(smooth.mean() >= 0.5), int(numpy.bincount(materials).argmax())
-
-
-def left_out(data):
-    """What a mesh has that its levels do not, as words."""
-    found = []
+def left_out(target):
+    """What the mesh of an object has that its levels will not, as words."""
+    data, found = target.data, []
     if len(data.uv_layers):
         found.append("texture coordinates")
-    if len(data.materials) > 1:
-        materials = numpy.empty(len(data.polygons), numpy.int32)
-        data.polygons.foreach_get("material_index", materials)
-        if (materials != materials[0]).any():
-            found.append("all materials but one")
-    if data.color_attributes:
+    materials = mesh.get_materials(data)
+    if materials is not None and (materials != materials[0]).any():
+        found.append("materials but one")
+    if len(data.color_attributes):
         found.append("colours")
+    if len(target.vertex_groups):
+        found.append("vertex groups")
+    if data.has_custom_normals:
+        found.append("custom normals")
     return found
 
 

@@ -130,8 +130,9 @@ class Building(Case):
         host.select(field.relievo.result)
         self.refused(build, "is the result of")
         textured = host.field(name="textured")
+        textured.vertex_groups.new(name="group")
+        self.assertEqual(self.relievo.progressive.left_out(textured), ["texture coordinates", "vertex groups"])
         self.built(textured)
-        self.assertEqual(self.relievo.progressive.left_out(textured.relievo.progressive.original), ["texture coordinates"])
         # Its levels are written no more once there is detail.
         host.draw(textured, [[0, 0, 0], [0.2, 0, 0]])
         count = triangles(textured)
@@ -151,6 +152,20 @@ class Building(Case):
         numpy.testing.assert_array_equal(shape(ball), before)
         self.assertEqual((ball.relievo.progressive.uid, len(bpy.data.meshes)), ("", count))
         self.built(ball)
+
+    def test_what_no_object_has_is_released(self):
+        ball = self.built()
+        first = ball.relievo.progressive.uid
+        bpy.ops.relievo.levels_clear(keep="ORIGINAL")
+        self.built(ball)
+        other = self.built(host.ball(1.0, "other"))
+        ball.name = "renamed"
+        ball.relievo.progressive.ratio = 0.5
+        progressive = self.relievo.progressive
+        uids = [target.relievo.progressive.uid for target in (ball, other)]
+        self.assertNotIn(first, uids)
+        self.assertEqual(set(progressive._wholes), set(uids))
+        self.assertEqual(set(progressive._shown), {(uids[0], "renamed"), (uids[1], "other")})
 
     def test_clearing_keeps_the_level_or_brings_the_original_back(self):
         ball = self.built()
