@@ -259,48 +259,29 @@ def levels(relievo):
         bpy.context.scene.relievo.handle.radius = 0.5
         ball.relievo.progressive.ratio = 0.2
         bpy.ops.ed.undo_push(message="levels")
-    yield from wait(10)
+    yield from wait()
     round_ball = host.positions(ball)
     before = screenshot("levels.png")
     # Esc takes back what was tried.
-    event("MOUSEMOVE", x=0.5, y=0.5)
-    yield
-    event("LEFTMOUSE", "PRESS", x=0.5, y=0.5)
-    yield
-    for step in range(1, 4):
-        event("MOUSEMOVE", x=0.5, y=0.5 + 0.03 * step)
-        yield
-    yield from wait()
+    yield from grab((0.5, 0.5), (0.5, 0.59))
     grabbed = screenshot("levels_grab.png")
     assert purples(view(grabbed)) > purples(view(before)) + 1000, (purples(view(grabbed)), purples(view(before)))
     assert numpy.abs(host.positions(ball) - round_ball).max() > 0.05, "nothing moved"
-    for value in ("PRESS", "RELEASE"):
-        event("ESC", value, y=0.6)
-        yield
-    event("LEFTMOUSE", "RELEASE", x=0.5, y=0.6)
-    yield from wait()
+    yield from press("ESC", 0.5, 0.59)
+    event("LEFTMOUSE", "RELEASE", x=0.5, y=0.59)
+    yield from wait(2)
     numpy.testing.assert_allclose(host.positions(ball), round_ball, atol=1e-6)
     assert not len(ball.relievo.progressive.edits)
     # The wheel widens the region, R turns it, letting go keeps it.
-    event("MOUSEMOVE", x=0.5, y=0.5)
-    yield
-    event("LEFTMOUSE", "PRESS", x=0.5, y=0.5)
-    yield
-    for step in range(1, 4):
-        event("MOUSEMOVE", x=0.5, y=0.5 + 0.06 * step)
-        yield
+    yield from grab((0.5, 0.5), (0.5, 0.68))
     for _ in range(3):
         event("WHEELUPMOUSE", "PRESS", x=0.5, y=0.68)
+    yield from press("R", 0.5, 0.68)
+    for x in (0.55, 0.6):
+        event("MOUSEMOVE", x=x, y=0.68)
         yield
-    for value in ("PRESS", "RELEASE"):
-        event("R", value, x=0.5, y=0.68)
-        yield
-    for step in range(1, 4):
-        event("MOUSEMOVE", x=0.5 + 0.03 * step, y=0.68)
-        yield
-    yield from wait()
     event("LEFTMOUSE", "RELEASE", x=0.6, y=0.68)
-    yield from wait()
+    yield from wait(2)
     kept = json.loads(ball.relievo.progressive.edits[0].text)["handles"][0]
     assert abs(kept["radius"] - 0.5 * 1.1**3) < 1e-3, kept
     assert kept["translation"][2] > 0.1 and abs(kept["translation"][1]) < 1e-3, kept
@@ -310,20 +291,37 @@ def levels(relievo):
     assert numpy.abs(numpy.linalg.norm(moved, axis=1) - 1).max() > 0.1, "finer levels do not follow"
     with override():
         bpy.ops.ed.undo_push(message="finest")
-    yield from wait()
+    yield from wait(2)
     after = screenshot("levels_fine.png")
     assert purples(view(after)) <= purples(view(before)) + 50, "the ball stays"
     # Undo takes the ratio back, and then the edit.
     for _ in range(2):
         event("Z", "PRESS", ctrl=True)
-        yield
         event("Z", "RELEASE", ctrl=True)
-        yield from wait(10)
+        yield from wait(2)
     ball = bpy.data.objects["levels"]
     assert not len(ball.relievo.progressive.edits), "the edit is not undone"
     numpy.testing.assert_allclose(numpy.linalg.norm(host.positions(ball), axis=1), 1, atol=1e-2)
     ball.relievo.progressive.ratio = 1.0
     numpy.testing.assert_allclose(numpy.linalg.norm(host.positions(ball), axis=1), 1, atol=1e-5)
+
+
+def grab(start, end):
+    """Presses the left button and goes on with it in two events."""
+    event("MOUSEMOVE", x=start[0], y=start[1])
+    yield
+    event("LEFTMOUSE", "PRESS", x=start[0], y=start[1])
+    yield
+    for share in (0.5, 1.0):
+        event("MOUSEMOVE", x=start[0] + share * (end[0] - start[0]), y=start[1] + share * (end[1] - start[1]))
+        yield
+    yield from wait(2)
+
+
+def press(key, x, y):
+    for value in ("PRESS", "RELEASE"):
+        event(key, value, x=x, y=y)
+    yield
 
 
 def run():
