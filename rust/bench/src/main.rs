@@ -10,6 +10,7 @@ mod lod;
 mod measure;
 mod paint;
 mod progressive;
+mod progressive_device;
 mod report;
 mod shapes;
 mod surface;

@@ -12,6 +12,7 @@ use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Extents, Ext
 
 use crate::lod::Triangles;
 use crate::measure::{Sample, sample, seconds};
+use crate::progressive_device;
 use crate::report::{Goal, Report};
 
 /// Whose figures stand beside ours.
@@ -63,31 +64,39 @@ pub fn case(
         let paper = paper(index + 1);
         report.add(&format!("{name}: {what}"), rate, paper.as_ref().map(|it| (PAPER, it)), "M/s", goal);
     }
-    let (frames, triangles) = frames(context, &built, &mesh.0)?;
+    let views = views(&mesh.0);
+    let (frames, triangles) = frames(context, &built, &views)?;
     let what = format!("{name}: frames of a camera around it, {triangles} triangles");
     report.add(&what, &frames, None, "1/s", Goal::None);
-    Ok(())
+    progressive_device::case(report, context, &name, &built, &views)
 }
 
 /// Pictures of a camera that goes around a mesh.
 const PICTURES: usize = 36;
 
-/// Frames a second in which a mesh becomes as fine as a camera at its border needs it, to a pixel of 720 lines, and a
-/// host's buffers are brought up to date; and how many triangles it then has.
-fn frames(context: &Context, built: &Arc<Progressive>, points: &[[f32; 3]]) -> Result<(Sample, usize)> {
+/// A camera that goes around a mesh at its border, which it wants to a pixel of 720 lines.
+fn views(points: &[[f32; 3]]) -> Vec<View> {
     let vectors = || points.iter().map(|point| Vec3::from(*point));
     let (low, high) =
         (vectors().reduce(Vec3::min).unwrap_or_default(), vectors().reduce(Vec3::max).unwrap_or_default());
     let (middle, radius) = ((low + high) / 2.0, (high - low).length() / 2.0);
-    let extents = Extents::new(built);
-    let (mut active, mut buffers, mut rates) = (ActiveMesh::new(built), Extract::default(), Vec::new());
-    for picture in 0..=PICTURES {
+    let view = |picture: usize| {
         let angle = TAU * picture as f32 / PICTURES as f32;
         let eye = middle + 1.2 * radius * Vec3::new(angle.cos(), angle.sin(), 0.3);
-        let view = View { eye: eye.to_array(), pixels: 720.0, tolerance: 1.0, outline: 1.0, planes: Vec::new() };
+        View { eye: eye.to_array(), pixels: 720.0, tolerance: 1.0, outline: 1.0, planes: Vec::new() }
+    };
+    (0..=PICTURES).map(view).collect()
+}
+
+/// Frames a second in which a mesh becomes as fine as a camera needs it and a host's buffers are brought up to date, and
+/// how many triangles it then has.
+fn frames(context: &Context, built: &Arc<Progressive>, views: &[View]) -> Result<(Sample, usize)> {
+    let extents = Extents::new(built);
+    let (mut active, mut buffers, mut rates) = (ActiveMesh::new(built), Extract::default(), Vec::new());
+    for (picture, view) in views.iter().enumerate() {
         let mut made = Ok([0; 2]);
         let time = seconds(|| {
-            made = active.adapt_to(context, &view, &extents);
+            made = active.adapt_to(context, view, &extents);
             active.update(&mut buffers, false);
         });
         made?;

@@ -9,7 +9,8 @@ use std::sync::Arc;
 use clap::Subcommand;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Error, Mesh, Result};
-use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit as MeshEdit};
+use relievo_gpu::Device;
+use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, DeviceHierarchy, DeviceLevel, Edit as MeshEdit};
 use relievo_lod::{Progressive, Welded, weld};
 
 use self::picture::{Drawing, Panel};
@@ -182,23 +183,43 @@ fn show(arguments: &Show) -> Outcome {
         active.triangle_count(),
     ))?;
     if arguments.drawing.is_wanted() {
-        arguments.drawing.draw(&context, &panels(&context, arguments, &mesh, active)?)?;
+        let device = arguments.drawing.device(arguments.limits.memory_limit)?;
+        let panels = panels(&context, arguments, device.as_ref(), &mesh, active)?;
+        arguments.drawing.draw(&context, device.as_ref(), &panels)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// The level that is asked for, or what a list of edits does.
-fn panels(context: &Context, arguments: &Show, mesh: &Arc<Progressive>, mut active: ActiveMesh) -> Result<Vec<Panel>> {
-    let Some(script) = &arguments.script else { return Ok(vec![Panel { mesh: active.extract(), edit: None }]) };
+fn panels(
+    context: &Context,
+    arguments: &Show,
+    device: Option<&Device>,
+    mesh: &Arc<Progressive>,
+    mut active: ActiveMesh,
+) -> Result<Vec<Panel>> {
+    let Some(script) = &arguments.script else {
+        let level = device.map(|device| on_device(device, mesh, active.cut())).transpose()?;
+        return Ok(vec![Panel { mesh: active.extract(), level, edit: None }]);
+    };
     active.adapt(context, Cut::FINEST);
-    let mut panels = vec![Panel { mesh: active.extract(), edit: None }];
+    let mut panels = vec![Panel { mesh: active.extract(), level: None, edit: None }];
     edit_by(context, &mut active, mesh, script, |active, edit, _| {
-        panels.push(Panel { mesh: active.extract(), edit: Some(edit.clone()) });
+        panels.push(Panel { mesh: active.extract(), level: None, edit: Some(edit.clone()) });
         Ok(())
     })?;
     active.adapt(context, Cut::FINEST);
-    panels.push(Panel { mesh: active.extract(), edit: None });
+    panels.push(Panel { mesh: active.extract(), level: None, edit: None });
     Ok(panels)
+}
+
+/// A level that a device makes.
+fn on_device(device: &Device, mesh: &Progressive, cut: Cut) -> Result<DeviceLevel> {
+    let level = DeviceLevel::new(&Arc::new(DeviceHierarchy::new(device, mesh)?))?;
+    let mut frame = device.frame()?;
+    level.adapt(&mut frame, cut)?;
+    let _ = frame.submit()?;
+    Ok(level)
 }
 
 /// Makes the edits of a list at their levels. `then` gets the mesh after each, and how many vertices it reached.

@@ -301,6 +301,26 @@ fn a_progressive_mesh_is_built_shown_and_taken_at_any_level() {
     assert_eq!(export(&["--error", "1", "--faces", "3"]).status.code(), Some(2));
     let refused = export(&["--error=-1"]);
     assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("use 0 or more"), "{refused:?}");
+    // A device makes the level and draws it.
+    let show = |device: &str| {
+        let picture = format!("{device}.png");
+        run(&["show", "bowl.rlvpm", "--faces", "300", "--size", "96x72", "--device", device, "--picture", &picture])
+    };
+    assert!(show("cpu").status.success());
+    if !relievo_gpu::adapters().is_empty() {
+        let drawn = show("gpu");
+        assert!(drawn.status.success(), "{drawn:?}");
+        let pictures = ["cpu.png", "gpu.png"].map(|name| {
+            let picture = relievo_render::read_png(&folder.path().join(name), 1 << 20).unwrap();
+            (0..72).flat_map(|y| (0..96).map(move |x| (x, y))).map(|(x, y)| picture.color(x, y)).collect::<Vec<_>>()
+        });
+        // At outlines colours are taken elsewhere in the pixel.
+        let difference = |[a, b]: [&[f32; 3]; 2]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        let differences = pictures[0].iter().zip(&pictures[1]).map(|(cast, drawn)| difference([cast, drawn]));
+        let covered = pictures[0].iter().filter(|color| **color != pictures[0][0]).count();
+        let mean = differences.sum::<f32>() / covered as f32;
+        assert!(covered > 1000 && mean < 0.01, "{mean} of {covered}");
+    }
     let edits = "[[edit]]\nfaces = 200\n[[edit.handle]]\ncenter = [0, 0, 0]\nradius = 0.8\ntranslation = [0, 0, 2]\n";
     std::fs::write(folder.path().join("edits.toml"), edits).unwrap();
     // The mesh, the edit with its ball, and what becomes of it.

@@ -61,6 +61,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("imprint_tile", include_str!("../../../shaders/imprint_tile.wgsl")),
     ("imprint_touch", include_str!("../../../shaders/imprint_touch.wgsl")),
     ("imprint_write", include_str!("../../../shaders/imprint_write.wgsl")),
+    ("indirect_draw", include_str!("../../../shaders/indirect_draw.wgsl")),
     ("mesh_draw", include_str!("../../../shaders/mesh_draw.wgsl")),
     ("octahedron", include_str!("../../../shaders/octahedron.wgsl")),
     ("progressive", include_str!("../../../shaders/progressive.wgsl")),

@@ -25,7 +25,7 @@ mod view;
 
 pub use coat::{Coat, DeviceCoat, Tint, TriangleCoat, TriangleColors};
 pub use patches::{DrawCall, Storage, UNIFORM_PATCHES, VirtualVertices};
-pub use placed::{DeviceMesh, MeshVertex, NO_TAG, PassedVertex, PassedVertices, Placed, Shape};
+pub use placed::{DeviceMesh, IndirectMesh, MeshVertex, NO_TAG, PassedVertex, PassedVertices, Placed, Shape};
 pub use rasterizer::Rasterizer;
 pub use rates::{MOST_POWER, TileRates};
 pub use stage::Stage;

@@ -5,11 +5,14 @@ use std::path::PathBuf;
 use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::parameter::Switch;
 use relievo_core::{Context, Error, Result};
-use relievo_lod::progressive::{Edit, Extract, Region};
+use relievo_gpu::Device;
+use relievo_lod::progressive::{DeviceLevel, Edit, Extract, Region};
+use relievo_render::virtual_vertex::{DeviceMesh, IndirectMesh, Placed, Rasterizer, Shape};
 use relievo_render::{Image, Material, Mesh, Scene, View, write_png};
 use relievo_scene::showing::Showing;
 
 use crate::povray::Axis;
+use crate::run::Device as Kind;
 
 #[derive(clap::Args)]
 pub struct Drawing {
@@ -26,6 +29,12 @@ pub struct Drawing {
     /// Pixels of each picture: WIDTHxHEIGHT.
     #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "480x480")]
     size: [u32; 2],
+    /// What makes the level of the picture and draws it. Edits are made by the processor.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: Kind,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
 }
 
 /// Colours that are told apart by anyone (Okabe, Ito 2008).
@@ -39,6 +48,8 @@ const SAMPLES: u32 = 16;
 /// One of the pictures beside each other.
 pub struct Panel {
     pub mesh: Extract,
+    /// The same on the device that draws, if that has made it.
+    pub level: Option<DeviceLevel>,
     /// Draws the edges of triangles, and the balls of what is done.
     pub edit: Option<Edit>,
 }
@@ -49,8 +60,14 @@ impl Drawing {
         self.picture.is_some()
     }
 
-    /// Draws meshes side by side, all from where the first and the last of them are in view.
-    pub fn draw(&self, context: &Context, panels: &[Panel]) -> Result<()> {
+    /// The graphics device that is to draw, if one is.
+    pub fn device(&self, memory_limit: u64) -> Result<Option<Device>> {
+        crate::run::device(self.device, self.adapter.as_deref(), memory_limit)
+    }
+
+    /// Draws meshes side by side, all from where the first and the last of them are in view, on a graphics device or by
+    /// rays.
+    pub fn draw(&self, context: &Context, device: Option<&Device>, panels: &[Panel]) -> Result<()> {
         let Some(path) = &self.picture else { return Ok(()) };
         if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
             return Err(Error::unsupported("the format to write is not known")
@@ -69,6 +86,10 @@ impl Drawing {
         let showing = Showing::new((low.to_array(), high.to_array()), self.up.into(), self.size)?;
         let [width, height] = self.size;
         let count = u32::try_from(panels.len()).unwrap_or(u32::MAX);
+        let mut painter = match device {
+            Some(device) => Painter::Device(Rasterizer::new(device)?, device),
+            None => Painter::Rays(context),
+        };
         let mut picture = Image::new(width.saturating_mul(count), height, 3)?;
         for (column, panel) in (0..).step_by(width as usize).zip(panels) {
             let mut view = View::new(showing.camera);
@@ -78,8 +99,8 @@ impl Drawing {
             view.settings.shadows = Switch::OFF;
             view.settings.wireframe = if panel.edit.is_some() { Switch::ON } else { Switch::OFF };
             let regions = panel.edit.as_ref().map(regions).unwrap_or_default();
-            let plain = render(context, &view, &showing.material, &panel.mesh, &[], &turn)?;
-            let covered = render(context, &view, &showing.material, &panel.mesh, &regions, &turn)?;
+            let plain = painter.render(&view, &showing.material, panel, &[], &turn)?;
+            let covered = painter.render(&view, &showing.material, panel, &regions, &turn)?;
             for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
                 let (under, over) = (plain.color(x, y), covered.color(x, y));
                 let mixed = std::array::from_fn(|k| under[k] + COVER * (over[k] - under[k]));
@@ -100,23 +121,54 @@ fn regions(edit: &Edit) -> Vec<(Region, [f32; 3])> {
     handles.chain(edit.anchors.iter().map(|anchor| (*anchor, ANCHOR))).collect()
 }
 
-fn render(
-    context: &Context,
-    view: &View,
-    material: &Material,
-    mesh: &Extract,
-    regions: &[(Region, [f32; 3])],
-    turn: &DAffine3,
-) -> Result<Image> {
-    let mut scene = Scene::new()?;
-    let Extract { points, normals, triangles } = mesh.clone();
-    let object = scene.add_object(*turn, *material)?;
-    scene.set_mesh(object, 0, Mesh { points, normals, triangles, ..Mesh::default() })?;
-    for (region, color) in regions {
-        let object = scene.add_object(*turn, Material { base_color: *color, ..*material })?;
-        scene.set_mesh(object, 0, ball(region))?;
+/// What draws.
+enum Painter<'a> {
+    Rays(&'a Context),
+    Device(Rasterizer, &'a Device),
+}
+
+impl Painter<'_> {
+    fn render(
+        &mut self,
+        view: &View,
+        material: &Material,
+        panel: &Panel,
+        regions: &[(Region, [f32; 3])],
+        turn: &DAffine3,
+    ) -> Result<Image> {
+        let mesh = || {
+            let Extract { points, normals, triangles } = panel.mesh.clone();
+            Mesh { points, normals, triangles, ..Mesh::default() }
+        };
+        let balls =
+            || regions.iter().map(|(region, color)| (ball(region), Material { base_color: *color, ..*material }));
+        match self {
+            Self::Rays(context) => {
+                let mut scene = Scene::new()?;
+                for (mesh, material) in std::iter::once((mesh(), *material)).chain(balls()) {
+                    let object = scene.add_object(*turn, material)?;
+                    scene.set_mesh(object, 0, mesh)?;
+                }
+                Ok(scene.render(context, view)?.color)
+            }
+            Self::Device(rasterizer, device) => {
+                let copied = panel.level.is_none().then(|| (mesh(), *material));
+                let meshes = copied.into_iter().chain(balls());
+                let meshes = meshes.map(|(mesh, material)| Ok((DeviceMesh::new(device, &mesh, &material)?, material)));
+                let meshes: Vec<_> = meshes.collect::<Result<_>>()?;
+                let level = panel.level.as_ref().map(|level| {
+                    let bounds = level.hierarchy().bounds();
+                    let (vertices, indices, arguments) = (level.vertices(), level.indices(), level.arguments());
+                    (Shape::Indirect(IndirectMesh { vertices, indices, arguments, bounds }), *material)
+                });
+                let shapes =
+                    level.into_iter().chain(meshes.iter().map(|(mesh, made_of)| (Shape::Mesh(mesh), *made_of)));
+                let placed =
+                    shapes.map(|(shape, material)| Placed { transform: *turn, ..Placed::new(shape, material) });
+                Ok(rasterizer.render(&placed.collect::<Vec<_>>(), view)?.color)
+            }
+        }
     }
-    Ok(scene.render(context, view)?.color)
 }
 
 /// A ball whose edges are not drawn.

@@ -53,6 +53,7 @@ pub(super) enum Draw {
     /// Triangles in the pattern of their values.
     Triangles(Kind),
     Mesh,
+    Indirect,
 }
 
 impl Draw {
@@ -67,6 +68,7 @@ impl Draw {
             },
             Shape::Triangles(triangles) => Self::Triangles(triangles.kind()),
             Shape::Mesh(_) => Self::Mesh,
+            Shape::Indirect(_) => Self::Indirect,
         }
     }
 
@@ -86,6 +88,7 @@ impl Draw {
             Self::Tiles { .. } => "tiles_draw",
             Self::Triangles(_) => "triangles_draw",
             Self::Mesh => "mesh_draw",
+            Self::Indirect => "indirect_draw",
         }
     }
 
@@ -98,6 +101,7 @@ impl Draw {
             Self::Tiles { .. } => "vertex_tiles",
             Self::Triangles(_) => "vertex_triangles",
             Self::Mesh => "vertex_mesh",
+            Self::Indirect => "vertex_indirect",
         }
     }
 }
@@ -187,7 +191,7 @@ impl Pipelines {
             Draw::Patches(storage, _) | Draw::Stitches(storage, _) => &self.records[&storage],
             Draw::Tiles { .. } => &self.tiles,
             Draw::Triangles(_) => &self.triangles,
-            Draw::Strips | Draw::Mesh => &[],
+            Draw::Strips | Draw::Mesh | Draw::Indirect => &[],
         }
     }
 
@@ -211,6 +215,7 @@ impl Pipelines {
         let attribute = |offset, shader_location, format| wgpu::VertexAttribute { offset, shader_location, format };
         let virtual_vertex = [attribute(0, 0, Float32x2), attribute(8, 1, Uint32), attribute(12, 2, Uint32)];
         let passed_vertex = [attribute(0, 0, Float32x3), attribute(12, 1, Uint32), attribute(16, 2, Float32x3)];
+        let indirect_vertex = [attribute(0, 0, Float32x3), attribute(12, 1, Uint32)];
         let mesh_vertex = [
             attribute(0, 0, Float32x3),
             attribute(12, 1, Float32x3),
@@ -224,6 +229,7 @@ impl Pipelines {
             Draw::Tiles { .. } => (0, &[], size_of::<TilesCall>() as u32),
             Draw::Triangles(_) => (0, &[], size_of::<TrianglesCall>() as u32),
             Draw::Mesh => (size_of::<MeshVertex>(), &mesh_vertex, 0),
+            Draw::Indirect => (size_of::<[u32; 4]>(), &indirect_vertex, 0),
         };
         let buffers = [Some(wgpu::VertexBufferLayout {
             array_stride: stride as u64,
@@ -239,7 +245,7 @@ impl Pipelines {
             Draw::Triangles(Kind { colors, vectors, traces }) => {
                 vec![("COLORS", number(colors)), ("VECTORS", number(vectors)), ("TRACES", number(traces))]
             }
-            Draw::Strips | Draw::Mesh => Vec::new(),
+            Draw::Strips | Draw::Mesh | Draw::Indirect => Vec::new(),
         };
         let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
         let mut layouts = vec![Some(self.scene_layout(shadow))];

@@ -37,6 +37,8 @@ pub enum Shape<'a> {
     Triangles(&'a VirtualTriangles),
     /// Triangles.
     Mesh(&'a DeviceMesh),
+    /// Triangles that kernels of the device have written, as many as they say.
+    Indirect(IndirectMesh<'a>),
 }
 
 /// Something that is drawn.
@@ -65,6 +67,10 @@ impl<'a> Placed<'a> {
             Shape::Tiles { drawn, .. } => drawn.bounds(),
             Shape::Triangles(triangles) => triangles.bounds(),
             Shape::Mesh(mesh) => mesh.bounds,
+            Shape::Indirect(mesh) => {
+                let [low, high] = mesh.bounds.map(|corner| Vec3::from(corner).as_dvec3());
+                (low, high)
+            }
         }
     }
 }
@@ -197,4 +203,19 @@ impl DeviceMesh {
     pub fn triangles(&self) -> usize {
         self.indices.len() / 3
     }
+}
+
+/// Triangles that kernels of the device have written, drawn without being read back, in the colour of their material and
+/// without lines.
+#[derive(Clone, Copy, Debug)]
+pub struct IndirectMesh<'a> {
+    /// The bits of the three coordinates of each point, and the normal on an octahedron that is unfolded to a square, in two
+    /// numbers of 16 bits (`shaders/octahedron.wgsl`), or 0 for that of the triangle.
+    pub vertices: &'a Buffer<[u32; 4]>,
+    /// Numbers of vertices, three a triangle, counter-clockwise from its front.
+    pub indices: &'a Buffer<u32>,
+    /// First the number of indices, then 1, 0, 0, 0.
+    pub arguments: &'a Buffer<u32>,
+    /// Smallest and largest coordinates; they may be those of more than is drawn.
+    pub bounds: [[f32; 3]; 2],
 }

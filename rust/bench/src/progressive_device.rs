@@ -1,0 +1,62 @@
+//! Progressive meshes on the graphics device, by its own clock: splits and collapses a second, and frames of a camera.
+
+use std::sync::Arc;
+
+use relievo_core::{Context, Result};
+use relievo_gpu::{AdapterKind, Device, DeviceOptions, Frame};
+use relievo_lod::Progressive;
+use relievo_lod::progressive::{Cut, DeviceHierarchy, DeviceLevel, Extents, View};
+
+use crate::measure::Sample;
+use crate::report::{Goal, Report};
+
+/// Runs of each figure.
+const RUNS: usize = 5;
+/// Millions of splits a second that a graphics card makes.
+const CARD: f64 = 30.0;
+
+/// Measures a mesh for some views.
+pub fn case(report: &mut Report, context: &Context, name: &str, built: &Arc<Progressive>, views: &[View]) -> Result<()> {
+    let name = format!("{name}, on a device");
+    let device = match Device::open(&DeviceOptions { timing: true, ..DeviceOptions::default() }) {
+        Ok(device) => device,
+        Err(error) => {
+            report.skip(&name, &error.to_string());
+            return Ok(());
+        }
+    };
+    let extents = Extents::new(built);
+    let hierarchy = Arc::new(DeviceHierarchy::for_views(context, &device, built, &extents)?);
+    let level = DeviceLevel::new(&hierarchy)?;
+    let bytes = Sample::new(vec![hierarchy.bytes() as f64 / built.triangle_count() as f64]);
+    report.add(&format!("{name}: in its memory, for views"), &bytes, None, "bytes a triangle", Goal::None);
+    let time = |record: &dyn Fn(&mut Frame) -> Result<()>| {
+        let mut frame = device.frame()?;
+        record(&mut frame)?;
+        let times = frame.submit()?.wait()?;
+        Ok::<_, relievo_core::Error>(times.iter().map(|pass| pass.length.as_secs_f64()).sum::<f64>())
+    };
+    let splits = built.splits().count() as f64 / 1e6;
+    let mut rates = [const { Vec::new() }; 2];
+    for run in 0..=RUNS {
+        for (rates, cut) in rates.iter_mut().zip([Cut::FINEST, Cut::BASE]) {
+            let seconds = time(&|frame| level.adapt(frame, cut))?;
+            // The first finds its memory cold.
+            if run > 0 {
+                rates.push(splits / seconds);
+            }
+        }
+    }
+    let goal = if device.summary().kind == AdapterKind::Software { Goal::None } else { Goal::AtLeast(CARD) };
+    let [made, taken] = rates.map(Sample::new);
+    report.add(&format!("{name}: splits"), &made, None, "M/s", goal);
+    report.add(&format!("{name}: collapses"), &taken, None, "M/s", Goal::None);
+    let mut frames = Vec::new();
+    for view in views {
+        frames.push(1.0 / time(&|frame| level.adapt_to(frame, view))?);
+    }
+    let [_, triangles] = level.counts()?;
+    let what = format!("{name}: frames of a camera around it, {triangles} triangles");
+    report.add(&what, &Sample::new(frames), None, "1/s", Goal::None);
+    Ok(())
+}
