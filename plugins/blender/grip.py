@@ -25,7 +25,7 @@ def anchors_of(text):
         rows = [[float(number) for number in row] for row in json.loads(text or "[]")]
         if any(len(row) != 4 for row in rows):
             raise ValueError("each has four numbers")
-    except (TypeError, ValueError) as failure:
+    except (ValueError, *progressive.STRANGE) as failure:
         raise state.Refused(f"The anchors are not a list of x, y, z and radius: {failure}") from None
     return [{"center": row[:3], "radius": row[3]} for row in rows]
 
@@ -94,7 +94,10 @@ class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
             return {"CANCELLED"}
         job.interrupt()
         self.target = context.active_object
+        self.world = numpy.array(self.target.matrix_world)
         try:
+            if not numpy.linalg.det(self.world):
+                raise state.Refused(f"{self.target.name} has no size along one of its axes")
             self.measure = progressive.measure_of(self.target.relievo.progressive)
             self.shown = job.run(progressive.showing(self.target))
             self.caster = self.shown.pick()
@@ -106,7 +109,6 @@ class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
         handle = context.scene.relievo.handle
         self.radius, self.falloff, self.anchors = handle.radius, handle.falloff, ""
         self.move, self.angle = (0, 0, 0), 0.0
-        self.world = numpy.array(self.target.matrix_world)
         self.inverse = numpy.linalg.inv(self.world)
         # The button is in the sidebar, the surface in the window beside it.
         self.region = next(region for region in context.area.regions if region.type == "WINDOW")
@@ -206,8 +208,7 @@ class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
         self.take_back()
         self.shown.edit(self.text(self.measure))
         self.is_tried = True
-        self.shown.level.update()
-        progressive.write(self.target, self.shown)
+        progressive.write_moved(self.target, self.shown)
         self.show_balls()
 
     def take_back(self):
@@ -236,9 +237,11 @@ class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
             super().cancel(context)
 
     def cancelled(self, context):
-        self.take_back()
-        self.shown.level.update()
-        progressive.write(self.target, self.shown)
+        try:
+            self.take_back()
+            progressive.write_moved(self.target, self.shown)
+        except self.failures as failure:
+            self.report({"ERROR"}, str(failure))
         return self.done_drawing(context, {"CANCELLED"})
 
     def done_drawing(self, context, answer):

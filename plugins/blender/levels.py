@@ -84,9 +84,11 @@ class RELIEVO_OT_levels_clear(OnLevels, bpy.types.Operator):
         target = context.active_object
         original = target.relievo.progressive.original
         try:
-            progressive.check(target)
-            if self.keep == "ORIGINAL" and original is None:
-                raise Refused(f"The levels of {target.name} were read from a file, and there is no original mesh")
+            progressive.check_kept(target)
+            if self.keep == "ORIGINAL":
+                progressive.check(target)
+                if original is None:
+                    raise Refused(f"The levels of {target.name} were read from a file, and there is no original mesh")
         except Refused as failure:
             self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}

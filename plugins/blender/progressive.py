@@ -23,6 +23,8 @@ FORMAT = 1
 PACKED = "relievo_progressive"
 # Bytes that Blender can keep of one property.
 MOST_BYTES = 2**31 - 64
+# What JSON of another shape than expected may raise, besides ValueError.
+STRANGE = (KeyError, TypeError, AttributeError, OverflowError, RecursionError)
 # What edits and changes of the level may raise.
 FAILURES = (Refused, rl.RelievoError, OSError)
 
@@ -153,7 +155,9 @@ def read(text):
     try:
         kept = json.loads(text)
         level = kept["level"]
-        if set(level) not in ({"error"}, {"triangles"}):
+        if set(level) == {"error"}:
+            level["error"] = float(level["error"])
+        elif set(level) != {"triangles"} or not isinstance(level["triangles"], int) or level["triangles"] < 0:
             raise ValueError("no level")
         if not kept["handles"]:
             raise ValueError("no handle")
@@ -161,7 +165,7 @@ def read(text):
             grip(handle)
         for held in kept["anchors"]:
             region(held)
-    except (KeyError, TypeError, AttributeError) as failure:
+    except STRANGE as failure:
         raise ValueError(f"{type(failure).__name__}: {failure}") from None
     return kept
 
@@ -175,7 +179,7 @@ def _numbers(values):
 
 def region(kept):
     """A region as the library takes it."""
-    return rl.Region(_numbers(kept["center"]), float(kept["radius"]), kept.get("falloff", "smooth"))
+    return rl.Region(_numbers(kept["center"]), float(kept["radius"]), str(kept.get("falloff", "smooth")))
 
 
 def grip(kept):
@@ -189,8 +193,8 @@ def is_there(target):
     return target is not None and target.type == "MESH" and bool(target.relievo.progressive.uid)
 
 
-def check(target):
-    """Refuses objects whose mesh cannot be written to."""
+def check_kept(target):
+    """Refuses objects whose levels cannot be changed at all."""
     if target is None or target.type != "MESH":
         raise Refused("Select a mesh object")
     if target.library is not None or target.override_library is not None or target.data.library is not None:
@@ -199,6 +203,11 @@ def check(target):
         )
     if target.relievo.progressive.format > FORMAT:
         raise Refused(f"The levels of {target.name} are of a newer Relievo add-on; update it to edit this object")
+
+
+def check(target):
+    """Refuses objects whose mesh cannot be written to."""
+    check_kept(target)
     if target.relievo.source is not None:
         raise Refused(f"{target.name} is the result of {target.relievo.source.name}, which writes to its mesh")
     if target.relievo.uid:
@@ -280,6 +289,14 @@ def write(target, shown):
             there = numpy.clip(materials, 0, max(len(data.materials) - 1, 0))
             mesh.set_material(data, int(numpy.bincount(there).argmax()))
     mesh.set_points(data, points)
+
+
+def write_moved(target, shown):
+    """Writes what has changed since the last time, where nobody else has written meanwhile: mostly points alone."""
+    if shown.level.update().changed_triangle_count:
+        write(target, shown)
+    else:
+        mesh.set_points(target.data, shown.level.points)
 
 
 def left_out(target):

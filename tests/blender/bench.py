@@ -1,7 +1,8 @@
 """Figures of the add-on in a host: a mesh of a million points into the library and a result of as many points back, and
-what an event of the brush tool costs on a surface of 200,000 faces. Milliseconds: the best of several or, of events, the
-median and what 95 of 100 stay below, of the processor (all threads together, since others may be busy) and by the clock.
-One line each, `name milliseconds goal` with tabs between. `cargo xtask bench hosts` runs it."""
+what an event of the brush tool costs on a surface of 200,000 faces; levels of a million triangles. Milliseconds: the
+best of several or, of events, the median and what 95 of 100 stay below, of the processor (all threads together, since
+others may be busy) and by the clock. One line each, `name milliseconds goal` with tabs between. `cargo xtask bench
+hosts` runs it."""
 
 import statistics
 import sys
@@ -114,5 +115,39 @@ def brush():
         report("pressing the button before it", statistics.median(first))
 
 
+def levels():
+    """Another level of a million triangles, and what an event of a handle does to a hundredth of its points."""
+    from relievo import progressive
+
+    target = grid(707, "levels")
+    points = mesh.get_points(target.data)
+    points[:, 2] = 0.05 * numpy.sin(9 * points[:, 0]) * numpy.cos(11 * points[:, 1])
+    mesh.set_points(target.data, points)
+    host.select(target)
+    start = time.perf_counter()
+    bpy.ops.relievo.levels_build()
+    report("building levels of a million triangles", 1000 * (time.perf_counter() - start))
+    options = target.relievo.progressive
+    for ratio in (0.5, 0.1):
+        ratios = iter(numpy.linspace(0.99 * ratio, 0.95 * ratio, 5))
+        options.ratio = ratio
+        report(f"another level near {ratio}", best(lambda: setattr(options, "ratio", next(ratios))))
+    for ratio in (1.0, 0.1):
+        options.ratio = ratio
+        shown, measure = progressive.job.run(progressive.showing(target)), progressive.measure_of(options)
+        handle = {"center": [0.3, 0.2, 0.0], "radius": 0.16, "translation": [0.0, 0.0, 0.05]}
+        text = progressive.text_of(measure, [handle])
+        reached = shown.edit(text)
+
+        def event():
+            shown.undo()
+            shown.edit(text)
+            progressive.write_moved(target, shown)
+
+        report(f"an event of a handle at {ratio}, {reached} points", best(event))
+        shown.undo()
+
+
 million()
 brush()
+levels()

@@ -139,6 +139,9 @@ class Building(Case):
         textured.relievo.progressive.ratio = 0.2
         self.assertEqual(triangles(textured), count)
         self.assertIn("detail", self.relievo.progressive.trouble(textured))
+        host.select(textured)
+        self.refused(bpy.ops.relievo.levels_clear, "has detail", keep="ORIGINAL")
+        self.assertEqual(bpy.ops.relievo.levels_clear(keep="LEVEL"), {"FINISHED"})
 
     def test_a_cancelled_build_leaves_nothing(self):
         ball = host.ball(1.0, rings=64)
@@ -303,6 +306,7 @@ class Edits(Case):
             ({"axis": (0, 0, 0), "angle": 1.0}, "axis"),
             ({"anchors": "nonsense"}, "anchors"),
             ({"anchors": "[[1, 2, 3]]"}, "anchors"),
+            ({"anchors": "[" * 100000}, "anchors"),
             ({"anchors": "[[0, 0, 0, -1]]"}, "radius"),
         ):
             self.refused(lambda **more: self.pull(ball, **more), text, **options)
@@ -310,7 +314,9 @@ class Edits(Case):
             numpy.testing.assert_array_equal(shape(ball), before)
         self.pull(ball)
         kept = ball.relievo.progressive.edits[0].text
-        for text in ("nonsense", "[]", "{}", kept.replace("smooth", "steep"), kept.replace("center", "middle")):
+        far = json.dumps({**json.loads(kept), "level": {"triangles": 0.5}})
+        deep, large = "[" * 100000, kept.replace("0.5", "1" + "0" * 400)
+        for text in ("nonsense", "[]", "{}", far, deep, large, kept.replace("smooth", "steep"), kept.replace("center", "middle")):
             ball.relievo.progressive.edits[0].text = text
             self.refused(lambda: self.pull(ball), "Edit 1 cannot be made again")
         ball.relievo.progressive.edits[0].text = kept
