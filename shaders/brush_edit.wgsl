@@ -1,5 +1,6 @@
 // import common
 // import brush
+// import falloff
 // A brush at places of a surface, and what edits of blocks share (Schäfer et al. 2015, *Local Painting and Deformation of
 // Meshes on the GPU*, Sections 3 and 5.2). The same as `weights` of rust/detail.
 
@@ -50,9 +51,8 @@ const TURNED_OVER: u32 = 4u;
 const ROUNDED: u32 = 8u;
 const SMEAR_SHIFT: u32 = 16u;
 
-// The largest half float, and the bell at its rim.
+// The largest half float.
 const MOST: f32 = 65504.0;
-const RIM: f32 = 0.011108997;
 
 struct BrushPlace {
     // Where it is in the box.
@@ -62,30 +62,6 @@ struct BrushPlace {
     normal: vec3<f32>,
     // The part of the edit that it gets.
     share: f32,
-}
-
-fn share_of(square: f32) -> f32 {
-    if work.falloff == 0u {
-        return 1.0;
-    }
-    if square >= 1.0 {
-        return 0.0;
-    }
-    let r = sqrt(square);
-    switch work.falloff {
-        case 1u: {
-            return 1.0 - r;
-        }
-        case 2u: {
-            return (1.0 - r) * (1.0 - r) * (1.0 + 2.0 * r);
-        }
-        case 3u: {
-            return sqrt(1.0 - square);
-        }
-        default: {
-            return (exp(-4.5 * square) - RIM) / (1.0 - RIM);
-        }
-    }
 }
 
 fn along(row: vec4<f32>, p: vec3<f32>) -> f32 {
@@ -106,7 +82,7 @@ fn brush_over(point: vec3<f32>, normal: vec3<f32>, height: f32) -> BrushPlace {
     let place = fma(vec3(height), found.rises, still);
     found.place = place;
     if all(abs(place) <= vec3(1.0)) {
-        found.share = work.strength * share_of(fma(place.z, place.z, fma(place.y, place.y, place.x * place.x)));
+        found.share = work.strength * falloff_share(work.falloff, fma(place.z, place.z, fma(place.y, place.y, place.x * place.x)));
     }
     return found;
 }

@@ -6,14 +6,33 @@
 const ALWAYS: u32 = 0xffffffffu;
 /// In place of a split: a leaf.
 const LEAF: u32 = 0x80000000u;
+/// The numbers ahead of the vertices around a split in `Stars` of rust/lod: how many are beside its first vertex alone,
+/// beside both, beside the second alone, and how many triangles are at the first and at the second.
+const HEAD: u32 = 5u;
+/// Of a vertex around, its node: twice the number of the split it comes from, and 1 if it is the second of that. Above it:
+/// its edge to the first vertex is a border; shifted by 1, that to the second.
+const NODE: u32 = 0x0fffffffu;
+const BORDER: u32 = 0x40000000u;
 
 struct Split {
     /// The deviation, rounded up to 16 bits, above the depth; 0 where there is no split.
     key: u32,
     /// The vertex that is split.
     vertex: u32,
+    /// Its node.
+    parent: u32,
     /// What that vertex and the added one are then: a split, or a leaf. Of a vertex of the base, what that is.
     children: array<u32, 2>,
+}
+
+/// Where a vertex is that was edited, or one near.
+struct Place {
+    point: vec3<f32>,
+    /// The edit that put it there; 0 if it followed to a finer level.
+    edited: u32,
+    normal: vec3<f32>,
+    /// 1 if it is elsewhere than it was built.
+    moved: u32,
 }
 
 /// The number of an invocation among all.

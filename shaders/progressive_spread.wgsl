@@ -9,12 +9,13 @@ struct Depths {
     count: u32,
 }
 
-/// Splits by depth, the greatest first; where those of a depth begin; where what a split stands on begins.
-@group(0) @binding(0) var<storage, read> order: array<u32>;
-@group(0) @binding(1) var<storage, read> depths: array<u32>;
-@group(0) @binding(2) var<storage, read> starts: array<u32>;
-/// The vertices around splits and their own, as twice the split that each comes from and 1 if it is the second.
-@group(0) @binding(3) var<storage, read> around: array<u32>;
+@group(0) @binding(0) var<storage, read> splits: array<Split>;
+/// Splits by depth, the greatest first; where those of a depth begin; where what is around a split begins.
+@group(0) @binding(1) var<storage, read> order: array<u32>;
+@group(0) @binding(2) var<storage, read> depths: array<u32>;
+@group(0) @binding(3) var<storage, read> starts: array<u32>;
+/// As `Stars` of rust/lod has them.
+@group(0) @binding(4) var<storage, read> stars: array<u32>;
 @group(1) @binding(0) var<storage, read_write> there: array<atomic<u32>>;
 var<immediate> work: Depths;
 
@@ -23,11 +24,18 @@ fn spread_from(place: u32) {
     if (atomicLoad(&there[split / 32u]) >> (split % 32u) & 1u) == 0u {
         return;
     }
-    for (var k = starts[place]; k < starts[place + 1u]; k++) {
-        let below = around[k] / 2u;
+    let start = starts[split];
+    let count = stars[start] + stars[start + 1u] + stars[start + 2u];
+    // The vertex that is split comes first.
+    var node = splits[split].parent;
+    for (var k = 0u; k <= count; k++) {
+        let below = node / 2u;
         let bit = 1u << (below % 32u);
         if (atomicLoad(&there[below / 32u]) & bit) == 0u {
             atomicOr(&there[below / 32u], bit);
+        }
+        if k < count {
+            node = stars[start + HEAD + k] & NODE;
         }
     }
 }

@@ -1,9 +1,12 @@
 // import progressive
+// import octahedron
 // The vertices and triangles of a mesh that is marked, without gaps, in buffers that are drawn.
 
 struct Sizes {
     vertices: u32,
     triangles: u32,
+    /// 1 if vertices may be elsewhere than they were built.
+    is_edited: u32,
 }
 
 @group(0) @binding(0) var<storage, read> splits: array<Split>;
@@ -22,6 +25,8 @@ struct Sizes {
 @group(1) @binding(5) var<storage, read_write> indices: array<u32>;
 /// The arguments of an indirect draw, and the number of vertices.
 @group(1) @binding(6) var<storage, read_write> arguments: array<u32>;
+/// Of every node, where it is if it was edited.
+@group(1) @binding(7) var<storage, read_write> places: array<Place>;
 var<immediate> sizes: Sizes;
 
 var<workgroup> words: array<atomic<u32>, 8>;
@@ -104,10 +109,21 @@ fn write_vertices(
     for (var side = 0u; side < select(2u, 1u, own.key == ALWAYS); side++) {
         let child = own.children[side];
         let vertex = ends[side];
-        if child >= LEAF {
-            vertices[rank(vertex) - 1u] = leaves[vertex];
-        } else if !is_there(child) {
-            vertices[rank(vertex) - 1u] = inner[child];
+        if child < LEAF && is_there(child) {
+            continue;
         }
+        var bits: vec4<u32>;
+        if child >= LEAF {
+            bits = leaves[vertex];
+        } else {
+            bits = inner[child];
+        }
+        if sizes.is_edited == 1u {
+            let place = places[2u * split + side];
+            if place.moved == 1u {
+                bits = vec4(bitcast<vec3<u32>>(place.point), octahedral_bits(place.normal));
+            }
+        }
+        vertices[rank(vertex) - 1u] = bits;
     }
 }

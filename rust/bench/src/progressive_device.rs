@@ -16,7 +16,13 @@ const RUNS: usize = 5;
 const CARD: f64 = 30.0;
 
 /// Measures a mesh for some views.
-pub fn case(report: &mut Report, context: &Context, name: &str, built: &Arc<Progressive>, views: &[View]) -> Result<()> {
+pub fn case(
+    report: &mut Report,
+    context: &Context,
+    name: &str,
+    built: &Arc<Progressive>,
+    views: &[View],
+) -> Result<()> {
     let name = format!("{name}, on a device");
     let device = match Device::open(&DeviceOptions { timing: true, ..DeviceOptions::default() }) {
         Ok(device) => device,
@@ -26,11 +32,11 @@ pub fn case(report: &mut Report, context: &Context, name: &str, built: &Arc<Prog
         }
     };
     let extents = Extents::new(built);
-    let hierarchy = Arc::new(DeviceHierarchy::for_views(context, &device, built, &extents)?);
-    let level = DeviceLevel::new(&hierarchy)?;
+    let hierarchy = Arc::new(DeviceHierarchy::with_surroundings(context, &device, built, &extents)?);
+    let mut level = DeviceLevel::new(&hierarchy)?;
     let bytes = Sample::new(vec![hierarchy.bytes() as f64 / built.triangle_count() as f64]);
-    report.add(&format!("{name}: in its memory, for views"), &bytes, None, "bytes a triangle", Goal::None);
-    let time = |record: &dyn Fn(&mut Frame) -> Result<()>| {
+    report.add(&format!("{name}: in its memory, for views and edits"), &bytes, None, "bytes a triangle", Goal::None);
+    let time = |record: &mut dyn FnMut(&mut Frame) -> Result<()>| {
         let mut frame = device.frame()?;
         record(&mut frame)?;
         let times = frame.submit()?.wait()?;
@@ -40,7 +46,7 @@ pub fn case(report: &mut Report, context: &Context, name: &str, built: &Arc<Prog
     let mut rates = [const { Vec::new() }; 2];
     for run in 0..=RUNS {
         for (rates, cut) in rates.iter_mut().zip([Cut::FINEST, Cut::BASE]) {
-            let seconds = time(&|frame| level.adapt(frame, cut))?;
+            let seconds = time(&mut |frame| level.adapt(frame, cut))?;
             // The first finds its memory cold.
             if run > 0 {
                 rates.push(splits / seconds);
@@ -53,7 +59,7 @@ pub fn case(report: &mut Report, context: &Context, name: &str, built: &Arc<Prog
     report.add(&format!("{name}: collapses"), &taken, None, "M/s", Goal::None);
     let mut frames = Vec::new();
     for view in views {
-        frames.push(1.0 / time(&|frame| level.adapt_to(frame, view))?);
+        frames.push(1.0 / time(&mut |frame| level.adapt_to(frame, view))?);
     }
     let [_, triangles] = level.counts()?;
     let what = format!("{name}: frames of a camera around it, {triangles} triangles");

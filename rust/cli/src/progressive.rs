@@ -215,7 +215,7 @@ fn panels(
 
 /// A level that a device makes.
 fn on_device(device: &Device, mesh: &Progressive, cut: Cut) -> Result<DeviceLevel> {
-    let level = DeviceLevel::new(&Arc::new(DeviceHierarchy::new(device, mesh)?))?;
+    let mut level = DeviceLevel::new(&Arc::new(DeviceHierarchy::new(device, mesh)?))?;
     let mut frame = device.frame()?;
     level.adapt(&mut frame, cut)?;
     let _ = frame.submit()?;

@@ -7,6 +7,7 @@
 //! before does not matter.
 
 mod around;
+mod edits;
 mod level;
 
 use std::sync::Arc;
@@ -24,8 +25,8 @@ use crate::connectivity::NONE;
 
 pub use self::level::DeviceLevel;
 
-/// Vertices at most: numbers are also given doubled, above two bits for sides.
-const MOST: usize = 1 << 29;
+/// Vertices at most: numbers are also given doubled, with four bits above.
+const MOST: usize = 1 << 27;
 
 /// As in `progressive.wgsl`.
 #[repr(C)]
@@ -33,14 +34,15 @@ const MOST: usize = 1 << 29;
 struct SplitBlock {
     key: u32,
     vertex: u32,
+    parent: u32,
     children: [u32; 2],
 }
 
 /// A vertex that is drawn: its point, and its normal on an octahedron in two numbers of 16 bits (`octahedron.wgsl`).
 pub type Vertex = [u32; 4];
 
-/// What a device has of a progressive mesh. That is 40 bytes a triangle; a mesh of it may take 20 more, and what views need
-/// another 24.
+/// What a device has of a progressive mesh. That is 42 bytes a triangle; a mesh of it may take 20 more, and what views and edits need
+/// another 48.
 #[derive(Debug)]
 pub struct DeviceHierarchy {
     device: Device,
@@ -49,6 +51,8 @@ pub struct DeviceHierarchy {
     /// Numbers in the input of the leaves.
     numbers: Vec<u32>,
     bounds: [[f32; 3]; 2],
+    /// What coordinates are multiplied by so that squares of areas stay in the range of f32.
+    scale: f32,
     splits: Buffer<SplitBlock>,
     inner: Buffer<Vertex>,
     leaves: Buffer<Vertex>,
@@ -58,7 +62,7 @@ pub struct DeviceHierarchy {
 }
 
 impl DeviceHierarchy {
-    /// Sends a mesh to a device. Fails if it has more than 2²⁹ vertices, and where the device has no memory.
+    /// Sends a mesh to a device. Fails if it has more than 2²⁷ vertices, and where the device has no memory.
     pub fn new(device: &Device, mesh: &Progressive) -> Result<Self> {
         let count = mesh.vertex_count();
         if count > MOST {
@@ -103,6 +107,7 @@ impl DeviceHierarchy {
             triangles: mesh.triangle_count(),
             numbers,
             bounds: bounds.map(|corner| corner.unwrap_or_default().to_array()),
+            scale: mesh.scale(),
             splits: Buffer::of(device, "splits", &blocks(mesh))?,
             inner: Buffer::of(device, "places of splits", &inner)?,
             leaves: Buffer::of(device, "places of leaves", &leaves)?,
@@ -112,10 +117,15 @@ impl DeviceHierarchy {
         })
     }
 
-    /// The same with what views need. Fails if the extents are of another mesh, and as [`Self::new`].
-    pub fn for_views(context: &Context, device: &Device, mesh: &Arc<Progressive>, extents: &Extents) -> Result<Self> {
+    /// The same with what views and edits need. Fails if the extents are of another mesh, and as [`Self::new`].
+    pub fn with_surroundings(
+        context: &Context,
+        device: &Device,
+        mesh: &Arc<Progressive>,
+        extents: &Extents,
+    ) -> Result<Self> {
         let made = Self::new(device, mesh)?;
-        let around = Some(DeviceAround::new(context, device, mesh, extents)?);
+        let around = Some(DeviceAround::new(context, device, (mesh, &made.splits), extents)?);
         Ok(Self { around, ..made })
     }
 
@@ -162,16 +172,17 @@ fn split_vertices(mesh: &Progressive, splits: &[(u32, u32)]) -> Vec<u32> {
 /// Splits and vertices of the base by number.
 fn blocks(mesh: &Progressive) -> Vec<SplitBlock> {
     let children = |number: u32| mesh.splits[number as usize].children;
-    let none = SplitBlock { key: 0, vertex: 0, children: [LEAF; 2] };
+    let none = SplitBlock { key: 0, vertex: 0, parent: 0, children: [LEAF; 2] };
     let mut blocks = vec![none; mesh.vertex_count()];
     for vertex in mesh.base_vertices() {
-        blocks[*vertex as usize] = SplitBlock { key: u32::MAX, vertex: *vertex, children: children(*vertex) };
+        let (key, children) = (u32::MAX, children(*vertex));
+        blocks[*vertex as usize] = SplitBlock { key, vertex: *vertex, parent: 2 * vertex, children };
     }
     let splits = by_depth(mesh);
     let vertices = split_vertices(mesh, &splits);
     for (_, split) in splits {
-        let key = mesh.splits[split as usize].key.0;
-        blocks[split as usize] = SplitBlock { key, vertex: vertices[split as usize], children: children(split) };
+        let (key, vertex) = (mesh.splits[split as usize].key.0, vertices[split as usize]);
+        blocks[split as usize] = SplitBlock { key, vertex, parent: mesh.parent(split), children: children(split) };
     }
     blocks
 }
@@ -187,6 +198,7 @@ mod tests {
         let split = [
             ("key", offset_of!(SplitBlock, key)),
             ("vertex", offset_of!(SplitBlock, vertex)),
+            ("parent", offset_of!(SplitBlock, parent)),
             ("children", offset_of!(SplitBlock, children)),
         ];
         assert_layout("progressive", "Split", size_of::<SplitBlock>(), &split);

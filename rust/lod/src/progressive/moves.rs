@@ -13,7 +13,7 @@ use super::stars::Stars;
 
 /// How far a vertex has moved at least, in extents of the mesh, and how far its normal has turned, that follows others. An
 /// influence would otherwise go on from neighbour to neighbour, less at every level, to where no one sees it.
-const LEAST_MOVE: f32 = 1e-7;
+pub const LEAST_MOVE: f32 = 1e-7;
 const LEAST_TURN: f32 = 1e-4;
 
 /// What was edited.

@@ -14,7 +14,7 @@ use crate::connectivity::NONE;
 /// Splits of one task.
 const PART: usize = 256;
 /// Numbers ahead of those of vertices and triangles.
-const HEAD: usize = 5;
+pub const HEAD: usize = 5;
 
 /// What is around splits.
 pub struct Stars {
@@ -34,7 +34,8 @@ pub struct Star<'a> {
     /// Of each triangle at each vertex the vertices after and before it, by their numbers in the ring; the vertices of the
     /// split come after those.
     spokes: [&'a [u32]; 2],
-    is_wide: bool,
+    /// There are more vertices than 16 bits tell apart.
+    pub is_wide: bool,
 }
 
 /// Whether numbers in the ring need all bits of a number, and those of a triangle two of them.
@@ -72,6 +73,11 @@ impl Star<'_> {
 impl Stars {
     pub fn new(vertices: usize) -> Self {
         Self { starts: vec![usize::MAX; vertices], numbers: Vec::new() }
+    }
+
+    /// Of every split where its numbers begin, if they are known, and all numbers: as the fields say.
+    pub fn parts(&self) -> (&[usize], &[u32]) {
+        (&self.starts, &self.numbers)
     }
 
     /// What is around a split, which has to be known.

@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ErrorKind};
+use relievo_core::{Context, ErrorKind, Falloff};
 use relievo_gpu::Device;
 use relievo_lod::Progressive;
-use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, DeviceHierarchy, DeviceLevel, Extents, Extract, View};
+use relievo_lod::progressive::{
+    ActiveMesh, BuildOptions, Cut, DeviceHierarchy, DeviceLevel, Edit, Extents, Extract, Handle, Region, View,
+};
 use relievo_testing::device;
 
 use crate::shapes::{Triangles, lifted, torus, two_tori};
@@ -21,7 +24,7 @@ fn build((points, triangles): &Triangles, locked: Vec<u32>) -> Arc<Progressive> 
     Arc::new(Progressive::build(&Context::serial(), points, triangles, &options, &mut Silent).unwrap())
 }
 
-fn at(device: &Device, level: &DeviceLevel, cut: Cut) -> Extract {
+fn at(device: &Device, level: &mut DeviceLevel, cut: Cut) -> Extract {
     let mut frame = device.frame().unwrap();
     level.adapt(&mut frame, cut).unwrap();
     let _ = frame.submit().unwrap();
@@ -37,19 +40,19 @@ fn levels_on_a_device_are_those_of_the_processor() {
         for locked in [Vec::new(), (0..shape.0.len() as u32).filter(|vertex| vertex % 7 != 0).collect()] {
             let mesh = build(&shape, locked);
             let hierarchy = Arc::new(DeviceHierarchy::new(&device, &mesh).unwrap());
-            assert!(hierarchy.bytes() < 44 * shape.1.len());
-            let level = DeviceLevel::new(&hierarchy).unwrap();
+            assert!(hierarchy.bytes() < 46 * shape.1.len());
+            let mut level = DeviceLevel::new(&hierarchy).unwrap();
             let mut active = ActiveMesh::new(&mesh);
             let faces = [0, 61, 333, 1500].map(|faces| Cut::of_faces(&mesh, faces));
             let errors = [0.0, 1e-3, 0.02, 0.1].map(Cut::of_error);
             let cuts = faces.into_iter().chain(errors).chain([Cut::FINEST, Cut::BASE]);
             for cut in cuts {
                 active.adapt(&context, cut);
-                let made = at(&device, &level, cut);
+                let made = at(&device, &mut level, cut);
                 assert!(made == active.extract(), "{cut:?}");
                 assert_eq!(level.counts().unwrap(), [active.vertex_count(), active.triangle_count()]);
             }
-            let finest = at(&device, &level, Cut::FINEST);
+            let finest = at(&device, &mut level, Cut::FINEST);
             assert!(finest.points == shape.0 && finest.triangles == shape.1);
         }
     }
@@ -74,9 +77,9 @@ fn views_on_a_device_are_those_of_the_processor() {
     for shape in shapes() {
         let mesh = build(&shape, Vec::new());
         let extents = Extents::new(&mesh);
-        let hierarchy = Arc::new(DeviceHierarchy::for_views(&context, &device, &mesh, &extents).unwrap());
-        assert!(hierarchy.bytes() < 70 * shape.1.len());
-        let level = DeviceLevel::new(&hierarchy).unwrap();
+        let hierarchy = Arc::new(DeviceHierarchy::with_surroundings(&context, &device, &mesh, &extents).unwrap());
+        assert!(hierarchy.bytes() < 110 * shape.1.len());
+        let mut level = DeviceLevel::new(&hierarchy).unwrap();
         let after_finest = |view: &View| {
             let mut active = ActiveMesh::new(&mesh);
             active.adapt(&context, Cut::FINEST);
@@ -105,7 +108,99 @@ fn views_on_a_device_are_those_of_the_processor() {
     }
     assert!(same > 12, "{same}");
     let plain = Arc::new(DeviceHierarchy::new(&device, &build(&shapes()[1], Vec::new())).unwrap());
-    let level = DeviceLevel::new(&plain).unwrap();
+    let mut level = DeviceLevel::new(&plain).unwrap();
     let mut frame = device.frame().unwrap();
     assert_eq!(level.adapt_to(&mut frame, &views[0]).unwrap_err().kind, ErrorKind::Invalid);
+}
+
+/// How far points of the same number are apart at most, how far along the normal, and how far normals are.
+fn apart(one: &Extract, other: &Extract) -> [f32; 3] {
+    let mut worst = [0.0f32; 3];
+    for index in 0..one.points.len() {
+        let vectors = |mesh: &Extract| [mesh.points[index], mesh.normals[index]].map(Vec3::from);
+        let ([point, normal], [expected, upright]) = (vectors(one), vectors(other));
+        let off = point - expected;
+        let differences = [off.length(), off.dot(upright).abs(), normal.distance(upright)];
+        worst = [0, 1, 2].map(|what| worst[what].max(differences[what]));
+    }
+    worst
+}
+
+/// What pulls and turns about a place, with something that holds beside it.
+fn pull(center: [f32; 3]) -> Edit {
+    let region = |shift: f32, radius: f32, falloff| Region { center: center.map(|x| x + shift), radius, falloff };
+    let handle = |region, angle| Handle { region, translation: [0.05, 0.1, 0.2], axis: [0.0, 0.6, 0.8], angle };
+    let handles = vec![
+        handle(region(0.0, 0.5, Falloff::Smooth), 0.7),
+        handle(region(0.1, 0.6, Falloff::Gaussian), -0.3),
+        handle(region(-0.2, 0.3, Falloff::Sphere), 0.0),
+    ];
+    Edit { handles, anchors: vec![region(0.3, 0.4, Falloff::Linear)] }
+}
+
+#[test]
+fn edits_on_a_device_are_followed_as_on_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let (mut finest, mut worst, mut moved) = (0.0f32, [0.0f32; 3], 0.0f32);
+    for (shape, center) in shapes().iter().zip([[1.4, 0.0, 0.0], [0.5, 0.5, 0.0], [0.4, 0.5, 0.0], [1.4, 0.0, 0.0]]) {
+        let mesh = build(shape, Vec::new());
+        let extents = Extents::new(&mesh);
+        let hierarchy = Arc::new(DeviceHierarchy::with_surroundings(&context, &device, &mesh, &extents).unwrap());
+        let mut level = DeviceLevel::new(&hierarchy).unwrap();
+        let mut active = ActiveMesh::new(&mesh);
+        // An edit in the middle, one of a finer level on top of it, one of the base.
+        for (faces, shift) in [(400, 0.0), (usize::MAX, 0.1), (0, -0.1)] {
+            let cut = Cut::of_faces(&mesh, faces);
+            active.adapt(&context, cut);
+            at(&device, &mut level, cut);
+            let edit = pull(center.map(|x: f32| x + shift));
+            assert_eq!(level.edit(&edit).unwrap(), active.edit(&context, &edit).unwrap());
+            for faces in [faces, 900, usize::MAX, 200, 0, 600] {
+                let cut = Cut::of_faces(&mesh, faces);
+                active.adapt(&context, cut);
+                let (made, expected) = (at(&device, &mut level, cut), active.extract());
+                assert!(made.triangles == expected.triangles);
+                let differences = apart(&made, &expected);
+                worst = [0, 1, 2].map(|what| worst[what].max(differences[what]));
+                if faces == usize::MAX {
+                    finest = finest.max(differences[0]);
+                    let built = Extract { points: shape.0.clone(), ..expected };
+                    moved = moved.max(apart(&made, &built)[0]);
+                }
+            }
+        }
+    }
+    // Quadrics leave places along flat parts of a surface open; those of coarser levels are where roundings put them.
+    let [distance, along, normals] = worst;
+    assert!(finest < 1e-5 && along < 1e-4 && distance < 2e-3 && normals < 2e-3, "{finest} {worst:?}");
+    assert!(moved > 0.2, "{moved}");
+}
+
+#[test]
+fn edits_that_a_device_cannot_make_are_refused_and_change_nothing() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let mesh = build(&shapes()[1], Vec::new());
+    let extents = Extents::new(&mesh);
+    let hierarchy = Arc::new(DeviceHierarchy::with_surroundings(&context, &device, &mesh, &extents).unwrap());
+    let mut level = DeviceLevel::new(&hierarchy).unwrap();
+    let edit = pull([0.5, 0.5, 0.0]);
+    assert!(level.edit(&edit).unwrap_err().to_string().contains("adapt it to a cut"));
+    let before = at(&device, &mut level, Cut::of_error(0.01));
+    assert!(level.edit(&pull([9.0; 3])).unwrap_err().to_string().contains("no vertex"));
+    let mut far = edit.clone();
+    far.handles[0].translation = [f32::MAX; 3];
+    far.handles[1].translation = [f32::MAX; 3];
+    assert!(level.edit(&far).unwrap_err().to_string().contains("where there is no number"));
+    far.handles[0].region.radius = 0.0;
+    assert_eq!(level.edit(&far).unwrap_err().kind, ErrorKind::Invalid);
+    assert!(at(&device, &mut level, Cut::of_error(0.01)) == before);
+    let view = View { eye: [0.0; 3], pixels: 500.0, tolerance: 1.0, outline: 1.0, planes: Vec::new() };
+    let mut frame = device.frame().unwrap();
+    assert_eq!(level.adapt_to(&mut frame, &view).unwrap_err().kind, ErrorKind::Unsupported);
+    let plain = Arc::new(DeviceHierarchy::new(&device, &mesh).unwrap());
+    let mut level = DeviceLevel::new(&plain).unwrap();
+    at(&device, &mut level, Cut::BASE);
+    assert!(level.edit(&edit).unwrap_err().to_string().contains("without what edits need"));
 }

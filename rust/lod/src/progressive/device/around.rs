@@ -1,20 +1,19 @@
-//! What splits stand on, for meshes that are made for a view: with a split come those that made the vertices around its
-//! own.
+//! What is around splits when they are made: what they stand on, for meshes that are made for a view, and what their
+//! vertices follow, when the mesh is edited.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering::Relaxed;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups};
 
-use super::{by_depth, split_vertices};
+use super::{SplitBlock, by_depth};
 use crate::progressive::active::ActiveMesh;
+use crate::progressive::cut::Cut;
 use crate::progressive::hierarchy::Progressive;
+use crate::progressive::stars::{HEAD, Stars};
 use crate::progressive::view::Extents;
 
-/// Splits that are looked at by one task.
-const BATCH: usize = 256;
 /// Splits of a depth that one workgroup takes along with other depths, and so many of those.
 const FEW: u32 = 1024;
 const RUN: usize = 128;
@@ -27,59 +26,51 @@ struct Depths {
     count: u32,
 }
 
-/// Splits by depth, the deepest first, and the vertices around each when it is made, which are always the same.
-struct Around {
-    order: Vec<u32>,
-    /// Where the splits of each depth begin, and all end.
-    depths: Vec<u32>,
-    /// Where the vertices around each split begin, and all end.
-    starts: Vec<u32>,
-    /// As twice the split that a vertex comes from, or its own number in the base, and 1 if it is the second of that. The
-    /// vertex that is split is the first of a list.
-    nodes: Vec<u32>,
-}
+/// In `stars`, above the node of a vertex around: its edge to the first vertex of the split is a border; shifted by 1, that
+/// to the second.
+const BORDER: u32 = 1 << 30;
 
-impl Around {
-    fn new(context: &Context, mesh: &Arc<Progressive>) -> Self {
-        let splits = by_depth(mesh);
-        let vertices = split_vertices(mesh, &splits);
-        let mut made =
-            Self { order: Vec::with_capacity(splits.len()), depths: vec![0], starts: vec![0], nodes: Vec::new() };
-        let mut active = ActiveMesh::new(mesh);
-        for level in splits.chunk_by(|a, b| a.0 == b.0) {
-            let targets: Vec<u32> = level.iter().map(|(_, split)| vertices[*split as usize]).collect();
-            let lists = context.map(targets.len().div_ceil(BATCH), |part| {
-                let batch = &targets[part * BATCH..targets.len().min((part + 1) * BATCH)];
-                batch.iter().map(|vertex| nodes_around(&active, *vertex)).collect::<Vec<_>>()
-            });
-            for list in lists.into_iter().flatten() {
-                made.nodes.extend(list);
-                made.starts.push(made.nodes.len() as u32);
-            }
-            active.make(context, &targets, |_, _| None::<()>);
-            made.order.extend(level.iter().map(|(_, split)| *split));
-            made.depths.push(made.order.len() as u32);
-        }
-        made
+/// What is around splits, of all that are there.
+fn stars(context: &Context, mesh: &Arc<Progressive>, splits: &[(u32, u32)]) -> Result<[Vec<u32>; 2]> {
+    let mut active = ActiveMesh::new(mesh);
+    active.adapt(context, Cut::FINEST);
+    let mut stars = Stars::new(mesh.vertex_count());
+    context.within(|| stars.complete(context, &active));
+    let (starts, numbers) = stars.parts();
+    if u32::try_from(numbers.len()).is_err() {
+        return Err(Error::unsupported("what is around splits is too much for a graphics device"));
     }
+    let (starts, mut numbers): (Vec<u32>, _) = (starts.iter().map(|start| *start as u32).collect(), numbers.to_vec());
+    let mut counts = Vec::new();
+    for (_, split) in splits {
+        let star = stars.star(*split);
+        if star.is_wide {
+            return Err(Error::unsupported("a vertex has more than 65,533 neighbours, too many for a graphics device"));
+        }
+        let ring = starts[*split as usize] as usize + HEAD;
+        for side in 0..2 {
+            counts.clear();
+            counts.resize(star.ring.len() + 2, 0u32);
+            star.spokes(side).flatten().for_each(|number| counts[number] += 1);
+            let borders = counts[..star.ring.len()].iter().enumerate().filter(|(_, count)| **count == 1);
+            borders.for_each(|(number, _)| numbers[ring + number] |= BORDER << side);
+        }
+    }
+    Ok([starts, numbers])
 }
 
-/// Where a vertex and those around it come from.
-fn nodes_around(mesh: &ActiveMesh, vertex: u32) -> Vec<u32> {
-    let mut ring: Vec<u32> = mesh.spokes(vertex).flatten().filter(|other| *other != vertex).collect();
-    ring.sort_unstable();
-    ring.dedup();
-    let node = |vertex: u32| mesh.slots[vertex as usize].node.load(Relaxed);
-    std::iter::once(vertex).chain(ring).map(node).collect()
-}
-
-/// The same on a device, with the extents of splits.
+/// What is around splits, on a device.
 #[derive(Debug)]
 pub struct DeviceAround {
-    order: Buffer<u32>,
+    /// Splits by depth, the deepest first.
+    pub order: Buffer<u32>,
+    /// Where those of each depth begin, and all end.
+    pub ends: Vec<u32>,
     depths: Buffer<u32>,
-    starts: Buffer<u32>,
-    nodes: Buffer<u32>,
+    /// Of every split where its numbers begin in `stars`.
+    pub starts: Buffer<u32>,
+    /// As [`Stars`] has them, with [`BORDER`].
+    pub stars: Buffer<u32>,
     pub extents: Buffer<f32>,
     steps: Vec<Step>,
     kernels: [Arc<Kernel>; 2],
@@ -95,34 +86,47 @@ struct Step {
 }
 
 impl DeviceAround {
-    pub fn new(context: &Context, device: &Device, mesh: &Arc<Progressive>, extents: &Extents) -> Result<Self> {
+    /// Of a mesh whose splits are on the device.
+    pub fn new(
+        context: &Context,
+        device: &Device,
+        (mesh, blocks): (&Arc<Progressive>, &Buffer<SplitBlock>),
+        extents: &Extents,
+    ) -> Result<Self> {
         if extents.0.len() != mesh.vertex_count() {
             return Err(Error::invalid("they are of another mesh").at("extents"));
         }
-        let around = context.within(|| Around::new(context, mesh));
+        let splits = by_depth(mesh);
+        let [starts, stars] = stars(context, mesh, &splits)?;
+        let order: Vec<u32> = splits.iter().map(|(_, split)| *split).collect();
+        let mut ends = vec![0];
+        for level in splits.chunk_by(|a, b| a.0 == b.0) {
+            ends.push(ends[ends.len() - 1] + level.len() as u32);
+        }
         let kernel = |entry| {
             device.kernel(&KernelSpec {
                 module: "progressive_spread",
                 entry,
-                groups: &[&[Access::Read; 4], &[Access::Write]],
+                groups: &[&[Access::Read; 5], &[Access::Write]],
                 immediates: size_of::<Depths>() as u32,
                 constants: &[],
             })
         };
         let kernels = [kernel("spread")?, kernel("spread_all")?];
-        let order = Buffer::of(device, "splits by depth", &around.order)?;
-        let depths = Buffer::of(device, "depths", &around.depths)?;
-        let starts = Buffer::of(device, "starts of rings", &around.starts)?;
-        let nodes = Buffer::of(device, "rings", &around.nodes)?;
-        let buffers = [order.wgpu(), depths.wgpu(), starts.wgpu(), nodes.wgpu()];
+        let order = Buffer::of(device, "splits by depth", &order)?;
+        let depths = Buffer::of(device, "depths", &ends)?;
+        let starts = Buffer::of(device, "starts of stars", &starts)?;
+        let stars = Buffer::of(device, "stars", &stars)?;
+        let buffers = [blocks.wgpu(), order.wgpu(), depths.wgpu(), starts.wgpu(), stars.wgpu()];
         let bindings = device.bind(&kernels[0], 0, &buffers)?;
         let extents = Buffer::of(device, "extents", &extents.0)?;
-        Ok(Self { order, depths, starts, nodes, extents, steps: steps(&around.depths), kernels, bindings })
+        let steps = steps(&ends);
+        Ok(Self { order, ends, depths, starts, stars, extents, steps, kernels, bindings })
     }
 
     /// Bytes on the device.
     pub fn bytes(&self) -> usize {
-        4 * (self.order.len() + self.depths.len() + self.starts.len() + self.nodes.len() + self.extents.len())
+        4 * (self.order.len() + self.depths.len() + self.starts.len() + self.stars.len() + self.extents.len())
     }
 
     /// Records the closure of what is marked in `there`.

@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pass, Scan, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pass, Scan, groups, wgpu};
 
+use super::edits::{Edits, Place};
 use super::{DeviceHierarchy, Vertex};
 use crate::connectivity::NONE;
 use crate::progressive::active::Extract;
 use crate::progressive::cut::Cut;
+use crate::progressive::handle::Edit;
 use crate::progressive::packing::Normal;
 use crate::progressive::view::View;
 
@@ -44,6 +46,7 @@ struct ViewCall {
 struct SizesCall {
     vertices: u32,
     triangles: u32,
+    is_edited: u32,
 }
 
 /// A mesh on a device: its vertices by the first of their leaves, and its triangles in the order of the input.
@@ -61,8 +64,12 @@ pub struct DeviceLevel {
     writing: [Bindings; 2],
     /// For views.
     want: Option<(Arc<Kernel>, Bindings)>,
-    there: Bindings,
-    _buffers: [Buffer<u32>; 4],
+    marked: Bindings,
+    /// Vertices there, their ranks, triangles shown, and their ranks.
+    buffers: [Buffer<u32>; 4],
+    edits: Option<Edits>,
+    /// What it is, if it is not made for a view.
+    cut: Option<Cut>,
 }
 
 impl DeviceLevel {
@@ -85,7 +92,7 @@ impl DeviceLevel {
         let marks: &[&[Access]] = &[&[Access::Read], &[Access::Write; 2]];
         let mark = |entry| kernel("progressive_mark", entry, marks, size_of::<CutCall>());
         let mark = [mark("mark")?, mark("count")?];
-        let writes: &[&[Access]] = &[&[Access::Read; 5], &[Access::Write; 7]];
+        let writes: &[&[Access]] = &[&[Access::Read; 5], &[Access::Write; 8]];
         let write = |entry| kernel("progressive_write", entry, writes, size_of::<SizesCall>());
         let write = [write("show")?, write("write_triangles")?, write("write_vertices")?];
         let whole = hierarchy.as_ref();
@@ -95,16 +102,11 @@ impl DeviceLevel {
         ];
         let read =
             [whole.splits.wgpu(), whole.inner.wgpu(), whole.leaves.wgpu(), whole.makers.wgpu(), whole.corners.wgpu()];
-        let written = [
-            there.wgpu(),
-            ranks.wgpu(),
-            shown.wgpu(),
-            shown_ranks.wgpu(),
-            vertices.wgpu(),
-            indices.wgpu(),
-            arguments.wgpu(),
-        ];
+        let nothing = Buffer::<Place>::new(device, "no places", 1)?;
+        let buffers = [there, ranks, shown, shown_ranks];
+        let written = written(&buffers, &vertices, &indices, &arguments, &nothing);
         let writing = [device.bind(&write[0], 0, &read)?, device.bind(&write[0], 1, &written)?];
+        let [there, ranks, _, shown_ranks] = &buffers;
         let want = match &whole.around {
             None => None,
             Some(around) => {
@@ -116,9 +118,9 @@ impl DeviceLevel {
             }
         };
         Ok(Self {
-            there: device.bind_as(&[Access::Write], &[there.wgpu()])?,
-            ranks: Scan::new(device, &ranks, &arguments)?,
-            shown_ranks: Scan::new(device, &shown_ranks, &arguments)?,
+            marked: device.bind_as(&[Access::Write], &[there.wgpu()])?,
+            ranks: Scan::new(device, ranks, &arguments)?,
+            shown_ranks: Scan::new(device, shown_ranks, &arguments)?,
             hierarchy: hierarchy.clone(),
             vertices,
             indices,
@@ -128,7 +130,9 @@ impl DeviceLevel {
             write,
             writing,
             want,
-            _buffers: [there, ranks, shown, shown_ranks],
+            buffers,
+            edits: None,
+            cut: None,
         })
     }
 
@@ -152,13 +156,22 @@ impl DeviceLevel {
         &self.hierarchy
     }
 
-    /// Records that it becomes another mesh.
-    pub fn adapt(&self, frame: &mut Frame, cut: Cut) -> Result<()> {
+    /// Records that it becomes another mesh. The frame has to be submitted.
+    pub fn adapt(&mut self, frame: &mut Frame, cut: Cut) -> Result<()> {
+        let before = self.cut.replace(cut);
+        if let Some(edits) = &self.edits {
+            edits.keep(frame, &self.buffers[0])?;
+        }
         let mut pass = frame.pass("adapt");
         let (key, split) = cut.parts();
         let call = CutCall { key, split, vertices: self.hierarchy.vertices as u32 };
         let size = blocks(self.hierarchy.vertices);
         pass.run(&self.mark[0], &self.groups_of_marks(), bytemuck::bytes_of(&call), size)?;
+        if let Some(((edits, around), before)) = self.edits.as_ref().zip(self.hierarchy.around.as_ref()).zip(before)
+            && cut < before
+        {
+            edits.refine(&mut pass, &self.hierarchy, &around.ends)?;
+        }
         self.write(&mut pass)
     }
 
@@ -166,8 +179,12 @@ impl DeviceLevel {
     /// the mesh that the processor has after its finest one; without outlines it is so after any. A product or
     /// sum may be rounded otherwise, so splits may differ that are nearer to a limit of the view than 1e-5 of it. Fails if
     /// the view is not usable or has more than six planes, and if the progressive mesh was not sent for views.
-    pub fn adapt_to(&self, frame: &mut Frame, view: &View) -> Result<()> {
+    pub fn adapt_to(&mut self, frame: &mut Frame, view: &View) -> Result<()> {
         view.check()?;
+        if self.edits.is_some() {
+            let error = Error::unsupported("a mesh that was edited on a device is not made for views there");
+            return Err(error.at("view").advise("adapt it to a cut, or edit it on the processor"));
+        }
         let (Some((want, bindings)), Some(around)) = (&self.want, &self.hierarchy.around) else {
             return Err(Error::invalid("the progressive mesh was sent without what views need").at("view"));
         };
@@ -186,11 +203,41 @@ impl DeviceLevel {
             vertices: self.hierarchy.vertices as u32,
             planes,
         };
+        self.cut = None;
         let mut pass = frame.pass("adapt");
         let size = blocks(self.hierarchy.vertices);
-        pass.run(want, &[bindings, &self.there], bytemuck::bytes_of(&call), size)?;
-        around.close(&mut pass, &self.there)?;
+        pass.run(want, &[bindings, &self.marked], bytemuck::bytes_of(&call), size)?;
+        around.close(&mut pass, &self.marked)?;
         self.write(&mut pass)
+    }
+
+    /// Moves and turns regions of this mesh, and waits for that; finer and coarser levels follow when it becomes those.
+    /// Returns how many vertices were reached. With the first edit it takes 64 bytes a triangle more. Fails as
+    /// [`ActiveMesh::edit`](crate::progressive::ActiveMesh::edit), and if the progressive mesh was not sent with what edits
+    /// need.
+    pub fn edit(&mut self, edit: &Edit) -> Result<usize> {
+        if let Some(fault) = edit.fault() {
+            return Err(Error::invalid("it needs finite numbers, a radius above 0 and an axis of length 1").at(fault));
+        }
+        if self.cut.is_none() {
+            return Err(Error::invalid("it has no level to edit").advise("adapt it to a cut first"));
+        }
+        let device = &self.hierarchy.device;
+        let Some(around) = &self.hierarchy.around else {
+            return Err(Error::invalid("the progressive mesh was sent without what edits need").at("edit"));
+        };
+        if self.edits.is_none() {
+            let edits = Edits::new(&self.hierarchy, around, &self.buffers[0])?;
+            let written = written(&self.buffers, &self.vertices, &self.indices, &self.arguments, &edits.places);
+            self.writing[1] = device.bind(&self.write[0], 1, &written)?;
+            self.edits = Some(edits);
+        }
+        let Some(edits) = &mut self.edits else { return Err(Error::internal("nothing to edit")) };
+        let reached = edits.edit(&self.hierarchy, &around.ends, edit)?;
+        let mut frame = device.frame()?;
+        self.write(&mut frame.pass("write"))?;
+        let _ = frame.submit()?;
+        Ok(reached)
     }
 
     fn groups_of_marks(&self) -> [&Bindings; 2] {
@@ -205,7 +252,8 @@ impl DeviceLevel {
         let call = CutCall { key: 0, split: 0, vertices: vertices as u32 };
         pass.run(&self.mark[1], &self.groups_of_marks(), bytemuck::bytes_of(&call), blocks(words))?;
         self.ranks.run(pass, words as u32)?;
-        let call = SizesCall { vertices: vertices as u32, triangles: triangles as u32 };
+        let is_edited = u32::from(self.edits.is_some());
+        let call = SizesCall { vertices: vertices as u32, triangles: triangles as u32, is_edited };
         let call = bytemuck::bytes_of(&call);
         let [read, written] = &self.writing;
         pass.run(&self.write[0], &[read, written], call, blocks(triangles))?;
@@ -248,6 +296,26 @@ impl DeviceLevel {
     }
 }
 
+/// What is written, as it is bound.
+fn written<'a>(
+    [there, ranks, shown, shown_ranks]: &'a [Buffer<u32>; 4],
+    vertices: &'a Buffer<Vertex>,
+    indices: &'a Buffer<u32>,
+    arguments: &'a Buffer<u32>,
+    places: &'a Buffer<Place>,
+) -> [&'a wgpu::Buffer; 8] {
+    [
+        there.wgpu(),
+        ranks.wgpu(),
+        shown.wgpu(),
+        shown_ranks.wgpu(),
+        vertices.wgpu(),
+        indices.wgpu(),
+        arguments.wgpu(),
+        places.wgpu(),
+    ]
+}
+
 /// Workgroups for so many items.
 fn blocks(count: usize) -> [u32; 3] {
     groups((count as u32).div_ceil(GROUP))
@@ -277,7 +345,11 @@ mod tests {
             ("planes", offset_of!(ViewCall, planes)),
         ];
         assert_layout("progressive_view", "View", size_of::<ViewCall>(), &view);
-        let sizes = [("vertices", offset_of!(SizesCall, vertices)), ("triangles", offset_of!(SizesCall, triangles))];
+        let sizes = [
+            ("vertices", offset_of!(SizesCall, vertices)),
+            ("triangles", offset_of!(SizesCall, triangles)),
+            ("is_edited", offset_of!(SizesCall, is_edited)),
+        ];
         assert_layout("progressive_write", "Sizes", size_of::<SizesCall>(), &sizes);
     }
 }

@@ -1,0 +1,124 @@
+// import progressive_places
+// import falloff
+// Handles that move and turn regions, and anchors that hold them (Derzapf, Grund, Guthe 2014, Section 4), at the vertices
+// that are there.
+
+struct Region {
+    center: vec3<f32>,
+    radius: f32,
+    /// Of length 1.
+    axis: vec3<f32>,
+    angle: f32,
+    translation: vec3<f32>,
+    falloff: u32,
+}
+
+struct Call {
+    vertices: u32,
+    handles: u32,
+    anchors: u32,
+    /// The number of the edit.
+    edit: u32,
+}
+
+struct Reached {
+    vertices: atomic<u32>,
+    /// Vertices that would go where there is no number.
+    lost: atomic<u32>,
+}
+
+@group(2) @binding(0) var<storage, read_write> reached: Reached;
+/// Handles, then anchors.
+@group(2) @binding(1) var<storage, read> regions: array<Region>;
+var<immediate> work: Call;
+
+fn influence(region: Region, point: vec3<f32>) -> f32 {
+    let r = distance(point, region.center) / region.radius;
+    return select(0.0, falloff_share(region.falloff, r * r), r <= 1.0);
+}
+
+/// A vector about an axis.
+fn turned(vector: vec3<f32>, axis: vec3<f32>, angle: f32) -> vec3<f32> {
+    let half_sine = sin(0.5 * angle);
+    let around = cross(axis, vector);
+    return vector + sin(angle) * around + 2.0 * half_sine * half_sine * cross(axis, around);
+}
+
+/// Where a vertex goes; it has the number of the edit if it is reached.
+fn moved(place: Place) -> Place {
+    var sum = 0.0;
+    for (var k = 0u; k < work.handles; k++) {
+        sum += influence(regions[k], place.point);
+    }
+    var gone = place;
+    gone.edited = 0u;
+    if sum <= 0.0 {
+        return gone;
+    }
+    var free = 1.0;
+    for (var k = 0u; k < work.anchors; k++) {
+        free *= 1.0 - influence(regions[work.handles + k], place.point);
+    }
+    let share = free / max(sum, 1.0);
+    for (var k = 0u; k < work.handles; k++) {
+        let region = regions[k];
+        let part = influence(region, place.point) * share;
+        let arm = place.point - region.center;
+        gone.point += turned(arm, region.axis, region.angle * part) - arm + region.translation * part;
+        gone.normal = turned(gone.normal, region.axis, region.angle * part);
+    }
+    gone.edited = work.edit;
+    gone.moved = 1u;
+    return gone;
+}
+
+/// Whether a vertex of the mesh has a node.
+fn is_shown(node: u32) -> bool {
+    let split = node / 2u;
+    if split >= work.vertices || !is_there(split) || (node % 2u == 1u && splits[split].key == ALWAYS) {
+        return false;
+    }
+    let child = splits[split].children[node % 2u];
+    return child >= LEAF || !is_there(child);
+}
+
+fn edit_node(node: u32, write: bool) {
+    if !is_shown(node) {
+        return;
+    }
+    let gone = moved(now(node));
+    if gone.edited == 0u {
+        return;
+    }
+    if write {
+        places[node] = gone;
+    } else {
+        atomicAdd(&reached.vertices, 1u);
+        // Also where it is no number.
+        if !(all(abs(gone.point) < vec3(3e38))) {
+            atomicAdd(&reached.lost, 1u);
+        }
+    }
+}
+
+/// Counts vertices that are reached.
+@compute @workgroup_size(GROUP)
+fn reach(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    edit_node(linear_item(group, groups, local), false);
+}
+
+/// Moves them, if all go where there are numbers.
+@compute @workgroup_size(GROUP)
+fn move_reached(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    if atomicLoad(&reached.lost) == 0u {
+        edit_node(linear_item(group, groups, local), true);
+    }
+}

@@ -1,0 +1,48 @@
+// import progressive_follow
+// Where the vertices of splits of one depth go that are made: near an edit, where the vertices around take them.
+
+/// The vertices that there were.
+@group(1) @binding(3) var<storage, read_write> before: array<u32>;
+
+@compute @workgroup_size(GROUP)
+fn refine(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let item = linear_item(group, groups, local);
+    if item >= work.count {
+        return;
+    }
+    let split = order[work.first + item];
+    let was_there = (before[split / 32u] >> (split % 32u) & 1u) == 1u;
+    if was_there || !is_there(split) {
+        return;
+    }
+    let ring = ring_of(split);
+    let one = splits[split].parent;
+    let is_noted = notes[2u * split].moved == 1u;
+    var is_near = is_noted || places[one].moved == 1u;
+    for (var k = ring.x; k < ring.w && !is_near; k++) {
+        is_near = places[stars[k] & NODE].moved == 1u;
+    }
+    let vertex = array(built(one), now(one));
+    for (var side = 0u; side < 2u; side++) {
+        let node = 2u * split + side;
+        var place = Place(vec3(0.0), 0u, vec3(0.0), 0u);
+        if is_near {
+            let was = built(node);
+            var origin = was;
+            if is_noted {
+                origin = notes[node];
+            }
+            let followed = forward(surroundings(beside(ring, side), vertex), origin);
+            let far = followed.point - was.point;
+            let turn = followed.normal - was.normal;
+            if dot(far, far) > work.least * work.least || dot(turn, turn) > LEAST_TURN * LEAST_TURN {
+                place = followed;
+            }
+        }
+        places[node] = place;
+    }
+}
