@@ -49,7 +49,8 @@ class RELIEVO_PT_levels(Panel, bpy.types.Panel):
         options = target.relievo.progressive
         column.row().prop(options, "measure", expand=True)
         column.prop(options, options.measure.lower(), slider=options.measure == "RATIO")
-        column.label(text=f"{len(target.data.polygons):,} of {options.finest:,} triangles, {len(options.edits)} edits")
+        column.label(text=f"{len(target.data.polygons):,} of {options.finest:,} triangles")
+        column.label(text=f"{len(options.edits)} edits")
         for line in textwrap.wrap(progressive.trouble(target), 40):
             column.label(text=line, icon="ERROR")
         for name in ("radius", "falloff"):
