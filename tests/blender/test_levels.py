@@ -144,14 +144,24 @@ class Building(Case):
         self.assertEqual(bpy.ops.relievo.levels_clear(keep="LEVEL"), {"FINISHED"})
 
     def test_a_cancelled_build_leaves_nothing(self):
+        import librelievo as rl
+
         ball = host.ball(1.0, rings=64)
         host.select(ball)
         before, count = shape(ball), len(bpy.data.meshes)
-        kind = self.relievo.levels.RELIEVO_OT_levels_build
-        work = self.relievo.job.Worker(host.operator(kind, base_triangles=100))
-        self.assertFalse(work.advance())
-        work.stop()
-        self.assertTrue(work.is_done)
+        kind, fractions = self.relievo.levels.RELIEVO_OT_levels_build, []
+
+        def progress(fraction, _stage):
+            fractions.append(fraction)
+            return fraction < 0.3
+
+        steps = host.operator(kind, base_triangles=100)
+        _first, _last, work = next(steps)
+        with self.assertRaises(rl.Cancelled):
+            work(progress)
+        steps.close()
+        self.assertEqual(fractions, sorted(fractions))
+        self.assertGreater(len(fractions), 1)
         numpy.testing.assert_array_equal(shape(ball), before)
         self.assertEqual((ball.relievo.progressive.uid, len(bpy.data.meshes)), ("", count))
         self.built(ball)

@@ -304,6 +304,18 @@ def levels(relievo):
     numpy.testing.assert_allclose(numpy.linalg.norm(host.positions(ball), axis=1), 1, atol=1e-2)
     ball.relievo.progressive.ratio = 1.0
     numpy.testing.assert_allclose(numpy.linalg.norm(host.positions(ball), axis=1), 1, atol=1e-5)
+    # The button of the panel waits for a press; A holds what is under the pointer until then.
+    with override():
+        assert bpy.ops.relievo.levels_edit("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+    event("MOUSEMOVE", x=0.45, y=0.5)
+    yield
+    yield from press("A", 0.45, 0.5)
+    yield from grab((0.55, 0.5), (0.55, 0.56))
+    event("LEFTMOUSE", "RELEASE", x=0.55, y=0.56)
+    yield from wait(2)
+    kept = json.loads(ball.relievo.progressive.edits[0].text)
+    (held,), (handle,) = kept["anchors"], kept["handles"]
+    assert held["center"][0] < handle["center"][0] - 0.1 and held["radius"] == handle["radius"], kept
 
 
 def grab(start, end):
