@@ -24,7 +24,10 @@ def rippled(rings=96):
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 context = rl.Context()
-whole = rl.Progressive(rl.Mesh(context, *rippled(), 3))
+mesh = rl.Mesh(context, *rippled(), 3)
+fewer, deviation = mesh.simplify(triangles=4000)
+print(f"simplified to {fewer.info.face_count} triangles, at most {deviation:.4f} away")
+whole = rl.Progressive(mesh)
 level = rl.Level(whole)
 level.set_triangles(400)
 bend = rl.Grip(rl.Region((0, 0, 1), 1.2), translation=(0.4, 0, 0.3), axis=(0, 1, 0), angle=0.8)

@@ -26,6 +26,7 @@
 #include "relievo/procedural.h"
 #include "relievo/progressive.h"
 #include "relievo/ptex.h"
+#include "relievo/simplify.h"
 #include "relievo/stroke.h"
 #include "relievo/surface.h"
 #include "relievo/tessellate.h"

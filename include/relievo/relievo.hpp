@@ -1143,6 +1143,42 @@ public:
     }
 };
 
+/// What a mesh is simplified to; see relievo/simplify.h.
+struct Simplify {
+    /// Without its arrays, which are those below.
+    RlvSimplifyOptions options = RLV_SIMPLIFY_OPTIONS_INIT;
+    /// Names of attributes and their weights.
+    std::vector<std::pair<std::string, float>> weights;
+    /// Names of attributes that are left out.
+    std::vector<std::string> left_out;
+    /// Points that stay where they are.
+    std::vector<std::uint32_t> locked;
+    /// What costs at every point are multiplied by, or none.
+    std::vector<float> factors;
+
+    /// A mesh of fewer triangles; `error`, if given, is how far it deviates.
+    Mesh run(const Mesh &mesh, float *error = nullptr, const Progress &progress = nullptr) const {
+        std::vector<RlvSimplifyWeight> told;
+        for (const auto &[name, weight] : weights) {
+            told.push_back({name.c_str(), weight, 0});
+        }
+        for (const std::string &name : left_out) {
+            told.push_back({name.c_str(), 0.0f, 1});
+        }
+        RlvSimplifyOptions given = options;
+        given.weights = told.data();
+        given.weight_count = told.size();
+        given.locked = locked.data();
+        given.locked_count = locked.size();
+        given.factors = factors.data();
+        given.factor_count = factors.size();
+        Watch watch(progress);
+        RlvMesh made{0};
+        watch.check(rlv_simplify_mesh(mesh.get(), &given, watch.callback(), &watch, error, &made));
+        return Mesh(made);
+    }
+};
+
 /// See relievo/progressive.h.
 class Progressive : public Reference<RlvProgressive, rlv_progressive_retain, rlv_progressive_release> {
 public:

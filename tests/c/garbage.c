@@ -78,6 +78,7 @@ static RlvResult update_buffer(uint64_t id) { return rlv_buffer_update((RlvBuffe
 static RlvResult release_buffer(uint64_t id) { return rlv_buffer_release((RlvBuffer){id}); }
 static RlvResult read_buffer(uint64_t id) { float out[6]; return rlv_buffer_read((RlvBuffer){id}, 0, 1, out, 0); }
 static RlvResult vulkan_buffer(uint64_t id) { RlvBufferVulkan out = RLV_BUFFER_VULKAN_INIT; return rlv_buffer_vulkan((RlvBuffer){id}, &out); }
+static RlvResult simplify_mesh(uint64_t id) { RlvMesh out; return rlv_simplify_mesh((RlvMesh){id}, NULL, NULL, NULL, NULL, &out); }
 static RlvResult build_progressive(uint64_t id) { RlvProgressive out; return rlv_progressive_create((RlvMesh){id}, NULL, NULL, NULL, &out); }
 static RlvResult job_progressive(uint64_t id) { RlvJob out; return rlv_job_progressive((RlvMesh){id}, NULL, &out); }
 static RlvResult job_progressive_mesh(uint64_t id) { RlvProgressive out; return rlv_job_progressive_mesh((RlvJob){id}, &out); }
@@ -135,7 +136,7 @@ static const struct {
     {level_error, LEVEL},         {level_triangles, LEVEL},      {level_view, LEVEL},          {edit_level, LEVEL},
     {undo_level, LEVEL},          {redo_level, LEVEL},           {update_level, LEVEL},        {level_mesh, LEVEL},
     {settle_level, LEVEL},        {update_colors, COLORS},       {release_colors, COLORS},      {read_colors, COLORS},
-    {vulkan_colors, COLORS},
+    {vulkan_colors, COLORS},      {simplify_mesh, MESH},
 };
 
 /* What is garbage to one host is another's object: all that is there. */
@@ -278,6 +279,18 @@ static void check_null(RlvContext context, Objects objects) {
     CHECK(rlv_bezier_evaluate(objects.bezier, NULL) == RLV_ERROR_INVALID && rlv_bezier_mesh(objects.bezier, NULL, NULL) == RLV_ERROR_INVALID);
     CHECK(rlv_bezier_levels(objects.bezier, NULL, &level, 1) == RLV_ERROR_INVALID);
     CHECK(rlv_bezier_tessellate(objects.bezier, NULL, NULL) == RLV_ERROR_INVALID);
+    RlvSimplifyOptions simple = RLV_SIMPLIFY_OPTIONS_INIT;
+    RlvMesh flat = check_plane(context, 3, 3);
+    CHECK(rlv_simplify_mesh(flat, NULL, NULL, NULL, NULL, NULL) == RLV_ERROR_INVALID);
+    simple.weight_count = 1;
+    CHECK(rlv_simplify_mesh(flat, &simple, NULL, NULL, NULL, &mesh) == RLV_ERROR_INVALID);
+    simple.weights = &(RlvSimplifyWeight){NULL, 0.0f, 0};
+    CHECK(rlv_simplify_mesh(flat, &simple, NULL, NULL, NULL, &mesh) == RLV_ERROR_INVALID);
+    simple.weight_count = 0;
+    simple.factor_count = SIZE_MAX;
+    simple.factors = (const float *)uv;
+    CHECK(rlv_simplify_mesh(flat, &simple, NULL, NULL, NULL, &mesh) == RLV_ERROR_INVALID);
+    CHECK_OK(rlv_mesh_release(flat));
     CHECK(rlv_progressive_read(context, NULL, 1, &progressive) == RLV_ERROR_INVALID && rlv_progressive_read(context, objects.path, 1, NULL) == RLV_ERROR_INVALID);
     CHECK(rlv_progressive_write(objects.progressive, "\xff") == RLV_ERROR_INVALID && rlv_progressive_info(objects.progressive, NULL) == RLV_ERROR_INVALID);
     CHECK(rlv_progressive_read(context, objects.path, SIZE_MAX, &progressive) == RLV_ERROR_INVALID);

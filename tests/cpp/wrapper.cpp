@@ -293,6 +293,21 @@ int main() {
     CHECK(built.wait().state == RLV_JOB_DONE);
     const auto whole = built.progressive();
     bool told = false;
+    relievo::Simplify less;
+    less.options.triangles = 100;
+    less.locked = {0};
+    less.factors.assign(patch.mesh().points().size(), 2.0f);
+    float deviation = -1.0f;
+    const auto fewer = less.run(patch.mesh(), &deviation);
+    CHECK(fewer.triangles().size() <= 100 && fewer.triangles().size() >= 99 && deviation >= 0.0f);
+    less.weights = {{"nothing", 1.0f}};
+    try {
+        less.run(patch.mesh());
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.reason() == "the mesh has no attribute `nothing`");
+    }
+
     CHECK(relievo::Progressive::create(patch.mesh(), RLV_PROGRESSIVE_OPTIONS_INIT, [&](float, const char *) {
         return told = true;
     }).info().triangle_count == whole.info().triangle_count && told);

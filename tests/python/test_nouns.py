@@ -183,6 +183,24 @@ class Levels(unittest.TestCase):
         self.mesh = rl.Mesh(self.context, points, corners, 3)
         self.whole = rl.Progressive(self.mesh, base_triangles=20, locked=[0])
 
+    def test_meshes_are_simplified_with_their_attributes(self):
+        points = self.mesh.points()
+        self.mesh.add_attribute("height", points[:, 2:], "point")
+        made, error = self.mesh.simplify(triangles=300, weights={"height": 0.1}, locked=[0, 1], factors=numpy.ones(len(points)))
+        self.assertIn(made.info.triangle_count, (299, 300))
+        self.assertGreater(error, 0.0)
+        less = made.points()
+        heights = made.attribute("height").values
+        numpy.testing.assert_allclose(heights.reshape(-1), less[:, 2], atol=0.03)
+        for pole in points[:2]:
+            self.assertTrue((less == pole).all(axis=1).any())
+        bare, _ = self.mesh.simplify(error=0.01, left_out=["height"])
+        self.assertEqual(bare.info.attribute_count, 0)
+        with self.assertRaisesRegex(rl.Invalid, "no attribute"):
+            self.mesh.simplify(triangles=300, weights={"uv": 1.0})
+        with self.assertRaises(rl.Cancelled):
+            self.mesh.simplify(triangles=300, progress=lambda fraction, stage: False)
+
     def test_files_and_jobs_have_the_same_mesh(self):
         info = self.whole.info
         self.assertEqual(info.triangle_count, self.mesh.info.face_count)

@@ -1341,6 +1341,31 @@ class RlvProceduralHits(Structure):
     ]
 
 
+class RlvSimplifyWeight(Structure):
+    _fields_ = [
+        ("name", c_char_p),
+        ("weight", c_float),
+        ("is_left_out", c_uint32),
+    ]
+
+
+class RlvSimplifyOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("error", c_float),
+        ("triangles", c_size_t),
+        ("weights", POINTER(RlvSimplifyWeight)),
+        ("weight_count", c_size_t),
+        ("weight_stride", c_size_t),
+        ("locked", c_uint32_p),
+        ("locked_count", c_size_t),
+        ("locked_stride", c_size_t),
+        ("factors", c_float_p),
+        ("factor_count", c_size_t),
+        ("factor_stride", c_size_t),
+    ]
+
+
 class RlvStroke(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1439,6 +1464,7 @@ INIT = {
     RlvProceduralInfo: (ctypes.sizeof(RlvProceduralInfo), 0, 0, 0.0, 0, 0, (0,), (0,),),
     RlvProceduralTable: (ctypes.sizeof(RlvProceduralTable), 0, 0, 0, None, None, None, None, None,),
     RlvProceduralHits: (ctypes.sizeof(RlvProceduralHits), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
+    RlvSimplifyOptions: (ctypes.sizeof(RlvSimplifyOptions), -1.0, 0, None, 0, 0, None, 0, 0, None, 0, 0,),
     RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
 }
 
@@ -1649,6 +1675,7 @@ FUNCTIONS = {
     "rlv_procedural_info": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralInfo))]),
     "rlv_procedural_table": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralTable))]),
     "rlv_procedural_evaluate": (RlvResult, [("procedural", RlvProcedural), ("hits", POINTER(RlvProceduralHits))]),
+    "rlv_simplify_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("progress", RlvProgress), ("user", c_void_p), ("error", c_float_p), ("out", POINTER(RlvMesh))]),
     "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
     "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
     "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),

@@ -9,6 +9,7 @@ from . import abi, library, record
 from .array import Reading, writing
 from .handle import Handle, path_bytes, text_bytes
 from .parameter import address_of
+from .progress import watched
 
 Attribute = namedtuple("Attribute", ["name", "domain", "values", "indices"])
 TYPES = {abi.RlvType.F32: numpy.float32, abi.RlvType.U32: numpy.uint32}
@@ -71,6 +72,25 @@ class Mesh(Handle):
     def split(self, longest_edge):
         """A mesh of this one's triangles in which no edge is longer."""
         return Mesh.of("rlv_mesh_split", self.handle, float(longest_edge))
+
+    def simplify(self, triangles=0, error=None, weights=None, left_out=(), locked=None, factors=None, progress=None):
+        """A mesh of fewer triangles with the attributes of this one, and how far it deviates; see RlvSimplifyOptions.
+
+        `weights` are by names of attributes, `locked` points stay, `factors` (one a point) multiply what is lost there."""
+        pairs = [(name, weight, 0) for name, weight in (weights or {}).items()] + [(name, 0.0, 1) for name in left_out]
+        entries = (abi.RlvSimplifyWeight * len(pairs))(*((text_bytes(name), *rest) for name, *rest in pairs))
+        options = record.empty(abi.RlvSimplifyOptions)
+        options.triangles, options.error = triangles, -1.0 if error is None else error
+        options.weights, options.weight_count = entries, len(pairs)
+        locked = Reading(locked, numpy.uint32, 0, "locked")
+        factors = Reading(factors, numpy.float32, 0, "factors")
+        set_array(options, locked, "locked", "locked_count", "locked_stride")
+        set_array(options, factors, "factors", "factor_count", "factor_stride")
+        deviation = ctypes.c_float()
+        with watched(progress) as callback:
+            told = (ctypes.byref(options), callback, None, address_of(deviation))
+            made = Mesh.of("rlv_simplify_mesh", self.handle, *told)
+        return made, deviation.value
 
     @property
     def info(self):

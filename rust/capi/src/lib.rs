@@ -39,6 +39,7 @@ pub mod progressive;
 pub mod ptex;
 pub mod registry;
 pub mod shape;
+pub mod simplify;
 pub mod stroke;
 pub mod surface;
 pub mod tessellate;
@@ -99,6 +100,8 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         progressive::RlvProgressiveInfo::layout(),
         ptex::RlvPtexOptions::layout(),
         ptex::RlvPtexReport::layout(),
+        simplify::RlvSimplifyWeight::layout(),
+        simplify::RlvSimplifyOptions::layout(),
         detail::RlvDetailInfo::layout(),
         detail::RlvDetailChanges::layout(),
         detail::RlvDetailTileInfo::layout(),

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use relievo_core::progress::Silent;
-use relievo_core::{Error, Mesh, Result};
-use relievo_lod::{SimplifyOptions, Welded, simplify, weld};
+use relievo_core::{Error, Result};
+use relievo_lod::{AttributeOptions, SimplifiedMesh, SimplifyOptions, simplify_mesh};
 
 use crate::Outcome;
 
@@ -26,6 +26,13 @@ pub struct Arguments {
     /// The largest deviation, in units of the mesh.
     #[arg(long, value_name = "E", group = "goal")]
     error: Option<f32>,
+    /// How large a part of the diagonal of the mesh's box a difference of 1 of an attribute counts as; normals have
+    /// 0.0005, colours 0.002, uv 0.02, others 0. May be repeated.
+    #[arg(long, value_name = "NAME=WEIGHT", value_parser = weight)]
+    weight: Vec<(String, f32)>,
+    /// Leave an attribute out. May be repeated.
+    #[arg(long, value_name = "NAME")]
+    without: Vec<String>,
     /// Threads; 0 for one per core. Results do not depend on it.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -38,21 +45,27 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let options = relievo_core::ContextOptions { threads: arguments.threads, memory_limit: arguments.memory_limit };
     let context = relievo_core::Context::new(&options)?;
     let mesh = relievo_meshio::read(&context, &arguments.file)?;
-    let Welded { points, triangles, .. } = weld(&mesh.points, &mesh.triangles());
+    let before = mesh.triangles().len();
     let options = SimplifyOptions {
-        faces: faces(arguments.faces, arguments.ratio, triangles.len())?.unwrap_or(0),
+        faces: faces(arguments.faces, arguments.ratio, before)?.unwrap_or(0),
         error: arguments.error.unwrap_or(f32::INFINITY),
         ..SimplifyOptions::default()
     };
-    let made = simplify(&context, &points, &triangles, &options, &mut Silent)
+    let attributes = AttributeOptions { weights: arguments.weight.clone(), left_out: arguments.without.clone() };
+    let SimplifiedMesh { mesh, error, left_out } = simplify_mesh(&context, &mesh, &options, &attributes, &mut Silent)
         .map_err(|error| error.at(arguments.file.display().to_string()))?;
-    for attribute in &mesh.attributes {
-        eprintln!("note: {} is left out", attribute.name);
-    }
-    let left = made.triangles.len();
-    relievo_meshio::write(&arguments.output, &Mesh::from_triangles(made.points, &made.triangles))?;
-    crate::print(&format!("{} triangles, {left} left, deviation {}\n", triangles.len(), made.error))?;
+    left_out.iter().for_each(|name| eprintln!("note: {name} is left out"));
+    relievo_meshio::write(&arguments.output, &mesh)?;
+    let left = mesh.face_count();
+    crate::print(&format!("{before} triangles, {left} left, deviation {error}\n"))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// An attribute and its weight.
+fn weight(text: &str) -> std::result::Result<(String, f32), String> {
+    let (name, weight) = text.rsplit_once('=').ok_or("use NAME=WEIGHT")?;
+    let weight = weight.parse().map_err(|_| format!("`{weight}` is no number"))?;
+    Ok((name.to_owned(), weight))
 }
 
 /// The number of triangles that is asked for, if one is.

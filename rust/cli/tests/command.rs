@@ -279,6 +279,52 @@ fn a_mesh_is_simplified_to_a_share_a_number_or_a_deviation() {
 }
 
 #[test]
+fn a_simplified_mesh_keeps_its_texture_coordinates() {
+    let folder = tempfile::tempdir().unwrap();
+    // Columns 0 to 10 are on the left half of the texture, 10 to 20 on the right half; both have column 10.
+    let place = |index: u32| [index % 21, index / 21].map(|it| f64::from(it) / 20.0);
+    let coordinates = |shift: f64| (0..441).map(place).map(move |[x, y]| format!("vt {} {y}\n", 0.4 * x + shift));
+    let square = |index: u32| {
+        let (column, at) = (index % 20, index / 20 * 21 + index % 20 + 1);
+        let corner = |at: u32| format!("{at}/{}", if column < 10 { at } else { at + 441 });
+        format!("f {} {} {} {}\n", corner(at), corner(at + 1), corner(at + 22), corner(at + 21))
+    };
+    let points = bowl().lines().filter(|line| line.starts_with('v')).fold(String::new(), |all, line| all + line + "\n");
+    let coordinates: String = coordinates(0.0).chain(coordinates(0.5)).collect();
+    let faces: String = (0..400).map(square).collect();
+    std::fs::write(folder.path().join("map.obj"), points + &coordinates + &faces).unwrap();
+    let simplify = |more: &[&str]| {
+        relievo(folder.path(), &[&["simplify", "map.obj", "-o", "less.obj", "--faces", "200"][..], more].concat())
+    };
+    let done = simplify(&["--weight", "uv=0.05"]);
+    assert!(done.status.success() && done.stderr.is_empty(), "{done:?}");
+    let less = std::fs::read_to_string(folder.path().join("less.obj")).unwrap();
+    let numbers = |keyword: &str| -> Vec<Vec<f64>> {
+        let lines = less.lines().filter_map(|line| line.strip_prefix(keyword));
+        lines.map(|line| line.split(' ').map(|number| number.parse().unwrap()).collect()).collect()
+    };
+    let (points, coordinates) = (numbers("v "), numbers("vt "));
+    let (mut corners, mut at_seam) = (0, std::collections::HashSet::new());
+    for corner in less.lines().filter_map(|line| line.strip_prefix("f ")).flat_map(|line| line.split(' ')) {
+        let (point, value) = corner.split_once('/').unwrap();
+        let [point, value] = [point, value].map(|number| number.parse::<usize>().unwrap() - 1);
+        let (x, y) = ((points[point][0] + 1.0) / 2.0, (points[point][1] + 1.0) / 2.0);
+        let [u, v] = [coordinates[value][0], coordinates[value][1]];
+        let shift = if u > 0.45 { 0.5 } else { 0.0 };
+        assert!((u - shift - 0.4 * x).abs() < 0.01 && (v - y).abs() < 0.02, "{x} {y}: {u} {v}");
+        if (x - 0.5).abs() < 1e-3 {
+            at_seam.insert((point, shift > 0.0));
+        }
+        corners += 1;
+    }
+    assert!((597..=600).contains(&corners), "{corners}");
+    assert!(at_seam.len() >= 4 && at_seam.iter().all(|(point, side)| at_seam.contains(&(*point, !side))));
+    assert!(simplify(&["--without", "uv"]).status.success());
+    assert!(!std::fs::read_to_string(folder.path().join("less.obj")).unwrap().contains("vt "));
+    assert!(text(&simplify(&["--weight", "paint=1"]).stderr).contains("no attribute `paint`"));
+}
+
+#[test]
 fn a_progressive_mesh_is_built_shown_and_taken_at_any_level() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();

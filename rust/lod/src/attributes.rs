@@ -21,6 +21,9 @@ pub struct Attributes<'a> {
     pub weights: &'a [f32],
     /// Which numbers are the first of three that are a direction, of length 1.
     pub directions: &'a [usize],
+    /// A label of every vertex, or none: vertices of different labels are on different sides of a seam, whatever their
+    /// numbers are.
+    pub labels: &'a [u32],
 }
 
 impl Attributes<'_> {
@@ -39,6 +42,12 @@ impl Attributes<'_> {
             let count = self.values.len();
             return Err(Error::invalid(format!("{count} numbers are not {width} for each of {vertices} vertices"))
                 .at("attributes"));
+        }
+        if !self.labels.is_empty() && self.labels.len() != vertices {
+            let count = self.labels.len();
+            return Err(
+                Error::invalid(format!("{count} labels are not one for each of {vertices} vertices")).at("labels")
+            );
         }
         if let Some(index) = self.values.iter().position(|value| !value.is_finite()) {
             return Err(Error::invalid(format!("a number of vertex {} is not finite", index / width)).at("attributes"));
@@ -67,6 +76,8 @@ pub struct SimplifiedWith {
     pub values: Vec<f32>,
     /// Vertices of every triangle.
     pub triangles: Vec<[u32; 3]>,
+    /// The place of every vertex, counted from 0: vertices of one place are one on the surface.
+    pub places: Vec<u32>,
     /// The triangle of the input that every triangle was.
     pub origins: Vec<u32>,
     /// The largest deviation of a vertex, as [`SimplifyOptions::error`] counts it.
@@ -106,7 +117,7 @@ fn run<const Q: usize>(
     let scale = unit(points);
     watched(context, progress, |progress| {
         let welded = weld(points, triangles);
-        let sides = sides(&welded.numbers, attributes);
+        let sides = sides(&welded.numbers, attributes.labels, attributes.values, attributes.weights.len());
         let number = |vertex: &u32| sides[*vertex as usize];
         let wedges: Vec<[u32; 3]> = triangles.iter().map(|triangle| triangle.each_ref().map(number)).collect();
         let values = (0..points.len()).map(|vertex| quads(attributes, vertex)).collect();
@@ -115,20 +126,21 @@ fn run<const Q: usize>(
         let mut work = Decimation::with(context, &welded.points, &welded.triangles, 1.0 / scale, wedges)?;
         let locked: Vec<u32> = options.locked.iter().map(|vertex| welded.numbers[*vertex as usize]).collect();
         work.lock(&locked);
+        work.weigh(&options.factors, |point| welded.numbers[point] as usize);
         reduce(context, &mut work, triangles.len(), options.faces, options.error / scale, progress)?;
         Ok(finish(&work, (points, triangles), &sides, attributes.weights.len(), scale))
     })
 }
 
-/// For every vertex the first at its place that has the same numbers.
-fn sides(places: &[u32], attributes: &Attributes) -> Vec<u32> {
-    let width = attributes.weights.len();
+/// For every vertex the first at its place that has the same label, if there are any, and the same numbers.
+pub fn sides(places: &[u32], labels: &[u32], values: &[f32], width: usize) -> Vec<u32> {
+    let known = |vertex: u32| (places[vertex as usize], labels.get(vertex as usize));
     let numbers = |vertex: u32| {
         let start = vertex as usize * width;
         // 0 and -0 are one number.
-        attributes.values[start..start + width].iter().map(|value| (value + 0.0).to_bits())
+        values[start..start + width].iter().map(|value| (value + 0.0).to_bits())
     };
-    let same = |a: u32, b: u32| places[a as usize].cmp(&places[b as usize]).then_with(|| numbers(a).cmp(numbers(b)));
+    let same = |a: u32, b: u32| known(a).cmp(&known(b)).then_with(|| numbers(a).cmp(numbers(b)));
     let mut order: Vec<u32> = (0..places.len() as u32).collect();
     order.sort_unstable_by(|a, b| same(*a, *b).then(a.cmp(b)));
     let mut first = vec![0; places.len()];
@@ -177,11 +189,11 @@ fn finish<const Q: usize>(
     width: usize,
     scale: f32,
 ) -> SimplifiedWith {
-    let mut places = vec![None; points.len()];
+    let mut found = vec![None; points.len()];
     let mut is_used = vec![false; points.len()];
     triangles.as_flattened().iter().for_each(|vertex| is_used[sides[*vertex as usize] as usize] = true);
     for vertex in (0..points.len()).filter(|vertex| !is_used[*vertex] && sides[*vertex] as usize == *vertex) {
-        places[vertex] = Some(points[vertex]);
+        found[vertex] = Some((points[vertex], NONE));
     }
     let mut made = SimplifiedWith::default();
     for index in 0..work.mesh.triangles() {
@@ -190,18 +202,30 @@ fn finish<const Q: usize>(
             let (wedges, origin) = work.wedges.triangle(index);
             for (vertex, wedge) in vertices.into_iter().zip(wedges) {
                 let point = work.points[vertex as usize];
-                places[wedge as usize] = Some((point.truncate() * scale).to_array());
+                found[wedge as usize] = Some(((point.truncate() * scale).to_array(), vertex));
                 made.error = made.error.max(point.w * scale);
             }
             made.triangles.push(wedges);
             made.origins.push(origin);
         }
     }
-    let mut numbers = vec![0; points.len()];
-    for (wedge, place) in (0..).zip(places) {
-        let Some(place) = place else { continue };
+    let (mut numbers, mut places, mut count) = (vec![0; points.len()], vec![NONE; work.points.len()], 0);
+    for (wedge, found) in (0..).zip(found) {
+        let Some((point, vertex)) = found else { continue };
+        // A vertex without triangles is at a place of its own.
+        let place = match places.get_mut(vertex as usize) {
+            Some(place) if *place != NONE => *place,
+            known => {
+                count += 1;
+                known.map_or(count - 1, |place| {
+                    *place = count - 1;
+                    *place
+                })
+            }
+        };
+        made.places.push(place);
         numbers[wedge as usize] = made.points.len() as u32;
-        made.points.push(place);
+        made.points.push(point);
         let values = work.wedges.values(wedge).iter().flat_map(|quad| quad.to_array());
         made.values.extend(values.take(width));
     }

@@ -37,6 +37,8 @@ pub struct Decimation<const Q: usize = 0> {
     pub normals: Vec<Vec4>,
     /// What costs are found from.
     vertices: Vec<Vertex>,
+    /// Whether vertices have factors other than 1.
+    is_weighed: bool,
     /// Of every half-edge, four a triangle. Infinite where the mate stands for the edge, or the edge must not collapse;
     /// negative where that may change with its surroundings.
     costs: Vec<[AtomicU32; 4]>,
@@ -58,6 +60,8 @@ struct Vertex {
     star: Star,
     point: [f32; 3],
     deviation: f32,
+    /// What costs are multiplied by.
+    factor: f32,
     flags: u8,
 }
 
@@ -135,11 +139,12 @@ impl<const Q: usize> Decimation<Q> {
         Ok(Self {
             parts: mesh.parts(context),
             normals: context.map(triangles.len(), face),
-            vertices: vec![Vertex::default(); points.len()],
+            vertices: vec![Vertex { factor: 1.0, ..Vertex::default() }; points.len()],
             costs: context.map(triangles.len(), unknown),
             state: points.iter().map(|_| AtomicU8::new(STALE)).collect(),
             live: triangles.len(),
             recording: None,
+            is_weighed: false,
             wedges,
             mesh,
             points,
@@ -150,6 +155,25 @@ impl<const Q: usize> Decimation<Q> {
     pub fn lock(&mut self, vertices: &[u32]) {
         for vertex in vertices {
             self.mesh.flags[*vertex as usize] |= FIXED;
+        }
+    }
+
+    /// Multiplies costs at vertices, by the greatest factor of each; which one a factor is for says `vertex`.
+    pub fn weigh(&mut self, factors: &[f32], vertex: impl Fn(usize) -> usize) {
+        self.is_weighed = !factors.is_empty();
+        if self.is_weighed {
+            self.vertices.iter_mut().for_each(|vertex| vertex.factor = 0.0);
+        }
+        factors.iter().enumerate().for_each(|(index, factor)| {
+            let known = &mut self.vertices[vertex(index)].factor;
+            *known = known.max(*factor);
+        });
+    }
+
+    /// Gives a vertex the greatest factor of two.
+    pub fn join_factors(&mut self, kept: usize, gone: usize) {
+        if self.is_weighed {
+            self.vertices[kept].factor = self.vertices[kept].factor.max(self.vertices[gone].factor);
         }
     }
 
@@ -207,6 +231,7 @@ impl<const Q: usize> Decimation<Q> {
                     star: [x.x, y.y, z.z, x.y, x.z, y.z, sum.x, sum.y, sum.z],
                     point: here.xyz().to_array(),
                     deviation: here.w,
+                    factor: renewed.factor,
                     flags,
                 };
             }
@@ -406,6 +431,7 @@ impl<const Q: usize> Decimation<Q> {
             }
         }
         batch.pinned[lane] = pinned;
+        batch.factor[lane] = u.factor.max(v.factor);
         batch.before[lane] = u.deviation.max(v.deviation);
     }
 

@@ -3,6 +3,7 @@
 mod attributes;
 mod connectivity;
 mod decimation;
+mod mesh;
 mod placement;
 pub mod progressive;
 mod selection;
@@ -12,6 +13,7 @@ mod wedges;
 mod weld;
 
 pub use attributes::{Attributes, SimplifiedWith, simplify_with};
+pub use mesh::{AttributeOptions, SimplifiedMesh, default_weight, simplify_mesh};
 pub use progressive::Progressive;
 pub use simplify::{Simplified, SimplifyOptions, simplify};
 pub use weld::{Welded, weld};

@@ -22,6 +22,8 @@ pub struct Batch {
     pub pinned: [f32; BATCH],
     /// The vertex from the middle of the edge.
     pub place: [[f32; BATCH]; 3],
+    /// What the cost is multiplied by.
+    pub factor: [f32; BATCH],
     /// How far the ends deviate already.
     pub before: [f32; BATCH],
     /// What the collapse costs: the mean square of distances from the planes of its triangles, times their areas.
@@ -43,6 +45,7 @@ impl Default for Batch {
             open: zero,
             pinned: zero,
             place: [zero; 3],
+            factor: zero,
             before: zero,
             cost: zero,
             deviation: zero,
@@ -138,7 +141,7 @@ fn body<A: Arithmetic, const WITH: bool>(batch: &mut Batch) {
         let ax = times(&a, &x);
         let cost = fma(-2.0, dot(&b, &x), dot(&x, &ax)) + c;
         let cost = cost.max(0.0);
-        batch.cost[i] = if pin.abs() <= 1.0 { fma(LENGTH * trace, ee, cost) } else { f32::INFINITY };
+        batch.cost[i] = if pin.abs() <= 1.0 { batch.factor[i] * fma(LENGTH * trace, ee, cost) } else { f32::INFINITY };
         batch.deviation[i] = batch.before[i] + (cost * flat).sqrt();
         for k in 0..3 {
             batch.place[k][i] = x[k];

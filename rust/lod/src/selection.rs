@@ -149,6 +149,7 @@ impl<const Q: usize> Decimation<Q> {
             for collapse in &found.collapses {
                 let [kept, gone] = [collapse.corner, next(collapse.corner)].map(|at| self.mesh.vertex(at) as usize);
                 self.points[kept] = collapse.point;
+                self.join_factors(kept, gone);
                 self.mesh.flags[kept] |= self.mesh.flags[gone];
             }
             for (triangle, normal) in &found.normals {

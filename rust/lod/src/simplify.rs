@@ -22,11 +22,39 @@ pub struct SimplifyOptions {
     pub error: f32,
     /// Vertices that stay where they are.
     pub locked: Vec<u32>,
+    /// What the costs of collapses at every vertex are multiplied by, 10⁻⁶ to 10⁶; none for 1 everywhere. With greater factors
+    /// more triangles are left there. Deviations are not multiplied.
+    pub factors: Vec<f32>,
 }
 
 impl Default for SimplifyOptions {
     fn default() -> Self {
-        Self { faces: 0, error: f32::INFINITY, locked: Vec::new() }
+        Self { faces: 0, error: f32::INFINITY, locked: Vec::new(), factors: Vec::new() }
+    }
+}
+
+impl SimplifyOptions {
+    /// Fails if they are not for a mesh of so many points.
+    pub fn check(&self, points: usize) -> Result<()> {
+        if self.locked.iter().any(|index| *index as usize >= points) {
+            return Err(Error::invalid("a locked point is not there").at("locked"));
+        }
+        if !self.factors.is_empty() && self.factors.len() != points {
+            let counts = (self.factors.len(), points);
+            return Err(Error::invalid(format!("{} factors are not one for each of {} points", counts.0, counts.1))
+                .at("factors"));
+        }
+        if let Some(factor) = self.factors.iter().find(|factor| !(1e-6..=1e6).contains(*factor)) {
+            return Err(Error::invalid(format!("a factor of {factor} means nothing"))
+                .at("factors")
+                .advise("use 1e-6 to 1e6"));
+        }
+        if self.error.is_nan() || self.error < 0.0 {
+            return Err(Error::invalid(format!("an error of {} means nothing", self.error))
+                .at("error")
+                .advise("give a length, or infinity"));
+        }
+        Ok(())
     }
 }
 
@@ -68,6 +96,7 @@ pub fn simplify(
     watched(context, progress, |progress| {
         let mut work = Decimation::new(context, points, triangles, 1.0 / scale)?;
         work.lock(&options.locked);
+        work.weigh(&options.factors, |point| point);
         reduce(context, &mut work, triangles.len(), options.faces, options.error / scale, progress)?;
         Ok(finish(&work, points, triangles, scale))
     })
@@ -98,15 +127,7 @@ pub fn check(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], opt
     if let Some(index) = triangles.iter().position(|triangle| triangle.iter().any(outside)) {
         return Err(Error::invalid(format!("triangle {index} has a point that is not there")).at("triangles"));
     }
-    if options.locked.iter().any(outside) {
-        return Err(Error::invalid("a locked point is not there").at("locked"));
-    }
-    if options.error.is_nan() || options.error < 0.0 {
-        return Err(Error::invalid(format!("an error of {} means nothing", options.error))
-            .at("error")
-            .advise("give a length, or infinity"));
-    }
-    Ok(())
+    options.check(points.len())
 }
 
 /// Fails if the structures of so many triangles, with `more` bytes for each than usual, do not fit.

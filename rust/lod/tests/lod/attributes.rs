@@ -6,8 +6,10 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions};
-use relievo_lod::{Attributes, SimplifiedWith, SimplifyOptions, simplify_with, weld};
+use relievo_core::{Attribute, Context, ContextOptions, Domain, Mesh, Values};
+use relievo_lod::{
+    AttributeOptions, Attributes, SimplifiedWith, SimplifyOptions, simplify, simplify_mesh, simplify_with, weld,
+};
 use relievo_testing::Random;
 
 use crate::shapes::{Triangles, edges, lifted, torus};
@@ -22,7 +24,7 @@ struct Mapped {
 impl Mapped {
     fn run(&self, context: &Context, weights: &[f32], options: &SimplifyOptions) -> SimplifiedWith {
         let (points, triangles) = &self.mesh;
-        let attributes = Attributes { values: &self.values, weights, directions: &[] };
+        let attributes = Attributes { values: &self.values, weights, directions: &[], labels: &[] };
         simplify_with(context, points, triangles, &attributes, options, &mut Silent).unwrap()
     }
 }
@@ -216,7 +218,7 @@ fn directions_stay_of_length_1() {
         .flat_map(|point| [0.0; 6].into_iter().chain([point[2]]).chain(normal(*point).to_array()))
         .collect();
     let weights: Vec<f32> = (0..10).map(|index| if index < 7 { 0.0 } else { 0.05 }).collect();
-    let attributes = Attributes { values: &values, weights: &weights, directions: &[7] };
+    let attributes = Attributes { values: &values, weights: &weights, directions: &[7], labels: &[] };
     let made = simplify_with(&Context::serial(), &points, &triangles, &attributes, &to(1000), &mut Silent).unwrap();
     for (point, values) in made.points.iter().zip(made.values.as_chunks::<10>().0) {
         let found = Vec3::from_slice(&values[7..]);
@@ -224,6 +226,115 @@ fn directions_stay_of_length_1() {
         assert!(found.angle_between(normal(*point)) < 0.1, "{}", found.angle_between(normal(*point)));
         assert!((values[6] - point[2]).abs() < 0.05);
     }
+}
+
+/// The cube with texture coordinates and normals on corners, two materials on each side in halves, and heights of points.
+fn furnished_cube(n: u32) -> Mesh {
+    let Mapped { mesh: (points, triangles), values, .. } = cube(n);
+    let welded = weld(&points, &triangles);
+    let mut mesh = Mesh::from_triangles(welded.points, &welded.triangles);
+    let side = triangles.len() as u32 / 6;
+    let normal = |face: u32| {
+        let outward = if face / side < 3 { -1.0 } else { 1.0 };
+        [0, 1, 2].map(|axis| if face / side % 3 == axis { outward } else { 0.0 })
+    };
+    let normals = (0..6 * side).flat_map(|face| [normal(face); 3]).flatten().collect();
+    let heights = mesh.points.iter().map(|[x, y, z]| x + y + z).collect();
+    let materials = (0..6 * side).map(|face| face % side * 2 / side).collect();
+    let groups = vec![0; mesh.points.len()];
+    let indices = triangles.as_flattened().to_vec();
+    let mut add = |name: &str, domain: Domain, width: u32, values: Values, indices: Option<Vec<u32>>| {
+        mesh.attributes.push(Attribute { name: name.into(), domain, width, values, indices });
+    };
+    add("uv", Domain::Corner, 2, Values::F32(values), Some(indices));
+    add("normal", Domain::Corner, 3, Values::F32(normals), None);
+    add("material", Domain::Face, 1, Values::U32(materials), None);
+    add("height", Domain::Point, 1, Values::F32(heights), None);
+    add("group", Domain::Point, 1, Values::U32(groups), None);
+    mesh
+}
+
+#[test]
+fn attributes_of_a_mesh_stay_on_what_they_were_on() {
+    let mesh = furnished_cube(16);
+    let options = SimplifyOptions { error: 1e-4, ..to(0) };
+    let attributes = AttributeOptions { weights: vec![("height".into(), 0.01)], ..AttributeOptions::default() };
+    let made = simplify_mesh(&Context::serial(), &mesh, &options, &attributes, &mut Silent).unwrap();
+    assert_eq!(made.left_out, ["group"]);
+    let made = made.mesh;
+    made.check().unwrap();
+    let triangles = made.triangles();
+    assert!((24..140).contains(&triangles.len()), "{}", triangles.len());
+    assert!(edges(&triangles).values().all(|count| *count == 2), "points are shared");
+    let floats = |name: &str| match made.attribute(name) {
+        Some(Attribute { values: Values::F32(values), indices, .. }) => (values.clone(), indices.clone()),
+        other => panic!("{name}: {other:?}"),
+    };
+    let ((uvs, uv_of), (normals, normal_of)) = (floats("uv"), floats("normal"));
+    let (uv_of, normal_of) = (uv_of.unwrap(), normal_of.unwrap());
+    let Some(Values::U32(materials)) = made.attribute("material").map(|it| it.values.clone()) else { panic!() };
+    let mut areas = [0.0; 2];
+    for (face, triangle) in triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|point| Vec3::from(made.points[point as usize]));
+        let across = (b - a).cross(c - a);
+        areas[materials[face] as usize] += across.length() / 2.0;
+        let uv = |corner: usize| Vec2::from_slice(&uvs[2 * uv_of[3 * face + corner] as usize..]);
+        let side = (2.0 * (uv(0) + uv(1) + uv(2)).x) as usize;
+        for (corner, point) in [a, b, c].into_iter().enumerate() {
+            let normal = Vec3::from_slice(&normals[3 * normal_of[3 * face + corner] as usize..]);
+            assert!(across.normalize().dot(normal) > 0.999);
+            let (x, y) = (point[(side + 1) % 3], point[(side + 2) % 3]);
+            let expected = if side < 3 { Vec2::new(y, x) } else { Vec2::new(x, y) };
+            let found = uv(corner) * Vec2::new(6.0, 1.0) - Vec2::X * side as f32;
+            assert!(found.distance(expected) < 1e-3, "{found} {expected}");
+        }
+    }
+    assert!((areas[0] - 3.0).abs() < 1e-3 && (areas[1] - 3.0).abs() < 1e-3, "{areas:?}");
+    for (point, height) in made.points.iter().zip(floats("height").0) {
+        assert!((point.iter().sum::<f32>() - height).abs() < 1e-3);
+    }
+    let left_out = AttributeOptions { left_out: vec!["nothing".into()], ..AttributeOptions::default() };
+    let refused = simplify_mesh(&Context::serial(), &mesh, &options, &left_out, &mut Silent).unwrap_err();
+    assert!(refused.to_string().contains("`nothing`"));
+}
+
+#[test]
+fn points_that_are_there_for_each_side_of_a_seam_stay_so() {
+    let Mapped { mesh: (points, triangles), values, .. } = cube(16);
+    let mut mesh = Mesh::from_triangles(points, &triangles);
+    mesh.attributes.push(Attribute {
+        name: "uv".into(),
+        domain: Domain::Point,
+        width: 2,
+        values: Values::F32(values),
+        indices: None,
+    });
+    let options = SimplifyOptions { locked: vec![20], ..to(200) };
+    let made = simplify_mesh(&Context::serial(), &mesh, &options, &AttributeOptions::default(), &mut Silent).unwrap();
+    let made = made.mesh;
+    made.check().unwrap();
+    assert!(made.points.contains(&mesh.points[20]));
+    let triangles = made.triangles();
+    assert!(edges(&triangles).values().any(|count| *count == 1), "it is cut open");
+    assert!(edges(&weld(&made.points, &triangles).triangles).values().all(|count| *count == 2), "and has no gap");
+    assert_eq!(
+        made.attribute("uv").map(|uv| (uv.domain, uv.values.len())),
+        Some((Domain::Point, 2 * made.points.len()))
+    );
+}
+
+#[test]
+fn more_triangles_are_left_where_factors_are_greater() {
+    let (points, triangles) = torus(120, 60);
+    let factors: Vec<f32> = points.iter().map(|[x, ..]| if *x > 0.0 { 100.0 } else { 1.0 }).collect();
+    let count = |factors: Vec<f32>| {
+        let options = SimplifyOptions { factors, ..to(1400) };
+        let made = simplify(&Context::serial(), &points, &triangles, &options, &mut Silent).unwrap();
+        made.triangles.iter().filter(|it| it.iter().all(|vertex| made.points[*vertex as usize][0] > 0.0)).count()
+    };
+    let (even, uneven) = (count(Vec::new()), count(factors));
+    assert!((600..760).contains(&even) && uneven > 1000, "{even} {uneven}");
+    assert_eq!(count(vec![2.0; points.len()]), even);
 }
 
 #[test]
@@ -239,7 +350,7 @@ fn nothing_to_do_changes_no_number() {
 fn bad_attributes_are_refused() {
     let (points, triangles) = torus(8, 6);
     let fails = |values: &[f32], weights: &[f32], directions: &[usize]| {
-        let attributes = Attributes { values, weights, directions };
+        let attributes = Attributes { values, weights, directions, labels: &[] };
         let made = simplify_with(&Context::serial(), &points, &triangles, &attributes, &to(9), &mut Silent);
         made.unwrap_err().to_string()
     };

@@ -25,6 +25,7 @@ use relievo_abi::level::*;
 use relievo_abi::mesh::*;
 use relievo_abi::procedural::*;
 use relievo_abi::progressive::*;
+use relievo_abi::simplify::*;
 use relievo_abi::stroke::*;
 use relievo_abi::surface::*;
 use relievo_abi::tessellate::*;
@@ -841,6 +842,22 @@ fn region(bytes: &mut Unstructured) -> Result<RlvLevelRegion> {
 fn levels(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mesh = RlvMesh { id: handles.pick(bytes, 1)? };
     let locked: [u32; 2] = [bytes.int_in_range(0..=20)?, bytes.int_in_range(0..=20)?];
+    let names = [c"uv", c"color", c"normal", c"none"];
+    let weight = RlvSimplifyWeight {
+        name: bytes.choose(&names)?.as_ptr(),
+        weight: number(bytes)?,
+        is_left_out: bytes.int_in_range(0..=2)?,
+    };
+    let factors = numbers(bytes, 4)?;
+    let mut simple: RlvSimplifyOptions = sized(bytes)?;
+    (simple.error, simple.triangles) = (number(bytes)?, bytes.int_in_range(0..=16)?);
+    (simple.weights, simple.weight_count) = (&weight, bytes.int_in_range(0..=1)?);
+    (simple.locked, simple.locked_count) = (locked.as_ptr(), bytes.int_in_range(0..=2)?);
+    (simple.factors, simple.factor_count) = (factors.as_ptr(), if bytes.ratio(1, 4)? { factors.len() } else { 0 });
+    let mut less = RlvMesh { id: UNTOUCHED };
+    // SAFETY: descriptors are sized, and so are their arrays.
+    let result = unsafe { rlv_simplify_mesh(mesh, &simple, None, null_mut(), null_mut(), &mut less) };
+    made(result, less.id, &mut handles.meshes);
     let mut options: RlvProgressiveOptions = sized(bytes)?;
     options.base_triangles = bytes.int_in_range(0..=16)?;
     (options.locked, options.locked_count) = (locked.as_ptr(), bytes.int_in_range(0..=2)?);

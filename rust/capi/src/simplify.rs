@@ -1,0 +1,113 @@
+//! Simplification; see `include/relievo/simplify.h`.
+
+use std::ffi::{c_char, c_void};
+
+use relievo_core::{Error, Result};
+use relievo_lod::{AttributeOptions, SimplifyOptions, simplify_mesh};
+
+use crate::array::{Input, Plain, present, put, text};
+use crate::context::{HostProgress, RlvProgress};
+use crate::descriptor::read_optional;
+use crate::mesh::{self, RlvMesh};
+use crate::registry::{self, try_read};
+
+descriptor! {
+    pub struct RlvSimplifyWeight {
+        name: *const c_char,
+        weight: f32,
+        is_left_out: u32,
+    }
+}
+
+descriptor! {
+    pub struct RlvSimplifyOptions {
+        struct_size: u32,
+        error: f32,
+        triangles: usize,
+        weights: *const RlvSimplifyWeight,
+        weight_count: usize,
+        weight_stride: usize,
+        locked: *const u32,
+        locked_count: usize,
+        locked_stride: usize,
+        factors: *const f32,
+        factor_count: usize,
+        factor_stride: usize,
+    }
+}
+
+impl Default for RlvSimplifyWeight {
+    fn default() -> Self {
+        Self { name: std::ptr::null(), weight: 0.0, is_left_out: 0 }
+    }
+}
+
+// SAFETY: a pointer, a float and an integer without padding.
+unsafe impl Plain for RlvSimplifyWeight {}
+
+/// What is asked for.
+///
+/// # Safety
+/// `options` is NULL or a descriptor whose arrays are as the header demands.
+unsafe fn read(options: *const RlvSimplifyOptions, limit: u64) -> Result<(SimplifyOptions, AttributeOptions)> {
+    // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+    let default = RlvSimplifyOptions { error: -1.0, ..unsafe { std::mem::zeroed() } };
+    // SAFETY: promised by the caller.
+    let given = unsafe { read_optional(options, default) }?;
+    // SAFETY: promised by the caller.
+    let (weights, locked, factors) = unsafe {
+        (
+            Input::new("weights", given.weights, given.weight_count, given.weight_stride)?,
+            Input::new("locked", given.locked, given.locked_count, given.locked_stride)?,
+            Input::new("factors", given.factors, given.factor_count, given.factor_stride)?,
+        )
+    };
+    let mut attributes = AttributeOptions::default();
+    for RlvSimplifyWeight { name, weight, is_left_out } in weights.iter() {
+        // SAFETY: promised by the caller.
+        let name = unsafe { text("weights", name) }?.to_owned();
+        match is_left_out {
+            0 => attributes.weights.push((name, weight)),
+            1 => attributes.left_out.push(name),
+            _ => return Err(Error::invalid(format!("is_left_out of `{name}` is {is_left_out}")).at("weights")),
+        }
+    }
+    let options = SimplifyOptions {
+        faces: given.triangles,
+        error: if given.error < 0.0 { f32::INFINITY } else { given.error },
+        locked: locked.to_vec("locked", limit)?,
+        factors: factors.to_vec("factors", limit)?,
+    };
+    Ok((options, attributes))
+}
+
+entry! {
+    fn rlv_simplify_mesh(
+        mesh: RlvMesh,
+        options: *const RlvSimplifyOptions,
+        progress: RlvProgress,
+        user: *mut c_void,
+        error: *mut f32,
+        out: *mut RlvMesh,
+    ) {
+        present("out", out)?;
+        let object = registry::get(mesh)?;
+        let context = &object.context.context;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays of their counts.
+        let (options, attributes) = unsafe { read(options, context.memory_limit()) }?;
+        let mesh = try_read(&object.mesh, "mesh")?;
+        let made = simplify_mesh(context, &mesh, &options, &attributes, &mut HostProgress { callback: progress, user })?;
+        if made.mesh.face_count() == 0 {
+            return Err(Error::invalid("no triangle is left of it").at("mesh").advise("give it triangles with area"));
+        }
+        let deviation = made.error;
+        let made = mesh::register(object.context.clone(), made.mesh)?;
+        // SAFETY: checked above.
+        unsafe { put(out, made) };
+        if !error.is_null() {
+            // SAFETY: it is not NULL, and the caller promises a place.
+            unsafe { put(error, deviation) };
+        }
+        Ok(())
+    }
+}
