@@ -241,7 +241,8 @@ impl<const Q: usize> Decimation<Q> {
 
     /// The edges that cost less than `ahead`, in parts, and how many edges there are of each cost. Costs are found anew
     /// of edges whose surroundings have changed, and of those that did not cost less than `known`: what changed about
-    /// them was not looked at. Edges whose vertex would deviate by more than `error` must not collapse.
+    /// them was not looked at. Edges whose vertex would deviate by more than `error` must not collapse. With all edges
+    /// ahead, which are most of what a simplification ever needs, parts are empty: [`Self::edges_below`] has some of them.
     pub fn renew_costs(
         &mut self,
         context: &Context,
@@ -249,14 +250,18 @@ impl<const Q: usize> Decimation<Q> {
         error: f32,
     ) -> Result<(Vec<Vec<Edge>>, Magnitudes)> {
         let work = &*self;
-        let found = context.map(self.costs.len().div_ceil(PART), |part| work.edges(part, [known, ahead]));
+        let is_all = ahead == f32::INFINITY;
+        let mut found = context.map(self.costs.len().div_ceil(PART), |part| {
+            let found = work.edges(part, [known, ahead]);
+            if is_all { Default::default() } else { found }
+        });
         self.renew_stars(context)?;
         let work = &*self;
-        let (mut lists, old): (Vec<_>, Vec<_>) = found.into_iter().unzip();
         let magnitudes: Vec<AtomicU32> = (0..BINS).map(|_| AtomicU32::new(0)).collect();
-        context.for_each_mut(&mut lists, |part, edges| {
+        context.for_each_mut(&mut found, |part, found| {
+            let (mut edges, old) = if is_all { work.edges(part, [known, ahead]) } else { std::mem::take(found) };
             let mut batch = Batch::default();
-            for old in old[part].chunks(BATCH) {
+            for old in old.chunks(BATCH) {
                 for (lane, old) in old.iter().enumerate() {
                     work.gather(&edges[*old as usize], &mut batch, lane);
                 }
@@ -277,8 +282,16 @@ impl<const Q: usize> Decimation<Q> {
             for (sum, count) in magnitudes.iter().zip(counts).filter(|(_, count)| *count > 0) {
                 sum.fetch_add(count, Relaxed);
             }
+            if !is_all {
+                found.0 = edges;
+            }
         });
-        Ok((lists, Magnitudes(magnitudes)))
+        Ok((found.into_iter().map(|(edges, _)| edges).collect(), Magnitudes(magnitudes)))
+    }
+
+    /// The edges that cost less than `limit`, in parts, by costs as they are.
+    pub fn edges_below(&self, context: &Context, limit: f32) -> Vec<Vec<Edge>> {
+        context.map(self.costs.len().div_ceil(PART), |part| self.edges(part, [f32::INFINITY, limit]).0)
     }
 
     /// The edges of a part of the triangles that cost less than `ahead`, or did when they could not collapse; and which

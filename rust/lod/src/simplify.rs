@@ -180,12 +180,14 @@ impl Plan {
         error: f32,
     ) -> Result<bool> {
         work.compact(context)?;
+        let is_all = self.ahead == f32::INFINITY;
         let (edges, costs) = work.renew_costs(context, [self.known, self.ahead], error)?;
         let Some(wanted) = costs.below(self.share) else { return Ok(false) };
         let limit = wanted.min(self.ahead);
         let few = costs.share_below(limit) < FEW * self.share;
         self.known = self.ahead.min(limit * AHEAD).min(f32::MAX);
         self.ahead = if few { wanted } else { limit } * AHEAD;
+        let edges = if is_all { work.edges_below(context, limit) } else { edges };
         let collapses = work.select(context, &edges, limit);
         if !work.apply(context, collapses, work.live - faces, self.known) && limit >= wanted {
             if self.share >= 1.0 {

@@ -102,8 +102,8 @@ impl Progressive {
         watched(context, progress, |progress| {
             let mut work = Decimation::new(context, points, triangles, 1.0 / scale)?;
             work.lock(&options.locked);
-            let normals = work.vertex_normals(context);
-            work.recording = Some(Recording::new(points.len(), triangles.len()));
+            let normals: Vec<_> = work.vertex_normals(context).into_iter().map(Normal::new).collect();
+            work.recording = Some(Recording::new(points.len()));
             reduce(context, &mut work, triangles.len(), options.faces, f32::INFINITY, progress)?;
             let mut operations = work.recording.take().map_or_else(Vec::new, |recording| recording.operations);
             drop(work);
@@ -116,7 +116,7 @@ impl Progressive {
     }
 
     /// Of the collapses of a mesh, in their order.
-    fn new(points: &[[f32; 3]], normals: &[Vec3], triangles: &[[u32; 3]], operations: &[Operation]) -> Result<Self> {
+    fn new(points: &[[f32; 3]], normals: &[Normal], triangles: &[[u32; 3]], operations: &[Operation]) -> Result<Self> {
         let numbers = Numbers::new(points.len(), operations);
         let leaves = &numbers.leaves;
         let count = points.len();
@@ -126,7 +126,7 @@ impl Progressive {
         made.base_vertices = numbers.base.iter().map(|vertex| leaves[*vertex as usize]).collect();
         for (leaf, (point, normal)) in leaves.iter().zip(points.iter().zip(normals)) {
             made.points[*leaf as usize] = *point;
-            made.normals[*leaf as usize] = Normal::new(*normal);
+            made.normals[*leaf as usize] = *normal;
         }
         let mut gone = vec![false; triangles.len()];
         // The vertex of the input where each vertex is, if it has not moved.

@@ -68,10 +68,10 @@ impl Key {
 /// The collapses so far, in their order.
 pub struct Recording {
     pub operations: Vec<Operation>,
-    /// Of every vertex that is left: its number in the input, and the key of the collapse it comes from.
-    vertices: Vec<(u32, Key)>,
-    /// Numbers in the input of the triangles that are left.
-    triangles: Vec<u32>,
+    /// Of every vertex that is left: the key of the collapse it comes from.
+    keys: Vec<Key>,
+    /// Numbers in the input of the vertices and of the triangles that are left, while some of them are left out; none before.
+    numbers: Option<[Vec<u32>; 2]>,
     deepest: u32,
 }
 
@@ -80,13 +80,9 @@ pub struct Recording {
 pub type Made = (u32, Vec4, Vec3);
 
 impl Recording {
-    pub fn new(vertices: usize, triangles: usize) -> Self {
-        Self {
-            operations: Vec::with_capacity(vertices),
-            vertices: (0..vertices as u32).map(|vertex| (vertex, Key::default())).collect(),
-            triangles: (0..triangles as u32).collect(),
-            deepest: 0,
-        }
+    pub fn new(vertices: usize) -> Self {
+        let operations = Vec::with_capacity(vertices);
+        Self { operations, keys: vec![Key::default(); vertices], numbers: None, deepest: 0 }
     }
 
     /// Whether collapses may come whose depth has no number.
@@ -96,7 +92,10 @@ impl Recording {
 
     /// Adds collapses of one round, before they are made.
     pub fn add(&mut self, context: &Context, mesh: &Connectivity, made: &[Vec<Made>]) {
-        let (vertices, triangles) = (&self.vertices, &self.triangles);
+        let keys = &self.keys;
+        let numbers = self.numbers.as_ref().map(|[vertices, triangles]| [vertices.as_slice(), triangles]);
+        let [vertices, triangles] =
+            [0, 1].map(|of| move |at: u32| numbers.map_or(at, |numbers| numbers[of][at as usize]));
         let added = context.map(made.len(), |part| {
             let mut fan = Fan::default();
             let operation = |&(corner, point, normal): &Made| {
@@ -104,12 +103,12 @@ impl Recording {
                 let mut around = Key::default();
                 for end in ends {
                     mesh.fan(end, &mut fan);
-                    around = fan.ring().fold(around, |key, vertex| key.join(vertices[vertex as usize].1));
+                    around = fan.ring().fold(around, |key, vertex| key.join(keys[vertex as usize]));
                 }
-                let [kept, gone] = ends.map(|end| vertices[end as usize].0);
+                let [kept, gone] = ends.map(vertices);
                 let faces = [corner, mesh.mate(corner)].map(|side| match side {
                     NONE => NONE,
-                    side => triangles[side as usize / 4],
+                    side => triangles(side / 4),
                 });
                 let key = Key::above(around, point.w);
                 (ends[0], Operation { kept, gone, faces, point: point.truncate(), normal: Normal::new(normal), key })
@@ -117,7 +116,7 @@ impl Recording {
             made[part].iter().map(operation).collect::<Vec<_>>()
         });
         for (vertex, operation) in added.into_iter().flatten() {
-            self.vertices[vertex as usize].1 = operation.key;
+            self.keys[vertex as usize] = operation.key;
             self.deepest = self.deepest.max(operation.key.depth());
             self.operations.push(operation);
         }
@@ -125,7 +124,11 @@ impl Recording {
 
     /// Leaves out vertices and triangles that are gone; `rest` and `kept` have the old numbers of those that stay.
     pub fn compact(&mut self, rest: &[u32], kept: &[u32]) {
-        self.vertices = rest.iter().map(|old| self.vertices[*old as usize]).collect();
-        self.triangles = kept.iter().map(|old| self.triangles[*old as usize]).collect();
+        self.keys = rest.iter().map(|old| self.keys[*old as usize]).collect();
+        let numbers = self.numbers.take();
+        self.numbers = Some([(0, rest), (1, kept)].map(|(of, left)| match &numbers {
+            Some(numbers) => left.iter().map(|old| numbers[of][*old as usize]).collect(),
+            None => left.to_vec(),
+        }));
     }
 }
