@@ -1,29 +1,31 @@
-//! Bench `lod`: simplification beside meshoptimizer's, which moves vertices too. Deviations are root mean squares of
-//! distances of places, both ways, in hundredths of the diagonal: what is near is found by parry's triangle meshes.
+//! Bench `lod`: simplification beside meshoptimizer's, which moves vertices too, and beside programs of other peers; meshes
+//! of the same triangles at no height beside curved ones; progressive meshes. Rates of other peers are of a single run.
 
-use glam::{DVec3, Vec3};
-use rapier3d::parry::query::PointQuery;
-use rapier3d::parry::shape::TriMesh;
+use std::path::Path;
+
+use glam::Vec3;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions, Error, Result};
+use relievo_core::{Context, ContextOptions, Result};
 use relievo_lod::{SimplifyOptions, simplify};
-use relievo_testing::Random;
 
+use crate::deviation::Deviation;
 use crate::measure::{Sample, compare, sample, seconds};
+use crate::peers::Peer;
 use crate::report::{Goal, Report};
 use crate::{progressive, shapes};
 
 /// The share of triangles that is left.
 const LEFT: f64 = 0.1;
-/// Places on each mesh that deviations are measured at.
-const PLACES: usize = 200_000;
+/// The peer whose simplification knows no meshes before either, and deviates least of all.
+const BEST: &str = "CGAL Lindstrom-Turk";
 /// Runs of each side.
 const RUNS: usize = 5;
 
 pub type Triangles = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 
-/// Measures every case into `report`.
-pub fn run(report: &mut Report) -> Result<()> {
+/// Measures every case into `report`, beside the programs in a folder.
+pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
+    let peers = peers.map_or(Ok(Vec::new()), Peer::of_folder)?;
     let context = Context::new(&ContextOptions::default())?;
     let knot = shapes::knot(640, 256);
     let wave = |p: Vec3| p.x.sin() * (1.1 * p.y + 1.3).sin() * (0.9 * p.z + 0.7).cos();
@@ -34,7 +36,7 @@ pub fn run(report: &mut Report) -> Result<()> {
         (point * (1.0 + noise)).to_array()
     };
     let noisy_knot: Triangles = (knot.points.iter().map(noisy).collect(), knot.triangles());
-    let rate = case(report, &context, "noisy knot, 327,680 triangles", &noisy_knot)?;
+    let rate = case(report, &context, &peers, "noisy knot, 327,680 triangles", &noisy_knot)?;
     let flat = shapes::terrain(404);
     let points = flat.points.iter().map(|[x, y, _]| [*x, *y, 0.0]).collect();
     let flat = (points, flat.triangles());
@@ -46,7 +48,8 @@ pub fn run(report: &mut Report) -> Result<()> {
         match shapes::model(&context, &format!("meshes/{name}"))? {
             Some(mesh) => {
                 let triangles = mesh.triangles();
-                case(report, &context, &format!("{name}, {} triangles", triangles.len()), &(mesh.points, triangles))?;
+                let name = format!("{name}, {} triangles", triangles.len());
+                case(report, &context, &peers, &name, &(mesh.points, triangles))?;
             }
             None => eprintln!("skipped: meshes/{name} is not there"),
         }
@@ -75,15 +78,35 @@ fn progressive_cases(report: &mut Report, context: &Context, noisy: impl Fn(&[f3
 }
 
 /// Measures a mesh, and returns our rate in millions of triangles a second.
-fn case(report: &mut Report, context: &Context, name: &str, mesh: &Triangles) -> Result<f64> {
+fn case(report: &mut Report, context: &Context, peers: &[Peer], name: &str, mesh: &Triangles) -> Result<f64> {
     let millions = mesh.1.len() as f64 / 1e6;
     let (mine, peer) =
         compare(RUNS, || millions / seconds(|| ours(context, mesh)), || millions / seconds(|| theirs(mesh)));
     report.add(name, &mine, Some(("meshoptimizer", &peer)), "Mtri/s", Goal::RatioAtLeast(1.0));
-    let (mine_left, peer_left) = (deviation(mesh, &ours(context, mesh)?)?, deviation(mesh, &theirs(mesh))?);
-    let samples = [Sample::new(vec![mine_left]), Sample::new(vec![peer_left])];
-    let peer = Some(("meshoptimizer", &samples[1]));
-    report.add(&format!("{name}: deviation"), &samples[0], peer, "% of diagonal", Goal::RatioAtMost(0.85));
+    let left = Deviation::between(context, mesh, &ours(context, mesh)?)?;
+    let beside = |report: &mut Report, peer: &str, made: &Triangles, goal: Goal| -> Result<()> {
+        let theirs = Deviation::between(context, mesh, made)?;
+        for (what, ours, theirs, goal) in [
+            ("root mean square deviation", left.mean, theirs.mean, goal),
+            ("largest deviation", left.largest, theirs.largest, Goal::None),
+        ] {
+            let [ours, theirs] = [ours, theirs].map(|value| Sample::new(vec![value]));
+            report.add(&format!("{name}: {what}"), &ours, Some((peer, &theirs)), "% of diagonal", goal);
+        }
+        Ok(())
+    };
+    beside(report, "meshoptimizer", &theirs(mesh), Goal::RatioAtMost(0.85))?;
+    for peer in peers {
+        let goal = if peer.name == BEST { Goal::RatioAtMost(1.05) } else { Goal::None };
+        match peer.simplify(mesh, self::left(mesh)) {
+            Ok((made, time)) => {
+                beside(report, &peer.name, &made, goal)?;
+                let rate = Sample::new(vec![millions / time]);
+                report.add(name, &mine, Some((&peer.name, &rate)), "Mtri/s", Goal::None);
+            }
+            Err(error) => report.skip(&format!("{name} beside {}", peer.name), &error.to_string()),
+        }
+    }
     Ok(mine.median())
 }
 
@@ -104,42 +127,4 @@ fn theirs(mesh: &Triangles) -> Triangles {
     let count =
         meshopt::simplify_with_update(&mut indices, &mut points, &mut [], &[], 0, None, count, f32::MAX, options, None);
     (points, indices[..count].as_chunks().0.to_vec())
-}
-
-/// The root mean square distance between two meshes, both ways, in hundredths of the first one's diagonal.
-fn deviation(first: &Triangles, second: &Triangles) -> Result<f64> {
-    let (low, high) = first.0.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| {
-        (low.min(Vec3::from(*point)), high.max(Vec3::from(*point)))
-    });
-    let sum = squares(first, second)? + squares(second, first)?;
-    Ok(100.0 * (sum / (2 * PLACES) as f64).sqrt() / f64::from(low.distance(high)))
-}
-
-/// The sum of squared distances of places on one mesh from the other.
-fn squares(from: &Triangles, to: &Triangles) -> Result<f64> {
-    let corner = |mesh: &Triangles, vertex: u32| Vec3::from(mesh.0[vertex as usize]);
-    let points = to.0.iter().map(|point| (*point).into()).collect();
-    let shape = TriMesh::new(points, to.1.clone())
-        .map_err(|error| Error::internal(format!("the mesh that is measured on: {error}")))?;
-    let mut sum = 0.0;
-    let areas: Vec<f64> = from
-        .1
-        .iter()
-        .map(|triangle| {
-            let [a, b, c] = triangle.map(|vertex| corner(from, vertex).as_dvec3());
-            sum += (b - a).cross(c - a).length();
-            sum
-        })
-        .collect();
-    let mut random = Random(1);
-    let distances = (0..PLACES).map(|_| {
-        let at = f64::from(random.unit()) * sum;
-        let triangle = areas.partition_point(|area| *area < at).min(areas.len() - 1);
-        let [a, b, c] = from.1[triangle].map(|vertex| corner(from, vertex));
-        let (root, across) = (random.unit().sqrt(), random.unit());
-        let place = a * (1.0 - root) + b * (root * (1.0 - across)) + c * (root * across);
-        let near = shape.project_local_point(place.to_array().into(), false).point;
-        DVec3::new(f64::from(near.x), f64::from(near.y), f64::from(near.z)).distance_squared(place.as_dvec3())
-    });
-    Ok(distances.sum())
 }

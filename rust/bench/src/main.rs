@@ -2,6 +2,7 @@
 //! `cargo xtask bench` builds and runs it.
 
 mod contact;
+mod deviation;
 mod device_paint;
 mod gpu;
 mod imprint;
@@ -9,6 +10,7 @@ mod imprint_device;
 mod lod;
 mod measure;
 mod paint;
+mod peers;
 mod progressive;
 mod progressive_device;
 mod report;
@@ -18,6 +20,7 @@ mod table1;
 mod triangles;
 mod voxels;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -32,6 +35,9 @@ struct Arguments {
     /// One JSON object per line instead of a table
     #[arg(long)]
     json: bool,
+    /// Programs of peers that `lod` measures beside ours, in a folder
+    #[arg(long)]
+    peers: Option<PathBuf>,
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
@@ -41,7 +47,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         "imprint" => imprint::run(&mut report)?,
         "paint" => paint::run(&mut report)?,
         "gpu" => gpu::run(&mut report, arguments.json)?,
-        "lod" => lod::run(&mut report)?,
+        "lod" => lod::run(&mut report, arguments.peers.as_deref())?,
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
                 .advise("use `surface`, `imprint`, `paint`, `gpu` or `lod`"));

@@ -6,9 +6,9 @@ use std::process::Command;
 use serde_json::json;
 
 use crate::files::{copy_files, remove};
-use crate::packages;
 use crate::stage::{Outcome, call, cargo, output, root, target};
 use crate::suite;
+use crate::{packages, peers};
 
 /// Runs the bench called `name` and prints a table, or JSON lines.
 pub fn run(name: &str, json: bool) -> Outcome {
@@ -19,7 +19,11 @@ pub fn run(name: &str, json: bool) -> Outcome {
         return hosts(json);
     }
     call(cargo().args(["build", "--release", "--quiet", "--package", "relievo-bench"]))?;
-    measure(Command::new(target().join("release/relievo-bench")).arg(name), json)
+    let mut bench = Command::new(target().join("release/relievo-bench"));
+    if name == "lod" {
+        bench.arg("--peers").arg(peers::make(json)?);
+    }
+    measure(bench.arg(name), json)
 }
 
 fn measure(command: &mut Command, json: bool) -> Outcome {

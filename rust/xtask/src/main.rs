@@ -10,6 +10,7 @@ mod files;
 mod fuzz;
 mod licences;
 mod packages;
+mod peers;
 mod stage;
 mod suite;
 mod usd;

@@ -1,0 +1,75 @@
+//! Programs of peers that `cargo xtask bench lod` measures beside ours: compiled of `rust/bench/peers`, or scripts that call
+//! a Python. They run in the bench only, each in a process of its own; nothing of them is linked or shipped.
+
+use std::fs::{create_dir_all, metadata, remove_file, set_permissions, write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::packages;
+use crate::stage::{Outcome, call, root, target};
+use crate::wheel::environment;
+
+/// A peer in C++: its name, its source, its Debian package, and what it is linked to.
+type Compiled = (&'static str, &'static str, &'static str, &'static [&'static str]);
+
+const COMPILED: [Compiled; 2] = [
+    ("CGAL Lindstrom-Turk", "cgal.cpp", "libcgal-dev", &["-lgmp", "-lmpfr"]),
+    ("OpenMesh", "openmesh.cpp", "libopenmesh-dev", &["-lOpenMeshCore", "-lOpenMeshTools"]),
+];
+/// What is installed from PyPI.
+const PACKAGES: &[&str] = &["numpy==1.26.4", "fast-simplification==0.2.0"];
+
+/// Makes the programs and returns their folder; says which cannot be made and why. With `quiet` nothing is installed.
+pub fn make(quiet: bool) -> Result<PathBuf, String> {
+    let folder = target().join("peers/programs");
+    create_dir_all(&folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+    let note = |name: &str, made: Outcome| {
+        if let Err(error) = made {
+            eprintln!("skipped: {name}: {error}");
+            // What was made of it once may not run any more.
+            let _ = remove_file(folder.join(name));
+        }
+    };
+    for peer in COMPILED {
+        note(peer.0, compile(peer, &folder, quiet));
+    }
+    let name = "fast-simplification";
+    let python = environment(&target().join("peers/python"), PACKAGES);
+    note(name, python.and_then(|python| script(&folder.join(name), &python, "fast_simplification")));
+    let name = "Blender Decimate";
+    let python = target().join("blender/bpy/bin/python");
+    let is_there = if python.exists() { Ok(()) } else { Err("`cargo xtask blender` makes a Python with it".into()) };
+    note(name, is_there.and_then(|()| script(&folder.join(name), &python, "blender")));
+    Ok(folder)
+}
+
+fn compile((name, source, package, libraries): Compiled, folder: &Path, quiet: bool) -> Outcome {
+    if !quiet {
+        packages::install(&[package], false)?;
+    }
+    let sources = root().join("rust/bench/peers");
+    let (source, program) = (sources.join(source), folder.join(name));
+    let changed = |path: &Path| metadata(path).and_then(|data| data.modified()).ok();
+    let newest = [source.as_path(), &sources.join("mesh.h")].into_iter().filter_map(changed).max();
+    if changed(&program).zip(newest).is_some_and(|(made, newest)| made > newest) {
+        return Ok(());
+    }
+    let mut compiler = Command::new("g++");
+    compiler.args(["-std=c++17", "-O3", "-DNDEBUG", "-march=native", "-o"]).arg(program).arg(source);
+    call(compiler.args(libraries))
+}
+
+/// A program that calls a function of `simplify.py`.
+fn script(program: &Path, python: &Path, function: &str) -> Outcome {
+    let script = root().join("rust/bench/peers/simplify.py");
+    let quoted = |path: &Path| format!("'{}'", path.display().to_string().replace('\'', r"'\''"));
+    let text = format!(
+        "#!/bin/sh\nexec env PYTHONDONTWRITEBYTECODE=1 PYTHONPATH= {} {} {function} \"$@\"\n",
+        quoted(python),
+        quoted(&script)
+    );
+    let fault = |error: std::io::Error| format!("cannot write {}: {error}", program.display());
+    write(program, text).map_err(fault)?;
+    set_permissions(program, std::fs::Permissions::from_mode(0o755)).map_err(fault)
+}
