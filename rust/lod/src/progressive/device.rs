@@ -41,8 +41,8 @@ struct SplitBlock {
 /// A vertex that is drawn: its point, and its normal on an octahedron in two numbers of 16 bits (`octahedron.wgsl`).
 pub type Vertex = [u32; 4];
 
-/// What a device has of a progressive mesh. That is 42 bytes a triangle; a mesh of it may take 20 more, and what views and edits need
-/// another 48.
+/// What a device has of a progressive mesh. That is 42 bytes a triangle; a mesh of it may take 20 more, and what views and
+/// edits need another 52.
 #[derive(Debug)]
 pub struct DeviceHierarchy {
     device: Device,
@@ -73,8 +73,8 @@ impl DeviceHierarchy {
             [x, y, z, normal.0]
         };
         let inner = |split: u32| {
-            let is_split = mesh.splits[split as usize].key.depth() > 0;
-            let point = if is_split { mesh.place(Child::Split(split), split).point } else { Vec3::ZERO };
+            // Also where a split is not read yet; elsewhere it is not used.
+            let point = mesh.place(Child::Split(split), split).point;
             vertex(point, mesh.inner_normals[split as usize])
         };
         let inner: Vec<Vertex> = (0..count as u32).map(inner).collect();
@@ -134,16 +134,6 @@ impl DeviceHierarchy {
         let vertex = size_of::<SplitBlock>() + 2 * size_of::<Vertex>();
         let triangle = size_of::<[u32; 3]>() + size_of::<u32>();
         self.vertices * vertex + self.triangles * triangle + self.around.as_ref().map_or(0, DeviceAround::bytes)
-    }
-
-    /// Vertices of the finest mesh.
-    pub fn vertex_count(&self) -> usize {
-        self.vertices
-    }
-
-    /// Triangles of the finest mesh.
-    pub fn triangle_count(&self) -> usize {
-        self.triangles
     }
 
     /// The smallest and largest coordinates of the finest mesh.

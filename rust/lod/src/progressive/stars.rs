@@ -34,8 +34,7 @@ pub struct Star<'a> {
     /// Of each triangle at each vertex the vertices after and before it, by their numbers in the ring; the vertices of the
     /// split come after those.
     spokes: [&'a [u32]; 2],
-    /// There are more vertices than 16 bits tell apart.
-    pub is_wide: bool,
+    is_wide: bool,
 }
 
 /// Whether numbers in the ring need all bits of a number, and those of a triangle two of them.

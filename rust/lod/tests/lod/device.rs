@@ -204,3 +204,20 @@ fn edits_that_a_device_cannot_make_are_refused_and_change_nothing() {
     at(&device, &mut level, Cut::BASE);
     assert!(level.edit(&edit).unwrap_err().to_string().contains("without what edits need"));
 }
+
+#[test]
+fn the_beginning_of_a_file_has_the_levels_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let mut file = Vec::new();
+    build(&torus(200, 130), Vec::new()).write(&context, &mut file).unwrap();
+    let coarse = Arc::new(Progressive::read(&context, &mut file.as_slice(), 10_000).unwrap());
+    let extents = Extents::new(&coarse);
+    let hierarchy = Arc::new(DeviceHierarchy::with_surroundings(&context, &device, &coarse, &extents).unwrap());
+    let mut level = DeviceLevel::new(&hierarchy).unwrap();
+    let mut active = ActiveMesh::new(&coarse);
+    for cut in [Cut::of_faces(&coarse, 1000), Cut::FINEST, Cut::BASE] {
+        active.adapt(&context, cut);
+        assert!(at(&device, &mut level, cut) == active.extract(), "{cut:?}");
+    }
+}

@@ -5,18 +5,21 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
 
 use super::{SplitBlock, by_depth};
 use crate::progressive::active::ActiveMesh;
 use crate::progressive::cut::Cut;
 use crate::progressive::hierarchy::Progressive;
-use crate::progressive::stars::{HEAD, Stars};
+use crate::progressive::stars::{HEAD, Star, Stars};
 use crate::progressive::view::Extents;
 
-/// Splits of a depth that one workgroup takes along with other depths, and so many of those.
+/// Neighbours of a vertex at most: kernels look at them some ten times over, and drivers end loops of an invocation without
+/// a word when they have taken 65,535 turns together.
+const NEIGHBOURS: usize = 4096;
+/// Splits of a depth that one workgroup takes along with other depths, and turns that its invocations take at most.
 const FEW: u32 = 1024;
-const RUN: usize = 128;
+const TURNS: u32 = 1 << 15;
 
 /// As in `progressive_spread.wgsl`.
 #[repr(C)]
@@ -30,33 +33,55 @@ struct Depths {
 /// to the second.
 const BORDER: u32 = 1 << 30;
 
-/// What is around splits, of all that are there.
-fn stars(context: &Context, mesh: &Arc<Progressive>, splits: &[(u32, u32)]) -> Result<[Vec<u32>; 2]> {
-    let mut active = ActiveMesh::new(mesh);
-    active.adapt(context, Cut::FINEST);
-    let mut stars = Stars::new(mesh.vertex_count());
-    context.within(|| stars.complete(context, &active));
-    let (starts, numbers) = stars.parts();
-    if u32::try_from(numbers.len()).is_err() {
-        return Err(Error::unsupported("what is around splits is too much for a graphics device"));
-    }
-    let (starts, mut numbers): (Vec<u32>, _) = (starts.iter().map(|start| *start as u32).collect(), numbers.to_vec());
-    let mut counts = Vec::new();
-    for (_, split) in splits {
-        let star = stars.star(*split);
-        if star.is_wide {
-            return Err(Error::unsupported("a vertex has more than 65,533 neighbours, too many for a graphics device"));
+/// What is around splits, as a device has it.
+struct Around {
+    starts: Vec<u32>,
+    numbers: Vec<u32>,
+    /// Of each depth where its splits begin and how many vertices are around one of them at most.
+    depths: Vec<(u32, u32)>,
+}
+
+impl Around {
+    /// Of the splits of a mesh by their depths.
+    fn new(context: &Context, mesh: &Arc<Progressive>, splits: &[(u32, u32)]) -> Result<Self> {
+        let mut active = ActiveMesh::new(mesh);
+        active.adapt(context, Cut::FINEST);
+        let mut stars = Stars::new(mesh.vertex_count());
+        context.within(|| stars.complete(context, &active));
+        let (starts, numbers) = stars.parts();
+        if u32::try_from(numbers.len()).is_err() {
+            return Err(Error::unsupported("what is around splits is too much for a graphics device"));
         }
-        let ring = starts[*split as usize] as usize + HEAD;
+        let starts = starts.iter().map(|start| *start as u32).collect();
+        let mut made = Self { starts, numbers: numbers.to_vec(), depths: Vec::new() };
+        let (mut counts, mut first) = (Vec::new(), 0);
+        for level in splits.chunk_by(|a, b| a.0 == b.0) {
+            let mut most = 0;
+            for (_, split) in level {
+                let star = stars.star(*split);
+                most = most.max(star.ring.len());
+                made.mark_borders(*split, &star, &mut counts);
+            }
+            if most > NEIGHBOURS {
+                let error = format!("a vertex has {most} neighbours; on a graphics device it has at most {NEIGHBOURS}");
+                return Err(Error::unsupported(error).advise("use the processor"));
+            }
+            made.depths.push((first, most as u32));
+            first += level.len() as u32;
+        }
+        Ok(made)
+    }
+
+    fn mark_borders(&mut self, split: u32, star: &Star<'_>, counts: &mut Vec<u32>) {
+        let ring = self.starts[split as usize] as usize + HEAD;
         for side in 0..2 {
             counts.clear();
-            counts.resize(star.ring.len() + 2, 0u32);
+            counts.resize(star.ring.len() + 2, 0);
             star.spokes(side).flatten().for_each(|number| counts[number] += 1);
             let borders = counts[..star.ring.len()].iter().enumerate().filter(|(_, count)| **count == 1);
-            borders.for_each(|(number, _)| numbers[ring + number] |= BORDER << side);
+            borders.for_each(|(number, _)| self.numbers[ring + number] |= BORDER << side);
         }
     }
-    Ok([starts, numbers])
 }
 
 /// What is around splits, on a device.
@@ -81,8 +106,10 @@ pub struct DeviceAround {
 #[derive(Clone, Copy, Debug)]
 struct Step {
     depths: Depths,
-    /// Splits of the only depth, or 0 where one workgroup takes several depths.
+    /// Splits of the only depth, or 0 where one workgroup takes all that it has.
     splits: u32,
+    /// Turns that loops of an invocation of that workgroup take.
+    turns: u32,
 }
 
 impl DeviceAround {
@@ -97,12 +124,9 @@ impl DeviceAround {
             return Err(Error::invalid("they are of another mesh").at("extents"));
         }
         let splits = by_depth(mesh);
-        let [starts, stars] = stars(context, mesh, &splits)?;
+        let Around { starts, numbers, depths: levels } = Around::new(context, mesh, &splits)?;
         let order: Vec<u32> = splits.iter().map(|(_, split)| *split).collect();
-        let mut ends = vec![0];
-        for level in splits.chunk_by(|a, b| a.0 == b.0) {
-            ends.push(ends[ends.len() - 1] + level.len() as u32);
-        }
+        let ends: Vec<u32> = levels.iter().map(|level| level.0).chain([order.len() as u32]).collect();
         let kernel = |entry| {
             device.kernel(&KernelSpec {
                 module: "progressive_spread",
@@ -116,11 +140,12 @@ impl DeviceAround {
         let order = Buffer::of(device, "splits by depth", &order)?;
         let depths = Buffer::of(device, "depths", &ends)?;
         let starts = Buffer::of(device, "starts of stars", &starts)?;
-        let stars = Buffer::of(device, "stars", &stars)?;
+        let stars = Buffer::of(device, "stars", &numbers)?;
         let buffers = [blocks.wgpu(), order.wgpu(), depths.wgpu(), starts.wgpu(), stars.wgpu()];
         let bindings = device.bind(&kernels[0], 0, &buffers)?;
         let extents = Buffer::of(device, "extents", &extents.0)?;
-        let steps = steps(&ends);
+        let rings: Vec<u32> = levels.iter().map(|level| level.1).collect();
+        let steps = steps(&ends, &rings);
         Ok(Self { order, ends, depths, starts, stars, extents, steps, kernels, bindings })
     }
 
@@ -132,10 +157,10 @@ impl DeviceAround {
     /// Records the closure of what is marked in `there`.
     pub fn close(&self, pass: &mut Pass<'_>, there: &Bindings) -> Result<()> {
         let [one, several] = &self.kernels;
-        for Step { depths, splits } in &self.steps {
+        for Step { depths, splits, .. } in &self.steps {
             let (kernel, size) = match splits {
                 0 => (several, [1, 1, 1]),
-                splits => (one, groups(splits.div_ceil(relievo_gpu::GROUP))),
+                splits => (one, groups(splits.div_ceil(GROUP))),
             };
             pass.run(kernel, &[&self.bindings, there], bytemuck::bytes_of(depths), size)?;
         }
@@ -143,15 +168,23 @@ impl DeviceAround {
     }
 }
 
-/// The depths from the least on, of which those of few splits go together.
-fn steps(depths: &[u32]) -> Vec<Step> {
-    let mut steps = Vec::new();
-    let sizes: Vec<(u32, u32)> = (0..).zip(depths.windows(2).map(|ends| ends[1] - ends[0])).collect();
-    for run in sizes.chunk_by(|a, b| a.1 <= FEW && b.1 <= FEW).rev() {
-        for part in run.rchunks(RUN) {
-            let (last, size) = part[part.len() - 1];
-            let splits = if size > FEW { size } else { 0 };
-            steps.push(Step { depths: Depths { last, count: part.len() as u32 }, splits });
+/// The depths from the least on, of which those of few splits go together, given how many vertices are around a split of
+/// each at most.
+fn steps(ends: &[u32], rings: &[u32]) -> Vec<Step> {
+    let mut steps: Vec<Step> = Vec::new();
+    for depth in (0..rings.len()).rev() {
+        let size = ends[depth + 1] - ends[depth];
+        let turns = 1 + size.div_ceil(GROUP) * (rings[depth] + 2);
+        let is_small = size <= FEW && turns <= TURNS;
+        match steps.last_mut() {
+            Some(step) if is_small && step.splits == 0 && step.turns + turns <= TURNS => {
+                step.depths.count += 1;
+                step.turns += turns;
+            }
+            _ => {
+                let depths = Depths { last: depth as u32, count: 1 };
+                steps.push(Step { depths, splits: if is_small { 0 } else { size }, turns });
+            }
         }
     }
     steps
@@ -172,10 +205,14 @@ mod tests {
     #[test]
     fn depths_are_looked_at_from_the_least_and_small_ones_together() {
         let ends: Vec<u32> = (0..=300).chain([2000, 4000, 4001, 4003]).collect();
-        let steps = steps(&ends);
+        // One with many neighbours in the middle, and a few before it.
+        let rings: Vec<u32> = (0..304).map(|depth| if (100..120).contains(&depth) { 4096 } else { 6 }).collect();
+        let steps = steps(&ends, &rings);
         let passed = steps.iter().flat_map(|step| (0..step.depths.count).map(|k| step.depths.last - k));
         assert!(passed.eq((0..304).rev()));
         let sizes: Vec<_> = steps.iter().map(|step| (step.depths.count, step.splits)).collect();
-        assert_eq!(sizes, [(2, 0), (1, 2000), (1, 1700), (128, 0), (128, 0), (44, 0)]);
+        // Seven times 4,099 turns are below 2¹⁵; those of six neighbours fill up what is left of them.
+        assert_eq!(sizes, [(2, 0), (1, 2000), (1, 1700), (187, 0), (7, 0), (106, 0)]);
+        assert!(steps.iter().all(|step| step.splits > 0 || step.turns <= TURNS));
     }
 }
