@@ -32,7 +32,7 @@ pub fn case(
     mesh: &Triangles,
     (told, most): (Option<Told>, Option<f64>),
 ) -> Result<()> {
-    let name = format!("{name}, {} triangles", mesh.1.len());
+    let name = format!("{name}, {} vertices, {} triangles", mesh.0.len(), mesh.1.len());
     let faces = mesh.1.len() as f64;
     let build = || Progressive::build(context, &mesh.0, &mesh.1, &BuildOptions::default(), &mut Silent);
     let before = memory("VmRSS");
@@ -44,7 +44,10 @@ pub fn case(
         report.add(&format!("{name}: peak of the build"), &bytes, None, "bytes a triangle", Goal::AtMost(150.0));
     }
     let bytes = Sample::new(vec![built.bytes() as f64 / faces]);
-    report.add(&format!("{name}: in memory"), &bytes, None, "bytes a triangle", Goal::AtMost(40.0));
+    // Points, normals and corners.
+    let plain = Sample::new(vec![(24.0 * mesh.0.len() as f64 + 12.0 * faces) / faces]);
+    let plain = Some(("indexed face set with normals", &plain));
+    report.add(&format!("{name}: in memory"), &bytes, plain, "bytes a triangle", Goal::AtMost(40.0));
     let mut file = Vec::new();
     built.write(context, &mut file).map_err(|error| relievo_core::Error::internal(error.to_string()))?;
     let bytes = Sample::new(vec![file.len() as f64 / faces]);
