@@ -266,25 +266,18 @@ impl Stroke {
         let space = first.map_or(0, |(index, _)| index);
         let mut images = Images::default();
         let Some(transform) = objects.objects.get(space).map(|object| object.transform()) else { return Ok(images) };
-        let StrokeSettings { symmetry_x, symmetry_y, symmetry_z, .. } = self.settings;
-        let planes = [symmetry_x, symmetry_y, symmetry_z];
         let way = match (station.direction, first) {
             (DVec3::ZERO, Some((_, found))) => found.tangent,
             (direction, _) => direction,
         };
-        for mirrors in 0..8u32 {
-            let set = |axis: usize| mirrors >> axis & 1 != 0;
-            if (0..3).any(|axis| set(axis) && !planes[axis].is_on()) {
-                continue;
-            }
-            if mirrors == 0 {
+        for sign in self.mirrors() {
+            if sign == DVec3::ONE {
                 images.push(self.dab(context, objects, station, first, way, false)?);
                 continue;
             }
-            let sign = DVec3::from([0, 1, 2].map(|axis| if set(axis) { -1.0 } else { 1.0 }));
             let mirror = *transform * glam::DAffine3::from_mat3(DMat3::from_diagonal(sign)) * transform.inverse();
             let found = self.find(context, objects, mirror.transform_point3(station.position))?;
-            let over = mirrors.count_ones() % 2 != 0;
+            let over = sign.element_product() < 0.0;
             images.push(self.dab(context, objects, station, found, mirror.transform_vector3(way), over)?);
         }
         Ok(images)
@@ -335,10 +328,29 @@ impl Stroke {
             let Some(moved) = self.find(context, objects, point)? else { return Ok(None) };
             (on, found) = moved;
         }
+        Ok(Some((on, self.dab_on(station, (found.point, found.normal), way, over)?)))
+    }
+
+    /// The signs of the axes of the stroke itself and of its mirror images.
+    pub fn mirrors(&self) -> impl Iterator<Item = DVec3> {
+        let StrokeSettings { symmetry_x, symmetry_y, symmetry_z, .. } = self.settings;
+        let planes = [symmetry_x, symmetry_y, symmetry_z];
+        let is_made = move |mirrors: &u32| (0..3).all(|axis| mirrors >> axis & 1 == 0 || planes[axis].is_on());
+        let sign = |mirrors: u32| DVec3::from([0, 1, 2].map(|axis| if mirrors >> axis & 1 != 0 { -1.0 } else { 1.0 }));
+        (0..8).filter(is_made).map(sign)
+    }
+
+    /// The dab of a station on a point of a surface with a normal, its first axis along `way`; `over` if it is a mirror
+    /// image. Fails where the normal is zero.
+    pub fn dab_on(&self, station: &Station, at: (DVec3, DVec3), way: DVec3, over: bool) -> Result<Dab> {
+        let settings = &self.settings;
+        let chance = |what| self.chance(station, what);
+        let hand = if over { -1.0 } else { 1.0 };
+        let half = self.half(station.pressure, chance(Chance::Size));
         let angle = f64::from(settings.angle)
             + f64::from(settings.angle_pressure) * self.curves.angle.at(station.pressure)
             + f64::from(settings.jitter_angle) * (2.0 * chance(Chance::Angle) - 1.0);
-        let brush = Brush::on_surface(found.point, found.normal, way, half, self.falloff)?.turned(hand * angle);
+        let brush = Brush::on_surface(at.0, at.1, way, half, self.falloff)?.turned(hand * angle);
         let brush = match &self.stamp {
             Some(stamp) => brush.with_stamp(if over { stamp.turned_over() } else { stamp.clone() }),
             None => brush,
@@ -346,7 +358,7 @@ impl Stroke {
         let pressure = self.curves.strength.at(station.pressure) as f32;
         let strength = settings.strength * (1.0 - settings.strength_pressure * (1.0 - pressure));
         let strength = strength * (1.0 - settings.jitter_strength * chance(Chance::Strength) as f32);
-        Ok(Some((on, Dab { brush, action: self.action, strength: strength.clamp(0.0, 1.0) })))
+        Ok(Dab { brush, action: self.action, strength: strength.clamp(0.0, 1.0) })
     }
 }
 

@@ -11,6 +11,7 @@
 //! - How regions of it are moved and turned: [`handle`], with `blocks`; how finer levels follow: `moves`, with `place`; how
 //!   coarser ones do: `coarser`, with `stars`; how that is taken back: `history`; and how it becomes a mesh of its own:
 //!   `settle`.
+//! - How brushes sculpt it: [`sculpt`].
 //! - The mesh on a graphics device, refined, coarsened and drawn there: [`device`].
 
 pub mod active;
@@ -28,6 +29,7 @@ mod moves;
 mod packing;
 mod place;
 mod recording;
+pub mod sculpt;
 mod settle;
 mod sparse;
 mod splits;
@@ -42,4 +44,5 @@ pub use handle::{Edit, Handle, Region};
 pub use hierarchy::{BuildOptions, Child, Progressive};
 pub use recording::Key;
 pub(crate) use recording::{Made, Recording};
+pub use sculpt::Sculpted;
 pub use view::{Extents, View};

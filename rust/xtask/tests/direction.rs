@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Layers from the bottom. Systems share one layer: they do not know each other.
+/// Layers from the bottom. Crates that share one do not know each other. Levels are sculpted with the brushes of details.
 const LAYERS: &[&[&str]] = &[
     &["relievo-core"],
     &[
@@ -22,8 +22,8 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-surface"],
     &["relievo-tiles"],
     &["relievo-render", "relievo-procedural"],
-    &["relievo-detail", "relievo-lod"],
-    &["relievo-bake"],
+    &["relievo-detail"],
+    &["relievo-bake", "relievo-lod"],
     &["relievo-scene"],
     &["relievo-capi", "relievo-cli"],
     &["relievo-bench"],

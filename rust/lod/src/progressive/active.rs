@@ -194,6 +194,9 @@ impl ActiveMesh {
             let split_of = |vertex: &u32| self.slots[*vertex as usize].node.load(Relaxed) / 2;
             places.note_splits(vertices.iter().map(|vertex| [split_of(vertex), *vertex]));
         }
+        if let Some(moves) = &mut self.moves {
+            moves.stars.note_splits();
+        }
         let mut all = Vec::new();
         for (next, triangles, placed) in made {
             self.triangles += triangles;

@@ -20,7 +20,7 @@ use crate::decimation::normal;
 use crate::placement::{self, BATCH, Batch, place};
 
 /// Splits of one task.
-const PART: usize = 4 * BATCH;
+const PART: usize = BATCH;
 
 /// What an edit has replaced.
 #[derive(Default)]
@@ -85,22 +85,12 @@ impl Claimed {
     /// Finds the splits that have a node near that has moved, which is beside the nodes `around`. Tells their depths.
     fn claim(&self, whole: &Progressive, moved: u32, around: impl Iterator<Item = u32>, found: &mut Vec<(u32, u32)>) {
         let own = depth(whole, moved);
-        let mut claim = |node: u32| {
+        // Those that go while it is still there. What they become has moved then, and tells of what is next.
+        for node in around.filter(|node| depth(whole, *node) < own).chain((own != NONE).then_some(moved)) {
             let split = node / 2;
-            let bit = 1 << (split % 32);
-            let word = &self.0[split as usize / 32];
+            let (word, bit) = (&self.0[split as usize / 32], 1 << (split % 32));
             if word.load(Relaxed) & bit == 0 && word.fetch_or(bit, Relaxed) & bit == 0 {
                 found.push((depth(whole, node), split));
-            }
-        };
-        if own != NONE {
-            claim(moved);
-        }
-        for mut node in around {
-            // It goes while the one that has moved is still there, and so do those it becomes.
-            while depth(whole, node) < own {
-                claim(node);
-                node = whole.parent(node / 2);
             }
         }
     }

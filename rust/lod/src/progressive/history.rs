@@ -30,11 +30,7 @@ impl ActiveMesh {
         if let Some(fault) = edit.fault() {
             return Err(Error::invalid("it needs finite numbers, a radius above 0 and an axis of length 1").at(fault));
         }
-        if self.is_mixed {
-            return Err(
-                Error::invalid("a mesh that is made for a view has no level to edit").advise("adapt it to a cut first")
-            );
-        }
+        self.check_level()?;
         let moved = |mesh: &Self, vertex| Some((vertex, edit.moved(mesh.place(vertex, mesh.child(vertex)?))?));
         let reached: Vec<(u32, Place)> = self.find_near(context, |low, high| edit.reaches(low, high), moved);
         if reached.is_empty() {
@@ -42,6 +38,21 @@ impl ActiveMesh {
                 .at("handles")
                 .advise("move it to the surface, or make its radius larger"));
         }
+        self.change(context, reached)
+    }
+
+    /// Fails if the mesh is of no level.
+    pub(super) fn check_level(&self) -> Result<()> {
+        if self.is_mixed {
+            return Err(
+                Error::invalid("a mesh that is made for a view has no level to edit").advise("adapt it to a cut first")
+            );
+        }
+        Ok(())
+    }
+
+    /// Puts vertices where an edit wants them. Returns how many.
+    pub(super) fn change(&mut self, context: &Context, reached: Vec<(u32, Place)>) -> Result<usize> {
         if !reached.iter().all(|(_, place)| place.point.is_finite()) {
             return Err(Error::invalid("vertices would go where there is no number").advise("use smaller translations"));
         }

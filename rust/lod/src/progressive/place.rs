@@ -113,7 +113,7 @@ fn about(axis: Vec3, sine: f32, cosine: f32) -> Quat {
 }
 
 /// The shortest turn from one unit vector to another, exact for small ones too.
-fn arc(from: Vec3, to: Vec3) -> Quat {
+pub fn arc(from: Vec3, to: Vec3) -> Quat {
     let cosine = 1.0 + from.dot(to);
     if cosine < 1e-6 {
         return Quat::from_axis_angle(from.any_orthonormal_vector(), std::f32::consts::PI);

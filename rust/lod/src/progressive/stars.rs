@@ -23,6 +23,8 @@ pub struct Stars {
     /// How many vertices are beside the first vertex alone, beside both and beside the second alone, how many triangles
     /// are at the first and at the second; the vertices' nodes; and the triangles.
     numbers: Vec<u32>,
+    /// Splits may have been made that are not known.
+    is_behind: bool,
 }
 
 /// What is around a split. A node is twice the number of the split that a vertex comes from, and 1 if it is the second.
@@ -71,7 +73,12 @@ impl Star<'_> {
 
 impl Stars {
     pub fn new(vertices: usize) -> Self {
-        Self { starts: vec![usize::MAX; vertices], numbers: Vec::new() }
+        Self { starts: vec![usize::MAX; vertices], numbers: Vec::new(), is_behind: true }
+    }
+
+    /// Splits have been made.
+    pub fn note_splits(&mut self) {
+        self.is_behind = true;
     }
 
     /// Of every split where its numbers begin, if they are known, and all numbers: as the fields say.
@@ -95,6 +102,9 @@ impl Stars {
 
     /// Finds what is around the splits that are made and not known yet.
     pub fn complete(&mut self, context: &Context, mesh: &ActiveMesh) {
+        if !std::mem::take(&mut self.is_behind) {
+            return;
+        }
         let unknown = |mesh: &ActiveMesh, split: u32| {
             let is_made = mesh.target(split) != NONE && self.starts[split as usize] == usize::MAX;
             is_made.then(|| (mesh.whole.splits[split as usize].key.depth(), split))

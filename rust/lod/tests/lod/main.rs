@@ -5,6 +5,7 @@ mod buffers;
 mod device;
 mod editing;
 mod progressive;
+mod sculpting;
 mod shapes;
 mod simplify;
 mod views;
