@@ -57,6 +57,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     left_out.iter().for_each(|name| eprintln!("note: {name} is left out"));
     relievo_meshio::write(&arguments.output, &mesh)?;
     let left = mesh.face_count();
+    if left > options.faces.max(1) && arguments.error.is_none() && !mesh.attributes.is_empty() {
+        eprintln!("note: seams may keep triangles; --without NAME leaves an attribute and its seams out");
+    }
     crate::print(&format!("{before} triangles, {left} left, deviation {error}\n"))?;
     Ok(ExitCode::SUCCESS)
 }
