@@ -1,6 +1,7 @@
 // import common
 // import halves
 // import imprint_place
+// import imprint_record
 // import imprint_solid
 // import tiles
 // The displacement update of listed blocks: every coefficient's point that lies in the voxels goes along −N until it
@@ -10,18 +11,6 @@
 
 // Further than any ray.
 const NEVER: f32 = 1e30;
-
-const PAIRS: u32 = 128u;
-
-// Texels along a block at most.
-const EDGE: u32 = 16u;
-
-const NONE: u32 = 0xffffffffu;
-
-// Words of a record: tile, block with the number of the imprint in the upper half, coefficients that change, the least
-// of all as `key`, and the coefficients.
-const RECORD: u32 = 132u;
-const HEADER: u32 = 4u;
 
 @group(0) @binding(1) var<storage, read> listed: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> arguments: array<vec4<u32>>;

@@ -1,12 +1,10 @@
 // import imprint_hull
+// import imprint_record
 // Which blocks of 16 × 16 coefficients of the listed tiles may have points in the voxel grids of the imprints of a row
 // (Schäfer et al. 2014, Section 5, Culling Geometry within Overlap): hulls cut along the borders of blocks. A workgroup
 // takes a tile and lists its blocks: the stages that follow take each by itself, in any order.
 
 const THREADS: u32 = 64u;
-
-// Texels along a block at most.
-const EDGE: u32 = 16u;
 
 // Words of bits of a tile's blocks.
 const WORDS: u32 = 8u;

@@ -20,6 +20,9 @@ const LINK_NONE: u32 = 0xffffffffu;
 // Workgroups of a row of a dispatch.
 const ROW: u32 = 32768u;
 
+// What stands for the ends of a column that is solid in more than one piece.
+const PIECES: u32 = 0xffffu;
+
 struct Link {
     // The map of the collider's coordinates, as integers, to the lattice: rows, times 2 to the power of `shift`.
     lattice_x: vec3<i32>,

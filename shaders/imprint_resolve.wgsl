@@ -3,9 +3,6 @@
 // Columns from what their winding number changes by at every step: a voxel is solid where it is not zero. The changes
 // are left zero for the next use. Nothing changes beyond the box of the collider. Workgroups of a layer take an imprint.
 
-// What stands for the ends of a column that is solid in more than one piece.
-const PIECES: u32 = 0xffffu;
-
 // As in `imprint_cross.wgsl`.
 @group(0) @binding(1) var<storage, read_write> turns: array<i32>;
 // The lowest solid voxel of a column, and the one after the highest in the upper half.

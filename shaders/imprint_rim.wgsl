@@ -2,17 +2,9 @@
 // import halves
 // import imprint_link
 // import imprint_place
+// import imprint_record
 // Rims on tiles, as rust/detail/src/rim.rs makes them: what its stages share. A workgroup takes a block of 256
 // coefficients, the piece, and an invocation one of them.
-
-// Texels along a block at most.
-const EDGE: u32 = 16u;
-
-const NONE: u32 = 0xffffffffu;
-
-// As in `imprint_cast`.
-const RECORD: u32 = 132u;
-const HEADER: u32 = 4u;
 
 // Faults: cells too far from the contact or too many, and borders too many.
 const RIM_FAR: u32 = 1u;

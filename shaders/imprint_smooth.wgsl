@@ -1,17 +1,9 @@
 // import common
 // import halves
 // import imprint_link
+// import imprint_record
 // What an imprint changed, smoothed (Schäfer et al. 2014, Section 6), where imprints that come after it meet it: in blocks
 // of whole tiles, between which the ring update is made. The same as `smoothing` of rust/detail, to the bit.
-
-const PAIRS: u32 = 128u;
-
-// As in `imprint_cast`.
-const EDGE: u32 = 16u;
-const RECORD: u32 = 132u;
-const HEADER: u32 = 4u;
-
-const NONE: u32 = 0xffffffffu;
 
 // Texels around a changed one that are smoothed as well.
 const REACH: u32 = 2u;

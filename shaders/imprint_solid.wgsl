@@ -1,9 +1,6 @@
 // import imprint_link
 // The solid voxels of imprints.
 
-// What stands for the ends of a column that is solid in more than one piece.
-const PIECES: u32 = 0xffffu;
-
 // Columns: their ends, and the bits of those of several pieces, see `imprint_resolve`.
 @group(0) @binding(3) var<storage, read> spans: array<u32>;
 @group(0) @binding(4) var<storage, read> words: array<u32>;

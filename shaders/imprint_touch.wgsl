@@ -1,10 +1,8 @@
 // import common
 // import imprint_link
+// import imprint_record
 // The tiles that an imprint changed and those around them, whose borders and rings follow by it, where imprints that come
 // after it meet what is smoothed: each has a block of its own from then on. An invocation takes a record.
-
-// As in `imprint_cast`.
-const RECORD: u32 = 132u;
 
 // Words of the topology of a tile, and those of them before its rings, see `ring`.
 const TILE_WORDS: u32 = 20u;

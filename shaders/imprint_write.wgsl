@@ -1,15 +1,7 @@
 // import common
+// import imprint_record
 // What imprints left of blocks, written into the tiles of an object, without rings, which neighbours make. A workgroup takes
 // a block, an invocation two coefficients, which need not share a word in the tile.
-
-const PAIRS: u32 = 128u;
-
-// As in `imprint_cast`.
-const EDGE: u32 = 16u;
-const RECORD: u32 = 132u;
-const HEADER: u32 = 4u;
-
-const NONE: u32 = 0xffffffffu;
 
 struct Writing {
     blocks: u32,

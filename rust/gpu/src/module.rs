@@ -48,6 +48,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("imprint_patches", include_str!("../../../shaders/imprint_patches.wgsl")),
     ("imprint_place", include_str!("../../../shaders/imprint_place.wgsl")),
     ("imprint_range", include_str!("../../../shaders/imprint_range.wgsl")),
+    ("imprint_record", include_str!("../../../shaders/imprint_record.wgsl")),
     ("imprint_resolve", include_str!("../../../shaders/imprint_resolve.wgsl")),
     ("imprint_rim", include_str!("../../../shaders/imprint_rim.wgsl")),
     ("imprint_rim_cells", include_str!("../../../shaders/imprint_rim_cells.wgsl")),

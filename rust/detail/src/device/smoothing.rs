@@ -35,8 +35,8 @@ const ENTRIES: [&str; 5] = ["bring", "take_over", "average", "apply", "measure"]
 /// Blocks of tiles, of all objects of a submission.
 #[derive(Debug)]
 pub(super) struct DeviceSmoothing {
-    touch: Arc<Kernel>,
-    kernels: Vec<Arc<Kernel>>,
+    /// Made when something is smoothed.
+    kernels: Option<Kernels>,
     blocks: Buffer<u32>,
     marks: Buffer<u32>,
     listed: Buffer<u32>,
@@ -47,6 +47,27 @@ pub(super) struct DeviceSmoothing {
     /// How many blocks there are, and words of one in the submission.
     capacity: usize,
     words: usize,
+}
+
+#[derive(Debug)]
+struct Kernels {
+    touch: Arc<Kernel>,
+    /// Those of [`ENTRIES`].
+    smooth: Vec<Arc<Kernel>>,
+}
+
+impl Kernels {
+    fn new(device: &Device) -> Result<Self> {
+        use Access::{Read, Write};
+        let kernel = |module, entry, group: &[Access]| {
+            let immediates = size_of::<[u32; 2]>() as u32;
+            device.kernel(&KernelSpec { module, entry, groups: &[group], immediates, constants: &[] })
+        };
+        let touching = [Read, Write, Write, Read, Write, Write, Write, Write, Read];
+        let smoothing = [Read, Write, Read, Write, Write, Read, Read, Read, Read, Read, Write];
+        let smooth = ENTRIES.into_iter().map(|entry| kernel("imprint_smooth", entry, &smoothing));
+        Ok(Self { touch: kernel("imprint_touch", "touch", &touching)?, smooth: smooth.collect::<Result<_>>()? })
+    }
 }
 
 /// What blocks of the tiles of an object need besides.
@@ -122,17 +143,8 @@ fn words_of(size: u32) -> u32 {
 impl DeviceSmoothing {
     /// Without any room. Fails where the device has none.
     pub fn new(device: &Device) -> Result<Self> {
-        use Access::{Read, Write};
-        let kernel = |module, entry, group: &[Access]| {
-            let immediates = size_of::<[u32; 2]>() as u32;
-            device.kernel(&KernelSpec { module, entry, groups: &[group], immediates, constants: &[] })
-        };
-        let touching = [Read, Write, Write, Read, Write, Write, Write, Write, Read];
-        let smoothing = [Read, Write, Read, Write, Write, Read, Read, Read, Read, Read, Write];
-        let kernels = ENTRIES.into_iter().map(|entry| kernel("imprint_smooth", entry, &smoothing));
         Ok(Self {
-            touch: kernel("imprint_touch", "touch", &touching)?,
-            kernels: kernels.collect::<Result<_>>()?,
+            kernels: None,
             blocks: Buffer::new(device, "blocks of imprinted tiles", 1)?,
             marks: Buffer::new(device, "what is smoothed", 1)?,
             listed: Buffer::new(device, "imprinted tiles", 1)?,
@@ -189,15 +201,19 @@ impl DeviceSmoothing {
         if self.changed.len() < records.records().len() {
             self.changed = Buffer::new(device, "blocks of an imprint", records.records().len())?;
         }
+        let kernels = match self.kernels.take() {
+            Some(kernels) => self.kernels.insert(kernels),
+            None => self.kernels.insert(Kernels::new(device)?),
+        };
         let (links, told, slots) = (shared.links.wgpu(), shared.told.wgpu(), records.slots().wgpu());
         let (records, listed, changed) = (records.records().wgpu(), self.listed.wgpu(), self.changed.wgpu());
         let (topology, _) = ring.topology();
         let found = [listed, changed, self.stages.wgpu(), worked.pointers.wgpu(), topology.wgpu()];
-        let touching = device.bind(&self.touch, 0, &[&[links, told, slots, records][..], &found].concat())?;
+        let touching = device.bind(&kernels.touch, 0, &[&[links, told, slots, records][..], &found].concat())?;
         let [entries, texels] = tiles.buffers();
         let own = [links, slots, records, self.blocks.wgpu(), self.marks.wgpu(), listed, changed];
         let of_tiles = [worked.on_device.wgpu(), entries, texels, told];
-        let smoothing = device.bind(&self.kernels[0], 0, &[&own[..], &of_tiles].concat())?;
+        let smoothing = device.bind(&kernels.smooth[0], 0, &[&own[..], &of_tiles].concat())?;
         let (pointers, blocks, sizes) = (&worked.pointers, &self.blocks, worked.on_device.wgpu());
         let blocks = WorkedBlocks { pointers, blocks, sizes, room: self.words as u32 };
         let ring = ring.bind(device, tiles, (listed, self.counts.wgpu()), Some(blocks))?;
@@ -212,16 +228,17 @@ impl DeviceSmoothing {
         link: usize,
         passes: u32,
     ) -> Result<()> {
+        let kernels = self.kernels.as_ref().ok_or_else(|| Error::internal("nothing is bound to be smoothed"))?;
         let links = step(link..link + 1);
         let links = bytemuck::bytes_of(&links);
         let at = |what: usize| STAGE * link + what;
         let run = |pass: &mut Pass<'_>, kernel: usize, what: usize| {
-            pass.run_indirect(&self.kernels[kernel], &[&bound.smoothing], links, &self.stages, at(what))
+            pass.run_indirect(&kernels.smooth[kernel], &[&bound.smoothing], links, &self.stages, at(what))
         };
         let update =
             |pass: &mut Pass<'_>| ring.update_indirect(pass, &bound.ring, f16::ZERO, (&self.stages, at(RINGS)));
         let count = groups((self.changed.len() as u32).div_ceil(GROUP));
-        pass.run(&self.touch, &[&bound.touching], links, count)?;
+        pass.run(&kernels.touch, &[&bound.touching], links, count)?;
         run(pass, 0, PARTS)?;
         run(pass, 1, RECORDS)?;
         update(pass)?;
