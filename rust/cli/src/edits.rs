@@ -1,8 +1,9 @@
 //! Lists of edits of progressive meshes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use relievo_core::{Error, Falloff, Result, file};
+use relievo_core::{Context, Error, Falloff, Result, file};
+use relievo_detail::Stroke;
 use relievo_lod::progressive::{Edit, Handle, Region};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -29,6 +30,15 @@ struct Entry {
     handle: Vec<Grabbed>,
     #[serde(default)]
     anchor: Vec<Held>,
+    strokes: Option<PathBuf>,
+}
+
+/// What is done at a level.
+pub enum Change {
+    /// Regions are moved and turned.
+    Edit(Edit),
+    /// Strokes are made, one after the other.
+    Strokes(Vec<Stroke>),
 }
 
 #[derive(Deserialize)]
@@ -82,7 +92,7 @@ impl Grabbed {
 }
 
 /// The edits of the list at `path`, and the levels they are made at.
-pub fn read(path: &Path) -> Result<Vec<(Level, Edit)>> {
+pub fn read(context: &Context, path: &Path) -> Result<Vec<(Level, Change)>> {
     let place = || path.display().to_string();
     let bytes = file::load(path, LONGEST)?;
     let text = String::from_utf8(bytes).map_err(|_| Error::invalid("it is no text").at(place()))?;
@@ -99,7 +109,19 @@ pub fn read(path: &Path) -> Result<Vec<(Level, Edit)>> {
             handles: entry.handle.iter().map(Grabbed::handle).collect(),
             anchors: entry.anchor.iter().map(anchor).collect(),
         };
-        Ok((Level { error: entry.error, faces: entry.faces, ratio: entry.ratio }, edit))
+        let change = match entry.strokes {
+            None => Change::Edit(edit),
+            Some(_) if edit != Edit::default() => {
+                return Err(Error::invalid("an edit has strokes, or handles and anchors")
+                    .at(place())
+                    .advise("make two edits of them"));
+            }
+            Some(list) => {
+                let list = path.parent().unwrap_or(Path::new("")).join(list);
+                Change::Strokes(relievo_scene::replay::strokes(context, &list, &[])?)
+            }
+        };
+        Ok((Level { error: entry.error, faces: entry.faces, ratio: entry.ratio }, change))
     };
     list.edit.into_iter().map(edit).collect()
 }

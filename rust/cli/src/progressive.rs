@@ -15,6 +15,7 @@ use relievo_lod::{Progressive, Welded, weld};
 
 use self::picture::{Drawing, Panel};
 use crate::Outcome;
+use crate::edits::Change;
 use crate::simplify::faces;
 
 #[derive(clap::Args)]
@@ -84,7 +85,8 @@ struct Edit {
     /// The list of edits, TOML. Each `[[edit]]` has `error`, `faces` or `ratio` for the level it is made at, or none for
     /// the finest. Each of its `[[edit.handle]]` has `center` and `radius` of what it grabs, `translation`, `axis` and
     /// `angle` in degrees, and `falloff`: constant, linear, smooth, sphere or gaussian. Each of its `[[edit.anchor]]`, which
-    /// stays, has `center`, `radius` and `falloff`.
+    /// stays, has `center`, `radius` and `falloff`. Or it has `strokes`: a list of strokes that sculpt, as `relievo stroke`
+    /// takes it, beside this one.
     #[arg(long, value_name = "FILE")]
     script: PathBuf,
     /// The progressive mesh to write.
@@ -230,10 +232,22 @@ fn edit_by(
     script: &Path,
     mut then: impl FnMut(&ActiveMesh, &MeshEdit, usize) -> Result<()>,
 ) -> Result<()> {
-    for (index, (level, edit)) in crate::edits::read(script)?.into_iter().enumerate() {
+    for (index, (level, change)) in crate::edits::read(context, script)?.into_iter().enumerate() {
         let place = || format!("{}: edit {}", script.display(), index + 1);
         active.adapt(context, level.cut(mesh).map_err(|error| error.at(place()))?);
-        let reached = active.edit(context, &edit).map_err(|error| error.at(place()))?;
+        let (edit, reached) = match change {
+            Change::Edit(edit) => {
+                let reached = active.edit(context, &edit).map_err(|error| error.at(place()))?;
+                (edit, reached)
+            }
+            Change::Strokes(strokes) => {
+                let mut reached = 0;
+                for stroke in &strokes {
+                    reached += active.sculpt(context, stroke).map_err(|error| error.at(place()))?.vertices;
+                }
+                (MeshEdit::default(), reached)
+            }
+        };
         then(active, &edit, reached)?;
     }
     Ok(())

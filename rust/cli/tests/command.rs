@@ -391,6 +391,18 @@ fn a_progressive_mesh_is_built_shown_and_taken_at_any_level() {
     let info = relievo(folder.path(), &["info", "--json", "level.ply"]);
     let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
     assert!(found["faces"] == 800 && found["bounds"][1][2].as_f64().unwrap() > 1.2, "{found}");
+    // A stroke at a coarse level, and what becomes of the finest.
+    let strokes = "version = 1\n[[strokes]]\nsculpt = \"draw\"\nheight = 0.5\n\
+                   radius = 0.6\nfalloff = \"smooth\"\npoints = [{ position = [0, 0, 0] }]\n";
+    std::fs::write(folder.path().join("strokes.toml"), strokes).unwrap();
+    std::fs::write(folder.path().join("sculpt.toml"), "[[edit]]\nfaces = 400\nstrokes = \"strokes.toml\"\n").unwrap();
+    let sculpted = run(&["edit", "bowl.rlvpm", "--script", "sculpt.toml", "-o", "sculpted.rlvpm"]);
+    assert!(sculpted.status.success() && text(&sculpted.stdout).starts_with("edit 1: "), "{sculpted:?}");
+    assert!(run(&["export", "sculpted.rlvpm", "-o", "level.ply"]).status.success());
+    let info = relievo(folder.path(), &["info", "--json", "level.ply"]);
+    let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    // The bottom, 0 before, has risen by half.
+    assert!(found["faces"] == 800 && found["bounds"][0][2].as_f64().unwrap() > 0.05, "{found}");
     std::fs::write(folder.path().join("edits.toml"), edits.replace("radius", "size")).unwrap();
     let refused = run(&["edit", "bowl.rlvpm", "--script", "edits.toml", "-o", "edited.rlvpm"]);
     assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("unknown field `size`"), "{refused:?}");

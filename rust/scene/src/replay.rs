@@ -8,15 +8,18 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
-use relievo_detail::{Recorded, StrokeReport};
+use relievo_detail::{Recorded, Stroke, StrokeReport};
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 use relievo_gpu::Device;
 use relievo_meshio::Instance;
 
+use crate::description::StrokeEntry;
 use crate::diagnostic::Failure;
+use crate::paths::Paths;
 use crate::refusals::Refusals;
 use crate::stages;
+use crate::stamps::Loaded;
 use crate::world::{Item, World};
 use crate::{documents, export, file, strokes};
 
@@ -82,10 +85,7 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
     );
     let scene = file::parse(&wanted.strokes, &format!("{text}{object}"))?;
     if scene.objects.len() != 1 {
-        return Err(Error::invalid("a list of strokes has no objects of its own")
-            .at(wanted.strokes.display().to_string())
-            .advise("use `relievo run` for scenes")
-            .into());
+        return Err(alone(&wanted.strokes).into());
     }
     let mut world = World::new(context, scene, &allowed)?;
     world.use_device(wanted.device.as_ref())?;
@@ -106,6 +106,35 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
     notes.extend(world.take_device_faults());
     notes.extend(refusals.notes(&world));
     Ok((done, notes))
+}
+
+/// The strokes of a list with their images as heights, in the order of the file, to be made on something that is no object
+/// of a scene. `allowed` has folders besides that of the list that images may be read from.
+///
+/// Fails if a file cannot be read or is not what it should be, or the list has objects.
+pub fn strokes(context: &Context, path: &Path, allowed: &[PathBuf]) -> std::result::Result<Vec<Stroke>, Failure> {
+    let text = file::read_text(path)?;
+    // Strokes are on an object; what it is does not matter.
+    let object = "\n[meshes.replayed]\nshape = \"terrain\"\n[surfaces.replayed]\nmesh = \"replayed\"\n\
+                  [objects.replayed]\nsurface = \"replayed\"\n";
+    let scene = file::parse(path, &format!("{text}{object}"))?;
+    if scene.objects.len() != 1 {
+        return Err(alone(path).into());
+    }
+    let paths = Paths::new(&scene.path, allowed)?;
+    let stamps: Vec<Loaded> =
+        scene.stamps.iter().map(|entry| Loaded::new(context, &paths, entry)).collect::<Result<_>>()?;
+    let stroke = |entry: &StrokeEntry| {
+        let stamp = entry.stamp.and_then(|index| stamps.get(index)).map(|stamp| stamp.sculpt.clone());
+        Stroke { stamp, ..entry.stroke.clone() }
+    };
+    Ok(scene.strokes.iter().map(stroke).collect())
+}
+
+fn alone(path: &Path) -> Error {
+    Error::invalid("a list of strokes has no objects of its own")
+        .at(path.display().to_string())
+        .advise("use `relievo run` for scenes")
 }
 
 /// The extension of a path, in small letters.
