@@ -2,6 +2,7 @@
 //! of the same triangles at no height beside curved ones; progressive meshes. Rates of other peers are of a single run.
 
 use std::path::Path;
+use std::process::Command;
 
 use glam::Vec3;
 use relievo_core::progress::Silent;
@@ -27,15 +28,7 @@ pub type Triangles = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
     let peers = peers.map_or(Ok(Vec::new()), Peer::of_folder)?;
     let context = Context::new(&ContextOptions::default())?;
-    let knot = shapes::knot(640, 256);
-    let wave = |p: Vec3| p.x.sin() * (1.1 * p.y + 1.3).sin() * (0.9 * p.z + 0.7).cos();
-    let noisy = |point: &[f32; 3]| {
-        let point = Vec3::from(*point);
-        let octaves = (0..5).map(|octave| 2.0f32.powi(octave));
-        let noise: f32 = octaves.map(|octave| 0.03 / octave * wave(point * 4.0 * octave)).sum();
-        (point * (1.0 + noise)).to_array()
-    };
-    let noisy_knot: Triangles = (knot.points.iter().map(noisy).collect(), knot.triangles());
+    let noisy_knot = noisy_knot(640, 256);
     let rate = case(report, &context, &peers, "noisy knot, 327,680 triangles", &noisy_knot)?;
     let flat = shapes::terrain(404);
     let points = flat.points.iter().map(|[x, y, _]| [*x, *y, 0.0]).collect();
@@ -54,11 +47,40 @@ pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
             None => eprintln!("skipped: meshes/{name} is not there"),
         }
     }
-    progressive_cases(report, &context, noisy)
+    progressive_cases(report, &context)
+}
+
+/// A knot with octaves of waves.
+fn noisy_knot(along: u32, around: u32) -> Triangles {
+    let wave = |p: Vec3| p.x.sin() * (1.1 * p.y + 1.3).sin() * (0.9 * p.z + 0.7).cos();
+    let noisy = |point: &[f32; 3]| {
+        let point = Vec3::from(*point);
+        let octaves = (0..5).map(|octave| 2.0f32.powi(octave));
+        let noise: f32 = octaves.map(|octave| 0.03 / octave * wave(point * 4.0 * octave)).sum();
+        (point * (1.0 + noise)).to_array()
+    };
+    let knot = shapes::knot(along, around);
+    (knot.points.iter().map(noisy).collect(), knot.triangles())
+}
+
+/// Prints how many bytes a triangle the build of a progressive mesh of a knot takes at its peak. It runs in a process of its
+/// own, since others have had memory before that they may use again.
+pub fn peak(along: u32, around: u32) -> Result<()> {
+    let context = Context::new(&ContextOptions::default())?;
+    let bytes = progressive::peak(&context, &noisy_knot(along, around))?;
+    bytes.into_iter().for_each(|bytes| println!("{bytes}"));
+    Ok(())
+}
+
+/// What [`peak`] says in its process; `None` where it cannot be known.
+fn peak_apart(along: u32, around: u32) -> Option<f64> {
+    let size = [along, around].map(|count| count.to_string());
+    let told = Command::new(std::env::current_exe().ok()?).args(["peak", "--knot"]).args(size).output().ok()?;
+    String::from_utf8(told.stdout).ok()?.trim().parse().ok()
 }
 
 /// Progressive meshes: the paper's horse, and meshes of ours of the sizes of two of its dragons.
-fn progressive_cases(report: &mut Report, context: &Context, noisy: impl Fn(&[f32; 3]) -> [f32; 3]) -> Result<()> {
+fn progressive_cases(report: &mut Report, context: &Context) -> Result<()> {
     match shapes::model(context, "meshes/horse.ply")? {
         Some(mesh) => {
             let (told, triangles) = ([0.3, 0.162, 0.595, 0.443, 0.384], mesh.triangles());
@@ -66,15 +88,20 @@ fn progressive_cases(report: &mut Report, context: &Context, noisy: impl Fn(&[f3
         }
         None => eprintln!("skipped: meshes/horse.ply is not there"),
     }
-    for (around, across, told) in
+    for (along, around, told) in
         [(1050, 415, [1.4, 0.313, 1.201, 0.882, 0.674]), (3000, 1204, [10.4, 0.347, 0.760, 0.379, 0.335])]
     {
-        let knot = shapes::knot(around, across);
-        let mesh = (knot.points.iter().map(&noisy).collect(), knot.triangles());
+        let mesh = noisy_knot(along, around);
+        let name = format!("noisy knot, {} vertices, {} triangles: peak of the build", mesh.0.len(), mesh.1.len());
+        match peak_apart(along, around) {
+            Some(bytes) => {
+                report.add(&name, &Sample::new(vec![bytes]), None, "bytes a triangle", Goal::AtMost(150.0));
+            }
+            None => report.skip(&name, "the system does not tell it"),
+        }
         progressive::case(report, context, "noisy knot", &mesh, (Some(told), None))?;
     }
-    let knot = shapes::knot(1200, 420);
-    progressive::editing(report, context, "noisy knot", &(knot.points.iter().map(&noisy).collect(), knot.triangles()))
+    progressive::editing(report, context, "noisy knot", &noisy_knot(1200, 420))
 }
 
 /// Measures a mesh, and returns our rate in millions of triangles a second.

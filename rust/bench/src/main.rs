@@ -30,7 +30,7 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu` or `lod`
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu` or `lod`; or `peak`, which `lod` runs
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -38,6 +38,9 @@ struct Arguments {
     /// Programs of peers that `lod` measures beside ours, in a folder
     #[arg(long)]
     peers: Option<PathBuf>,
+    /// Segments along and around the knot whose progressive mesh is built for `peak`
+    #[arg(long, num_args = 2, default_values_t = [1050, 415])]
+    knot: Vec<u32>,
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
@@ -48,6 +51,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         "paint" => paint::run(&mut report)?,
         "gpu" => gpu::run(&mut report, arguments.json)?,
         "lod" => lod::run(&mut report, arguments.peers.as_deref())?,
+        "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
                 .advise("use `surface`, `imprint`, `paint`, `gpu` or `lod`"));
