@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-const NOUNS: [&str; 19] = [
+pub const NOUNS: [&str; 19] = [
     "nothing",
     "context",
     "mesh",
@@ -44,6 +44,8 @@ const NOUNS: [&str; 19] = [
 /// Defines the handle type of a noun.
 macro_rules! handle {
     ($name:ident, $tag:literal, $object:ty) => {
+        const _: () = assert!($tag < $crate::registry::NOUNS.len(), "a noun needs a name");
+
         #[repr(C)]
         #[derive(Clone, Copy, Debug)]
         pub struct $name {
