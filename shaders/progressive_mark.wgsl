@@ -1,4 +1,5 @@
 // import progressive
+// import progressive_bits
 // Which vertices of a progressive mesh are there: those of the base, and those of the splits above a key.
 
 struct Cut {
@@ -13,29 +14,21 @@ struct Cut {
 @group(1) @binding(1) var<storage, read_write> ranks: array<u32>;
 var<immediate> cut: Cut;
 
-var<workgroup> words: array<atomic<u32>, 8>;
-
 @compute @workgroup_size(GROUP)
 fn mark(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    if local < 8u {
-        atomicStore(&words[local], 0u);
-    }
-    workgroupBarrier();
     let vertex = linear_item(group, groups, local);
+    var is_there = false;
     if vertex < cut.vertices {
         let key = splits[vertex].key;
-        if key == ALWAYS || key > cut.key || (key == cut.key && vertex > cut.split) {
-            atomicOr(&words[local / 32u], 1u << (local % 32u));
-        }
+        is_there = key == ALWAYS || key > cut.key || (key == cut.key && vertex > cut.split);
     }
-    workgroupBarrier();
-    let word = vertex / 32u;
+    let word = gathered(local, is_there);
     if vertex < cut.vertices && local % 32u == 0u {
-        there[word] = atomicLoad(&words[local / 32u]);
+        there[vertex / 32u] = word;
     }
 }
 

@@ -1,4 +1,5 @@
 // import progressive
+// import progressive_bits
 // import octahedron
 // Which vertices of a progressive mesh a view wants, and what those stand on.
 
@@ -25,8 +26,6 @@ var<immediate> view: View;
 /// The cosine between normal and view within which a vertex may be at an outline.
 const OUTLINE: f32 = 0.25;
 
-var<workgroup> words: array<atomic<u32>, 8>;
-
 fn wants(split: u32, error: f32) -> bool {
     let place = inner[split];
     let p = bitcast<vec3<f32>>(place.xyz);
@@ -52,19 +51,14 @@ fn want(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    if local < 8u {
-        atomicStore(&words[local], 0u);
-    }
-    workgroupBarrier();
     let vertex = linear_item(group, groups, local);
+    var is_wanted = false;
     if vertex < view.vertices {
         let key = splits[vertex].key;
-        if key == ALWAYS || (key > 0u && wants(vertex, bitcast<f32>(key & 0xffff0000u))) {
-            atomicOr(&words[local / 32u], 1u << (local % 32u));
-        }
+        is_wanted = key == ALWAYS || (key > 0u && wants(vertex, bitcast<f32>(key & 0xffff0000u)));
     }
-    workgroupBarrier();
+    let word = gathered(local, is_wanted);
     if vertex < view.vertices && local % 32u == 0u {
-        there[vertex / 32u] = atomicLoad(&words[local / 32u]);
+        there[vertex / 32u] = word;
     }
 }

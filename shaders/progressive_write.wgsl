@@ -1,4 +1,5 @@
 // import progressive
+// import progressive_bits
 // import octahedron
 // The vertices and triangles of a mesh that is marked, without gaps, in buffers that are drawn.
 
@@ -29,8 +30,6 @@ struct Sizes {
 @group(1) @binding(7) var<storage, read_write> places: array<Place>;
 var<immediate> sizes: Sizes;
 
-var<workgroup> words: array<atomic<u32>, 8>;
-
 fn is_there(vertex: u32) -> bool {
     return (there[vertex / 32u] >> (vertex % 32u) & 1u) == 1u;
 }
@@ -47,20 +46,14 @@ fn show(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    if local < 8u {
-        atomicStore(&words[local], 0u);
-    }
-    workgroupBarrier();
     let triangle = linear_item(group, groups, local);
+    var is_shown = false;
     if triangle < sizes.triangles {
         let maker = makers[triangle];
-        if maker < sizes.vertices && is_there(maker) {
-            atomicOr(&words[local / 32u], 1u << (local % 32u));
-        }
+        is_shown = maker < sizes.vertices && is_there(maker);
     }
-    workgroupBarrier();
+    let word = gathered(local, is_shown);
     if triangle < sizes.triangles && local % 32u == 0u {
-        let word = atomicLoad(&words[local / 32u]);
         shown[triangle / 32u] = word;
         shown_ranks[triangle / 32u] = countOneBits(word);
     }

@@ -67,6 +67,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("mesh_draw", include_str!("../../../shaders/mesh_draw.wgsl")),
     ("octahedron", include_str!("../../../shaders/octahedron.wgsl")),
     ("progressive", include_str!("../../../shaders/progressive.wgsl")),
+    ("progressive_bits", include_str!("../../../shaders/progressive_bits.wgsl")),
     ("progressive_coarsen", include_str!("../../../shaders/progressive_coarsen.wgsl")),
     ("progressive_edit", include_str!("../../../shaders/progressive_edit.wgsl")),
     ("progressive_follow", include_str!("../../../shaders/progressive_follow.wgsl")),
