@@ -1,13 +1,10 @@
 // import common
 // import halves
-// import imprint_box
+// import imprint_meet
 // import imprint_tile
 // import surface
 // Bounds of displaced patches in the voxel coordinates of an imprint: hulls of Bézier points, widened by the displacement
 // along cones of normals (Sederberg and Meyers 1988).
-
-// Voxels by which bounds are widened against rounding.
-const SLACK: f32 = 0.05;
 
 // What imprints of the submission left, see `Link`.
 @group(0) @binding(1) var<storage, read> slots: array<u32>;
@@ -18,11 +15,6 @@ const SLACK: f32 = 0.05;
 @group(2) @binding(2) var<storage, read_write> masks: array<atomic<u32>>;
 
 const MASK_WORDS: u32 = 3u;
-
-struct Bounds {
-    low: vec3<f32>,
-    high: vec3<f32>,
-}
 
 // Control points along a voxel axis; Bézier patches have four rows, the fifth again the last.
 struct Points {
@@ -75,30 +67,17 @@ fn span(cone: vec4<f32>, row: vec3<f32>) -> vec2<f32> {
     return size * vec2(least, most);
 }
 
-// How far displacements reach along a voxel axis.
+// How far displacements reach along a voxel axis, and vectors, which reach as far in any direction.
 fn spread(tile: CullTile, cone: vec4<f32>, row: vec3<f32>) -> vec2<f32> {
-    if tile.least == 0.0 && tile.most == 0.0 {
+    if tile.least == 0.0 && tile.most == 0.0 && tile.length == 0.0 {
         return vec2(0.0);
     }
     let reach = span(cone, row);
     let corners = vec4(tile.least * reach, tile.most * reach);
     let least = min(min(corners.x, corners.y), min(corners.z, corners.w));
     let most = max(max(corners.x, corners.y), max(corners.z, corners.w));
-    return vec2(least, most);
-}
-
-// Where voxels of the imprint that is worked on may be solid.
-var<private> part: Solid;
-
-// Works on an imprint from now on.
-fn take(link: u32) {
-    work = links[link];
-    part = solid_part(link);
-}
-
-fn meets(bounds: Bounds) -> bool {
-    let there = all(part.low < part.high);
-    return there && all(bounds.low <= vec3<f32>(part.high) + SLACK) && all(bounds.high >= vec3<f32>(part.low) - SLACK);
+    let around = tile.length * length(row);
+    return vec2(least - around, most + around);
 }
 
 fn whole(tile: CullTile, patch_index: u32) -> Bounds {

@@ -9,8 +9,8 @@ struct Measuring {
     tiles: u32,
 }
 
-// Tiles, and how many texels they have along an edge.
-@group(0) @binding(0) var<storage, read> changed: array<vec2<u32>>;
+// Tiles, how many texels they have along an edge, and as the bits of a float how long vectors over them are.
+@group(0) @binding(0) var<storage, read> changed: array<vec4<u32>>;
 @group(0) @binding(1) var<storage, read_write> measured: array<CullTile>;
 var<immediate> work: Measuring;
 
@@ -30,7 +30,7 @@ fn measure(
         atomicStore(&most, -0x8000);
     }
     workgroupBarrier();
-    var tile = vec2(0u);
+    var tile = vec4(0u);
     var first = TILES_NONE;
     if there {
         tile = changed[index];
@@ -52,7 +52,7 @@ fn measure(
     workgroupBarrier();
     if there && local == 0u {
         // A tile without a block is not displaced.
-        var it = CullTile(0.0, 0.0, tile.y, 0u);
+        var it = CullTile(0.0, 0.0, tile.y, bitcast<f32>(tile.z));
         if first != TILES_NONE {
             it.least = value(half_of(atomicLoad(&least)));
             it.most = value(half_of(atomicLoad(&most)));

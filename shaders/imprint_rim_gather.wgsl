@@ -1,6 +1,6 @@
 // import imprint_rim
 // import imprint_solid
-// import tiles
+// import imprint_vectors
 // The pieces around a contact before the imprint: places, areas, coefficients, and which are under the collider.
 
 // Blocks of tiles that are worked on.
@@ -84,7 +84,8 @@ fn gather(
             point = vec4(sample.p, length / f32(it.size * it.size));
             half = coefficient(it, k, (cell.y + 1u) * (it.size + 2u) + cell.x + 1u);
             let up = across * (value(half) / max(length, 1.1754944e-38));
-            let place = sample.p + vec3(rounded(up.x), rounded(up.y), rounded(up.z));
+            let foot = sample.p + way_at(it.tile, uv, sample, foot_of(sample));
+            let place = foot + vec3(rounded(up.x), rounded(up.y), rounded(up.z));
             if length > 0.0 && !is_under(place) {
                 atomicOr(&free[k / 32u], 1u << (k % 32u));
             }

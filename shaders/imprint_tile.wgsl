@@ -6,5 +6,6 @@ struct CullTile {
     most: f32,
     // Texels along an edge.
     size: u32,
-    unused: u32,
+    // No vector over it is longer.
+    length: f32,
 }

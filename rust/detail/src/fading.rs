@@ -259,6 +259,7 @@ impl<C: LayerChannel> Kept<'_, C> {
 
     /// Has `device` evaluate it, if there is one. Returns the tiles or faces that look different, and why the processor
     /// took over, if it had to.
+    #[inline(never)]
     fn fade(&mut self, context: &Context, time: f64, device: Option<&Device>) -> Result<(Vec<u32>, Option<Error>)> {
         let (mut shown, mut fault) = (Vec::new(), None);
         for faded in &mut *self.faded {
@@ -271,6 +272,7 @@ impl<C: LayerChannel> Kept<'_, C> {
         Ok((shown, fault))
     }
 
+    #[inline(never)]
     fn take_as_stamped(&mut self) {
         for faded in &mut *self.faded {
             if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
@@ -300,6 +302,7 @@ impl<C: LayerChannel> Kept<'_, C> {
     }
 
     /// Puts back stamps, and brings their layers to `time`, whose blocks were put back.
+    #[inline(never)]
     fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: &[BlockState], time: f64) -> Result<()> {
         if let Some(heads) = heads {
             let gone = |faded: &Faded<C>| !heads.iter().any(|head| head.id == faded.number);
@@ -337,6 +340,7 @@ impl<C: LayerChannel> Kept<'_, C> {
     }
 
     /// Takes over the stamps that `document` has of these layers. Returns the newest of them.
+    #[inline(never)]
     fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Option<f32>> {
         let mut newest: Option<f32> = None;
         for layer in document.layers() {
@@ -494,6 +498,7 @@ pub trait FadingObject: LayeredObject {
     /// Makes edits of the object's own displacement and colours, the lowest layers, fade from now on; what was edited
     /// before stays. Stamps may occupy `budget` bytes for each of the two. Fails if the times are none, or the budget
     /// does not hold what every channel needs.
+    #[inline(never)]
     fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {
         options.check()?;
         self.channels_mut(false).layers.fading.own = Some((options, budget));
@@ -501,6 +506,7 @@ pub trait FadingObject: LayeredObject {
     }
 
     /// Gives the lowest layers the decay of the object, if it has one and they have none.
+    #[inline(never)]
     fn fade_own(&mut self) -> Result<()> {
         let Some(own) = self.channels().layers.fading.own else { return Ok(()) };
         let first = self.free_number();
@@ -517,6 +523,7 @@ pub trait FadingObject: LayeredObject {
     /// of the layer whose newest edit is oldest are lost to make room, see [`Self::take_lost`].
     ///
     /// Fails, and changes nothing, if the times are none or there is no such layer.
+    #[inline(never)]
     fn set_layer_decay(
         &mut self,
         context: &Context,
@@ -545,6 +552,7 @@ pub trait FadingObject: LayeredObject {
 
     /// Stamps what was edited since it was last done with the object's time; [`LayeredObject::settle`] is to be done
     /// before. Returns the tiles or faces, ascending, whose stamps their budget refused; what was edited there stays.
+    #[inline(never)]
     fn stamp(&mut self, context: &Context) -> Result<Vec<u32>> {
         if self.channels().layers.fading.is_empty() {
             return Ok(Vec::new());
@@ -580,6 +588,7 @@ pub trait FadingObject: LayeredObject {
     /// never goes back, except to be that of stamps that were put back.
     ///
     /// Fails if the time is not finite.
+    #[inline(never)]
     fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
         if self.channels().layers.fading.is_empty() {
             return self.set_edit_time(time);
@@ -679,6 +688,7 @@ pub(crate) fn stop_fading(object: &mut impl LayeredObject, layers: &[u32]) {
 }
 
 /// Puts back stamps of a history, whose layers were put back, and brings these to the object's time.
+#[inline(never)]
 pub(crate) fn put_stamps(
     object: &mut impl LayeredObject,
     context: &Context,
@@ -698,6 +708,7 @@ pub(crate) fn put_stamps(
 
 /// Takes over the stamps of `document`, whose layers were taken over, and its time, if it has any. Layers that were
 /// there before have the numbers that `moved` says now.
+#[inline(never)]
 pub(crate) fn find_stamps(
     object: &mut impl LayeredObject,
     context: &Context,
@@ -725,6 +736,7 @@ pub(crate) fn find_stamps(
 }
 
 impl<C: LayerChannel> Kept<'_, C> {
+    #[inline(never)]
     fn bring(&mut self, context: &Context, time: f64) -> Result<()> {
         for faded in &mut *self.faded {
             if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {

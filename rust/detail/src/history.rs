@@ -241,7 +241,8 @@ impl History {
 
     /// Begins an edit of `object`; `input` says what it is going to be. Fails if one is under way or the journal cannot
     /// be written.
-    pub fn begin(&mut self, context: &Context, object: &mut impl Recorded, input: &str) -> Result<()> {
+    #[inline(never)]
+    pub fn begin<R: Recorded>(&mut self, context: &Context, object: &mut R, input: &str) -> Result<()> {
         if self.open.is_some() {
             return Err(Error::invalid("an edit is under way").advise("end it before the next"));
         }
@@ -290,7 +291,8 @@ impl History {
     /// changed nothing.
     ///
     /// Fails if none was begun or the journal cannot be written; `object` is then as it was when the edit began.
-    pub fn end(&mut self, context: &Context, object: &mut impl Recorded) -> Result<Option<Changed>> {
+    #[inline(never)]
+    pub fn end<R: Recorded>(&mut self, context: &Context, object: &mut R) -> Result<Option<Changed>> {
         let open = self.open.take().ok_or_else(|| Error::invalid("no edit was begun").advise("begin one first"))?;
         match self.record(context, object, &open) {
             Ok(changed) => Ok(changed),
@@ -302,7 +304,8 @@ impl History {
     }
 
     /// Takes back the edit that was begun, as if it had not been. Fails if none was.
-    pub fn abandon(&mut self, context: &Context, object: &mut impl Recorded) -> Result<()> {
+    #[inline(never)]
+    pub fn abandon<R: Recorded>(&mut self, context: &Context, object: &mut R) -> Result<()> {
         let open = self.open.take().ok_or_else(|| Error::invalid("no edit was begun").advise("begin one first"))?;
         self.put_back(context, object, open)
     }
@@ -374,7 +377,8 @@ impl History {
     ///
     /// Fails, and changes nothing, if an edit is under way, the object was changed without the history, or a file
     /// cannot be read or written.
-    pub fn undo(&mut self, context: &Context, object: &mut impl Recorded) -> Result<Option<Changed>> {
+    #[inline(never)]
+    pub fn undo<R: Recorded>(&mut self, context: &Context, object: &mut R) -> Result<Option<Changed>> {
         let Some(last) = self.done.len().checked_sub(1) else { return Ok(None) };
         let changed = self.go(context, object, last, Direction::Back)?;
         self.undone.extend(self.done.pop());
@@ -383,7 +387,8 @@ impl History {
     }
 
     /// Makes the edit that was undone last again; `None` if there is none. Fails as [`Self::undo`] does.
-    pub fn redo(&mut self, context: &Context, object: &mut impl Recorded) -> Result<Option<Changed>> {
+    #[inline(never)]
+    pub fn redo<R: Recorded>(&mut self, context: &Context, object: &mut R) -> Result<Option<Changed>> {
         let Some(last) = (self.done.len() + self.undone.len()).checked_sub(1).filter(|_| !self.undone.is_empty())
         else {
             return Ok(None);

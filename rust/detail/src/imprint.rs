@@ -12,7 +12,7 @@ use relievo_tiles::{Applied, Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
-use crate::device::DeviceChain;
+use crate::device::{DeviceChain, TriangleChain};
 use crate::grid::Grid;
 use crate::ground::Ground;
 use crate::knots::block_edge;
@@ -147,6 +147,8 @@ pub struct Imprinter {
     pub(crate) voxels: Voxels,
     /// What imprints on a graphics device share.
     pub(crate) chain: Option<DeviceChain>,
+    /// The same of those on triangle meshes.
+    pub(crate) triangles: Option<TriangleChain>,
 }
 
 /// What the rays of an imprint found.
@@ -239,31 +241,6 @@ impl Imprinter {
         let sweep = Sweep { into: 0, by: 0, motion, settings, moment };
         let reports = self.sweep_watching(context, &mut [object], &mut [collider], &[sweep], progress)?;
         reports.into_iter().next().ok_or_else(|| Error::internal("a motion without a report"))
-    }
-
-    /// As [`Imprinter::sweep`], over any surface, with settings that were checked.
-    pub(crate) fn sweep_over<P: Pressed>(
-        &mut self,
-        context: &Context,
-        object: &mut P,
-        collider: &mut Collider,
-        motion: &Motion,
-        settings: &ImprintSettings,
-        moment: Moment,
-    ) -> Result<Report> {
-        object.measure();
-        let start = (settings.depth_limit < Self::NO_LIMIT).then(|| object.start());
-        let count = motion.sub_steps().min(settings.sub_steps);
-        let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
-        for step in 1..=count {
-            collider.set_pose(context, &motion.at(f64::from(step) / f64::from(count)))?;
-            let moment = Moment { step: moment.step + step - 1, ..moment };
-            let step = || object.press(context, self, collider, settings, moment, start.as_ref());
-            let made = context.within(step)?;
-            report.merge(&made);
-            made.give_back(context);
-        }
-        Ok(report)
     }
 
     /// The depth limit that limits nothing, because half floats reach no further.
@@ -386,17 +363,8 @@ impl Imprinter {
 
 /// A displaced surface of any kind that colliders are pressed into.
 pub(crate) trait Pressed: Send {
-    /// What keeps its displacement.
-    type Heights: Sync;
-
-    /// Its displacement along the normals.
-    fn start(&self) -> Self::Heights;
-
     /// From object space to the world.
     fn transform(&self) -> &DAffine3;
-
-    /// Finds how far it is displaced, by what it is like now alone.
-    fn measure(&mut self);
 
     /// How far it is displaced along its normals at most: inwards and outwards, object units.
     fn reach(&mut self) -> [f32; 2];
@@ -410,32 +378,11 @@ pub(crate) trait Pressed: Send {
 
     /// How much the normals of what lies in `obb`, displaced by `range`, run along each of its axes, 0 to 1.
     fn facing(&mut self, context: &Context, obb: &Obb, range: [f64; 2]) -> DVec3;
-
-    /// Presses `collider` into it, all stages in a row; the depth limit counts from `start`.
-    fn press(
-        &mut self,
-        context: &Context,
-        imprinter: &mut Imprinter,
-        collider: &Collider,
-        settings: &ImprintSettings,
-        moment: Moment,
-        start: Option<&Self::Heights>,
-    ) -> Result<Report>;
 }
 
 impl Pressed for DisplacedObject {
-    type Heights = Field;
-
-    fn start(&self) -> Field {
-        self.displacement().field().clone()
-    }
-
     fn transform(&self) -> &DAffine3 {
         DisplacedObject::transform(self)
-    }
-
-    fn measure(&mut self) {
-        DisplacedObject::measure(self);
     }
 
     fn reach(&mut self) -> [f32; 2] {
@@ -452,18 +399,6 @@ impl Pressed for DisplacedObject {
 
     fn facing(&mut self, context: &Context, obb: &Obb, _: [f64; 2]) -> DVec3 {
         DisplacedObject::facing(self, context, obb)
-    }
-
-    fn press(
-        &mut self,
-        context: &Context,
-        imprinter: &mut Imprinter,
-        collider: &Collider,
-        settings: &ImprintSettings,
-        moment: Moment,
-        start: Option<&Field>,
-    ) -> Result<Report> {
-        imprinter.step(context, self, collider, settings, moment, start)
     }
 }
 

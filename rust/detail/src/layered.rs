@@ -216,6 +216,7 @@ pub trait LayeredObject: Sized {
 
     /// The layers, from the lowest: those of displacement, then those of colour. What is evaluated is
     /// [`Self::displacement`] and [`Self::paint`], to which they come.
+    #[inline(never)]
     fn layers(&self) -> Vec<LayerInfo> {
         let info = |state: LayerState, active: u32| LayerInfo {
             id: state.id,
@@ -247,6 +248,7 @@ pub trait LayeredObject: Sized {
     ///
     /// Fails if the name is taken or none, the settings are not for its kind, there is no such size, the object has no
     /// colours, or it cannot have more layers.
+    #[inline(never)]
     fn add_layer(
         &mut self,
         context: &Context,
@@ -307,6 +309,7 @@ pub trait LayeredObject: Sized {
     }
 
     /// Makes `id` the layer that edits of its kind go to. Fails if there is no such layer.
+    #[inline(never)]
     fn set_active_layer(&mut self, context: &Context, id: u32) -> Result<()> {
         edit_either!(self, context, id, |stack, _composite| stack.set_active(id).map(|()| Vec::new())).map(drop)
     }
@@ -327,16 +330,19 @@ pub trait LayeredObject: Sized {
 
     /// Changes how a layer is seen. Returns the tiles that the budget refused to the composite. Fails if there is no
     /// such layer or its kind cannot be seen so.
+    #[inline(never)]
     fn set_layer(&mut self, context: &Context, id: u32, to: Settings) -> Result<Vec<u32>> {
         edit_either!(self, context, id, |stack, composite| stack.set(context, composite, id, to))
     }
 
     /// Puts a layer at a place among those of its kind, counted from the lowest. As [`Self::set_layer`] otherwise.
+    #[inline(never)]
     fn place_layer(&mut self, context: &Context, id: u32, place: usize) -> Result<Vec<u32>> {
         edit_either!(self, context, id, |stack, composite| stack.place(context, composite, id, place))
     }
 
     /// Removes a layer with all that is on it. Fails if there is no such layer, or it is the last of its kind.
+    #[inline(never)]
     fn remove_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         let done = edit_either!(self, context, id, |stack, composite| stack.remove(context, composite, id))?;
         stop_fading(self, &[id]);
@@ -346,6 +352,7 @@ pub trait LayeredObject: Sized {
     /// Puts a layer and the one below it into one that looks as both did, but for rounding; it has the number and the
     /// name of the lower one, and fades no more. Fails, and changes nothing, where no one layer would look so, or one
     /// of them is hidden.
+    #[inline(never)]
     fn merge_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         let before = self.layers();
         let below = before.iter().zip(before.iter().skip(1)).find(|(_, upper)| upper.id == id);
@@ -357,6 +364,7 @@ pub trait LayeredObject: Sized {
 
     /// Makes one layer of displacement and one of colour of all: what is seen, to the bit. Where there were several,
     /// the one fades no more.
+    #[inline(never)]
     fn flatten_layers(&mut self, context: &Context) -> Result<Vec<u32>> {
         let refused = self.settle(context)?;
         for is_color in [false, true] {
@@ -378,6 +386,7 @@ pub trait LayeredObject: Sized {
     /// refused. With one plain layer of each kind there is nothing to do.
     ///
     /// Fails if the active layer cannot be seen; what was edited is then undone.
+    #[inline(never)]
     fn settle(&mut self, context: &Context) -> Result<Vec<u32>> {
         let mut refused = Vec::new();
         if !self.channels().layers.displacement.is_plain() {
@@ -391,6 +400,7 @@ pub trait LayeredObject: Sized {
 
     /// As [`Self::settle`], of colours alone, whose layers hold what was painted already: to look at a stroke that is
     /// still being made.
+    #[inline(never)]
     fn settle_colors(&mut self, context: &Context) -> Result<Vec<u32>> {
         let own = self.channels_mut(false);
         with_colors!(own.as_mut, |stack, paint| stack.settle(context, paint), Ok(Vec::new()))
@@ -428,6 +438,7 @@ pub trait LayeredObject: Sized {
     }
 
     /// All layers as they are, traces and vectors too; [`Self::settle`] is to be done before.
+    #[inline(never)]
     fn layer_states(&self) -> LayerStates {
         let own = self.channels();
         let mut states = own.layers.displacement.states(own.displacement);
@@ -446,6 +457,7 @@ pub trait LayeredObject: Sized {
 
     /// Adds all layers to `document`; [`Self::settle`] is to be done before. Fails if it is for another mesh or has
     /// layers.
+    #[inline(never)]
     fn store(&self, context: &Context, document: &mut Document) -> Result<()> {
         document.time = self.edit_time();
         for state in self.layer_states() {
@@ -570,6 +582,7 @@ pub trait LayeredObject: Sized {
     /// they are. Returns the names of layers that an object cannot have.
     ///
     /// Fails if the document is for another mesh, a layer is damaged, or the budget is too small.
+    #[inline(never)]
     fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Vec<String>> {
         let (mut heights, mut paints, mut halves, mut unknown) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut others = [None; 2];
@@ -646,6 +659,7 @@ pub trait LayeredObject: Sized {
 }
 
 impl<O: LayeredObject> Recorded for O {
+    #[inline(never)]
     fn states(&mut self, context: &Context) -> Result<LayerStates> {
         self.settle(context)?;
         let refused = self.stamp(context)?.len();
@@ -655,6 +669,7 @@ impl<O: LayeredObject> Recorded for O {
         Ok(self.layer_states())
     }
 
+    #[inline(never)]
     fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: Vec<BlockState>) -> Result<()> {
         let such =
             |wanted: fn(Kind) -> bool| heads.into_iter().flatten().filter(|head| wanted(head.kind)).collect::<Vec<_>>();
@@ -675,6 +690,7 @@ impl<O: LayeredObject> Recorded for O {
 }
 
 /// Gives a stack the layers `heads`, unless they stay, and `blocks`.
+#[inline(never)]
 fn put_layers<C: LayerChannel>(
     context: &Context,
     stack: &mut Stack<C>,
@@ -711,6 +727,7 @@ fn put_whole(channel: &mut impl BlockChannel, layer: u32, head: Option<&Head>, b
 }
 
 /// Puts back the blocks of `layer`, whatever the budget says: those that go first, so that others have room.
+#[inline(never)]
 fn put(channel: &mut impl BlockChannel, layer: u32, blocks: &[BlockState]) -> Result<()> {
     let budget = channel.budget();
     channel.set_budget(u64::MAX);

@@ -99,6 +99,7 @@ impl<C: LayerChannel> Stack<C> {
     }
 
     /// What the layers are, as documents have it.
+    #[inline(never)]
     pub fn states(&self, composite: &C) -> Vec<LayerState> {
         let state = |(index, layer): (usize, &Layer<C>)| {
             let blocks = Arc::new(Self::field(layer, composite).clone());
@@ -237,6 +238,7 @@ impl<C: LayerChannel> Stack<C> {
     /// changed. Returns the tiles that budgets refused.
     ///
     /// Fails if the active layer cannot be seen; the composite is then as it was before it was changed.
+    #[inline(never)]
     pub fn settle(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
         let Some(mut seen) = self.seen.take() else { return Ok(Vec::new()) };
         let done = self.settle_since(context, composite, &mut seen);
@@ -324,6 +326,7 @@ impl<C: LayerChannel> Stack<C> {
         self.layers.iter().filter_map(|layer| layer.channel.as_ref()).try_for_each(BlockChannel::report_fault)
     }
 
+    #[inline(never)]
     fn absorb(&mut self, context: &Context, composite: &C, seen: &Seen<C::Field>, tiles: &[u32]) -> Result<Vec<u32>> {
         let Some(index) = self.index(self.active) else { return Ok(Vec::new()) };
         let (under, above) = self.layers.split_at_mut(index);
@@ -337,6 +340,7 @@ impl<C: LayerChannel> Stack<C> {
     /// what they were, others are blank. [`Self::refresh`] is to follow.
     ///
     /// Fails, and changes nothing, if there are none or one cannot be.
+    #[inline(never)]
     pub fn arrange(&mut self, composite: &mut C, heads: &[&Head]) -> Result<()> {
         if heads.is_empty() {
             return Err(Error::invalid("the last layer cannot be removed").advise("hide it, or erase what is on it"));
@@ -379,6 +383,7 @@ impl<C: LayerChannel> Stack<C> {
 
     /// Computes the composite anew, after layers were changed as a whole; as far as it is not the only layer. Returns
     /// the tiles that the budget refused.
+    #[inline(never)]
     pub fn refresh(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
         self.seen = None;
         if let [only] = self.layers.as_mut_slice()
@@ -403,6 +408,7 @@ impl<C: LayerChannel> Stack<C> {
     /// the lower one. Returns the tiles that the budget refused.
     ///
     /// Fails, and changes nothing, if there is none below, one is hidden, or what is seen would not stay the same.
+    #[inline(never)]
     pub fn merge_down(&mut self, context: &Context, composite: &mut C, id: u32) -> Result<Vec<u32>> {
         let at = self.index(id).ok_or_else(|| no_layer(id))?;
         let place = |layer: &Layer<C>| format!("layer `{}`", layer.name);
@@ -461,6 +467,7 @@ impl<C: LayerChannel> Stack<C> {
 
     /// Takes the place of all layers: those that were read, from the lowest, with their texels. What is behind them
     /// stays. Fails if there are none.
+    #[inline(never)]
     pub fn take_up(&mut self, context: &Context, composite: &mut C, layers: Vec<(&Head, C)>) -> Result<Vec<u32>> {
         let Some((lowest, _)) = layers.first() else { return Err(Error::invalid("there are no layers to take up")) };
         let lowest = (*lowest).clone();

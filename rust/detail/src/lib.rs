@@ -22,6 +22,7 @@ mod ground;
 pub mod hierarchy;
 pub mod history;
 pub mod imprint;
+mod instances;
 pub mod knots;
 mod lattice;
 pub mod layer_channel;
@@ -70,6 +71,8 @@ pub use grid::Grid;
 pub use hierarchy::{Bounds, Hierarchy, Region};
 pub use history::{BlockState, Changed, History, LayerState, LayerStates, Recorded};
 pub use imprint::{ImprintSettings, Imprinter, Moment, Report};
+#[doc(hidden)]
+pub use instances::instances;
 pub use lattice::Lattice;
 pub use layer_channel::{BlockChannel, LayerChannel};
 pub use layered::{LayerInfo, LayeredObject, Layers};

@@ -32,6 +32,7 @@ impl OpenStroke {
     ///
     /// Fails if the stroke could not be made with any points, or an object has no colours and is to be painted, or no
     /// vectors and they are to be changed.
+    #[inline(never)]
     pub fn begin<C: Canvas + ?Sized>(context: &Context, mut stroke: Stroke, objects: &mut [&mut C]) -> Result<Self> {
         stroke.check_brush()?;
         if !stroke.points.is_empty() {
@@ -70,6 +71,7 @@ impl OpenStroke {
     /// Goes on to `points` and makes the dabs on the way. Returns what they did to each of the objects.
     ///
     /// Fails, and changes nothing, if the points cannot be those of a stroke, or there are other objects than before.
+    #[inline(never)]
     pub fn extend<C: Canvas + ?Sized>(
         &mut self,
         context: &Context,
@@ -93,6 +95,7 @@ impl OpenStroke {
     /// Ends the stroke with its last `points`, if there are any, and makes the dabs that are left.
     ///
     /// Fails as [`Self::extend`] does, and if the stroke has no points at all.
+    #[inline(never)]
     pub fn end<C: Canvas + ?Sized>(
         mut self,
         context: &Context,
@@ -198,52 +201,51 @@ impl OpenStroke {
         for (object, done) in objects.iter_mut().zip(done.iter_mut()) {
             done.report.bytes = object.painted_bytes()?;
         }
-        let (mut run, mut reached) = (context.scratch().list(), None);
+        let (mut run, mut reached) = (context.scratch().list(), Reached::default());
         for (at, placed) in placed {
             let Some((on, dab)) = placed else { continue };
-            let alone = self.reached(context, objects, (on, &dab));
-            if run.len() == CHAIN || alone != reached {
-                self.smear_on(context, objects, (reached, run.drain(..)), done)?;
+            let now = self.reached(context, objects, (on, &dab));
+            if run.len() == CHAIN || now != reached {
+                self.smear_on(context, objects, (&reached, run.drain(..)), done)?;
             }
-            reached = alone;
+            reached = now;
             run.push(Put { image: at % images, on, dab });
         }
-        self.smear_on(context, objects, (reached, run.drain(..)), done)
+        self.smear_on(context, objects, (&reached, run.drain(..)), done)
     }
 
-    /// The object that a dab on `on` reaches, if there are no others.
+    /// The objects that a dab on `on` reaches: that one if it is none.
     fn reached<C: Canvas + ?Sized>(
         &self,
         context: &Context,
         objects: &mut [&mut C],
         (on, dab): (usize, &Dab),
-    ) -> Option<usize> {
+    ) -> Reached {
         if objects.len() == 1 {
-            return Some(0);
+            return Reached::from([0]);
         }
-        let mut met = (0..objects.len()).filter(|index| objects[*index].meets(context, dab, &self.starts[*index]));
-        match (met.next(), met.next()) {
-            (found, None) => Some(found.unwrap_or(on)),
-            _ => None,
-        }
+        let meets = |index: &usize| objects[*index].meets(context, dab, &self.starts[*index]);
+        let met: Reached = (0..self.starts.len()).filter(meets).collect();
+        if met.is_empty() { Reached::from([on]) } else { met }
     }
 
-    /// Makes dabs that smear on the only object that they reach, or one by one on all.
+    /// Makes dabs that smear on the only object that they reach, or one by one on those.
     fn smear_on<C: Canvas + ?Sized>(
         &mut self,
         context: &Context,
         objects: &mut [&mut C],
-        (reached, run): (Option<usize>, impl Iterator<Item = Put>),
+        (reached, run): (&Reached, impl Iterator<Item = Put>),
         done: &mut [StrokeReport],
     ) -> Result<()> {
         let level = self.stroke.settings.level;
-        let Some(own) = reached else {
+        let &[own] = &reached[..] else {
             for Put { image, on, mut dab } in run {
                 let smudge = Smudge::new(self.carried[image].take());
                 dab.brush = dab.brush.with_smudge(smudge.clone());
-                for (index, object) in objects.iter_mut().enumerate() {
-                    let report = object.dab(context, &dab, &self.starts[index], level)?;
-                    done[index].dabs += u64::from(index == on || report.changed_texels > 0);
+                done[on].dabs += 1;
+                for &index in reached {
+                    let report = objects[index].dab(context, &dab, &self.starts[index], level)?;
+                    done[index].dabs += u64::from(index != on && report.changed_texels > 0);
                     done[index].report.merge(&report);
                     report.give_back(context);
                 }
@@ -279,6 +281,9 @@ impl OpenStroke {
         Ok(())
     }
 }
+
+/// Objects, ascending.
+type Reached = Vec<usize>;
 
 /// A dab that smears: which mirror image it is, and the object that it is put on.
 struct Put {

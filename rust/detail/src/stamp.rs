@@ -112,12 +112,31 @@ impl StampImage {
             let (x, y) = (at as u64 % u64::from(width), at as u64 / u64::from(width));
             return fault(format!("pixel ({x}, {y}) has the alpha {}", pixels[at][3]), "use 0 to 1");
         }
-        let pixels = pixels.into_iter().map(|[r, g, b, a]| [r * a, g * a, b * a, a]).collect();
+        Ok(Self::reduced(width, height, pixels.into_iter().map(|[r, g, b, a]| [r * a, g * a, b * a, a]).collect()))
+    }
+
+    /// An image of pixels as [`Self::pixels`] gives them. Fails as [`Self::new`] does.
+    pub fn of_pixels([width, height]: [u32; 2], pixels: Vec<[f32; 4]>) -> Result<Arc<Self>> {
+        Self::check_size(width, height, 4)?;
+        let is_sound =
+            |pixel: &[f32; 4]| pixel.iter().all(|value| value.abs() <= 1e6) && (0.0..=1.0).contains(&pixel[3]);
+        if pixels.len() as u64 != u64::from(width) * u64::from(height) || !pixels.iter().all(is_sound) {
+            return Err(Error::invalid("its image is damaged").at("stamp"));
+        }
+        Ok(Self::reduced(width, height, pixels))
+    }
+
+    /// Pixels along the sides, and the pixels row by row from the top: colours multiplied by alpha, and alpha.
+    pub fn pixels(&self) -> ([u32; 2], &[[f32; 4]]) {
+        (self.size(), &self.levels[0].pixels)
+    }
+
+    fn reduced(width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Arc<Self> {
         let mut levels = vec![Reduction { width: width as usize, height: height as usize, pixels }];
         while let Some(last) = levels.last().filter(|last| last.width.max(last.height) > 1) {
             levels.push(last.halved());
         }
-        Ok(Arc::new(Self { levels }))
+        Arc::new(Self { levels })
     }
 
     /// Fails if no image has this size.
@@ -221,6 +240,21 @@ impl Stamp {
     pub fn new(image: Arc<StampImage>, settings: StampSettings, channel: StampChannel) -> Result<Self> {
         settings.check().map_err(|error| error.at("stamp"))?;
         Ok(Self { image, settings, channel, turned_over: false })
+    }
+
+    /// The image.
+    pub fn image(&self) -> &Arc<StampImage> {
+        &self.image
+    }
+
+    /// How it lies, and what its numbers mean.
+    pub fn settings(&self) -> &StampSettings {
+        &self.settings
+    }
+
+    /// Which number of a pixel is the height.
+    pub fn channel(&self) -> StampChannel {
+        self.channel
     }
 
     /// The same with the second axis of the box the other way.

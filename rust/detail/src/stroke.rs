@@ -230,6 +230,7 @@ impl Stroke {
     /// that reach into its box. Symmetry is in the space of the object that the dab itself is put on, or of the first
     /// where it is on none. Returns what it did to each of them; a dab counts for those it was put on or changed, one
     /// that was left out counts for all.
+    #[inline(never)]
     pub fn apply_all<C: Canvas + ?Sized>(
         &self,
         context: &Context,
@@ -244,6 +245,7 @@ impl Stroke {
     /// say.
     ///
     /// Fails, and changes nothing, as [`Self::check_brush`] does, or if an object has no colours and is to be painted.
+    #[inline(never)]
     pub fn apply_stations<C: Canvas + ?Sized>(
         &self,
         context: &Context,

@@ -5,6 +5,7 @@
 mod bend;
 mod dab;
 mod device;
+mod device_imprint;
 mod fading;
 pub(crate) mod imprint;
 mod layers;
@@ -16,5 +17,5 @@ mod site;
 mod smoothing;
 mod traces;
 
-pub(crate) use object::TriangleGround;
 pub use object::TriangleObject;
+pub(crate) use object::{TriangleGround, field_range};

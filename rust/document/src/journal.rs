@@ -1,10 +1,13 @@
 //! A document that is being worked on: its file, to whose end records are appended. One program at a time has it.
 //!
+//! What is kept in files of other forms may have a journal too, in a file of its own beside it: it begins with a head that
+//! says what it belongs to, and its inputs say enough to make the edits again.
+//!
 //! A record is handed to the operating system before an edit counts as confirmed: killing the program loses none of
 //! them. Against a failure of power [`Journal::sync`] waits until they are on the disk.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, ErrorKind, Result, file};
@@ -71,7 +74,41 @@ impl Journal {
         Ok((document.with_source(path), log, journal))
     }
 
-    /// The document's file; `None` for a temporary one.
+    /// Begins a journal of something else than a document at `path`, in place of what may be there. `head` says what it
+    /// belongs to. Fails if another program works on the file.
+    pub fn beside(path: &Path, head: &[u8]) -> Result<Self> {
+        if path.exists() {
+            lock(path)?;
+        }
+        file::store(path, |out| out.write_all(head))?;
+        Ok(Self { file: lock(path)?, path: Some(path.to_path_buf()), end: head.len() as u64, next: 0 })
+    }
+
+    /// Takes up a journal that [`Self::beside`] began with `head`, none of whose records has more than `limit` bytes. What a
+    /// killed program left of an edit is cut off; the [`Log`] says so.
+    ///
+    /// Fails, and changes nothing, if it begins otherwise, is damaged, or another program works on it.
+    pub fn take_up(path: &Path, head: &[u8], limit: u64) -> Result<(Log, Self)> {
+        let place = |error: Error| error.at(path.display().to_string());
+        let failed = |error: std::io::Error| Error::io(path, &error);
+        let mut file = lock(path)?;
+        let mut found = Vec::new();
+        Read::take(&mut file, head.len() as u64).read_to_end(&mut found).map_err(failed)?;
+        if found != head {
+            return Err(place(Error::invalid("it is no journal of this")).advise("move it away, or name another file"));
+        }
+        let mut damage = Vec::new();
+        let log = replay::walk(&mut file, head.len() as u64, limit, &mut damage, |_, _, _, _| Ok(())).map_err(place)?;
+        if let Some(damage) = damage.first() {
+            let what = format!("it is damaged: {}: {}", damage.place, damage.what);
+            return Err(place(Error::invalid(what)).advise("move it away to begin another one"));
+        }
+        file.set_len(log.end).map_err(failed)?;
+        let journal = Self { file, path: Some(path.to_path_buf()), end: log.end, next: log.next };
+        Ok((log, journal))
+    }
+
+    /// Its file; `None` for a temporary one.
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }
@@ -95,6 +132,11 @@ impl Journal {
             return Err(Error::invalid(what).advise(format!("use at most {MAX_INPUT}")));
         }
         Ok(self.append(RecordKind::Input, text.as_bytes())?.0)
+    }
+
+    /// Appends what an edit is going to be, where that is no text.
+    pub fn input_bytes(&mut self, bytes: &[u8]) -> Result<Location> {
+        Ok(self.append(RecordKind::Input, bytes)?.0)
     }
 
     /// Appends what an edit changed, see [`Edit::encode`](crate::Edit::encode). Returns where it is and its sequence

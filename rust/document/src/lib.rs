@@ -8,7 +8,7 @@
 //!
 //! A document knows tiles by their numbers and blocks by their bytes; what they mean is for those who own them.
 
-mod code;
+pub mod code;
 pub mod edit;
 pub mod format;
 pub mod head;

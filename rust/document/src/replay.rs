@@ -79,7 +79,6 @@ struct Replay<'a> {
     heads: Vec<Head>,
     /// Blocks that an edit met, by layer and block.
     states: BTreeMap<(u32, u32), State>,
-    damage: Vec<Damage>,
 }
 
 /// What a block of the journal takes apart from its bytes.
@@ -93,9 +92,28 @@ pub(crate) fn fold(
     budget: &mut Budget,
     damage: &mut Vec<Damage>,
 ) -> Result<Log> {
-    let mut reader = Reader::new(source, start, budget.left())?;
     let heads = document.layers.iter().map(|layer| layer.head.clone()).collect();
-    let mut replay = Replay { base: document, heads, states: BTreeMap::new(), damage: Vec::new() };
+    let mut replay = Replay { base: document, heads, states: BTreeMap::new() };
+    let mut found = Vec::new();
+    let log = walk(source, start, budget.left(), &mut found, |sequence, payload, direction, damage| {
+        replay.run(sequence, payload, direction, budget, damage)
+    })?;
+    let layers = replay.finish()?;
+    damage.extend(found);
+    document.layers = layers;
+    Ok(log)
+}
+
+/// Reads the journal that `source` has from byte `start` on. `run` gets the payload of every edit that is made or taken
+/// back, with its number.
+pub(crate) fn walk(
+    source: &mut (impl Read + Seek),
+    start: u64,
+    limit: u64,
+    damage: &mut Vec<Damage>,
+    mut run: impl FnMut(u64, Vec<u8>, Direction, &mut Vec<Damage>) -> Result<()>,
+) -> Result<Log> {
+    let mut reader = Reader::new(source, start, limit)?;
     let mut log = Log { end: start, ..Log::default() };
     let mut pending: Option<(Location, String)> = None;
     while let Some(item) = reader.read()? {
@@ -110,7 +128,7 @@ pub(crate) fn fold(
                 let input =
                     pending.take().map_or_else(String::new, |(_, input)| format!(", an edit: {}", shown(&input)));
                 let place = format!("journal: record {next} at byte {offset}");
-                replay.damage.push(Damage { place, what: format!("{what}{input}") });
+                damage.push(Damage { place, what: format!("{what}{input}") });
                 continue;
             }
         };
@@ -122,11 +140,11 @@ pub(crate) fn fold(
             }
             RecordKind::Edit => {
                 let input = pending.take().map(|(location, _)| location);
-                replay.run(sequence, payload, Direction::Forward, budget)?;
+                run(sequence, payload, Direction::Forward, damage)?;
                 log.done.push(Entry { sequence, input, edit: location });
                 log.undone.clear();
             }
-            RecordKind::Layers => replay.run(sequence, payload, Direction::Forward, budget)?,
+            RecordKind::Layers => run(sequence, payload, Direction::Forward, damage)?,
             RecordKind::Past | RecordKind::Future => {
                 let input = pending.take().map(|(location, _)| location);
                 let list = if kind == RecordKind::Past { &mut log.done } else { &mut log.undone };
@@ -142,10 +160,10 @@ pub(crate) fn fold(
                 match from.pop_if(|entry| Some(entry.sequence) == named) {
                     Some(entry) => {
                         let payload = reader.payload(entry.edit)?;
-                        replay.run(entry.sequence, payload, direction, budget)?;
+                        run(entry.sequence, payload, direction, damage)?;
                         to.push(entry);
                     }
-                    None => replay.damage.push(Damage {
+                    None => damage.push(Damage {
                         place: format!("journal: record {sequence}"),
                         what: "it undoes or redoes an edit that is not there".into(),
                     }),
@@ -157,22 +175,26 @@ pub(crate) fn fold(
     if let Some((_, input)) = pending {
         log.under_way = Some(input);
     }
-    let layers = replay.finish()?;
-    damage.extend(layers.1);
-    document.layers = layers.0;
     Ok(log)
 }
 
 impl Replay<'_> {
     /// Takes the edit of record `sequence` in `direction`.
-    fn run(&mut self, sequence: u64, payload: Vec<u8>, direction: Direction, budget: &mut Budget) -> Result<()> {
+    fn run(
+        &mut self,
+        sequence: u64,
+        payload: Vec<u8>,
+        direction: Direction,
+        budget: &mut Budget,
+        damage: &mut Vec<Damage>,
+    ) -> Result<()> {
         let place = || format!("journal: record {sequence}");
         let mut room = Budget::new(budget.left());
         let edit = match Edit::decode(payload, self.base.topology.face_count(), &mut room) {
             Ok(edit) => edit,
             Err(error) if error.kind == relievo_core::ErrorKind::Memory => return Err(error),
             Err(error) => {
-                self.damage.push(Damage { place: place(), what: error.what });
+                damage.push(Damage { place: place(), what: error.what });
                 return Ok(());
             }
         };
@@ -181,7 +203,7 @@ impl Replay<'_> {
             let met = if direction == Direction::Forward { before } else { after };
             let there = |head: &Head| self.heads.iter().any(|own| own.id == head.id && own.kind == head.kind);
             if !met.iter().all(there) {
-                self.damage.push(Damage { place: place(), what: "the layers are not as the edit met them".into() });
+                damage.push(Damage { place: place(), what: "the layers are not as the edit met them".into() });
             }
         }
         let after = heads.as_ref().unwrap_or(&self.heads);
@@ -190,7 +212,7 @@ impl Replay<'_> {
             let head = after.iter().chain(&self.heads).find(|head| head.id == delta.layer);
             let Some(head) = head else {
                 let what = format!("it changes a layer with the number {}, which there is not", delta.layer);
-                self.damage.push(Damage { place: place(), what });
+                damage.push(Damage { place: place(), what });
                 continue;
             };
             let state = match states.entry((delta.layer, delta.block)) {
@@ -225,7 +247,7 @@ impl Replay<'_> {
                         };
                         let place = format::place(&base.topology, &head.name, delta.block);
                         let what = format!("{what}; the edit of record {sequence} and later ones are lost there");
-                        self.damage.push(Damage { place, what });
+                        damage.push(Damage { place, what });
                     }
                 }
             }
@@ -237,7 +259,7 @@ impl Replay<'_> {
     }
 
     /// The layers as the edits left them.
-    fn finish(self) -> Result<(Vec<Layer>, Vec<Damage>)> {
+    fn finish(self) -> Result<Vec<Layer>> {
         let mut states = self.states;
         let mut layers = Vec::with_capacity(self.heads.len());
         for head in self.heads {
@@ -255,7 +277,7 @@ impl Replay<'_> {
             blocks.sort_unstable_by_key(|block| block.tile);
             layers.push(Layer { head, blocks });
         }
-        Ok((layers, self.damage))
+        Ok(layers)
     }
 }
 

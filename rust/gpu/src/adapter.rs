@@ -63,8 +63,9 @@ pub(crate) const NEEDED: Features = Features::IMMEDIATES;
 fn instance() -> Instance {
     let mut descriptor = InstanceDescriptor::new_without_display_handle();
     descriptor.backends = Backends::VULKAN | Backends::METAL | Backends::DX12;
-    // Neither validation layers nor the checks of indirect arguments, which cost a dispatch each: those are ours.
-    descriptor.flags = InstanceFlags::empty();
+    // Neither validation layers nor the checks of indirect arguments, which cost a dispatch each: those are ours. But on
+    // Direct3D it is these checks that tell kernels how many workgroups an indirect dispatch has.
+    descriptor.flags = if cfg!(windows) { InstanceFlags::VALIDATION_INDIRECT_CALL } else { InstanceFlags::empty() };
     Instance::new(descriptor)
 }
 

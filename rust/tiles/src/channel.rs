@@ -73,6 +73,7 @@ struct Room {
 }
 
 impl<T: Texel> Clone for Channel<T> {
+    #[inline(never)]
     fn clone(&self) -> Self {
         let mut copy = Self {
             field: self.field.clone(),
@@ -181,6 +182,7 @@ impl<T> Texels<'_, T> {
 
 impl<T: Texel> Channel<T> {
     /// A channel that reads as `blank` everywhere. Fails if a size or face does not exist.
+    #[inline(never)]
     pub(crate) fn blank(topology: Arc<TileTopology>, blank: T, options: &ChannelOptions) -> Result<Self> {
         let mut sizes = vec![SizeClass::of(options.size)?; topology.face_count()];
         for (face, size) in &options.face_sizes {
@@ -272,6 +274,7 @@ impl<T: Texel> Channel<T> {
     /// Makes `tiles` blank and gives their blocks back, whatever neighbours have at their borders. They count as lost.
     ///
     /// Fails, and changes nothing, if a tile does not exist or is a hole.
+    #[inline(never)]
     pub fn lose_tiles(&mut self, context: &Context, tiles: &[u32]) -> Result<()> {
         let applied = self.apply(&Sets { deallocate: tiles.to_vec(), ..Sets::default() })?;
         self.lost.extend(applied.changes.iter().map(|change| change.tile));
@@ -280,6 +283,7 @@ impl<T: Texel> Channel<T> {
     }
 
     /// As [`Self::lose_tiles`], but only those that [`Self::set_expendable`] named and that were not edited since.
+    #[inline(never)]
     pub fn lose_expendable(&mut self, context: &Context, tiles: &[u32]) -> Result<()> {
         let named = |tile: &u32| self.expendable.contains(&(*tile, self.field.version(*tile)));
         let gone: Vec<u32> = tiles.iter().copied().filter(named).collect();
@@ -323,6 +327,7 @@ impl<T: Texel> Channel<T> {
     }
 
     /// As [`Self::apply`], in place of what `applied` holds, whose room is used again.
+    #[inline(never)]
     pub fn apply_into(&mut self, sets: &Sets, applied: &mut Applied) -> Result<()> {
         applied.changes.clear();
         applied.refused.clear();
@@ -379,6 +384,7 @@ impl<T: Texel> Channel<T> {
     ///
     /// Fails, and changes nothing, if a tile is not allocated or listed twice, or if `work` leaves a number that is
     /// not finite.
+    #[inline(never)]
     pub fn edit(
         &mut self,
         context: &Context,
@@ -485,6 +491,7 @@ impl<T: Texel> Channel<T> {
 
     /// Ends an edit: allocates the tiles that `changes` reach and brings borders and rings up to date. Returns the
     /// tiles the budget refused; borders toward them are blank again.
+    #[inline(never)]
     pub fn settle(&mut self, context: &Context, changes: &[Change]) -> Result<Vec<u32>> {
         let scratch = context.scratch();
         let mut reached = scratch.list();
@@ -505,6 +512,7 @@ impl<T: Texel> Channel<T> {
     }
 
     /// Brings borders and rings up to date, see [`crate::ring`]. Returns the tiles that changed by it, ascending.
+    #[inline(never)]
     pub fn update_rings(&mut self, context: &Context, changes: &[Change]) -> Result<Vec<u32>> {
         let mut tiles = Vec::new();
         self.follow_changes(context, changes, &mut tiles)?;
@@ -512,6 +520,7 @@ impl<T: Texel> Channel<T> {
     }
 
     /// As [`Self::update_rings`]; the tiles are in place of what `tiles` holds.
+    #[inline(never)]
     fn follow_changes(&mut self, context: &Context, changes: &[Change], tiles: &mut Vec<u32>) -> Result<()> {
         for change in changes {
             self.check(change.tile)?;
@@ -538,6 +547,7 @@ impl<T: Texel> Channel<T> {
     /// neighbour's texels reach into them: nothing reads otherwise afterwards. Returns the tiles, ascending.
     ///
     /// Fails, and changes nothing, if a tile does not exist.
+    #[inline(never)]
     pub fn reclaim(&mut self, context: &Context, tiles: &[u32]) -> Result<Vec<u32>> {
         for tile in tiles {
             self.check(*tile)?;
@@ -600,6 +610,7 @@ impl<T: Texel> Channel<T> {
     ///
     /// Fails, and changes nothing, if the tile does not exist or is a hole, the length is not that of its block, a
     /// number is not finite, or the budget does not allow it.
+    #[inline(never)]
     pub fn write(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         self.check(tile)?;
         let Some(bytes) = bytes else {
@@ -698,6 +709,7 @@ impl<T: Texel> Channel<T> {
     }
 
     /// Writes single texels: in place where no snapshot shares the block, else to a copy.
+    #[inline(never)]
     fn write_texels(&mut self, context: &Context, writes: &Writes<T>) {
         let version = self.revision;
         let mut room = context.scratch().lend::<SharedRoom<T>>();

@@ -177,6 +177,7 @@ pub fn blended<T: Layered>(sheets: &[Sheet<'_, Field<T>>], background: T, tile: 
 impl<T: Layered> Channel<T> {
     /// A channel over the surface of `field` with the sizes that `face_sizes` has for every face, without blocks. Fails
     /// if a size does not exist.
+    #[inline(never)]
     pub fn sized(field: &Field<T>, face_sizes: &[u32], blank: T, budget: u64) -> Result<Self> {
         let face_sizes = (0..).zip(face_sizes.iter().copied()).collect();
         let options = ChannelOptions { face_sizes, budget, ..ChannelOptions::default() };
@@ -189,6 +190,7 @@ impl<T: Layered> Channel<T> {
     /// where a sheet that is seen is, and given back where none is. Returns tiles that the budget refused.
     ///
     /// Fails if a tile does not exist, or a sheet has more texels somewhere than the composite.
+    #[inline(never)]
     pub fn compose(
         &mut self,
         context: &Context,
@@ -247,6 +249,7 @@ impl<T: Layered> Channel<T> {
 
     /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them.
     /// Readers that follow this channel follow it on. Returns tiles that the budget refused too.
+    #[inline(never)]
     pub fn recomposed(
         &self,
         context: &Context,
@@ -277,6 +280,7 @@ impl<T: Layered> Channel<T> {
     }
 
     /// Takes the place of `before`: what differs counts as changed.
+    #[inline(never)]
     pub fn follow(&mut self, before: &Self) {
         self.revision = self.revision.max(before.revision) + 1;
         let blank = !self.field.blank().same(before.field.blank());

@@ -178,6 +178,7 @@ impl<T: Texel> Decay<T> {
     ///
     /// # Panics
     /// If the channel or the field is that of another surface.
+    #[inline(never)]
     pub fn stamp(&mut self, context: &Context, before: &Field<T>, channel: &Channel<T>, time: f64) -> Vec<u32> {
         let after = channel.field();
         let known = |tile: &u32| self.pages.entry(*tile).is_some_and(|known| known.id.class == after.class(*tile));
@@ -224,6 +225,7 @@ impl<T: Texel> Decay<T> {
     ///
     /// # Panics
     /// If the channel is that of another surface.
+    #[inline(never)]
     pub fn fade(&mut self, context: &Context, channel: &mut Channel<T>, time: f64) -> Result<Faded> {
         let gone: Vec<u32> = self.pages.used().filter(|tile| !channel.field().is_allocated(*tile)).collect();
         self.remove(&gone);
@@ -254,6 +256,7 @@ impl<T: Texel> Decay<T> {
 
     /// As [`Self::fade`] without giving anything back, so that stamps stay what they are: after stamps and blocks of
     /// `restored` tiles were put back, which may be those of another time. Returns the tiles of which texels changed.
+    #[inline(never)]
     pub fn bring(
         &mut self,
         context: &Context,
@@ -294,6 +297,7 @@ impl<T: Texel> Decay<T> {
     }
 
     /// What a device says is left of tiles that fade; nothing where the processor is to.
+    #[inline(never)]
     fn evaluate(&mut self, context: &Context, fading: &[u32], blank: T, time: f64) -> BTreeMap<u32, Vec<T>> {
         if !self.fader.is_on_device() || fading.is_empty() {
             return BTreeMap::new();
@@ -316,6 +320,7 @@ impl<T: Texel> Decay<T> {
     ///
     /// Fails, and changes nothing, if the tile does not exist, the length is not that of its block, a number is not
     /// finite, or the budget does not allow it.
+    #[inline(never)]
     pub fn write(&mut self, field: &Field<T>, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         let place = || format!("tile {tile}");
         if tile as usize >= field.tile_count() {
@@ -381,6 +386,7 @@ impl<T: StoredTexel> Decay<T> {
     /// The stamps that `document` has as the layer called `name`, for a channel that is `field` now, in `budget` bytes.
     ///
     /// Fails if there is no such layer of these texels, it is damaged, or `budget` is too small.
+    #[inline(never)]
     pub fn stored(context: &Context, document: &Document, name: &str, field: &Field<T>, budget: u64) -> Result<Self> {
         let place = |error: Error| error.at(format!("layer `{name}`"));
         let layer = document.layer(name).ok_or_else(|| Error::invalid("there is no such layer")).map_err(place)?;

@@ -16,7 +16,7 @@ use relievo_surface::{Link, RingClass, TileTopology};
 
 use crate::device::DeviceTiles;
 use crate::field::Field;
-use crate::frame::Frames;
+use crate::frame::{Frames, TURN_NUMBERS};
 use crate::texel::{Texel, Vector, mean_tables};
 
 /// As in `ring.wgsl`.
@@ -74,9 +74,11 @@ pub struct DeviceRing {
     kernels: Vec<Arc<Kernel>>,
     topology: Arc<Buffer<u32>>,
     vertices: Buffer<u32>,
-    /// The frames of vectors, and the turns between them, see [`Frames::packed`]; anything for other texels.
-    frames: Option<Arc<Frames>>,
+    /// The frames of vectors and their tiles, and the turns between them, see [`Frames::packed`], of which those of some
+    /// tiles are there; anything for other texels.
+    frames: Option<(Arc<Frames>, Arc<TileTopology>)>,
     turns: Buffer<f32>,
+    turned: Vec<bool>,
     /// Where rings and entries begin in the topology.
     rings: u32,
     entries: u32,
@@ -95,25 +97,45 @@ impl DeviceRing {
     }
 
     /// For vectors of `field`, on the tiles that this is for. The turns between its frames are those that the processor
-    /// makes rings with, of the pose in which the channel was made, so that no later pose changes them. Fails where the
-    /// device has no room, and for a field of vectors without frames.
-    pub fn framed(&self, context: &Context, device: &Device, field: &Field<Vector>) -> Result<Self> {
+    /// makes rings with, of the pose in which the channel was made, so that no later pose changes them; [`Self::turn`] brings
+    /// them over. Fails where the device has no room, and for a field of vectors without frames.
+    pub fn framed(&self, device: &Device, field: &Field<Vector>) -> Result<Self> {
         let frames = field.frames.clone().ok_or_else(|| Error::internal("vectors without frames on a device"))?;
-        let turns = Buffer::of(device, "turns of frames", &frames.packed(context))?;
+        let turns = Buffer::new(device, "turns of frames", TURN_NUMBERS * field.tile_count())?;
         let topology = (self.topology.clone(), [self.rings, self.entries]);
-        Self::with(device, topology, field.topology().ring_count(), (Some(frames), turns))
+        Self::with(device, topology, field.topology().ring_count(), (Some((frames, field.topology().clone())), turns))
+    }
+
+    /// Brings over the turns that the rings of `tiles` need. Fails where the device does.
+    pub fn turn(&mut self, context: &Context, device: &Device, tiles: impl IntoIterator<Item = u32>) -> Result<()> {
+        let Some((frames, topology)) = &self.frames else { return Ok(()) };
+        let at_vertex = |ring: &u32| topology.ring(*ring).iter().map(|it| it.tile);
+        let around = |tile: u32| topology.rings(tile).iter().flat_map(at_vertex).chain([tile]);
+        let there = tiles.into_iter().filter(|tile| !topology.is_hole(*tile));
+        let mut lacking: Vec<u32> = there.flat_map(around).filter(|tile| !self.turned[*tile as usize]).collect();
+        lacking.sort_unstable();
+        lacking.dedup();
+        let numbers = frames.packed(context, &lacking);
+        let mut numbers = &numbers[..];
+        for run in lacking.chunk_by(|a, b| a + 1 == *b) {
+            let (own, rest) = numbers.split_at(run.len());
+            self.turns.write(device, TURN_NUMBERS * run[0] as usize, own.as_flattened())?;
+            numbers = rest;
+        }
+        lacking.iter().for_each(|tile| self.turned[*tile as usize] = true);
+        Ok(())
     }
 
     /// Whether this is for vectors in the frames of `field`.
     pub fn is_of(&self, field: &Field<Vector>) -> bool {
-        self.frames.as_ref().zip(field.frames.as_ref()).is_some_and(|(own, frames)| Arc::ptr_eq(own, frames))
+        self.frames.as_ref().zip(field.frames.as_ref()).is_some_and(|((own, _), frames)| Arc::ptr_eq(own, frames))
     }
 
     fn with(
         device: &Device,
         (topology, [rings, entries]): (Arc<Buffer<u32>>, [u32; 2]),
         ring_count: usize,
-        (frames, turns): (Option<Arc<Frames>>, Buffer<f32>),
+        (frames, turns): (Option<(Arc<Frames>, Arc<TileTopology>)>, Buffer<f32>),
     ) -> Result<Self> {
         use Access::{Read, Write};
         let kernel = |entry| {
@@ -131,6 +153,7 @@ impl DeviceRing {
             kernels: entry_points.iter().copied().map(kernel).collect::<Result<_>>()?,
             topology,
             vertices: Buffer::new(device, "values of vertices", 4 * ring_count.max(1))?,
+            turned: vec![false; turns.len() / TURN_NUMBERS],
             frames,
             turns,
             rings,

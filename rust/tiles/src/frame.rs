@@ -124,18 +124,18 @@ impl Frames {
         Turn::of(from.flipped != to.flipped, if to.flipped { -between } else { between })
     }
 
-    /// What a device needs of all tiles: the angles along edge 1 and along edge 3, then of every corner the cosine and sine
+    /// What a device needs of some tiles: the angles along edge 1 and along edge 3, then of every corner the cosine and sine
     /// of three turns at its vertex, to the frame of the ring's first tile, back, and from the tile whose texel the corner
     /// of a ring copies.
-    pub(crate) fn packed(&self, context: &Context) -> Vec<f32> {
+    pub(crate) fn packed(&self, context: &Context, tiles: &[u32]) -> Vec<[f32; TURN_NUMBERS]> {
         let topology = self.surface.topology();
-        let tiles = context.map(self.tiles.len(), |index| {
-            let tile = index as u32;
+        context.map(tiles.len(), |index| {
+            let tile = tiles[index];
             let mut numbers = [0.0; TURN_NUMBERS];
             if topology.is_hole(tile) {
                 return numbers;
             }
-            let angles = self.tiles[index].get_or_init(|| self.angles(tile));
+            let angles = self.tiles[tile as usize].get_or_init(|| self.angles(tile));
             numbers[..2 * (STEPS + 1)].copy_from_slice(angles.as_flattened());
             for (corner, turns) in (0..4).zip(numbers[2 * (STEPS + 1)..].chunks_exact_mut(6)) {
                 let ring = topology.rings(tile)[usize::from(corner)];
@@ -149,8 +149,7 @@ impl Frames {
                 }
             }
             numbers
-        });
-        tiles.into_iter().flatten().collect()
+        })
     }
 
     /// The angle from the direction of an edge to T, about the tile's normal.

@@ -99,6 +99,7 @@ impl<T: Texel> Channel<T> {
     }
 
     /// Gives the faces of `tiles` the size of the level where they have no tile yet, or are coarser.
+    #[inline(never)]
     fn fit(&mut self, context: &Context, level: &Field<T>, tiles: &[u32]) -> Result<Vec<Change>> {
         let topology = self.field.topology().clone();
         let mut faces: Vec<u32> = tiles.iter().map(|tile| topology.face(*tile)).collect();
@@ -145,6 +146,7 @@ impl<T: Texel> Channel<T> {
     /// to be put back, and then [`Self::update_rings`] or all of their neighbours' blocks.
     ///
     /// Fails, and changes nothing, if a size does not exist or there is not one for every face.
+    #[inline(never)]
     pub fn reshape(&mut self, sizes: &[u32], given: &[u32]) -> Result<()> {
         let topology = self.field.topology().clone();
         let given = if given.is_empty() { sizes } else { given };
@@ -190,6 +192,7 @@ impl<T: Texel> Channel<T> {
     }
 
     /// Gives tiles other sizes. Returns those whose blocks changed.
+    #[inline(never)]
     fn convert(&mut self, context: &Context, mut sizes: BTreeMap<u32, SizeClass>) -> Result<Vec<Change>> {
         let topology = self.field.topology().clone();
         sizes.retain(|tile, class| *class != self.field.class(*tile) && !topology.is_hole(*tile));

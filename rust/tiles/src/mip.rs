@@ -91,6 +91,7 @@ struct MipWork<T> {
 impl<T: Texel> Channel<T> {
     /// Brings mips up to date with what was written. [`Self::settle`], [`Self::update_rings`] and [`Self::commit`] do
     /// it as well; only who reads filtered colours after [`Self::write`] and before any of them needs to.
+    #[inline(never)]
     pub fn update_mips(&mut self, context: &Context) {
         let mut pending = std::mem::take(&mut self.pending);
         if pending.is_empty() {

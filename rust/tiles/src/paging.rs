@@ -136,6 +136,7 @@ impl<T: Texel> Channel<T> {
     /// whatever the budget is. Layers that are made of this channel page to the same store.
     ///
     /// Fails if blocks cannot be read back.
+    #[inline(never)]
     pub fn page_to(&mut self, store: Option<Arc<dyn PageStore>>) -> Result<()> {
         self.let_go();
         let all: Vec<u32> = self.field.allocated().filter(|tile| self.is_paged(*tile)).collect();
@@ -248,6 +249,7 @@ impl<T: Texel> Channel<T> {
 
     /// Makes room for an edit of `sets`: the tiles `wanted`, which are new, as far as they fit the budget together with
     /// the others, which come back.
+    #[inline(never)]
     pub(crate) fn clear_the_way(&mut self, sets: &Sets, wanted: &[u32]) {
         if self.field.pager.is_none() {
             return;
@@ -275,6 +277,7 @@ impl<T: Texel> Channel<T> {
     }
 
     /// Pages for itself, after it was copied from another channel.
+    #[inline(never)]
     pub(crate) fn fork(&mut self) {
         let Some(pager) = self.field.pager.take() else { return };
         let pager = pager.fork();

@@ -130,6 +130,7 @@ fn around<T: Texel>(field: &View<'_, T>, ring: u32, from: usize, to: usize) -> T
 
 /// The tiles that are not allocated but that `changes` reach: across a border that is not blank, or at a vertex whose
 /// corner texel is not blank. Ascending, in place of what `tiles` holds.
+#[inline(never)]
 pub fn reached<T: Texel>(field: &Field<T>, changes: &[Change], tiles: &mut Vec<u32>) {
     let field = &View::whole(field);
     tiles.clear();
@@ -249,6 +250,7 @@ impl<'a, T: Texel> View<'a, T> {
 }
 
 /// The first pass: border corners and cleared border rows. Only coefficients that differ are listed.
+#[inline(never)]
 pub(crate) fn borders<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan, writes: &mut Writes<T>) {
     let field = &View::whole(field).with_poles(context, plan);
     collect(context, &plan.work, writes, |work, out| {
@@ -288,6 +290,7 @@ pub(crate) fn borders<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan
 }
 
 /// The second pass: ring coefficients, from borders that the first pass has made consistent.
+#[inline(never)]
 pub(crate) fn rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan, writes: &mut Writes<T>) {
     let field = &View::whole(field).with_poles(context, plan);
     collect(context, &plan.work, writes, |work, out| {
@@ -334,6 +337,7 @@ fn ring_of<T: Texel>(field: &View<'_, T>, work: Work, mut write_at: impl FnMut(u
 /// Each mip has neighbours of its own density, as tiles have, and follows the same rules but two: a tile without a
 /// block counts as a blank one, so that borders beside it keep what they are, and vertices are made from the means of
 /// the tiles' corners, which is not what they hold once they are equalised.
+#[inline(never)]
 pub(crate) fn mip_rings<T: Texel>(context: &Context, field: &Field<T>, plan: &Plan, writes: &mut Writes<T>) {
     let views: [View<'_, T>; MAX_SIZE.ilog2() as usize] =
         std::array::from_fn(|power| View::at(field, 2 << power).with_poles(context, plan));
@@ -440,6 +444,7 @@ fn collect<T: Texel>(
 }
 
 /// The sides and vertices that `changes` concern, of allocated tiles, in place of what `plan` holds.
+#[inline(never)]
 pub(crate) fn plan<T: Texel>(field: &View<'_, T>, changes: impl Iterator<Item = Change>, plan: &mut Plan) {
     let topology = field.topology();
     let Plan { work, poles: vertices } = plan;

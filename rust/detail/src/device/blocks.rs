@@ -6,13 +6,14 @@
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use relievo_core::Result;
+use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, Kernel, KernelSpec, Pass, Readback, groups};
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
 use super::cull::{LISTING, MEETING};
 use super::link::{Shared, step};
+use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
 use super::voxel::DeviceVoxels;
 use crate::knots::BLOCK_KNOTS;
 
@@ -44,7 +45,8 @@ impl Record {
 /// Room for blocks on a device.
 #[derive(Debug)]
 pub(super) struct DeviceBlocks {
-    kernel: Arc<Kernel>,
+    /// For objects without vectors and, if there are some, for those with.
+    kernels: Vec<Arc<Kernel>>,
     casting: Bindings,
     listing: [Bindings; 2],
     listed: Buffer<[u32; 4]>,
@@ -54,26 +56,32 @@ pub(super) struct DeviceBlocks {
 }
 
 impl DeviceBlocks {
-    /// Room for so many blocks of an imprint, changed ones of all, and slots; `worked` are blocks of tiles. Fails where the device has none.
+    /// Room for so many blocks of an imprint, changed ones of all, and slots; `worked` are blocks of tiles. It is for
+    /// objects with vectors too if these `bend`. Fails where the device has none.
     pub fn new(
         device: &Device,
         shared: &Shared,
         voxels: &DeviceVoxels,
         (worked, [room, records, slots]): (&Buffer<u32>, [usize; 3]),
+        bend: bool,
     ) -> Result<Self> {
         use Access::{Read, Write};
-        let kernel = device.kernel(&KernelSpec {
-            module: "imprint_cast",
-            entry: "cast_rays",
-            groups: &[
-                &[Read, Read, Read, Read, Read, Write, Write, Write, Read],
-                &SURFACE_GROUP,
-                &TILES_GROUP,
-                &TILES_GROUP,
-            ],
-            immediates: size_of::<[u32; 2]>() as u32,
-            constants: &[],
-        })?;
+        let kernel = |constants| {
+            device.kernel(&KernelSpec {
+                module: "imprint_cast",
+                entry: "cast_rays",
+                groups: &[
+                    &[Read, Read, Read, Read, Read, Write, Write, Write, Read],
+                    &SURFACE_GROUP,
+                    &MOVED_GROUP,
+                    &TILES_GROUP,
+                ],
+                immediates: size_of::<[u32; 2]>() as u32,
+                constants,
+            })
+        };
+        let variants = STRAIGHT_AND_BENT.iter().take(1 + usize::from(bend));
+        let kernels = variants.map(|constants| kernel(constants)).collect::<Result<Vec<_>>>()?;
         let writing = device.kernel(&KernelSpec {
             module: "imprint_write",
             entry: "write_blocks",
@@ -88,8 +96,8 @@ impl DeviceBlocks {
         let listing = Self::list_into(device, shared, &slots, &listed)?;
         let from = [links.wgpu(), listed.wgpu(), arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
         let to = [slots.wgpu(), told.wgpu(), records.wgpu(), worked.wgpu()];
-        let casting = device.bind(&kernel, 0, &[&from[..], &to[..]].concat())?;
-        Ok(Self { kernel, casting, listing, listed, records, slots, writing })
+        let casting = device.bind(&kernels[0], 0, &[&from[..], &to[..]].concat())?;
+        Ok(Self { kernels, casting, listing, listed, records, slots, writing })
     }
 
     /// Blocks that an imprint may look at, blocks that imprints which are submitted together may change, and slots.
@@ -144,12 +152,14 @@ impl DeviceBlocks {
         pass: &mut Pass<'_>,
         shared: &Shared,
         surface: &DeviceSurface,
-        [tiles, start]: [&DeviceTiles; 2],
+        (moved, start): (&Moved, &DeviceTiles),
         link: usize,
     ) -> Result<()> {
-        let groups = [&self.casting, surface.group(), tiles.group(), start.group()];
+        let kernel = self.kernels.get(usize::from(moved.bent));
+        let kernel = kernel.ok_or_else(|| Error::internal("no kernel for rays of an object with vectors"))?;
+        let groups = [&self.casting, surface.group(), &moved.group, start.group()];
         let links = step(link..link + 1);
-        pass.run_indirect(&self.kernel, &groups, bytemuck::bytes_of(&links), &shared.arguments, Shared::blocks(link))
+        pass.run_indirect(kernel, &groups, bytemuck::bytes_of(&links), &shared.arguments, Shared::blocks(link))
     }
 
     /// Records that the `chosen` records are written into `tiles`.

@@ -15,6 +15,7 @@ use relievo_tiles::{DeviceTiles, Field};
 use super::blocks::{DeviceBlocks, Record};
 use super::link::{Batch, Ground, Link, MOST_LINKS, Shared, Slots, Told, Words, batches, most_voxels, parse};
 use super::meshes::DeviceMeshes;
+use super::moved::Moved;
 use super::rim::{Around, DeviceRims, RimRoom, volumes};
 use super::smoothing::{BoundTiles, DeviceSmoothing, SLOTS};
 use super::state::DeviceObject;
@@ -54,6 +55,8 @@ pub(crate) struct DeviceChain {
     blocks: Option<DeviceBlocks>,
     smoothing: DeviceSmoothing,
     rims: Option<DeviceRims>,
+    /// Whether blocks and rims are for objects with vectors too.
+    bends: bool,
     rim_room: RimRoom,
     /// Changed blocks that are read back at once.
     likely: usize,
@@ -101,6 +104,7 @@ impl DeviceChain {
             blocks: None,
             smoothing: DeviceSmoothing::new(device)?,
             rims: None,
+            bends: false,
             rim_room: RimRoom::default(),
             likely: FEW,
             kept: BTreeMap::new(),
@@ -129,7 +133,12 @@ impl DeviceChain {
         }
         for target in &mut *targets {
             target.state.follow(target.object, target.start)?;
+            target.state.follow_vectors(target.object, None)?;
             target.state.prepare_culling(target.object)?;
+        }
+        let moved = targets.iter().map(|it| Moved::of(&self.device, it.state)).collect::<Result<Vec<_>>>()?;
+        if !self.bends && moved.iter().any(|moved| moved.bent) {
+            (self.bends, self.blocks, self.rims) = (true, None, None);
         }
         let renewed = self.meshes.bring(&self.device, colliders)?;
         let works = works(targets.len(), links);
@@ -170,13 +179,13 @@ impl DeviceChain {
                 let blocks = self.blocks.as_ref().ok_or_else(no_blocks)?;
                 let voxels = self.voxels.as_ref().ok_or_else(no_voxels)?;
                 let bound = (&self.shared, voxels, blocks, self.smoothing.blocks());
-                DeviceRims::prepare(&mut self.rims, &self.device, bound, (room, place_count))?;
+                DeviceRims::prepare(&mut self.rims, &self.device, bound, (room, place_count), self.bends)?;
             }
             let [room, record_room, _] = self.blocks()?.room();
             let capacity = self.smoothing.capacity();
             words.iter_mut().for_each(|words| words.set_room([room, record_room, capacity]));
             let bound = self.bind_tiles(targets, &works)?;
-            let made = self.submit(context, targets, links, (&words, &rims), &batches, &bound)?;
+            let made = self.submit(context, targets, links, (&words, &rims), &batches, (&moved, &bound))?;
             let found = made.told.iter().map(|told| told.found as usize).max().unwrap_or_default();
             let fits = found <= room && made.kept <= record_room && made.taken <= capacity;
             if fits && made.rim_room == rim_room {
@@ -249,8 +258,8 @@ impl DeviceChain {
     fn bind(&mut self, room: [usize; 3]) -> Result<()> {
         // What they took is free before more is asked for.
         (self.blocks, self.rims) = (None, None);
-        let worked = self.smoothing.blocks();
-        self.blocks = Some(DeviceBlocks::new(&self.device, &self.shared, self.voxels()?, (worked, room))?);
+        let room = (self.smoothing.blocks(), room);
+        self.blocks = Some(DeviceBlocks::new(&self.device, &self.shared, self.voxels()?, room, self.bends)?);
         Ok(())
     }
 
@@ -269,7 +278,7 @@ impl DeviceChain {
         &self,
         pass: &mut Pass<'_>,
         stage: Stage<'_>,
-        (targets, bound): (&[Target<'_>], &[Option<BoundTiles>]),
+        (targets, (moved, bound)): (&[Target<'_>], (&[Moved], &[Option<BoundTiles>])),
         links: &[Link],
     ) -> Result<()> {
         let (shared, voxels, blocks) = (&self.shared, self.voxels()?, self.blocks()?);
@@ -284,9 +293,9 @@ impl DeviceChain {
                 state.culling()?.cull(pass, shared, blocks.listing(), &state.surface, link)
             }
             Stage::Raycast(link) => {
-                let target = &targets[links[link].target];
-                let tiles = &target.state.tiles;
-                let fields = [tiles, target.begun().unwrap_or(tiles)];
+                let Link { target: index, .. } = links[link];
+                let target = &targets[index];
+                let fields = (&moved[index], target.begun().unwrap_or(&target.state.tiles));
                 blocks.cast(pass, shared, &target.state.surface, fields, link)
             }
             Stage::Smooth(link) => {
@@ -295,8 +304,9 @@ impl DeviceChain {
                 self.smoothing.smooth(pass, (bound, &targets[target].state.ring), link, passes)
             }
             Stage::Gather(link) => {
-                let state = &*targets[links[link].target].state;
-                self.rims()?.gather(pass, state.culling()?, (&state.surface, &state.tiles), link)
+                let Link { target, .. } = links[link];
+                let state = &*targets[target].state;
+                self.rims()?.gather(pass, state.culling()?, (&state.surface, &moved[target]), link)
             }
             Stage::Raise(link) => {
                 let state = &*targets[links[link].target].state;
@@ -313,7 +323,7 @@ impl DeviceChain {
         links: &[Link],
         (words, rims): (&[Words], &[Option<Around>]),
         batches: &[Batch],
-        bound: &[Option<BoundTiles>],
+        (moved, bound): (&[Moved], &[Option<BoundTiles>]),
     ) -> Result<Submitted> {
         let device = &self.device.clone();
         let time = context.stats().begin("imprint.device.submit");
@@ -341,19 +351,21 @@ impl DeviceChain {
         };
         let of_batch = |batch| std::iter::once(Stage::Voxelise(batch)).chain(batch.rows.iter().copied().flat_map(each));
         let mut stages = (0..targets.len()).map(Stage::Measure).chain(batches.iter().flat_map(of_batch));
+        let on = (targets, (moved, bound));
         if device.is_timed() {
-            stages.try_for_each(|stage| self.record(&mut frame.pass(stage.name()), stage, (targets, bound), links))?;
+            let each = |stage: Stage<'_>| self.record(&mut frame.pass(stage.name()), stage, on, links);
+            stages.try_for_each(each)?;
         } else {
             // Every pass is a command buffer: those that nobody times are one.
             let mut pass = frame.pass("imprint.device");
-            stages.try_for_each(|stage| self.record(&mut pass, stage, (targets, bound), links))?;
+            stages.try_for_each(|stage| self.record(&mut pass, stage, on, links))?;
         }
         let record_room = blocks.room()[1];
         let told = self.shared.read_told(&mut frame, links.len())?;
         let likely = self.likely.min(record_room);
         let first = blocks.read(&mut frame, 0..likely)?;
-        let moved = |frame: &mut _, range| rising.then(|| self.rims()?.read_volumes(frame, range)).transpose();
-        let first_moved = moved(&mut frame, 0..likely)?;
+        let volumes = |frame: &mut _, range| rising.then(|| self.rims()?.read_volumes(frame, range)).transpose();
+        let first_moved = volumes(&mut frame, 0..likely)?;
         let told_rims = rising.then(|| self.rims()?.read(&mut frame, links.len())).transpose()?;
         let submission = frame.submit()?;
         time.end();
@@ -369,7 +381,7 @@ impl DeviceChain {
         if there > likely {
             let mut frame = device.frame()?;
             let rest = blocks.read(&mut frame, likely..there)?;
-            let rest_moved = moved(&mut frame, likely..there)?;
+            let rest_moved = volumes(&mut frame, likely..there)?;
             let _ = frame.submit()?;
             records.extend(rest.get(device)?);
             all_moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);

@@ -8,6 +8,7 @@ use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, Tex
 
 use super::brush::{DeviceBrush, DeviceGround, Event, Stage};
 use super::events::{DeviceTile, Edit};
+use super::follow::kept;
 use super::memory::Tested;
 use super::smear::PICTURES;
 use super::state::{DeviceObject, bring};
@@ -25,7 +26,7 @@ use crate::weights::BrushParameters;
 /// Colours, and what paints them.
 #[derive(Debug)]
 pub(crate) struct DeviceColors<T: Texel> {
-    tiles: DeviceTiles<T>,
+    pub tiles: DeviceTiles<T>,
     /// At a coarser level, once a dab needed them.
     coarse: Option<DeviceTiles<T>>,
     pub brush: Option<DeviceBrush<T>>,
@@ -179,8 +180,13 @@ impl DisplacedObject {
                 };
                 let Some(event) = on_device(context, "dab.device", self, make) else { return Ok(None) };
                 let vectors = self.vectors.as_mut().ok_or_else(no_vectors)?;
-                let (report, reports, culled) = take(context, vectors, event, mode == SculptMode::Erase)?;
+                let (firsts, erases) = (event.firsts.clone(), mode == SculptMode::Erase);
+                let (report, reports, culled) = take(context, vectors, event, erases)?;
                 let tiles = edit::stale(context, vectors.field(), &culled, &report);
+                on_device(context, "dab.follow", self, |device: &mut DeviceObject, object| {
+                    let vectors = object.vectors.as_ref().ok_or_else(no_vectors)?;
+                    device.follow_bent(context, vectors.field(), &kept(&firsts, &report))
+                });
                 self.refit(context, start, &tiles);
                 Ok(Some(reports))
             }
@@ -305,11 +311,6 @@ pub(crate) fn on_device<O: OnDevice, E>(
     }
 }
 
-/// Those of the tiles whose blocks are on the device that the budget did not refuse.
-fn kept(firsts: &[(u32, u32)], report: &DabReport) -> Vec<(u32, u32)> {
-    firsts.iter().copied().filter(|(tile, _)| report.changed.binary_search(tile).is_ok()).collect()
-}
-
 /// Makes what came back of an event the channel's: memory, texels, rings. Returns what its dabs did together, and each of
 /// them, and the tiles that were looked at.
 fn take<T: DeviceTile>(
@@ -394,7 +395,7 @@ impl DeviceObject {
         let channel = object.vectors.as_ref().ok_or_else(no_vectors)?;
         let (together, looks_beside) = (start.is_some() && coarse.is_none(), mode.needs_mean());
         if together && looks_beside {
-            self.follow_frames(context, channel.field())?;
+            self.follow_frames(context, channel.field(), 0..channel.field().tile_count() as u32)?;
         }
         let Self { device, surface, ring, turning, .. } = &*self;
         let ring = turning.as_ref().unwrap_or(ring);
@@ -499,23 +500,6 @@ impl DeviceObject {
         let made = maker.event(stage, (&edits, stamp), together)?;
         *T::slot(self) = Some(colors);
         Ok(made)
-    }
-
-    /// Makes the device have `field`, the displacement after the last event, whose blocks are where `written` says.
-    fn follow_sculpted(&mut self, field: &Field, written: &[(u32, u32)]) -> Result<Option<()>> {
-        let Self { device, tiles, ring, sculpting, .. } = self;
-        let Some(brush) = sculpting else { return Ok(None) };
-        tiles.follow(device, ring, field, (written, brush.blocks()))?;
-        Ok(Some(()))
-    }
-
-    /// As [`Self::follow_sculpted`], of colours.
-    fn follow_painted<T: DeviceColor>(&mut self, field: &Field<T>, written: &[(u32, u32)]) -> Result<Option<()>> {
-        let Some(mut colors) = T::slot(self).take() else { return Ok(None) };
-        let Some(brush) = &colors.brush else { return Ok(None) };
-        colors.tiles.follow(&self.device, &self.ring, field, (written, brush.blocks()))?;
-        *T::slot(self) = Some(colors);
-        Ok(Some(()))
     }
 }
 

@@ -18,10 +18,10 @@ use crate::object::DisplacedObject;
 use crate::raycast::TileDents;
 use crate::rim::outwards;
 
-/// Whether imprints of the given settings on `object` are for its device: displacement along normals, of tiles that are
-/// culled. Colliders that are too far from a grid are besides, see [`Link::new`].
+/// Whether imprints of the given settings on `object` are for its device: those of tiles that are culled. Colliders that
+/// are too far from a grid are besides, see [`Link::new`].
 pub(crate) fn is_for_device(object: &DisplacedObject, settings: &ImprintSettings) -> bool {
-    object.device.is_some() && object.vectors.is_none() && settings.culling != 0 && settings.share > 0.0
+    object.device.is_some() && settings.culling != 0 && settings.share > 0.0
 }
 
 /// An imprint whose grid is known.

@@ -19,6 +19,7 @@ use relievo_tiles::{DeviceTiles, TILES_GROUP};
 use super::blocks::DeviceBlocks;
 use super::cull::DeviceCull;
 use super::link::{MOST_LINKS, Shared, Words, parse, step};
+use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
 use super::voxel::DeviceVoxels;
 use crate::grid::Grid;
 use crate::imprint::ImprintSettings;
@@ -107,6 +108,8 @@ pub(super) struct DeviceRims {
     rims: Buffer<Rim>,
     told: Buffer<RimTold>,
     kernels: [Arc<Kernel>; 7],
+    /// The first one for objects with vectors, if there are some.
+    bent: Option<Arc<Kernel>>,
     bound: [Bindings; 2],
     listing: [Bindings; 2],
     places: Buffer<u32>,
@@ -124,22 +127,29 @@ pub(super) struct RimReadback {
 
 impl DeviceRims {
     /// Room for rims of imprints whose `voxels` and `blocks` are these, and the blocks of tiles that are `worked` on; with
-    /// so many `places`. Fails where the device has none.
+    /// so many `places`, on objects with vectors too if these `bend`. Fails where the device has none.
     fn new(
         device: &Device,
         (shared, voxels, blocks, worked): (&Shared, &DeviceVoxels, &DeviceBlocks, &Buffer<u32>),
         (room, places): (RimRoom, usize),
+        bend: bool,
     ) -> Result<Self> {
         use Access::{Read, Write};
         let own = [Read, Read, Read, Read, Read, Write, Write, Write, Read];
         let state = [Read, Write, Write, Write, Write, Write, Write, Write, Write];
-        let groups: [&[Access]; 4] = [&own, &SURFACE_GROUP, &TILES_GROUP, &state];
-        let kernel = |[module, entry]: [&str; 2]| {
-            let immediates = size_of::<[u32; 2]>() as u32;
-            device.kernel(&KernelSpec { module, entry, groups: &groups, immediates, constants: &[] })
+        let immediates = size_of::<[u32; 2]>() as u32;
+        let gather = |constants: &[(&str, f64)]| {
+            let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &MOVED_GROUP, &state];
+            device.kernel(&KernelSpec { module: "imprint_rim_gather", entry: "gather", groups, immediates, constants })
         };
+        let kernel = |[module, entry]: [&str; 2]| {
+            let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &TILES_GROUP, &state];
+            device.kernel(&KernelSpec { module, entry, groups, immediates, constants: &[] })
+        };
+        let [straight, bent] = STRAIGHT_AND_BENT;
+        let bent = bend.then(|| gather(&bent)).transpose()?;
         let kernels = [
-            kernel(["imprint_rim_gather", "gather"])?,
+            gather(&straight)?,
             kernel(["imprint_rim_cells", "find_records"])?,
             kernel(["imprint_rim_cells", "push"])?,
             kernel(["imprint_rim_cells", "list_cells"])?,
@@ -176,7 +186,7 @@ impl DeviceRims {
         ];
         let bound = [own, device.bind_as(&state, &state_of)?];
         let _kept = (pieces, [points, borders], [listed, edges]);
-        Ok(Self { around, rims, told, kernels, bound, listing, places, cells, volumes, room, _kept })
+        Ok(Self { around, rims, told, kernels, bent, bound, listing, places, cells, volumes, room, _kept })
     }
 
     /// Makes room where it is not that much, with so many places at least, and what is bound elsewhere.
@@ -185,13 +195,14 @@ impl DeviceRims {
         device: &Device,
         bound: (&Shared, &DeviceVoxels, &DeviceBlocks, &Buffer<u32>),
         (room, places): (RimRoom, usize),
+        bend: bool,
     ) -> Result<()> {
         if there.as_ref().is_some_and(|rims| rims.room == room && rims.places.len() >= places) {
             return Ok(());
         }
         // What it took is free before more is asked for.
         *there = None;
-        *there = Some(Self::new(device, bound, (room, places))?);
+        *there = Some(Self::new(device, bound, (room, places), bend)?);
         Ok(())
     }
 
@@ -226,11 +237,17 @@ impl DeviceRims {
         &self,
         pass: &mut Pass<'_>,
         culling: &DeviceCull,
-        (surface, tiles): (&DeviceSurface, &DeviceTiles),
+        (surface, moved): (&DeviceSurface, &Moved),
         link: usize,
     ) -> Result<()> {
         culling.cull(pass, &self.around, &self.listing, surface, link)?;
-        self.run(pass, 0, (surface, tiles), link)
+        let kernel = if moved.bent { self.bent.as_ref() } else { Some(&self.kernels[0]) };
+        let kernel = kernel.ok_or_else(|| Error::internal("no kernel for rims of an object with vectors"))?;
+        let [own, state] = &self.bound;
+        let groups = [own, surface.group(), &moved.group, state];
+        let links = step(link..link + 1);
+        let links = bytemuck::bytes_of(&links);
+        pass.run_indirect(kernel, &groups, links, &self.around.arguments, Shared::blocks(link))
     }
 
     /// Records that a rim rises, after the imprint was made.

@@ -36,8 +36,8 @@ pub(crate) struct DeviceObject {
     pub(super) sculpting: Option<DeviceBrush<f16>>,
     pub(super) painting: Option<DeviceColors<Rgba8>>,
     pub(super) half_painting: Option<DeviceColors<Rgba16>>,
-    /// What culls tiles, once there was an imprint, with the displacement that it knows.
-    culling: Option<(DeviceCull, Field)>,
+    /// What culls tiles, once there was an imprint, with the displacement and the vectors that it knows.
+    culling: Option<(DeviceCull, Field, Option<Field<Vector>>)>,
     /// What blocks of tiles that imprints smooth need, once some did.
     pub(super) worked: Option<WorkedTiles>,
     /// Whether it lacks the normals of the pose.
@@ -45,8 +45,7 @@ pub(crate) struct DeviceObject {
 }
 
 impl DisplacedObject {
-    /// Has dabs and imprints made on a graphics device from now on, or on the processor again. What a device does not do
-    /// (imprints into objects with vector displacement), the processor does.
+    /// Has dabs and imprints made on a graphics device from now on, or on the processor again.
     ///
     /// Fails, and changes nothing, where the device has no room for the object.
     pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
@@ -154,11 +153,19 @@ impl DeviceObject {
         start.map_or(Ok(()), |start| follow(&mut self.begun_vectors, start.vectors))
     }
 
-    /// Makes ready for rings of vectors in the frames of `field`.
-    pub(super) fn follow_frames(&mut self, context: &Context, field: &Field<Vector>) -> Result<()> {
-        if !self.turning.as_ref().is_some_and(|ring| ring.is_of(field)) {
-            self.turning = Some(self.ring.framed(context, &self.device, field)?);
-        }
+    /// Makes ready for rings of vectors of `tiles` in the frames of `field`.
+    pub(super) fn follow_frames(
+        &mut self,
+        context: &Context,
+        field: &Field<Vector>,
+        tiles: impl IntoIterator<Item = u32>,
+    ) -> Result<()> {
+        let mut ring = match self.turning.take().filter(|ring| ring.is_of(field)) {
+            Some(ring) => ring,
+            None => self.ring.framed(&self.device, field)?,
+        };
+        ring.turn(context, &self.device, tiles)?;
+        self.turning = Some(ring);
         Ok(())
     }
 
@@ -181,16 +188,23 @@ impl DeviceObject {
 
     /// Makes ready to cull tiles of `object`, whose state this is.
     pub(super) fn prepare_culling(&mut self, object: &DisplacedObject) -> Result<()> {
-        let (device, field) = (&self.device, object.displacement.field());
+        let (device, Ground { heights, vectors }) = (&self.device, object.ground());
         match &mut self.culling {
-            Some((culling, known)) => {
-                culling.update(device, object, &field.differing(known))?;
+            Some((culling, known, bent)) => {
+                let mut changed = heights.differing(known);
+                match (vectors, &*bent) {
+                    (Some(vectors), Some(bent)) => changed.extend(vectors.differing(bent)),
+                    (Some(some), None) => changed.extend(some.allocated()),
+                    (None, Some(some)) => changed.extend(some.allocated()),
+                    (None, None) => {}
+                }
+                culling.update(device, object, &changed)?;
                 if self.posed {
                     culling.pose(device, object)?;
                 }
-                *known = field.clone();
+                (*known, *bent) = (heights.clone(), vectors.cloned());
             }
-            none => *none = Some((DeviceCull::new(device, object)?, field.clone())),
+            none => *none = Some((DeviceCull::new(device, object)?, heights.clone(), vectors.cloned())),
         }
         self.posed = false;
         Ok(())
@@ -198,7 +212,7 @@ impl DeviceObject {
 
     /// What culls its tiles, after [`Self::prepare_culling`].
     pub(super) fn culling(&self) -> Result<&DeviceCull> {
-        let ready = self.culling.as_ref().map(|(culling, _)| culling);
+        let ready = self.culling.as_ref().map(|(culling, ..)| culling);
         ready.ok_or_else(|| Error::internal("an object whose tiles are not ready to be culled"))
     }
 
@@ -210,7 +224,7 @@ impl DeviceObject {
 
     /// Notes that what culls its tiles knows their displacement.
     pub(super) fn settle_culling(&mut self) {
-        if let Some((culling, _)) = &mut self.culling {
+        if let Some((culling, ..)) = &mut self.culling {
             culling.settle();
         }
     }

@@ -7,9 +7,11 @@ use relievo_surface::{Grid as SampleGrid, Order, Placement, Samples};
 
 use super::{Piece, Volumes, check_bytes, rise};
 use crate::cull::{self, CulledTile, VoxelFrame};
+use crate::edit::Window;
+use crate::frame::{Frames, STILL};
 use crate::grid::Grid;
 use crate::imprint::ImprintSettings;
-use crate::knots::{BLOCK_KNOTS, block_edge};
+use crate::knots::{BLOCK_KNOTS, KnotBlock, block_edge};
 use crate::obb::Obb;
 use crate::object::DisplacedObject;
 use crate::raycast::{DentBlock, TileDents};
@@ -152,6 +154,12 @@ impl Piece {
             SampleGrid { size, placement: Placement::Centred, columns: column..column + edge, rows: row..row + edge };
         object.surface().grid(context.level(), tile, &grid, Order::First, samples);
         let mut piece = Self { count: grid.len(), ..Self::EMPTY };
+        let mut way = STILL;
+        if object.ground().vectors(context.level(), &Window::new(tile, size, index), &mut way) {
+            let (mut knots, mut frames) = (KnotBlock::ZERO, Frames::ZERO);
+            knots.evaluate_framed(context.level(), object.surface(), (tile, size, index), &mut frames);
+            frames.to_object(context.level(), &knots.n, &mut way);
+        }
         let old = field.block(tile);
         let dent = dents.and_then(|dents| {
             dents.blocks.binary_search_by_key(&index, |block| block.index).ok().map(|at| &dents.blocks[at])
@@ -169,7 +177,9 @@ impl Piece {
             for axis in 0..3 {
                 piece.p[axis][k] = p[axis];
             }
-            let place = p + cross * (piece.values[k].to_f32() / length.max(f32::MIN_POSITIVE));
+            let place = p
+                + glam::Vec3::new(way[0][k], way[1][k], way[2][k])
+                + cross * (piece.values[k].to_f32() / length.max(f32::MIN_POSITIVE));
             piece.free[k] = length > 0.0 && piece.depth[k] <= 0.0 && !voxels.contains(frame.place(place.to_array()));
         }
         (Place { tile, index, blocks: size / edge, edge: edge as usize }, piece)

@@ -19,8 +19,8 @@ use super::object::{TriangleGround, TriangleObject};
 use super::site::{Element, ElementEdit, values};
 use crate::dab::{Dab, DabReport, no_vectors};
 use crate::device::{
-    DeviceValue, Edit, Kind, OnDevice, Returned, TriangleBrush, TriangleStage, edits_of, on_device, reports_of,
-    smudges_of,
+    DeviceValue, Edit, Kind, OnDevice, Returned, TriangleBrush, TrianglePress, TriangleStage, edits_of, on_device,
+    reports_of, smudges_of,
 };
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
@@ -38,6 +38,8 @@ pub(crate) struct TriangleDevice {
     painting: Option<Tool<Rgba8>>,
     half_painting: Option<Tool<Rgba16>>,
     bending: Option<Tool<Offset>>,
+    /// What imprints need, once there was one.
+    pressing: Option<TrianglePress>,
 }
 
 /// What edits one kind of values, once something did.
@@ -76,7 +78,8 @@ impl OnDevice for TriangleObject {
 }
 
 impl TriangleObject {
-    /// Has dabs made on a graphics device from now on, or on the processor again.
+    /// Has dabs and imprints made on a graphics device from now on, or on the processor again. What a device does not do
+    /// (imprints with rims, and into objects with vector displacement), the processor does.
     ///
     /// Fails, and changes nothing, where the device has no room for the mesh.
     pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
@@ -235,12 +238,18 @@ impl TriangleDevice {
     fn new(device: &Device, surface: &TriangleSurface) -> Result<Self> {
         let mesh = DeviceMesh::new(device, surface)?;
         let (device, painting, half_painting) = (device.clone(), None, None);
-        Ok(Self { device, mesh, sculpting: None, turns: None, painting, half_painting, bending: None })
+        let (sculpting, turns, bending, pressing) = (None, None, None, None);
+        Ok(Self { device, mesh, sculpting, turns, painting, half_painting, bending, pressing })
     }
 
     /// The device that it is on.
     pub fn device(&self) -> &Device {
         &self.device
+    }
+
+    /// What imprints need, and the mesh.
+    pub fn pressing(&mut self) -> (&mut Option<TrianglePress>, &DeviceMesh) {
+        (&mut self.pressing, &self.mesh)
     }
 
     fn sculpt(

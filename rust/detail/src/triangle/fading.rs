@@ -44,6 +44,7 @@ impl<T: Absorb> LayerDecay<TriangleChannel<T>> for TriangleDecay<T> {
         TriangleDecay::oldest(self)
     }
 
+    #[inline(never)]
     fn stamp(
         &mut self,
         context: &Context,
@@ -58,6 +59,7 @@ impl<T: Absorb> LayerDecay<TriangleChannel<T>> for TriangleDecay<T> {
         Ok(TriangleDecay::fade(self, context, channel, time)?.changed)
     }
 
+    #[inline(never)]
     fn bring(
         &mut self,
         context: &Context,
@@ -96,6 +98,7 @@ impl<T: Absorb> LayerDecay<TriangleChannel<T>> for TriangleDecay<T> {
         Arc::new(TriangleDecay::blocks(self))
     }
 
+    #[inline(never)]
     fn stored(
         context: &Context,
         document: &Document,

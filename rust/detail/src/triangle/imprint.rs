@@ -11,18 +11,22 @@ use relievo_core::{Context, Result};
 use relievo_tiles::triangle::TriangleField;
 
 use super::dab::{is_kept, write};
+use super::device_imprint::{Known, is_for_device};
 use super::object::{TriangleGround, TriangleObject, field_length};
 use super::site::{Element, ElementEdit, Run, values};
 use super::{rim, smoothing, traces};
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
+use crate::device::{MOST_LINKS, TriangleCast};
 use crate::frame::STILL;
+use crate::grid::Grid;
 use crate::hierarchy::Region;
 use crate::imprint::{ImprintSettings, Imprinter, Moment, Pressed, Report, grid_over};
 use crate::knots::{BLOCK_KNOTS, KnotBlock};
 use crate::motion::Motion;
 use crate::obb::Obb;
 use crate::raycast::{Limits, Scratch, TileDents, cast_block};
+use crate::rim::Volumes;
 use crate::voxel::Voxels;
 
 impl Imprinter {
@@ -55,7 +59,43 @@ impl Imprinter {
     ) -> Result<Report> {
         settings.check()?;
         object.renew_vectors(context);
-        self.sweep_over(context, object, collider, motion, settings, moment)
+        object.measure();
+        if let Some(traces) = &object.traces {
+            traces::check(object.displacement.field(), traces.field())?;
+        }
+        let start = (settings.depth_limit < Self::NO_LIMIT).then(|| object.displacement().field().clone());
+        let count = motion.sub_steps().min(settings.sub_steps);
+        let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
+        let at = |step: u32| {
+            let pose = motion.at(f64::from(step + 1) / f64::from(count));
+            (pose, Moment { step: moment.step + step, ..moment })
+        };
+        let (mut done, mut most) = (0, MOST_LINKS);
+        while done < count {
+            let together = motion.is_rigid() && settings.smoothing <= 0.0 && is_for_device(object, settings);
+            let wanted = if together { most.min((count - done) as usize) } else { 1 };
+            let steps: Vec<_> = (done..done + wanted as u32).map(at).collect();
+            let start = start.as_ref();
+            let made = context.within(|| match &steps[..] {
+                [_, _, ..] => {
+                    self.press_triangles_together(context, object, collider, settings, &steps, start, &mut report)
+                }
+                _ => Ok(0),
+            })?;
+            // What ends a submission early is soon met again.
+            most = if made < wanted { made.max(1) } else { (2 * most).min(MOST_LINKS) };
+            done += made as u32;
+            if let (0, Some((pose, moment))) = (made, steps.first()) {
+                collider.set_pose(context, pose)?;
+                let step = || self.step_triangles(context, object, collider, settings, *moment, start);
+                let one = context.within(step)?;
+                report.merge(&one);
+                one.give_back(context);
+                done += 1;
+                most = if wanted == 1 { 2 } else { 1 };
+            }
+        }
+        Ok(report)
     }
 
     fn step_triangles(
@@ -77,72 +117,122 @@ impl Imprinter {
         };
         report.voxel_diagonal = grid.diagonal();
         let before = start.map(|heights| TriangleGround { heights, vectors: None });
+        match self.cast_triangles_on_device(context, object, collider, start, &grid, settings) {
+            Some((cast, mut known)) => {
+                self.finish_triangles_there(context, object, &cast, &mut known, settings, &mut report)?;
+            }
+            None => {
+                let (faces, mut edits) =
+                    self.cast_triangles_here(context, object, collider, start, &grid, settings, &mut report)?;
+                if faces.is_empty() {
+                    return Ok(report);
+                }
+                let mut volumes = Vec::new();
+                if settings.rim > 0.0 {
+                    let _stage = stats.begin("imprint.rim");
+                    volumes = rim::raise(context, object, before, &mut edits, &self.voxels, settings)?;
+                }
+                let tested = finish_triangles(context, object, (&faces, edits, &volumes), settings, &mut report)?;
+                [report.tested_tiles, report.tested_coefficients] = tested;
+            }
+        }
+        Ok(report)
+    }
+
+    /// Writes what the rays of a device found, by what is `known` of its blocks.
+    pub(super) fn finish_triangles_there(
+        &mut self,
+        context: &Context,
+        object: &mut TriangleObject,
+        cast: &TriangleCast,
+        known: &mut Known,
+        settings: &ImprintSettings,
+        report: &mut Report,
+    ) -> Result<()> {
+        report.triangles = cast.triangles;
+        report.clamped = cast.clamped;
+        [report.tested_tiles, report.tested_coefficients] = [cast.faces, cast.tested];
+        let mut faces: Vec<u32> = cast.pressed.iter().map(|piece| piece.face).collect();
+        faces.dedup();
+        if faces.is_empty() {
+            return Ok(());
+        }
+        let edits = known.edits(object.displacement.field(), &cast.pressed);
+        finish_triangles(context, object, (&faces, edits, &[]), settings, report).map(drop)
+    }
+
+    /// Culls, voxelises and casts rays on the processor. Returns the faces that were looked at and what changes.
+    #[allow(clippy::too_many_arguments)]
+    fn cast_triangles_here(
+        &mut self,
+        context: &Context,
+        object: &TriangleObject,
+        collider: &Collider,
+        start: Option<&TriangleField>,
+        grid: &Grid,
+        settings: &ImprintSettings,
+        report: &mut Report,
+    ) -> Result<(Vec<u32>, Vec<ElementEdit<f16>>)> {
+        let stats = context.stats();
+        let before = start.map(|heights| TriangleGround { heights, vectors: None });
         let faces = stats.time("imprint.cull", || object.faces_near(context, &grid.obb, before));
         if faces.is_empty() {
-            return Ok(report);
+            return Ok((faces, Vec::new()));
         }
         {
             let mut stage = stats.begin("imprint.voxelise");
-            report.triangles = collider.voxelise(context, &grid, &mut self.voxels)? as u64;
+            report.triangles = collider.voxelise(context, grid, &mut self.voxels)? as u64;
             stage.count("triangles", report.triangles);
         }
-        let mut edits = {
-            let mut stage = stats.begin("imprint.raycast");
-            let (edits, clamped) = cast(context, object, start, &faces, &self.voxels, settings);
-            report.clamped = clamped;
-            stage.count("changed", edits.iter().map(|edit| edit.count).sum());
-            edits
-        };
-        let mut volumes = Vec::new();
-        if settings.rim > 0.0 {
-            let _stage = stats.begin("imprint.rim");
-            volumes = rim::raise(context, object, before, &mut edits, &self.voxels, settings)?;
-        }
-        let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
-        object.widen(edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
-        let before = object.displacement.field().clone();
-        let finest = before.pattern();
-        let (done, shown) = write(context, &mut object.displacement, finest, &faces, edits, false)?;
-        object.touch(&shown);
-        // What the budget refused moved nothing.
-        let kept = |element: Element| is_kept(object.displacement.field(), &done.refused, element, finest);
-        report.volumes = volumes.iter().filter(|(element, _)| kept(*element)).map(|(_, volumes)| *volumes).sum();
-        let mut refused = done.refused;
-        if let Some(traces) = &mut object.traces {
-            let fields = [&before, object.displacement.field()];
-            refused.extend(traces::record(context, fields, traces, &shown, object.time)?);
-            refused.sort_unstable();
-            refused.dedup();
-        }
-        if settings.smoothing > 0.0 {
-            let _stage = stats.begin("imprint.smooth");
-            let shown = smoothing::smooth(context, &mut object.displacement, &before, &shown, settings)?;
-            object.touch(&shown);
-        }
-        report.tested_tiles = done.tested_tiles;
-        report.tested_coefficients = done.tested_texels;
-        report.changed = done.changed;
-        report.changed_coefficients = done.changed_texels;
-        report.allocated = done.allocated;
-        report.refused = refused;
-        report.bytes = done.bytes;
-        Ok(report)
+        let mut stage = stats.begin("imprint.raycast");
+        let (edits, clamped) = cast(context, object, start, &faces, &self.voxels, settings);
+        report.clamped = clamped;
+        stage.count("changed", edits.iter().map(|edit| edit.count).sum());
+        Ok((faces, edits))
     }
 }
 
-impl Pressed for TriangleObject {
-    type Heights = TriangleField;
-
-    fn start(&self) -> TriangleField {
-        self.displacement().field().clone()
+/// Writes what rays changed in and around `faces`, and the volumes by element where a rim rose. Returns how many faces and
+/// values these are.
+fn finish_triangles(
+    context: &Context,
+    object: &mut TriangleObject,
+    (faces, edits, volumes): (&[u32], Vec<ElementEdit<f16>>, &[(Element, Volumes)]),
+    settings: &ImprintSettings,
+    report: &mut Report,
+) -> Result<[u64; 2]> {
+    let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
+    object.widen(edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
+    let before = object.displacement.field().clone();
+    let finest = before.pattern();
+    let (done, shown) = write(context, &mut object.displacement, finest, faces, edits, false)?;
+    object.touch(&shown);
+    // What the budget refused moved nothing.
+    let kept = |element: Element| is_kept(object.displacement.field(), &done.refused, element, finest);
+    report.volumes = volumes.iter().filter(|(element, _)| kept(*element)).map(|(_, volumes)| *volumes).sum();
+    let mut refused = done.refused;
+    if let Some(traces) = &mut object.traces {
+        let fields = [&before, object.displacement.field()];
+        refused.extend(traces::record(context, fields, traces, &shown, object.time)?);
+        refused.sort_unstable();
+        refused.dedup();
     }
+    if settings.smoothing > 0.0 {
+        let _stage = context.stats().begin("imprint.smooth");
+        let shown = smoothing::smooth(context, &mut object.displacement, &before, &shown, settings)?;
+        object.touch(&shown);
+    }
+    report.changed = done.changed;
+    report.changed_coefficients = done.changed_texels;
+    report.allocated = done.allocated;
+    report.refused = refused;
+    report.bytes = done.bytes;
+    Ok([done.tested_tiles, done.tested_texels])
+}
 
+impl Pressed for TriangleObject {
     fn transform(&self) -> &DAffine3 {
         TriangleObject::transform(self)
-    }
-
-    fn measure(&mut self) {
-        TriangleObject::measure(self);
     }
 
     fn reach(&mut self) -> [f32; 2] {
@@ -159,18 +249,6 @@ impl Pressed for TriangleObject {
 
     fn facing(&mut self, context: &Context, obb: &Obb, range: [f64; 2]) -> DVec3 {
         self.faces_in(context, obb, range).map_or(DVec3::ZERO, |(_, facing)| facing)
-    }
-
-    fn press(
-        &mut self,
-        context: &Context,
-        imprinter: &mut Imprinter,
-        collider: &Collider,
-        settings: &ImprintSettings,
-        moment: Moment,
-        start: Option<&TriangleField>,
-    ) -> Result<Report> {
-        imprinter.step_triangles(context, self, collider, settings, moment, start)
     }
 }
 

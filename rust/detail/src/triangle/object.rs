@@ -616,7 +616,7 @@ pub(super) fn field_length(field: &TriangleField<Offset>, face: u32) -> f32 {
 }
 
 /// The least and the largest value in and around a face, 0 between them.
-pub(super) fn field_range(field: &TriangleField, face: u32) -> [f32; 2] {
+pub(crate) fn field_range(field: &TriangleField, face: u32) -> [f32; 2] {
     let topology = field.topology();
     let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
     let corners = topology.face(face).map(|vertex| field.vertex(vertex));

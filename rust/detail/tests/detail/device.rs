@@ -332,11 +332,11 @@ fn smears_over_objects_and_with_mirror_images_are_as_few_submissions_as_their_or
         object
     };
     let smear = Action::Paint { mode: PaintMode::Smear, color: [0.0; 4] };
-    // Of the 11 dabs 4 reach both sheets where these meet, and others one.
+    // Of the 11 dabs 4 reach both sheets where these meet, and others one. None reaches the third.
     for (count, symmetry, dabs, submissions) in
-        [(1, Switch::ON, 22, 1), (2, Switch::OFF, 11, 2 + 2 * 4), (2, Switch::ON, 22, 2 + 2 * 8)]
+        [(1, Switch::ON, 22, 1), (3, Switch::OFF, 11, 2 + 2 * 4), (2, Switch::ON, 22, 2 + 2 * 8)]
     {
-        let [mut here, mut there] = [0, 1].map(|_| [make(0.0), make(4.0)]);
+        let [mut here, mut there] = [0, 1].map(|_| [make(0.0), make(4.0), make(8.0)]);
         for object in &mut there {
             object.use_device(Some(&device)).unwrap();
         }
@@ -345,17 +345,14 @@ fn smears_over_objects_and_with_mirror_images_are_as_few_submissions_as_their_or
         let points = ends.map(|x| StrokePoint::new(DVec3::new(x, 0.3, 0.0), 1.0)).to_vec();
         let settings = StrokeSettings { radius: 0.5, spacing: 0.5, symmetry_y: symmetry, ..StrokeSettings::default() };
         let stroke = Stroke::new(points, settings, Falloff::Smooth, smear);
-        let all = |objects: &mut [DisplacedObject; 2]| {
-            let [a, b] = objects;
-            let mut objects = [a, b];
-            stroke.apply_all(&context, &mut objects[..count]).unwrap()
-        };
+        let all =
+            |objects: &mut [DisplacedObject; 3]| stroke.apply_all(&context, &mut objects.each_mut()[..count]).unwrap();
         let expected = all(&mut here);
         context.stats().take();
         let found = all(&mut there);
         let made = context.stats().take().iter().filter(|event| event.stage == "dab.device").count();
         for (index, (found, expected)) in found.iter().zip(&expected).enumerate() {
-            assert!(expected.report.changed_texels > 100, "{expected:?}");
+            assert!(expected.report.changed_texels > 100 || index == 2, "{expected:?}");
             assert_eq!((found.dabs, &found.report.changed), (expected.dabs, &expected.report.changed));
             assert_eq!(found.report.bytes, there[index].paint().unwrap().bytes());
             let apart = color_difference(&here[index], &there[index]);

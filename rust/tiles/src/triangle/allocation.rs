@@ -46,6 +46,7 @@ impl<T: Texel> TriangleChannel<T> {
     ///
     /// Fails, and does nothing, if a face does not exist, the pattern is not the finest, half or a quarter of it, or a
     /// page cannot be read.
+    #[inline(never)]
     pub fn apply(&mut self, context: &Context, pattern: Pattern, sets: &TriangleSets) -> Result<Vec<u32>> {
         let finest = self.field.pattern().segments();
         if ![1, 2, 4].iter().any(|part| pattern.segments() * part == finest) {
@@ -66,6 +67,7 @@ impl<T: Texel> TriangleChannel<T> {
         Ok(refused)
     }
 
+    #[inline(never)]
     pub(super) fn deallocate(&mut self, faces: &[u32]) {
         let topology = self.field.topology().clone();
         let mut freed = Vec::new();
@@ -99,6 +101,7 @@ impl<T: Texel> TriangleChannel<T> {
         }
     }
 
+    #[inline(never)]
     fn allocate(&mut self, context: &Context, pattern: Pattern, sets: &TriangleSets) -> Vec<u32> {
         let coarser = |own: Option<Pattern>| own.is_none_or(|own| own < pattern);
         let mut faces: Vec<u32> =
@@ -222,6 +225,7 @@ impl<T: Texel> TriangleChannel<T> {
 
     /// As [`Self::mend`], whatever the budget says, around `blocks` that were put back: what was there beside them then
     /// may have been given back since.
+    #[inline(never)]
     pub(super) fn mend_around(&mut self, context: &Context, blocks: &[u32]) -> Result<()> {
         let topology = self.field.topology();
         let change = TriangleBlock::change(topology, blocks.iter().copied());
@@ -267,6 +271,7 @@ impl<T: Texel> TriangleChannel<T> {
     }
 
     /// Gives edges blocks of other patterns than they have. Returns whether the budget allowed all.
+    #[inline(never)]
     pub(super) fn set_edges(&mut self, context: &Context, edges: &[(u32, Pattern)]) -> bool {
         let class = |pattern: Pattern| TriangleClass { face: false, pattern };
         let field = &self.field;
@@ -302,6 +307,7 @@ impl<T: Texel> TriangleChannel<T> {
     /// and inside are blank, and whose edges are blank or have another face with a block. Returns the faces, ascending.
     ///
     /// Fails, and changes nothing, if a face does not exist.
+    #[inline(never)]
     pub fn reclaim(&mut self, context: &Context, faces: &[u32]) -> Result<Vec<u32>> {
         let topology = self.field.topology().clone();
         let blank = self.field.blank();

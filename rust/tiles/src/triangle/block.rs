@@ -102,6 +102,7 @@ impl<T: Texel> TriangleChannel<T> {
     ///
     /// Fails, and changes nothing, if there is no such block, the length is not that of one of the patterns, a number
     /// is not finite, or the budget does not allow it.
+    #[inline(never)]
     pub fn write_block(&mut self, number: u32, bytes: Option<&[u8]>) -> Result<()> {
         let topology = self.field().topology().clone();
         let block = TriangleBlock::of(&topology, number).ok_or_else(|| missing(number))?;

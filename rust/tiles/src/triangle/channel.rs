@@ -57,6 +57,7 @@ pub struct TriangleChannel<T = f16> {
 }
 
 impl<T: Texel> Clone for TriangleChannel<T> {
+    #[inline(never)]
     fn clone(&self) -> Self {
         let mut copy = Self {
             field: self.field.clone(),
@@ -89,6 +90,7 @@ impl<T: ColorTexel> TriangleChannel<T> {
 impl<T: Texel> TriangleChannel<T> {
     /// A channel that reads as `blank` everywhere. Fails if the segments are none of those allowed or the budget does
     /// not hold the vertices.
+    #[inline(never)]
     pub fn blank(topology: Arc<TriangleTopology>, blank: T, options: &TriangleOptions) -> Result<Self> {
         let pattern = Pattern::new(options.segments)?;
         if !Pattern::SIZES.contains(&options.segments) {
@@ -143,6 +145,7 @@ impl<T: Texel> TriangleChannel<T> {
     }
 
     /// Changes the budget. Blocks stay, even beyond it, unless they page: see [`Self::page_to`].
+    #[inline(never)]
     pub fn set_budget(&mut self, budget: u64) {
         self.heap.set_budget(budget.saturating_sub(self.vertex_bytes()));
         self.trim();
@@ -152,6 +155,7 @@ impl<T: Texel> TriangleChannel<T> {
     ///
     /// Fails, and changes nothing, if an element does not exist or is listed out of order, has no block or one of
     /// another length, a number is not finite, or a page cannot be read.
+    #[inline(never)]
     pub fn write(&mut self, values: TriangleValues<T>) -> Result<()> {
         check(&values.faces, &self.field.faces, self.field.topology().face_count(), "face")?;
         check(&values.edges, &self.field.edges, self.field.topology().edge_count(), "edge")?;

@@ -51,6 +51,7 @@ fn over<T: Layered>(
 impl<T: Layered> TriangleChannel<T> {
     /// A channel over the mesh of `field` with `segments` an edge, without blocks, that pages as that of `field` does.
     /// Fails as [`TriangleChannel::blank`] does.
+    #[inline(never)]
     pub fn sized(field: &TriangleField<T>, segments: u32, blank: T, budget: u64) -> Result<Self> {
         let mut channel = Self::blank(field.topology().clone(), blank, &TriangleOptions { segments, budget })?;
         channel.page_to(field.pager.as_ref().map(|pager| pager.store.clone()))?;
@@ -62,6 +63,7 @@ impl<T: Layered> TriangleChannel<T> {
     /// faces that the budget refused.
     ///
     /// Fails if a sheet has more segments than the composite.
+    #[inline(never)]
     pub fn compose(
         &mut self,
         context: &Context,
@@ -162,6 +164,7 @@ impl<T: Layered> TriangleChannel<T> {
 
     /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them.
     /// Readers that follow this channel follow it on. Returns faces that the budget refused too.
+    #[inline(never)]
     pub fn recomposed(
         &self,
         context: &Context,
@@ -182,6 +185,7 @@ impl<T: Layered> TriangleChannel<T> {
     }
 
     /// Takes the place of `before`: what differs counts as changed.
+    #[inline(never)]
     pub fn follow(&mut self, before: &Self) {
         self.revision = self.revision.max(before.revision) + 1;
         let topology = self.field.topology().clone();

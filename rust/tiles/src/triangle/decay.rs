@@ -240,6 +240,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
     }
 
     /// Follows a channel that is `field`: to other segments, and where faces have become coarser or were given back.
+    #[inline(never)]
     fn follow(&mut self, context: &Context, field: &TriangleField<T>) -> Result<()> {
         let segments = field.pattern().segments();
         if segments != self.stamps.field().pattern().segments() {
@@ -301,6 +302,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
 
     /// Stamps with `time` all values in which `channel` now differs from `before`. Returns the faces, ascending, that
     /// the budget refused; what was edited there stays.
+    #[inline(never)]
     pub fn stamp(
         &mut self,
         context: &Context,
@@ -379,6 +381,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
     }
 
     /// What a device says is left of `elements` that fade; nothing where the processor is to.
+    #[inline(never)]
     fn evaluate(&mut self, context: &Context, elements: &[Element], blank: T, time: f64) -> Left<T> {
         if !self.fader.is_on_device() {
             return Left::default();
@@ -414,6 +417,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
     }
 
     /// What is left of elements at `time` where something has faded.
+    #[inline(never)]
     fn faded(&mut self, context: &Context, field: &TriangleField<T>, time: f64) -> Vec<Stamped<T>> {
         let mut held = TriangleBlock::change(&self.topology(), self.stamps.field().blocks());
         held.vertices.retain(|vertex| !self.stamps.field().vertex(*vertex).is_none());
@@ -450,6 +454,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
 
     /// Brings the values of `channel` to what is left of them at `time`, which never goes back. Returns the faces that
     /// look different, and those that were given back.
+    #[inline(never)]
     pub fn fade(&mut self, context: &Context, channel: &mut TriangleChannel<T>, time: f64) -> Result<Faded> {
         let topology = self.topology();
         self.follow(context, channel.field())?;
@@ -491,6 +496,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
     /// As [`Self::fade`] without giving anything back, so that stamps stay what they are: after stamps, and the blocks
     /// `restored` of the channel, were put back, which may be those of another time. Returns the faces that look
     /// different.
+    #[inline(never)]
     pub fn bring(
         &mut self,
         context: &Context,
@@ -520,6 +526,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
         Ok(shown)
     }
 
+    #[inline(never)]
     fn deallocate(&mut self, context: &Context, faces: &[u32]) -> Result<()> {
         let sets = TriangleSets { deallocate: faces.to_vec(), ..Default::default() };
         let pattern = self.stamps.field().pattern();
@@ -549,6 +556,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
 
     /// Puts back what [`Self::read`] gave. Fails if there is no such block, the bytes are not those of one, a number is
     /// not finite, or the budget does not allow it.
+    #[inline(never)]
     pub fn write(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()> {
         let each = size_of::<T>() + size_of::<Stamp>();
         if let Some(bytes) = bytes.filter(|bytes| bytes.len() % each != 0) {
@@ -566,6 +574,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
     }
 
     /// As [`Self::write`], whatever the budget says.
+    #[inline(never)]
     pub fn restore(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()> {
         let budgets = (self.edited.budget(), self.stamps.budget());
         self.edited.set_budget(u64::MAX);
@@ -591,6 +600,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
     /// The stamps that `document` has as the layer called `name`, for a channel that is `field` now, in `budget` bytes.
     ///
     /// Fails if there is no such layer of these values, it is damaged, or `budget` is too small.
+    #[inline(never)]
     pub fn stored(
         context: &Context,
         document: &Document,

@@ -60,6 +60,7 @@ impl<T: Texel> TriangleChannel<T> {
     /// Makes `faces` and their corners blank and gives their blocks back, with the edges that no other face uses.
     ///
     /// Fails, and changes nothing, if a face does not exist.
+    #[inline(never)]
     pub fn lose_faces(&mut self, faces: &[u32]) -> Result<()> {
         self.check_faces(faces)?;
         self.revision += 1;
@@ -68,6 +69,7 @@ impl<T: Texel> TriangleChannel<T> {
     }
 
     /// As [`Self::lose_faces`], but only those that [`Self::set_expendable`] named and that were not edited since.
+    #[inline(never)]
     pub fn lose_expendable(&mut self, faces: &[u32]) -> Result<()> {
         let named =
             |face: &u32| self.expendable.iter().any(|named| named.face == *face && named.is_untouched(&self.field));

@@ -22,6 +22,7 @@ impl<T: Texel> TriangleChannel<T> {
     /// whatever the budget is. Composites that are made of this channel page to the same store.
     ///
     /// Fails if blocks cannot be read back.
+    #[inline(never)]
     pub fn page_to(&mut self, store: Option<Arc<dyn PageStore>>) -> Result<()> {
         self.paged().into_iter().try_for_each(|block| self.bring_back(block))?;
         self.paging = Paging::default();
@@ -140,6 +141,7 @@ impl<T: Texel> TriangleChannel<T> {
     }
 
     /// Pages for itself, after it was copied from another channel.
+    #[inline(never)]
     pub(super) fn fork(&mut self) {
         let Some(pager) = self.field.pager.as_ref().map(|pager| pager.fork()) else { return };
         self.field.pager = Some(pager);

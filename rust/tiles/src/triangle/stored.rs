@@ -123,6 +123,7 @@ impl<T: StoredTexel> TriangleChannel<T> {
     /// there is no such layer. Where a damaged document lost edges of faces, they read as what they are between.
     ///
     /// Fails if the document is for another mesh, the layer is of another kind or damaged, or `budget` is too small.
+    #[inline(never)]
     pub fn stored(
         context: &Context,
         topology: Arc<TriangleTopology>,
@@ -179,6 +180,7 @@ impl<T: StoredTexel> TriangleChannel<T> {
 
 impl<T: Texel> TriangleChannel<T> {
     /// The blocks of `before` that this channel can have too are put into it.
+    #[inline(never)]
     pub fn keep(&mut self, before: &TriangleField<T>) -> Result<()> {
         let pattern = self.field().pattern();
         let fits = |own: Option<Pattern>| own.is_none_or(|own| own <= pattern && own >= pattern.coarser(2));
@@ -199,6 +201,7 @@ impl<T: Texel> TriangleChannel<T> {
 
     /// Changes the segments that an edge has at its finest. Blocks that had more than that, or less than a quarter of
     /// it, go. Fails, and changes nothing, if the segments are none of those allowed, or a page cannot be read.
+    #[inline(never)]
     pub fn set_segments(&mut self, segments: u32) -> Result<()> {
         if segments == self.field().pattern().segments() {
             return Ok(());

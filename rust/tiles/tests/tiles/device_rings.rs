@@ -172,7 +172,8 @@ fn rings_of_vectors_are_those_of_the_processor() {
         let even = options.face_sizes.is_empty();
         let framed = |ring: DeviceRing, vectors: &VectorDisplacement| {
             assert!(!ring.is_of(vectors.field()));
-            let ring = ring.framed(&context, &device, vectors.field()).unwrap();
+            let mut ring = ring.framed(&device, vectors.field()).unwrap();
+            ring.turn(&context, &device, 0..vectors.field().tile_count() as u32).unwrap();
             assert!(ring.is_of(vectors.field()));
             ring
         };

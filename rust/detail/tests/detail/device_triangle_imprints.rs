@@ -1,0 +1,267 @@
+//! Imprints on triangle meshes of a graphics device, which are those of the processor.
+
+use glam::{DAffine3, DQuat, DVec3};
+use half::f16;
+use relievo_core::{Context, ErrorKind};
+use relievo_detail::{
+    Action, Collider, ImprintSettings, Imprinter, Moment, Motion, Pose, Report, SculptMode, StrokeSettings,
+    TriangleObject,
+};
+use relievo_testing::device;
+use relievo_tiles::triangle::TriangleChannel;
+
+use crate::device_imprints::ball;
+use crate::device_triangles::{object, pairs, stroke};
+
+fn settings() -> ImprintSettings {
+    ImprintSettings { voxels: 1 << 18, max_displacement: 0.6, ..ImprintSettings::default() }
+}
+
+/// Half floats in order, so that neighbours are one apart.
+fn order(half: f16) -> i32 {
+    let bits = i32::from(half.to_bits());
+    if bits & 0x8000 == 0 { bits } else { 0x8000 - bits }
+}
+
+/// Values that are more than one half float apart, and those that are displaced. What is allocated is the same.
+fn difference(a: &TriangleObject, b: &TriangleObject) -> (usize, usize) {
+    let pairs = pairs(a.displacement().field(), b.displacement().field());
+    let all = pairs.into_iter().flat_map(|(a, b)| a.iter().zip(b));
+    let count = |(apart, moved): (usize, usize), (a, b): (&f16, &f16)| {
+        (apart + usize::from((order(*a) - order(*b)).abs() > 1), moved + usize::from(*a != f16::ZERO))
+    };
+    all.fold((0, 0), count)
+}
+
+/// A ball on its way over the mesh, in the world of the object.
+fn place(object: &TriangleObject, step: u32) -> DAffine3 {
+    let local = DVec3::new(1.3 + 0.4 * f64::from(step), 1.9 + 0.3 * f64::from(step), 0.3);
+    let turn = DQuat::from_rotation_x(0.2 * f64::from(step));
+    DAffine3::from_rotation_translation(turn, object.transform().transform_point3(local))
+}
+
+/// Presses `collider` in at some places and returns what it did.
+fn press(
+    context: &Context,
+    object: &mut TriangleObject,
+    collider: &mut Collider,
+    settings: &ImprintSettings,
+) -> Report {
+    let (mut imprinter, mut report) = (Imprinter::new(), Report::default());
+    for frame in 0..4 {
+        collider.set_transform(place(object, frame)).unwrap();
+        let moment = Moment { frame: u64::from(frame), ..Moment::default() };
+        report.merge(imprinter.imprint_triangles(context, object, collider, settings, moment, None).unwrap());
+    }
+    report
+}
+
+/// Fails unless both did the same, but for a few rays that graze voxels.
+fn agree(found: &Report, expected: &Report) {
+    assert_eq!((&found.changed, &found.refused), (&expected.changed, &expected.refused));
+    assert_eq!((found.allocated, found.bytes), (expected.allocated, expected.bytes));
+    let apart = found.changed_coefficients.abs_diff(expected.changed_coefficients);
+    assert!(apart * 1000 <= expected.changed_coefficients, "{found:?} {expected:?}");
+}
+
+#[test]
+fn imprints_of_a_device_on_triangles_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let limited = ImprintSettings { share: 0.7, depth_limit: 0.2, smoothing: 0.4, ..settings() };
+    let rimmed = ImprintSettings { rim: 0.4, rim_width: 0.2, ..settings() };
+    let (mut apart, mut moved) = (0, 0);
+    for (segments, settings, submissions) in
+        [(8, settings(), 4), (16, limited, 4), (32, settings(), 4), (64, settings(), 4), (16, rimmed, 0)]
+    {
+        let [mut here, mut there] = [object(&context, segments), object(&context, segments)];
+        there.use_device(Some(&device)).unwrap();
+        let mut collider = ball(&context, 0.7);
+        let expected = press(&context, &mut here, &mut collider, &settings);
+        context.stats().take();
+        let found = press(&context, &mut there, &mut collider, &settings);
+        let stages = context.stats().take();
+        // A rim looks at the processor's voxels.
+        assert_eq!(
+            stages.iter().filter(|event| event.stage == "imprint.device.submit").count(),
+            submissions,
+            "{segments}"
+        );
+        assert!(there.take_device_fault().is_none());
+        agree(&found, &expected);
+        let (differ, count) = difference(&here, &there);
+        println!("{segments} segments: {differ} of {count} values are more than one half apart");
+        assert!(count > 10 * segments as usize, "{count}");
+        (apart, moved) = (apart + differ, moved + count);
+    }
+    assert!(moved > 3_000 && apart * 10_000 < moved, "{apart} of {moved}");
+}
+
+#[test]
+fn posed_meshes_deforming_colliders_and_open_ones_too() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let [mut here, mut there] = [object(&context, 16), object(&context, 16)];
+    there.use_device(Some(&device)).unwrap();
+    let points = here.surface().points().to_vec();
+    for object in [&mut here, &mut there] {
+        let mut imprinter = Imprinter::new();
+        let mut collider = ball(&context, 0.7);
+        let rest = collider.points().to_vec();
+        let open: Vec<_> = collider.triangles()[100..].to_vec();
+        let mut sheet = Collider::new(&context, rest.clone(), open, DAffine3::IDENTITY).unwrap();
+        for frame in 0..3 {
+            let lift = 0.05 * frame as f32;
+            let posed: Vec<_> = points.iter().map(|p| [p[0], p[1] * (1.0 + lift), p[2] + lift * p[0]]).collect();
+            object.pose(&context, &posed).unwrap();
+            let stretched: Vec<_> = rest.iter().map(|p| [p[0], p[1] * (1.0 + lift), p[2]]).collect();
+            for collider in [&mut collider, &mut sheet] {
+                collider.set_points(&context, &stretched).unwrap();
+                collider.set_transform(place(object, frame)).unwrap();
+                let moment = Moment { frame: u64::from(frame), ..Moment::default() };
+                imprinter.imprint_triangles(&context, object, collider, &settings(), moment, None).unwrap();
+            }
+        }
+    }
+    assert!(there.take_device_fault().is_none());
+    let (apart, moved) = difference(&here, &there);
+    println!("{apart} of {moved} values are more than one half apart");
+    assert!(moved > 400 && apart * 10_000 < moved, "{apart} of {moved}");
+}
+
+#[test]
+fn more_values_than_there_is_room_for_at_first_are_done_again_and_budgets_refuse_the_same() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    for budget in [1 << 30, 60_000] {
+        let [mut here, mut there] = [0, 1].map(|_| object(&context, 64));
+        let mut collider = ball(&context, 8.0);
+        let low = here.transform().transform_point3(DVec3::new(2.5, 2.5, 4.2));
+        collider.set_transform(DAffine3::from_translation(low)).unwrap();
+        there.use_device(Some(&device)).unwrap();
+        let press = |object: &mut TriangleObject| {
+            object.displacement_mut().set_budget(budget);
+            Imprinter::new()
+                .imprint_triangles(&context, object, &collider, &settings(), Moment::default(), None)
+                .unwrap()
+        };
+        let (expected, found) = (press(&mut here), press(&mut there));
+        assert!(there.take_device_fault().is_none());
+        agree(&found, &expected);
+        assert_eq!(expected.refused.is_empty(), budget > 60_000, "{expected:?}");
+        // 512 pieces of 256 values are the room at first.
+        assert_eq!(context.stats().take().iter().filter(|event| event.stage == "imprint.device.submit").count(), 2);
+        let (apart, moved) = difference(&here, &there);
+        println!("{apart} of {moved} values are more than one half apart");
+        assert!(apart * 10_000 <= moved, "{apart} of {moved}");
+    }
+}
+
+#[test]
+fn sweeps_of_a_device_over_triangles_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let limited = ImprintSettings { depth_limit: 0.15, ..settings() };
+    let (mut apart, mut moved) = (0, 0);
+    for (settings, segments) in [(settings(), 16), (limited, 16), (settings(), 32), (settings(), 8)] {
+        let [mut here, mut there] = [0, 1].map(|_| object(&context, segments));
+        there.use_device(Some(&device)).unwrap();
+        for object in [&mut here, &mut there] {
+            let traces = TriangleChannel::of(object.displacement().field(), 1 << 30).unwrap();
+            object.set_traces(traces).unwrap();
+        }
+        let sweep = |object: &mut TriangleObject| {
+            let mut collider = ball(&context, 0.7);
+            let [from, to] = [0, 4].map(|step| Pose::rigid(place(object, step)));
+            let motion = Motion::new(&collider, from, to).unwrap();
+            let moment = Moment::default();
+            Imprinter::new().sweep_triangles(&context, object, &mut collider, &motion, &settings, moment).unwrap()
+        };
+        let expected = sweep(&mut here);
+        context.stats().take();
+        let found = sweep(&mut there);
+        assert!(there.take_device_fault().is_none() && expected.sub_steps > 4, "{expected:?}");
+        assert_eq!(found.sub_steps, expected.sub_steps);
+        // Each starts from what those before it left, also inside triangles that have no block.
+        let submitted = context.stats().take().iter().filter(|event| event.stage == "imprint.device.submit").count();
+        println!("{submitted} submissions of {} imprints", found.sub_steps);
+        assert!(2 * submitted as u64 <= found.sub_steps, "{submitted} of {}", found.sub_steps);
+        agree(&found, &expected);
+        let [traced, traced_there] = [&here, &there].map(|object| object.traces().unwrap().field());
+        pairs(traced, traced_there);
+        let (differ, count) = difference(&here, &there);
+        println!("{differ} of {count} values are more than one half apart");
+        (apart, moved) = (apart + differ, moved + count);
+    }
+    assert!(moved > 800 && apart * 10_000 < moved, "{apart} of {moved}");
+}
+
+#[test]
+fn what_a_budget_refuses_and_coarser_blocks_end_a_submission_and_nothing_else_differs() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let (mut apart, mut moved) = (0, 0);
+    for (segments, budget, level) in [(32, 12_000, None), (16, 1 << 30, Some(1)), (32, 1 << 30, Some(2))] {
+        let [mut here, mut there] = [0, 1].map(|_| object(&context, segments));
+        let settings = settings();
+        let sweep = |object: &mut TriangleObject, device| {
+            object.displacement_mut().set_budget(budget);
+            if let Some(level) = level {
+                let settings = StrokeSettings { radius: 0.9, spacing: 0.5, level, ..StrokeSettings::default() };
+                let action = Action::Sculpt { mode: SculptMode::Draw, height: 0.05 };
+                let points = [[1.2, 2.0, 0.0], [3.2, 3.4, 0.0]];
+                stroke(object, &points, action, settings).apply(&context, object).unwrap();
+            }
+            object.use_device(device).unwrap();
+            let mut collider = ball(&context, 0.7);
+            let mut report = Report::default();
+            for (from, to) in [(0, 4), (4, 1)] {
+                let [from, to] = [from, to].map(|step| Pose::rigid(place(object, step)));
+                let motion = Motion::new(&collider, from, to).unwrap();
+                let moment = Moment { frame: u64::from(report.sub_steps > 0), ..Moment::default() };
+                let mut imprinter = Imprinter::new();
+                let made = imprinter.sweep_triangles(&context, object, &mut collider, &motion, &settings, moment);
+                report.merge(made.unwrap());
+            }
+            report
+        };
+        let expected = sweep(&mut here, None);
+        context.stats().take();
+        let found = sweep(&mut there, Some(&device));
+        assert!(there.take_device_fault().is_none());
+        let submitted = context.stats().take().iter().filter(|event| event.stage == "imprint.device.submit").count();
+        println!("{submitted} submissions of {} imprints", found.sub_steps);
+        assert!(submitted > 2 && found.sub_steps == expected.sub_steps, "{submitted} of {}", found.sub_steps);
+        agree(&found, &expected);
+        assert_eq!(expected.refused.is_empty(), budget > 12_000, "{expected:?}");
+        let (differ, count) = difference(&here, &there);
+        println!("{differ} of {count} values are more than one half apart");
+        (apart, moved) = (apart + differ, moved + count);
+    }
+    assert!(moved > 3_000 && apart * 10_000 < moved, "{apart} of {moved}");
+}
+
+#[test]
+fn the_processor_takes_over_on_triangles_from_a_lost_device_in_the_middle() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let [mut here, mut there] = [0, 1].map(|_| object(&context, 16));
+    let mut collider = ball(&context, 0.7);
+    let mut imprinter = Imprinter::new();
+    there.use_device(Some(&device)).unwrap();
+    for frame in 0..4 {
+        if frame == 2 {
+            device.abandon();
+        }
+        for object in [&mut here, &mut there] {
+            collider.set_transform(place(object, frame)).unwrap();
+            let moment = Moment { frame: u64::from(frame), ..Moment::default() };
+            let report = imprinter.imprint_triangles(&context, object, &collider, &settings(), moment, None).unwrap();
+            assert!(!report.changed.is_empty());
+        }
+    }
+    let (apart, moved) = difference(&here, &there);
+    assert!(apart * 1000 < moved, "{apart} of {moved}");
+    assert_eq!(there.take_device_fault().expect("it is told").kind, ErrorKind::Device);
+    assert!(there.take_device_fault().is_none(), "once");
+}
