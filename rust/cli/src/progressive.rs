@@ -2,6 +2,7 @@
 
 mod picture;
 
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -10,7 +11,9 @@ use clap::Subcommand;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Error, Mesh, Result};
 use relievo_gpu::Device;
-use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, DeviceHierarchy, DeviceLevel, Edit as MeshEdit};
+use relievo_lod::progressive::{
+    ActiveMesh, BuildOptions, Cut, DeviceHierarchy, DeviceLevel, Edit as MeshEdit, EditJournal, Input,
+};
 use relievo_lod::{Progressive, Welded, weld};
 
 use self::picture::{Drawing, Panel};
@@ -89,7 +92,8 @@ struct Edit {
     /// takes it, beside this one.
     #[arg(long, value_name = "FILE")]
     script: PathBuf,
-    /// The progressive mesh to write.
+    /// The progressive mesh to write. Until it is written, edits that are made are kept in a journal beside it, called as it
+    /// is with `.journal` after its name: after a kill the same command goes on from there.
     #[arg(short, long, value_name = "FILE.rlvpm")]
     output: PathBuf,
     #[command(flatten)]
@@ -204,9 +208,10 @@ fn panels(
         let level = device.map(|device| on_device(device, mesh, active.cut())).transpose()?;
         return Ok(vec![Panel { mesh: active.extract(), level, edit: None }]);
     };
+    let list = (&**script, crate::edits::read(context, script)?);
     active.adapt(context, Cut::FINEST);
     let mut panels = vec![Panel { mesh: active.extract(), level: None, edit: None }];
-    edit_by(context, &mut active, mesh, script, |active, edit, _| {
+    edit_by(context, (&mut active, None), mesh, list, |active, edit, _| {
         panels.push(Panel { mesh: active.extract(), level: None, edit: Some(edit.clone()) });
         Ok(())
     })?;
@@ -224,33 +229,83 @@ fn on_device(device: &Device, mesh: &Progressive, cut: Cut) -> Result<DeviceLeve
     Ok(level)
 }
 
-/// Makes the edits of a list at their levels. `then` gets the mesh after each, and how many vertices it reached.
-fn edit_by(
+/// A journal, and the edits that were in it.
+struct Kept {
+    journal: EditJournal,
+    found: VecDeque<(Cut, Input)>,
+}
+
+impl Kept {
+    /// The journal at `path`, whose edits are made again.
+    fn open(context: &Context, path: &Path, active: &mut ActiveMesh) -> Result<Self> {
+        let (journal, found) = EditJournal::open(context, path, active)?;
+        if let Some(note) = found.note {
+            eprintln!("note: {}: {note}", path.display());
+        }
+        Ok(Self { journal, found: found.edits.into() })
+    }
+}
+
+/// Makes an edit at a level unless it is the next one of those that were in the journal. Returns how many vertices it
+/// reached, if it was made.
+fn make(
     context: &Context,
     active: &mut ActiveMesh,
+    kept: &mut Option<Kept>,
+    (cut, input): (Cut, Input),
+) -> Result<Option<usize>> {
+    if let Some(found) = kept.as_mut().and_then(|kept| kept.found.pop_front()) {
+        if found == (cut, input) {
+            return Ok(None);
+        }
+        return Err(other_edits());
+    }
+    active.adapt(context, cut);
+    let made = match (kept, &input) {
+        (None, input) => input.make(context, active)?,
+        (Some(kept), Input::Edit(edit)) => kept.journal.edit(context, active, edit)?,
+        (Some(kept), Input::Stroke(stroke)) => kept.journal.sculpt(context, active, stroke)?.vertices,
+    };
+    Ok(Some(made))
+}
+
+/// Makes the edits of a list at their levels. `then` gets the mesh after each, and how many vertices it reached; `None` of
+/// those that were in the journal.
+fn edit_by(
+    context: &Context,
+    (active, mut kept): (&mut ActiveMesh, Option<Kept>),
     mesh: &Progressive,
-    script: &Path,
-    mut then: impl FnMut(&ActiveMesh, &MeshEdit, usize) -> Result<()>,
+    (script, list): (&Path, Vec<(Level, Change)>),
+    mut then: impl FnMut(&ActiveMesh, &MeshEdit, Option<usize>) -> Result<()>,
 ) -> Result<()> {
-    for (index, (level, change)) in crate::edits::read(context, script)?.into_iter().enumerate() {
+    for (index, (level, change)) in list.into_iter().enumerate() {
         let place = || format!("{}: edit {}", script.display(), index + 1);
-        active.adapt(context, level.cut(mesh).map_err(|error| error.at(place()))?);
+        let cut = level.cut(mesh).map_err(|error| error.at(place()))?;
+        let mut make = |input| make(context, active, &mut kept, (cut, input)).map_err(|error| error.at(place()));
         let (edit, reached) = match change {
             Change::Edit(edit) => {
-                let reached = active.edit(context, &edit).map_err(|error| error.at(place()))?;
+                let reached = make(Input::Edit(edit.clone()))?;
                 (edit, reached)
             }
             Change::Strokes(strokes) => {
-                let mut reached = 0;
-                for stroke in &strokes {
-                    reached += active.sculpt(context, stroke).map_err(|error| error.at(place()))?.vertices;
+                let mut reached = None;
+                for stroke in strokes {
+                    if let Some(more) = make(Input::Stroke(Box::new(stroke)))? {
+                        reached = Some(reached.unwrap_or(0) + more);
+                    }
                 }
                 (MeshEdit::default(), reached)
             }
         };
         then(active, &edit, reached)?;
     }
-    Ok(())
+    // The mesh has all edits of the journal, the list may not.
+    if kept.is_some_and(|kept| !kept.found.is_empty()) { Err(other_edits()) } else { Ok(()) }
+}
+
+fn other_edits() -> Error {
+    Error::invalid("the journal beside the output has other edits")
+        .advise("use the list of edits it was begun with, or remove it")
 }
 
 fn export(arguments: &Export) -> Outcome {
@@ -267,13 +322,22 @@ fn export(arguments: &Export) -> Outcome {
 
 fn edit(arguments: &Edit) -> Outcome {
     let context = arguments.limits.context()?;
+    let list = (&*arguments.script, crate::edits::read(&context, &arguments.script)?);
     let mesh = Arc::new(Progressive::open(&context, &arguments.file, usize::MAX)?);
     let mut active = ActiveMesh::new(&mesh);
+    let mut journal = arguments.output.clone().into_os_string();
+    journal.push(".journal");
+    let journal = PathBuf::from(journal);
+    let kept = Kept::open(&context, &journal, &mut active)?;
     let mut index = 0;
-    edit_by(&context, &mut active, &mesh, &arguments.script, |active, _, reached| {
+    edit_by(&context, (&mut active, Some(kept)), &mesh, list, |active, _, reached| {
         index += 1;
-        crate::print(&format!("edit {index}: {reached} of {} vertices\n", active.vertex_count()))
+        crate::print(&match reached {
+            Some(reached) => format!("edit {index}: {reached} of {} vertices\n", active.vertex_count()),
+            None => format!("edit {index}: from the journal\n"),
+        })
     })?;
     active.settled(&context).save(&context, &arguments.output)?;
+    std::fs::remove_file(&journal).map_err(|error| Error::io(&journal, &error))?;
     Ok(ExitCode::SUCCESS)
 }

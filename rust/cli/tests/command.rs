@@ -325,6 +325,57 @@ fn a_simplified_mesh_keeps_its_texture_coordinates() {
 }
 
 #[test]
+fn edits_of_a_progressive_mesh_go_on_where_a_command_ended() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let run = |arguments: &[&str]| relievo(folder.path(), &[&["progressive"], arguments].concat());
+    std::fs::write(path("bowl.obj"), bowl()).unwrap();
+    assert!(run(&["build", "bowl.obj", "-o", "bowl.rlvpm", "--faces", "50"]).status.success());
+    let strokes = "version = 1\n[[strokes]]\nsculpt = \"draw\"\nheight = 0.3\n\
+                   radius = 0.5\nfalloff = \"smooth\"\npoints = [{ position = [0, 0, 0] }]\n";
+    std::fs::write(path("strokes.toml"), strokes).unwrap();
+    let edits = "[[edit]]\nfaces = 200\n[[edit.handle]]\ncenter = [0, 0, 0]\nradius = 0.8\ntranslation = [0, 0, 2]\n\
+                 [[edit]]\nfaces = 400\nstrokes = \"strokes.toml\"\n\
+                 [[edit]]\n[[edit.handle]]\ncenter = [0.5, 0, 0.25]\nradius = 0.4\ntranslation = [0, 1, 0]\n";
+    std::fs::write(path("edits.toml"), edits).unwrap();
+    let edit = |output: &str| run(&["edit", "bowl.rlvpm", "--script", "edits.toml", "-o", output]);
+    let points = |file: &str| -> Vec<f64> {
+        assert!(run(&["export", file, "-o", "level.obj"]).status.success());
+        let list = std::fs::read_to_string(path("level.obj")).unwrap();
+        let lines = list.lines().filter_map(|line| line.strip_prefix("v "));
+        lines.flat_map(|line| line.split(' ').map(|number| number.parse().unwrap()).collect::<Vec<_>>()).collect()
+    };
+    assert!(edit("whole.rlvpm").status.success() && !path("whole.rlvpm.journal").exists());
+    let whole = points("whole.rlvpm");
+    // All are made, and cannot be written.
+    std::fs::create_dir(path("out.rlvpm")).unwrap();
+    assert_eq!(edit("out.rlvpm").status.code(), Some(1));
+    let journal = std::fs::read(path("out.rlvpm.journal")).unwrap();
+    std::fs::remove_dir(path("out.rlvpm")).unwrap();
+    let mut taken = Vec::new();
+    for kept in (0..=8).map(|part| journal.len() * part / 8).filter(|kept| *kept > 100) {
+        std::fs::write(path("out.rlvpm.journal"), &journal[..kept]).unwrap();
+        let done = edit("out.rlvpm");
+        assert!(done.status.success() && !path("out.rlvpm.journal").exists(), "{done:?}");
+        taken.push(text(&done.stdout).matches("from the journal").count());
+        // Last bits follow from the levels that the mesh went through.
+        let made = points("out.rlvpm");
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-5;
+        assert!(made.len() == whole.len() && made.iter().zip(&whole).all(near), "{kept} of {}", journal.len());
+    }
+    assert!(taken.is_sorted() && taken.contains(&1) && taken.last() == Some(&3), "{taken:?}");
+    // A journal of other edits, or of more, is not built upon.
+    std::fs::write(path("out.rlvpm.journal"), &journal).unwrap();
+    let fewer = &edits[..edits.rfind("[[edit]]").unwrap()];
+    for other in [edits.replace("radius = 0.8", "radius = 0.7").as_str(), fewer] {
+        std::fs::write(path("edits.toml"), other).unwrap();
+        let refused = edit("out.rlvpm");
+        assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("has other edits"), "{refused:?}");
+        assert!(std::fs::read(path("out.rlvpm.journal")).unwrap() == journal);
+    }
+}
+
+#[test]
 fn a_progressive_mesh_is_built_shown_and_taken_at_any_level() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();

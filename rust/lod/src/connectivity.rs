@@ -29,6 +29,36 @@ pub const PART: usize = 4096;
 /// Room in the list of corners, for each triangle, for three and those that move until what is gone is left out.
 const ROOM: usize = 5;
 
+/// The part of [`PART`] triangles that a vertex belongs to, that of one of its triangles, and how many of the last bits of
+/// the numbers of parts must not count for it to be in the same one as those around were when parts were made.
+#[derive(Clone, Copy)]
+pub struct Part(u32);
+
+impl Part {
+    /// The bits of the number.
+    const NUMBER: u32 = (1 << 24) - 1;
+
+    fn of(corner: u32) -> Self {
+        Self(corner / (4 * PART as u32))
+    }
+
+    fn reaching(self, bits: u32) -> Self {
+        Self(self.0 | bits << 24)
+    }
+
+    /// The number, without so many of its last bits.
+    #[inline(always)]
+    pub fn number(self, bits: u32) -> u32 {
+        (self.0 & Self::NUMBER) >> bits
+    }
+
+    /// Whether those around had the same number, without so many of its last bits.
+    #[inline(always)]
+    pub fn is_inner(self, bits: u32) -> bool {
+        self.0 >> 24 <= bits
+    }
+}
+
 /// The corners of a mesh.
 #[derive(Default)]
 pub struct Connectivity {
@@ -126,7 +156,9 @@ impl Connectivity {
         let mut flags = vec![0; vertices];
         context.for_each_part(flags.as_mut_slice(), PART, |first, flags| {
             let mut join = Join::default();
-            (first as u32..).zip(flags).for_each(|(vertex, flags)| *flags = join.describe(&made, vertex));
+            for (vertex, flags) in (first as u32..).zip(flags) {
+                *flags = if close(&made, vertex) { 0 } else { join.describe(&made, vertex) };
+            }
             Ok(())
         })?;
         Ok(Self { flags, ..made })
@@ -137,10 +169,15 @@ impl Connectivity {
         self.vertex.len()
     }
 
-    /// The part of every vertex: that of one of its triangles.
-    pub fn parts(&self, context: &Context) -> Vec<u32> {
-        let part = |vertex| self.around(vertex as u32).next().map_or(NONE, |corner| corner / (4 * PART as u32));
-        context.map(self.spans.len(), part)
+    /// The part of every vertex.
+    pub fn parts(&self, context: &Context) -> Vec<Part> {
+        let part = |vertex| self.around(vertex as u32).next().map_or(Part(Part::NUMBER), |corner| Part::of(corner));
+        let own = context.map(self.spans.len(), part);
+        context.map(own.len(), |vertex| {
+            let end = |corner| own[self.vertex(next(corner)) as usize].0 ^ own[vertex].0;
+            let other = self.around(vertex as u32).map(end).fold(0, |other, end| other | end);
+            own[vertex].reaching(u32::BITS - other.leading_zeros())
+        })
     }
 
     /// The vertices of all triangles, [`NONE`] where one is gone, and the mates of their half-edges; the last of four
@@ -271,13 +308,13 @@ impl Connectivity {
         let corner = |old: u32| if old == NONE { NONE } else { 4 * triangles[old as usize / 4] + old % 4 };
         self.vertex = renumber(context, &self.vertex, kept, |old| vertices[old as usize]);
         self.mate = renumber(context, &self.mate, kept, corner);
+        let size = |new: usize| [0, self.around(rest[new]).count() as u32].map(AtomicU32::new);
+        let mut spans = context.map(rest.len(), size);
         let mut end = 0;
-        let spans = rest.iter().map(|old| {
-            let size = self.around(*old).count() as u32;
-            end += size;
-            [end - size, size].map(AtomicU32::new)
-        });
-        let spans: Vec<_> = spans.collect();
+        for [start, size] in &mut spans {
+            *start.get_mut() = end;
+            end += *size.get_mut();
+        }
         let mut corners = Vec::with_capacity(ROOM * kept.len());
         corners.resize_with(end as usize, || AtomicU32::new(NONE));
         context.for_each_part((spans.as_slice(), rest), PART, |_, (spans, rest)| {
@@ -288,9 +325,38 @@ impl Connectivity {
             Ok(())
         })?;
         (self.corners, self.spans) = (corners, spans);
-        self.flags = rest.iter().map(|old| self.flags[*old as usize]).collect();
+        self.flags = context.map(rest.len(), |new| self.flags[rest[new] as usize]);
         Ok(())
     }
+}
+
+/// Finds the mates of the half-edges that leave `vertex` if its triangles are one closed fan of a few, as nearly everywhere.
+/// Returns whether they are.
+fn close(mesh: &Connectivity, vertex: u32) -> bool {
+    const MOST: usize = 8;
+    let (mut corners, mut leaving, mut arriving) = ([0; MOST], [NONE; MOST], [NONE; MOST]);
+    let span = mesh.span(vertex);
+    if span.is_empty() || span.len() > MOST {
+        return false;
+    }
+    for (at, corner) in span.iter().enumerate() {
+        corners[at] = corner.load(Relaxed);
+        [leaving[at], arriving[at]] = [next(corners[at]), previous(corners[at])].map(|end| mesh.vertex(end));
+    }
+    let (mut across, mut place) = ([0; MOST], 0);
+    for seen in 1..=span.len() {
+        let end = leaving[place];
+        let Some(after) = arriving[..span.len()].iter().position(|other| *other == end) else { return false };
+        // A cycle through all of them goes to each once: no end is there twice.
+        if end == vertex || (after == 0) != (seen == span.len()) {
+            return false;
+        }
+        (across[place], place) = (after, after);
+    }
+    for (corner, after) in corners.iter().zip(across).take(span.len()) {
+        mesh.mate.as_flattened()[*corner as usize].store(previous(corners[after]), Relaxed);
+    }
+    true
 }
 
 /// Finds the mates of half-edges round a vertex: what leaves it and what arrives, in the order of the other ends.

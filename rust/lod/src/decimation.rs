@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Result};
 
-use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, SEAM, next, previous};
+use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, Part, SEAM, next, previous};
 use crate::placement::{BATCH, Batch, Star, place, place_with};
 use crate::progressive::Recording;
 use crate::wedges::{Quadric, Span, Wedges};
@@ -39,13 +39,13 @@ pub struct Decimation<const Q: usize = 0> {
     vertices: Vec<Vertex>,
     /// Whether vertices have factors other than 1.
     is_weighed: bool,
-    /// Of every half-edge, four a triangle. Infinite where the mate stands for the edge, or the edge must not collapse;
+    /// Of every half-edge, three a triangle. Infinite where the mate stands for the edge, or the edge must not collapse;
     /// negative where that may change with its surroundings.
-    costs: Vec<[AtomicU32; 4]>,
+    costs: Vec<[AtomicU32; 3]>,
     /// [`CHANGED`], [`STALE`], [`WANTED`] and [`TRIED`] of every vertex.
     state: Vec<AtomicU8>,
-    /// The part of [`PART`] triangles that every vertex belongs to.
-    pub parts: Vec<u32>,
+    /// The part of every vertex.
+    pub parts: Vec<Part>,
     /// Triangles that are left.
     pub live: usize,
     pub wedges: Wedges<Q>,
@@ -121,7 +121,7 @@ impl<const Q: usize> Decimation<Q> {
         scale: f32,
         wedges: Wedges<Q>,
     ) -> Result<Self> {
-        let points: Vec<Vec4> = points.iter().map(|point| (Vec3::from(*point) * scale).extend(0.0)).collect();
+        let points = context.map(points.len(), |index| (Vec3::from(points[index]) * scale).extend(0.0));
         let face = |index: usize| {
             let [a, b, c] = triangles[index].map(|vertex| points[vertex as usize].xyz());
             normal(b - a, c - a)
@@ -133,13 +133,13 @@ impl<const Q: usize> Decimation<Q> {
         let unknown = |index: usize| {
             let [a, b, c] = triangles[index];
             let stands = |side: usize, is_lower: bool| is_lower || mesh.mate((4 * index + side) as u32) == NONE;
-            let stand = [stands(0, a < b), stands(1, b < c), stands(2, c < a), false];
+            let stand = [stands(0, a < b), stands(1, b < c), stands(2, c < a)];
             stand.map(|stands| AtomicU32::new(if stands { 0.0 } else { f32::INFINITY }.to_bits()))
         };
         Ok(Self {
             parts: mesh.parts(context),
             normals: context.map(triangles.len(), face),
-            vertices: vec![Vertex { factor: 1.0, ..Vertex::default() }; points.len()],
+            vertices: context.map(points.len(), |_| Vertex { factor: 1.0, ..Vertex::default() }),
             costs: context.map(triangles.len(), unknown),
             state: points.iter().map(|_| AtomicU8::new(STALE)).collect(),
             live: triangles.len(),
@@ -299,18 +299,20 @@ impl<const Q: usize> Decimation<Q> {
     fn edges(&self, part: usize, [known, ahead]: [f32; 2]) -> (Vec<Edge>, Vec<u32>) {
         let costs = &self.costs[part * PART..self.costs.len().min((part + 1) * PART)];
         // No branch but that of the loop: what costs less is not foreseen.
-        let mut slots = vec![0; 4 * costs.len() + 1];
+        let mut corners = vec![0; 3 * costs.len() + 1];
         let mut count = 0;
-        for (slot, cost) in ((4 * PART * part) as u32..).zip(costs.as_flattened()) {
-            slots[count] = slot;
-            count += usize::from(cost.load(Relaxed) & !SIGN < ahead.to_bits());
+        for (first, costs) in ((4 * PART * part) as u32..).step_by(4).zip(costs) {
+            for (corner, cost) in (first..).zip(costs) {
+                corners[count] = corner;
+                count += usize::from(cost.load(Relaxed) & !SIGN < ahead.to_bits());
+            }
         }
         let edge = |corner: &u32| Edge {
-            cost: f32::from_bits(self.costs.as_flattened()[*corner as usize].load(Relaxed)),
+            cost: f32::from_bits(self.cost(*corner).load(Relaxed)),
             corner: *corner,
             ends: [self.mesh.vertex(*corner), self.mesh.vertex(next(*corner))],
         };
-        let edges: Vec<Edge> = slots[..count].iter().map(edge).collect();
+        let edges: Vec<Edge> = corners[..count].iter().map(edge).collect();
         let mut old = Vec::with_capacity(count);
         for (index, edge) in (0..).zip(&edges) {
             let states = edge.ends.map(|end| self.state[end as usize].load(Relaxed));
@@ -353,7 +355,12 @@ impl<const Q: usize> Decimation<Q> {
 
     /// Keeps what it costs to collapse a half-edge.
     pub fn set_cost(&self, corner: u32, cost: f32) {
-        self.costs.as_flattened()[corner as usize].store(cost.to_bits(), Relaxed);
+        self.cost(corner).store(cost.to_bits(), Relaxed);
+    }
+
+    #[inline(always)]
+    fn cost(&self, corner: u32) -> &AtomicU32 {
+        &self.costs[corner as usize / 4][corner as usize % 4]
     }
 
     /// Collapses a half-edge, as [`Connectivity::collapse`]. The edges of its vertex are taken to cost `guess`.
@@ -471,7 +478,7 @@ impl<const Q: usize> Decimation<Q> {
         }
         self.mesh.compact(context, (&triangles, &kept), (&vertices, &rest))?;
         if let Some(recording) = &mut self.recording {
-            recording.compact(&rest, &kept);
+            recording.compact(context, &rest, &kept);
         }
         self.wedges.compact(context, &kept, &rest);
         self.points = context.map(rest.len(), |new| self.points[rest[new] as usize]);

@@ -5,13 +5,14 @@
 //! - What they are found from: the collapses of a simplification, in `recording`.
 //! - Which of them make a mesh with a given deviation or number of triangles: [`cut`].
 //! - Files of them: [`file`](mod@file).
-//! - The mesh they make, refined and coarsened in place: [`active`], with `splits`; also as
+//! - The mesh they make, refined and coarsened in place: [`active`], with `splits`, or far at once: `jump`; also as
 //!   fine as a view needs it: [`view`]. Which vertices it has, to be found at the cost of them: `bitset`.
 //! - How it is kept in its user's buffers, of which only what changes is written: [`buffers`].
 //! - How regions of it are moved and turned: [`handle`], with `blocks`; how finer levels follow: `moves`, with `place`; how
 //!   coarser ones do: `coarser`, with `stars`; how that is taken back: `history`; and how it becomes a mesh of its own:
 //!   `settle`.
 //! - How brushes sculpt it: [`sculpt`].
+//! - How edits survive a killed program: [`journal`], with `inputs`.
 //! - The mesh on a graphics device, refined, coarsened and drawn there: [`device`].
 
 pub mod active;
@@ -25,6 +26,9 @@ pub mod file;
 pub mod handle;
 pub mod hierarchy;
 mod history;
+mod inputs;
+pub mod journal;
+mod jump;
 mod moves;
 mod packing;
 mod place;
@@ -42,6 +46,7 @@ pub use cut::Cut;
 pub use device::{DeviceHierarchy, DeviceLevel};
 pub use handle::{Edit, Handle, Region};
 pub use hierarchy::{BuildOptions, Child, Progressive};
+pub use journal::{EditJournal, Input, Recovered};
 pub use recording::Key;
 pub(crate) use recording::{Made, Recording};
 pub use sculpt::Sculpted;

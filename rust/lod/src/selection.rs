@@ -197,9 +197,11 @@ impl<'a, const Q: usize> Selection<'a, Q> {
     /// The edges that are not of the part alone, and the collapses.
     fn run(mut self, edges: &[Edge]) -> (Vec<Edge>, Collapses) {
         let Self { work, part, shift, .. } = self;
-        let is_mine = |vertex: u32| work.parts[vertex as usize] >> shift == part;
+        let is_mine = |vertex: u32| work.parts[vertex as usize].number(shift) == part;
+        let is_inner = |vertex: &u32| is_mine(*vertex) && work.parts[*vertex as usize].is_inner(shift);
         for edge in by_cost(edges) {
-            if !edge.ends.iter().all(|end| is_mine(*end)) {
+            // Often tells without its fans what they would.
+            if !edge.ends.iter().all(is_inner) {
                 self.rest.push(edge);
                 continue;
             }

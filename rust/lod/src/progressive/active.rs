@@ -29,7 +29,7 @@ const BATCH: usize = 128;
 /// A mesh of a progressive mesh.
 pub struct ActiveMesh {
     pub(super) whole: Arc<Progressive>,
-    cut: Cut,
+    pub(super) cut: Cut,
     /// It has other splits than its cut.
     pub(super) is_mixed: bool,
     /// Vertices, by the first of their leaves.
@@ -40,8 +40,8 @@ pub struct ActiveMesh {
     pub(super) corners: Vec<Corner>,
     /// Counts rounds of coarsening.
     pub(super) round: u32,
-    triangles: usize,
-    vertices: usize,
+    pub(super) triangles: usize,
+    pub(super) vertices: usize,
     /// What was edited, if anything was.
     pub(super) moves: Option<Moves>,
     pub(super) history: History,
@@ -122,10 +122,16 @@ impl ActiveMesh {
     pub fn adapt(&mut self, context: &Context, cut: Cut) -> [usize; 2] {
         let (finer, coarser) = (self.is_mixed || cut < self.cut, self.is_mixed || cut > self.cut);
         (self.cut, self.is_mixed) = (cut, false);
-        context.within(|| {
-            let splits = if finer { self.refine(context, |_, _| true).unwrap_or(0) } else { 0 };
-            [splits, if coarser { self.coarsen(context) } else { 0 }]
+        context.within(|| match self.far(context) {
+            Some(far) => self.jump(context, far),
+            None => self.walk(context, finer, coarser),
         })
+    }
+
+    /// Becomes the mesh of its cut, split by split, where there are splits to be made or taken back.
+    pub(super) fn walk(&mut self, context: &Context, finer: bool, coarser: bool) -> [usize; 2] {
+        let splits = if finer { self.refine(context, |_, _| true).unwrap_or(0) } else { 0 };
+        [splits, if coarser { self.coarsen(context) } else { 0 }]
     }
 
     /// Becomes the finest mesh, and tells whether on that way every split comes after those it stands on.

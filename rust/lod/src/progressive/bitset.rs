@@ -17,6 +17,19 @@ impl BitSet {
         Self(levels)
     }
 
+    /// Those of the bits of words, for numbers below 64 times as many.
+    pub fn of_words(words: Vec<u64>) -> Self {
+        let above = |words: &[u64]| -> Vec<u64> {
+            let bit = |(at, word): (usize, &u64)| u64::from(*word != 0) << at;
+            words.chunks(64).map(|words| words.iter().enumerate().fold(0, |sum, word| sum | bit(word))).collect()
+        };
+        let mut levels = vec![words];
+        while let Some(last) = levels.last().filter(|last| last.len() > 1) {
+            levels.push(above(last));
+        }
+        Self(levels.into_iter().map(|level| level.into_iter().map(AtomicU64::new).collect()).collect())
+    }
+
     /// Bytes of a set of numbers below `count`, or a little less.
     pub fn bytes(count: usize) -> usize {
         count / 8 + count / 512
@@ -60,6 +73,34 @@ impl BitSet {
         })
     }
 
+    /// How many words of 64 numbers there are.
+    pub fn word_count(&self) -> usize {
+        self.0[0].len()
+    }
+
+    /// The bits of 64 numbers.
+    #[inline]
+    pub fn word(&self, word: u32) -> u64 {
+        self.0[0][word as usize].load(Relaxed)
+    }
+
+    /// The last number up to one.
+    #[inline]
+    pub fn last_up_to(&self, number: u32) -> Option<u32> {
+        let last = |word: u64| 63 - word.leading_zeros();
+        let mut at = number;
+        for (height, level) in self.0.iter().enumerate() {
+            let found = level[at as usize / 64].load(Relaxed) & (u64::MAX >> (63 - at % 64));
+            if found != 0 {
+                let found = at & !63 | last(found);
+                let down = self.0[..height].iter().rev();
+                return Some(down.fold(found, |word, level| 64 * word + last(level[word as usize].load(Relaxed))));
+            }
+            at = (at / 64).checked_sub(1)?;
+        }
+        None
+    }
+
     /// All numbers, ascending.
     pub fn iter(&self) -> impl Iterator<Item = u32> {
         self.words().into_iter().flat_map(|word| self.numbers(word))
@@ -68,13 +109,13 @@ impl BitSet {
     /// The numbers in a word, ascending.
     #[inline]
     pub fn numbers(&self, word: u32) -> impl Iterator<Item = u32> + use<> {
-        bits(word, self.0[0][word as usize].load(Relaxed))
+        bits(word, self.word(word))
     }
 }
 
 /// The numbers of the bits that are set in a word.
 #[inline]
-fn bits(word: u32, mut left: u64) -> impl Iterator<Item = u32> {
+pub fn bits(word: u32, mut left: u64) -> impl Iterator<Item = u32> {
     std::iter::from_fn(move || {
         (left != 0).then(|| {
             let bit = left.trailing_zeros();
@@ -102,6 +143,11 @@ mod tests {
             assert!(set.iter().eq(left.iter().copied()));
             set.remove(gone[0]);
             assert!(set.iter().eq(left.iter().copied()));
+            for number in (0..count).step_by(37) {
+                assert_eq!(set.last_up_to(number), left.iter().rfind(|other| **other <= number).copied());
+            }
+            let copy = BitSet::of_words((0..set.word_count() as u32).map(|word| set.word(word)).collect());
+            assert!(copy.iter().eq(left.iter().copied()));
         }
     }
 }

@@ -61,6 +61,8 @@ impl Moves {
                 (merging.merged, merging.found)
             });
             for (merged, found) in merged {
+                self.places.ask_ahead(merged.iter().map(|merged| mesh.whole.parent(merged.split)));
+                self.built.ask_ahead(merged.iter().map(|merged| merged.split));
                 for Merged { split, place, built } in merged {
                     let node = mesh.whole.parent(split);
                     replaced.places.push((node, self.places.set(node, Some(place))));
@@ -149,6 +151,7 @@ impl<'a> Merging<'a> {
     fn merge(&mut self, splits: &[u32]) {
         let mut batch = Batch::default();
         self.places.clear();
+        self.ask_ahead(splits);
         let mut sites: [Option<Site>; BATCH] = [const { None }; BATCH];
         for (lane, (split, site)) in splits.iter().zip(&mut sites).enumerate() {
             let found = self.site(*split);
@@ -162,6 +165,17 @@ impl<'a> Merging<'a> {
             let merged = self.merged(site, &batch, lane);
             self.merged.push(merged);
         }
+    }
+
+    /// Asks for what [`Self::site`] will touch, for all of a batch at once: it is all over memory.
+    fn ask_ahead(&self, splits: &[u32]) {
+        let (whole, moves) = (self.whole, self.moves);
+        moves.stars.ask_ahead(splits);
+        let own = splits.iter().map(|split| whole.parent(*split));
+        let around = splits.iter().flat_map(|split| moves.stars.star(*split).ring.iter().copied());
+        let ends = splits.iter().flat_map(|split| [2 * split, 2 * split + 1]);
+        whole.ask_ahead(around.clone().chain(own).chain(ends.clone()));
+        moves.places.ask_ahead(around.chain(ends));
     }
 
     fn site(&mut self, split: u32) -> Site<'a> {

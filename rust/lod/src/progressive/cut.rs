@@ -46,9 +46,26 @@ impl Cut {
         cut.map_or(Self::FINEST, |(key, split)| Self { key, split })
     }
 
+    /// How many triangles the mesh has at least and at most, which differ by the splits that deviate as much as the first it
+    /// has not. All splits are looked at the first time.
+    pub(super) fn triangles_about(self, mesh: &Progressive) -> [usize; 2] {
+        let error = self.key.0 >> 16;
+        let first_not = if self.key.depth() + 1 == Key::DEPTHS { error + 1 } else { error };
+        let sums = mesh.triangle_sums();
+        [error + 1, first_not].map(|least| {
+            let count = sums.partition_point(|(error, _)| *error >= least);
+            mesh.base_faces().len() + count.checked_sub(1).map_or(0, |last| sums[last].1)
+        })
+    }
+
     /// The key, and the split at it, as numbers.
     pub(super) fn parts(self) -> (u32, u32) {
         (self.key.0, self.split)
+    }
+
+    /// The cut of what [`Self::parts`] tells.
+    pub(super) fn of_parts((key, split): (u32, u32)) -> Self {
+        Self { key: Key(key), split }
     }
 
     /// Whether a split is one of those that make the mesh.

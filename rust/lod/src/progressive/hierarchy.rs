@@ -11,6 +11,7 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 use relievo_core::budget::Budget;
+use relievo_core::simd::prefetch;
 use relievo_core::{Context, Progress, Result};
 
 use super::packing::{Lattice, Normal};
@@ -295,6 +296,25 @@ impl Progressive {
         // The one leaf of a first vertex is before those of the second; a base vertex has no second.
         let is_first = node % 2 == 0 && self.splits[split as usize].parent != NONE;
         self.place(self.child(node), if is_first { split.wrapping_sub(1) } else { split })
+    }
+
+    /// Asks for what [`Self::node_place`] will need of nodes.
+    #[inline(always)]
+    pub(super) fn ask_ahead(&self, nodes: impl Iterator<Item = u32> + Clone) {
+        nodes.clone().for_each(|node| prefetch(&self.splits, node as usize / 2));
+        for node in nodes {
+            match self.child(node) {
+                Child::Leaf(_) => {
+                    let leaf = self.leaf(node) as usize;
+                    prefetch(&self.points, leaf);
+                    prefetch(&self.normals, leaf);
+                }
+                Child::Split(split) => {
+                    prefetch(&self.inner_points, split as usize);
+                    prefetch(&self.inner_normals, split as usize);
+                }
+            }
+        }
     }
 
     /// What coordinates are multiplied by so that squares of areas stay in the range of f32.

@@ -75,6 +75,11 @@ impl ActiveMesh {
         self.history.done.last().map_or(0, |state| state.replaced.places.len())
     }
 
+    /// Forgets the edits that were taken back.
+    pub(super) fn forget_undone(&mut self) {
+        self.history.undone.clear();
+    }
+
     /// Takes the last edit back. Returns whether there was one. A mesh that was made for a view becomes its cut.
     pub fn undo(&mut self, context: &Context) -> bool {
         let Some(state) = self.history.done.pop() else { return false };

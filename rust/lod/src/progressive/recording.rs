@@ -123,11 +123,11 @@ impl Recording {
     }
 
     /// Leaves out vertices and triangles that are gone; `rest` and `kept` have the old numbers of those that stay.
-    pub fn compact(&mut self, rest: &[u32], kept: &[u32]) {
-        self.keys = rest.iter().map(|old| self.keys[*old as usize]).collect();
+    pub fn compact(&mut self, context: &Context, rest: &[u32], kept: &[u32]) {
+        self.keys = context.map(rest.len(), |new| self.keys[rest[new] as usize]);
         let numbers = self.numbers.take();
         self.numbers = Some([(0, rest), (1, kept)].map(|(of, left)| match &numbers {
-            Some(numbers) => left.iter().map(|old| numbers[of][*old as usize]).collect(),
+            Some(numbers) => context.map(left.len(), |new| numbers[of][left[new] as usize]),
             None => left.to_vec(),
         }));
     }

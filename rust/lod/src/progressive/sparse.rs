@@ -1,5 +1,7 @@
 //! Items that only some of many numbers have.
 
+use relievo_core::simd::prefetch;
+
 use crate::connectivity::NONE;
 
 /// Items by number.
@@ -21,6 +23,13 @@ impl<T: Copy> Sparse<T> {
     #[inline(always)]
     pub fn get(&self, number: u32) -> Option<&T> {
         self.items.get(self.at[number as usize] as usize)
+    }
+
+    /// Asks for what tells where the items of numbers are, and then for those.
+    #[inline(always)]
+    pub fn ask_ahead(&self, numbers: impl Iterator<Item = u32> + Clone) {
+        numbers.clone().for_each(|number| prefetch(&self.at, number as usize));
+        numbers.for_each(|number| prefetch(&self.items, self.at[number as usize] as usize));
     }
 
     /// Gives a number an item, or none. Returns the one it had.

@@ -6,6 +6,7 @@
 //! level then.
 
 use relievo_core::Context;
+use relievo_core::simd::prefetch;
 
 use super::active::{ActiveMesh, Waiting};
 use super::hierarchy::{Child, Progressive};
@@ -15,6 +16,9 @@ use crate::connectivity::NONE;
 const PART: usize = 256;
 /// Numbers ahead of those of vertices and triangles.
 pub const HEAD: usize = 5;
+
+/// Numbers that come from memory at once. Most splits have no more than two times as many.
+const LINE: usize = 16;
 
 /// What is around splits.
 pub struct Stars {
@@ -98,6 +102,15 @@ impl Stars {
         let (ring, rest) = self.numbers[start + HEAD..].split_at(vertices);
         let (at_first, rest) = rest.split_at(width * at_first);
         Star { counts: [first, both, second], ring, spokes: [at_first, &rest[..width * at_second]], is_wide }
+    }
+
+    /// Asks for what is around splits, which has to be known.
+    pub fn ask_ahead(&self, splits: &[u32]) {
+        splits.iter().for_each(|split| prefetch(&self.starts, *split as usize));
+        for split in splits {
+            let start = self.starts[*split as usize];
+            [0, LINE].into_iter().for_each(|line| prefetch(&self.numbers, start + line));
+        }
     }
 
     /// Finds what is around the splits that are made and not known yet.

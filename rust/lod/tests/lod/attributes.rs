@@ -192,8 +192,10 @@ fn places_where_seams_meet_stay_with_all_their_values() {
 fn islands_of_values_never_vanish() {
     let cube = cube(12);
     let made = cube.run(&Context::serial(), &[0.0; 2], &to(0));
-    let islands: HashSet<u32> =
-        made.triangles.iter().map(|it| (made.values[2 * it[0] as usize] * 6.0) as u32).collect();
+    // Corners may be at the border of two, middles are not.
+    let middle =
+        |triangle: &[u32; 3]| triangle.iter().map(|vertex| made.values[2 * *vertex as usize]).sum::<f32>() / 3.0;
+    let islands: HashSet<u32> = made.triangles.iter().map(|triangle| (middle(triangle) * 6.0) as u32).collect();
     assert!(made.triangles.len() < 60, "{}", made.triangles.len());
     assert_eq!(islands.len(), 6);
 }

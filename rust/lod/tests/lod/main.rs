@@ -4,6 +4,7 @@ mod attributes;
 mod buffers;
 mod device;
 mod editing;
+mod journals;
 mod progressive;
 mod sculpting;
 mod shapes;

@@ -887,16 +887,21 @@ fn levels(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mut edit: RlvLevelEdit = sized(bytes)?;
     (edit.handles, edit.handle_count) = (&handle, count(bytes, 1)?);
     (edit.anchors, edit.anchor_count) = (&anchor, bytes.int_in_range(0..=1)?);
+    let brush = RlvBrush { id: handles.pick(bytes, 7)? };
+    let position = [number(bytes)?, number(bytes)?, number(bytes)?].map(f64::from);
+    let point = RlvStrokePoint { position, pressure: f64::from(number(bytes)?.abs() / 16.0), time: -1.0 };
+    let mut sculpted: RlvLevelSculpted = sized(bytes)?;
     for _ in 0..bytes.int_in_range(0..=4)? {
         // SAFETY: descriptors are sized, and so are their arrays.
         unsafe {
-            called(match bytes.int_in_range(0..=5_u8)? {
+            called(match bytes.int_in_range(0..=6_u8)? {
                 0 => rlv_level_set_error(level, number(bytes)?),
                 1 => rlv_level_set_triangles(level, bytes.int_in_range(0..=64)?),
                 2 => rlv_level_set_view(level, &view),
                 3 => rlv_level_edit(level, &edit, null_mut()),
                 4 => rlv_level_undo(level),
-                _ => rlv_level_redo(level),
+                5 => rlv_level_redo(level),
+                _ => rlv_level_sculpt(level, brush, &point, 1, 0, &mut sculpted),
             });
         }
     }
