@@ -1,16 +1,16 @@
 /* Relievo: levels, meshes of a progressive mesh that become finer and coarser in place and are edited at any level.
  *
  * A level is as fine as was asked for last: by deviation, number of triangles, or for a view. Regions of it are moved and
- * turned by handles; finer levels follow as it becomes finer, coarser ones as it becomes coarser, and all the same
- * whatever way was taken. Its vertices and triangles are written to the host's own buffers, where they keep their places
- * for as long as they are there: an update writes what has changed, and says within which range.
+ * turned by handles, and brushes sculpt it; finer levels follow as it becomes finer, coarser ones as it becomes coarser,
+ * and all the same whatever way was taken. Its vertices and triangles are written to the host's own buffers, where they
+ * keep their places for as long as they are there: an update writes what has changed, and says within which range.
  *
  * Several levels of one progressive mesh do not know of each other. Lengths are in object units, angles in radians. */
 #ifndef RELIEVO_LEVEL_H
 #define RELIEVO_LEVEL_H
 
-#include "relievo/brush.h"
 #include "relievo/progressive.h"
+#include "relievo/stroke.h"
 
 typedef struct RlvLevel {
     uint64_t id;
@@ -74,6 +74,17 @@ typedef struct RlvLevelEdit {
 
 #define RLV_LEVEL_EDIT_INIT {sizeof(RlvLevelEdit), 0, NULL, 0, 0, NULL, 0, 0}
 
+/* What a stroke on a level did. */
+typedef struct RlvLevelSculpted {
+    uint32_t struct_size;
+    uint32_t reserved;
+    uint64_t dabs;        /* that were made, with mirror images */
+    uint64_t missed_dabs; /* that were left out because the surface is too far away */
+    uint64_t vertices;    /* that moved, of the mesh that was sculpted */
+} RlvLevelSculpted;
+
+#define RLV_LEVEL_SCULPTED_INIT {sizeof(RlvLevelSculpted), 0, 0, 0, 0}
+
 /* The host's buffers: the same ones, with what the last update left in them, until one of them is another and is_whole
  * says so. Strides are in bytes, 0 for packed. */
 typedef struct RlvLevelBuffers {
@@ -131,6 +142,15 @@ RLV_API RlvResult rlv_level_set_view(RlvLevel level, const RlvLevelView *view);
  * Fails, and changes nothing, if no vertex is in a region, a number is out of its range, or the level is made for a
  * view. */
 RLV_API RlvResult rlv_level_edit(RlvLevel level, const RlvLevelEdit *edit, size_t *reached);
+
+/* Mutating. Sculpts the mesh as it is now by a whole stroke, which is one edit. The brush's modes move vertices along
+ * their normals as they were when the stroke began, erasing back to where they were built, and mirror the stroke as its
+ * settings say; the world of the brush and of the points is the space of the mesh. stride is in bytes from point to
+ * point, 0 for packed; out may be NULL. Fails, and changes nothing, if there are no points, a number is out of its range,
+ * the brush paints, has an image in mode RLV_SCULPT_VECTOR, a level or jitter_position, no vertex is in it, or the level
+ * is made for a view. */
+RLV_API RlvResult rlv_level_sculpt(RlvLevel level, RlvBrush brush, const RlvStrokePoint *points, size_t count,
+                                   size_t stride, RlvLevelSculpted *out);
 
 /* Mutating. Takes the last edit back, at whatever level. A level that is made for a view becomes what it was before
  * that. Fails with RLV_ERROR_NOT_FOUND if there is none. */

@@ -1260,6 +1260,13 @@ public:
         return reached;
     }
 
+    /// Makes a whole stroke of a brush that sculpts.
+    RlvLevelSculpted sculpt(const Brush &brush, const std::vector<RlvStrokePoint> &points) const {
+        RlvLevelSculpted done = RLV_LEVEL_SCULPTED_INIT;
+        check(rlv_level_sculpt(get(), brush.get(), points.data(), points.size(), 0, &done));
+        return done;
+    }
+
     void undo() const { check(rlv_level_undo(get())); }
     void redo() const { check(rlv_level_redo(get())); }
 

@@ -11,7 +11,7 @@ import mathutils
 import numpy
 from bpy_extras import view3d_utils
 
-from . import job, levels, overlay, progressive, settings, state
+from . import job, overlay, pointer, progressive, settings, state
 
 # What a notch of the wheel multiplies the radius by.
 NOTCH = 1.1
@@ -30,7 +30,7 @@ def anchors_of(text):
     return [{"center": row[:3], "radius": row[3]} for row in rows]
 
 
-class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
+class RELIEVO_OT_levels_edit(pointer.Edit, bpy.types.Operator):
     """Move and turn a region of the active object at the level that is shown; all other levels follow"""
 
     bl_idname = "relievo.levels_edit"
@@ -53,9 +53,6 @@ class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
         name="Anchors", description="Regions that are held, as a JSON list of x, y, z and radius"
     )
 
-    # Whether the pointer does it.
-    is_drawn = False
-
     def text(self, measure):
         """The edit as the object keeps it."""
         length = math.sqrt(sum(value * value for value in self.axis))
@@ -71,47 +68,22 @@ class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
         }
         return progressive.text_of(measure, [handle], anchors_of(self.anchors))
 
-    def steps(self, context):
-        """The whole edit at once."""
-        target = context.active_object
-        measure = progressive.measure_of(target.relievo.progressive)
-        text = self.text(measure)
-        shown = yield from progressive.opening(target)
-
-        def work(_progress):
-            shown.edit(text)
-            shown.bring(measure)
-
-        yield 0.9, 1.0, work
-        target.relievo.progressive.edits.add().text = text
-        progressive.write(target, shown)
-
     def invoke(self, context, event):
-        if context.area is None or context.area.type != "VIEW_3D" or context.region_data is None:
+        if not pointer.is_in_view(context):
             return super().invoke(context, event)
         if job.is_busy():
             self.report({"ERROR"}, "Relievo is at work; wait for it, or cancel it with Esc")
             return {"CANCELLED"}
         job.interrupt()
-        self.target = context.active_object
-        self.world = numpy.array(self.target.matrix_world)
         try:
-            if not numpy.linalg.det(self.world):
-                raise state.Refused(f"{self.target.name} has no size along one of its axes")
-            self.measure = progressive.measure_of(self.target.relievo.progressive)
-            self.shown = job.run(progressive.showing(self.target))
-            self.caster = self.shown.pick()
+            self.begin(context)
         except self.failures as failure:
             self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}
-        self.is_drawn, self.is_held, self.is_turning, self.is_tried = True, False, False, False
-        self.place = None
+        self.is_held, self.is_turning, self.place = False, False, None
         handle = context.scene.relievo.handle
         self.radius, self.falloff, self.anchors = handle.radius, handle.falloff, ""
         self.move, self.angle = (0, 0, 0), 0.0
-        self.inverse = numpy.linalg.inv(self.world)
-        # The button is in the sidebar, the surface in the window beside it.
-        self.region = next(region for region in context.area.regions if region.type == "WINDOW")
         self.overlay = overlay.Overlay(self.target.matrix_world)
         self.hover(context, event)
         if event.type == "LEFTMOUSE" and event.value == "PRESS" and context.region == self.region:
@@ -158,17 +130,9 @@ class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
         context.area.tag_redraw()
         return {"RUNNING_MODAL"}
 
-    def mouse(self, event):
-        return event.mouse_x - self.region.x, event.mouse_y - self.region.y
-
     def hover(self, context, event):
         """Finds where the pointer is on the surface, in the space of the object."""
-        view, place = context.region_data, self.mouse(event)
-        origin = view3d_utils.region_2d_to_origin_3d(self.region, view, place)
-        direction = view3d_utils.region_2d_to_vector_3d(self.region, view, place)
-        start, along = (self.inverse @ [*origin, 1.0])[:3], self.inverse[:3, :3] @ direction
-        hit = self.caster.cast([start], [along])[0]
-        self.place = hit["position"].astype(float).tolist() if numpy.isfinite(hit["distance"]) else None
+        self.place = self.meet(context, event)
         self.show_balls()
 
     def hold(self, context, event):
@@ -204,17 +168,8 @@ class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
         self.show_balls()
 
     def attempt(self):
-        """Makes the edit as it is now in place of the one of the last event."""
-        self.take_back()
-        self.shown.edit(self.text(self.measure))
-        self.is_tried = True
-        progressive.write_moved(self.target, self.shown)
+        super().attempt()
         self.show_balls()
-
-    def take_back(self):
-        if self.is_tried:
-            self.shown.undo()
-            self.is_tried = False
 
     def show_balls(self):
         """Says what the overlay shows."""
@@ -222,35 +177,9 @@ class RELIEVO_OT_levels_edit(levels.OnLevels, job.Steps, bpy.types.Operator):
         middle = numpy.array(self.point) + self.move if self.is_held else self.place
         self.overlay.balls = held + ([(middle, self.radius, overlay.GRABBED)] if middle is not None else [])
 
-    def release(self, context):
-        """Keeps the edit."""
-        if not self.is_tried:
-            return self.cancelled(context)
-        self.target.relievo.progressive.edits.add().text = self.shown.edits[-1]
-        return self.done_drawing(context, {"FINISHED"})
-
-    def cancel(self, context):
-        """Blender ends it, say because the window closes."""
-        if self.is_drawn:
-            self.cancelled(context)
-        else:
-            super().cancel(context)
-
-    def cancelled(self, context):
-        try:
-            self.take_back()
-            progressive.write_moved(self.target, self.shown)
-        except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
-        return self.done_drawing(context, {"CANCELLED"})
-
     def done_drawing(self, context, answer):
         self.overlay.remove()
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
-        if context.area is not None:
-            context.area.tag_redraw()
-        return answer
+        return super().done_drawing(context, answer)
 
 
 class HandleTool(bpy.types.WorkSpaceTool):

@@ -56,6 +56,7 @@ class RELIEVO_PT_levels(Panel, bpy.types.Panel):
         for name in ("radius", "falloff"):
             column.prop(context.scene.relievo.handle, name)
         column.operator("relievo.levels_edit")
+        column.operator("relievo.levels_sculpt")
         column.operator("relievo.levels_write")
         column.operator_menu_enum("relievo.levels_clear", "keep")
 

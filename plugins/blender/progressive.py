@@ -15,12 +15,14 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import job, mesh, native
+from . import job, mesh, native, stroke
 from .state import Refused
 
-# Version of what objects keep; a file with a newer one is refused with a message.
-FORMAT = 1
+# Version of what objects keep; a file with a newer one is refused with a message. Edits of the first are handles alone.
+FORMAT = 2
 PACKED = "relievo_progressive"
+# What the names of kept stamps begin with; see `stroke.pack_array`.
+STAMPS = "relievo_stamp_"
 # Bytes that Blender can keep of one property.
 MOST_BYTES = 2**31 - 64
 # What JSON of another shape than expected may raise, besides ValueError.
@@ -81,6 +83,8 @@ class Shown:
         self.whole, self.level = whole, rl.Level(whole)
         # The texts of edits that are made, and of those that were taken back and can be made again, the last one first.
         self.edits, self.undone = [], []
+        # The pixels of the stamps of strokes, by the names that strokes have of them.
+        self.stamps = {}
 
     def adapt(self, measure):
         """Goes to a level: `{"error": …}` or `{"triangles": …}`."""
@@ -93,11 +97,22 @@ class Shown:
         """Makes an edit at its level. Returns how many vertices were reached."""
         kept = read(text)
         self.adapt(kept["level"])
-        handles, anchors = map(grip, kept["handles"]), map(region, kept["anchors"])
-        reached = self.level.edit(list(handles), list(anchors))
+        if "stroke" in kept:
+            reached = self.sculpt(kept["stroke"])
+        else:
+            handles, anchors = map(grip, kept["handles"]), map(region, kept["anchors"])
+            reached = self.level.edit(list(handles), list(anchors))
         self.edits.append(text)
         self.undone.clear()
         return reached
+
+    def sculpt(self, kept):
+        """Makes a stroke. Returns how many vertices moved."""
+        key = kept.get("stamp_key")
+        if key is not None and key not in self.stamps:
+            raise ValueError(f"its stamp {kept.get('stamp')} is gone")
+        with stroke.brush(kept, self.stamps.get(key)) as brush:
+            return self.level.sculpt(brush, kept["points"]).vertices
 
     def undo(self):
         """Takes the last edit back."""
@@ -120,7 +135,7 @@ class Shown:
                 continue
             try:
                 self.edit(text)
-            except (ValueError, rl.RelievoError) as failure:
+            except (ValueError, *STRANGE, rl.RelievoError) as failure:
                 raise Refused(f"Edit {number} cannot be made again: {failure}; undo it, or clear the levels") from None
 
     def bring(self, measure):
@@ -144,9 +159,12 @@ def finest(whole):
     return shown
 
 
-def text_of(measure, handles, anchors=()):
+def text_of(measure, handles=(), anchors=(), stroke=None):
     """An edit as an object keeps it: the level that it is made at, and handles and anchors as dictionaries of what
-    `librelievo.Grip` and `Region` have; object units and radians."""
+    `librelievo.Grip` and `Region` have, or a stroke as `stroke.describe` has it with its points; object units and
+    radians."""
+    if stroke is not None:
+        return json.dumps({"level": measure, "stroke": stroke})
     return json.dumps({"level": measure, "handles": list(handles), "anchors": list(anchors)})
 
 
@@ -159,6 +177,9 @@ def read(text):
             level["error"] = float(level["error"])
         elif set(level) != {"triangles"} or not isinstance(level["triangles"], int) or level["triangles"] < 0:
             raise ValueError("no level")
+        if "stroke" in kept:
+            stroke.check(kept["stroke"])
+            return kept
         if not kept["handles"]:
             raise ValueError("no handle")
         for handle in kept["handles"]:
@@ -260,8 +281,22 @@ def opening(target):
 
         yield 0.0, 0.5, work
     shown = _shown[uid, name]
+    for key in [key for key in target.keys() if key.startswith(STAMPS) and key not in shown.stamps]:
+        try:
+            shown.stamps[key] = stroke.kept_array(target, key)
+        except ValueError as failure:
+            print(f"Relievo: a stamp of {name} is lost: {failure}")
     yield 0.5, 0.9, lambda progress: shown.follow(wanted, progress)
     return shown
+
+
+def keep(target, text, stamp=None):
+    """Keeps an edit that was made in an object, with the stamp that it names, packed."""
+    if stamp is not None:
+        stroke.keep_array(target, *stamp)
+    options = target.relievo.progressive
+    options.edits.add().text = text
+    options.format = FORMAT
 
 
 def showing(target):
@@ -362,8 +397,8 @@ def clear(target):
     options = target.relievo.progressive
     options.uid, options.original = "", None
     options.edits.clear()
-    if PACKED in target:
-        del target[PACKED]
+    for name in [name for name in target.keys() if name == PACKED or name.startswith(STAMPS)]:
+        del target[name]
 
 
 def forget_all():

@@ -68,24 +68,28 @@ def bends(kept):
 def keep(target, kept, pixels, pose, points, revision):
     """Keeps a stroke that was made in an object, with the pixels of its stamp, since the image may change or go, and the
     points of the pose that the object was drawn on, None for its mesh's own."""
-    kept["stamp_key"] = None if pixels is None else _keep_array(target, pixels)
-    kept["pose_key"] = None if pose is None else _keep_array(target, pose)
+    kept["stamp_key"] = None if pixels is None else keep_array(target, *pack_array(pixels))
+    kept["pose_key"] = None if pose is None else keep_array(target, *pack_array(pose))
     rows = [[float(number) for number in row] for row in points]
     target.relievo.strokes.add().text = json.dumps({**kept, "revision": revision, "points": rows})
 
 
-def _keep_array(target, values):
-    """Keeps an array of numbers in an object, once however often it is used, and returns the name it has there."""
+def pack_array(values, prefix=ARRAYS):
+    """An array of numbers as an object keeps it: the name it has there, by what it is, and its bytes."""
     values = numpy.ascontiguousarray(values, numpy.float32)
     shape = (*values.shape, *(1 for _ in range(3 - values.ndim)))
     data = SHAPE.pack(*shape) + zlib.compress(values.tobytes(), 1)
-    name = f"{ARRAYS}{zlib.crc32(data):08x}"
+    return f"{prefix}{zlib.crc32(data):08x}", data
+
+
+def keep_array(target, name, data):
+    """Keeps a packed array in an object, once however often it is used, and returns its name."""
     if name not in target:
         target[name] = data
     return name
 
 
-def _kept_array(target, name):
+def kept_array(target, name):
     """An array that an object keeps, of three dimensions; ValueError if it is gone or damaged."""
     data = target.get(name)
     if not isinstance(data, bytes) or len(data) < SHAPE.size:
@@ -108,7 +112,7 @@ def stamp_of(target, kept):
     if not name:
         return None
     if kept.get("stamp_key"):
-        return _kept_array(target, kept["stamp_key"])
+        return kept_array(target, kept["stamp_key"])
     image = bpy.data.images.get(name)
     if image is None or not image.size[0]:
         raise ValueError(f"its stamp {name} is gone")
@@ -119,7 +123,7 @@ def pose_of(target, kept):
     """The points of the pose that a stroke was drawn on, None for the mesh's own; ValueError if they are gone."""
     if not kept.get("pose_key"):
         return None
-    points = _kept_array(target, kept["pose_key"]).reshape(-1, 3)
+    points = kept_array(target, kept["pose_key"]).reshape(-1, 3)
     if len(points) != len(target.data.vertices) or not numpy.isfinite(points).all():
         raise ValueError("its pose has other points")
     return points
@@ -136,18 +140,24 @@ def read(entry):
     """A stroke that an object keeps; ValueError if it cannot be understood."""
     try:
         kept = json.loads(entry.text)
-        places = numpy.asarray(kept["points"], numpy.float64)
-        if not isinstance(kept["options"], dict) or not isinstance(kept["settings"], dict):
-            raise ValueError("no brush")
-        if places.ndim != 2 or places.shape[1] != 5 or not len(places):
-            raise ValueError("no points")
+        check(kept)
         if "matrix" in kept and numpy.asarray(kept["matrix"], numpy.float64).shape != (4, 4):
             raise ValueError("no place")
-        kept["options"]["action"], kept["options"]["mode"]
         checked_layers(kept.get("layers", []))
     except (KeyError, TypeError, AttributeError) as failure:
         raise ValueError(f"{type(failure).__name__}: {failure}") from None
     return kept
+
+
+def check(kept):
+    """Checks the brush and the points of a stroke that was kept; ValueError, KeyError, TypeError or AttributeError if they
+    cannot be understood."""
+    places = numpy.asarray(kept["points"], numpy.float64)
+    if not isinstance(kept["options"], dict) or not isinstance(kept["settings"], dict):
+        raise ValueError("no brush")
+    if places.ndim != 2 or places.shape[1] != 5 or not len(places):
+        raise ValueError("no points")
+    kept["options"]["action"], kept["options"]["mode"]
 
 
 def checked_layers(layers):

@@ -87,10 +87,10 @@ def operator(kind, /, **properties):
     """What an operator's steps need of it, for driving them as a window does."""
     made = types.SimpleNamespace(told=[], as_keywords=lambda **_: properties, bl_label=kind.bl_label, **properties)
     made.warn = made.told.extend
-    for name in ("begin", "keep", "make", "press", "text"):
+    for name in ("begin", "given", "keep", "make", "prepare", "press", "text"):
         if hasattr(kind, name):
             setattr(made, name, types.MethodType(getattr(kind, name), made))
-    made.change = getattr(kind, "change", None)
+    made.change, made.stamp, made.is_drawn = getattr(kind, "change", None), None, False
     return kind.steps(made, bpy.context)
 
 

@@ -349,6 +349,113 @@ class Edits(Case):
         numpy.testing.assert_array_equal(shape(ball), before)
 
 
+class Strokes(Case):
+    def draw(self, target, points, **settings):
+        host.select(target)
+        group = bpy.context.scene.relievo.brush
+        for name, value in settings.items():
+            setattr(group if hasattr(group, name) else group.settings, name, value)
+        return bpy.ops.relievo.levels_sculpt(points=json.dumps(points))
+
+    def test_strokes_at_a_coarse_level_are_seen_at_all(self):
+        """They are those of the library, in the space of the object."""
+        import librelievo as rl
+
+        ball = self.built()
+        ball.location, ball.scale = (1, 2, 3), (2, 2, 2)
+        bpy.context.view_layer.update()
+        options = ball.relievo.progressive
+        options.ratio = 0.1
+        world = [[1, 2, 5, 1.0, 0.0], [1.5, 2, 4.9, 0.5, 0.1]]
+        settings = {"sculpt_mode": "DRAW", "height": 0.3, "radius": 1.2, "size_pressure": 1.0, "spacing": 0.5}
+        self.assertEqual(self.draw(ball, world, **settings), {"FINISHED"})
+        kept = self.relievo.settings.values(bpy.context.scene.relievo.brush.settings)
+        level = rl.Level(rl.Progressive(self.relievo.mesh.Triangles(options.original).build()))
+        level.set_triangles(round(0.1 * options.finest))
+        made = rl.Brush(self.relievo.native.context(), {**kept, "radius": kept["radius"] / 2}, action="sculpt", height=numpy.float32(0.3))
+        level.sculpt(made, [[0, 0, 1, 1.0, 0.0], [0.25, 0, 0.95, 0.5, 0.1]])
+        for ratio in (0.1, 1.0, 0.3):
+            options.ratio = ratio
+            level.set_triangles(round(ratio * options.finest))
+            level.update()
+            numpy.testing.assert_allclose(places(ball), numpy.sort(level.points, 0), atol=1e-5)
+            self.assertGreater(host.positions(ball)[:, 2].max(), 1.1)
+        self.assertEqual(len(options.edits), 1)
+
+    def test_strokes_and_handles_are_undone_in_turn(self):
+        ball = self.built()
+        self.settle("levels")
+        seen = [places(ball)]
+        for ratio, points in ((0.2, [[0, 0, 1]]), (0.6, [[1, 0, 0], [0.9, 0.3, 0]])):
+            ball.relievo.progressive.ratio = ratio
+            self.draw(ball, points, height=0.2, radius=0.5)
+            bpy.ops.relievo.levels_edit(point=points[0], radius=0.8, move=(0.1, 0, 0.1))
+            ball.relievo.progressive.ratio = 1.0
+            seen.append(places(ball))
+            self.settle("edits")
+        for wanted in (seen[1], seen[0]):
+            bpy.ops.ed.undo()
+            numpy.testing.assert_allclose(places(bpy.data.objects["ball"]), wanted, atol=1e-5)
+        for wanted in seen[1:]:
+            bpy.ops.ed.redo()
+            numpy.testing.assert_allclose(places(bpy.data.objects["ball"]), wanted, atol=1e-5)
+
+    def test_files_keep_strokes_with_their_stamps(self):
+        with host.folder() as folder:
+            path = os.path.join(folder, "stamped.blend")
+            ball = self.built()
+            image = bpy.data.images.new("dots", 4, 4, float_buffer=True)
+            image.pixels.foreach_set(numpy.tile([1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 1.0], 8).astype(numpy.float32))
+            bpy.context.scene.relievo.brush.stamp = image
+            ball.relievo.progressive.ratio = 0.5
+            for points in ([[0, 0, 1]], [[0, 0, -1]]):
+                self.assertEqual(self.draw(ball, points, height=0.3, radius=0.6), {"FINISHED"})
+            kept = [name for name in ball.keys() if name.startswith(self.relievo.progressive.STAMPS)]
+            self.assertEqual(len(kept), 1)
+            coarse = places(ball)
+            ball.relievo.progressive.ratio = 1.0
+            finest = places(ball)
+            ball.relievo.progressive.ratio = 0.5
+            bpy.context.scene.relievo.brush.stamp = None
+            bpy.data.images.remove(image)
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            bpy.ops.wm.open_mainfile(filepath=path)
+            ball = bpy.data.objects["ball"]
+            numpy.testing.assert_array_equal(places(ball), coarse)
+            ball.relievo.progressive.ratio = 1.0
+            numpy.testing.assert_allclose(places(ball), finest, atol=1e-5)
+            # Without it the strokes are not made as something else.
+            bpy.ops.wm.open_mainfile(filepath=path)
+            ball = bpy.data.objects["ball"]
+            del ball[kept[0]]
+            ball.relievo.progressive.ratio = 1.0
+            self.assertIn("its stamp dots is gone", self.relievo.progressive.trouble(ball))
+            host.select(ball)
+            bpy.ops.relievo.levels_clear(keep="LEVEL")
+            self.assertFalse([name for name in ball.keys() if name.startswith("relievo_")])
+
+    def test_strokes_that_cannot_be_made_are_told_and_change_nothing(self):
+        ball = self.built()
+        ball.relievo.progressive.ratio = 0.3
+        before = shape(ball)
+        for points, settings, text in (
+            ([], {}, "points"),
+            ([[9, 9, 9]], {}, "no vertex is in the brush"),
+            ([[0, 0]], {}, "points"),
+            ("nonsense", {}, "points"),
+            ([[0, 0, 1]], {"jitter_position": 1.0}, "jitter_position"),
+        ):
+            self.refused(lambda: self.draw(ball, points, **settings), text)
+            self.assertEqual(len(ball.relievo.progressive.edits), 0)
+            numpy.testing.assert_array_equal(shape(ball), before)
+        self.draw(ball, [[0, 0, 1]], jitter_position=0.0)
+        kept = ball.relievo.progressive.edits[0].text
+        for old, new in (("draw", "carve"), ("sculpt", "paint"), ('"points": [[', '"points": [[7, '), ('"curves": {}', '"curves": 3')):
+            self.assertIn(old, kept)
+            ball.relievo.progressive.edits[0].text = kept.replace(old, new, 1)
+            self.refused(lambda: self.draw(ball, [[0, 0, 1]]), "Edit 1 cannot be made again")
+
+
 class Files(Case):
     def test_blend_files_keep_levels(self):
         with host.folder() as folder:

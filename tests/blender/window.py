@@ -316,6 +316,45 @@ def levels(relievo):
     kept = json.loads(ball.relievo.progressive.edits[0].text)
     (held,), (handle,) = kept["anchors"], kept["handles"]
     assert held["center"][0] < handle["center"][0] - 0.1 and held["radius"] == handle["radius"], kept
+    yield from carved(ball)
+
+
+def carved(ball):
+    """A level that the pointer sculpts by the tool: Esc takes the stroke back, letting go keeps it as one edit."""
+    edits = len(ball.relievo.progressive.edits)
+    with override():
+        bpy.ops.wm.tool_set_by_id(name="relievo.level_sculpt_tool")
+    group = bpy.context.scene.relievo.brush
+    group.sculpt_mode, group.height, group.settings.radius = "DRAW", 0.1, 0.2
+    before = host.positions(ball)
+    yield from grab((0.42, 0.42), (0.58, 0.4))
+    assert numpy.abs(host.positions(ball) - before).max() > 0.05, "nothing moved"
+    yield from press("ESC", 0.58, 0.4)
+    event("LEFTMOUSE", "RELEASE", x=0.58, y=0.4)
+    yield from wait(2)
+    numpy.testing.assert_allclose(host.positions(ball), before, atol=1e-6)
+    assert len(ball.relievo.progressive.edits) == edits
+    # The button of the panel waits for a press.
+    with override():
+        assert bpy.ops.relievo.levels_sculpt("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+    event("MOUSEMOVE", x=0.4, y=0.6)
+    yield
+    numpy.testing.assert_array_equal(host.positions(ball), before)
+    yield from grab((0.42, 0.42), (0.58, 0.4))
+    event("LEFTMOUSE", "RELEASE", x=0.58, y=0.4)
+    yield from wait(2)
+    assert len(ball.relievo.progressive.edits) == edits + 1
+    kept = json.loads(ball.relievo.progressive.edits[-1].text)["stroke"]
+    assert len(kept["points"]) >= 3, kept
+    # Seen from the front the ridge comes nearer.
+    moved = host.positions(ball)
+    assert (before - moved)[:, 1].max() > 0.05, "there is no ridge"
+    screenshot("levels_sculpt.png")
+    ball.relievo.progressive.ratio = 0.3
+    coarse = host.positions(ball)
+    ball.relievo.progressive.ratio = 1.0
+    assert len(coarse) < len(moved)
+    numpy.testing.assert_allclose(numpy.sort(host.positions(ball), 0), numpy.sort(moved, 0), atol=1e-5)
 
 
 def grab(start, end):

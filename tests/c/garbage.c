@@ -95,6 +95,7 @@ static RlvResult level_error(uint64_t id) { return rlv_level_set_error((RlvLevel
 static RlvResult level_triangles(uint64_t id) { return rlv_level_set_triangles((RlvLevel){id}, 9); }
 static RlvResult level_view(uint64_t id) { RlvLevelView view = RLV_LEVEL_VIEW_INIT; return rlv_level_set_view((RlvLevel){id}, &view); }
 static RlvResult edit_level(uint64_t id) { RlvLevelEdit edit = RLV_LEVEL_EDIT_INIT; return rlv_level_edit((RlvLevel){id}, &edit, NULL); }
+static RlvResult sculpt_level(uint64_t id) { RlvStrokePoint point = {{0.0}, 1.0, -1.0}; return rlv_level_sculpt((RlvLevel){id}, (RlvBrush){0}, &point, 1, 0, NULL); }
 static RlvResult undo_level(uint64_t id) { return rlv_level_undo((RlvLevel){id}); }
 static RlvResult redo_level(uint64_t id) { return rlv_level_redo((RlvLevel){id}); }
 static RlvResult update_level(uint64_t id) { RlvLevelBuffers room = RLV_LEVEL_BUFFERS_INIT; return rlv_level_update((RlvLevel){id}, &room, NULL); }
@@ -136,7 +137,7 @@ static const struct {
     {level_error, LEVEL},         {level_triangles, LEVEL},      {level_view, LEVEL},          {edit_level, LEVEL},
     {undo_level, LEVEL},          {redo_level, LEVEL},           {update_level, LEVEL},        {level_mesh, LEVEL},
     {settle_level, LEVEL},        {update_colors, COLORS},       {release_colors, COLORS},      {read_colors, COLORS},
-    {vulkan_colors, COLORS},      {simplify_mesh, MESH},
+    {vulkan_colors, COLORS},      {simplify_mesh, MESH},         {sculpt_level, LEVEL},
 };
 
 /* What is garbage to one host is another's object: all that is there. */
@@ -303,6 +304,16 @@ static void check_null(RlvContext context, Objects objects) {
     CHECK(rlv_level_update(objects.level, &room, NULL) == RLV_ERROR_INVALID);
     edit.handle_count = SIZE_MAX;
     CHECK(rlv_level_edit(objects.level, &edit, NULL) == RLV_ERROR_INVALID);
+    RlvBrush brush;
+    RlvBrushOptions sculpting = RLV_BRUSH_OPTIONS_INIT;
+    const RlvStrokePoint point = {{0.0}, 1.0, -1.0};
+    sculpting.action = RLV_BRUSH_SCULPT;
+    CHECK_OK(rlv_brush_create(context, &sculpting, NULL, &brush));
+    CHECK(rlv_level_sculpt(objects.level, (RlvBrush){objects.level.id}, &point, 1, 0, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_level_sculpt(objects.level, brush, NULL, 1, 0, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_level_sculpt(objects.level, brush, &point, SIZE_MAX, 0, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_level_sculpt(objects.level, brush, &point, 1, 3, NULL) == RLV_ERROR_INVALID);
+    CHECK_OK(rlv_brush_release(brush));
     CHECK(rlv_level_mesh(objects.level, NULL) == RLV_ERROR_INVALID && rlv_level_settle(objects.level, NULL) == RLV_ERROR_INVALID);
     CHECK_OK(rlv_level_mesh(objects.level, &mesh));
     CHECK_OK(rlv_mesh_release(mesh));

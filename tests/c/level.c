@@ -1,4 +1,4 @@
-/* Levels: finer, coarser and for a view, in the caller's buffers, edited, taken back, settled, and refused. */
+/* Levels: finer, coarser and for a view, in the caller's buffers, edited, sculpted, taken back, settled, and refused. */
 #include "ball.h"
 
 /* Buffers with more between their numbers, and something behind their ends. */
@@ -69,6 +69,71 @@ static float highest(RlvMesh mesh) {
     RlvMeshInfo info = RLV_MESH_INFO_INIT;
     CHECK_OK(rlv_mesh_info(mesh, &info));
     return info.high[2];
+}
+
+/* Strokes at a coarse level are seen at the finest one; each is one edit. */
+static void check_strokes(RlvContext context, RlvProgressive ball) {
+    RlvLevel level = RLV_NULL;
+    RlvBrush brush = RLV_NULL, paint = RLV_NULL;
+    RlvMesh mesh = RLV_NULL;
+    RlvLevelInfo info = RLV_LEVEL_INFO_INIT;
+    RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    CHECK_OK(rlv_brush_create(context, &options, NULL, &paint));
+    options.action = RLV_BRUSH_SCULPT;
+    options.mode = RLV_SCULPT_DRAW;
+    options.height = 0.25f;
+    settings.radius = 0.5f;
+    settings.symmetry_x = 1;
+    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
+    CHECK_OK(rlv_level_create(ball, &level));
+    CHECK_OK(rlv_level_set_triangles(level, 500));
+
+    /* Points between others, as a host may have them. */
+    RlvStrokePoint points[4] = {{{0, 0, 1}, 1, -1}, {{9, 9, 9}, 9, 9}, {{0, 0, 9}, 1, -1}, {{9, 9, 9}, 9, 9}};
+    RlvLevelSculpted done = RLV_LEVEL_SCULPTED_INIT;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_sculpt(level, brush, points, 0, 0, &done), "points");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_sculpt(level, brush, NULL, 1, 0, &done), "points");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_sculpt(level, brush, points + 2, 1, 0, &done), "no vertex is in the brush");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_sculpt(level, paint, points, 1, 0, &done), "no colours");
+    points[0].pressure = NAN;
+    CHECK(rlv_level_sculpt(level, brush, points, 1, 0, NULL) == RLV_ERROR_INVALID && done.dabs == 0);
+    points[0].pressure = 1;
+    RlvLevelView view = RLV_LEVEL_VIEW_INIT;
+    view.eye[2] = 3.0f;
+    CHECK_OK(rlv_level_set_view(level, &view));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_sculpt(level, brush, points, 1, 0, &done), "made for a view");
+    CHECK_OK(rlv_level_set_triangles(level, 500));
+    CHECK_OK(rlv_level_info(level, &info));
+    CHECK(info.undo_count == 0);
+
+    /* The pole is at the middle of the dab, and of its mirror image before it rises. */
+    points[2] = (RlvStrokePoint){{0, 0.05, 1}, 1, -1};
+    CHECK_OK(rlv_level_sculpt(level, brush, points, 2, 2 * sizeof(RlvStrokePoint), &done));
+    CHECK(done.dabs == 2 && done.missed_dabs == 0 && done.vertices > 10);
+    CHECK_OK(rlv_level_info(level, &info));
+    CHECK(info.undo_count == 1);
+    CHECK_OK(rlv_level_set_triangles(level, SIZE_MAX));
+    CHECK_OK(rlv_level_mesh(level, &mesh));
+    const float top = highest(mesh);
+    CHECK(top > 1.3f && top < 1.5f);
+    CHECK_OK(rlv_mesh_release(mesh));
+    /* Erased it is as it was built, and taken back as it was sculpted. */
+    options.mode = RLV_SCULPT_ERASE;
+    settings.symmetry_x = 0;
+    settings.radius = 3.0f;
+    CHECK_OK(rlv_brush_set(brush, &options, &settings));
+    CHECK_OK(rlv_level_sculpt(level, brush, points, 1, 0, NULL));
+    CHECK_OK(rlv_level_mesh(level, &mesh));
+    CHECK(highest(mesh) < 1.1f);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_level_undo(level));
+    CHECK_OK(rlv_level_mesh(level, &mesh));
+    CHECK(highest(mesh) == top);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_level_release(level));
+    CHECK_OK(rlv_brush_release(brush));
+    CHECK_OK(rlv_brush_release(paint));
 }
 
 int main(void) {
@@ -206,6 +271,8 @@ int main(void) {
     CHECK(untouched.id == 77);
     CHECK_OK(rlv_level_info(level, &info));
     CHECK(info.triangle_count == whole.triangle_count && info.undo_count == 1);
+
+    check_strokes(context, ball);
 
     /* It keeps alive what it needs. */
     CHECK_OK(rlv_progressive_release(ball));

@@ -323,6 +323,13 @@ int main() {
                      {{{0, 0, 0}, 0.5f, RLV_FALLOFF_CONSTANT, 0}}) > 0);
     level.undo();
     level.redo();
+    RlvBrushOptions carving = RLV_BRUSH_OPTIONS_INIT;
+    carving.action = RLV_BRUSH_SCULPT;
+    carving.mode = RLV_SCULPT_DRAW;
+    RlvBrushSettings wide = RLV_BRUSH_SETTINGS_INIT;
+    wide.radius = 0.5f;
+    const auto carved = level.sculpt(relievo::Brush::create(context, carving, wide), {{{0.5, 0.5, 0}, 1, -1}});
+    CHECK(carved.dabs == 1 && carved.missed_dabs == 0 && carved.vertices > 0 && level.info().undo_count == 2);
     level.set_error(0);
     RlvLevelView looking = RLV_LEVEL_VIEW_INIT;
     looking.eye[2] = 3;

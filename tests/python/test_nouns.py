@@ -247,6 +247,23 @@ class Levels(unittest.TestCase):
         level.redo()
         with self.assertRaises(rl.NotFound):
             level.redo()
+        # A stroke at a coarse level raises the finest one too, and is one edit.
+        level.set_triangles(400)
+        brush = rl.Brush(self.context, {"radius": 0.9}, action="sculpt", mode="draw", height=0.3)
+        level.update()
+        lowest = level.points[level.points[:, 1].argmin()].copy()
+        done = level.sculpt(brush, [lowest])
+        self.assertEqual((done.dabs, done.missed_dabs, level.info.undo_count), (1, 0, 2))
+        self.assertGreater(done.vertices, 5)
+        level.update()
+        self.assertAlmostEqual(lowest[1] - level.points[:, 1].min(), 0.3, delta=0.03)
+        level.set_triangles()
+        level.update()
+        self.assertLess(level.points[:, 1].min(), -1.15)
+        with self.assertRaisesRegex(rl.Invalid, "no vertex is in the brush"):
+            level.sculpt(brush, [[0, -9, 0]])
+        with self.assertRaisesRegex(rl.Invalid, "no colours"):
+            level.sculpt(rl.Brush(self.context), [[0, -1, 0]])
         with self.assertRaisesRegex(rl.Invalid, "error"):
             level.set_error(-1.0)
         with self.assertRaisesRegex(rl.Invalid, "steep"):

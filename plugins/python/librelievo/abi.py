@@ -1128,6 +1128,37 @@ class RlvLayerInfo(Structure):
     ]
 
 
+class RlvStroke(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvStrokePoint(Structure):
+    _fields_ = [
+        ("position", c_double * 3),
+        ("pressure", c_double),
+        ("time", c_double),
+    ]
+
+
+class RlvStrokeReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("dabs", c_uint64),
+        ("missed_dabs", c_uint64),
+        ("tested_tiles", c_uint64),
+        ("tested_texels", c_uint64),
+        ("changed_tiles", c_uint64),
+        ("changed_texels", c_uint64),
+        ("allocated_tiles", c_uint64),
+        ("freed_tiles", c_uint64),
+        ("refused_tiles", c_uint64),
+        ("bytes", c_uint64),
+    ]
+
+
 class RlvLevel(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1188,6 +1219,16 @@ class RlvLevelEdit(Structure):
         ("anchors", POINTER(RlvLevelRegion)),
         ("anchor_count", c_size_t),
         ("anchor_stride", c_size_t),
+    ]
+
+
+class RlvLevelSculpted(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("dabs", c_uint64),
+        ("missed_dabs", c_uint64),
+        ("vertices", c_uint64),
     ]
 
 
@@ -1366,37 +1407,6 @@ class RlvSimplifyOptions(Structure):
     ]
 
 
-class RlvStroke(Structure):
-    _fields_ = [
-        ("id", c_uint64),
-    ]
-
-
-class RlvStrokePoint(Structure):
-    _fields_ = [
-        ("position", c_double * 3),
-        ("pressure", c_double),
-        ("time", c_double),
-    ]
-
-
-class RlvStrokeReport(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("dabs", c_uint64),
-        ("missed_dabs", c_uint64),
-        ("tested_tiles", c_uint64),
-        ("tested_texels", c_uint64),
-        ("changed_tiles", c_uint64),
-        ("changed_texels", c_uint64),
-        ("allocated_tiles", c_uint64),
-        ("freed_tiles", c_uint64),
-        ("refused_tiles", c_uint64),
-        ("bytes", c_uint64),
-    ]
-
-
 INIT = {
     RlvError: (ctypes.sizeof(RlvError), 0, None, None, None, None,),
     RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0, 0, None,),
@@ -1452,9 +1462,11 @@ INIT = {
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
+    RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
     RlvLevelView: (ctypes.sizeof(RlvLevelView), (0.0,), 1000.0, 1.0, 1.0, 0, None, 0, 0,),
     RlvLevelEdit: (ctypes.sizeof(RlvLevelEdit), 0, None, 0, 0, None, 0, 0,),
+    RlvLevelSculpted: (ctypes.sizeof(RlvLevelSculpted), 0, 0, 0, 0,),
     RlvLevelBuffers: (ctypes.sizeof(RlvLevelBuffers), 0, None, 0, None, 0, 0, None, 0, 0,),
     RlvLevelUpdate: (ctypes.sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0,),
     RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
@@ -1465,7 +1477,6 @@ INIT = {
     RlvProceduralTable: (ctypes.sizeof(RlvProceduralTable), 0, 0, 0, None, None, None, None, None,),
     RlvProceduralHits: (ctypes.sizeof(RlvProceduralHits), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
     RlvSimplifyOptions: (ctypes.sizeof(RlvSimplifyOptions), -1.0, 0, None, 0, 0, None, 0, 0, None, 0, 0,),
-    RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
 }
 
 # Every function: what it returns, and the names and types of what it takes.
@@ -1648,6 +1659,12 @@ FUNCTIONS = {
     "rlv_layer_remove": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
     "rlv_layer_merge": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
     "rlv_layer_flatten": (RlvResult, [("detail", RlvDetail)]),
+    "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
+    "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
+    "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),
+    "rlv_stroke_release": (RlvResult, [("stroke", RlvStroke)]),
+    "rlv_stroke_extend": (RlvResult, [("stroke", RlvStroke), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
+    "rlv_stroke_end": (RlvResult, [("stroke", RlvStroke), ("report", POINTER(RlvStrokeReport))]),
     "rlv_level_create": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvLevel))]),
     "rlv_level_retain": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_release": (RlvResult, [("level", RlvLevel)]),
@@ -1656,6 +1673,7 @@ FUNCTIONS = {
     "rlv_level_set_triangles": (RlvResult, [("level", RlvLevel), ("triangles", c_size_t)]),
     "rlv_level_set_view": (RlvResult, [("level", RlvLevel), ("view", POINTER(RlvLevelView))]),
     "rlv_level_edit": (RlvResult, [("level", RlvLevel), ("edit", POINTER(RlvLevelEdit)), ("reached", c_size_t_p)]),
+    "rlv_level_sculpt": (RlvResult, [("level", RlvLevel), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvLevelSculpted))]),
     "rlv_level_undo": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_redo": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_update": (RlvResult, [("level", RlvLevel), ("buffers", POINTER(RlvLevelBuffers)), ("out", POINTER(RlvLevelUpdate))]),
@@ -1676,10 +1694,4 @@ FUNCTIONS = {
     "rlv_procedural_table": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralTable))]),
     "rlv_procedural_evaluate": (RlvResult, [("procedural", RlvProcedural), ("hits", POINTER(RlvProceduralHits))]),
     "rlv_simplify_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("progress", RlvProgress), ("user", c_void_p), ("error", c_float_p), ("out", POINTER(RlvMesh))]),
-    "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
-    "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
-    "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),
-    "rlv_stroke_release": (RlvResult, [("stroke", RlvStroke)]),
-    "rlv_stroke_extend": (RlvResult, [("stroke", RlvStroke), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
-    "rlv_stroke_end": (RlvResult, [("stroke", RlvStroke), ("report", POINTER(RlvStrokeReport))]),
 }

@@ -11,6 +11,7 @@ from .handle import Handle
 from .mesh import Mesh
 from .parameter import address_of
 from .progressive import Progressive
+from .stroke import points_of
 
 Region = namedtuple("Region", ["center", "radius", "falloff"], defaults=["smooth"])
 Region.__doc__ = "A ball in which something has an influence, and how that falls to its border."
@@ -85,6 +86,14 @@ class Level(Handle):
         reached = ctypes.c_size_t()
         library.call("rlv_level_edit", self.handle, ctypes.byref(edit), address_of(reached))
         return reached.value
+
+    def sculpt(self, brush, points):
+        """Makes a whole stroke of a brush that sculpts, as one edit; points as strokes over details have them. Returns
+        what it did; see RlvLevelSculpted."""
+        rows, out = points_of(points), record.empty(abi.RlvLevelSculpted)
+        place = ctypes.cast(rows.__array_interface__["data"][0], ctypes.POINTER(abi.RlvStrokePoint))
+        library.call("rlv_level_sculpt", self.handle, brush.handle, place, len(rows), 0, ctypes.byref(out))
+        return record.read(out)
 
     def undo(self):
         """Takes the last edit back."""

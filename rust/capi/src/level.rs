@@ -6,11 +6,13 @@ use relievo_core::{Attribute, Domain, Error, ErrorKind, Falloff, Mesh, Result, V
 use relievo_lod::progressive::{ActiveMesh, Buffers, Cut, Edit, Handle, Region, View};
 
 use crate::array::{Input, Output, Plain, present, put};
+use crate::brush::RlvBrush;
 use crate::context::ContextObject;
 use crate::descriptor::{check_optional, numbered, read_descriptor, write_descriptor, write_optional};
 use crate::mesh::{self, RlvMesh};
 use crate::progressive::{self, ProgressiveObject, RlvProgressive};
 use crate::registry::{self, handle, try_read, try_write};
+use crate::stroke::{RlvStrokePoint, points_of};
 
 handle!(RlvLevel, 17, LevelObject);
 
@@ -68,6 +70,16 @@ descriptor! {
         anchors: *const RlvLevelRegion,
         anchor_count: usize,
         anchor_stride: usize,
+    }
+}
+
+descriptor! {
+    pub struct RlvLevelSculpted {
+        struct_size: u32,
+        reserved: u32,
+        dabs: u64,
+        missed_dabs: u64,
+        vertices: u64,
     }
 }
 
@@ -275,6 +287,35 @@ entry! {
             unsafe { put(reached, count) };
         }
         Ok(())
+    }
+
+    fn rlv_level_sculpt(
+        level: RlvLevel,
+        brush: RlvBrush,
+        points: *const RlvStrokePoint,
+        count: usize,
+        stride: usize,
+        out: *mut RlvLevelSculpted,
+    ) {
+        let (object, brush) = (registry::get(level)?, registry::get(brush)?);
+        let context = &object.context().context;
+        // SAFETY: the caller promises `count` points, and NULL or a descriptor that starts with its size.
+        let points = unsafe {
+            check_optional(out)?;
+            points_of(context, points, count, stride)?
+        };
+        let mut stroke = try_read(&brush.stroke, "brush")?.clone();
+        stroke.points = points.detach();
+        let done = object.change(|mesh| mesh.sculpt(context, &stroke))?;
+        let told = RlvLevelSculpted {
+            struct_size: 0,
+            reserved: 0,
+            dabs: done.dabs as u64,
+            missed_dabs: done.missed as u64,
+            vertices: done.vertices as u64,
+        };
+        // SAFETY: as above.
+        unsafe { write_optional(out, told) }
     }
 
     fn rlv_level_undo(level: RlvLevel) {

@@ -73,6 +73,7 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         level::RlvLevelInfo::layout(),
         level::RlvLevelView::layout(),
         level::RlvLevelRegion::layout(),
+        level::RlvLevelSculpted::layout(),
         level::RlvLevelHandle::layout(),
         level::RlvLevelEdit::layout(),
         level::RlvLevelBuffers::layout(),

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use glam::DVec3;
-use relievo_core::{Error, List, Result};
+use relievo_core::{Context, Error, List, Result};
 use relievo_detail::{Canvas, OpenStroke, StrokePoint, StrokeReport};
 
 use crate::array::{Input, Plain, present, put, reserve};
@@ -70,15 +70,14 @@ fn ended() -> Error {
 
 /// # Safety
 /// `count` points can be read at `stride` bytes from one another.
-unsafe fn points_of(
-    detail: &DetailObject,
+pub unsafe fn points_of(
+    context: &Context,
     points: *const RlvStrokePoint,
     count: usize,
     stride: usize,
 ) -> Result<List<'_, StrokePoint>> {
     // SAFETY: promised by the caller.
     let points = unsafe { Input::new("points", points, count, stride) }?;
-    let context = &detail.context.context;
     let mut list = context.scratch().list();
     if list.capacity() < count {
         *list = reserve("points", count, context.memory_limit())?;
@@ -139,7 +138,7 @@ entry! {
         // SAFETY: the caller promises `count` points, and NULL or a descriptor that starts with its size.
         let points = unsafe {
             check_optional(report)?;
-            points_of(&detail, points, count, stride)?
+            points_of(&detail.context.context, points, count, stride)?
         };
         let mut stroke = try_read(&brush.stroke, "brush")?.clone();
         stroke.points = points.detach();
@@ -172,7 +171,7 @@ entry! {
         // SAFETY: the caller promises `count` points, and NULL or a descriptor that starts with its size.
         let points = unsafe {
             check_optional(report)?;
-            points_of(detail, points, count, stride)?
+            points_of(&detail.context.context, points, count, stride)?
         };
         let mut open = stroke.open()?;
         let open = open.as_mut().ok_or_else(ended)?;
