@@ -357,7 +357,7 @@ impl Loading {
             return Err(damaged("the base does not begin at the first leaf"));
         }
         for ((leaf, end), tag) in leaves.iter().zip(ends).zip(&tags) {
-            if *leaf >= end {
+            if *leaf >= end || end as usize > counts.vertices {
                 return Err(damaged("base vertices are out of order"));
             }
             let child = self.vertex(&vertices, &mut next, *tag, [*leaf, end], *leaf, 2 * leaf)?;

@@ -296,3 +296,25 @@ fn damaged_files_are_refused_or_harmless() {
     let error = Progressive::read(&small, &mut bytes.as_slice(), usize::MAX).map(drop).unwrap_err();
     assert_eq!(error.kind, ErrorKind::Memory);
 }
+
+#[test]
+fn a_base_vertex_outside_of_the_mesh_is_refused_though_sums_are_right() {
+    let bytes = written(&build(&bumps(16), 60));
+    let (head, rest) = bytes.split_at(60);
+    let base_vertices = u32::from_le_bytes(head[20..24].try_into().unwrap()) as usize;
+    let word = |at: usize| u32::from_le_bytes(rest[at..at + 4].try_into().unwrap()) as usize;
+    let (packed, later) = rest[12..].split_at(word(4));
+    let base = zstd::bulk::decompress(packed, word(0)).unwrap();
+    // Columns of four planes of bytes: leaves, tags, children. The next leaf ends the range that the child must be in.
+    let highest = |column: usize, vertex: usize| (4 * column + 3) * base_vertices + vertex;
+    for vertex in 0..base_vertices - 1 {
+        let mut damaged = base.clone();
+        damaged[highest(0, vertex + 1)] |= 0x40;
+        damaged[highest(2, vertex)] |= 0x20;
+        let packed = zstd::bulk::compress(&damaged, 1).unwrap();
+        let told = [damaged.len() as u32, packed.len() as u32, crc32fast::hash(&packed)].map(u32::to_le_bytes);
+        let file = [head, told.as_flattened(), &packed, later].concat();
+        let error = Progressive::read(&Context::serial(), &mut file.as_slice(), usize::MAX).map(drop).unwrap_err();
+        assert!(error.to_string().contains("out of order") || error.to_string().contains("out of place"), "{error}");
+    }
+}
