@@ -16,6 +16,7 @@
 #include "relievo/imprint.h"
 #include "relievo/progressive.h"
 #include "relievo/ptex.h"
+#include "relievo/simplify.h"
 #include "relievo/tessellate.h"
 
 typedef struct RlvJob {
@@ -75,6 +76,10 @@ RLV_API RlvResult rlv_job_transfer(RlvContext context, const char *path, RlvMesh
  * rlv_progressive_create does, as a job or at once. */
 RLV_API RlvResult rlv_job_progressive(RlvMesh mesh, const RlvProgressiveOptions *options, RlvJob *out);
 
+/* Starts rlv_simplify_mesh; rlv_job_mesh has the mesh it makes, rlv_job_simplify_error how far that deviates. Fails as
+ * rlv_simplify_mesh does, as a job or at once. */
+RLV_API RlvResult rlv_job_simplify(RlvMesh mesh, const RlvSimplifyOptions *options, RlvJob *out);
+
 RLV_API RlvResult rlv_job_retain(RlvJob job);
 RLV_API RlvResult rlv_job_release(RlvJob job);
 
@@ -94,9 +99,12 @@ RLV_API RlvResult rlv_job_cancel(RlvJob job);
  * RLV_ERROR_BUSY while it runs. */
 RLV_API RlvResult rlv_job_result(RlvJob job);
 
-/* The mesh that rlv_job_tessellate made, the same one every time. Fails as rlv_job_result does, and if the job makes no
- * mesh. */
+/* The mesh that rlv_job_tessellate or rlv_job_simplify made, the same one every time. Fails as rlv_job_result does, and if
+ * the job makes no mesh. */
 RLV_API RlvResult rlv_job_mesh(RlvJob job, RlvMesh *out);
+
+/* The largest deviation of the mesh that rlv_job_simplify made. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_simplify_error(RlvJob job, float *out);
 
 /* The progressive mesh that rlv_job_progressive built, the same one every time. Fails as rlv_job_result does, and if the
  * job was another. */

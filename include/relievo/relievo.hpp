@@ -1159,6 +1159,18 @@ struct Simplify {
     /// A mesh of fewer triangles; `error`, if given, is how far it deviates.
     Mesh run(const Mesh &mesh, float *error = nullptr, const Progress &progress = nullptr) const {
         std::vector<RlvSimplifyWeight> told;
+        const RlvSimplifyOptions given = pointing(told);
+        Watch watch(progress);
+        RlvMesh made{0};
+        watch.check(rlv_simplify_mesh(mesh.get(), &given, watch.callback(), &watch, error, &made));
+        return Mesh(made);
+    }
+
+private:
+    friend class Job;
+
+    /// The options with pointers into this object and into `told`, which it fills.
+    RlvSimplifyOptions pointing(std::vector<RlvSimplifyWeight> &told) const {
         for (const auto &[name, weight] : weights) {
             told.push_back({name.c_str(), weight, 0});
         }
@@ -1172,10 +1184,7 @@ struct Simplify {
         given.locked_count = locked.size();
         given.factors = factors.data();
         given.factor_count = factors.size();
-        Watch watch(progress);
-        RlvMesh made{0};
-        watch.check(rlv_simplify_mesh(mesh.get(), &given, watch.callback(), &watch, error, &made));
-        return Mesh(made);
+        return given;
     }
 };
 
@@ -1367,6 +1376,14 @@ public:
         return made;
     }
 
+    static Job simplify(const Mesh &mesh, const Simplify &how) {
+        std::vector<RlvSimplifyWeight> told;
+        const RlvSimplifyOptions given = how.pointing(told);
+        Job made;
+        check(rlv_job_simplify(mesh.get(), &given, made.out()));
+        return made;
+    }
+
     RlvJobInfo poll() const {
         RlvJobInfo info = RLV_JOB_INFO_INIT;
         check(rlv_job_poll(get(), &info));
@@ -1388,6 +1405,13 @@ public:
         RlvMesh made{0};
         check(rlv_job_mesh(get(), &made));
         return Mesh(made);
+    }
+
+    /// How far the mesh that was simplified deviates.
+    float deviation() const {
+        float error = 0.0f;
+        check(rlv_job_simplify_error(get(), &error));
+        return error;
     }
 
     Progressive progressive() const {

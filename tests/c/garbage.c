@@ -81,6 +81,8 @@ static RlvResult vulkan_buffer(uint64_t id) { RlvBufferVulkan out = RLV_BUFFER_V
 static RlvResult simplify_mesh(uint64_t id) { RlvMesh out; return rlv_simplify_mesh((RlvMesh){id}, NULL, NULL, NULL, NULL, &out); }
 static RlvResult build_progressive(uint64_t id) { RlvProgressive out; return rlv_progressive_create((RlvMesh){id}, NULL, NULL, NULL, &out); }
 static RlvResult job_progressive(uint64_t id) { RlvJob out; return rlv_job_progressive((RlvMesh){id}, NULL, &out); }
+static RlvResult job_simplify(uint64_t id) { RlvJob out; return rlv_job_simplify((RlvMesh){id}, NULL, &out); }
+static RlvResult job_simplify_error(uint64_t id) { float out; return rlv_job_simplify_error((RlvJob){id}, &out); }
 static RlvResult job_progressive_mesh(uint64_t id) { RlvProgressive out; return rlv_job_progressive_mesh((RlvJob){id}, &out); }
 static RlvResult read_progressive(uint64_t id) { RlvProgressive out; return rlv_progressive_read((RlvContext){id}, "a.rlvpm", 1, &out); }
 static RlvResult write_progressive(uint64_t id) { return rlv_progressive_write((RlvProgressive){id}, "a.rlvpm"); }
@@ -138,6 +140,7 @@ static const struct {
     {undo_level, LEVEL},          {redo_level, LEVEL},           {update_level, LEVEL},        {level_mesh, LEVEL},
     {settle_level, LEVEL},        {update_colors, COLORS},       {release_colors, COLORS},      {read_colors, COLORS},
     {vulkan_colors, COLORS},      {simplify_mesh, MESH},         {sculpt_level, LEVEL},
+    {job_simplify, MESH},         {job_simplify_error, JOB},
 };
 
 /* What is garbage to one host is another's object: all that is there. */

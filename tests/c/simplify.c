@@ -68,6 +68,23 @@ int main(void) {
     CHECK(info.attribute_count == 0 && info.face_count <= 60);
     CHECK_OK(rlv_mesh_release(made));
 
+    /* In the background: the same mesh, which cannot be changed meanwhile. */
+    RlvJob job = RLV_NULL;
+    RlvMesh again = RLV_NULL;
+    float deviation = -1.0f;
+    CHECK_OK(rlv_simplify_mesh(sheet, &options, NULL, NULL, &error, &made));
+    CHECK_OK(rlv_job_simplify(sheet, &options, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_mesh(job, &again));
+    CHECK_OK(rlv_job_simplify_error(job, &deviation));
+    CHECK(deviation == error);
+    CHECK_OK(rlv_mesh_info(made, &info));
+    CHECK_OK(rlv_mesh_info(again, &before));
+    CHECK(memcmp(&info, &before, sizeof info) == 0);
+    CHECK_OK(rlv_job_release(job));
+    CHECK_OK(rlv_mesh_release(again));
+    CHECK_OK(rlv_mesh_release(made));
+
     /* Where factors are greater, more is left. */
     RlvMesh ball = check_ball(context, 1.0);
     CHECK_OK(rlv_mesh_info(ball, &before));
@@ -103,6 +120,7 @@ int main(void) {
     out[0].is_left_out = 0;
     out[0].weight = -1.0f;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_simplify_mesh(sheet, &options, NULL, NULL, NULL, &untouched), "weight");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_simplify(sheet, &options, &job), "weight");
     options.weight_count = 0;
     options.locked = (const uint32_t[1]){100000};
     options.locked_count = 1;

@@ -300,6 +300,9 @@ int main() {
     float deviation = -1.0f;
     const auto fewer = less.run(patch.mesh(), &deviation);
     CHECK(fewer.triangles().size() <= 100 && fewer.triangles().size() >= 99 && deviation >= 0.0f);
+    const auto lessening = relievo::Job::simplify(patch.mesh(), less);
+    lessening.wait();
+    CHECK(lessening.mesh().points() == fewer.points() && lessening.deviation() == deviation);
     less.weights = {{"nothing", 1.0f}};
     try {
         less.run(patch.mesh());

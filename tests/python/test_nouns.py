@@ -194,6 +194,12 @@ class Levels(unittest.TestCase):
         numpy.testing.assert_allclose(heights.reshape(-1), less[:, 2], atol=0.03)
         for pole in points[:2]:
             self.assertTrue((less == pole).all(axis=1).any())
+        started = job.simplify(self.mesh, triangles=300, weights={"height": 0.1}, locked=[0, 1])
+        started.wait()
+        direct, deviation = self.mesh.simplify(triangles=300, weights={"height": 0.1}, locked=[0, 1])
+        in_background, same = started.result()
+        self.assertTrue((in_background.points() == direct.points()).all())
+        self.assertEqual(same, deviation)
         bare, _ = self.mesh.simplify(error=0.01, left_out=["height"])
         self.assertEqual(bare.info.attribute_count, 0)
         with self.assertRaisesRegex(rl.Invalid, "no attribute"):

@@ -1086,6 +1086,31 @@ class RlvPtexReport(Structure):
     ]
 
 
+class RlvSimplifyWeight(Structure):
+    _fields_ = [
+        ("name", c_char_p),
+        ("weight", c_float),
+        ("is_left_out", c_uint32),
+    ]
+
+
+class RlvSimplifyOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("error", c_float),
+        ("triangles", c_size_t),
+        ("weights", POINTER(RlvSimplifyWeight)),
+        ("weight_count", c_size_t),
+        ("weight_stride", c_size_t),
+        ("locked", c_uint32_p),
+        ("locked_count", c_size_t),
+        ("locked_stride", c_size_t),
+        ("factors", c_float_p),
+        ("factor_count", c_size_t),
+        ("factor_stride", c_size_t),
+    ]
+
+
 class RlvJob(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1382,31 +1407,6 @@ class RlvProceduralHits(Structure):
     ]
 
 
-class RlvSimplifyWeight(Structure):
-    _fields_ = [
-        ("name", c_char_p),
-        ("weight", c_float),
-        ("is_left_out", c_uint32),
-    ]
-
-
-class RlvSimplifyOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("error", c_float),
-        ("triangles", c_size_t),
-        ("weights", POINTER(RlvSimplifyWeight)),
-        ("weight_count", c_size_t),
-        ("weight_stride", c_size_t),
-        ("locked", c_uint32_p),
-        ("locked_count", c_size_t),
-        ("locked_stride", c_size_t),
-        ("factors", c_float_p),
-        ("factor_count", c_size_t),
-        ("factor_stride", c_size_t),
-    ]
-
-
 INIT = {
     RlvError: (ctypes.sizeof(RlvError), 0, None, None, None, None,),
     RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0, 0, None,),
@@ -1459,6 +1459,7 @@ INIT = {
     RlvProgressiveInfo: (ctypes.sizeof(RlvProgressiveInfo), 0, 0, 0, 0, 0, 0,),
     RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
     RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
+    RlvSimplifyOptions: (ctypes.sizeof(RlvSimplifyOptions), -1.0, 0, None, 0, 0, None, 0, 0, None, 0, 0,),
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
@@ -1476,7 +1477,6 @@ INIT = {
     RlvProceduralInfo: (ctypes.sizeof(RlvProceduralInfo), 0, 0, 0.0, 0, 0, (0,), (0,),),
     RlvProceduralTable: (ctypes.sizeof(RlvProceduralTable), 0, 0, 0, None, None, None, None, None,),
     RlvProceduralHits: (ctypes.sizeof(RlvProceduralHits), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
-    RlvSimplifyOptions: (ctypes.sizeof(RlvSimplifyOptions), -1.0, 0, None, 0, 0, None, 0, 0, None, 0, 0,),
 }
 
 # Every function: what it returns, and the names and types of what it takes.
@@ -1629,6 +1629,7 @@ FUNCTIONS = {
     "rlv_progressive_info": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvProgressiveInfo))]),
     "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
+    "rlv_simplify_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("progress", RlvProgress), ("user", c_void_p), ("error", c_float_p), ("out", POINTER(RlvMesh))]),
     "rlv_job_tessellate": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),
     "rlv_job_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),
@@ -1637,6 +1638,7 @@ FUNCTIONS = {
     "rlv_job_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_progressive": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvProgressiveOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_simplify": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
     "rlv_job_poll": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvJobInfo))]),
@@ -1644,6 +1646,7 @@ FUNCTIONS = {
     "rlv_job_cancel": (RlvResult, [("job", RlvJob)]),
     "rlv_job_result": (RlvResult, [("job", RlvJob)]),
     "rlv_job_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvMesh))]),
+    "rlv_job_simplify_error": (RlvResult, [("job", RlvJob), ("out", c_float_p)]),
     "rlv_job_progressive_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvProgressive))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
@@ -1693,5 +1696,4 @@ FUNCTIONS = {
     "rlv_procedural_info": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralInfo))]),
     "rlv_procedural_table": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralTable))]),
     "rlv_procedural_evaluate": (RlvResult, [("procedural", RlvProcedural), ("hits", POINTER(RlvProceduralHits))]),
-    "rlv_simplify_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("progress", RlvProgress), ("user", c_void_p), ("error", c_float_p), ("out", POINTER(RlvMesh))]),
 }

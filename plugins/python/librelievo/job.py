@@ -10,7 +10,8 @@ from .detail import number_of
 from .document import transfer_arguments
 from .handle import Handle, path_bytes
 from .imprint import Deforming, moment_of, settings_of
-from .mesh import Mesh
+from .mesh import Mesh, simplify_options
+from .parameter import address_of
 from .progressive import Progressive
 from .progressive import options_of as progressive_options
 from .ptex import options_of as ptex_options
@@ -103,6 +104,20 @@ def build(mesh, base_triangles=None, locked=None):
     options, kept = progressive_options(base_triangles, locked)
     fetch = lambda job: Progressive.of("rlv_job_progressive_mesh", job.handle)
     made = _started(fetch, "rlv_job_progressive", mesh.handle, ctypes.byref(options))
+    del kept
+    return made
+
+
+def simplify(mesh, **options):
+    """Starts `Mesh.simplify`; the result is the mesh, and how far it deviates."""
+
+    def fetch(job):
+        deviation = ctypes.c_float()
+        library.call("rlv_job_simplify_error", job.handle, address_of(deviation))
+        return Mesh.of("rlv_job_mesh", job.handle), deviation.value
+
+    options, kept = simplify_options(**options)
+    made = _started(fetch, "rlv_job_simplify", mesh.handle, ctypes.byref(options))
     del kept
     return made
 

@@ -22,6 +22,20 @@ def set_array(struct, reading, pointer, count, stride):
     setattr(struct, stride, reading.stride)
 
 
+def simplify_options(triangles=0, error=None, weights=None, left_out=(), locked=None, factors=None):
+    """RlvSimplifyOptions, and the arrays that it points to."""
+    pairs = [(name, weight, 0) for name, weight in (weights or {}).items()] + [(name, 0.0, 1) for name in left_out]
+    entries = (abi.RlvSimplifyWeight * len(pairs))(*((text_bytes(name), *rest) for name, *rest in pairs))
+    options = record.empty(abi.RlvSimplifyOptions)
+    options.triangles, options.error = triangles, -1.0 if error is None else error
+    options.weights, options.weight_count = entries, len(pairs)
+    locked = Reading(locked, numpy.uint32, 0, "locked")
+    factors = Reading(factors, numpy.float32, 0, "factors")
+    set_array(options, locked, "locked", "locked_count", "locked_stride")
+    set_array(options, factors, "factors", "factor_count", "factor_stride")
+    return options, (entries, locked, factors)
+
+
 class Mesh(Handle):
     """A polygon mesh. Front faces are counter-clockwise; lengths are in object units."""
 
@@ -77,15 +91,7 @@ class Mesh(Handle):
         """A mesh of fewer triangles with the attributes of this one, and how far it deviates; see RlvSimplifyOptions.
 
         `weights` are by names of attributes, `locked` points stay, `factors` (one a point) multiply what is lost there."""
-        pairs = [(name, weight, 0) for name, weight in (weights or {}).items()] + [(name, 0.0, 1) for name in left_out]
-        entries = (abi.RlvSimplifyWeight * len(pairs))(*((text_bytes(name), *rest) for name, *rest in pairs))
-        options = record.empty(abi.RlvSimplifyOptions)
-        options.triangles, options.error = triangles, -1.0 if error is None else error
-        options.weights, options.weight_count = entries, len(pairs)
-        locked = Reading(locked, numpy.uint32, 0, "locked")
-        factors = Reading(factors, numpy.float32, 0, "factors")
-        set_array(options, locked, "locked", "locked_count", "locked_stride")
-        set_array(options, factors, "factors", "factor_count", "factor_stride")
+        options, _kept = simplify_options(triangles, error, weights, left_out, locked, factors)
         deviation = ctypes.c_float()
         with watched(progress) as callback:
             told = (ctypes.byref(options), callback, None, address_of(deviation))

@@ -27,6 +27,7 @@ use crate::mesh::RlvMesh;
 use crate::progressive::{Build, RlvProgressive, RlvProgressiveOptions};
 use crate::ptex::{Export, Import, RlvPtexOptions, RlvPtexReport};
 use crate::registry::{self, busy, handle};
+use crate::simplify::{RlvSimplifyOptions, Simplification};
 use crate::tessellate::{self, RlvTessellateOptions};
 
 handle!(RlvJob, 13, JobObject);
@@ -53,6 +54,8 @@ descriptor! {
 pub enum Product {
     /// A reference to a mesh, which the job releases.
     Mesh(RlvMesh),
+    /// The same, and how far the mesh deviates.
+    Simplified(RlvMesh, f32),
     /// The same of a progressive mesh.
     Progressive(RlvProgressive),
     Imprint(Report),
@@ -67,7 +70,7 @@ impl Drop for Product {
     fn drop(&mut self) {
         // Nothing can be done about a host that released it too often.
         let _ = match self {
-            Self::Mesh(mesh) => registry::release(*mesh),
+            Self::Mesh(mesh) | Self::Simplified(mesh, _) => registry::release(*mesh),
             Self::Progressive(mesh) => registry::release(*mesh),
             _ => Ok(()),
         };
@@ -367,6 +370,18 @@ entry! {
         Ok(())
     }
 
+    fn rlv_job_simplify(mesh: RlvMesh, options: *const RlvSimplifyOptions, out: *mut RlvJob) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays of their counts.
+        let simplification = unsafe { Simplification::read(mesh, options) }?;
+        let job = start(&simplification.context().clone(), move |progress| {
+            simplification.run(progress).map(|(mesh, error)| Product::Simplified(mesh, error))
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
     fn rlv_job_retain(job: RlvJob) {
         registry::retain(job)
     }
@@ -407,12 +422,23 @@ entry! {
     fn rlv_job_mesh(job: RlvJob, out: *mut RlvMesh) {
         present("out", out)?;
         let mesh = registry::get(job)?.product("triangles", |product| match product {
-            Product::Mesh(mesh) => Some(*mesh),
+            Product::Mesh(mesh) | Product::Simplified(mesh, _) => Some(*mesh),
             _ => None,
         })?;
         registry::retain(mesh)?;
         // SAFETY: checked above.
         unsafe { put(out, mesh) };
+        Ok(())
+    }
+
+    fn rlv_job_simplify_error(job: RlvJob, out: *mut f32) {
+        present("out", out)?;
+        let error = registry::get(job)?.product("simplification", |product| match product {
+            Product::Simplified(_, error) => Some(*error),
+            _ => None,
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, error) };
         Ok(())
     }
 

@@ -1,14 +1,15 @@
 //! Simplification; see `include/relievo/simplify.h`.
 
 use std::ffi::{c_char, c_void};
+use std::sync::Arc;
 
-use relievo_core::{Error, Result};
+use relievo_core::{Error, Progress, Result};
 use relievo_lod::{AttributeOptions, SimplifyOptions, simplify_mesh};
 
 use crate::array::{Input, Plain, present, put, text};
-use crate::context::{HostProgress, RlvProgress};
+use crate::context::{ContextObject, HostProgress, RlvProgress};
 use crate::descriptor::read_optional;
-use crate::mesh::{self, RlvMesh};
+use crate::mesh::{self, MeshObject, RlvMesh};
 use crate::registry::{self, try_read};
 
 descriptor! {
@@ -44,6 +45,40 @@ impl Default for RlvSimplifyWeight {
 
 // SAFETY: a pointer, a float and an integer without padding.
 unsafe impl Plain for RlvSimplifyWeight {}
+
+/// What is to be simplified, and how.
+pub struct Simplification {
+    object: Arc<MeshObject>,
+    options: SimplifyOptions,
+    attributes: AttributeOptions,
+}
+
+impl Simplification {
+    /// Copies what was asked for.
+    ///
+    /// # Safety
+    /// `options` is NULL or a descriptor whose arrays are as the header demands.
+    pub unsafe fn read(mesh: RlvMesh, options: *const RlvSimplifyOptions) -> Result<Self> {
+        let object = registry::get(mesh)?;
+        // SAFETY: promised by the caller.
+        let (options, attributes) = unsafe { read(options, object.context.context.memory_limit()) }?;
+        Ok(Self { object, options, attributes })
+    }
+
+    pub fn context(&self) -> &Arc<ContextObject> {
+        &self.object.context
+    }
+
+    /// Makes the mesh. Returns it, and how far it deviates.
+    pub fn run(&self, progress: &mut dyn Progress) -> Result<(RlvMesh, f32)> {
+        let mesh = try_read(&self.object.mesh, "mesh")?;
+        let made = simplify_mesh(&self.context().context, &mesh, &self.options, &self.attributes, progress)?;
+        if made.mesh.face_count() == 0 {
+            return Err(Error::invalid("no triangle is left of it").at("mesh").advise("give it triangles with area"));
+        }
+        Ok((mesh::register(self.context().clone(), made.mesh)?, made.error))
+    }
+}
 
 /// What is asked for.
 ///
@@ -91,17 +126,9 @@ entry! {
         out: *mut RlvMesh,
     ) {
         present("out", out)?;
-        let object = registry::get(mesh)?;
-        let context = &object.context.context;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays of their counts.
-        let (options, attributes) = unsafe { read(options, context.memory_limit()) }?;
-        let mesh = try_read(&object.mesh, "mesh")?;
-        let made = simplify_mesh(context, &mesh, &options, &attributes, &mut HostProgress { callback: progress, user })?;
-        if made.mesh.face_count() == 0 {
-            return Err(Error::invalid("no triangle is left of it").at("mesh").advise("give it triangles with area"));
-        }
-        let deviation = made.error;
-        let made = mesh::register(object.context.clone(), made.mesh)?;
+        let simplification = unsafe { Simplification::read(mesh, options) }?;
+        let (made, deviation) = simplification.run(&mut HostProgress { callback: progress, user })?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
         if !error.is_null() {
