@@ -13,14 +13,14 @@ use crate::deviation::Deviation;
 use crate::measure::{Sample, compare, sample, seconds};
 use crate::peers::Peer;
 use crate::report::{Goal, Report};
-use crate::{progressive, shapes};
+use crate::{progressive, shapes, textured};
 
 /// The share of triangles that is left.
 const LEFT: f64 = 0.1;
 /// The peer whose simplification knows no meshes before either, and deviates least of all.
 const BEST: &str = "CGAL Lindstrom-Turk";
 /// Runs of each side.
-const RUNS: usize = 5;
+pub const RUNS: usize = 5;
 
 pub type Triangles = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 
@@ -47,11 +47,12 @@ pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
             None => eprintln!("skipped: meshes/{name} is not there"),
         }
     }
+    textured::run(report, &context)?;
     progressive_cases(report, &context)
 }
 
 /// A knot with octaves of waves.
-fn noisy_knot(along: u32, around: u32) -> Triangles {
+pub fn noisy_knot(along: u32, around: u32) -> Triangles {
     let wave = |p: Vec3| p.x.sin() * (1.1 * p.y + 1.3).sin() * (0.9 * p.z + 0.7).cos();
     let noisy = |point: &[f32; 3]| {
         let point = Vec3::from(*point);
@@ -125,7 +126,7 @@ fn case(report: &mut Report, context: &Context, peers: &[Peer], name: &str, mesh
     beside(report, "meshoptimizer", &theirs(mesh), Goal::RatioAtMost(0.85))?;
     for peer in peers {
         let goal = if peer.name == BEST { Goal::RatioAtMost(1.05) } else { Goal::None };
-        match peer.simplify(mesh, self::left(mesh)) {
+        match peer.simplify(mesh, self::left(&mesh.1)) {
             Ok((made, time)) => {
                 beside(report, &peer.name, &made, goal)?;
                 let rate = Sample::new(vec![millions / time]);
@@ -137,12 +138,13 @@ fn case(report: &mut Report, context: &Context, peers: &[Peer], name: &str, mesh
     Ok(mine.median())
 }
 
-fn left(mesh: &Triangles) -> usize {
-    (mesh.1.len() as f64 * LEFT) as usize
+/// How many triangles of these are to be left.
+pub fn left(triangles: &[[u32; 3]]) -> usize {
+    (triangles.len() as f64 * LEFT) as usize
 }
 
 fn ours(context: &Context, mesh: &Triangles) -> Result<Triangles> {
-    let options = SimplifyOptions { faces: left(mesh), ..SimplifyOptions::default() };
+    let options = SimplifyOptions { faces: left(&mesh.1), ..SimplifyOptions::default() };
     let made = simplify(context, &mesh.0, &mesh.1, &options, &mut Silent)?;
     Ok((made.points, made.triangles))
 }
@@ -150,7 +152,7 @@ fn ours(context: &Context, mesh: &Triangles) -> Result<Triangles> {
 fn theirs(mesh: &Triangles) -> Triangles {
     let (mut points, mut indices) = (mesh.0.clone(), mesh.1.as_flattened().to_vec());
     let options = meshopt::SimplifyOptions::None;
-    let count = 3 * left(mesh);
+    let count = 3 * left(&mesh.1);
     let count =
         meshopt::simplify_with_update(&mut indices, &mut points, &mut [], &[], 0, None, count, f32::MAX, options, None);
     (points, indices[..count].as_chunks().0.to_vec())

@@ -17,6 +17,7 @@ mod report;
 mod shapes;
 mod surface;
 mod table1;
+mod textured;
 mod triangles;
 mod voxels;
 
