@@ -5,6 +5,8 @@
  * and all the same whatever way was taken. Its vertices and triangles are written to the host's own buffers, where they
  * keep their places for as long as they are there: an update writes what has changed, and says within which range.
  *
+ * A level may write its edits down in a journal, from which they are made again after its host was killed.
+ *
  * Several levels of one progressive mesh do not know of each other. Lengths are in object units, angles in radians. */
 #ifndef RELIEVO_LEVEL_H
 #define RELIEVO_LEVEL_H
@@ -158,6 +160,23 @@ RLV_API RlvResult rlv_level_undo(RlvLevel level);
 
 /* Mutating. Makes the edit again that was taken back last. Fails with RLV_ERROR_NOT_FOUND if there is none. */
 RLV_API RlvResult rlv_level_redo(RlvLevel level);
+
+/* Mutating. Writes the edits that follow down in a journal, the file at path (UTF-8): each is handed to the operating
+ * system before it is made, and what is taken back too, so that a host that is killed loses none that was made. Where
+ * there is a journal already, which a killed host left, its edits are made again, which takes as long as it did at first;
+ * the level is as fine as before, and rlv_level_info tells the edits. Notes, such as of an edit that was under way, which
+ * is not made, go to the context's log. The file is this level's alone until the journal is closed or the level released,
+ * and the host's to delete once the edits are elsewhere. Fails, and changes nothing, if the level has edits or a journal,
+ * or the file cannot be written, is of another progressive mesh, damaged, or in use. */
+RLV_API RlvResult rlv_level_open_journal(RlvLevel level, const char *path);
+
+/* Waits until all edits are on the disk, where a failure of power does not reach them. Fails if the file cannot be
+ * written, and with RLV_ERROR_NOT_FOUND if there is no journal. */
+RLV_API RlvResult rlv_level_sync_journal(RlvLevel level);
+
+/* Mutating. Lets go of the journal: the edits stay, and those that follow are not written down. The file stays too. Fails
+ * with RLV_ERROR_NOT_FOUND if there is none. */
+RLV_API RlvResult rlv_level_close_journal(RlvLevel level);
 
 /* Mutating. Writes to the host's buffers what has changed of the mesh since the last update; out may be NULL. Fails, and
  * writes nothing, if there is not enough room; there is for any level with rlv_progressive_info's counts. */

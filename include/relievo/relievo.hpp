@@ -1279,6 +1279,11 @@ public:
     void undo() const { check(rlv_level_undo(get())); }
     void redo() const { check(rlv_level_redo(get())); }
 
+    /// Writes the edits that follow down in a file, after making those again that a killed host left there.
+    void open_journal(const std::string &path) const { check(rlv_level_open_journal(get(), path.c_str())); }
+    void sync_journal() const { check(rlv_level_sync_journal(get())); }
+    void close_journal() const { check(rlv_level_close_journal(get())); }
+
     /// Writes what has changed since the last update of the same buffers, or everything.
     void update(Buffers &buffers, bool is_whole = false) const {
         RlvLevelBuffers room = RLV_LEVEL_BUFFERS_INIT;

@@ -100,6 +100,9 @@ static RlvResult edit_level(uint64_t id) { RlvLevelEdit edit = RLV_LEVEL_EDIT_IN
 static RlvResult sculpt_level(uint64_t id) { RlvStrokePoint point = {{0.0}, 1.0, -1.0}; return rlv_level_sculpt((RlvLevel){id}, (RlvBrush){0}, &point, 1, 0, NULL); }
 static RlvResult undo_level(uint64_t id) { return rlv_level_undo((RlvLevel){id}); }
 static RlvResult redo_level(uint64_t id) { return rlv_level_redo((RlvLevel){id}); }
+static RlvResult open_journal(uint64_t id) { return rlv_level_open_journal((RlvLevel){id}, NULL); }
+static RlvResult sync_journal(uint64_t id) { return rlv_level_sync_journal((RlvLevel){id}); }
+static RlvResult close_journal(uint64_t id) { return rlv_level_close_journal((RlvLevel){id}); }
 static RlvResult update_level(uint64_t id) { RlvLevelBuffers room = RLV_LEVEL_BUFFERS_INIT; return rlv_level_update((RlvLevel){id}, &room, NULL); }
 static RlvResult level_mesh(uint64_t id) { RlvMesh out; return rlv_level_mesh((RlvLevel){id}, &out); }
 static RlvResult settle_level(uint64_t id) { RlvProgressive out; return rlv_level_settle((RlvLevel){id}, &out); }
@@ -141,6 +144,7 @@ static const struct {
     {settle_level, LEVEL},        {update_colors, COLORS},       {release_colors, COLORS},      {read_colors, COLORS},
     {vulkan_colors, COLORS},      {simplify_mesh, MESH},         {sculpt_level, LEVEL},
     {job_simplify, MESH},         {job_simplify_error, JOB},
+    {open_journal, LEVEL},        {sync_journal, LEVEL},         {close_journal, LEVEL},
 };
 
 /* What is garbage to one host is another's object: all that is there. */

@@ -341,6 +341,17 @@ int main() {
     level.update(buffers);
     CHECK(buffers.last.triangle_count == whole.info().triangle_count);
     CHECK(level.mesh().info().high[2] > 0.5f);
+    const auto journalled = relievo::Level::create(whole);
+    std::snprintf(name, sizeof name, "wrapper-%p.journal", static_cast<const void *>(&whole));
+    journalled.open_journal(name);
+    CHECK(journalled.edit({{{{1.5f, 1.5f, 0}, 9, RLV_FALLOFF_LINEAR, 0}, {0, 0, 1}, {0, 0, 1}, 0, 0}}) > 0);
+    journalled.sync_journal();
+    journalled.close_journal();
+    const auto recovered = relievo::Level::create(whole);
+    recovered.open_journal(name);
+    CHECK(recovered.info().undo_count == 1 && recovered.mesh().info().high[2] == journalled.mesh().info().high[2]);
+    recovered.close_journal();
+    CHECK(std::remove(name) == 0);
     const auto apart = relievo::Level::create(level.settle());
     apart.set_triangles(SIZE_MAX);
     relievo::Level::Buffers others(whole);

@@ -270,6 +270,22 @@ class Levels(unittest.TestCase):
             level.sculpt(brush, [[0, -9, 0]])
         with self.assertRaisesRegex(rl.Invalid, "no colours"):
             level.sculpt(rl.Brush(self.context), [[0, -1, 0]])
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "level.journal")
+            with self.assertRaisesRegex(rl.Invalid, "edits already"):
+                level.open_journal(path)
+            first, second = rl.Level(self.whole), rl.Level(self.whole)
+            first.open_journal(path)
+            first.edit([pull])
+            first.sync_journal()
+            first.close_journal()
+            second.open_journal(path)
+            self.assertEqual(second.info.undo_count, 1)
+            first.update(), second.update()
+            numpy.testing.assert_array_equal(first.points, second.points)
+            with self.assertRaises(rl.NotFound):
+                first.close_journal()
+            second.close_journal()
         with self.assertRaisesRegex(rl.Invalid, "error"):
             level.set_error(-1.0)
         with self.assertRaisesRegex(rl.Invalid, "steep"):

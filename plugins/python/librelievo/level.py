@@ -7,7 +7,7 @@ import numpy
 
 from . import abi, library, record
 from .array import Reading, writing
-from .handle import Handle
+from .handle import Handle, path_bytes
 from .mesh import Mesh
 from .parameter import address_of
 from .progressive import Progressive
@@ -102,6 +102,18 @@ class Level(Handle):
     def redo(self):
         """Makes the edit again that was taken back last."""
         library.call("rlv_level_redo", self.handle)
+
+    def open_journal(self, path):
+        """Writes the edits that follow down in a file, after making those again that a killed host left there."""
+        library.call("rlv_level_open_journal", self.handle, path_bytes(path))
+
+    def sync_journal(self):
+        """Waits until all edits are on the disk."""
+        library.call("rlv_level_sync_journal", self.handle)
+
+    def close_journal(self):
+        """Lets go of the journal: edits that follow are not written down."""
+        library.call("rlv_level_close_journal", self.handle)
 
     def update(self):
         """Brings `points`, `normals` and `triangles` up to date. Returns what was written; see RlvLevelUpdate."""

@@ -1,17 +1,22 @@
 //! Levels of progressive meshes; see `include/relievo/level.h`.
 
-use std::sync::{Arc, RwLock};
+mod edit;
 
-use relievo_core::{Attribute, Domain, Error, ErrorKind, Falloff, Mesh, Result, Values};
-use relievo_lod::progressive::{ActiveMesh, Buffers, Cut, Edit, Handle, Region, View};
+use std::ffi::c_char;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, RwLock};
 
-use crate::array::{Input, Output, Plain, present, put};
+use relievo_core::{Attribute, Context, Domain, Error, ErrorKind, Mesh, Result, Values};
+use relievo_lod::progressive::{ActiveMesh, Buffers, Cut, EditJournal, View};
+
+pub use self::edit::{RlvLevelEdit, RlvLevelHandle, RlvLevelRegion};
+use crate::array::{Input, Output, present, put, text};
 use crate::brush::RlvBrush;
-use crate::context::ContextObject;
-use crate::descriptor::{check_optional, numbered, read_descriptor, write_descriptor, write_optional};
+use crate::context::{ContextObject, RLV_LOG_WARNING};
+use crate::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
 use crate::mesh::{self, RlvMesh};
 use crate::progressive::{self, ProgressiveObject, RlvProgressive};
-use crate::registry::{self, handle, try_read, try_write};
+use crate::registry::{self, broken, handle, try_read, try_write};
 use crate::stroke::{RlvStrokePoint, points_of};
 
 handle!(RlvLevel, 17, LevelObject);
@@ -38,38 +43,6 @@ descriptor! {
         planes: *const f32,
         plane_count: usize,
         plane_stride: usize,
-    }
-}
-
-descriptor! {
-    pub struct RlvLevelRegion {
-        center: [f32; 3],
-        radius: f32,
-        falloff: u32,
-        reserved: u32,
-    }
-}
-
-descriptor! {
-    pub struct RlvLevelHandle {
-        region: RlvLevelRegion,
-        translation: [f32; 3],
-        axis: [f32; 3],
-        angle: f32,
-        reserved: u32,
-    }
-}
-
-descriptor! {
-    pub struct RlvLevelEdit {
-        struct_size: u32,
-        reserved: u32,
-        handles: *const RlvLevelHandle,
-        handle_count: usize,
-        handle_stride: usize,
-        anchors: *const RlvLevelRegion,
-        anchor_count: usize,
-        anchor_stride: usize,
     }
 }
 
@@ -111,27 +84,11 @@ descriptor! {
     }
 }
 
-impl Default for RlvLevelRegion {
-    fn default() -> Self {
-        Self { center: [0.0; 3], radius: 0.0, falloff: 0, reserved: 0 }
-    }
-}
-
-impl Default for RlvLevelHandle {
-    fn default() -> Self {
-        let region = RlvLevelRegion::default();
-        Self { region, translation: [0.0; 3], axis: [0.0; 3], angle: 0.0, reserved: 0 }
-    }
-}
-
-// SAFETY: words without padding, floats and integers.
-unsafe impl Plain for RlvLevelRegion {}
-// SAFETY: as above.
-unsafe impl Plain for RlvLevelHandle {}
-
 pub struct LevelObject {
     whole: Arc<ProgressiveObject>,
     mesh: RwLock<ActiveMesh>,
+    /// Where edits are written down, if they are. Taken after the mesh.
+    journal: Mutex<Option<EditJournal>>,
 }
 
 impl LevelObject {
@@ -143,39 +100,18 @@ impl LevelObject {
     fn change<T>(&self, work: impl FnOnce(&mut ActiveMesh) -> Result<T>) -> Result<T> {
         work(&mut *try_write(&self.mesh, "level")?)
     }
-}
 
-/// A region of influence; `place` says whose in messages.
-fn region(given: &RlvLevelRegion, place: impl Fn() -> String) -> Result<Region> {
-    let falloff = numbered("falloff", &Falloff::NAMES, given.falloff).map_err(|error| error.at(place()))?;
-    Ok(Region { center: given.center, radius: given.radius, falloff })
-}
+    fn journal(&self) -> Result<MutexGuard<'_, Option<EditJournal>>> {
+        self.journal.lock().map_err(|_| broken("level"))
+    }
 
-/// What an edit does.
-///
-/// # Safety
-/// `edit` is NULL or a descriptor whose arrays are as the header demands.
-unsafe fn read_edit(edit: *const RlvLevelEdit) -> Result<Edit> {
-    // SAFETY: a descriptor of nothing but numbers and NULL pointers.
-    let default: RlvLevelEdit = unsafe { std::mem::zeroed() };
-    // SAFETY: promised by the caller.
-    let given = unsafe { read_descriptor(edit, default) }?;
-    // SAFETY: promised by the caller.
-    let (handles, anchors) = unsafe {
-        (
-            Input::new("handles", given.handles, given.handle_count, given.handle_stride)?,
-            Input::new("anchors", given.anchors, given.anchor_count, given.anchor_stride)?,
-        )
-    };
-    let handle = |(index, given): (usize, RlvLevelHandle)| {
-        let region = region(&given.region, || format!("handle {index}"))?;
-        Ok(Handle { region, translation: given.translation, axis: given.axis, angle: given.angle })
-    };
-    let anchor = |(index, given): (usize, RlvLevelRegion)| region(&given, || format!("anchor {index}"));
-    Ok(Edit {
-        handles: handles.iter().enumerate().map(handle).collect::<Result<_>>()?,
-        anchors: anchors.iter().enumerate().map(anchor).collect::<Result<_>>()?,
-    })
+    /// Has mesh and journal for itself while they change.
+    fn edit<T>(
+        &self,
+        work: impl FnOnce(&Context, &mut ActiveMesh, Option<&mut EditJournal>) -> Result<T>,
+    ) -> Result<T> {
+        self.change(|mesh| work(&self.context().context, mesh, self.journal()?.as_mut()))
+    }
 }
 
 /// A host's buffers.
@@ -202,6 +138,10 @@ fn nothing(what: &str) -> Error {
     Error::new(ErrorKind::NotFound, format!("there is no edit to {what}")).at("level")
 }
 
+fn no_journal() -> Error {
+    Error::new(ErrorKind::NotFound, "it has no journal").at("level").advise("open one first")
+}
+
 entry! {
     fn rlv_level_create(progressive: RlvProgressive, out: *mut RlvLevel) {
         present("out", out)?;
@@ -213,7 +153,7 @@ entry! {
                 .advise("raise the memory limit of the context"));
         }
         let mesh = RwLock::new(ActiveMesh::new(&whole.mesh));
-        let made = registry::insert(LevelObject { whole, mesh })?;
+        let made = registry::insert(LevelObject { whole, mesh, journal: Mutex::new(None) })?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
         Ok(())
@@ -280,8 +220,11 @@ entry! {
     fn rlv_level_edit(level: RlvLevel, edit: *const RlvLevelEdit, reached: *mut usize) {
         let object = registry::get(level)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays of their counts.
-        let edit = unsafe { read_edit(edit) }?;
-        let count = object.change(|mesh| mesh.edit(&object.context().context, &edit))?;
+        let edit = unsafe { edit::read_edit(edit) }?;
+        let count = object.edit(|context, mesh, journal| match journal {
+            Some(journal) => journal.edit(context, mesh, &edit),
+            None => mesh.edit(context, &edit),
+        })?;
         if !reached.is_null() {
             // SAFETY: it is not NULL, and the caller promises a place.
             unsafe { put(reached, count) };
@@ -306,7 +249,10 @@ entry! {
         };
         let mut stroke = try_read(&brush.stroke, "brush")?.clone();
         stroke.points = points.detach();
-        let done = object.change(|mesh| mesh.sculpt(context, &stroke))?;
+        let done = object.edit(|context, mesh, journal| match journal {
+            Some(journal) => journal.sculpt(context, mesh, &stroke),
+            None => mesh.sculpt(context, &stroke),
+        })?;
         let told = RlvLevelSculpted {
             struct_size: 0,
             reserved: 0,
@@ -320,12 +266,52 @@ entry! {
 
     fn rlv_level_undo(level: RlvLevel) {
         let object = registry::get(level)?;
-        object.change(|mesh| mesh.undo(&object.context().context).then_some(()).ok_or_else(|| nothing("take back")))
+        let is_done = object.edit(|context, mesh, journal| match journal {
+            Some(journal) => journal.undo(context, mesh),
+            None => Ok(mesh.undo(context)),
+        })?;
+        if is_done { Ok(()) } else { Err(nothing("take back")) }
     }
 
     fn rlv_level_redo(level: RlvLevel) {
         let object = registry::get(level)?;
-        object.change(|mesh| mesh.redo(&object.context().context).then_some(()).ok_or_else(|| nothing("make again")))
+        let is_done = object.edit(|context, mesh, journal| match journal {
+            Some(journal) => journal.redo(context, mesh),
+            None => Ok(mesh.redo(context)),
+        })?;
+        if is_done { Ok(()) } else { Err(nothing("make again")) }
+    }
+
+    fn rlv_level_open_journal(level: RlvLevel, path: *const c_char) {
+        let object = registry::get(level)?;
+        // SAFETY: the caller gives NULL or a NUL-terminated text.
+        let path = unsafe { text("path", path) }?;
+        let note = object.change(|mesh| {
+            let mut journal = object.journal()?;
+            if journal.is_some() {
+                return Err(Error::invalid("it has a journal already").at("level").advise("close that one first"));
+            }
+            let opened = EditJournal::open(&object.context().context, Path::new(path), mesh);
+            let (opened, found) = opened.map_err(|error| if error.place.is_empty() { error.at("level") } else { error })?;
+            *journal = Some(opened);
+            Ok(found.note)
+        })?;
+        // The log may call back.
+        if let Some(note) = note {
+            object.context().log(RLV_LOG_WARNING, &format!("{path}: {note}"));
+        }
+        Ok(())
+    }
+
+    fn rlv_level_sync_journal(level: RlvLevel) {
+        let object = registry::get(level)?;
+        let _mesh = try_read(&object.mesh, "level")?;
+        object.journal()?.as_ref().ok_or_else(no_journal)?.sync()
+    }
+
+    fn rlv_level_close_journal(level: RlvLevel) {
+        let object = registry::get(level)?;
+        object.change(|_| object.journal()?.take().map(drop).ok_or_else(no_journal))
     }
 
     fn rlv_level_update(level: RlvLevel, buffers: *const RlvLevelBuffers, out: *mut RlvLevelUpdate) {
