@@ -118,6 +118,14 @@ typedef struct RlvLevelUpdate {
 
 #define RLV_LEVEL_UPDATE_INIT {sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0}
 
+/* A split of a level that is out of order: it deviates more than twice as much as it tells, so that meshes that are as
+ * coarse as it deviate more than was asked for, and keep triangles elsewhere that are needed here. */
+typedef struct RlvLevelMisplaced {
+    float point[3]; /* where the vertex is that it splits */
+    float told;     /* object units: what it deviates by as levels go by it */
+    float now;      /* object units: what it deviates by */
+} RlvLevelMisplaced;
+
 /* Makes a level of a progressive mesh, which is its base mesh. Fails with RLV_ERROR_MEMORY if it would take more than the
  * context's memory limit. */
 RLV_API RlvResult rlv_level_create(RlvProgressive progressive, RlvLevel *out);
@@ -190,5 +198,18 @@ RLV_API RlvResult rlv_level_mesh(RlvLevel level, RlvMesh *out);
  * written or handed on. Deviations of its levels are those it was built with. A level that is made for a view becomes
  * what it was before that. No failure of its own. */
 RLV_API RlvResult rlv_level_settle(RlvLevel level, RlvProgressive *out);
+
+/* Mutating, though it leaves the mesh as it is. Counts the splits that are out of order, as large edits leave them, and
+ * writes those that deviate most, up to capacity, to out, the worst one first; out may be NULL if capacity is 0. All
+ * splits of the mesh are looked at. A level that is made for a view becomes what it was before that. No failure of its
+ * own. */
+RLV_API RlvResult rlv_level_misplaced(RlvLevel level, RlvLevelMisplaced *out, size_t capacity, size_t *count);
+
+/* Mutating, though it leaves the mesh as it is. Builds a progressive mesh anew of the finest level with its edits, which
+ * takes as long as rlv_progressive_create: its splits are in order, and its levels deviate by what they tell. Locked
+ * points are those of rlv_level_mesh at the finest level. options may be NULL for the defaults, progress too. A level that
+ * is made for a view becomes what it was before that. Fails as rlv_progressive_create. */
+RLV_API RlvResult rlv_level_rebuild(RlvLevel level, const RlvProgressiveOptions *options, RlvProgress progress, void *user,
+                                    RlvProgressive *out);
 
 #endif

@@ -1303,6 +1303,24 @@ public:
         return Mesh(made);
     }
 
+    /// The splits that are out of order, the worst one first.
+    std::vector<RlvLevelMisplaced> misplaced() const {
+        std::size_t count = 0;
+        check(rlv_level_misplaced(get(), nullptr, 0, &count));
+        std::vector<RlvLevelMisplaced> found(count);
+        check(rlv_level_misplaced(get(), found.data(), count, &count));
+        return found;
+    }
+
+    /// A progressive mesh that is built anew of the finest level with its edits.
+    Progressive rebuild(const RlvProgressiveOptions &options = RLV_PROGRESSIVE_OPTIONS_INIT,
+                        const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        RlvProgressive made{0};
+        watch.check(rlv_level_rebuild(get(), &options, watch.callback(), &watch, &made));
+        return Progressive(made);
+    }
+
     /// A progressive mesh of its own with the edits at all levels.
     Progressive settle() const {
         RlvProgressive made{0};

@@ -216,6 +216,24 @@ int main(void) {
     CHECK_OK(rlv_level_info(level, &info));
     CHECK(info.undo_count == 1 && info.redo_count == 0);
 
+    /* Splits of what was stretched are out of order, and in order where it is built anew. */
+    RlvLevelMisplaced worst[3] = {{{77, 77, 77}, 77, 77}, {{77, 77, 77}, 77, 77}, {{77, 77, 77}, 77, 77}};
+    size_t misplaced = 0, none = 7;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_misplaced(level, NULL, 2, &misplaced), "out");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_misplaced(level, worst, 2, NULL), "count");
+    CHECK_OK(rlv_level_misplaced(level, worst, 2, &misplaced));
+    CHECK(misplaced > 2 && worst[0].now >= worst[1].now && worst[1].now > 2 * worst[1].told && worst[2].now == 77);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_rebuild(level, NULL, NULL, NULL, NULL), "out");
+    CHECK_OK(rlv_level_rebuild(level, &options, NULL, NULL, &settled));
+    CHECK_OK(rlv_level_create(settled, &other));
+    CHECK_OK(rlv_progressive_release(settled));
+    CHECK_OK(rlv_level_misplaced(other, NULL, 0, &none));
+    CHECK(none == 0);
+    CHECK_OK(rlv_level_mesh(other, &mesh));
+    CHECK_NEAR(highest(mesh), 1.5, 1e-3);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_level_release(other));
+
     /* Settled it is the same without the level, and others are as they were. */
     CHECK_OK(rlv_level_settle(level, &settled));
     CHECK_OK(rlv_level_create(settled, &other));

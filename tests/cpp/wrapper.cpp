@@ -341,6 +341,8 @@ int main() {
     level.update(buffers);
     CHECK(buffers.last.triangle_count == whole.info().triangle_count);
     CHECK(level.mesh().info().high[2] > 0.5f);
+    level.misplaced();
+    CHECK(relievo::Level::create(level.rebuild()).misplaced().empty());
     const auto journalled = relievo::Level::create(whole);
     std::snprintf(name, sizeof name, "wrapper-%p.journal", static_cast<const void *>(&whole));
     journalled.open_journal(name);

@@ -242,6 +242,13 @@ class Levels(unittest.TestCase):
         level.update()
         self.assertGreater(level.points[:, 2].max(), 1.4)
         self.assertEqual(level.mesh().info.face_count, self.whole.info.triangle_count)
+        worst, count = level.misplaced(3)
+        self.assertTrue(count >= len(worst) and (worst[:, 4] > 2 * worst[:, 3]).all())
+        self.assertEqual(len(level.misplaced()[0]), count)
+        rebuilt = rl.Level(level.rebuild(base_triangles=20))
+        self.assertEqual(rebuilt.misplaced()[1], 0)
+        with self.assertRaises(rl.Cancelled):
+            level.rebuild(progress=lambda fraction, stage: False)
         settled = rl.Level(level.settle())
         settled.set_triangles()
         settled.update()

@@ -1285,6 +1285,14 @@ class RlvLevelUpdate(Structure):
     ]
 
 
+class RlvLevelMisplaced(Structure):
+    _fields_ = [
+        ("point", c_float * 3),
+        ("told", c_float),
+        ("now", c_float),
+    ]
+
+
 class RlvPicture(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1685,6 +1693,8 @@ FUNCTIONS = {
     "rlv_level_update": (RlvResult, [("level", RlvLevel), ("buffers", POINTER(RlvLevelBuffers)), ("out", POINTER(RlvLevelUpdate))]),
     "rlv_level_mesh": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvMesh))]),
     "rlv_level_settle": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvProgressive))]),
+    "rlv_level_misplaced": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvLevelMisplaced)), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_level_rebuild": (RlvResult, [("level", RlvLevel), ("options", POINTER(RlvProgressiveOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvProgressive))]),
     "rlv_picture_open": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvPicture))]),
     "rlv_picture_retain": (RlvResult, [("picture", RlvPicture)]),
     "rlv_picture_release": (RlvResult, [("picture", RlvPicture)]),

@@ -10,7 +10,8 @@ from .array import Reading, writing
 from .handle import Handle, path_bytes
 from .mesh import Mesh
 from .parameter import address_of
-from .progressive import Progressive
+from .progress import watched
+from .progressive import Progressive, options_of
 from .stroke import points_of
 
 Region = namedtuple("Region", ["center", "radius", "falloff"], defaults=["smooth"])
@@ -127,6 +128,26 @@ class Level(Handle):
     def mesh(self):
         """A mesh of it as it is now."""
         return Mesh.of("rlv_level_mesh", self.handle)
+
+    def misplaced(self, most=None):
+        """The splits that are out of order, the worst one first: rows of a point, what it tells that it deviates by, and
+        what it does. At most so many of them, None for all; and how many there are."""
+        count = ctypes.c_size_t()
+        if most is None:
+            library.call("rlv_level_misplaced", self.handle, None, 0, address_of(count))
+            most = count.value
+        found = (abi.RlvLevelMisplaced * most)()
+        library.call("rlv_level_misplaced", self.handle, found, most, address_of(count))
+        rows = numpy.ctypeslib.as_array(ctypes.cast(found, ctypes.POINTER(ctypes.c_float)), (most, 5)) if most else []
+        return numpy.array(rows[: count.value], numpy.float32).reshape(-1, 5), count.value
+
+    def rebuild(self, base_triangles=None, locked=None, progress=None):
+        """A progressive mesh that is built anew of the finest level with its edits; as `Progressive` is."""
+        options, kept = options_of(base_triangles, locked)
+        with watched(progress) as callback:
+            made = Progressive.of("rlv_level_rebuild", self.handle, ctypes.byref(options), callback, None)
+        del kept
+        return made
 
     def settle(self):
         """A progressive mesh of its own that has the edits at all levels."""

@@ -2,7 +2,7 @@
 
 mod edit;
 
-use std::ffi::c_char;
+use std::ffi::{c_char, c_void};
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, RwLock};
 
@@ -10,12 +10,12 @@ use relievo_core::{Attribute, Context, Domain, Error, ErrorKind, Mesh, Result, V
 use relievo_lod::progressive::{ActiveMesh, Buffers, Cut, EditJournal, View};
 
 pub use self::edit::{RlvLevelEdit, RlvLevelHandle, RlvLevelRegion};
-use crate::array::{Input, Output, present, put, text};
+use crate::array::{Input, Output, Plain, present, put, text};
 use crate::brush::RlvBrush;
-use crate::context::{ContextObject, RLV_LOG_WARNING};
+use crate::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvProgress};
 use crate::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
 use crate::mesh::{self, RlvMesh};
-use crate::progressive::{self, ProgressiveObject, RlvProgressive};
+use crate::progressive::{self, ProgressiveObject, RlvProgressive, RlvProgressiveOptions};
 use crate::registry::{self, broken, handle, try_read, try_write};
 use crate::stroke::{RlvStrokePoint, points_of};
 
@@ -55,6 +55,23 @@ descriptor! {
         vertices: u64,
     }
 }
+
+descriptor! {
+    pub struct RlvLevelMisplaced {
+        point: [f32; 3],
+        told: f32,
+        now: f32,
+    }
+}
+
+impl Default for RlvLevelMisplaced {
+    fn default() -> Self {
+        Self { point: [0.0; 3], told: 0.0, now: 0.0 }
+    }
+}
+
+// SAFETY: words without padding, floats.
+unsafe impl Plain for RlvLevelMisplaced {}
 
 descriptor! {
     pub struct RlvLevelBuffers {
@@ -379,6 +396,36 @@ entry! {
         let object = registry::get(level)?;
         let settled = object.change(|mesh| Ok(mesh.settled(&object.context().context)))?;
         let made = progressive::register(object.context().clone(), settled)?;
+        // SAFETY: checked above.
+        unsafe { put(out, made) };
+        Ok(())
+    }
+    fn rlv_level_misplaced(level: RlvLevel, out: *mut RlvLevelMisplaced, capacity: usize, count: *mut usize) {
+        present("count", count)?;
+        let object = registry::get(level)?;
+        // SAFETY: the caller promises room for `capacity`.
+        let room = unsafe { Output::new("out", out, capacity, 0) }?;
+        let found = object.change(|mesh| Ok(mesh.misplaced(&object.context().context)))?;
+        room.fill(found.iter().map(|split| RlvLevelMisplaced { point: split.point, told: split.told, now: split.now }));
+        // SAFETY: checked above.
+        unsafe { put(count, found.len()) };
+        Ok(())
+    }
+
+    fn rlv_level_rebuild(
+        level: RlvLevel,
+        options: *const RlvProgressiveOptions,
+        progress: RlvProgress,
+        user: *mut c_void,
+        out: *mut RlvProgressive,
+    ) {
+        present("out", out)?;
+        let object = registry::get(level)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let options = unsafe { progressive::read_options(options, |point| Ok(point)) }?;
+        let (context, mut progress) = (&object.context().context, HostProgress { callback: progress, user });
+        let made = object.change(|mesh| mesh.rebuilt(context, &options, &mut progress))?;
+        let made = progressive::register(object.context().clone(), made)?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
         Ok(())

@@ -78,6 +78,7 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         level::RlvLevelEdit::layout(),
         level::RlvLevelBuffers::layout(),
         level::RlvLevelUpdate::layout(),
+        level::RlvLevelMisplaced::layout(),
         document::RlvDocumentInfo::layout(),
         document::RlvDocumentChanges::layout(),
         document::RlvTransferOptions::layout(),

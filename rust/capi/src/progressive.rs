@@ -68,26 +68,14 @@ impl Build {
     /// `options` is NULL or a descriptor whose array is as the header demands.
     pub unsafe fn read(mesh: RlvMesh, options: *const RlvProgressiveOptions) -> Result<Self> {
         let object = registry::get(mesh)?;
-        let default = RlvProgressiveOptions {
-            struct_size: 0,
-            reserved: 0,
-            base_triangles: BuildOptions::default().faces,
-            locked: std::ptr::null(),
-            locked_count: 0,
-            locked_stride: 0,
-        };
-        // SAFETY: promised by the caller.
-        let given = unsafe { read_optional(options, default) }?;
         let mesh = try_read(&object.mesh, "mesh")?;
         let welded = weld(&mesh.points, &mesh.triangles());
-        // SAFETY: promised by the caller.
-        let locked = unsafe { Input::new("locked", given.locked, given.locked_count, given.locked_stride) }?;
         let number = |point: u32| {
             let refusal = || Error::invalid(format!("the mesh has no point {point}")).at("locked");
             welded.numbers.get(point as usize).copied().ok_or_else(refusal)
         };
-        let locked = locked.iter().map(number).collect::<Result<Vec<u32>>>()?;
-        let options = BuildOptions { faces: given.base_triangles, locked };
+        // SAFETY: promised by the caller.
+        let options = unsafe { read_options(options, number) }?;
         Ok(Self { context: object.context.clone(), points: welded.points, triangles: welded.triangles, options })
     }
 
@@ -101,6 +89,29 @@ impl Build {
         let mesh = Progressive::build(context, &self.points, &self.triangles, &self.options, progress)?;
         register(self.context.clone(), mesh)
     }
+}
+
+/// What a mesh is built for. `number` tells the vertex at a locked point.
+///
+/// # Safety
+/// `options` is NULL or a descriptor whose array is as the header demands.
+pub unsafe fn read_options(
+    options: *const RlvProgressiveOptions,
+    number: impl Fn(u32) -> Result<u32>,
+) -> Result<BuildOptions> {
+    let default = RlvProgressiveOptions {
+        struct_size: 0,
+        reserved: 0,
+        base_triangles: BuildOptions::default().faces,
+        locked: std::ptr::null(),
+        locked_count: 0,
+        locked_stride: 0,
+    };
+    // SAFETY: promised by the caller.
+    let given = unsafe { read_optional(options, default) }?;
+    // SAFETY: promised by the caller.
+    let locked = unsafe { Input::new("locked", given.locked, given.locked_count, given.locked_stride) }?;
+    Ok(BuildOptions { faces: given.base_triangles, locked: locked.iter().map(number).collect::<Result<_>>()? })
 }
 
 /// Registers a progressive mesh.

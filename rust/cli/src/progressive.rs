@@ -37,6 +37,8 @@ enum Task {
     Export(Export),
     /// Moves and turns regions of a progressive mesh at levels of their own; all other levels follow.
     Edit(Edit),
+    /// Says where the levels of a progressive mesh deviate more than they tell, as they may after large edits.
+    Check(Check),
 }
 
 #[derive(clap::Args)]
@@ -96,6 +98,18 @@ struct Edit {
     /// is with `.journal` after its name: after a kill the same command goes on from there.
     #[arg(short, long, value_name = "FILE.rlvpm")]
     output: PathBuf,
+    /// Build it anew of its finest level with the edits, which takes as long as the first time: levels then have their
+    /// triangles where the surface needs them now, and deviate by what they tell.
+    #[arg(long)]
+    rebuild: bool,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+#[derive(clap::Args)]
+struct Check {
+    /// The progressive mesh.
+    file: PathBuf,
     #[command(flatten)]
     limits: Limits,
 }
@@ -150,6 +164,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Show(arguments) => show(arguments),
         Task::Export(arguments) => export(arguments),
         Task::Edit(arguments) => edit(arguments),
+        Task::Check(arguments) => check(arguments),
     }
 }
 
@@ -337,7 +352,39 @@ fn edit(arguments: &Edit) -> Outcome {
             None => format!("edit {index}: from the journal\n"),
         })
     })?;
-    active.settled(&context).save(&context, &arguments.output)?;
+    let made = if arguments.rebuild {
+        let options = BuildOptions { faces: mesh.base_faces().len(), ..BuildOptions::default() };
+        active.rebuilt(&context, &options, &mut Silent)?
+    } else {
+        let misplaced = active.misplaced(&context).len();
+        if misplaced > 0 {
+            eprintln!(
+                "note: {misplaced} splits deviate more than twice as much as they tell; --rebuild puts them in order"
+            );
+        }
+        active.settled(&context)
+    };
+    made.save(&context, &arguments.output)?;
     std::fs::remove_file(&journal).map_err(|error| Error::io(&journal, &error))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// How many splits are told of one by one.
+const TOLD: usize = 5;
+
+fn check(arguments: &Check) -> Outcome {
+    let context = arguments.limits.context()?;
+    let mesh = Arc::new(Progressive::open(&context, &arguments.file, usize::MAX)?);
+    let misplaced = ActiveMesh::new(&mesh).misplaced(&context);
+    crate::print(&format!(
+        "{}: {} of {} splits deviate more than twice as much as they tell\n",
+        arguments.file.display(),
+        misplaced.len(),
+        mesh.splits().count()
+    ))?;
+    for split in misplaced.iter().take(TOLD) {
+        let [x, y, z] = split.point;
+        crate::print(&format!("  {} at {x} {y} {z}, {} is told\n", split.now, split.told))?;
+    }
     Ok(ExitCode::SUCCESS)
 }

@@ -442,6 +442,15 @@ fn a_progressive_mesh_is_built_shown_and_taken_at_any_level() {
     let info = relievo(folder.path(), &["info", "--json", "level.ply"]);
     let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
     assert!(found["faces"] == 800 && found["bounds"][1][2].as_f64().unwrap() > 1.2, "{found}");
+    // What was flat is a peak now; built anew its order is that.
+    assert!(text(&edited.stderr).contains("--rebuild puts them in order"), "{edited:?}");
+    let misplaced = |file: &str| {
+        let told = text(&run(&["check", file]).stdout).to_owned();
+        told.split(' ').nth(1).unwrap().parse::<usize>().unwrap()
+    };
+    assert!(misplaced("bowl.rlvpm") == 0 && misplaced("edited.rlvpm") > 10);
+    let edited = run(&["edit", "bowl.rlvpm", "--script", "edits.toml", "--rebuild", "-o", "rebuilt.rlvpm"]);
+    assert!(edited.status.success() && edited.stderr.is_empty() && misplaced("rebuilt.rlvpm") == 0, "{edited:?}");
     // A stroke at a coarse level, and what becomes of the finest.
     let strokes = "version = 1\n[[strokes]]\nsculpt = \"draw\"\nheight = 0.5\n\
                    radius = 0.6\nfalloff = \"smooth\"\npoints = [{ position = [0, 0, 0] }]\n";

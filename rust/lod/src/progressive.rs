@@ -11,6 +11,7 @@
 //! - How regions of it are moved and turned: [`handle`], with `blocks`; how finer levels follow: `moves`, with `place`; how
 //!   coarser ones do: `coarser`, with `stars`; how that is taken back: `history`; and how it becomes a mesh of its own:
 //!   `settle`.
+//! - Where its order no longer fits what it has become: [`order`].
 //! - How brushes sculpt it: [`sculpt`].
 //! - How edits survive a killed program: [`journal`], with `inputs`.
 //! - The mesh on a graphics device, refined, coarsened and drawn there: [`device`].
@@ -30,6 +31,7 @@ mod inputs;
 pub mod journal;
 mod jump;
 mod moves;
+pub mod order;
 mod packing;
 mod place;
 mod recording;
@@ -47,6 +49,7 @@ pub use device::{DeviceHierarchy, DeviceLevel};
 pub use handle::{Edit, Handle, Region};
 pub use hierarchy::{BuildOptions, Child, Progressive};
 pub use journal::{EditJournal, Input, Recovered};
+pub use order::Misplaced;
 pub use recording::Key;
 pub(crate) use recording::{Made, Recording};
 pub use sculpt::Sculpted;

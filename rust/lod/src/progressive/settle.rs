@@ -1,11 +1,11 @@
 //! An edited mesh as a progressive mesh of its own.
 
 use glam::Vec3;
-use relievo_core::Context;
+use relievo_core::{Context, Progress, Result};
 
 use super::active::ActiveMesh;
 use super::cut::Cut;
-use super::hierarchy::{AT, Progressive};
+use super::hierarchy::{AT, BuildOptions, Progressive};
 use super::packing::{Lattice, Normal};
 
 impl ActiveMesh {
@@ -37,5 +37,21 @@ impl ActiveMesh {
         }
         self.adapt(context, cut);
         made
+    }
+    /// A progressive mesh that is built anew of the finest mesh with its edits: its levels deviate by what they tell, and
+    /// have triangles where the surface needs them now. Its vertices are those of this one's finest mesh, in their order.
+    /// Takes as long as building did, which [`Self::settled`] does not. A mesh that was made for a view becomes its cut.
+    /// Fails as [`Progressive::build`].
+    pub fn rebuilt(
+        &mut self,
+        context: &Context,
+        options: &BuildOptions,
+        progress: &mut dyn Progress,
+    ) -> Result<Progressive> {
+        let cut = self.cut();
+        self.adapt(context, Cut::FINEST);
+        let finest = self.extract();
+        self.adapt(context, cut);
+        Progressive::build(context, &finest.points, &finest.triangles, options, progress)
     }
 }
