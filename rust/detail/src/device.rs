@@ -28,7 +28,7 @@ mod voxel;
 pub(crate) use chain::DeviceChain;
 pub(crate) use dabs::{DeviceColor, Kind, OnDevice, edits_of, on_device, reports_of, smudges_of};
 pub(crate) use events::{DeviceValue, Edit, Returned};
-pub(crate) use imprint::{Batch, is_for_device};
+pub(crate) use imprint::{Batch, Imprinted, Standing};
 pub(crate) use link::{Link, MOST_LINKS};
 pub(crate) use state::DeviceObject;
 pub(crate) use triangle_brush::{TriangleBrush, TriangleStage};

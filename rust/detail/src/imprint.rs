@@ -12,7 +12,7 @@ use relievo_tiles::{Applied, Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
-use crate::device::{DeviceChain, TriangleChain};
+use crate::device::{DeviceChain, Imprinted, TriangleChain};
 use crate::grid::Grid;
 use crate::ground::Ground;
 use crate::knots::block_edge;
@@ -270,7 +270,7 @@ impl Imprinter {
         };
         self.finish(context, object, &mut cast, settings, &mut report)?;
         if follows {
-            self.follow(context, &mut [object], &[(0, &report.changed)]);
+            DisplacedObject::write_there(context, self, &mut [object], &[(0, &report.changed)]);
         }
         raycast::give_back(context, cast.dents);
         Ok(report)

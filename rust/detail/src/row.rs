@@ -3,13 +3,13 @@
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Progress, Result};
-use relievo_tiles::Field;
 
 use crate::collider::Collider;
-use crate::device::{Batch, MOST_LINKS, is_for_device};
+use crate::device::{Batch, Imprinted, MOST_LINKS};
 use crate::imprint::{ImprintSettings, Imprinter, Moment, Report};
 use crate::motion::Motion;
 use crate::object::DisplacedObject;
+use crate::triangle::TriangleObject;
 
 /// One of several imprints that are made in a row.
 #[derive(Clone, Copy, Debug)]
@@ -157,6 +157,27 @@ impl Imprinter {
         colliders: &mut [&mut Collider],
         sweeps: &[Sweep<'_>],
     ) -> Result<Vec<Report>> {
+        self.sweep_row(context, objects, colliders, sweeps)
+    }
+
+    /// As [`Imprinter::sweep_all`] on triangle meshes.
+    pub fn sweep_all_triangles(
+        &mut self,
+        context: &Context,
+        objects: &mut [&mut TriangleObject],
+        colliders: &mut [&mut Collider],
+        sweeps: &[Sweep<'_>],
+    ) -> Result<Vec<Report>> {
+        self.sweep_row(context, objects, colliders, sweeps)
+    }
+
+    fn sweep_row(
+        &mut self,
+        context: &Context,
+        objects: &mut [&mut impl Imprinted],
+        colliders: &mut [&mut Collider],
+        sweeps: &[Sweep<'_>],
+    ) -> Result<Vec<Report>> {
         for (index, sweep) in sweeps.iter().enumerate() {
             sweep.settings.check()?;
             if sweep.into >= objects.len() || sweep.by >= colliders.len() {
@@ -172,16 +193,16 @@ impl Imprinter {
     }
 
     /// Moves colliders along their motions, of which one alone may have a depth limit.
-    pub(crate) fn sweep_watching(
+    pub(crate) fn sweep_watching<O: Imprinted>(
         &mut self,
         context: &Context,
-        objects: &mut [&mut DisplacedObject],
+        objects: &mut [&mut O],
         colliders: &mut [&mut Collider],
         sweeps: &[Sweep<'_>],
         progress: &mut dyn Progress,
     ) -> Result<Vec<Report>> {
         let limited = sweeps.iter().find(|sweep| sweep.is_limited());
-        let start = limited.map(|sweep| objects[sweep.into].displacement().field().clone());
+        let start = limited.map(|sweep| objects[sweep.into].field().clone());
         let steps = sweeps.iter().enumerate().flat_map(|(index, sweep)| (1..=sweep.count()).map(move |it| (index, it)));
         let steps: Vec<_> = steps.collect();
         let wanted = |sweep: &Sweep<'_>| u64::from(sweep.motion.sub_steps());
@@ -198,16 +219,16 @@ impl Imprinter {
 
     /// Makes the imprints of a row: on a device together those that can be, else one by one. `progress` is asked before
     /// each.
-    fn make_row(
+    fn make_row<O: Imprinted>(
         &mut self,
         context: &Context,
-        objects: &mut [&mut DisplacedObject],
-        start: Option<&Field>,
+        objects: &mut [&mut O],
+        start: Option<&O::Field>,
         row: &mut dyn Row,
         progress: &mut dyn Progress,
     ) -> Result<Vec<Report>> {
         for object in objects.iter_mut() {
-            object.measure();
+            object.prepare(context)?;
         }
         let count = row.len();
         let mut reports = Vec::with_capacity(count);
@@ -216,7 +237,7 @@ impl Imprinter {
             let done = reports.len();
             let fits = |index: &usize| {
                 let (into, settings, _) = row.press(*index);
-                row.is_rigid(*index) && is_for_device(objects[into], settings)
+                row.is_rigid(*index) && objects[into].is_for_row(settings)
             };
             let wanted = (done..count.min(done + most)).take_while(fits).count();
             let mut stopped = Ok(());
@@ -236,13 +257,13 @@ impl Imprinter {
                             break;
                         }
                     }
-                    self.submit(context, objects, start, &row.colliders(), batch, &mut reports)?;
+                    self.submit(context, objects, start, &row.colliders(), &batch, &mut reports)?;
                 }
                 if reports.len() == done && asked > done {
                     let (into, settings, moment) = row.press(done);
                     let settings = *settings;
                     let collider = row.place(context, done)?;
-                    reports.push(self.step(context, objects[into], collider, &settings, moment, start)?);
+                    reports.push(objects[into].press(context, self, collider, (&settings, moment), start)?);
                 }
                 Ok::<_, Error>(())
             })?;

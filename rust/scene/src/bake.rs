@@ -14,7 +14,7 @@ use relievo_detail::overlap::overlap;
 use relievo_detail::tool::{foremost, pressed};
 use relievo_detail::{
     Collider, Deformable, DisplacedObject, FadingObject, Grid, ImprintSettings, Imprinter, LayeredObject, Moment,
-    Motion, Obb, Pose, Report, StrokeReport, Sweep,
+    Motion, Obb, Pose, Report, StrokeReport,
 };
 
 use crate::blocks;
@@ -22,6 +22,7 @@ use crate::cache::{Block, Frame, Key, Layer};
 use crate::description::ToolEntry;
 use crate::refusals::Refusals;
 use crate::riders;
+use crate::row;
 use crate::strokes;
 use crate::world::{Item, World};
 
@@ -61,12 +62,12 @@ pub struct Change {
 
 /// A collider at work: who presses into whom.
 #[derive(Clone, Copy, Debug)]
-struct Pair {
-    by: usize,
-    into: usize,
-    number: u32,
+pub(crate) struct Pair {
+    pub by: usize,
+    pub into: usize,
+    pub number: u32,
     settings: ImprintSettings,
-    tool: Option<ToolEntry>,
+    pub tool: Option<ToolEntry>,
 }
 
 /// Share of the smallest edge of a collider's box that its points may travel between imprints.
@@ -119,9 +120,13 @@ impl Baker {
             let groups = groups(world, now);
             let mut rest = &groups[..];
             while let Some((group, more)) = rest.split_first() {
-                let (row, after) = rest.split_at(rest.iter().take_while(|group| is_plain(world, group, &way)).count());
+                let (row, after) =
+                    rest.split_at(rest.iter().take_while(|group| row::is_plain(world, group, &way)).count());
                 if row.len() > 1 {
-                    self.sweep_row(context, world, row, &way, &mut changes)?;
+                    for (into, report) in row::sweep(context, &mut self.imprinter, world, row, &way)? {
+                        changes.refusals.add(into, &report.refused);
+                        changes.report.merge(report);
+                    }
                     rest = after;
                     continue;
                 }
@@ -168,52 +173,6 @@ impl Baker {
             changes.written.push(blocks::commit(surface));
         }
         Ok(changes)
-    }
-
-    /// Moves meshes along their ways, one after another, and presses them into surfaces that stay where they are.
-    fn sweep_row(
-        &mut self,
-        context: &Context,
-        world: &mut World,
-        groups: &[Vec<Pair>],
-        way: &Way,
-        changes: &mut Changes,
-    ) -> Result<()> {
-        let pairs: Vec<Pair> = groups.iter().flatten().copied().collect();
-        let [into, by] = [|pair: &Pair| pair.into, |pair: &Pair| pair.by]
-            .map(|object| pairs.iter().map(object).collect::<BTreeSet<_>>());
-        let (mut surfaces, mut colliders) = world.surfaces_and_colliders(&into, &by);
-        let place = |set: &BTreeSet<usize>, object: usize| set.range(..object).count();
-        let mut motions = Vec::new();
-        for pair in &pairs {
-            let parts = way.parts(pair);
-            let collider = place(&by, pair.by);
-            for part in 0..parts {
-                let [from, to] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
-                let [from, to] = [from, to].map(|share| Pose::rigid(way.at(pair.by, share)));
-                motions.push((
-                    pair,
-                    part,
-                    collider,
-                    Motion::new(&*colliders[collider], from, to)?,
-                    settings_of(pair, parts),
-                ));
-            }
-        }
-        let sweeps = motions.iter().map(|(pair, part, collider, motion, settings)| Sweep {
-            into: place(&into, pair.into),
-            by: *collider,
-            motion,
-            settings,
-            moment: Moment { frame: u64::from(way.frame), step: part << 16, pair: pair.number },
-        });
-        let sweeps: Vec<_> = sweeps.collect();
-        let reports = self.imprinter.sweep_all(context, &mut surfaces, &mut colliders, &sweeps)?;
-        for ((pair, ..), report) in motions.iter().zip(reports) {
-            changes.refusals.add(pair.into, &report.refused);
-            changes.report.merge(report);
-        }
-        Ok(())
     }
 
     /// Moves a mesh along its way and presses it into a surface. Returns also where a tool ends that a force presses
@@ -404,22 +363,13 @@ impl Baker {
 }
 
 /// How a collider presses in each of the `parts` of its way.
-fn settings_of(pair: &Pair, parts: u32) -> ImprintSettings {
+pub(crate) fn settings_of(pair: &Pair, parts: u32) -> ImprintSettings {
     let mut settings = pair.settings;
     // The limit holds for a sweep; what a frame's sweeps do adds up.
     if settings.depth_limit < ImprintSettings::default().depth_limit {
         settings.depth_limit /= parts as f32;
     }
     settings
-}
-
-/// Whether it is a mesh that keeps its points, on a way of its own, and a surface that stays as and where it is.
-fn is_plain(world: &World, group: &[Pair], way: &Way) -> bool {
-    let [pair] = group else { return false };
-    let item = |object: usize| world.items().get(object);
-    let kinds = matches!((item(pair.by), item(pair.into)), (Some(Item::Mesh(_)), Some(Item::Surface(_))));
-    let animated = [pair.by, pair.into].into_iter().any(|object| world.is_object_animated(object));
-    kinds && pair.tool.is_none() && !animated && !way.moves(pair.into)
 }
 
 /// Where a tool is after a `share` of the way when its force presses it into the surface it comes upon; `None` if it
@@ -445,12 +395,12 @@ fn press(
 }
 
 /// The way of all objects through a frame.
-struct Way<'a> {
+pub(crate) struct Way<'a> {
     /// Their transforms at even times.
     path: &'a [Vec<DAffine3>],
     before: f64,
     now: f64,
-    frame: u32,
+    pub frame: u32,
 }
 
 impl Way<'_> {
@@ -460,7 +410,7 @@ impl Way<'_> {
     }
 
     /// Where `object` is after a `share` of the way.
-    fn at(&self, object: usize, share: f64) -> DAffine3 {
+    pub fn at(&self, object: usize, share: f64) -> DAffine3 {
         let place = share * (self.path.len() - 1) as f64;
         let before = (place.floor() as usize).min(self.path.len() - 1);
         let after = (before + 1).min(self.path.len() - 1);
@@ -483,12 +433,12 @@ impl Way<'_> {
     }
 
     /// Whether `object` is not where it was all the time.
-    fn moves(&self, object: usize) -> bool {
+    pub fn moves(&self, object: usize) -> bool {
         self.path.windows(2).any(|pose| pose[0][object] != pose[1][object])
     }
 
     /// Parts of the way in which the two objects turn so little that they may be taken as turning evenly.
-    fn parts(&self, pair: &Pair) -> u32 {
+    pub fn parts(&self, pair: &Pair) -> u32 {
         let turn = |pose: &[Vec<DAffine3>], object: usize| {
             let [a, b] = [0, 1].map(|at| turn_and_stretch(&pose[at][object]).0);
             a.angle_between(b)

@@ -24,6 +24,7 @@ mod reader;
 pub mod refusals;
 pub mod replay;
 mod riders;
+mod row;
 pub mod schema;
 pub mod sequence;
 pub mod shapes;

@@ -484,6 +484,20 @@ impl World {
         (surfaces.collect(), colliders.filter_map(|(_, collider)| collider.as_mut()).collect())
     }
 
+    /// The triangle meshes among the objects `into`, and the meshes among `by` that press, as colliders; both ascending.
+    pub(crate) fn triangles_and_colliders(
+        &mut self,
+        into: &BTreeSet<usize>,
+        by: &BTreeSet<usize>,
+    ) -> (Vec<&mut TriangleObject>, Vec<&mut Collider>) {
+        let meshes = self.items.iter_mut().enumerate().filter_map(|(index, item)| match item {
+            Item::Triangles(mesh) if into.contains(&index) => Some(&mut mesh.object),
+            _ => None,
+        });
+        let colliders = self.colliders.iter_mut().enumerate().filter(|(index, _)| by.contains(index));
+        (meshes.collect(), colliders.filter_map(|(_, collider)| collider.as_mut()).collect())
+    }
+
     /// A triangle mesh to press into and the mesh that presses, as a collider; `None` unless that is what the two are.
     pub(crate) fn triangles_and_collider(
         &mut self,

@@ -281,6 +281,9 @@ pub(crate) trait OnDevice: LayeredObject {
     type Device;
 
     fn device_slot(&mut self) -> &mut Option<Self::Device>;
+
+    /// Why the processor took over, until that is told.
+    fn fault_slot(&mut self) -> &mut Option<Error>;
 }
 
 impl OnDevice for DisplacedObject {
@@ -288,6 +291,10 @@ impl OnDevice for DisplacedObject {
 
     fn device_slot(&mut self) -> &mut Option<DeviceObject> {
         &mut self.device
+    }
+
+    fn fault_slot(&mut self) -> &mut Option<Error> {
+        &mut self.device_fault
     }
 }
 

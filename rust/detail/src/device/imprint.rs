@@ -5,18 +5,96 @@
 //! outwards stays; where a rim raises it by a step, those that follow are made again.
 
 use relievo_core::{Context, Error, ErrorKind, Result};
+use relievo_gpu::Device;
 use relievo_tiles::Field;
 
 use super::chain::{DeviceChain, Target};
+use super::dabs::OnDevice;
 use super::link::Link;
+use super::state::DeviceObject;
 use crate::collider::Collider;
 use crate::grid::Grid;
-use crate::imprint::{Cast, ImprintSettings, Imprinter, Moment, Report, overlap_grid};
+use crate::imprint::{Cast, ImprintSettings, Imprinter, Moment, Pressed, Report, grid_over};
 use crate::knots::block_edge;
 use crate::layered::LayeredObject;
 use crate::object::DisplacedObject;
 use crate::raycast::TileDents;
 use crate::rim::outwards;
+
+/// A surface that imprints are made into, one by one or several at a time on a device.
+pub(crate) trait Imprinted: Pressed + OnDevice {
+    /// Its displacement.
+    type Field: Clone + Send + Sync;
+    /// What the rays of an imprint found.
+    type Cast;
+    /// What a submission goes by besides that is known of one of its objects.
+    type Known;
+
+    fn field(&self) -> &Self::Field;
+
+    /// Bytes of its blocks.
+    fn bytes(&self) -> u64;
+
+    /// Makes ready for a row of imprints. Fails where it cannot have any.
+    fn prepare(&mut self, context: &Context) -> Result<()>;
+
+    /// Whether imprints of the given settings are for its device, together with others. Colliders that are too far from a
+    /// grid are besides, see [`Link::new`].
+    fn is_for_row(&self, settings: &ImprintSettings) -> bool;
+
+    /// The device that a state is on.
+    fn device_of(state: &Self::Device) -> &Device;
+
+    /// Presses a collider in where it is, whose depth limit counts from `start`, if there is one.
+    fn press(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        collider: &Collider,
+        how: (&ImprintSettings, Moment),
+        start: Option<&Self::Field>,
+    ) -> Result<Report>;
+
+    /// Makes `links` on the device of some objects, of which the states are given.
+    fn cast(
+        context: &Context,
+        imprinter: &mut Imprinter,
+        device: &Device,
+        objects: Vec<(&mut Self::Device, &Self)>,
+        start: Option<&Self::Field>,
+        colliders: &[&Collider],
+        links: &[Link],
+    ) -> Result<Vec<Self::Cast>>;
+
+    /// What is known of it before a submission is written.
+    fn known(&self) -> Self::Known;
+
+    /// Writes what an imprint found. Returns whether those that follow it in the batch found what they would have by
+    /// themselves.
+    fn finish(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        cast: Self::Cast,
+        known: &mut Self::Known,
+        place: Standing<'_>,
+        report: &mut Report,
+    ) -> Result<bool>;
+
+    /// Has the device write what the imprints of the last submission changed, of each of which `made` tells the object and
+    /// what changed of it, ascending. An object for which that fails loses its device, and tells.
+    fn write_there(context: &Context, imprinter: &mut Imprinter, objects: &mut [&mut Self], made: &[(usize, &[u32])]);
+}
+
+/// Where an imprint stands in its submission.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Standing<'a> {
+    pub settings: &'a ImprintSettings,
+    /// Whether something is smoothed on its object.
+    pub smooths: bool,
+    /// Whether none on the same object follows.
+    pub is_last: bool,
+}
 
 /// Whether imprints of the given settings on `object` are for its device: those of tiles that are culled. Colliders that
 /// are too far from a grid are besides, see [`Link::new`].
@@ -49,12 +127,12 @@ impl Batch {
         &mut self,
         context: &Context,
         target: usize,
-        object: &mut DisplacedObject,
+        object: &mut impl Pressed,
         collider: &Collider,
         settings: &ImprintSettings,
         moment: Moment,
     ) -> Result<bool> {
-        let grid = context.stats().time("imprint.obb", || overlap_grid(context, object, collider, settings, moment))?;
+        let grid = context.stats().time("imprint.obb", || grid_over(context, object, collider, settings, moment))?;
         if let Some(grid) = &grid {
             let Some(link) = Link::new(context, target, collider, grid, &settings.limits()) else { return Ok(false) };
             self.links.push(link.smoothed(settings).raising(settings));
@@ -64,61 +142,119 @@ impl Batch {
         Ok(true)
     }
 
-    /// Whether something is smoothed on one of the objects.
-    fn smooths(&self, target: usize) -> bool {
-        let smooths = |ready: &Ready| ready.grid.is_some() && ready.settings.smoothing > 0.0;
-        self.all.iter().any(|ready| ready.target == target && smooths(ready))
+    /// Where imprint `index` stands.
+    fn standing(&self, index: usize) -> Standing<'_> {
+        let Ready { target, settings, .. } = &self.all[index];
+        let there = |ready: &&Ready| ready.target == *target && ready.grid.is_some();
+        let smooths = self.all.iter().filter(there).any(|ready| ready.settings.smoothing > 0.0);
+        Standing { settings, smooths, is_last: !self.all[index + 1..].iter().any(|ready| there(&ready)) }
     }
 }
 
 impl Imprinter {
     /// Submits imprints together and adds the reports of those that stay: none where the device does not make them.
-    pub(crate) fn submit(
+    pub(crate) fn submit<O: Imprinted>(
         &mut self,
         context: &Context,
-        objects: &mut [&mut DisplacedObject],
-        start: Option<&Field>,
+        objects: &mut [&mut O],
+        start: Option<&O::Field>,
         colliders: &[&Collider],
-        batch: Batch,
+        batch: &Batch,
         reports: &mut Vec<Report>,
     ) -> Result<()> {
-        match self.cast_together(context, objects, start, colliders, &batch.links) {
-            Some(casts) => {
-                let first = reports.len();
-                self.take_up(context, objects, &batch, casts, reports)?;
-                let made = batch.all.iter().zip(&reports[first..]).filter(|(ready, _)| ready.grid.is_some());
-                // What is smoothed is not what the device keeps.
-                let made: Vec<(usize, &[u32])> = made
-                    .map(|(ready, report)| {
-                        let tiles = if batch.smooths(ready.target) { &[][..] } else { &report.changed };
-                        (ready.target, tiles)
-                    })
-                    .collect();
-                self.follow(context, objects, &made);
-                Ok(())
+        let Some(casts) = self.cast_together(context, objects, start, colliders, &batch.links) else { return Ok(()) };
+        let first = reports.len();
+        self.take_up(context, objects, batch, casts, reports)?;
+        let made = batch.all.iter().enumerate().zip(&reports[first..]).filter(|((_, ready), _)| ready.grid.is_some());
+        // What is smoothed is not what the device keeps.
+        let made: Vec<(usize, &[u32])> = made
+            .map(|((index, ready), report)| {
+                (ready.target, if batch.standing(index).smooths { &[][..] } else { &report.changed })
+            })
+            .collect();
+        O::write_there(context, self, objects, &made);
+        Ok(())
+    }
+
+    /// Makes `links` on the device of `objects`, those with one that is the first one's; `None` where it fails, which an
+    /// object then tells.
+    pub(crate) fn cast_together<O: Imprinted>(
+        &mut self,
+        context: &Context,
+        objects: &mut [&mut O],
+        start: Option<&O::Field>,
+        colliders: &[&Collider],
+        links: &[Link],
+    ) -> Option<Vec<O::Cast>> {
+        if links.is_empty() {
+            return Some(Vec::new());
+        }
+        let _stage = context.stats().begin("imprint.device");
+        // Objects that none meets are left alone.
+        let mut met: Vec<usize> = links.iter().map(|link| link.target).collect();
+        met.sort_unstable();
+        met.dedup();
+        let links = links.iter().map(|link| link.of_target(met.partition_point(|index| *index < link.target)));
+        let links: Vec<Link> = links.collect();
+        let mut states: Vec<_> = met.iter().map(|index| objects[*index].device_slot().take()).collect();
+        let device = states.iter().flatten().next().map(|state| O::device_of(state).clone())?;
+        let there = &*objects;
+        let each = states.iter_mut().zip(&met).map(|(state, index)| {
+            let state = state.as_mut().filter(|state| O::device_of(state).is_same(&device));
+            Ok((state.ok_or_else(|| Error::unsupported("objects on several devices at once"))?, &*there[*index]))
+        });
+        let made = each.collect::<Result<Vec<_>>>();
+        let made = made.and_then(|each| O::cast(context, self, &device, each, start, colliders, &links));
+        // What has no room there, or is too far, is for the processor; the device goes on with the rest.
+        let lost = match &made {
+            Ok(_) => false,
+            Err(fault) => !matches!(fault.kind, ErrorKind::Unsupported | ErrorKind::Memory) || device.check().is_err(),
+        };
+        for (index, state) in met.iter().zip(states) {
+            *objects[*index].device_slot() = state.filter(|state| !lost || !O::device_of(state).is_same(&device));
+        }
+        match made {
+            Ok(casts) => Some(casts),
+            // Several are tried one by one before anything is told.
+            Err(_) if !lost && links.len() > 1 => None,
+            Err(fault) => {
+                objects[met[0]].fault_slot().get_or_insert(fault);
+                None
             }
-            None => Ok(()),
         }
     }
 
-    /// Has the device write what the imprints of the last submission changed, of each of which `made` tells the object and
-    /// the tiles, ascending. An object for which that fails loses its device, and tells.
-    pub(crate) fn follow(&mut self, context: &Context, objects: &mut [&mut DisplacedObject], made: &[(usize, &[u32])]) {
-        let Some(chain) = &self.chain else { return };
-        let _stage = context.stats().begin("imprint.device.follow");
-        for (index, object) in objects.iter_mut().enumerate() {
-            if !made.iter().any(|(target, tiles)| *target == index && !tiles.is_empty()) {
-                continue;
+    /// Writes what imprints that were made together found, up to one after which others would have found something else,
+    /// or after which the boxes of others reach further.
+    fn take_up<O: Imprinted>(
+        &mut self,
+        context: &Context,
+        objects: &mut [&mut O],
+        batch: &Batch,
+        casts: Vec<O::Cast>,
+        reports: &mut Vec<Report>,
+    ) -> Result<()> {
+        let mut known: Vec<O::Known> = objects.iter().map(|object| object.known()).collect();
+        let mut casts = casts.into_iter();
+        for (index, ready) in batch.all.iter().enumerate() {
+            let object = &mut *objects[ready.target];
+            if outwards(object.reach()[1], &ready.settings) != ready.most {
+                break;
             }
-            let Some(mut state) = object.device.take() else { continue };
-            let stays = |link: usize, tile: u32| {
-                made.get(link).is_some_and(|(target, tiles)| *target == index && tiles.binary_search(&tile).is_ok())
-            };
-            match chain.write(&mut state, object.displacement().field(), stays) {
-                Ok(()) => object.device = Some(state),
-                Err(fault) => object.lose_device(fault),
+            let mut report = Report { bytes: object.bytes(), sub_steps: 1, ..Report::default() };
+            let mut stays = true;
+            if let Some(grid) = &ready.grid {
+                let cast = casts.next().ok_or_else(|| Error::internal("an imprint was not made"))?;
+                report.voxel_diagonal = grid.diagonal();
+                let (known, standing) = (&mut known[ready.target], batch.standing(index));
+                stays = object.finish(context, self, cast, known, standing, &mut report)? && report.refused.is_empty();
+            }
+            reports.push(report);
+            if !stays {
+                break;
             }
         }
+        Ok(())
     }
 
     /// Culls, voxelises and casts rays on the object's device; `None` if the processor is to do it.
@@ -138,92 +274,100 @@ impl Imprinter {
         self.cast_together(context, &mut [object], start, &[collider], &[link])?.pop()
     }
 
-    /// Makes `links` on the device of `objects`, those with one that is the first one's; `None` where it fails, which an
-    /// object then tells.
-    fn cast_together(
-        &mut self,
-        context: &Context,
-        objects: &mut [&mut DisplacedObject],
-        start: Option<&Field>,
-        colliders: &[&Collider],
-        links: &[Link],
-    ) -> Option<Vec<Cast>> {
-        if links.is_empty() {
-            return Some(Vec::new());
-        }
-        let _stage = context.stats().begin("imprint.device");
-        let mut states: Vec<_> = objects.iter_mut().map(|object| object.device.take()).collect();
-        let device = states.iter().flatten().next().map(|state| state.device().clone())?;
-        let made = self.chain_on(&device).and_then(|chain| {
-            let each = states.iter_mut().zip(&*objects).map(|(state, object)| {
-                let state = state.as_mut().filter(|state| state.device().is_same(&device));
-                let state = state.ok_or_else(|| Error::unsupported("objects on several devices at once"))?;
-                Ok(Target { state, object: &**object, start })
-            });
-            let mut targets = each.collect::<Result<Vec<_>>>()?;
-            chain.run(context, &mut targets, colliders, links)
-        });
-        // What has no room there, or is too far, is for the processor; the device goes on with the rest.
-        let lost = match &made {
-            Ok(_) => false,
-            Err(fault) => !matches!(fault.kind, ErrorKind::Unsupported | ErrorKind::Memory) || device.check().is_err(),
-        };
-        for (object, state) in objects.iter_mut().zip(states) {
-            object.device = state.filter(|state| !lost || !state.device().is_same(&device));
-        }
-        match made {
-            Ok(casts) => Some(casts),
-            // Several are tried one by one before anything is told.
-            Err(_) if !lost && links.len() > 1 => None,
-            Err(fault) => {
-                objects[0].device_fault.get_or_insert(fault);
-                None
-            }
-        }
-    }
-
-    /// Writes what imprints that were made together found, up to one after which others would have found something else:
-    /// one of which the budget refused tiles, whose coefficients the ring update changed, as it does where those of several
-    /// tiles meet at an extraordinary vertex, or after which the boxes of others reach further. Of objects on which something
-    /// is smoothed the device makes what the ring update does too.
-    fn take_up(
-        &mut self,
-        context: &Context,
-        objects: &mut [&mut DisplacedObject],
-        batch: &Batch,
-        casts: Vec<Cast>,
-        reports: &mut Vec<Report>,
-    ) -> Result<()> {
-        let mut casts = casts.into_iter();
-        for ready in &batch.all {
-            let object = &mut *objects[ready.target];
-            if outwards(object.reach()[1], &ready.settings) != ready.most {
-                break;
-            }
-            let mut report = Report { bytes: object.displacement().bytes(), sub_steps: 1, ..Report::default() };
-            let mut stays = true;
-            if let Some(grid) = &ready.grid {
-                let mut cast = casts.next().ok_or_else(|| Error::internal("an imprint was not made"))?;
-                report.voxel_diagonal = grid.diagonal();
-                self.finish(context, object, &mut cast, &ready.settings, &mut report)?;
-                let field = object.displacement().field();
-                let written = || cast.dents.iter().all(|dents| is_written(field, dents));
-                stays = report.refused.is_empty() && (batch.smooths(ready.target) || written());
-            }
-            reports.push(report);
-            if !stays {
-                break;
-            }
-        }
-        Ok(())
-    }
-
     /// What imprints share on a device.
-    fn chain_on(&mut self, device: &relievo_gpu::Device) -> Result<&mut DeviceChain> {
+    fn chain_on(&mut self, device: &Device) -> Result<&mut DeviceChain> {
         if !self.chain.as_ref().is_some_and(|chain| chain.is_on(device)) {
             self.chain = Some(DeviceChain::new(device)?);
         }
         self.chain.as_mut().ok_or_else(|| Error::internal("no room for imprints on a device"))
+    }
+}
+
+impl Imprinted for DisplacedObject {
+    type Field = Field;
+    type Cast = Cast;
+    type Known = ();
+
+    fn field(&self) -> &Field {
+        self.displacement().field()
+    }
+
+    fn bytes(&self) -> u64 {
+        self.displacement().bytes()
+    }
+
+    fn prepare(&mut self, _: &Context) -> Result<()> {
+        self.measure();
+        Ok(())
+    }
+
+    fn is_for_row(&self, settings: &ImprintSettings) -> bool {
+        is_for_device(self, settings)
+    }
+
+    fn device_of(state: &DeviceObject) -> &Device {
+        state.device()
+    }
+
+    fn press(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        collider: &Collider,
+        (settings, moment): (&ImprintSettings, Moment),
+        start: Option<&Field>,
+    ) -> Result<Report> {
+        imprinter.step(context, self, collider, settings, moment, start)
+    }
+
+    fn cast(
+        context: &Context,
+        imprinter: &mut Imprinter,
+        device: &Device,
+        objects: Vec<(&mut DeviceObject, &Self)>,
+        start: Option<&Field>,
+        colliders: &[&Collider],
+        links: &[Link],
+    ) -> Result<Vec<Cast>> {
+        let mut targets: Vec<_> = objects.into_iter().map(|(state, object)| Target { state, object, start }).collect();
+        imprinter.chain_on(device)?.run(context, &mut targets, colliders, links)
+    }
+
+    fn known(&self) {}
+
+    /// Others would have found something else after one of which the budget refused tiles, or whose coefficients the ring
+    /// update changed, as it does where those of several tiles meet at an extraordinary vertex. Of objects on which
+    /// something is smoothed the device makes what the ring update does too.
+    fn finish(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        mut cast: Cast,
+        _: &mut (),
+        Standing { settings, smooths, .. }: Standing<'_>,
+        report: &mut Report,
+    ) -> Result<bool> {
+        imprinter.finish(context, self, &mut cast, settings, report)?;
+        let field = self.displacement().field();
+        Ok(smooths || cast.dents.iter().all(|dents| is_written(field, dents)))
+    }
+
+    fn write_there(context: &Context, imprinter: &mut Imprinter, objects: &mut [&mut Self], made: &[(usize, &[u32])]) {
+        let Some(chain) = &imprinter.chain else { return };
+        let _stage = context.stats().begin("imprint.device.follow");
+        for (index, object) in objects.iter_mut().enumerate() {
+            if !made.iter().any(|(target, tiles)| *target == index && !tiles.is_empty()) {
+                continue;
+            }
+            let Some(mut state) = object.device.take() else { continue };
+            let stays = |link: usize, tile: u32| {
+                made.get(link).is_some_and(|(target, tiles)| *target == index && tiles.binary_search(&tile).is_ok())
+            };
+            match chain.write(&mut state, object.displacement().field(), stays) {
+                Ok(()) => object.device = Some(state),
+                Err(fault) => object.lose_device(fault),
+            }
+        }
     }
 }
 

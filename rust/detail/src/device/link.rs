@@ -76,6 +76,11 @@ impl Link {
         }
     }
 
+    /// The same on another of the targets.
+    pub fn of_target(self, target: usize) -> Self {
+        Self { target, ..self }
+    }
+
     /// As an imprint of these settings, whose limits it has.
     pub fn raising(self, settings: &ImprintSettings) -> Self {
         Self { rising: Rising::of(settings), ..self }

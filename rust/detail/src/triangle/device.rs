@@ -75,6 +75,10 @@ impl OnDevice for TriangleObject {
     fn device_slot(&mut self) -> &mut Option<TriangleDevice> {
         &mut self.device
     }
+
+    fn fault_slot(&mut self) -> &mut Option<Error> {
+        &mut self.device_fault
+    }
 }
 
 impl TriangleObject {

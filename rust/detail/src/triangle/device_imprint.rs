@@ -4,28 +4,19 @@
 use std::collections::BTreeMap;
 
 use half::f16;
-use relievo_core::{Context, Error, ErrorKind, Result};
+use relievo_core::{Context, Result};
 use relievo_gpu::Device;
 use relievo_tiles::triangle::{Pattern, TriangleField};
 
+use super::device::TriangleDevice;
 use super::object::TriangleObject;
 use super::site::{Element, ElementEdit, values};
+use super::traces;
 use crate::collider::Collider;
-use crate::device::{Link, PressedValues, TriangleCast, TriangleChain, TriangleTarget};
+use crate::device::{Imprinted, Link, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget};
 use crate::grid::Grid;
-use crate::imprint::{ImprintSettings, Imprinter, Moment, Report, grid_over};
-use crate::layered::LayeredObject;
-use crate::motion::Pose;
+use crate::imprint::{ImprintSettings, Imprinter, Moment, Report};
 use crate::raycast::key;
-
-/// An imprint on a triangle mesh that is to be submitted with others.
-#[derive(Debug)]
-struct Ready {
-    /// `None` where the two do not meet.
-    grid: Option<Grid>,
-    /// How far outwards the boxes reach that it was found by.
-    most: f32,
-}
 
 impl Imprinter {
     /// Culls, voxelises and casts rays on the object's device; `None` if the processor is to do it.
@@ -42,105 +33,9 @@ impl Imprinter {
             return None;
         }
         let link = Link::new(context, 0, collider, grid, &settings.limits())?;
-        let known = Known::of(object.displacement().field());
-        self.cast_triangles_together(context, object, collider, start, &[link])?.pop().map(|cast| (cast, known))
-    }
-
-    /// Presses `collider` into `object` where it is at `steps`, in one submission, and adds what those did that stay. Returns
-    /// how many these are: up to one after which others would have found something else, none where the device does not
-    /// make them.
-    #[allow(clippy::too_many_arguments)]
-    pub(super) fn press_triangles_together(
-        &mut self,
-        context: &Context,
-        object: &mut TriangleObject,
-        collider: &mut Collider,
-        settings: &ImprintSettings,
-        steps: &[(Pose, Moment)],
-        start: Option<&TriangleField>,
-        report: &mut Report,
-    ) -> Result<usize> {
-        let (mut all, mut links) = (Vec::new(), Vec::new());
-        for (pose, moment) in steps {
-            collider.set_pose(context, pose)?;
-            let find = || grid_over(context, object, collider, settings, *moment);
-            let grid = context.stats().time("imprint.obb", find)?;
-            if let Some(grid) = &grid {
-                match Link::new(context, 0, collider, grid, &settings.limits()) {
-                    Some(link) => links.push(link),
-                    None => break,
-                }
-            }
-            all.push(Ready { grid, most: object.reach()[1] });
-        }
-        let mut known = Known::of(object.displacement().field());
-        let casts = if links.is_empty() {
-            Some(Vec::new())
-        } else {
-            self.cast_triangles_together(context, object, collider, start, &links)
-        };
-        let Some(casts) = casts else { return Ok(0) };
-        let mut casts = casts.into_iter();
-        let mut made = 0;
-        for ready in &all {
-            if object.reach()[1] != ready.most {
-                break;
-            }
-            let mut own = Report { bytes: object.displacement().bytes(), sub_steps: 1, ..Report::default() };
-            let mut stays = true;
-            if let Some(grid) = &ready.grid {
-                own.voxel_diagonal = grid.diagonal();
-                let cast = casts.next().ok_or_else(|| Error::internal("an imprint was not made"))?;
-                self.finish_triangles_there(context, object, &cast, &mut known, settings, &mut own)?;
-                let is_last = made + 1 == all.len();
-                stays =
-                    own.refused.is_empty() && (is_last || known.agrees(object.displacement().field(), &cast.pressed));
-            }
-            report.merge(&own);
-            own.give_back(context);
-            made += 1;
-            if !stays {
-                break;
-            }
-        }
-        Ok(made)
-    }
-
-    /// Makes `links` of `collider` on the device of `object`; `None` where it fails, which the object then tells.
-    fn cast_triangles_together(
-        &mut self,
-        context: &Context,
-        object: &mut TriangleObject,
-        collider: &Collider,
-        start: Option<&TriangleField>,
-        links: &[Link],
-    ) -> Option<Vec<TriangleCast>> {
-        let mut state = object.device.take()?;
-        let device = state.device().clone();
-        let _stage = context.stats().begin("imprint.device");
-        let made = self.triangle_chain_on(&device).and_then(|chain| {
-            let (press, mesh) = state.pressing();
-            let target = TriangleTarget { press, mesh, object, start };
-            chain.run(context, &mut [target], &[collider], links)
-        });
-        let fault = match made {
-            Ok(casts) => {
-                object.device = Some(state);
-                return Some(casts);
-            }
-            Err(fault) => fault,
-        };
-        // What has no room there, or is too far, is for the processor; the device goes on with the rest.
-        if !matches!(fault.kind, ErrorKind::Unsupported | ErrorKind::Memory) || device.check().is_err() {
-            object.lose_device(fault);
-            return None;
-        }
-        object.device = Some(state);
-        // Several are tried one by one before anything is told.
-        if links.len() == 1 {
-            object.device_fault.get_or_insert(fault);
-        }
-        None
+        let known = object.known();
+        let casts = self.cast_together(context, &mut [object], start, &[collider], &[link]);
+        casts?.pop().map(|cast| (cast, known))
     }
 
     /// What imprints on triangle meshes share on a device.
@@ -157,25 +52,99 @@ impl Imprinter {
 
 /// Whether imprints of the given settings on `object` are for its device: displacement along normals without a rim, which
 /// looks at the processor's voxels. Colliders that are too far from a grid are besides, see [`Link::new`].
-pub(super) fn is_for_device(object: &TriangleObject, settings: &ImprintSettings) -> bool {
+fn is_for_device(object: &TriangleObject, settings: &ImprintSettings) -> bool {
     object.device.is_some() && object.vectors.is_none() && settings.share > 0.0 && settings.rim <= 0.0
+}
+
+impl Imprinted for TriangleObject {
+    type Field = TriangleField;
+    type Cast = TriangleCast;
+    type Known = Known;
+
+    fn field(&self) -> &TriangleField {
+        self.displacement().field()
+    }
+
+    fn bytes(&self) -> u64 {
+        self.displacement().bytes()
+    }
+
+    fn prepare(&mut self, context: &Context) -> Result<()> {
+        // An undo may have put vectors back.
+        self.renew_vectors(context);
+        self.measure();
+        self.traces.as_ref().map_or(Ok(()), |traces| traces::check(self.displacement.field(), traces.field()))
+    }
+
+    fn is_for_row(&self, settings: &ImprintSettings) -> bool {
+        is_for_device(self, settings) && settings.smoothing <= 0.0
+    }
+
+    fn device_of(state: &TriangleDevice) -> &Device {
+        state.device()
+    }
+
+    fn press(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        collider: &Collider,
+        (settings, moment): (&ImprintSettings, Moment),
+        start: Option<&TriangleField>,
+    ) -> Result<Report> {
+        imprinter.step_triangles(context, self, collider, settings, moment, start)
+    }
+
+    fn cast(
+        context: &Context,
+        imprinter: &mut Imprinter,
+        device: &Device,
+        objects: Vec<(&mut TriangleDevice, &Self)>,
+        start: Option<&TriangleField>,
+        colliders: &[&Collider],
+        links: &[Link],
+    ) -> Result<Vec<TriangleCast>> {
+        let targets = objects.into_iter().map(|(state, object)| {
+            let (press, mesh) = state.pressing();
+            TriangleTarget { press, mesh, object, start }
+        });
+        let mut targets: Vec<_> = targets.collect();
+        imprinter.triangle_chain_on(device)?.run(context, &mut targets, colliders, links)
+    }
+
+    fn known(&self) -> Known {
+        Known { field: self.displacement.field().clone(), blocks: BTreeMap::new() }
+    }
+
+    /// Others would have found something else after one of which the budget refused faces, and where the device rounds
+    /// values otherwise by more than a half float.
+    fn finish(
+        &mut self,
+        context: &Context,
+        imprinter: &mut Imprinter,
+        cast: TriangleCast,
+        known: &mut Known,
+        Standing { settings, is_last, .. }: Standing<'_>,
+        report: &mut Report,
+    ) -> Result<bool> {
+        imprinter.finish_triangles_there(context, self, &cast, known, settings, report)?;
+        Ok(is_last || known.agrees(self.displacement.field(), &cast.pressed))
+    }
+
+    /// What changed is sent with the next submission.
+    fn write_there(_: &Context, _: &mut Imprinter, _: &mut [&mut Self], _: &[(usize, &[u32])]) {}
 }
 
 /// The values of blocks that a device knows of a mesh, of which it changes some.
 #[derive(Debug)]
-pub(super) struct Known {
+pub(crate) struct Known {
     field: TriangleField,
     blocks: BTreeMap<u32, Vec<f16>>,
 }
 
 impl Known {
-    /// Of a mesh with this displacement.
-    fn of(field: &TriangleField) -> Self {
-        Self { field: field.clone(), blocks: BTreeMap::new() }
-    }
-
     /// What `pressed` changes, with all else as `field` has it, by element, ascending; it is known from then on.
-    pub fn edits(&mut self, field: &TriangleField, pressed: &[PressedValues]) -> Vec<ElementEdit<f16>> {
+    pub(super) fn edits(&mut self, field: &TriangleField, pressed: &[PressedValues]) -> Vec<ElementEdit<f16>> {
         let pattern = field.pattern();
         let mut new: BTreeMap<Element, (Vec<f16>, Vec<bool>)> = BTreeMap::new();
         for piece in pressed {

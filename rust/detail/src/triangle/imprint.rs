@@ -7,17 +7,18 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
-use relievo_core::{Context, Result};
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Error, Result};
 use relievo_tiles::triangle::TriangleField;
 
 use super::dab::{is_kept, write};
-use super::device_imprint::{Known, is_for_device};
+use super::device_imprint::Known;
 use super::object::{TriangleGround, TriangleObject, field_length};
 use super::site::{Element, ElementEdit, Run, values};
 use super::{rim, smoothing, traces};
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
-use crate::device::{MOST_LINKS, TriangleCast};
+use crate::device::{Imprinted, TriangleCast};
 use crate::frame::STILL;
 use crate::grid::Grid;
 use crate::hierarchy::Region;
@@ -27,6 +28,7 @@ use crate::motion::Motion;
 use crate::obb::Obb;
 use crate::raycast::{Limits, Scratch, TileDents, cast_block};
 use crate::rim::Volumes;
+use crate::row::Sweep;
 use crate::voxel::Voxels;
 
 impl Imprinter {
@@ -41,9 +43,7 @@ impl Imprinter {
         start: Option<&TriangleField>,
     ) -> Result<Report> {
         settings.check()?;
-        // An undo may have put vectors back.
-        object.renew_vectors(context);
-        object.measure();
+        object.prepare(context)?;
         context.within(|| self.step_triangles(context, object, collider, settings, moment, start))
     }
 
@@ -58,47 +58,12 @@ impl Imprinter {
         moment: Moment,
     ) -> Result<Report> {
         settings.check()?;
-        object.renew_vectors(context);
-        object.measure();
-        if let Some(traces) = &object.traces {
-            traces::check(object.displacement.field(), traces.field())?;
-        }
-        let start = (settings.depth_limit < Self::NO_LIMIT).then(|| object.displacement().field().clone());
-        let count = motion.sub_steps().min(settings.sub_steps);
-        let mut report = Report { sub_steps_wanted: u64::from(motion.sub_steps()), ..Report::default() };
-        let at = |step: u32| {
-            let pose = motion.at(f64::from(step + 1) / f64::from(count));
-            (pose, Moment { step: moment.step + step, ..moment })
-        };
-        let (mut done, mut most) = (0, MOST_LINKS);
-        while done < count {
-            let together = motion.is_rigid() && settings.smoothing <= 0.0 && is_for_device(object, settings);
-            let wanted = if together { most.min((count - done) as usize) } else { 1 };
-            let steps: Vec<_> = (done..done + wanted as u32).map(at).collect();
-            let start = start.as_ref();
-            let made = context.within(|| match &steps[..] {
-                [_, _, ..] => {
-                    self.press_triangles_together(context, object, collider, settings, &steps, start, &mut report)
-                }
-                _ => Ok(0),
-            })?;
-            // What ends a submission early is soon met again.
-            most = if made < wanted { made.max(1) } else { (2 * most).min(MOST_LINKS) };
-            done += made as u32;
-            if let (0, Some((pose, moment))) = (made, steps.first()) {
-                collider.set_pose(context, pose)?;
-                let step = || self.step_triangles(context, object, collider, settings, *moment, start);
-                let one = context.within(step)?;
-                report.merge(&one);
-                one.give_back(context);
-                done += 1;
-                most = if wanted == 1 { 2 } else { 1 };
-            }
-        }
-        Ok(report)
+        let sweep = Sweep { into: 0, by: 0, motion, settings, moment };
+        let reports = self.sweep_watching(context, &mut [object], &mut [collider], &[sweep], &mut Silent)?;
+        reports.into_iter().next().ok_or_else(|| Error::internal("a motion without a report"))
     }
 
-    fn step_triangles(
+    pub(super) fn step_triangles(
         &mut self,
         context: &Context,
         object: &mut TriangleObject,
@@ -108,9 +73,6 @@ impl Imprinter {
         start: Option<&TriangleField>,
     ) -> Result<Report> {
         let stats = context.stats();
-        if let Some(traces) = &object.traces {
-            traces::check(object.displacement.field(), traces.field())?;
-        }
         let mut report = Report { bytes: object.displacement().bytes(), sub_steps: 1, ..Report::default() };
         let Some(grid) = stats.time("imprint.obb", || grid_over(context, object, collider, settings, moment))? else {
             return Ok(report);

@@ -4,7 +4,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use half::f16;
 use relievo_core::{Context, ErrorKind};
 use relievo_detail::{
-    Action, Collider, ImprintSettings, Imprinter, Moment, Motion, Pose, Report, SculptMode, StrokeSettings,
+    Action, Collider, ImprintSettings, Imprinter, Moment, Motion, Pose, Report, SculptMode, StrokeSettings, Sweep,
     TriangleObject,
 };
 use relievo_testing::device;
@@ -194,6 +194,72 @@ fn sweeps_of_a_device_over_triangles_are_those_of_the_processor() {
         (apart, moved) = (apart + differ, moved + count);
     }
     assert!(moved > 800 && apart * 10_000 < moved, "{apart} of {moved}");
+}
+
+/// Moves three balls over two meshes, of which the last one has a depth limit, in a row or one after another. Returns what
+/// each did and how many submissions there were.
+fn sweep_pairs(
+    context: &Context,
+    objects: &mut [TriangleObject; 2],
+    settings: &ImprintSettings,
+    together: bool,
+) -> (Vec<Report>, usize) {
+    let limited = ImprintSettings { depth_limit: 0.15, ..*settings };
+    let cases = [(0, 0, 0, settings), (1, 1, 0, settings), (0, 2, 1, settings), (1, 0, 2, &limited)];
+    let mut balls = [0.7, 0.6, 0.5].map(|radius| ball(context, radius));
+    let motions = cases.map(|(into, by, step, _)| {
+        let [from, to] = [step, step + 1].map(|step| Pose::rigid(place(&objects[into], step)));
+        Motion::new(&balls[by], from, to).unwrap()
+    });
+    let moment = |pair| Moment { pair, ..Moment::default() };
+    let mut imprinter = Imprinter::new();
+    context.stats().take();
+    let reports = if together {
+        let all = (0..).zip(cases.iter().zip(&motions));
+        let sweep =
+            |(pair, (&(into, by, _, settings), motion))| Sweep { into, by, motion, settings, moment: moment(pair) };
+        let sweeps: Vec<_> = all.map(sweep).collect();
+        imprinter.sweep_all_triangles(context, &mut objects.each_mut(), &mut balls.each_mut(), &sweeps).unwrap()
+    } else {
+        let one = |(pair, (&(into, by, _, settings), motion)): (u32, (&(usize, usize, u32, &_), &Motion))| {
+            let (object, ball) = (&mut objects[into], &mut balls[by]);
+            imprinter.sweep_triangles(context, object, ball, motion, settings, moment(pair)).unwrap()
+        };
+        (0..).zip(cases.iter().zip(&motions)).map(one).collect()
+    };
+    let stages = context.stats().take();
+    (reports, stages.iter().filter(|event| event.stage == "imprint.device.submit").count())
+}
+
+#[test]
+fn pairs_over_several_triangle_meshes_are_one_submission() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    // Of different segments, as two meshes of a scene may have.
+    let make = || [16, 32].map(|segments| object(&context, segments));
+    let [mut alone, mut here, mut apart, mut there] = [make(), make(), make(), make()];
+    for object in apart.iter_mut().chain(&mut there) {
+        object.use_device(Some(&device)).unwrap();
+    }
+    let (expected, _) = sweep_pairs(&context, &mut alone, &settings(), false);
+    assert_eq!(sweep_pairs(&context, &mut here, &settings(), true).0, expected);
+    let (one_by_one, several) = sweep_pairs(&context, &mut apart, &settings(), false);
+    let (found, submitted) = sweep_pairs(&context, &mut there, &settings(), true);
+    // The limited one begins where those before have ended.
+    assert!(submitted == 2 && several == 4, "{submitted} {several}");
+    assert!(expected.iter().map(|report| report.sub_steps).sum::<u64>() > 6);
+    assert_eq!(found, one_by_one);
+    let (mut differ, mut moved) = (0, 0);
+    expected.iter().zip(&found).for_each(|(expected, found)| agree(found, expected));
+    for k in 0..2 {
+        assert!(there[k].take_device_fault().is_none());
+        let all = pairs(apart[k].displacement().field(), there[k].displacement().field());
+        assert!(all.into_iter().all(|(a, b)| a == b), "the same as pair after pair");
+        let (own, count) = difference(&here[k], &there[k]);
+        println!("{own} of {count} values are more than one half apart");
+        (differ, moved) = (differ + own, moved + count);
+    }
+    assert!(moved > 800 && differ * 10_000 < moved, "{differ} of {moved}");
 }
 
 #[test]

@@ -128,6 +128,87 @@ fn the_demo_on_a_graphics_device_is_that_of_the_processor() {
     assert!(all > 5_000 && apart * 10_000 < all, "{apart} of {all}");
 }
 
+/// Two meshes and a surface under two balls that roll on, each over all three.
+const FIELD: &str = r#"version = 1
+[meshes.ground]
+shape = "plane"
+size = [1, 1, 1]
+faces = 4
+[meshes.ball]
+shape = "sphere"
+radius = 0.15
+[surfaces.triangles]
+mesh = "ground"
+kind = "triangles"
+longest_edge = 0.3
+[surfaces.tiles]
+mesh = "ground"
+[details]
+segments = 16
+tile_size = 32
+[objects.low]
+surface = "triangles"
+[objects.middle]
+surface = "tiles"
+translation = [0, 0, 0.02]
+[objects.high]
+surface = "triangles"
+translation = [0.1, 0, 0.04]
+[objects.one]
+mesh = "ball"
+[objects.other]
+mesh = "ball"
+[bodies.one]
+keyframes = [{ time = 0, translation = [-0.3, 0, 0.12] }, { time = 0.125, translation = [0.3, 0, 0.12] }]
+[bodies.other]
+keyframes = [{ time = 0, translation = [-0.3, 0.2, 0.1] }, { time = 0.125, translation = [0.3, 0.1, 0.1] }]
+[imprints]
+voxels = 65536
+[colliders.one]
+[colliders.other]
+[camera]
+position = [0, 0, 2]
+target = [0, 0, 0]
+"#;
+
+#[test]
+fn pairs_of_a_frame_on_triangle_meshes_are_one_submission_beside_that_of_surfaces() {
+    let Some(device) = relievo_testing::device() else { return };
+    let context = Context::serial();
+    let frames = |device: Option<&Device>| {
+        let mut world = World::new(&context, parse("field.toml".as_ref(), FIELD).unwrap(), &[]).unwrap();
+        world.use_device(device).unwrap();
+        let mut baker = Baker::default();
+        baker.start(&context, &mut world).unwrap();
+        context.stats().take();
+        let all: Vec<_> = (1..4).map(|frame| baker.advance(&context, &mut world, frame).unwrap()).collect();
+        assert_eq!(world.take_device_faults(), Vec::<String>::new());
+        let stages = context.stats().take();
+        (world, all, stages.iter().filter(|event| event.stage == "imprint.device.submit").count())
+    };
+    let (here, expected, _) = frames(None);
+    let (there, found, submitted) = frames(Some(&device));
+    let imprints = found.iter().map(|changes: &Changes| changes.report.sub_steps).sum::<u64>();
+    println!("{submitted} submissions of {imprints} imprints");
+    assert!(submitted >= 6 && submitted as u64 * 3 < imprints, "{submitted} of {imprints}");
+    for (a, b) in expected.iter().zip(&found) {
+        assert_eq!((&a.written, a.report.sub_steps), (&b.written, b.report.sub_steps));
+    }
+    let (mut apart, mut all) = (0, 0);
+    for (a, b) in here.items().iter().zip(there.items()) {
+        let (Item::Triangles(a), Item::Triangles(b)) = (a, b) else { continue };
+        let (a, b) = (a.object.displacement().field(), b.object.displacement().field());
+        for face in a.allocated() {
+            for (a, b) in a.face(face).unwrap().iter().zip(b.face(face).unwrap()) {
+                apart += usize::from((order(*a) - order(*b)).abs() > 1);
+                all += 1;
+            }
+        }
+    }
+    println!("{apart} of {all} values are more than one half apart");
+    assert!(all > 1_000 && apart * 10_000 <= all, "{apart} of {all}");
+}
+
 #[test]
 fn a_run_on_a_lost_device_goes_on_and_says_so() {
     let Some(device) = relievo_testing::device() else { return };
