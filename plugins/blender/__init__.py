@@ -19,7 +19,7 @@ bl_info = {
 from . import native, preferences
 
 # In the order in which they are registered.
-MODULES = ["settings", "handler", "imprint", "preview", "brush", "layer", "result", "scene", "levels", "grip", "carve", "panel"]
+MODULES = ["settings", "handler", "imprint", "preview", "brush", "layer", "result", "scene", "levels", "hook", "grip", "carve", "panel"]
 _registered = []
 
 

@@ -111,7 +111,8 @@ class RELIEVO_OT_levels_write(OnLevels, job.FileSteps, bpy.types.Operator):
 
     def steps(self, context):
         path = bpy.path.abspath(self.filepath)
-        shown = yield from progressive.opening(context.active_object)
+        target = context.active_object
+        shown = yield from progressive.opening(target, progressive.wanted_of(target))
 
         def work(_progress):
             with shown.level.settle() as settled:

@@ -57,6 +57,11 @@ class RELIEVO_PT_levels(Panel, bpy.types.Panel):
             column.prop(context.scene.relievo.handle, name)
         column.operator("relievo.levels_edit")
         column.operator("relievo.levels_sculpt")
+        row = column.row(align=True)
+        row.operator("relievo.levels_hook")
+        if len(options.hooks):
+            row.operator_menu_enum("relievo.levels_unhook", "keep")
+            column.label(text=f"{len(options.hooks)} hooks")
         column.operator("relievo.levels_write")
         column.operator_menu_enum("relievo.levels_clear", "keep")
 

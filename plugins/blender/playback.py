@@ -65,9 +65,14 @@ def show(target, frame):
     mesh.set_points(result.data, points)
 
 
+def may_write(scene):
+    """Whether meshes may be written to at a change of the frame: not under a render that shares them with a window."""
+    return not _is_rendering or bpy.app.background or scene.render.use_lock_interface
+
+
 @persistent
 def frame_changed(scene, *_):
-    if _is_rendering and not bpy.app.background and not scene.render.use_lock_interface:
+    if not may_write(scene):
         return
     for target in scene.objects:
         if target.type == "MESH" and target.relievo.cache and target.library is None:

@@ -31,6 +31,8 @@ class Edit(levels.OnLevels, job.Steps):
         yield 0.9, 1.0, work
         progressive.keep(target, text, self.stamp)
         progressive.write(target, shown)
+        if len(target.relievo.progressive.hooks):
+            yield from progressive.showing(target)
 
     def prepare(self, context, target, shown):
         """What is wanted before an edit is told."""
@@ -41,10 +43,11 @@ class Edit(levels.OnLevels, job.Steps):
         self.world = numpy.array(self.target.matrix_world)
         self.inverse = inverse_of(self.target)
         self.measure = progressive.measure_of(self.target.relievo.progressive)
-        self.shown = job.run(progressive.showing(self.target))
+        self.shown = job.run(progressive.showing(self.target, is_resting=True))
         self.prepare(context, self.target, self.shown)
         self.caster = self.shown.pick()
         self.is_drawn, self.is_tried = True, False
+        progressive.resting.add(self.target.name)
         # The button is in the sidebar, the surface in the window beside it.
         self.region = next(region for region in context.area.regions if region.type == "WINDOW")
 
@@ -95,6 +98,9 @@ class Edit(levels.OnLevels, job.Steps):
         return self.done_drawing(context, {"CANCELLED"})
 
     def done_drawing(self, context, answer):
+        progressive.resting.discard(self.target.name)
+        if len(self.target.relievo.progressive.hooks):
+            progressive.changed(self.target)
         if context.workspace is not None:
             context.workspace.status_text_set(None)
         if context.area is not None:

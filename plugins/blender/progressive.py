@@ -15,11 +15,12 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import job, mesh, native, stroke
+from . import job, mesh, native, pose, stroke
 from .state import Refused
 
-# Version of what objects keep; a file with a newer one is refused with a message. Edits of the first are handles alone.
-FORMAT = 2
+# Version of what objects keep; a file with a newer one is refused with a message. Edits of the first are handles alone,
+# and only the third has hooks.
+FORMAT = 3
 PACKED = "relievo_progressive"
 # What the names of kept stamps begin with; see `stroke.pack_array`.
 STAMPS = "relievo_stamp_"
@@ -35,6 +36,8 @@ FAILURES = (Refused, rl.RelievoError, OSError)
 _wholes, _shown = {}, {}
 # Why the level of an object could not be shown, by its name.
 _troubles = {}
+# Names of objects that are edited by the pointer: their hooks rest meanwhile.
+resting = set()
 
 
 def place_of(uid):
@@ -172,11 +175,7 @@ def read(text):
     """An edit that an object keeps; ValueError if it cannot be understood."""
     try:
         kept = json.loads(text)
-        level = kept["level"]
-        if set(level) == {"error"}:
-            level["error"] = float(level["error"])
-        elif set(level) != {"triangles"} or not isinstance(level["triangles"], int) or level["triangles"] < 0:
-            raise ValueError("no level")
+        check_measure(kept["level"])
         if "stroke" in kept:
             stroke.check(kept["stroke"])
             return kept
@@ -189,6 +188,14 @@ def read(text):
     except STRANGE as failure:
         raise ValueError(f"{type(failure).__name__}: {failure}") from None
     return kept
+
+
+def check_measure(level):
+    """Whether a level can be understood; ValueError if not, or what `STRANGE` has."""
+    if set(level) == {"error"}:
+        level["error"] = float(level["error"])
+    elif set(level) != {"triangles"} or not isinstance(level["triangles"], int) or level["triangles"] < 0:
+        raise ValueError("no level")
 
 
 def _numbers(values):
@@ -259,14 +266,43 @@ def _prune():
         _wholes.pop(uid).release()
 
 
-def opening(target):
-    """Steps (see `job`) that make what an object shows where there is none yet, and bring it to the object's edits; they
-    return it."""
+def posed(target, graph=None):
+    """The edit that the hooks of an object make, as objects keep edits; None where they rest."""
+    options = target.relievo.progressive
+    moved, held = pose.handles(target, graph)
+    if not moved:
+        return None
+    try:
+        level = json.loads(options.hooked_at)
+        check_measure(level)
+    except (ValueError, *STRANGE) as failure:
+        raise Refused(f"The level of the hooks of {target.name} is damaged: {failure}; release them") from None
+    return text_of(level, moved, held)
+
+
+def wanted_of(target, graph=None):
+    """The edits of an object with what its hooks make."""
+    made = posed(target, graph)
+    return [entry.text for entry in target.relievo.progressive.edits] + ([] if made is None else [made])
+
+
+def is_shown(target, graph=None):
+    """Whether what an object shows has its edits, and its hooks as they are now, unless they rest."""
+    if target.name in resting:
+        return True
+    shown = _shown.get((target.relievo.progressive.uid, target.name))
+    return shown is not None and shown.edits == wanted_of(target, graph)
+
+
+def opening(target, wanted=None):
+    """Steps (see `job`) that make what an object shows where there is none yet, and bring it to the object's edits, or to
+    those that are wanted; they return it."""
     check(target)
     if not is_there(target):
         raise Refused(f"{target.name} has no levels; build them first")
     uid, name = target.relievo.progressive.uid, target.name
-    wanted = [entry.text for entry in target.relievo.progressive.edits]
+    if wanted is None:
+        wanted = [entry.text for entry in target.relievo.progressive.edits]
     native.context()
     if (uid, name) not in _shown:
         _prune()
@@ -299,9 +335,12 @@ def keep(target, text, stamp=None):
     options.format = FORMAT
 
 
-def showing(target):
-    """Steps that bring the mesh of an object to the level that its settings say; they return what it shows."""
-    shown, measure = (yield from opening(target)), measure_of(target.relievo.progressive)
+def showing(target, graph=None, is_resting=False):
+    """Steps that bring the mesh of an object to the level that its settings say, and to where its hooks are unless it is
+    to be at rest; they return what it shows."""
+    check(target)
+    wanted = None if is_resting else wanted_of(target, graph)
+    shown, measure = (yield from opening(target, wanted)), measure_of(target.relievo.progressive)
     yield 0.9, 1.0, lambda _progress: shown.bring(measure)
     write(target, shown)
     return shown
@@ -359,12 +398,18 @@ def changed(target):
     """Follows the settings of an object; what fails is told by the panel, since a setting cannot fail."""
     if _is_quiet or not is_there(target):
         return
-    _troubles.pop(target.name, None)
     try:
         job.run(showing(target))
+        tell(target, "")
     except FAILURES as failure:
-        _troubles[target.name] = str(failure)
-        print(f"Relievo: {target.name}: {failure}")
+        tell(target, str(failure))
+
+
+def tell(target, trouble):
+    """Says why the level of an object could not be shown; "" if it could."""
+    if trouble:
+        print(f"Relievo: {target.name}: {trouble}")
+    _troubles[target.name] = trouble
 
 
 def trouble(target):
@@ -378,6 +423,7 @@ def adopt(target, uid, shown, packed):
     options, finest, points = target.relievo.progressive, shown.whole.info.triangle_count, shown.level.points
     options.uid, options.format, options.finest = uid, FORMAT, finest
     options.edits.clear()
+    options.hooks.clear()
     _is_quiet = True
     try:
         options.measure, options.ratio, options.triangles = "RATIO", 1.0, finest
@@ -397,6 +443,7 @@ def clear(target):
     options = target.relievo.progressive
     options.uid, options.original = "", None
     options.edits.clear()
+    options.hooks.clear()
     for name in [name for name in target.keys() if name == PACKED or name.startswith(STAMPS)]:
         del target[name]
 

@@ -135,6 +135,16 @@ class RelievoEdit(bpy.types.PropertyGroup):
     text: bpy.props.StringProperty()
 
 
+class RelievoHook(bpy.types.PropertyGroup):
+    """An object that moves a region of a level."""
+
+    target: bpy.props.PointerProperty(name="Object", type=bpy.types.Object)
+    rest: bpy.props.FloatVectorProperty(description="Where it was when it was made, row by row", size=16)
+    radius: bpy.props.FloatProperty(name="Radius", description="How far the region reaches, object units", min=1e-6)
+    falloff: bpy.props.EnumProperty(name="Falloff", items=choices(abi.RlvFalloff), default="SMOOTH")
+    is_held: bpy.props.BoolProperty(name="Hold", description="Whether it keeps the region where it is")
+
+
 class RelievoProgressive(bpy.types.PropertyGroup):
     """The levels of an object: which one is shown, and the edits that were made at any."""
 
@@ -145,6 +155,8 @@ class RelievoProgressive(bpy.types.PropertyGroup):
         name="Original", description="The mesh that the levels were built of", type=bpy.types.Mesh
     )
     edits: bpy.props.CollectionProperty(type=RelievoEdit)
+    hooks: bpy.props.CollectionProperty(type=RelievoHook)
+    hooked_at: bpy.props.StringProperty(description="The level that hooks act at, as JSON")
     measure: bpy.props.EnumProperty(
         name="Level",
         description="What the level is chosen by",
@@ -255,6 +267,7 @@ CLASSES = [
     RelievoBrush,
     RelievoStroke,
     RelievoEdit,
+    RelievoHook,
     RelievoProgressive,
     RelievoHandle,
     RelievoObject,

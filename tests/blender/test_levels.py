@@ -456,6 +456,140 @@ class Strokes(Case):
             self.refused(lambda: self.draw(ball, [[0, 0, 1]]), "Edit 1 cannot be made again")
 
 
+class Hooks(Case):
+    def hooked(self, *places, ratio=0.1, **options):
+        """A ball with levels, and empties at places that are hooks of it, at a coarse level; the finest is shown."""
+        ball = self.built()
+        ball.relievo.progressive.ratio = ratio
+        empties = []
+        for place in places:
+            empty = bpy.data.objects.new("hook", None)
+            empty.location = place
+            bpy.context.scene.collection.objects.link(empty)
+            empties.append(empty)
+        bpy.context.view_layer.update()
+        host.select(ball, *empties)
+        options = {"radius": 0.8, **options}
+        self.assertEqual(bpy.ops.relievo.levels_hook(**options), {"FINISHED"})
+        ball.relievo.progressive.ratio = 1.0
+        return ball, empties
+
+    def at(self, frame):
+        bpy.context.scene.frame_set(frame)
+
+    def key(self, empty, frame, **values):
+        for name, value in values.items():
+            setattr(empty, name, value)
+            empty.keyframe_insert(name, frame=frame)
+
+    def test_keyframes_of_several_hooks_animate_all_levels(self):
+        ball, (top, side) = self.hooked((0, 0, 1), (1, 0, 0))
+        rest = places(ball)
+        self.key(top, 1, location=(0, 0, 1), rotation_euler=(0, 0, 0))
+        self.key(top, 11, location=(0, 0, 1.5), rotation_euler=(0.0, 0.0, 0.5))
+        self.key(side, 1, location=(1, 0, 0))
+        self.key(side, 11, location=(1.25, 0, 0))
+        self.at(11)
+        moved = places(ball)
+        # The same by handles of the library.
+        import librelievo as rl
+
+        options = ball.relievo.progressive
+        level = rl.Level(rl.Progressive(self.relievo.mesh.Triangles(options.original).build()))
+        level.set_triangles(round(0.1 * options.finest))
+        radius = numpy.float32(0.8)
+        grips = [
+            rl.Grip(rl.Region((0, 0, 1), radius, "smooth"), (0, 0, 0.5), (0, 0, 1), 0.5),
+            rl.Grip(rl.Region((1, 0, 0), radius, "smooth"), (0.25, 0, 0), (0, 0, 1), 0.0),
+        ]
+        level.edit(grips, [])
+        level.set_triangles(options.finest)
+        level.update()
+        numpy.testing.assert_allclose(moved, numpy.sort(level.points, 0), atol=1e-5)
+        self.assertEqual(len(options.edits), 0)
+        # Other frames and levels follow, and at rest it is as it was.
+        self.at(6)
+        self.assertTrue(rest[:, 2].max() + 0.1 < places(ball)[:, 2].max() < moved[:, 2].max() - 0.1)
+        options.ratio = 0.2
+        self.assertGreater(places(ball)[:, 2].max(), 1.1)
+        options.ratio = 1.0
+        self.at(1)
+        numpy.testing.assert_allclose(places(ball), rest, atol=1e-5)
+        # So they are in files.
+        with host.folder() as folder:
+            path = os.path.join(folder, "hooked.blend")
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            bpy.ops.wm.open_mainfile(filepath=path)
+            self.at(11)
+            numpy.testing.assert_allclose(places(bpy.data.objects["ball"]), moved, atol=1e-5)
+
+    def test_what_is_held_stays_and_what_is_gone_rests(self):
+        ball, (top, side) = self.hooked((0, 0, 1), (0.6, 0, 0.8))
+        top.location = (0, 0, 1.5)
+        bpy.context.view_layer.update()
+        free = places(ball)
+        self.assertGreater(free[:, 2].max(), 1.25)
+        ball.relievo.progressive.hooks[1].is_held = True
+        top.location = (0, 0, 1.49)
+        bpy.context.view_layer.update()
+        # Where it is held, the surface is still on the ball.
+        near = numpy.linalg.norm(host.positions(ball) - (0.6, 0, 0.8), axis=1).argmin()
+        held = numpy.linalg.norm(host.positions(ball)[near] - (0.6, 0, 0.8))
+        self.assertLess(held, 0.08)
+        self.assertGreater(places(ball)[:, 2].max(), 1.1)
+        bpy.data.objects.remove(top)
+        self.at(2)
+        self.assertLess(places(ball)[:, 2].max(), 1.01)
+
+    def test_edits_are_made_at_rest_and_come_before_hooks(self):
+        ball, (top,) = self.hooked((0, 0, 1))
+        top.location = (0, 0, 1.5)
+        bpy.context.view_layer.update()
+        self.assertGreater(places(ball)[:, 2].max(), 1.25)
+        host.select(ball)
+        bpy.ops.relievo.levels_edit(point=(0, 0, -1), radius=0.5, move=(0, 0, -0.5))
+        found = places(ball)
+        self.assertGreater(found[:, 2].max(), 1.25)
+        self.assertLess(found[:, 2].min(), -1.4)
+        self.assertEqual(len(ball.relievo.progressive.edits), 1)
+        self.assertFalse(self.relievo.progressive.trouble(ball))
+
+    def test_hooks_are_released_with_the_shape_or_without(self):
+        for keep, highest in (("SHAPE", 1.3), ("REST", 1.0)):
+            self.setUp()
+            ball, (top,) = self.hooked((0, 0, 1))
+            top.location = (0, 0, 1.5)
+            bpy.context.view_layer.update()
+            moved = places(ball)
+            host.select(ball)
+            self.assertEqual(bpy.ops.relievo.levels_unhook(keep=keep), {"FINISHED"})
+            self.assertEqual(len(ball.relievo.progressive.edits), keep == "SHAPE")
+            if keep == "SHAPE":
+                numpy.testing.assert_allclose(places(ball), moved, atol=1e-5)
+            self.assertAlmostEqual(places(ball)[:, 2].max(), highest, delta=0.05)
+            top.location = (0, 0, 3)
+            bpy.context.view_layer.update()
+            self.assertAlmostEqual(places(ball)[:, 2].max(), highest, delta=0.05)
+            self.refused(bpy.ops.relievo.levels_unhook, "poll")
+
+    def test_what_cannot_be_hooked_is_said(self):
+        ball = self.built()
+        self.refused(bpy.ops.relievo.levels_hook, "Select the objects")
+        other = bpy.data.objects.new("hook", None)
+        bpy.context.scene.collection.objects.link(other)
+        ball.scale = (1, 1, 0)
+        bpy.context.view_layer.update()
+        host.select(ball, other)
+        self.refused(bpy.ops.relievo.levels_hook, "no size")
+        ball.scale = (1, 1, 1)
+        bpy.context.view_layer.update()
+        bpy.ops.relievo.levels_hook()
+        ball.relievo.progressive.hooked_at = "nonsense"
+        other.location = (0.5, 0, 0)
+        bpy.context.view_layer.update()
+        self.assertIn("release them", self.relievo.progressive.trouble(ball))
+
+
 class Files(Case):
     def test_blend_files_keep_levels(self):
         with host.folder() as folder:

@@ -86,6 +86,33 @@ class Renders(unittest.TestCase):
             numpy.testing.assert_allclose(self.render(path, 3, True), without[3], atol=1e-5)
             self.assertGreater(float(numpy.abs(without[3] - without[1]).max()), 0.1)
 
+    def test_hooks_of_levels_are_rendered_where_they_are(self):
+        """The camera looks from above on a ball; a hook draws its side out."""
+        ball, hook = host.ball(0.4, rings=24), bpy.data.objects.new("hook", None)
+        host.select(ball)
+        bpy.ops.relievo.levels_build()
+        ball.relievo.progressive.ratio = 0.1
+        scene = bpy.context.scene
+        scene.collection.objects.link(hook)
+        for frame, x in ((1, 0.4), (3, 0.8)):
+            hook.location = (x, 0, 0)
+            hook.keyframe_insert("location", frame=frame)
+        scene.frame_set(1)
+        host.select(ball, hook)
+        self.assertEqual(bpy.ops.relievo.levels_hook(radius=0.4), {"FINISHED"})
+        ball.relievo.progressive.ratio = 1.0
+        scene.render.film_transparent, scene.frame_start, scene.frame_end = True, 1, 3
+        reached = []
+        with host.folder() as folder:
+            scene.render.filepath = os.path.join(folder, "hooked")
+            bpy.ops.render.render(animation=True)
+            for frame in (1, 2, 3):
+                image = bpy.data.images.load(os.path.join(folder, f"hooked{frame:04}.exr"))
+                pixels = numpy.array(image.pixels[:]).reshape(SIZE, SIZE, -1)
+                reached.append(2.0 * numpy.flatnonzero((pixels[..., 3] > 0.5).any(0)).max() / SIZE - 1.0)
+        self.assertAlmostEqual(reached[0], 0.4, delta=0.05)
+        self.assertTrue(reached[0] + 0.05 < reached[1] < reached[2] - 0.05, reached)
+
     def test_images_in_the_material_render_without_the_addon(self):
         with host.folder() as folder:
             path, field = self.baked(folder, images=True, image_size=128)
