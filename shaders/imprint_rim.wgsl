@@ -1,10 +1,9 @@
 // import common
 // import halves
 // import imprint_link
-// import imprint_place
 // import imprint_record
-// Rims on tiles, as rust/detail/src/rim.rs makes them: what its stages share. A workgroup takes a block of 256
-// coefficients, the piece, and an invocation one of them.
+// Rims as rust/detail/src/rim.rs makes them: what its stages share. A workgroup takes a block of 256 coefficients of a tile,
+// or values of a triangle, the piece, and an invocation one of them.
 
 // Faults: cells too far from the contact or too many, and borders too many.
 const RIM_FAR: u32 = 1u;
@@ -95,7 +94,7 @@ fn patchwork(item: vec4<u32>) -> Patchwork {
 }
 
 // The slot of a block, unless tiles are worked on.
-fn slot_of(it: Patchwork) -> u32 {
+fn block_slot(it: Patchwork) -> u32 {
     return work.slots + it.tile * work.stride + 1u + it.block;
 }
 

@@ -1,5 +1,5 @@
 // import imprint_rim
-// import imprint_solid
+// import imprint_under
 // import imprint_vectors
 // The pieces around a contact before the imprint: places, areas, coefficients, and which are under the collider.
 
@@ -18,7 +18,7 @@ fn coefficient(it: Patchwork, k: u32, texel: u32) -> u32 {
             return (worked[(slot - 1u) * work.block_words + texel / 2u] >> (16u * (texel & 1u))) & 0xffffu;
         }
     } else {
-        let slot = atomicLoad(&slots[slot_of(it)]);
+        let slot = atomicLoad(&slots[block_slot(it)]);
         if slot != 0u {
             return (records[RECORD * (slot - 1u) + HEADER + k / 2u] >> (16u * (k & 1u))) & 0xffffu;
         }
@@ -28,21 +28,6 @@ fn coefficient(it: Patchwork, k: u32, texel: u32) -> u32 {
         return 0u;
     }
     return (tiles_texels[first + texel / 2u] >> (16u * (texel & 1u))) & 0xffffu;
-}
-
-// A row of the map, with the processor's roundings.
-fn along(row: vec4<f32>, d: vec3<f32>) -> f32 {
-    return ((rounded(row.x * d.x) + rounded(row.y * d.y)) + rounded(row.z * d.z)) + row.w;
-}
-
-fn is_under(p: vec3<f32>) -> bool {
-    let d = p - work.origin;
-    let place = vec3(along(work.x, d), along(work.y, d), along(work.z, d));
-    if !(all(place >= vec3(0.0)) && all(place < vec3<f32>(work.dims))) {
-        return false;
-    }
-    let voxel = vec3<u32>(place);
-    return is_solid(voxel.y * work.dims.x + voxel.x, i32(voxel.z));
 }
 
 @compute @workgroup_size(GROUP)

@@ -2,6 +2,9 @@
 // What rises of a piece: coefficients go up by the share of the height that their patch has, as long as the slope is not
 // too steep. Blocks that change are kept with those that were pushed, and the volumes of both are told.
 
+/// 1 where records of triangles tell of the slot of what was there before.
+override TRIANGLES: u32 = 0u;
+
 var<workgroup> new_halves: array<u32, 256>;
 var<workgroup> sums: array<vec2<f32>, 256>;
 var<workgroup> risen: atomic<u32>;
@@ -38,8 +41,10 @@ fn record_of(piece: u32, it: Patchwork) -> u32 {
     records[first + 1u] = it.block | (step.link << 16u);
     records[first + 2u] = count;
     records[first + 3u] = 0u;
+    pieces[PIECE * piece + RECORD_OF] = place + 1u;
     if (work.flags & CHAINED) != 0u {
-        atomicStore(&slots[slot_of(it)], place + 1u);
+        let before = atomicExchange(&slots[block_slot(it)], place + 1u);
+        records[first + 3u] = select(0u, before, TRIANGLES == 1u);
     }
     return place;
 }

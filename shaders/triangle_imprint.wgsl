@@ -2,21 +2,16 @@
 // import halves
 // import imprint_keep
 // import imprint_ray
-// import triangle_imprint_slot
-// import triangles
+// import triangle_imprint_note
 // The displacement update of listed triangles: every value's point that lies in the voxels goes along −N until it leaves
 // them (Schäfer et al. 2014, Section 6, on the vertices of Schäfer et al. 2015, *Local Painting and Deformation of Meshes on
 // the GPU*, Section 6). A workgroup takes 256 values of a triangle's block, which has those of its sides and corners too; an
-// invocation takes two, which share a word. Triangles that share a value come to the same bits.
-
-/// Segments of a side.
-override SEGMENTS: u32 = 64u;
+// invocation takes two, which share a word. Triangles that share a value come to the same bits. The fourth word of a record
+// is the slot of what was there before it, from 1, or zero.
 
 @group(0) @binding(1) var<storage, read> listed: array<u32>;
 @group(0) @binding(2) var<storage, read> arguments: array<vec4<u32>>;
-// Barycentric coordinates of the values inside, three numbers each: a device's quotients may be others.
-@group(0) @binding(8) var<storage, read> inside: array<f32>;
-// Of every triangle whether it has a block: none, one of as many segments, or a coarser one.
+// Of every triangle whether it has a block, as `HELD_NONE` and others.
 @group(0) @binding(9) var<storage, read> held: array<u32>;
 // First words of the triangles' blocks, and those from when the depth limit began to count.
 @group(2) @binding(0) var<storage, read> entries: array<u32>;
@@ -24,53 +19,10 @@ override SEGMENTS: u32 = 64u;
 @group(3) @binding(0) var<storage, read> start_entries: array<u32>;
 @group(3) @binding(1) var<storage, read> start_values: array<u32>;
 
-const HELD_NONE: u32 = 0u;
-const HELD_WHOLE: u32 = 1u;
-
 // What changed of a triangle, as its state has it.
 var<workgroup> noted: atomic<u32>;
 // Whether values inside follow those on the sides.
 var<workgroup> shared_follows: bool;
-
-fn scaled(v: vec3<f32>, by: f32) -> vec3<f32> {
-    return vec3(rounded(v.x * by), rounded(v.y * by), rounded(v.z * by));
-}
-
-// As `normalize_or_zero` of the processor.
-fn unit(v: vec3<f32>) -> vec3<f32> {
-    let square = rounded(v.x * v.x) + rounded(v.y * v.y) + rounded(v.z * v.z);
-    if !(square > 0.0 && square < 3.4e38) {
-        return vec3(0.0);
-    }
-    return scaled(v, 1.0 / sqrt(square));
-}
-
-// The undisplaced surface at value `index` of a triangle's block, with the processor's roundings.
-fn exact_foot(face: u32, index: u32) -> Foot {
-    let inner = inner_count(SEGMENTS);
-    if index < inner {
-        let a = mesh_foot(mesh_corner(face, 0u));
-        let b = mesh_foot(mesh_corner(face, 1u));
-        let c = mesh_foot(mesh_corner(face, 2u));
-        let at = vec3(inside[3u * index], inside[3u * index + 1u], inside[3u * index + 2u]);
-        let p = scaled(a.p, at.x) + scaled(b.p, at.y) + scaled(c.p, at.z);
-        return Foot(p, unit(scaled(a.normal, at.x) + scaled(b.normal, at.y) + scaled(c.normal, at.z)));
-    }
-    let along = index - inner;
-    if along >= 3u * (SEGMENTS - 1u) {
-        return mesh_foot(mesh_corner(face, along - 3u * (SEGMENTS - 1u)));
-    }
-    let side = along / (SEGMENTS - 1u);
-    let reversed = mesh_side(face, side) & 1u;
-    let low = mesh_foot(mesh_corner(face, (side + reversed) % 3u));
-    let high = mesh_foot(mesh_corner(face, (side + 1u - reversed) % 3u));
-    let part = f32(along % (SEGMENTS - 1u) + 1u);
-    let rest = f32(SEGMENTS) - part;
-    // One by a power of two is exact.
-    let share = 1.0 / f32(SEGMENTS);
-    let p = (scaled(low.p, rest) + scaled(high.p, part)) * share;
-    return Foot(p, unit((scaled(low.normal, rest) + scaled(high.normal, part)) * share));
-}
 
 // A word of the block of a triangle as imprints of earlier dispatches left it.
 fn word_before(face: u32, word: u32) -> u32 {
@@ -82,15 +34,6 @@ fn word_before(face: u32, word: u32) -> u32 {
     }
     let first = entries[face];
     return select(values[first + word], 0u, first == TRIANGLE_NONE);
-}
-
-// What a change of value `index` of a block is noted as.
-fn note_of(index: u32) -> u32 {
-    let along = index - inner_count(SEGMENTS);
-    if index < inner_count(SEGMENTS) || along >= 3u * (SEGMENTS - 1u) {
-        return INNER;
-    }
-    return SIDES << (along / (SEGMENTS - 1u));
 }
 
 @compute @workgroup_size(PAIRS)
@@ -127,7 +70,7 @@ fn cast_values(
         for (var k = 0u; k < min(all - 2u * word, 2u); k++) {
             let foot = exact_foot(face, 2u * word + k);
             let old = (before >> (16u * k)) & 0xffffu;
-            let ray = moved(foot.p, foot.normal, old, (start >> (16u * k)) & 0xffffu);
+            let ray = moved(foot.p + way_at(face, 2u * word + k), foot.normal, old, (start >> (16u * k)) & 0xffffu);
             changed |= half_of(ray.x) << (16u * k);
             if ray.x != key(old) {
                 differ += 1;
@@ -146,9 +89,17 @@ fn cast_values(
     workgroupBarrier();
     if local == 0u && there {
         face = listed[index];
+        let chained = (work.flags & CHAINED) != 0u;
+        var previous = 0u;
+        if chained {
+            previous = atomicLoad(&slots[slot_of(face) + 1u + group.z]);
+        }
         keep(vec4(face, group.z, 0u, 0u), step.link);
-        if (work.flags & CHAINED) != 0u && atomicLoad(&noted) != 0u {
+        if chained && atomicLoad(&noted) != 0u {
             atomicOr(&slots[state_of(face)], atomicLoad(&noted));
+        }
+        if shared_place < work.records {
+            records[RECORD * shared_place + 3u] = previous;
         }
     }
     workgroupBarrier();
@@ -163,32 +114,17 @@ fn value_now(face: u32, index: u32) -> f32 {
     return value((word_before(face, index / 2u) >> (16u * (index & 1u))) & 0xffffu);
 }
 
-// What is read on a side, `along` of the way from its lower vertex, above what is linear between its ends.
-fn bulge(face: u32, side: u32, along: f32) -> f32 {
-    let reversed = mesh_side(face, side) & 1u;
-    let first = inner_count(SEGMENTS) + side * (SEGMENTS - 1u);
-    let corners = inner_count(SEGMENTS) + 3u * (SEGMENTS - 1u);
-    let ends = vec2(corners + (side + reversed) % 3u, corners + (side + 1u - reversed) % 3u);
-    let x = clamp(along, 0.0, 1.0) * f32(SEGMENTS);
-    let at = min(u32(x), SEGMENTS - 1u);
-    let low = value_now(face, select(first + at - 1u, ends.x, at == 0u));
-    let high = value_now(face, select(first + at, ends.y, at == SEGMENTS - 1u));
-    let start = value_now(face, ends.x);
-    let straight = start + (value_now(face, ends.y) - start) * along;
-    return low + (high - low) * (x - f32(at)) - straight;
-}
-
-// What is read inside a triangle without a block: the fan that its corners and sides say, as `in_fans` of rust/tiles.
+// What is read inside a triangle without a block.
 fn fan_at(face: u32, index: u32) -> f32 {
     let at = vec3(inside[3u * index], inside[3u * index + 1u], inside[3u * index + 2u]);
     let corners = inner_count(SEGMENTS) + 3u * (SEGMENTS - 1u);
     var sum = 0.0;
     for (var side = 0u; side < 3u; side++) {
-        let a = at[side];
-        let b = at[(side + 1u) % 3u];
-        let reversed = (mesh_side(face, side) & 1u) == 1u;
-        let along = select(b, a, reversed) / (a + b);
-        sum += value_now(face, corners + side) * a + bulge(face, side, along) * (a + b);
+        let it = side_below(face, SEGMENTS, side, at);
+        let ends = vec2(value_now(face, it.start), value_now(face, it.end));
+        let beside = vec2(value_now(face, it.low), value_now(face, it.high));
+        let near = at[side] + at[(side + 1u) % 3u];
+        sum += value_now(face, corners + side) * at[side] + bulge(it, vec4(ends, beside)) * near;
     }
     return sum;
 }
@@ -233,10 +169,10 @@ fn keep_following(face: u32, part: u32) {
     let slot = atomicLoad(&slots[slot_of(face) + 1u + part]);
     if slot != 0u && records[RECORD * (slot - 1u) + 1u] >> 16u == step.link {
         shared_place = slot - 1u;
-        records[RECORD * (slot - 1u) + 1u] |= FOLLOWS;
+        records[RECORD * (slot - 1u) + 1u] |= FANNED;
         return;
     }
-    let place = take_record(vec4(face, part | FOLLOWS | (step.link << 16u), 0u, u32(lowest)));
+    let place = take_record(vec4(face, part | FANNED | (step.link << 16u), 0u, slot));
     if place >= work.records {
         return;
     }

@@ -17,6 +17,8 @@ override SEGMENTS: u32 = 64u;
 @group(2) @binding(0) var<storage, read> ranges: array<vec2<f32>>;
 // Those that may, in any order.
 @group(2) @binding(1) var<storage, read_write> listed: array<u32>;
+// The longest vectors in and around every triangle, object units.
+@group(2) @binding(2) var<storage, read> lengths: array<f32>;
 
 // The share of its magnitude by which a coordinate may be rounded.
 const ROUNDING: f32 = 1e-6;
@@ -48,6 +50,7 @@ fn range_before(face: u32) -> vec2<f32> {
         if lowered > 0u {
             range.x = min(range.x, value(half_of(-i32(lowered))));
         }
+        range.y = max(range.y, value(slots[highest_of(face)]));
     }
     return range;
 }
@@ -60,8 +63,8 @@ fn magnitude(row: vec3<f32>, points: mat3x3<f32>) -> f32 {
 }
 
 // Where the points of a triangle are along a voxel axis. The mean of its corners' unit normals is nowhere shorter than
-// `shortest`, and is made as long as one again.
-fn ends_along(row: vec4<f32>, range: vec2<f32>, points: mat3x3<f32>, normals: mat3x3<f32>, shortest: f32) -> vec2<f32> {
+// `shortest`, and is made as long as one again. The third number of the range is the length of its vectors.
+fn ends_along(row: vec4<f32>, range: vec3<f32>, points: mat3x3<f32>, normals: mat3x3<f32>, shortest: f32) -> vec2<f32> {
     let places = row.xyz * points + row.w;
     let along = row.xyz * normals;
     let far = length(row.xyz);
@@ -70,10 +73,10 @@ fn ends_along(row: vec4<f32>, range: vec2<f32>, points: mat3x3<f32>, normals: ma
     let up = select(far, min(max(max(along.x, along.y), max(along.z, 0.0)) * longest, far), bounded);
     let down = select(-far, max(min(min(along.x, along.y), min(along.z, 0.0)) * longest, -far), bounded);
     let reach = vec4(range.x * up, range.x * down, range.y * up, range.y * down);
-    let rounding = ROUNDING * magnitude(row.xyz, points);
+    let aside = ROUNDING * magnitude(row.xyz, points) + range.z * far;
     let low = min(places.x, min(places.y, places.z)) + min(min(reach.x, reach.y), min(reach.z, reach.w));
     let high = max(places.x, max(places.y, places.z)) + max(max(reach.x, reach.y), max(reach.z, reach.w));
-    return vec2(low - rounding, high + rounding);
+    return vec2(low - aside, high + aside);
 }
 
 fn list(face: u32) {
@@ -108,7 +111,7 @@ fn cull_faces(
     let normals = mat3x3(a.normal, b.normal, c.normal);
     let between = min(dot(a.normal, b.normal), min(dot(b.normal, c.normal), dot(c.normal, a.normal)));
     let shortest = sqrt(max((1.0 + 2.0 * between) / 3.0, 0.0));
-    let range = range_before(face);
+    let range = vec3(range_before(face), lengths[face]);
     let x = ends_along(work.x, range, points, normals, shortest);
     let y = ends_along(work.y, range, points, normals, shortest);
     let z = ends_along(work.z, range, points, normals, shortest);

@@ -1,7 +1,7 @@
 // import imprint_link
 // Slots of a triangle of a mesh that several imprints of a submission meet: the least value, and of every part of its block,
-// 256 values, the last record, as `Link.slots` says; what is known of it; and of every part a record that takes the place of
-// the other before the next imprint.
+// 256 values, the last record, as `Link.slots` says; what is known of it; of every part a record that takes the place of
+// the other before the next imprint; and the highest value as a half.
 
 /// Parts of a triangle's block.
 override PARTS: u32 = 13u;
@@ -13,9 +13,15 @@ const GIVEN: u32 = 2u;
 const SIDES: u32 = 4u;
 const INNER: u32 = 32u;
 const WAITING: u32 = 64u;
+const CHANGED: u32 = 60u;
 
-// In the second word of a record: values inside follow those on the sides.
-const FOLLOWS: u32 = 0x8000u;
+// Whether a triangle has a block before the submission: none, one of as many segments, or a coarser one.
+const HELD_NONE: u32 = 0u;
+const HELD_WHOLE: u32 = 1u;
+
+// In the second word of a record: values inside follow those on the sides; it is what smoothing left, and no edit.
+const FANNED: u32 = 0x8000u;
+const SETTLED: u32 = 0x4000u;
 
 fn slot_of(face: u32) -> u32 {
     return work.slots + face * work.stride;
@@ -23,4 +29,8 @@ fn slot_of(face: u32) -> u32 {
 
 fn state_of(face: u32) -> u32 {
     return slot_of(face) + 1u + PARTS;
+}
+
+fn highest_of(face: u32) -> u32 {
+    return slot_of(face) + work.stride - 1u;
 }

@@ -23,6 +23,9 @@ mod state;
 mod still;
 mod triangle_brush;
 mod triangle_imprint;
+mod triangle_press;
+mod triangle_rim;
+mod triangle_smoothing;
 mod voxel;
 
 pub(crate) use chain::DeviceChain;
@@ -32,4 +35,5 @@ pub(crate) use imprint::{Batch, Imprinted, Standing};
 pub(crate) use link::{Link, MOST_LINKS};
 pub(crate) use state::DeviceObject;
 pub(crate) use triangle_brush::{TriangleBrush, TriangleStage};
-pub(crate) use triangle_imprint::{PressedValues, TriangleCast, TriangleChain, TrianglePress, TriangleTarget};
+pub(crate) use triangle_imprint::{PressedValues, TriangleCast, TriangleChain, TriangleTarget};
+pub(crate) use triangle_press::TrianglePress;

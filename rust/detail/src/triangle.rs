@@ -18,4 +18,4 @@ mod smoothing;
 mod traces;
 
 pub use object::TriangleObject;
-pub(crate) use object::{TriangleGround, field_range};
+pub(crate) use object::{TriangleGround, field_length, field_range};

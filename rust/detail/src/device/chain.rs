@@ -339,7 +339,7 @@ impl DeviceChain {
         }
         let rising = rims.iter().any(Option::is_some);
         if rising {
-            self.rims()?.begin(device, &mut frame, rims)?;
+            self.rims()?.stages().begin(device, &mut frame, rims)?;
         }
         let each = |link: usize| {
             let (target, rises) = (links[link].target, rims[link].is_some());
@@ -364,9 +364,10 @@ impl DeviceChain {
         let told = self.shared.read_told(&mut frame, links.len())?;
         let likely = self.likely.min(record_room);
         let first = blocks.read(&mut frame, 0..likely)?;
-        let volumes = |frame: &mut _, range| rising.then(|| self.rims()?.read_volumes(frame, range)).transpose();
+        let volumes =
+            |frame: &mut _, range| rising.then(|| self.rims()?.stages().read_volumes(frame, range)).transpose();
         let first_moved = volumes(&mut frame, 0..likely)?;
-        let told_rims = rising.then(|| self.rims()?.read(&mut frame, links.len())).transpose()?;
+        let told_rims = rising.then(|| self.rims()?.stages().read(&mut frame, links.len())).transpose()?;
         let submission = frame.submit()?;
         time.end();
         let ([kept, taken], told) = parse(&told.get(device)?);
@@ -386,7 +387,7 @@ impl DeviceChain {
             records.extend(rest.get(device)?);
             all_moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);
         }
-        let rim_room = told_rims.map(|read| self.rims()?.needed(context, device, read)).transpose()?;
+        let rim_room = told_rims.map(|read| self.rims()?.stages().needed(context, device, read)).transpose()?;
         self.likely = (kept + kept / 4).max(FEW);
         Ok(Submitted { kept, taken, told, records, moved: all_moved, rim_room })
     }

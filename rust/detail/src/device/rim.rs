@@ -1,6 +1,6 @@
-//! Rims on a graphics device (`shaders/imprint_rim*.wgsl`), as [`crate::rim`] makes them on tiles, within the submission
-//! of the imprints: the blocks of coefficients around a contact are listed and gathered before the imprint, and raised
-//! after it. What rises is left like what was pushed, for the imprints that follow and for the host.
+//! Rims on a graphics device (`shaders/imprint_rim*.wgsl`), as [`crate::rim`] makes them, within the submission
+//! of the imprints: the blocks of values around a contact are listed and gathered before the imprint, and raised
+//! after it; here of tiles, in [`super::triangle_rim`] of triangles. What rises is left like what was pushed, for the imprints that follow and for the host.
 //!
 //! There is room for so many blocks, cells and borders; counters say whether it was enough, and what was not is done again
 //! with more.
@@ -11,12 +11,12 @@ use bytemuck::{Pod, Zeroable};
 use glam::DAffine3;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::{
-    Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, groups as groups_of,
+    Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, groups as groups_of, wgpu,
 };
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
-use super::blocks::DeviceBlocks;
+use super::blocks::{DeviceBlocks, Record};
 use super::cull::DeviceCull;
 use super::link::{MOST_LINKS, Shared, Words, parse, step};
 use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
@@ -100,23 +100,37 @@ const MOST_PIECES: usize = 1 << 24;
 const PIECE: usize = 792;
 const CELL: usize = 8;
 
-/// What rims have on a device.
+/// What rims of a submission share on a device, whatever they are on.
 #[derive(Debug)]
-pub(super) struct DeviceRims {
+pub(super) struct RimStages {
     /// The imprints with the boxes around their contacts in place of their grids.
-    around: Shared,
+    pub around: Shared,
+    /// The blocks around a contact.
+    pub listed: Buffer<[u32; 4]>,
+    /// What kernels have as their group 3.
+    pub state: Bindings,
     rims: Buffer<Rim>,
     told: Buffer<RimTold>,
-    kernels: [Arc<Kernel>; 7],
-    /// The first one for objects with vectors, if there are some.
-    bent: Option<Arc<Kernel>>,
-    bound: [Bindings; 2],
-    listing: [Bindings; 2],
     places: Buffer<u32>,
     cells: Buffer<u32>,
     volumes: Buffer<[f32; 2]>,
     room: RimRoom,
-    _kept: (Buffer<u32>, [Buffer<[f32; 4]>; 2], [Buffer<[u32; 4]>; 2]),
+    _kept: (Buffer<u32>, [Buffer<[f32; 4]>; 2], Buffer<[u32; 4]>),
+}
+
+/// The kernels of a rim after the imprint, in their order.
+#[derive(Debug)]
+pub(super) struct RimKernels([Arc<Kernel>; 6]);
+
+/// Rims on tiles.
+#[derive(Debug)]
+pub(super) struct DeviceRims {
+    stages: RimStages,
+    kernels: RimKernels,
+    /// For objects without vectors and, if there are some, for those with.
+    gather: Vec<Arc<Kernel>>,
+    own: Bindings,
+    listing: [Bindings; 2],
 }
 
 /// What comes back of a submission.
@@ -125,38 +139,49 @@ pub(super) struct RimReadback {
     told: Readback<RimTold>,
 }
 
-impl DeviceRims {
-    /// Room for rims of imprints whose `voxels` and `blocks` are these, and the blocks of tiles that are `worked` on; with
-    /// so many `places`, on objects with vectors too if these `bend`. Fails where the device has none.
-    fn new(
+/// What kernels have as their group 3.
+pub(super) const RIM_GROUP: [Access; 9] = [
+    Access::Read,
+    Access::Write,
+    Access::Write,
+    Access::Write,
+    Access::Write,
+    Access::Write,
+    Access::Write,
+    Access::Write,
+    Access::Write,
+];
+
+/// What they have first as their group 0: imprints, pieces, arguments, voxels, slots, what is told, and records.
+pub(super) const RIM_OWN: [Access; 8] =
+    [Access::Read, Access::Read, Access::Read, Access::Read, Access::Read, Access::Write, Access::Write, Access::Write];
+
+impl RimKernels {
+    /// With these groups; the cells are those of `module`, whose `constants` are given. Records of `triangles` tell of those
+    /// before them. Fails where the device does.
+    pub fn new(
         device: &Device,
-        (shared, voxels, blocks, worked): (&Shared, &DeviceVoxels, &DeviceBlocks, &Buffer<u32>),
-        (room, places): (RimRoom, usize),
-        bend: bool,
+        groups: &[&[Access]],
+        (module, constants): (&'static str, &[(&str, f64)]),
+        triangles: bool,
     ) -> Result<Self> {
-        use Access::{Read, Write};
-        let own = [Read, Read, Read, Read, Read, Write, Write, Write, Read];
-        let state = [Read, Write, Write, Write, Write, Write, Write, Write, Write];
         let immediates = size_of::<[u32; 2]>() as u32;
-        let gather = |constants: &[(&str, f64)]| {
-            let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &MOVED_GROUP, &state];
-            device.kernel(&KernelSpec { module: "imprint_rim_gather", entry: "gather", groups, immediates, constants })
-        };
-        let kernel = |[module, entry]: [&str; 2]| {
-            let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &TILES_GROUP, &state];
-            device.kernel(&KernelSpec { module, entry, groups, immediates, constants: &[] })
-        };
-        let [straight, bent] = STRAIGHT_AND_BENT;
-        let bent = bend.then(|| gather(&bent)).transpose()?;
-        let kernels = [
-            gather(&straight)?,
-            kernel(["imprint_rim_cells", "find_records"])?,
-            kernel(["imprint_rim_cells", "push"])?,
-            kernel(["imprint_rim_cells", "list_cells"])?,
-            kernel(["imprint_rim_join", "join_cells"])?,
-            kernel(["imprint_rim_profile", "profile"])?,
-            kernel(["imprint_rim_raise", "raise"])?,
-        ];
+        let kernel =
+            |module, entry, constants| device.kernel(&KernelSpec { module, entry, groups, immediates, constants });
+        Ok(Self([
+            kernel("imprint_rim_push", "find_records", &[])?,
+            kernel("imprint_rim_push", "push", &[])?,
+            kernel(module, "list_cells", constants)?,
+            kernel("imprint_rim_join", "join_cells", &[])?,
+            kernel("imprint_rim_profile", "profile", &[])?,
+            kernel("imprint_rim_raise", "raise", &[("TRIANGLES", f64::from(u8::from(triangles)))])?,
+        ]))
+    }
+}
+
+impl RimStages {
+    /// Room for rims with so many `places`, and volumes of so many records. Fails where the device has none.
+    pub fn new(device: &Device, room: RimRoom, places: usize, records: usize) -> Result<Self> {
         let around = Shared::new(device)?;
         let rims = Buffer::new(device, "rims", MOST_LINKS)?;
         let told = Buffer::new(device, "what is told of rims", MOST_LINKS)?;
@@ -167,12 +192,7 @@ impl DeviceRims {
         let cells = Buffer::new(device, "cells of contacts", CELL * room.cells)?;
         let borders = Buffer::new(device, "borders of contacts", room.borders)?;
         let edges = Buffer::new(device, "pieces with borders", room.pieces)?;
-        let volumes = Buffer::new(device, "volumes of blocks", blocks.records().len())?;
-        let listing = DeviceBlocks::list_into(device, &around, blocks.slots(), &listed)?;
-        let from = [shared.links.wgpu(), listed.wgpu(), around.arguments.wgpu()];
-        let to = [blocks.slots().wgpu(), shared.told.wgpu(), blocks.records().wgpu()];
-        let solid = [voxels.spans().wgpu(), voxels.words().wgpu()];
-        let own = device.bind_as(&own, &[&from[..], &solid, &to, &[worked.wgpu()]].concat())?;
+        let volumes = Buffer::new(device, "volumes of blocks", records)?;
         let state_of = [
             rims.wgpu(),
             told.wgpu(),
@@ -184,26 +204,28 @@ impl DeviceRims {
             edges.wgpu(),
             volumes.wgpu(),
         ];
-        let bound = [own, device.bind_as(&state, &state_of)?];
-        let _kept = (pieces, [points, borders], [listed, edges]);
-        Ok(Self { around, rims, told, kernels, bent, bound, listing, places, cells, volumes, room, _kept })
+        let state = device.bind_as(&RIM_GROUP, &state_of)?;
+        let _kept = (pieces, [points, borders], edges);
+        Ok(Self { around, listed, state, rims, told, places, cells, volumes, room, _kept })
     }
 
-    /// Makes room where it is not that much, with so many places at least, and what is bound elsewhere.
-    pub fn prepare(
-        there: &mut Option<Self>,
-        device: &Device,
-        bound: (&Shared, &DeviceVoxels, &DeviceBlocks, &Buffer<u32>),
-        (room, places): (RimRoom, usize),
-        bend: bool,
-    ) -> Result<()> {
-        if there.as_ref().is_some_and(|rims| rims.room == room && rims.places.len() >= places) {
-            return Ok(());
-        }
-        // What it took is free before more is asked for.
-        *there = None;
-        *there = Some(Self::new(device, bound, (room, places), bend)?);
-        Ok(())
+    /// Whether there is that much room, and so many places at least.
+    pub fn fits(&self, room: RimRoom, places: usize) -> bool {
+        self.room == room && self.places.len() >= places
+    }
+
+    /// The buffers of [`RIM_OWN`], of imprints that `shared` tells of.
+    pub fn own<'a>(
+        &'a self,
+        shared: &'a Shared,
+        voxels: &'a DeviceVoxels,
+        slots: &'a Buffer<u32>,
+        records: &'a Buffer<Record>,
+    ) -> [&'a wgpu::Buffer; 8] {
+        let from = [shared.links.wgpu(), self.listed.wgpu(), self.around.arguments.wgpu()];
+        let [links, listed, arguments] = from;
+        let [spans, words] = [voxels.spans().wgpu(), voxels.words().wgpu()];
+        [links, listed, arguments, spans, words, slots.wgpu(), shared.told.wgpu(), records.wgpu()]
     }
 
     /// Tells of the rims of a submission: of every imprint that has one what it raises, and itself around its contact.
@@ -232,52 +254,29 @@ impl DeviceRims {
         self.around.begin(device, frame, &words.collect::<Vec<_>>())
     }
 
-    /// Records that the blocks around the contact of imprint `link` are listed and gathered, before it is made.
-    pub fn gather(
-        &self,
-        pass: &mut Pass<'_>,
-        culling: &DeviceCull,
-        (surface, moved): (&DeviceSurface, &Moved),
-        link: usize,
-    ) -> Result<()> {
-        culling.cull(pass, &self.around, &self.listing, surface, link)?;
-        let kernel = if moved.bent { self.bent.as_ref() } else { Some(&self.kernels[0]) };
-        let kernel = kernel.ok_or_else(|| Error::internal("no kernel for rims of an object with vectors"))?;
-        let [own, state] = &self.bound;
-        let groups = [own, surface.group(), &moved.group, state];
+    /// Records a kernel over the blocks around the contact of imprint `link`.
+    pub fn run(&self, pass: &mut Pass<'_>, kernel: &Kernel, groups: &[&Bindings], link: usize) -> Result<()> {
         let links = step(link..link + 1);
         let links = bytemuck::bytes_of(&links);
-        pass.run_indirect(kernel, &groups, links, &self.around.arguments, Shared::blocks(link))
+        pass.run_indirect(kernel, groups, links, &self.around.arguments, Shared::blocks(link))
     }
 
     /// Records that a rim rises, after the imprint was made.
     pub fn raise(
         &self,
         pass: &mut Pass<'_>,
-        (surface, tiles): (&DeviceSurface, &DeviceTiles),
+        RimKernels([find, push, list, join, profile, raise]): &RimKernels,
+        groups: &[&Bindings],
         link: usize,
     ) -> Result<()> {
-        (1..self.kernels.len()).try_for_each(|kernel| self.run(pass, kernel, (surface, tiles), link))
-    }
-
-    fn run(
-        &self,
-        pass: &mut Pass<'_>,
-        number: usize,
-        (surface, tiles): (&DeviceSurface, &DeviceTiles),
-        link: usize,
-    ) -> Result<()> {
-        let [own, state] = &self.bound;
-        let groups = [own, surface.group(), tiles.group(), state];
         let links = step(link..link + 1);
         let links = bytemuck::bytes_of(&links);
-        let kernel = &self.kernels[number];
-        match number {
-            FIND => return pass.run(kernel, &groups, links, groups_of((self.volumes.len() as u32).div_ceil(GROUP))),
-            JOIN => return pass.run(kernel, &groups, links, [1, 1, 1]),
-            _ => {}
-        }
-        pass.run_indirect(kernel, &groups, links, &self.around.arguments, Shared::blocks(link))
+        pass.run(find, groups, links, groups_of((self.volumes.len() as u32).div_ceil(GROUP)))?;
+        self.run(pass, push, groups, link)?;
+        self.run(pass, list, groups, link)?;
+        pass.run(join, groups, links, [1, 1, 1])?;
+        self.run(pass, profile, groups, link)?;
+        self.run(pass, raise, groups, link)
     }
 
     /// Records the way back of what is told.
@@ -319,15 +318,85 @@ impl DeviceRims {
     }
 }
 
+impl DeviceRims {
+    /// Room for rims of imprints whose `voxels` and `blocks` are these, and the blocks of tiles that are `worked` on; with
+    /// so many `places`, on objects with vectors too if these `bend`. Fails where the device has none.
+    fn new(
+        device: &Device,
+        (shared, voxels, blocks, worked): (&Shared, &DeviceVoxels, &DeviceBlocks, &Buffer<u32>),
+        (room, places): (RimRoom, usize),
+        bend: bool,
+    ) -> Result<Self> {
+        let own = [&RIM_OWN[..], &[Access::Read]].concat();
+        let immediates = size_of::<[u32; 2]>() as u32;
+        let gather = |constants: &[(&str, f64)]| {
+            let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &MOVED_GROUP, &RIM_GROUP];
+            device.kernel(&KernelSpec { module: "imprint_rim_gather", entry: "gather", groups, immediates, constants })
+        };
+        let variants = STRAIGHT_AND_BENT.iter().take(1 + usize::from(bend));
+        let gather = variants.map(|constants| gather(constants)).collect::<Result<Vec<_>>>()?;
+        let groups: &[&[Access]] = &[&own, &SURFACE_GROUP, &TILES_GROUP, &RIM_GROUP];
+        let kernels = RimKernels::new(device, groups, ("imprint_rim_cells", &[]), false)?;
+        let stages = RimStages::new(device, room, places, blocks.records().len())?;
+        let listing = DeviceBlocks::list_into(device, &stages.around, blocks.slots(), &stages.listed)?;
+        let bound = [&stages.own(shared, voxels, blocks.slots(), blocks.records())[..], &[worked.wgpu()]].concat();
+        let own = device.bind_as(&own, &bound)?;
+        Ok(Self { stages, kernels, gather, own, listing })
+    }
+
+    /// Makes room where it is not that much, with so many places at least, and what is bound elsewhere.
+    pub fn prepare(
+        there: &mut Option<Self>,
+        device: &Device,
+        bound: (&Shared, &DeviceVoxels, &DeviceBlocks, &Buffer<u32>),
+        (room, places): (RimRoom, usize),
+        bend: bool,
+    ) -> Result<()> {
+        if there.as_ref().is_some_and(|rims| rims.stages.fits(room, places)) {
+            return Ok(());
+        }
+        // What it took is free before more is asked for.
+        *there = None;
+        *there = Some(Self::new(device, bound, (room, places), bend)?);
+        Ok(())
+    }
+
+    /// What they share with others.
+    pub fn stages(&self) -> &RimStages {
+        &self.stages
+    }
+
+    /// Records that the blocks around the contact of imprint `link` are listed and gathered, before it is made.
+    pub fn gather(
+        &self,
+        pass: &mut Pass<'_>,
+        culling: &DeviceCull,
+        (surface, moved): (&DeviceSurface, &Moved),
+        link: usize,
+    ) -> Result<()> {
+        culling.cull(pass, &self.stages.around, &self.listing, surface, link)?;
+        let kernel = self.gather.get(usize::from(moved.bent));
+        let kernel = kernel.ok_or_else(|| Error::internal("no kernel for rims of an object with vectors"))?;
+        self.stages.run(pass, kernel, &[&self.own, surface.group(), &moved.group, &self.stages.state], link)
+    }
+
+    /// Records that a rim rises, after the imprint was made.
+    pub fn raise(
+        &self,
+        pass: &mut Pass<'_>,
+        (surface, tiles): (&DeviceSurface, &DeviceTiles),
+        link: usize,
+    ) -> Result<()> {
+        let groups = [&self.own, surface.group(), tiles.group(), &self.stages.state];
+        self.stages.raise(pass, &self.kernels, &groups, link)
+    }
+}
+
 impl Default for RimRoom {
     fn default() -> Self {
         FEW
     }
 }
-
-/// Which of the kernels takes records, and which is one workgroup.
-const FIND: usize = 1;
-const JOIN: usize = 4;
 
 /// The volumes of a block.
 pub(super) fn volumes([pushed, raised]: [f32; 2]) -> Volumes {

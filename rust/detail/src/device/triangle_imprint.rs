@@ -1,144 +1,33 @@
-//! Imprints on triangle meshes on a graphics device (`shaders/triangle_imprint*.wgsl`): culling of triangles, voxels and
-//! rays of their values are one submission of one or more imprints, each of which starts from what those before it left.
+//! Imprints on triangle meshes on a graphics device (`shaders/triangle_imprint*.wgsl`): culling of triangles, voxels,
+//! rays of their values, rims and smoothing are one submission of one or more imprints, each of which starts from what
+//! those before it left.
 //! Nothing is read back before the end; what comes back becomes the edits that the processor would have made.
 //!
 //! Stages and voxels are those of imprints on tiles, see [`super::chain`]. A triangle's block has the values of its sides
 //! and corners too, so that there is one list; 256 values of a block are a record as 256 coefficients of a tile are.
 
-use std::sync::Arc;
-
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
-use relievo_surface::{DeviceMesh, MESH_GROUP};
-use relievo_tiles::triangle::{DeviceTriangles, Pattern, TRIANGLES_GROUP, TriangleField};
+use relievo_gpu::{Bindings, Buffer, Device, GROUP, Pass, groups};
+use relievo_surface::DeviceMesh;
+use relievo_tiles::triangle::TriangleField;
 
 use super::blocks::Record;
 use super::link::{Batch, Ground, Link, MOST_LINKS, Shared, Slots, Told, Words, batches, most_voxels, parse, step};
 use super::meshes::DeviceMeshes;
+use super::rim::{Around, RimRoom, RimStages, volumes};
+use super::triangle_press::{CASTING, CULLING, TrianglePress, parts};
+use super::triangle_rim::BoundRim;
+use super::triangle_smoothing::{Beside, BoundMesh, TriangleSmoothing};
 use super::voxel::{DeviceVoxels, VoxelRoom};
 use crate::collider::Collider;
 use crate::knots::BLOCK_KNOTS;
-use crate::triangle::{TriangleObject, field_range};
+use crate::rim::Volumes;
+use crate::triangle::TriangleObject;
 
-/// What imprints on a triangle mesh need of a device, beside the mesh.
-#[derive(Debug)]
-pub(crate) struct TrianglePress {
-    values: DeviceTriangles,
-    /// The displacement from when the depth limit began to count, once there was one.
-    begun: Option<DeviceTriangles>,
-    ranges: Buffer<[f32; 2]>,
-    listed: Buffer<u32>,
-    /// Barycentric coordinates of the values inside a triangle.
-    inside: Buffer<[f32; 3]>,
-    /// Of every triangle whether it has a block, see `triangle_imprint.wgsl`.
-    held: Buffer<u32>,
-    culling: Arc<Kernel>,
-    casting: Arc<Kernel>,
-    following: Arc<Kernel>,
-    culled: Bindings,
-}
-
-/// What the kernels have of a submission: imprints, slots, boxes, arguments and what is told.
-const CULLING: [Access; 5] = [Access::Read, Access::Write, Access::Read, Access::Write, Access::Write];
-/// Imprints, triangles, arguments, voxels, slots, what is told, records, places inside triangles, and which have blocks.
-const CASTING: [Access; 10] = [
-    Access::Read,
-    Access::Read,
-    Access::Read,
-    Access::Read,
-    Access::Read,
-    Access::Write,
-    Access::Write,
-    Access::Write,
-    Access::Read,
-    Access::Read,
-];
-/// Ranges, and the list.
-const CULLED: [Access; 2] = [Access::Read, Access::Write];
-
-/// Words of the values of a record.
-const PAIRS: u32 = BLOCK_KNOTS as u32 / 2;
-
-impl TrianglePress {
-    /// For imprints on a mesh with the displacement `field`. Fails where the device has no room.
-    fn new(device: &Device, field: &TriangleField) -> Result<Self> {
-        let (pattern, faces) = (field.pattern(), field.topology().face_count());
-        let immediates = size_of::<[u32; 2]>() as u32;
-        let segments = ("SEGMENTS", f64::from(pattern.segments()));
-        let parts = ("PARTS", f64::from(parts(pattern)));
-        let culling = device.kernel(&KernelSpec {
-            module: "triangle_imprint_cull",
-            entry: "cull_faces",
-            groups: &[&CULLING, &MESH_GROUP, &CULLED],
-            immediates,
-            constants: &[segments, parts],
-        })?;
-        let of_values = |entry| {
-            device.kernel(&KernelSpec {
-                module: "triangle_imprint",
-                entry,
-                groups: &[&CASTING, &MESH_GROUP, &TRIANGLES_GROUP, &TRIANGLES_GROUP],
-                immediates,
-                constants: &[segments, parts],
-            })
-        };
-        let (casting, following) = (of_values("cast_values")?, of_values("follow_sides")?);
-        let all: Vec<_> = (0..faces as u32).map(|face| field_range(field, face)).collect();
-        let ranges = Buffer::of(device, "ranges of triangles", &all)?;
-        let listed = Buffer::new(device, "triangles in the overlap", faces)?;
-        let culled = device.bind_as(&CULLED, &[ranges.wgpu(), listed.wgpu()])?;
-        let inside = Buffer::of(device, "places inside triangles", pattern.places())?;
-        let holds: Vec<_> = (0..faces as u32).map(|face| held_by(field, face)).collect();
-        let held = Buffer::of(device, "triangles with blocks", &holds)?;
-        let values = DeviceTriangles::new(device, field, pattern)?;
-        Ok(Self { values, begun: None, ranges, listed, inside, held, culling, casting, following, culled })
-    }
-
-    /// Makes `there` have `field`, and `start`, the displacement from which the depth limit counts. Fails where the device
-    /// has no room.
-    fn follow<'a>(
-        there: &'a mut Option<Self>,
-        device: &Device,
-        field: &TriangleField,
-        start: Option<&TriangleField>,
-    ) -> Result<&'a mut Self> {
-        let press = match there.take().filter(|it| it.values.pattern() == field.pattern()) {
-            Some(mut press) => {
-                for face in press.values.update(device, field)? {
-                    press.ranges.write(device, face as usize, &[field_range(field, face)])?;
-                    press.held.write(device, face as usize, &[held_by(field, face)])?;
-                }
-                there.insert(press)
-            }
-            None => there.insert(Self::new(device, field)?),
-        };
-        if let Some(start) = start {
-            match &mut press.begun {
-                Some(begun) => drop(begun.update(device, start)?),
-                None => press.begun = Some(DeviceTriangles::new(device, start, field.pattern())?),
-            }
-        }
-        Ok(press)
-    }
-}
-
-/// Whether a triangle has a block, as kernels are told.
-fn held_by(field: &TriangleField, face: u32) -> u32 {
-    match field.face_pattern(face) {
-        None => 0,
-        Some(own) if own == field.pattern() => 1,
-        Some(_) => 2,
-    }
-}
-
-/// In the number of a record's part: values inside follow those on the sides.
-const FOLLOWS: u32 = 0x8000;
-
-/// Records that the values of a triangle's block make at most.
-fn parts(pattern: Pattern) -> u32 {
-    DeviceTriangles::<f16>::words(pattern).div_ceil(PAIRS)
-}
+/// In the number of a record's part: values inside follow those on the sides; it is what smoothing left.
+const FANNED: u32 = 0x8000;
+const SETTLED: u32 = 0x4000;
 
 /// A mesh that is imprinted on.
 #[derive(Debug)]
@@ -166,6 +55,8 @@ pub(crate) struct PressedValues {
     pub values: [f16; BLOCK_KNOTS],
     /// Whether those inside are what the sides say, since the triangle has no block.
     pub follows: bool,
+    /// Whether they are what smoothing left afterwards, and no edit.
+    pub settled: bool,
 }
 
 /// What the rays of an imprint found.
@@ -178,6 +69,8 @@ pub(crate) struct TriangleCast {
     pub tested: u64,
     pub clamped: u64,
     pub triangles: u64,
+    /// What triangles pushed and raised, ascending, where something rises.
+    pub volumes: Vec<(u32, Volumes)>,
 }
 
 /// Records that there is room for at first, and that are read back.
@@ -192,8 +85,34 @@ pub(crate) struct TriangleChain {
     voxels: Option<DeviceVoxels>,
     records: Buffer<Record>,
     slots: Buffer<u32>,
+    smoothing: TriangleSmoothing,
+    rims: Option<RimStages>,
+    rim_room: RimRoom,
     /// Records that are read back at once.
     likely: usize,
+}
+
+/// What is bound of a mesh.
+#[derive(Debug)]
+struct Bound {
+    culling: Bindings,
+    casting: Bindings,
+    smoothing: Option<BoundMesh>,
+    /// What culls around contacts, and what rises there.
+    rim: Option<(Bindings, BoundRim)>,
+}
+
+/// What came back of a submission.
+struct Submitted {
+    /// Records, whether or not there was room for them, and triangles that were smoothed.
+    kept: usize,
+    taken: usize,
+    told: Vec<Told>,
+    /// The records that there was room for, and their volumes where something rises.
+    records: Vec<Record>,
+    moved: Vec<[f32; 2]>,
+    /// The room that rims need.
+    rim_room: Option<RimRoom>,
 }
 
 impl TriangleChain {
@@ -206,6 +125,9 @@ impl TriangleChain {
             voxels: None,
             records: Buffer::new(device, "changed values", FEW)?,
             slots: Buffer::new(device, "values' slots", 1)?,
+            smoothing: TriangleSmoothing::new(device)?,
+            rims: None,
+            rim_room: RimRoom::default(),
             likely: FEW,
         })
     }
@@ -230,8 +152,11 @@ impl TriangleChain {
         if links.len() > MOST_LINKS {
             return Err(Error::internal(format!("{} imprints at once; there may be {MOST_LINKS}", links.len())));
         }
-        for target in &mut *targets {
-            TrianglePress::follow(target.press, &self.device, target.object.displacement().field(), target.start)?;
+        for (index, target) in targets.iter_mut().enumerate() {
+            let press = TrianglePress::follow(target.press, &self.device, target.object, target.start)?;
+            let smooths = (0..links.len()).any(|link| links[link].target == index && is_smoothed(links, link));
+            let rises = links.iter().any(|link| link.target == index && link.rising.is_some());
+            press.prepare(&self.device, smooths, rises)?;
         }
         let renewed = self.meshes.bring(&self.device, colliders)?;
         let (slots, slot_count) = slots(targets, links);
@@ -251,29 +176,57 @@ impl TriangleChain {
         let batches = batches(&mut words, &rows, most_voxels(&self.device))?;
         let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
         DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, (&self.meshes, renewed), room)?;
-        let (told, records) = loop {
-            let room = self.records.len();
-            words.iter_mut().for_each(|words| words.set_room([0, room, 0]));
-            let (kept, told, records) = self.submit(context, targets, links, &words, &batches)?;
-            if kept <= room {
-                break (told, records);
+        let (places, place_count) = places(targets, links);
+        let around = |(link, words): (&Link, &Words)| {
+            let (rising, transform) = (link.rising?, targets[link.target].object.transform());
+            let words = words.in_grid(&rising.grid(&link.grid, transform), transform);
+            Some(Around { rising, words, places: places[link.target] })
+        };
+        let rims: Vec<Option<Around>> = links.iter().zip(&words).map(around).collect();
+        let smooths = (0..links.len()).any(|link| is_smoothed(links, link));
+        let (mut taken, mut rim_room) = (0, rims.iter().any(Option::is_some).then_some(self.rim_room));
+        let (told, records, moved) = loop {
+            if smooths {
+                let meshes = targets.iter().filter_map(|target| target.press.as_ref()?.smoothed.as_ref());
+                self.smoothing.enlarge(&self.device, taken, meshes)?;
             }
-            self.records = Buffer::new(&self.device, "changed values", kept + kept / 4)?;
+            if let Some(room) =
+                rim_room.filter(|room| !self.rims.as_ref().is_some_and(|it| it.fits(*room, place_count)))
+            {
+                // What they took is free before more is asked for.
+                self.rims = None;
+                self.rims = Some(RimStages::new(&self.device, room, place_count, self.records.len())?);
+            }
+            let (room, capacity) = (self.records.len(), self.smoothing.capacity());
+            words.iter_mut().for_each(|words| words.set_room([0, room, capacity]));
+            let made = self.submit(context, targets, links, (&words, &rims), &batches)?;
+            if made.kept <= room && made.taken <= capacity && made.rim_room == rim_room {
+                break (made.told, made.records, made.moved);
+            }
+            (taken, rim_room) = (made.taken, made.rim_room);
+            self.rim_room = rim_room.unwrap_or(self.rim_room);
+            if made.kept > room {
+                self.rims = None;
+                self.records = Buffer::new(&self.device, "changed values", made.kept + made.kept / 4)?;
+            }
         };
         told.iter().try_for_each(Told::check)?;
-        Ok(casts(links, &told, &records))
+        Ok(casts(links, &told, &records, &moved))
     }
 
-    /// Records and submits everything. Returns how many records there are, whether or not there was room for them, what is
-    /// told of the imprints, and the records that there are.
+    fn rims(&self) -> Result<&RimStages> {
+        self.rims.as_ref().ok_or_else(|| Error::internal("no room for rims"))
+    }
+
+    /// Records and submits everything.
     fn submit(
         &mut self,
         context: &Context,
         targets: &[TriangleTarget<'_>],
         links: &[Link],
-        words: &[Words],
+        (words, rims): (&[Words], &[Option<Around>]),
         batches: &[Batch],
-    ) -> Result<(usize, Vec<Told>, Vec<Record>)> {
+    ) -> Result<Submitted> {
         let device = &self.device;
         let time = context.stats().begin("imprint.device.submit");
         let voxels = self.voxels.as_ref().ok_or_else(|| Error::internal("no room for voxels"))?;
@@ -283,71 +236,133 @@ impl TriangleChain {
         if words.iter().any(Words::is_chained) {
             frame.clear(&self.slots);
         }
+        self.smoothing.clear(&mut frame);
+        let rising = rims.iter().any(Option::is_some);
+        if rising {
+            self.rims()?.begin(device, &mut frame, rims)?;
+        }
         let mut pass = frame.pass("imprint.device.triangles");
         for batch in batches {
             voxels.fill(&mut pass, &self.shared, batch)?;
             for link in batch.links.clone() {
                 let index = links[link].target;
-                let goes_on = links[link + 1..].iter().any(|link| link.target == index);
-                self.press(&mut pass, &targets[index], &bound[index], (link, goes_on))?;
+                self.press(&mut pass, &targets[index], &bound[index], (links, link))?;
             }
         }
         drop(pass);
         let told = self.shared.read_told(&mut frame, links.len())?;
         let likely = self.likely.min(self.records.len());
         let first = frame.read(&self.records, 0..likely)?;
+        let volumes = |frame: &mut _, range| rising.then(|| self.rims()?.read_volumes(frame, range)).transpose();
+        let first_moved = volumes(&mut frame, 0..likely)?;
+        let told_rims = rising.then(|| self.rims()?.read(&mut frame, links.len())).transpose()?;
         let submission = frame.submit()?;
         time.end();
-        let ([kept, _], told) = parse(&told.get(device)?);
+        let ([kept, taken], told) = parse(&told.get(device)?);
         let mut records = first.get(device)?;
         for time in submission.wait()? {
             context.stats().add(time.name, time.length);
         }
         let there = kept.min(self.records.len());
         records.truncate(there);
+        let mut moved = first_moved.map_or(Ok(Vec::new()), |it| it.get(device))?;
+        moved.truncate(there);
         if there > likely {
             let mut frame = device.frame()?;
             let rest = frame.read(&self.records, likely..there)?;
+            let rest_moved = volumes(&mut frame, likely..there)?;
             let _ = frame.submit()?;
             records.extend(rest.get(device)?);
+            moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);
         }
+        let rim_room = told_rims.map(|read| self.rims()?.needed(context, device, read)).transpose()?;
         self.likely = (kept + kept / 4).max(FEW);
-        Ok((kept, told, records))
+        Ok(Submitted { kept, taken, told, records, moved, rim_room })
     }
 
-    /// What is bound for culling and rays of a mesh.
-    fn bind(&self, press: &TrianglePress, voxels: &DeviceVoxels) -> Result<[Bindings; 2]> {
-        let Shared { links, told, arguments, boxes, .. } = &self.shared;
-        let (told, slots) = (told.wgpu(), self.slots.wgpu());
-        let culling = [links.wgpu(), slots, boxes.wgpu(), arguments.wgpu(), told];
-        let from = [links.wgpu(), press.listed.wgpu(), arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
-        let to = [slots, told, self.records.wgpu(), press.inside.wgpu(), press.held.wgpu()];
-        Ok([self.device.bind_as(&CULLING, &culling)?, self.device.bind_as(&CASTING, &[&from[..], &to[..]].concat())?])
+    /// What is bound of a mesh.
+    fn bind(&self, press: &TrianglePress, voxels: &DeviceVoxels) -> Result<Bound> {
+        let (device, shared) = (&self.device, &self.shared);
+        let (told, slots) = (shared.told.wgpu(), self.slots.wgpu());
+        let culling = |of: &Shared| {
+            let (boxes, arguments) = (of.boxes.wgpu(), shared.arguments.wgpu());
+            device.bind_as(&CULLING, &[of.links.wgpu(), slots, boxes, arguments, told])
+        };
+        let (links, held, inside) = (shared.links.wgpu(), press.held.wgpu(), press.inside.wgpu());
+        let records = self.records.wgpu();
+        let from = [links, press.listed.wgpu(), shared.arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
+        let beside = [&[inside, held][..], &press.ways()].concat();
+        let casting = device.bind_as(&CASTING, &[&from[..], &[slots, told, records], &beside].concat())?;
+        let smoothing = press
+            .smoothed
+            .as_ref()
+            .map(|mesh| self.smoothing.bind(device, mesh, Beside { links, held, slots, told, records, inside }));
+        let rim = self.rims.as_ref().filter(|_| press.raised.is_some()).map(|stages| {
+            let [entries, values] = press.ways();
+            let beside = (press.listed.wgpu(), [inside, held, entries, values]);
+            let bound = BoundRim::new(device, stages, (shared, voxels), (&self.slots, &self.records), beside)?;
+            Ok((culling(&stages.around)?, bound))
+        });
+        Ok(Bound { culling: culling(shared)?, casting, smoothing: smoothing.transpose()?, rim: rim.transpose()? })
     }
 
-    /// Records the culling and the rays of an imprint whose voxels are there, and what follows of them if another one `goes
-    /// on` from it.
+    /// Records an imprint whose voxels are there: culling and rays, what rises, and where others go on from it what follows
+    /// and is smoothed.
     fn press(
         &self,
         pass: &mut Pass<'_>,
         target: &TriangleTarget<'_>,
-        [culling, casting]: &[Bindings; 2],
-        (link, goes_on): (usize, bool),
+        it: &Bound,
+        (links, link): (&[Link], usize),
     ) -> Result<()> {
         let (press, mesh) = (target.press()?, target.mesh);
-        let links = step(link..link + 1);
-        let links = bytemuck::bytes_of(&links);
+        let Link { target: index, smoothing: (_, passes), rising, .. } = links[link];
+        let rim = it.rim.as_ref().zip(press.raised.as_ref()).filter(|_| rising.is_some());
+        let immediates = step(link..link + 1);
+        let immediates = bytemuck::bytes_of(&immediates);
         let faces = groups((mesh.face_count() as u32).div_ceil(GROUP));
-        pass.run(&press.culling, &[culling, mesh.group(), &press.culled], links, faces)?;
-        let start = press.begun.as_ref().filter(|_| target.start.is_some()).unwrap_or(&press.values);
-        let bound = [casting, mesh.group(), press.values.group(), start.group()];
-        let (arguments, first) = (&self.shared.arguments, Shared::blocks(link));
-        pass.run_indirect(&press.casting, &bound, links, arguments, first)?;
-        if goes_on {
-            pass.run_indirect(&press.following, &bound, links, arguments, first)?;
+        let culling = rim.map_or(&it.culling, |((around, _), _)| around);
+        pass.run(&press.culling, &[culling, mesh.group(), &press.culled], immediates, faces)?;
+        let on = (mesh, &press.values);
+        if let Some(((_, bound), kernels)) = rim {
+            bound.gather(pass, (self.rims()?, kernels), on, link)?;
         }
-        Ok(())
+        let start = press.begun.as_ref().filter(|_| target.start.is_some()).unwrap_or(&press.values);
+        let bound = [&it.casting, mesh.group(), press.values.group(), start.group()];
+        let (arguments, first) = (&self.shared.arguments, Shared::blocks(link));
+        pass.run_indirect(&press.casting, &bound, immediates, arguments, first)?;
+        if let Some(((_, bound), kernels)) = rim {
+            bound.raise(pass, (self.rims()?, kernels), on, link)?;
+        }
+        if !links[link + 1..].iter().any(|link| link.target == index) {
+            return Ok(());
+        }
+        pass.run_indirect(&press.following, &bound, immediates, arguments, first)?;
+        match press.smoothed.as_ref().zip(it.smoothing.as_ref()).filter(|_| passes > 0) {
+            Some(smoothed) => self.smoothing.smooth(pass, smoothed, on, link, passes),
+            None => Ok(()),
+        }
     }
+}
+
+/// Whether what an imprint changed is smoothed for another one that follows it on the same mesh.
+fn is_smoothed(links: &[Link], link: usize) -> bool {
+    links[link].smoothing.1 > 0 && links[link + 1..].iter().any(|later| later.target == links[link].target)
+}
+
+/// Where the pieces of every target are on which something rises, and how many a triangle has. And how many there are.
+fn places(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<[u32; 2]>, usize) {
+    let mut count = 0;
+    let each = targets.iter().enumerate().map(|(index, target)| {
+        if !links.iter().any(|link| link.target == index && link.rising.is_some()) {
+            return [0; 2];
+        }
+        let field = target.object.displacement().field();
+        let (base, of_face) = (count, parts(field.pattern()));
+        count += field.topology().face_count() * of_face as usize;
+        [base as u32, of_face]
+    });
+    (each.collect(), count)
 }
 
 /// Where the slots of every target are that several imprints meet, see `triangle_imprint_slot.wgsl`, and how many there are.
@@ -358,7 +373,7 @@ fn slots(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<Option<Slots>>,
             return None;
         }
         let field = target.object.displacement().field();
-        let (base, stride) = (count, 2 + 2 * parts(field.pattern()));
+        let (base, stride) = (count, 3 + 2 * parts(field.pattern()));
         count += field.topology().face_count() * stride as usize;
         Some(Slots { base: base as u32, stride })
     });
@@ -366,27 +381,39 @@ fn slots(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<Option<Slots>>,
 }
 
 /// What the imprints did, from what was read back.
-fn casts(links: &[Link], told: &[Told], records: &[Record]) -> Vec<TriangleCast> {
-    let mut order: Vec<&Record> = records.iter().collect();
-    order.sort_unstable_by_key(|record| (record.link(), record.tile, record.block() & !FOLLOWS));
+fn casts(links: &[Link], told: &[Told], records: &[Record], moved: &[[f32; 2]]) -> Vec<TriangleCast> {
+    let moved = moved.iter().copied().chain(std::iter::repeat([0.0; 2]));
+    let mut order: Vec<(&Record, [f32; 2])> = records.iter().zip(moved).collect();
+    let part = |record: &Record| record.block() & !(FANNED | SETTLED);
+    let is_settled = |record: &Record| record.block() & SETTLED != 0;
+    order.sort_unstable_by_key(|(record, _)| (record.link(), record.tile, part(record), is_settled(record)));
     let mut order = &order[..];
     let mut all = Vec::with_capacity(links.len());
     for (index, (link, told)) in links.iter().zip(told).enumerate() {
-        let (own, rest) = order.split_at(order.partition_point(|record| record.link() <= index as u32));
+        let (own, rest) = order.split_at(order.partition_point(|(record, _)| record.link() <= index as u32));
         order = rest;
-        let pressed = own.iter().map(|record| {
+        let pressed = own.iter().map(|(record, _)| {
             let mut values = [f16::ZERO; BLOCK_KNOTS];
             values.copy_from_slice(bytemuck::cast_slice(&record.values));
-            let part = record.block() & !FOLLOWS;
-            let follows = record.block() & FOLLOWS != 0;
-            PressedValues { face: record.tile, first: part as usize * BLOCK_KNOTS, values, follows }
+            PressedValues {
+                face: record.tile,
+                first: part(record) as usize * BLOCK_KNOTS,
+                values,
+                follows: record.block() & FANNED != 0,
+                settled: is_settled(record),
+            }
         });
+        // Of records that are no edits nothing is known.
+        let edited = own.iter().filter(|(record, _)| link.rising.is_some() && record.changed > 0);
+        let edited: Vec<_> = edited.map(|(record, moved)| (record.tile, volumes(*moved))).collect();
+        let by_face = edited.chunk_by(|(a, _), (b, _)| a == b);
         all.push(TriangleCast {
             pressed: pressed.collect(),
             faces: told.tiles.into(),
             tested: told.tested.into(),
             clamped: told.clamped.into(),
             triangles: link.triangles,
+            volumes: by_face.map(|of| (of[0].0, of.iter().map(|(_, volumes)| *volumes).sum())).collect(),
         });
     }
     all

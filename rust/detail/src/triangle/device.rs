@@ -82,8 +82,7 @@ impl OnDevice for TriangleObject {
 }
 
 impl TriangleObject {
-    /// Has dabs and imprints made on a graphics device from now on, or on the processor again. What a device does not do
-    /// (imprints with rims, and into objects with vector displacement), the processor does.
+    /// Has dabs and imprints made on a graphics device from now on, or on the processor again.
     ///
     /// Fails, and changes nothing, where the device has no room for the mesh.
     pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {

@@ -32,7 +32,7 @@ impl Imprinter {
         if !is_for_device(object, settings) {
             return None;
         }
-        let link = Link::new(context, 0, collider, grid, &settings.limits())?;
+        let link = Link::new(context, 0, collider, grid, &settings.limits())?.raising(settings);
         let known = object.known();
         let casts = self.cast_together(context, &mut [object], start, &[collider], &[link]);
         casts?.pop().map(|cast| (cast, known))
@@ -50,10 +50,10 @@ impl Imprinter {
     }
 }
 
-/// Whether imprints of the given settings on `object` are for its device: displacement along normals without a rim, which
-/// looks at the processor's voxels. Colliders that are too far from a grid are besides, see [`Link::new`].
+/// Whether imprints of the given settings on `object` are for its device. Colliders that are too far from a grid are besides,
+/// see [`Link::new`].
 fn is_for_device(object: &TriangleObject, settings: &ImprintSettings) -> bool {
-    object.device.is_some() && object.vectors.is_none() && settings.share > 0.0 && settings.rim <= 0.0
+    object.device.is_some() && settings.share > 0.0
 }
 
 impl Imprinted for TriangleObject {
@@ -77,7 +77,7 @@ impl Imprinted for TriangleObject {
     }
 
     fn is_for_row(&self, settings: &ImprintSettings) -> bool {
-        is_for_device(self, settings) && settings.smoothing <= 0.0
+        is_for_device(self, settings)
     }
 
     fn device_of(state: &TriangleDevice) -> &Device {
@@ -143,7 +143,8 @@ pub(crate) struct Known {
 }
 
 impl Known {
-    /// What `pressed` changes, with all else as `field` has it, by element, ascending; it is known from then on.
+    /// What `pressed` changes, with all else as `field` has it, by element, ascending; it is known from then on, as is what
+    /// smoothing left.
     pub(super) fn edits(&mut self, field: &TriangleField, pressed: &[PressedValues]) -> Vec<ElementEdit<f16>> {
         let pattern = field.pattern();
         let mut new: BTreeMap<Element, (Vec<f16>, Vec<bool>)> = BTreeMap::new();
@@ -156,7 +157,7 @@ impl Known {
                 }
                 let made = &piece.values[from - piece.first..to - piece.first];
                 let old = &mut block[from..to];
-                let is_edit = !(piece.follows && matches!(element, Element::Face(_)));
+                let is_edit = !(piece.settled || piece.follows && matches!(element, Element::Face(_)));
                 if is_edit && old.iter().zip(made).any(|(old, new)| old != new) {
                     let own = || values(field, element, pattern).unwrap_or_else(|| vec![f16::ZERO; count]);
                     let (values, changed) = new.entry(element).or_insert_with(|| (own(), vec![false; count]));

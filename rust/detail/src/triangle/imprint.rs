@@ -94,7 +94,11 @@ impl Imprinter {
                     let _stage = stats.begin("imprint.rim");
                     volumes = rim::raise(context, object, before, &mut edits, &self.voxels, settings)?;
                 }
-                let tested = finish_triangles(context, object, (&faces, edits, &volumes), settings, &mut report)?;
+                let kept = |field: &TriangleField, refused: &[u32]| {
+                    let kept = |element| is_kept(field, refused, element, field.pattern());
+                    volumes.iter().filter(|(element, _)| kept(*element)).map(|(_, volumes)| *volumes).sum()
+                };
+                let tested = finish_triangles(context, object, (&faces, edits, kept), settings, &mut report)?;
                 [report.tested_tiles, report.tested_coefficients] = tested;
             }
         }
@@ -114,13 +118,17 @@ impl Imprinter {
         report.triangles = cast.triangles;
         report.clamped = cast.clamped;
         [report.tested_tiles, report.tested_coefficients] = [cast.faces, cast.tested];
-        let mut faces: Vec<u32> = cast.pressed.iter().map(|piece| piece.face).collect();
+        let mut faces: Vec<u32> = cast.pressed.iter().filter(|it| !it.settled).map(|piece| piece.face).collect();
         faces.dedup();
         if faces.is_empty() {
             return Ok(());
         }
         let edits = known.edits(object.displacement.field(), &cast.pressed);
-        finish_triangles(context, object, (&faces, edits, &[]), settings, report).map(drop)
+        let kept = |_: &TriangleField, refused: &[u32]| {
+            let kept = cast.volumes.iter().filter(|(face, _)| refused.binary_search(face).is_err());
+            kept.map(|(_, volumes)| *volumes).sum()
+        };
+        finish_triangles(context, object, (&faces, edits, kept), settings, report).map(drop)
     }
 
     /// Culls, voxelises and casts rays on the processor. Returns the faces that were looked at and what changes.
@@ -154,12 +162,12 @@ impl Imprinter {
     }
 }
 
-/// Writes what rays changed in and around `faces`, and the volumes by element where a rim rose. Returns how many faces and
-/// values these are.
+/// Writes what rays changed in and around `faces`; `kept` says what that moved by the displacement after it and the faces
+/// that were refused. Returns how many faces and values these are.
 fn finish_triangles(
     context: &Context,
     object: &mut TriangleObject,
-    (faces, edits, volumes): (&[u32], Vec<ElementEdit<f16>>, &[(Element, Volumes)]),
+    (faces, edits, kept): (&[u32], Vec<ElementEdit<f16>>, impl FnOnce(&TriangleField, &[u32]) -> Volumes),
     settings: &ImprintSettings,
     report: &mut Report,
 ) -> Result<[u64; 2]> {
@@ -170,8 +178,7 @@ fn finish_triangles(
     let (done, shown) = write(context, &mut object.displacement, finest, faces, edits, false)?;
     object.touch(&shown);
     // What the budget refused moved nothing.
-    let kept = |element: Element| is_kept(object.displacement.field(), &done.refused, element, finest);
-    report.volumes = volumes.iter().filter(|(element, _)| kept(*element)).map(|(_, volumes)| *volumes).sum();
+    report.volumes = kept(object.displacement.field(), &done.refused);
     let mut refused = done.refused;
     if let Some(traces) = &mut object.traces {
         let fields = [&before, object.displacement.field()];

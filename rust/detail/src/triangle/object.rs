@@ -608,7 +608,7 @@ pub(super) fn longest(values: &[Offset]) -> f32 {
 }
 
 /// The length of the longest vector in and around a face.
-pub(super) fn field_length(field: &TriangleField<Offset>, face: u32) -> f32 {
+pub(crate) fn field_length(field: &TriangleField<Offset>, face: u32) -> f32 {
     let topology = field.topology();
     let corners = topology.face(face).map(|vertex| field.vertex(vertex));
     let blocks = topology.edges_of(face).map(|edge| field.edge(edge)).into_iter().chain([field.face(face)]);

@@ -142,7 +142,9 @@ impl<'a> Band<'a> {
                 None => values(field, element, pattern).unwrap_or_default(),
             };
             let areas = Areas::new(surface, element, pattern);
-            piece.spacing = piece.spacing.max(areas.spacing);
+            if edit.is_some_and(|edit| self.pushed[edit].depth.iter().any(|depth| *depth > 0.0)) {
+                piece.spacing = piece.spacing.max(areas.spacing);
+            }
             for k in 0..run.count {
                 let (into, value) = (at - first + k, start + k);
                 let [p, n, way] = [&places.p, &places.n, &way].map(|of| Vec3::new(of[0][k], of[1][k], of[2][k]));

@@ -17,7 +17,7 @@ fn sculpt(mode: SculptMode, height: f32) -> Action {
 }
 
 /// A mesh with vectors and colours, raised and bent a bit.
-fn bent(context: &Context) -> TriangleObject {
+pub(super) fn bent(context: &Context) -> TriangleObject {
     let mut object = object(context, 16);
     let topology = object.surface().topology().clone();
     let options = TriangleOptions { segments: 16, ..Default::default() };
