@@ -76,6 +76,38 @@ typedef struct RlvLevelEdit {
 
 #define RLV_LEVEL_EDIT_INIT {sizeof(RlvLevelEdit), 0, NULL, 0, 0, NULL, 0, 0}
 
+/* What a handle does at a time. */
+typedef struct RlvLevelKey {
+    double time;          /* seconds */
+    float translation[3]; /* object units */
+    float axis[3];        /* it turns about, of length 1; of any if the angle is 0 */
+    float angle;          /* how far it turns, radians; less than a whole turn beside a key with another axis */
+    uint32_t reserved;
+} RlvLevelKey;
+
+/* A handle over time: between keys it moves along a line and turns about its middle, evenly about an axis that stays.
+ * Before the first key it is as there, after the last one as there. */
+typedef struct RlvLevelTrack {
+    RlvLevelRegion region;
+    const RlvLevelKey *keys; /* later and later */
+    size_t key_count;        /* 1 or more */
+    size_t key_stride;       /* bytes, 0 for packed */
+} RlvLevelTrack;
+
+/* An edit over time, as RlvLevelEdit is one. Strides are in bytes, 0 for packed. */
+typedef struct RlvLevelMotion {
+    uint32_t struct_size;
+    uint32_t reserved; /* 0 */
+    const RlvLevelTrack *tracks;
+    size_t track_count; /* 1 or more */
+    size_t track_stride;
+    const RlvLevelRegion *anchors;
+    size_t anchor_count; /* 0 or more */
+    size_t anchor_stride;
+} RlvLevelMotion;
+
+#define RLV_LEVEL_MOTION_INIT {sizeof(RlvLevelMotion), 0, NULL, 0, 0, NULL, 0, 0}
+
 /* What a stroke on a level did. */
 typedef struct RlvLevelSculpted {
     uint32_t struct_size;
@@ -148,26 +180,39 @@ RLV_API RlvResult rlv_level_set_triangles(RlvLevel level, size_t triangles);
  * Fails, and changes nothing, if a number of the view is not finite or out of its range. */
 RLV_API RlvResult rlv_level_set_view(RlvLevel level, const RlvLevelView *view);
 
-/* Mutating. Moves and turns regions of the mesh as it is now. reached, which may be NULL, is how many vertices moved.
- * Fails, and changes nothing, if no vertex is in a region, a number is out of its range, or the level is made for a
- * view. */
+/* Mutating. Moves and turns regions of the mesh as it is now, also where that is made for a view: the vertices that are
+ * there are moved. reached, which may be NULL, is how many. Fails, and changes nothing, if no vertex is in a region or a
+ * number is out of its range. */
 RLV_API RlvResult rlv_level_edit(RlvLevel level, const RlvLevelEdit *edit, size_t *reached);
 
 /* Mutating. Sculpts the mesh as it is now by a whole stroke, which is one edit. The brush's modes move vertices along
  * their normals as they were when the stroke began, erasing back to where they were built, and mirror the stroke as its
  * settings say; the world of the brush and of the points is the space of the mesh. stride is in bytes from point to
  * point, 0 for packed; out may be NULL. Fails, and changes nothing, if there are no points, a number is out of its range,
- * the brush paints, has an image in mode RLV_SCULPT_VECTOR, a level or jitter_position, no vertex is in it, or the level
- * is made for a view. */
+ * the brush paints, has an image in mode RLV_SCULPT_VECTOR, a level or jitter_position, or no vertex is in it. */
 RLV_API RlvResult rlv_level_sculpt(RlvLevel level, RlvBrush brush, const RlvStrokePoint *points, size_t count,
                                    size_t stride, RlvLevelSculpted *out);
 
-/* Mutating. Takes the last edit back, at whatever level. A level that is made for a view becomes what it was before
- * that. Fails with RLV_ERROR_NOT_FOUND if there is none. */
+/* Mutating. Takes the last edit back, at whatever level, which stays as fine as it is. Fails with RLV_ERROR_NOT_FOUND if
+ * there is none. */
 RLV_API RlvResult rlv_level_undo(RlvLevel level);
 
 /* Mutating. Makes the edit again that was taken back last. Fails with RLV_ERROR_NOT_FOUND if there is none. */
 RLV_API RlvResult rlv_level_redo(RlvLevel level);
+
+/* Mutating. Adds an edit over time, of the mesh as fine as it is now; rlv_level_set_time shows it. Fails, and changes
+ * nothing, if a number is out of its range or keys do not come one after another. */
+RLV_API RlvResult rlv_level_add_motion(RlvLevel level, const RlvLevelMotion *motion);
+
+/* Mutating. Makes the edits over time as they are at a time in seconds, one after the other as they were added, in place
+ * of what was made for another time; the level is as fine as before. reached, which may be NULL, is how many vertices
+ * moved. What is settled, rebuilt or taken as a mesh has them; they are no edits to be taken back, and no journal has
+ * them. To edit, sculpt, undo or redo puts the mesh at rest first. Fails, and puts the mesh at rest, if the time is not
+ * finite or an edit that moves has no vertex in its regions. */
+RLV_API RlvResult rlv_level_set_time(RlvLevel level, double time, size_t *reached);
+
+/* Mutating. Forgets the edits over time, and puts the mesh at rest. No failure of its own. */
+RLV_API RlvResult rlv_level_clear_motions(RlvLevel level);
 
 /* Mutating. Writes the edits that follow down in a journal, the file at path (UTF-8): each is handed to the operating
  * system before it is made, and what is taken back too, so that a host that is killed loses none that was made. Where
@@ -195,20 +240,18 @@ RLV_API RlvResult rlv_level_update(RlvLevel level, const RlvLevelBuffers *buffer
 RLV_API RlvResult rlv_level_mesh(RlvLevel level, RlvMesh *out);
 
 /* Mutating, though it leaves the mesh as it is. Makes a progressive mesh of its own that has the edits at all levels, to be
- * written or handed on. Deviations of its levels are those it was built with. A level that is made for a view becomes
- * what it was before that. No failure of its own. */
+ * written or handed on. Deviations of its levels are those it was built with. No failure of its own. */
 RLV_API RlvResult rlv_level_settle(RlvLevel level, RlvProgressive *out);
 
 /* Mutating, though it leaves the mesh as it is. Counts the splits that are out of order, as large edits leave them, and
  * writes those that deviate most, up to capacity, to out, the worst one first; out may be NULL if capacity is 0. All
- * splits of the mesh are looked at. A level that is made for a view becomes what it was before that. No failure of its
- * own. */
+ * splits of the mesh are looked at. No failure of its own. */
 RLV_API RlvResult rlv_level_misplaced(RlvLevel level, RlvLevelMisplaced *out, size_t capacity, size_t *count);
 
 /* Mutating, though it leaves the mesh as it is. Builds a progressive mesh anew of the finest level with its edits, which
  * takes as long as rlv_progressive_create: its splits are in order, and its levels deviate by what they tell. Locked
- * points are those of rlv_level_mesh at the finest level. options may be NULL for the defaults, progress too. A level that
- * is made for a view becomes what it was before that. Fails as rlv_progressive_create. */
+ * points are those of rlv_level_mesh at the finest level. options may be NULL for the defaults, progress too. Fails as
+ * rlv_progressive_create. */
 RLV_API RlvResult rlv_level_rebuild(RlvLevel level, const RlvProgressiveOptions *options, RlvProgress progress, void *user,
                                     RlvProgressive *out);
 

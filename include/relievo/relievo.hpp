@@ -1279,6 +1279,35 @@ public:
     void undo() const { check(rlv_level_undo(get())); }
     void redo() const { check(rlv_level_redo(get())); }
 
+    /// A handle over time.
+    struct Track {
+        RlvLevelRegion region;
+        std::vector<RlvLevelKey> keys;
+    };
+
+    /// Adds an edit over time, of the mesh as fine as it is now.
+    void add_motion(const std::vector<Track> &tracks, const std::vector<RlvLevelRegion> &anchors = {}) const {
+        std::vector<RlvLevelTrack> rows;
+        for (const Track &track : tracks) {
+            rows.push_back({track.region, track.keys.data(), track.keys.size(), 0});
+        }
+        RlvLevelMotion motion = RLV_LEVEL_MOTION_INIT;
+        motion.tracks = rows.data();
+        motion.track_count = rows.size();
+        motion.anchors = anchors.data();
+        motion.anchor_count = anchors.size();
+        check(rlv_level_add_motion(get(), &motion));
+    }
+
+    /// Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached.
+    std::size_t set_time(double time) const {
+        std::size_t reached = 0;
+        check(rlv_level_set_time(get(), time, &reached));
+        return reached;
+    }
+
+    void clear_motions() const { check(rlv_level_clear_motions(get())); }
+
     /// Writes the edits that follow down in a file, after making those again that a killed host left there.
     void open_journal(const std::string &path) const { check(rlv_level_open_journal(get(), path.c_str())); }
     void sync_journal() const { check(rlv_level_sync_journal(get())); }

@@ -100,6 +100,9 @@ static RlvResult edit_level(uint64_t id) { RlvLevelEdit edit = RLV_LEVEL_EDIT_IN
 static RlvResult sculpt_level(uint64_t id) { RlvStrokePoint point = {{0.0}, 1.0, -1.0}; return rlv_level_sculpt((RlvLevel){id}, (RlvBrush){0}, &point, 1, 0, NULL); }
 static RlvResult undo_level(uint64_t id) { return rlv_level_undo((RlvLevel){id}); }
 static RlvResult redo_level(uint64_t id) { return rlv_level_redo((RlvLevel){id}); }
+static RlvResult add_motion(uint64_t id) { RlvLevelMotion motion = RLV_LEVEL_MOTION_INIT; return rlv_level_add_motion((RlvLevel){id}, &motion); }
+static RlvResult set_time(uint64_t id) { return rlv_level_set_time((RlvLevel){id}, 0.0, NULL); }
+static RlvResult clear_motions(uint64_t id) { return rlv_level_clear_motions((RlvLevel){id}); }
 static RlvResult misplaced(uint64_t id) { size_t count; return rlv_level_misplaced((RlvLevel){id}, NULL, 0, &count); }
 static RlvResult rebuild(uint64_t id) { RlvProgressive out; return rlv_level_rebuild((RlvLevel){id}, NULL, NULL, NULL, &out); }
 static RlvResult open_journal(uint64_t id) { return rlv_level_open_journal((RlvLevel){id}, NULL); }
@@ -147,7 +150,8 @@ static const struct {
     {vulkan_colors, COLORS},      {simplify_mesh, MESH},         {sculpt_level, LEVEL},
     {job_simplify, MESH},         {job_simplify_error, JOB},
     {open_journal, LEVEL},        {sync_journal, LEVEL},         {close_journal, LEVEL},
-    {misplaced, LEVEL},           {rebuild, LEVEL},
+    {misplaced, LEVEL},           {rebuild, LEVEL},              {add_motion, LEVEL},          {set_time, LEVEL},
+    {clear_motions, LEVEL},
 };
 
 /* What is garbage to one host is another's object: all that is there. */

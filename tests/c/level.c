@@ -99,11 +99,6 @@ static void check_strokes(RlvContext context, RlvProgressive ball) {
     points[0].pressure = NAN;
     CHECK(rlv_level_sculpt(level, brush, points, 1, 0, NULL) == RLV_ERROR_INVALID && done.dabs == 0);
     points[0].pressure = 1;
-    RlvLevelView view = RLV_LEVEL_VIEW_INIT;
-    view.eye[2] = 3.0f;
-    CHECK_OK(rlv_level_set_view(level, &view));
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_sculpt(level, brush, points, 1, 0, &done), "made for a view");
-    CHECK_OK(rlv_level_set_triangles(level, 500));
     CHECK_OK(rlv_level_info(level, &info));
     CHECK(info.undo_count == 0);
 
@@ -134,6 +129,55 @@ static void check_strokes(RlvContext context, RlvProgressive ball) {
     CHECK_OK(rlv_level_release(level));
     CHECK_OK(rlv_brush_release(brush));
     CHECK_OK(rlv_brush_release(paint));
+}
+
+/* A handle with keys: at half of the time the pole has half of the way, and at rest all is as it was. */
+static void check_motions(RlvProgressive ball) {
+    RlvLevel level = RLV_NULL;
+    RlvMesh mesh = RLV_NULL;
+    RlvLevelInfo info = RLV_LEVEL_INFO_INIT;
+    RlvLevelKey keys[2] = {{1.0, {0, 0, 0}, {0, 0, 1}, 0.0f, 0}, {3.0, {0, 0, 0.5f}, {0, 0, 1}, 0.3f, 0}};
+    RlvLevelTrack track = {{{0, 0, 1}, 0.9f, RLV_FALLOFF_SMOOTH, 0}, keys, 2, 0};
+    RlvLevelMotion motion = RLV_LEVEL_MOTION_INIT;
+    size_t reached = 7;
+    motion.tracks = &track;
+    motion.track_count = 1;
+    CHECK_OK(rlv_level_create(ball, &level));
+    CHECK_OK(rlv_level_set_triangles(level, 500));
+    CHECK_OK(rlv_level_add_motion(level, &motion));
+    CHECK_OK(rlv_level_set_triangles(level, SIZE_MAX));
+    const double times[] = {2.0, 0.0, 9.0, 1.0};
+    const double heights[] = {1.25, 1.0, 1.5, 1.0};
+    for (int k = 0; k < 4; ++k) {
+        CHECK_OK(rlv_level_set_time(level, times[k], &reached));
+        CHECK((reached > 10) == (heights[k] > 1.0));
+        CHECK_OK(rlv_level_mesh(level, &mesh));
+        CHECK_NEAR(highest(mesh), heights[k], 1e-3);
+        CHECK_OK(rlv_mesh_release(mesh));
+    }
+    CHECK_OK(rlv_level_set_time(level, 9.0, NULL));
+    CHECK_OK(rlv_level_info(level, &info));
+    CHECK(info.undo_count == 0);
+    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_level_undo(level), "no edit to take back");
+    CHECK_OK(rlv_level_set_time(level, 9.0, NULL));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_set_time(level, NAN, NULL), "time");
+    keys[1].time = 1.0;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_add_motion(level, &motion), "later than the one before");
+    track.keys = NULL;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_add_motion(level, &motion), "handle 0");
+    track.key_count = 0;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_add_motion(level, &motion), "one key or more");
+    motion.tracks = NULL;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_add_motion(level, &motion), "tracks");
+    CHECK_OK(rlv_level_set_time(level, 9.0, &reached));
+    CHECK(reached > 10);
+    CHECK_OK(rlv_level_clear_motions(level));
+    CHECK_OK(rlv_level_set_time(level, 9.0, &reached));
+    CHECK(reached == 0);
+    CHECK_OK(rlv_level_mesh(level, &mesh));
+    CHECK_NEAR(highest(mesh), 1.0, 1e-6);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_level_release(level));
 }
 
 int main(void) {
@@ -200,8 +244,17 @@ int main(void) {
     edit.anchors = &anchor;
     edit.anchor_count = 1;
     size_t reached = 7;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_edit(level, &edit, &reached), "made for a view");
-    CHECK(reached == 7);
+    /* What is seen is edited there, and taken back there. */
+    CHECK_OK(rlv_level_edit(level, &edit, &reached));
+    CHECK(reached > 7);
+    CHECK_OK(rlv_level_info(level, &info));
+    CHECK(info.triangle_count == kept.update.triangle_count);
+    CHECK_OK(rlv_level_mesh(level, &mesh));
+    CHECK_NEAR(highest(mesh), 1.5, 1e-3);
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_level_undo(level));
+    CHECK_OK(rlv_level_info(level, &info));
+    CHECK(info.triangle_count == kept.update.triangle_count && info.redo_count == 1);
     CHECK_OK(rlv_level_set_triangles(level, 500));
     CHECK_OK(rlv_level_edit(level, &edit, &reached));
     CHECK(reached > 10 && reached < 200);
@@ -291,6 +344,7 @@ int main(void) {
     CHECK(info.triangle_count == whole.triangle_count && info.undo_count == 1);
 
     check_strokes(context, ball);
+    check_motions(ball);
 
     /* It keeps alive what it needs. */
     CHECK_OK(rlv_progressive_release(ball));

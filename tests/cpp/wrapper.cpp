@@ -341,6 +341,13 @@ int main() {
     level.update(buffers);
     CHECK(buffers.last.triangle_count == whole.info().triangle_count);
     CHECK(level.mesh().info().high[2] > 0.5f);
+    const auto moving = relievo::Level::create(whole);
+    moving.add_motion({{{{1.5f, 1.5f, 0}, 9, RLV_FALLOFF_CONSTANT, 0},
+                        {{0, {0, 0, 0}, {0, 0, 1}, 0, 0}, {2, {0, 0, 1}, {0, 0, 1}, 0, 0}}}});
+    const float level_before = moving.mesh().info().high[2];
+    CHECK(moving.set_time(1) > 0 && std::fabs(moving.mesh().info().high[2] - level_before - 0.5f) < 1e-5f);
+    moving.clear_motions();
+    CHECK(moving.mesh().info().high[2] == level_before);
     level.misplaced();
     CHECK(relievo::Level::create(level.rebuild()).misplaced().empty());
     const auto journalled = relievo::Level::create(whole);

@@ -1247,6 +1247,38 @@ class RlvLevelEdit(Structure):
     ]
 
 
+class RlvLevelKey(Structure):
+    _fields_ = [
+        ("time", c_double),
+        ("translation", c_float * 3),
+        ("axis", c_float * 3),
+        ("angle", c_float),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvLevelTrack(Structure):
+    _fields_ = [
+        ("region", RlvLevelRegion),
+        ("keys", POINTER(RlvLevelKey)),
+        ("key_count", c_size_t),
+        ("key_stride", c_size_t),
+    ]
+
+
+class RlvLevelMotion(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("tracks", POINTER(RlvLevelTrack)),
+        ("track_count", c_size_t),
+        ("track_stride", c_size_t),
+        ("anchors", POINTER(RlvLevelRegion)),
+        ("anchor_count", c_size_t),
+        ("anchor_stride", c_size_t),
+    ]
+
+
 class RlvLevelSculpted(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1475,6 +1507,7 @@ INIT = {
     RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
     RlvLevelView: (ctypes.sizeof(RlvLevelView), (0.0,), 1000.0, 1.0, 1.0, 0, None, 0, 0,),
     RlvLevelEdit: (ctypes.sizeof(RlvLevelEdit), 0, None, 0, 0, None, 0, 0,),
+    RlvLevelMotion: (ctypes.sizeof(RlvLevelMotion), 0, None, 0, 0, None, 0, 0,),
     RlvLevelSculpted: (ctypes.sizeof(RlvLevelSculpted), 0, 0, 0, 0,),
     RlvLevelBuffers: (ctypes.sizeof(RlvLevelBuffers), 0, None, 0, None, 0, 0, None, 0, 0,),
     RlvLevelUpdate: (ctypes.sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0,),
@@ -1687,6 +1720,9 @@ FUNCTIONS = {
     "rlv_level_sculpt": (RlvResult, [("level", RlvLevel), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvLevelSculpted))]),
     "rlv_level_undo": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_redo": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_add_motion": (RlvResult, [("level", RlvLevel), ("motion", POINTER(RlvLevelMotion))]),
+    "rlv_level_set_time": (RlvResult, [("level", RlvLevel), ("time", c_double), ("reached", c_size_t_p)]),
+    "rlv_level_clear_motions": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_open_journal": (RlvResult, [("level", RlvLevel), ("path", c_char_p)]),
     "rlv_level_sync_journal": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_close_journal": (RlvResult, [("level", RlvLevel)]),

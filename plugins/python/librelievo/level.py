@@ -19,6 +19,11 @@ Region.__doc__ = "A ball in which something has an influence, and how that falls
 Grip = namedtuple("Grip", ["region", "translation", "axis", "angle"], defaults=[(0, 0, 0), (0, 0, 1), 0.0])
 Grip.__doc__ = "What grabs a region, turns it about its middle and moves it; radians."
 
+GripKey = namedtuple("GripKey", ["time", "translation", "axis", "angle"], defaults=[(0, 0, 0), (0, 0, 1), 0.0])
+GripKey.__doc__ = "What a handle does at a time in seconds; radians."
+GripTrack = namedtuple("GripTrack", ["region", "keys"])
+GripTrack.__doc__ = "A handle over time: the region it grabs, and its keys."
+
 
 def _region(region):
     made = abi.RlvLevelRegion()
@@ -34,6 +39,21 @@ def _grip(grip):
     made.translation[:] = [float(value) for value in grip.translation]
     made.axis[:] = [float(value) for value in grip.axis]
     made.angle = grip.angle
+    return made
+
+
+def _key(key):
+    made = abi.RlvLevelKey()
+    made.time, made.angle = float(key.time), float(key.angle)
+    made.translation[:] = [float(value) for value in key.translation]
+    made.axis[:] = [float(value) for value in key.axis]
+    return made
+
+
+def _track(track):
+    keys = (abi.RlvLevelKey * len(track.keys))(*map(_key, track.keys))
+    made = abi.RlvLevelTrack()
+    made.region, made.keys, made.key_count = _region(track.region), keys, len(keys)
     return made
 
 
@@ -103,6 +123,25 @@ class Level(Handle):
     def redo(self):
         """Makes the edit again that was taken back last."""
         library.call("rlv_level_redo", self.handle)
+
+    def add_motion(self, tracks, anchors=()):
+        """Adds an edit over time by `GripTrack`s, anchored in `Region`s, of the mesh as fine as it is now."""
+        rows = (abi.RlvLevelTrack * len(tracks))(*map(_track, tracks))
+        held = (abi.RlvLevelRegion * len(anchors))(*map(_region, anchors))
+        motion = record.empty(abi.RlvLevelMotion)
+        motion.tracks, motion.track_count = rows, len(rows)
+        motion.anchors, motion.anchor_count = held, len(held)
+        library.call("rlv_level_add_motion", self.handle, ctypes.byref(motion))
+
+    def set_time(self, time):
+        """Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached."""
+        reached = ctypes.c_size_t()
+        library.call("rlv_level_set_time", self.handle, float(time), address_of(reached))
+        return reached.value
+
+    def clear_motions(self):
+        """Forgets the edits over time, and puts the mesh at rest."""
+        library.call("rlv_level_clear_motions", self.handle)
 
     def open_journal(self, path):
         """Writes the edits that follow down in a file, after making those again that a killed host left there."""

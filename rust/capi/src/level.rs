@@ -7,9 +7,9 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, RwLock};
 
 use relievo_core::{Attribute, Context, Domain, Error, ErrorKind, Mesh, Result, Values};
-use relievo_lod::progressive::{ActiveMesh, Buffers, Cut, EditJournal, View};
+use relievo_lod::progressive::{ActiveMesh, Buffers, Cut, EditJournal, Front, KeyedEdit, View};
 
-pub use self::edit::{RlvLevelEdit, RlvLevelHandle, RlvLevelRegion};
+pub use self::edit::{RlvLevelEdit, RlvLevelHandle, RlvLevelKey, RlvLevelMotion, RlvLevelRegion, RlvLevelTrack};
 use crate::array::{Input, Output, Plain, present, put, text};
 use crate::brush::RlvBrush;
 use crate::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvProgress};
@@ -106,6 +106,8 @@ pub struct LevelObject {
     mesh: RwLock<ActiveMesh>,
     /// Where edits are written down, if they are. Taken after the mesh.
     journal: Mutex<Option<EditJournal>>,
+    /// Edits over time, each of a mesh. Taken after the mesh.
+    motions: Mutex<Vec<(Front, KeyedEdit)>>,
 }
 
 impl LevelObject {
@@ -120,6 +122,10 @@ impl LevelObject {
 
     fn journal(&self) -> Result<MutexGuard<'_, Option<EditJournal>>> {
         self.journal.lock().map_err(|_| broken("level"))
+    }
+
+    fn motions(&self) -> Result<MutexGuard<'_, Vec<(Front, KeyedEdit)>>> {
+        self.motions.lock().map_err(|_| broken("level"))
     }
 
     /// Has mesh and journal for itself while they change.
@@ -170,7 +176,7 @@ entry! {
                 .advise("raise the memory limit of the context"));
         }
         let mesh = RwLock::new(ActiveMesh::new(&whole.mesh));
-        let made = registry::insert(LevelObject { whole, mesh, journal: Mutex::new(None) })?;
+        let made = registry::insert(LevelObject { whole, mesh, journal: Mutex::default(), motions: Mutex::default() })?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
         Ok(())
@@ -297,6 +303,35 @@ entry! {
             None => Ok(mesh.redo(context)),
         })?;
         if is_done { Ok(()) } else { Err(nothing("make again")) }
+    }
+
+    fn rlv_level_add_motion(level: RlvLevel, motion: *const RlvLevelMotion) {
+        let object = registry::get(level)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays of their counts.
+        let motion = unsafe { edit::read_motion(motion) }?;
+        object.change(|mesh| {
+            object.motions()?.push((mesh.front(), motion));
+            Ok(())
+        })
+    }
+
+    fn rlv_level_set_time(level: RlvLevel, time: f64, reached: *mut usize) {
+        let object = registry::get(level)?;
+        let count = object.change(|mesh| mesh.pose(&object.context().context, &object.motions()?, time))?;
+        if !reached.is_null() {
+            // SAFETY: it is not NULL, and the caller promises a place.
+            unsafe { put(reached, count) };
+        }
+        Ok(())
+    }
+
+    fn rlv_level_clear_motions(level: RlvLevel) {
+        let object = registry::get(level)?;
+        object.change(|mesh| {
+            object.motions()?.clear();
+            mesh.rest(&object.context().context);
+            Ok(())
+        })
     }
 
     fn rlv_level_open_journal(level: RlvLevel, path: *const c_char) {

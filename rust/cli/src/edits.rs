@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Falloff, Result, file};
 use relievo_detail::Stroke;
-use relievo_lod::progressive::{Edit, Handle, Region};
+use relievo_lod::progressive::{Edit, Handle, HandleKey, KeyedEdit, KeyedHandle, Region};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
@@ -54,6 +54,21 @@ struct Grabbed {
     axis: [f32; 3],
     #[serde(default)]
     angle: f32,
+    #[serde(default)]
+    key: Vec<Keyed>,
+}
+
+/// What a handle does at a time.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keyed {
+    time: f64,
+    #[serde(default)]
+    translation: [f32; 3],
+    #[serde(default = "upwards")]
+    axis: [f32; 3],
+    #[serde(default)]
+    angle: f32,
 }
 
 #[derive(Deserialize)]
@@ -79,36 +94,81 @@ fn falloff<'a, D: Deserializer<'a>>(source: D) -> std::result::Result<Falloff, D
     })
 }
 
+/// An axis of length 1.
+fn unit(axis: [f32; 3]) -> [f32; 3] {
+    let length = axis.iter().map(|value| value * value).sum::<f32>().sqrt();
+    axis.map(|value| value / length)
+}
+
 impl Grabbed {
+    fn region(&self) -> Region {
+        Region { center: self.center, radius: self.radius, falloff: self.falloff }
+    }
+
     fn handle(&self) -> Handle {
-        let length = self.axis.iter().map(|value| value * value).sum::<f32>().sqrt();
         Handle {
-            region: Region { center: self.center, radius: self.radius, falloff: self.falloff },
+            region: self.region(),
             translation: self.translation,
-            axis: self.axis.map(|value| value / length),
+            axis: unit(self.axis),
             angle: self.angle.to_radians(),
         }
     }
+
+    /// The handle over time: without keys it is the same at all times.
+    fn keyed(&self) -> KeyedHandle {
+        let of = |key: &Keyed| HandleKey {
+            time: key.time,
+            translation: key.translation,
+            axis: unit(key.axis),
+            angle: key.angle.to_radians(),
+        };
+        let Handle { region, translation, axis, angle } = self.handle();
+        let keys = match self.key.as_slice() {
+            [] => vec![HandleKey { time: 0.0, translation, axis, angle }],
+            keys => keys.iter().map(of).collect(),
+        };
+        KeyedHandle { region, keys }
+    }
 }
 
-/// The edits of the list at `path`, and the levels they are made at.
-pub fn read(context: &Context, path: &Path) -> Result<Vec<(Level, Change)>> {
+impl Entry {
+    /// What handles and anchors do; at a time in seconds, which has to be there if they have keys.
+    fn edit(&self, time: Option<f64>) -> Result<Edit> {
+        let anchor = |held: &Held| Region { center: held.center, radius: held.radius, falloff: held.falloff };
+        let anchors: Vec<Region> = self.anchor.iter().map(anchor).collect();
+        if self.handle.iter().all(|handle| handle.key.is_empty()) {
+            return Ok(Edit { handles: self.handle.iter().map(Grabbed::handle).collect(), anchors });
+        }
+        let is_both = |handle: &Grabbed| {
+            !handle.key.is_empty()
+                && (handle.translation != [0.0; 3] || handle.axis != upwards() || handle.angle != 0.0)
+        };
+        if self.handle.iter().any(is_both) {
+            return Err(
+                Error::invalid("a handle has keys, or translation, axis and angle").advise("put these into its keys")
+            );
+        }
+        let Some(time) = time else {
+            return Err(Error::invalid("a handle has keys").advise("say by --time at which time it is taken"));
+        };
+        KeyedEdit { handles: self.handle.iter().map(Grabbed::keyed).collect(), anchors }.at(time)
+    }
+}
+
+/// The edits of the list at `path`, as they are at a time in seconds if they have keys, and the levels they are made at.
+pub fn read(context: &Context, path: &Path, time: Option<f64>) -> Result<Vec<(Level, Change)>> {
     let place = || path.display().to_string();
     let bytes = file::load(path, LONGEST)?;
     let text = String::from_utf8(bytes).map_err(|_| Error::invalid("it is no text").at(place()))?;
     let list: List = toml::from_str(&text).map_err(|error| Error::invalid(error.to_string()).at(place()))?;
-    let edit = |entry: Entry| {
+    let edit = |(number, entry): (usize, Entry)| {
         let given = [entry.error.is_some(), entry.faces.is_some(), entry.ratio.is_some()];
         if given.into_iter().filter(|given| *given).count() > 1 {
             return Err(Error::invalid("an edit has one level")
                 .at(place())
                 .advise("leave all but one of error, faces and ratio out"));
         }
-        let anchor = |held: &Held| Region { center: held.center, radius: held.radius, falloff: held.falloff };
-        let edit = Edit {
-            handles: entry.handle.iter().map(Grabbed::handle).collect(),
-            anchors: entry.anchor.iter().map(anchor).collect(),
-        };
+        let edit = entry.edit(time).map_err(|error| error.at(format!("{}: edit {}", path.display(), number + 1)))?;
         let change = match entry.strokes {
             None => Change::Edit(edit),
             Some(_) if edit != Edit::default() => {
@@ -123,5 +183,5 @@ pub fn read(context: &Context, path: &Path) -> Result<Vec<(Level, Change)>> {
         };
         Ok((Level { error: entry.error, faces: entry.faces, ratio: entry.ratio }, change))
     };
-    list.edit.into_iter().map(edit).collect()
+    list.edit.into_iter().enumerate().map(edit).collect()
 }

@@ -12,7 +12,7 @@ use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Error, Mesh, Result};
 use relievo_gpu::Device;
 use relievo_lod::progressive::{
-    ActiveMesh, BuildOptions, Cut, DeviceHierarchy, DeviceLevel, Edit as MeshEdit, EditJournal, Input,
+    ActiveMesh, BuildOptions, Cut, DeviceHierarchy, DeviceLevel, Edit as MeshEdit, EditJournal, Front, Input,
 };
 use relievo_lod::{Progressive, Welded, weld};
 
@@ -65,6 +65,8 @@ struct Show {
     #[arg(long, value_name = "FILE", requires = "picture")]
     script: Option<PathBuf>,
     #[command(flatten)]
+    moment: Moment,
+    #[command(flatten)]
     drawing: Drawing,
     #[command(flatten)]
     limits: Limits,
@@ -79,8 +81,20 @@ struct Export {
     output: PathBuf,
     #[command(flatten)]
     level: Level,
+    /// A list of edits, as of `relievo progressive edit`, that are made before.
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+    #[command(flatten)]
+    moment: Moment,
     #[command(flatten)]
     limits: Limits,
+}
+
+#[derive(clap::Args)]
+struct Moment {
+    /// The time in seconds that a list of edits whose handles have keys is taken at.
+    #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "script")]
+    time: Option<f64>,
 }
 
 #[derive(clap::Args)]
@@ -89,11 +103,14 @@ struct Edit {
     file: PathBuf,
     /// The list of edits, TOML. Each `[[edit]]` has `error`, `faces` or `ratio` for the level it is made at, or none for
     /// the finest. Each of its `[[edit.handle]]` has `center` and `radius` of what it grabs, `translation`, `axis` and
-    /// `angle` in degrees, and `falloff`: constant, linear, smooth, sphere or gaussian. Each of its `[[edit.anchor]]`, which
+    /// `angle` in degrees, and `falloff`: constant, linear, smooth, sphere or gaussian. Or it has `[[edit.handle.key]]`,
+    /// each with `time` in seconds, `translation`, `axis` and `angle`. Each of its `[[edit.anchor]]`, which
     /// stays, has `center`, `radius` and `falloff`. Or it has `strokes`: a list of strokes that sculpt, as `relievo stroke`
     /// takes it, beside this one.
     #[arg(long, value_name = "FILE")]
     script: PathBuf,
+    #[command(flatten)]
+    moment: Moment,
     /// The progressive mesh to write. Until it is written, edits that are made are kept in a journal beside it, called as it
     /// is with `.journal` after its name: after a kill the same command goes on from there.
     #[arg(short, long, value_name = "FILE.rlvpm")]
@@ -223,7 +240,7 @@ fn panels(
         let level = device.map(|device| on_device(device, mesh, active.cut())).transpose()?;
         return Ok(vec![Panel { mesh: active.extract(), level, edit: None }]);
     };
-    let list = (&**script, crate::edits::read(context, script)?);
+    let list = (&**script, crate::edits::read(context, script, arguments.moment.time)?);
     active.adapt(context, Cut::FINEST);
     let mut panels = vec![Panel { mesh: active.extract(), level: None, edit: None }];
     edit_by(context, (&mut active, None), mesh, list, |active, edit, _| {
@@ -247,7 +264,7 @@ fn on_device(device: &Device, mesh: &Progressive, cut: Cut) -> Result<DeviceLeve
 /// A journal, and the edits that were in it.
 struct Kept {
     journal: EditJournal,
-    found: VecDeque<(Cut, Input)>,
+    found: VecDeque<(Front, Input)>,
 }
 
 impl Kept {
@@ -270,7 +287,7 @@ fn make(
     (cut, input): (Cut, Input),
 ) -> Result<Option<usize>> {
     if let Some(found) = kept.as_mut().and_then(|kept| kept.found.pop_front()) {
-        if found == (cut, input) {
+        if found == (Front::Cut(cut), input) {
             return Ok(None);
         }
         return Err(other_edits());
@@ -325,8 +342,14 @@ fn other_edits() -> Error {
 
 fn export(arguments: &Export) -> Outcome {
     let context = arguments.limits.context()?;
-    let mesh = Arc::new(Progressive::open(&context, &arguments.file, arguments.level.faces.unwrap_or(usize::MAX))?);
+    // Edits reach what is finer too.
+    let faces = arguments.level.faces.filter(|_| arguments.script.is_none());
+    let mesh = Arc::new(Progressive::open(&context, &arguments.file, faces.unwrap_or(usize::MAX))?);
     let mut active = ActiveMesh::new(&mesh);
+    if let Some(script) = &arguments.script {
+        let list = (&**script, crate::edits::read(&context, script, arguments.moment.time)?);
+        edit_by(&context, (&mut active, None), &mesh, list, |_, _, _| Ok(()))?;
+    }
     active.adapt(&context, arguments.level.cut(&mesh)?);
     let made = active.extract();
     let (vertices, triangles) = (made.points.len(), made.triangles.len());
@@ -337,7 +360,7 @@ fn export(arguments: &Export) -> Outcome {
 
 fn edit(arguments: &Edit) -> Outcome {
     let context = arguments.limits.context()?;
-    let list = (&*arguments.script, crate::edits::read(&context, &arguments.script)?);
+    let list = (&*arguments.script, crate::edits::read(&context, &arguments.script, arguments.moment.time)?);
     let mesh = Arc::new(Progressive::open(&context, &arguments.file, usize::MAX)?);
     let mut active = ActiveMesh::new(&mesh);
     let mut journal = arguments.output.clone().into_os_string();

@@ -451,6 +451,22 @@ fn a_progressive_mesh_is_built_shown_and_taken_at_any_level() {
     assert!(misplaced("bowl.rlvpm") == 0 && misplaced("edited.rlvpm") > 10);
     let edited = run(&["edit", "bowl.rlvpm", "--script", "edits.toml", "--rebuild", "-o", "rebuilt.rlvpm"]);
     assert!(edited.status.success() && edited.stderr.is_empty() && misplaced("rebuilt.rlvpm") == 0, "{edited:?}");
+    // A list over time, at the finest level: half of the way at half of the time.
+    let keys = "[[edit]]\n[[edit.handle]]\ncenter = [0, 0, 0]\nradius = 0.8\nfalloff = \"constant\"\n\
+                [[edit.handle.key]]\ntime = 1\n[[edit.handle.key]]\ntime = 2\ntranslation = [0, 0, -2]\n";
+    std::fs::write(folder.path().join("keys.toml"), keys).unwrap();
+    let lowest = |time: &[&str]| {
+        let done = run(&[&["export", "bowl.rlvpm", "--script", "keys.toml", "-o", "level.ply"], time].concat());
+        let info = relievo(folder.path(), &["info", "--json", "level.ply"]);
+        let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+        (done, found["bounds"][0][2].as_f64().unwrap())
+    };
+    for (time, height) in [("0", 0.0), ("1.5", -1.0), ("9", -2.0)] {
+        let (done, low) = lowest(&["--time", time]);
+        assert!(done.status.success() && (low - height).abs() < 1e-5, "{time}: {low} {done:?}");
+    }
+    let (refused, _) = lowest(&[]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("--time"), "{refused:?}");
     // A stroke at a coarse level, and what becomes of the finest.
     let strokes = "version = 1\n[[strokes]]\nsculpt = \"draw\"\nheight = 0.5\n\
                    radius = 0.6\nfalloff = \"smooth\"\npoints = [{ position = [0, 0, 0] }]\n";

@@ -11,6 +11,7 @@
 //! - How regions of it are moved and turned: [`handle`], with `blocks`; how finer levels follow: `moves`, with `place`; how
 //!   coarser ones do: `coarser`, with `stars`; how that is taken back: `history`; and how it becomes a mesh of its own:
 //!   `settle`.
+//! - What handles do over time: [`keyed`].
 //! - Where its order no longer fits what it has become: [`order`].
 //! - How brushes sculpt it: [`sculpt`].
 //! - How edits survive a killed program: [`journal`], with `inputs`.
@@ -30,6 +31,7 @@ mod history;
 mod inputs;
 pub mod journal;
 mod jump;
+pub mod keyed;
 mod moves;
 pub mod order;
 mod packing;
@@ -44,11 +46,12 @@ pub mod view;
 
 pub use active::{ActiveMesh, Extract};
 pub use buffers::{Buffers, Update};
-pub use cut::Cut;
+pub use cut::{Cut, Front, ViewSplits};
 pub use device::{DeviceHierarchy, DeviceLevel};
 pub use handle::{Edit, Handle, Region};
 pub use hierarchy::{BuildOptions, Child, Progressive};
 pub use journal::{EditJournal, Input, Recovered};
+pub use keyed::{HandleKey, KeyedEdit, KeyedHandle};
 pub use order::Misplaced;
 pub use recording::Key;
 pub(crate) use recording::{Made, Recording};

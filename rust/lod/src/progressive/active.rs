@@ -7,12 +7,12 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use relievo_core::Context;
+use relievo_core::{Context, Error, Result};
 
 use super::bitset::BitSet;
 use super::blocks::Blocks;
 use super::buffers::Places;
-use super::cut::Cut;
+use super::cut::{Cut, Front, ViewSplits};
 use super::hierarchy::{Child, Progressive};
 use super::history::History;
 use super::moves::{Moves, Refining};
@@ -118,6 +118,61 @@ impl ActiveMesh {
         self.cut
     }
 
+    /// The mesh this is, by its splits.
+    pub fn front(&self) -> Front {
+        if !self.is_mixed {
+            return Front::Cut(self.cut);
+        }
+        Front::View(ViewSplits((0..self.there.word_count() as u32).map(|word| self.there.word(word)).collect()))
+    }
+
+    /// Becomes the mesh of a front. Fails if that has splits that stand on others which it has not; the mesh is coarser then.
+    pub(super) fn adapt_front(&mut self, context: &Context, front: &Front) -> Result<()> {
+        match front {
+            Front::Cut(cut) => _ = self.adapt(context, *cut),
+            Front::View(_) => {
+                // Whatever is made there is made in order.
+                self.adapt(context, Cut::BASE);
+                self.is_mixed = true;
+                let has = |key, split| front.has(key, split);
+                let made = context.within(|| self.refine(context, has, Self::stands));
+                made.ok_or_else(|| Error::invalid("these are no splits of a mesh"))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// What `work` makes of the finest mesh. Then it is the mesh again that it was before.
+    pub(super) fn at_finest<T>(&mut self, context: &Context, work: impl FnOnce(&mut Self) -> T) -> T {
+        let (front, cut) = (self.front(), self.cut);
+        self.adapt(context, Cut::FINEST);
+        let made = work(self);
+        self.return_to(context, &front, cut);
+        made
+    }
+
+    /// Becomes a mesh again that it was, with its cut.
+    pub(super) fn return_to(&mut self, context: &Context, front: &Front, cut: Cut) {
+        match front {
+            Front::Cut(cut) => _ = self.adapt(context, *cut),
+            Front::View(_) => {
+                self.take_back(context, front);
+                self.make_again(context, front);
+                (self.cut, self.is_mixed) = (cut, true);
+            }
+        }
+    }
+
+    /// Takes back the splits that a front has not.
+    pub(super) fn take_back(&mut self, context: &Context, front: &Front) {
+        context.within(|| self.coarsen(context, |key, split| front.has(key, split)));
+    }
+
+    /// Makes the splits of a front that are not there.
+    pub(super) fn make_again(&mut self, context: &Context, front: &Front) {
+        context.within(|| self.refine(context, |key, split| front.has(key, split), |_, _| true));
+    }
+
     /// Becomes another mesh. Returns how many splits were made and taken back.
     pub fn adapt(&mut self, context: &Context, cut: Cut) -> [usize; 2] {
         let (finer, coarser) = (self.is_mixed || cut < self.cut, self.is_mixed || cut > self.cut);
@@ -130,14 +185,16 @@ impl ActiveMesh {
 
     /// Becomes the mesh of its cut, split by split, where there are splits to be made or taken back.
     pub(super) fn walk(&mut self, context: &Context, finer: bool, coarser: bool) -> [usize; 2] {
-        let splits = if finer { self.refine(context, |_, _| true).unwrap_or(0) } else { 0 };
-        [splits, if coarser { self.coarsen(context) } else { 0 }]
+        let cut = self.cut;
+        let has = |key, split| cut.has(key, split);
+        let splits = if finer { self.refine(context, has, |_, _| true).unwrap_or(0) } else { 0 };
+        [splits, if coarser { self.coarsen(context, has) } else { 0 }]
     }
 
     /// Becomes the finest mesh, and tells whether on that way every split comes after those it stands on.
     pub(super) fn is_sound(&mut self, context: &Context) -> bool {
         self.cut = Cut::FINEST;
-        context.within(|| self.refine(context, Self::stands).is_some())
+        context.within(|| self.refine(context, |_, _| true, Self::stands).is_some())
     }
 
     /// What `find` finds among the vertices, in their order. Splits have the numbers of their second vertices.
@@ -151,10 +208,17 @@ impl ActiveMesh {
         parts.into_iter().flatten().collect()
     }
 
-    /// Makes the splits of the cut, or some of them if `check` finds a vertex that must not be split.
-    fn refine(&mut self, context: &Context, check: impl Fn(&Self, u32) -> bool + Sync) -> Option<usize> {
+    /// Makes the splits that `has` names, which stand on no others, or some of them if `check` finds a vertex that must not
+    /// be split.
+    fn refine(
+        &mut self,
+        context: &Context,
+        has: impl Fn(Key, u32) -> bool + Sync,
+        check: impl Fn(&Self, u32) -> bool + Sync,
+    ) -> Option<usize> {
+        let wanted = |mesh: &Self, vertex: u32| mesh.wanted(vertex, &has);
         let mut waiting = Waiting::default();
-        self.scan(context, Self::wanted).into_iter().for_each(|(depth, vertex)| waiting.add(depth, vertex));
+        self.scan(context, wanted).into_iter().for_each(|(depth, vertex)| waiting.add(depth, vertex));
         let mut splits = 0;
         for depth in (0..waiting.0.len()).rev() {
             let vertices = std::mem::take(&mut waiting.0[depth]);
@@ -164,7 +228,7 @@ impl ActiveMesh {
                 return None;
             }
             splits += vertices.len();
-            let next = self.make(context, &vertices, Self::wanted);
+            let next = self.make(context, &vertices, wanted);
             next.into_iter().for_each(|(depth, vertex)| waiting.add(depth, vertex));
         }
         Some(splits)
@@ -214,17 +278,19 @@ impl ActiveMesh {
         all
     }
 
-    /// The depth of the split that is next at a vertex, and the vertex, if that split is part of the cut.
+    /// The depth of the split that is next at a vertex, and the vertex, if that split is one that `has` names.
     #[inline(always)]
-    fn wanted(&self, vertex: u32) -> Option<(u32, u32)> {
+    fn wanted(&self, vertex: u32, has: impl Fn(Key, u32) -> bool) -> Option<(u32, u32)> {
         let Some(Child::Split(split)) = self.child(vertex) else { return None };
         let key = self.whole.splits[split as usize].key;
-        self.cut.has(key, split).then(|| (key.depth(), vertex))
+        (key.depth() > 0 && has(key, split)).then(|| (key.depth(), vertex))
     }
 
-    fn coarsen(&mut self, context: &Context) -> usize {
+    /// Takes back all splits but those that `has` names.
+    fn coarsen(&mut self, context: &Context, has: impl Fn(Key, u32) -> bool + Sync) -> usize {
+        let unwanted = |mesh: &Self, split: u32| mesh.unwanted(split, &has);
         let mut waiting = Waiting::default();
-        self.scan(context, Self::unwanted).into_iter().for_each(|(depth, split)| waiting.add(depth, split));
+        self.scan(context, unwanted).into_iter().for_each(|(depth, split)| waiting.add(depth, split));
         let (mut splits, mut depth) = (0, 0);
         while depth < waiting.0.len() {
             let mut list = std::mem::take(&mut waiting.0[depth]);
@@ -232,7 +298,7 @@ impl ActiveMesh {
             list.sort_unstable();
             list.dedup();
             splits += list.len();
-            let next = self.unmake(context, &list, Self::unwanted);
+            let next = self.unmake(context, &list, unwanted);
             next.into_iter().for_each(|(depth, split)| waiting.add(depth, split));
             depth += 1;
         }
@@ -274,11 +340,11 @@ impl ActiveMesh {
             && self.slots[target as usize].node.load(Relaxed) == 2 * split
     }
 
-    /// The depth of a split and the split, if it is whole and not part of the cut.
+    /// The depth of a split and the split, if it is whole and none that `has` names.
     #[inline(always)]
-    fn unwanted(&self, split: u32) -> Option<(u32, u32)> {
+    fn unwanted(&self, split: u32, has: impl Fn(Key, u32) -> bool) -> Option<(u32, u32)> {
         let key = self.whole.splits[split as usize].key;
-        (self.is_whole(split) && !self.cut.has(key, split)).then(|| (key.depth(), split))
+        (self.is_whole(split) && !has(key, split)).then(|| (key.depth(), split))
     }
 
     /// The key of the split that a vertex comes from, or none of a base vertex.

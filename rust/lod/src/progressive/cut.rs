@@ -1,5 +1,7 @@
 //! Which splits make a mesh.
 
+use std::sync::Arc;
+
 use super::hierarchy::{Child, Progressive};
 use super::recording::Key;
 
@@ -72,6 +74,31 @@ impl Cut {
     #[inline(always)]
     pub fn has(self, key: Key, split: u32) -> bool {
         (key, split) > (self.key, self.split)
+    }
+}
+
+/// Which splits a mesh has: those of a cut, or what a view wanted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Front {
+    /// Those of a cut.
+    Cut(Cut),
+    /// Those of a mesh that was made for a view.
+    View(ViewSplits),
+}
+
+/// The splits and base vertices of a mesh that was made for a view, a bit each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ViewSplits(pub(super) Arc<[u64]>);
+
+impl Front {
+    /// Whether a split is one of those that make the mesh.
+    #[inline(always)]
+    pub(super) fn has(&self, key: Key, split: u32) -> bool {
+        match self {
+            Self::Cut(cut) => cut.has(key, split),
+            // That of another mesh may have fewer.
+            Self::View(made) => made.0.get(split as usize / 64).is_some_and(|word| word >> (split % 64) & 1 == 1),
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 //! (Derzapf, Grund, Guthe 2014, Section 4; the region is Euclidean).
 
 use glam::{Quat, Vec3};
-use relievo_core::Falloff;
+use relievo_core::{Error, Falloff, Result};
 
 use super::place::Place;
 
@@ -57,9 +57,22 @@ pub struct Edit {
     pub anchors: Vec<Region>,
 }
 
+impl Handle {
+    /// Whether it moves or turns anything.
+    pub(super) fn is_moving(&self) -> bool {
+        self.translation != [0.0; 3] || self.angle != 0.0
+    }
+}
+
 impl Edit {
+    /// Fails if a handle or anchor is not usable.
+    pub(super) fn check(&self) -> Result<()> {
+        let Some(fault) = self.fault() else { return Ok(()) };
+        Err(Error::invalid("it needs finite numbers, a radius above 0 and an axis of length 1").at(fault))
+    }
+
     /// The first handle or anchor that is not usable.
-    pub(super) fn fault(&self) -> Option<String> {
+    fn fault(&self) -> Option<String> {
         let is_usable = |handle: &Handle| {
             let axis = Vec3::from(handle.axis);
             handle.region.is_usable()

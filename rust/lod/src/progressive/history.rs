@@ -4,7 +4,7 @@ use relievo_core::{Context, Error, Result};
 
 use super::active::ActiveMesh;
 use super::coarser::Replaced;
-use super::cut::Cut;
+use super::cut::Front;
 use super::handle::Edit;
 use super::moves::Moves;
 use super::place::Place;
@@ -15,11 +15,13 @@ use crate::connectivity::NONE;
 pub struct History {
     done: Vec<State>,
     undone: Vec<State>,
+    /// What was made for a time, after all that is done.
+    pub(super) posed: Vec<State>,
 }
 
 /// The mesh that was edited, and what was replaced of it.
-struct State {
-    cut: Cut,
+pub struct State {
+    front: Front,
     replaced: Replaced,
 }
 
@@ -27,10 +29,14 @@ impl ActiveMesh {
     /// Moves and turns regions of this mesh. Coarser levels follow, and finer ones when it is refined. Returns how many
     /// vertices were reached. Fails if no vertex is, or a handle is not usable; nothing has changed then.
     pub fn edit(&mut self, context: &Context, edit: &Edit) -> Result<usize> {
-        if let Some(fault) = edit.fault() {
-            return Err(Error::invalid("it needs finite numbers, a radius above 0 and an axis of length 1").at(fault));
-        }
-        self.check_level()?;
+        self.rest(context);
+        let reached = self.reached(context, edit)?;
+        self.change(context, reached)
+    }
+
+    /// The vertices that an edit reaches, and where it puts them.
+    pub(super) fn reached(&mut self, context: &Context, edit: &Edit) -> Result<Vec<(u32, Place)>> {
+        edit.check()?;
         let moved = |mesh: &Self, vertex| Some((vertex, edit.moved(mesh.place(vertex, mesh.child(vertex)?))?));
         let reached: Vec<(u32, Place)> = self.find_near(context, |low, high| edit.reaches(low, high), moved);
         if reached.is_empty() {
@@ -38,31 +44,27 @@ impl ActiveMesh {
                 .at("handles")
                 .advise("move it to the surface, or make its radius larger"));
         }
-        self.change(context, reached)
+        Ok(reached)
     }
 
-    /// Fails if the mesh is of no level.
-    pub(super) fn check_level(&self) -> Result<()> {
-        if self.is_mixed {
-            return Err(
-                Error::invalid("a mesh that is made for a view has no level to edit").advise("adapt it to a cut first")
-            );
-        }
-        Ok(())
-    }
-
-    /// Puts vertices where an edit wants them. Returns how many.
+    /// Puts vertices where an edit wants them, which can be taken back. Returns how many.
     pub(super) fn change(&mut self, context: &Context, reached: Vec<(u32, Place)>) -> Result<usize> {
+        let state = self.replace(context, &reached)?;
+        self.history.done.push(state);
+        self.history.undone.clear();
+        Ok(reached.len())
+    }
+
+    /// Puts vertices elsewhere. Returns what was before.
+    pub(super) fn replace(&mut self, context: &Context, reached: &[(u32, Place)]) -> Result<State> {
         if !reached.iter().all(|(_, place)| place.point.is_finite()) {
             return Err(Error::invalid("vertices would go where there is no number").advise("use smaller translations"));
         }
         self.note_moved(reached.iter().map(|(vertex, _)| *vertex));
         let mut moves = self.moves.take().unwrap_or_else(|| Moves::new(self.whole.vertex_count()));
-        let replaced = context.within(|| moves.edit(context, self, &reached));
+        let replaced = context.within(|| moves.edit(context, self, reached));
         self.moves = Some(moves);
-        self.history.done.push(State { cut: self.cut(), replaced });
-        self.history.undone.clear();
-        Ok(reached.len())
+        Ok(State { front: self.front(), replaced })
     }
 
     /// Edits that can be taken back, and that were and can be made again.
@@ -80,8 +82,9 @@ impl ActiveMesh {
         self.history.undone.clear();
     }
 
-    /// Takes the last edit back. Returns whether there was one. A mesh that was made for a view becomes its cut.
+    /// Takes the last edit back. Returns whether there was one. The mesh keeps its splits.
     pub fn undo(&mut self, context: &Context) -> bool {
+        self.rest(context);
         let Some(state) = self.history.done.pop() else { return false };
         let now = self.restore(context, state);
         self.history.undone.push(now);
@@ -90,6 +93,7 @@ impl ActiveMesh {
 
     /// Makes the edit again that was taken back last. Returns whether there was one.
     pub fn redo(&mut self, context: &Context) -> bool {
+        self.rest(context);
         let Some(state) = self.history.undone.pop() else { return false };
         let now = self.restore(context, state);
         self.history.done.push(now);
@@ -97,10 +101,16 @@ impl ActiveMesh {
     }
 
     /// Has what was edited be what it was in a state, at whatever level the mesh is. Returns the state before that.
-    fn restore(&mut self, context: &Context, state: State) -> State {
-        let cut = self.cut();
-        // What is finer than the level of the edit has followed it, and follows what was before.
-        self.adapt(context, cut.max(state.cut));
+    pub(super) fn restore(&mut self, context: &Context, state: State) -> State {
+        let front = self.front();
+        let is_coarser = match (&state.front, &front) {
+            (Front::Cut(then), Front::Cut(now)) => then > now,
+            (then, now) => then != now,
+        };
+        // What is finer than the mesh of the edit has followed it, and follows what was before.
+        if is_coarser {
+            self.take_back(context, &state.front);
+        }
         let mut replaced = Replaced::default();
         if let Some(moves) = &mut self.moves {
             let places = state.replaced.places.into_iter().map(|(node, place)| (node, moves.places.set(node, place)));
@@ -110,8 +120,10 @@ impl ActiveMesh {
         }
         let vertices: Vec<u32> = replaced.places.iter().filter_map(|(node, _)| self.vertex_of(*node)).collect();
         self.note_moved(vertices.iter().copied());
-        self.adapt(context, cut);
-        State { cut: state.cut, replaced }
+        if is_coarser {
+            self.make_again(context, &front);
+        }
+        State { front: state.front, replaced }
     }
 
     /// The vertex that is told by a node, if it is there.

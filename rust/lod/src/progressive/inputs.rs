@@ -1,7 +1,8 @@
 //! What inputs of edits are in a journal.
 //!
 //! Numbers are little-endian, reals by their bits. An input: the cut of the mesh that is edited in two numbers of four bytes;
-//! what it is, 0 or 1. Of handles (0) how many there are (four bytes), each with its region, translation, axis and angle, and
+//! what it is, 0 or 1; of a mesh that is made for a view 2 more, and then, instead of its cut, which splits and base vertices
+//! it has, a bit each, compressed, after how many bytes these are (four bytes). Of handles (0) how many there are (four bytes), each with its region, translation, axis and angle, and
 //! the same of anchors. Of a stroke (1) its mode (one byte), height, falloff, settings in the order of their table (eight bytes
 //! each), three curves, points, and its image: none (0), in it (1), or where the input is that has it (2).
 
@@ -17,11 +18,13 @@ use relievo_detail::{
 use relievo_document::code::{Decoder, Encoder};
 use relievo_document::record::Location;
 
-use super::cut::Cut;
+use super::cut::{Cut, Front, ViewSplits};
 use super::handle::{Edit, Handle, Region};
 
 const HANDLES: u8 = 0;
-pub const STROKE: u8 = 1;
+const STROKE: u8 = 1;
+/// Of a mesh that is made for a view.
+const VIEW: u8 = 2;
 /// Where the image of a stroke is, if there is one.
 const HERE: u8 = 1;
 const AT: u8 = 2;
@@ -29,15 +32,15 @@ const AT: u8 = 2;
 const LEVEL: i32 = 1;
 
 /// What an edit by handles is going to be.
-pub fn edit(cut: Cut, edit: &Edit) -> Vec<u8> {
-    let mut out = begun(cut, HANDLES);
+pub fn edit(front: &Front, edit: &Edit) -> Result<Vec<u8>> {
+    let mut out = begun(front, HANDLES)?;
     put_edit(&mut out, edit);
-    out.0
+    Ok(out.0)
 }
 
 /// What a stroke is going to be. `known` is where its image is, if that is in an input already.
-pub fn stroke(cut: Cut, stroke: &Stroke, action: (SculptMode, f32), known: Option<Location>) -> Result<Vec<u8>> {
-    let mut out = begun(cut, STROKE);
+pub fn stroke(front: &Front, stroke: &Stroke, action: (SculptMode, f32), known: Option<Location>) -> Result<Vec<u8>> {
+    let mut out = begun(front, STROKE)?;
     put_stroke(&mut out, stroke, action)?;
     match &stroke.stamp {
         Some(stamp) => put_stamp(&mut out, stamp, known)?,
@@ -46,13 +49,55 @@ pub fn stroke(cut: Cut, stroke: &Stroke, action: (SculptMode, f32), known: Optio
     Ok(out.0)
 }
 
-fn begun(cut: Cut, tag: u8) -> Encoder {
+fn begun(front: &Front, tag: u8) -> Result<Encoder> {
     let mut out = Encoder(Vec::new());
-    let (key, split) = cut.parts();
-    out.u32(key);
-    out.u32(split);
-    out.0.push(tag);
-    out
+    match front {
+        Front::Cut(cut) => {
+            let (key, split) = cut.parts();
+            out.u32(key);
+            out.u32(split);
+            out.0.push(tag);
+        }
+        Front::View(splits) => {
+            out.u64(0);
+            out.0.push(tag | VIEW);
+            let bytes: Vec<u8> = splits.0.iter().flat_map(|word| word.to_le_bytes()).collect();
+            put_packed(&mut out, &bytes)?;
+        }
+    }
+    Ok(out)
+}
+
+/// The mesh that is edited, which has so many vertices at most, and whether by a stroke.
+pub fn take_front(from: &mut Decoder, vertices: usize) -> Result<(Front, bool)> {
+    let (cut, tag) = (Cut::of_parts((from.u32()?, from.u32()?)), from.u8()?);
+    if tag > STROKE | VIEW {
+        return Err(damaged());
+    }
+    if tag & VIEW == 0 {
+        return Ok((Front::Cut(cut), tag & STROKE != 0));
+    }
+    let mut bytes = vec![0; 8 * vertices.div_ceil(64)];
+    take_packed(from, &mut bytes)?;
+    let words = bytes.as_chunks().0.iter().map(|word| u64::from_le_bytes(*word)).collect();
+    Ok((Front::View(ViewSplits(words)), tag & STROKE != 0))
+}
+
+fn put_packed(out: &mut Encoder, bytes: &[u8]) -> Result<()> {
+    let packed = zstd::bulk::compress(bytes, LEVEL)
+        .map_err(|error| Error::internal(format!("an edit cannot be compressed: {error}")))?;
+    out.u32(packed.len() as u32);
+    out.0.extend(packed);
+    Ok(())
+}
+
+fn take_packed(from: &mut Decoder, bytes: &mut [u8]) -> Result<()> {
+    let length = from.u32()?;
+    let packed = from.bytes(length as usize)?;
+    if zstd::bulk::decompress_to_buffer(packed, bytes).ok() != Some(bytes.len()) {
+        return Err(damaged());
+    }
+    Ok(())
 }
 
 pub fn damaged() -> Error {
@@ -189,11 +234,9 @@ fn put_stamp(out: &mut Encoder, stamp: &Stamp, known: Option<Location>) -> Resul
     let ([width, height], pixels) = stamp.image().pixels();
     let mut raw = Encoder(Vec::with_capacity(16 * pixels.len()));
     pixels.iter().for_each(|pixel| put_floats(&mut raw, *pixel));
-    let packed = zstd::bulk::compress(&raw.0, LEVEL)
-        .map_err(|error| Error::internal(format!("an image cannot be compressed: {error}")))?;
-    [width, height, packed.len() as u32].into_iter().for_each(|word| out.u32(word));
-    out.0.extend(packed);
-    Ok(())
+    out.u32(width);
+    out.u32(height);
+    put_packed(out, &raw.0)
 }
 
 /// How the image of a stroke lies, and where it is.
@@ -211,14 +254,11 @@ pub fn take_stamp(context: &Context, from: &mut Decoder) -> Result<Option<(Stamp
         let location = Location { offset: from.u64()?, length: from.u64()?, crc: from.u32()? };
         return Ok(Some((settings, channel, Image::At(location))));
     }
-    let (size, length) = ([from.u32()?, from.u32()?], from.u32()?);
-    let packed = from.bytes(length as usize)?;
+    let size = [from.u32()?, from.u32()?];
     StampImage::check_size(size[0], size[1], 4)?;
     let bytes = 16 * size[0] as usize * size[1] as usize;
     let mut raw = Budget::new(context.memory_limit()).filled(bytes, 0u8)?;
-    if zstd::bulk::decompress_to_buffer(packed, raw.as_mut_slice()).ok() != Some(bytes) {
-        return Err(damaged());
-    }
+    take_packed(from, &mut raw)?;
     let mut raw = Decoder(&raw);
     let pixels = (0..bytes / 16).map(|_| floats(&mut raw)).collect::<Result<Vec<_>>>()?;
     Ok(Some((settings, channel, Image::Here(StampImage::of_pixels(size, pixels)?))))

@@ -17,7 +17,7 @@ use relievo_document::record::Location;
 use relievo_document::{Entry, Journal};
 
 use super::active::ActiveMesh;
-use super::cut::Cut;
+use super::cut::Front;
 use super::handle::Edit;
 use super::hierarchy::Progressive;
 use super::history::History;
@@ -40,7 +40,7 @@ pub enum Input {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recovered {
     /// Edits that were made again, and the meshes they were made at.
-    pub edits: Vec<(Cut, Input)>,
+    pub edits: Vec<(Front, Input)>,
     /// Edits that were taken back, and can be made again.
     pub undone: usize,
     /// What the user should know of how the journal was left.
@@ -76,13 +76,13 @@ impl EditJournal {
                 Recovered::default(),
             ));
         }
-        let cut = mesh.cut();
+        let front = mesh.front();
         let made = Self::take_up(context, path, &head, mesh);
         if made.is_err() {
             while mesh.undo(context) {}
             mesh.history = History::default();
         }
-        mesh.adapt(context, cut);
+        mesh.adapt_front(context, &front)?;
         made.map_err(|error| if error.place.is_empty() { error.at(path.display().to_string()) } else { error })
     }
 
@@ -98,15 +98,15 @@ impl EditJournal {
         for (number, entry) in log.done.iter().chain(log.undone.iter().rev()).enumerate() {
             let at = |error: Error| error.at(format!("{}: edit {}", path.display(), number + 1));
             let input = entry.input.ok_or_else(|| at(damaged()))?;
-            let (cut, input) = made.decode(context, input, true).map_err(at)?;
-            mesh.adapt(context, cut);
+            let (front, input) = made.decode(context, (input, true), mesh.whole.vertex_count()).map_err(at)?;
+            mesh.adapt_front(context, &front).map_err(at)?;
             let reached = (input.make(context, mesh).map_err(at)? as u64).to_le_bytes();
             if made.journal.read(entry.edit)? != reached {
                 // Last bits depend on the levels that the mesh went through between edits.
                 found.note = Some(format!("edit {} does not reach the vertices that it did at first", number + 1));
             }
             if number < log.done.len() {
-                found.edits.push((cut, input));
+                found.edits.push((front, input));
             }
         }
         log.undone.iter().for_each(|_| _ = mesh.undo(context));
@@ -115,7 +115,7 @@ impl EditJournal {
 
     /// Moves and turns regions; see [`ActiveMesh::edit`]. Fails too, and changes nothing, if it cannot be written down.
     pub fn edit(&mut self, context: &Context, mesh: &mut ActiveMesh, edit: &Edit) -> Result<usize> {
-        let bytes = inputs::edit(mesh.cut(), edit);
+        let bytes = inputs::edit(&mesh.front(), edit)?;
         self.made(context, mesh, &bytes, |mesh| mesh.edit(context, edit), |reached| *reached)
             .map(|(reached, _)| reached)
     }
@@ -126,7 +126,7 @@ impl EditJournal {
         let image = stroke.stamp.as_ref().map(Stamp::image);
         let known = image.and_then(|image| self.images.iter().find(|(known, _)| Arc::ptr_eq(known, image)));
         let known = known.map(|(_, location)| *location);
-        let bytes = inputs::stroke(mesh.cut(), stroke, (mode, height), known)?;
+        let bytes = inputs::stroke(&mesh.front(), stroke, (mode, height), known)?;
         let made = self.made(context, mesh, &bytes, |mesh| mesh.sculpt(context, stroke), |done| done.vertices);
         let (done, location) = made?;
         if let (Some(image), None) = (image, known) {
@@ -188,11 +188,16 @@ impl EditJournal {
     }
 
     /// The input at a location. Only one that has its image may be referred to.
-    fn decode(&mut self, context: &Context, location: Location, may_refer: bool) -> Result<(Cut, Input)> {
+    fn decode(
+        &mut self,
+        context: &Context,
+        (location, may_refer): (Location, bool),
+        vertices: usize,
+    ) -> Result<(Front, Input)> {
         let bytes = self.journal.read(location)?;
         let mut from = Decoder(&bytes);
-        let cut = Cut::of_parts((from.u32()?, from.u32()?));
-        let input = if from.u8()? == inputs::STROKE {
+        let (front, is_stroke) = inputs::take_front(&mut from, vertices)?;
+        let input = if is_stroke {
             let mut stroke = inputs::take_stroke(&mut from)?;
             stroke.stamp = match inputs::take_stamp(context, &mut from)? {
                 None => None,
@@ -204,7 +209,7 @@ impl EditJournal {
                 }
                 Some((settings, channel, Image::At(there))) if may_refer => {
                     if !self.images.iter().any(|(_, known)| *known == there) {
-                        self.decode(context, there, false)?;
+                        self.decode(context, (there, false), vertices)?;
                     }
                     let image = self.images.iter().find(|(_, known)| *known == there).ok_or_else(damaged)?.0.clone();
                     Some(Stamp::new(image, settings, channel)?)
@@ -215,7 +220,7 @@ impl EditJournal {
         } else {
             Input::Edit(inputs::take_edit(&mut from)?)
         };
-        if from.0.is_empty() { Ok((cut, input)) } else { Err(damaged()) }
+        if from.0.is_empty() { Ok((front, input)) } else { Err(damaged()) }
     }
 }
 

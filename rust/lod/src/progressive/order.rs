@@ -9,7 +9,6 @@ use glam::{Vec3, Vec4Swizzles};
 use relievo_core::Context;
 
 use super::active::{ActiveMesh, Waiting};
-use super::cut::Cut;
 use super::hierarchy::{Child, LEAF, Progressive};
 use super::moves::Moves;
 use super::place::Place;
@@ -37,20 +36,19 @@ pub struct Misplaced {
 impl ActiveMesh {
     /// The splits that deviate more than twice as much as they tell, those that deviate most first: meshes as coarse as
     /// they are deviate more than was asked for, and keep triangles elsewhere that are needed here. [`Self::rebuilt`] puts
-    /// them in order. All splits are looked at. A mesh that was made for a view becomes its cut.
+    /// them in order. All splits are looked at.
     pub fn misplaced(&mut self, context: &Context) -> Vec<Misplaced> {
-        let cut = self.cut();
-        // All places are known then.
-        self.adapt(context, Cut::FINEST);
-        let is_edited = self.moves.is_some();
-        let mut moves = self.moves.take().unwrap_or_else(|| Moves::new(self.whole.vertex_count()));
-        let found = context.within(|| {
-            moves.stars.complete(context, self);
-            find(context, &self.whole, &moves)
-        });
-        self.moves = is_edited.then_some(moves);
-        self.adapt(context, cut);
-        found
+        // All places are known there.
+        self.at_finest(context, |mesh| {
+            let is_edited = mesh.moves.is_some();
+            let mut moves = mesh.moves.take().unwrap_or_else(|| Moves::new(mesh.whole.vertex_count()));
+            let found = context.within(|| {
+                moves.stars.complete(context, mesh);
+                find(context, &mesh.whole, &moves)
+            });
+            mesh.moves = is_edited.then_some(moves);
+            found
+        })
     }
 }
 

@@ -40,7 +40,7 @@ impl ActiveMesh {
     /// mean of the neighbours, erasing to where the vertices were built.
     ///
     /// Fails, and changes nothing, if the stroke cannot be ([`Stroke::check`]), paints, has an image of vectors, a level or
-    /// dabs beside their places, if no vertex is reached, or the mesh is made for a view.
+    /// dabs beside their places, or if no vertex is reached.
     pub fn sculpt(&mut self, context: &Context, stroke: &Stroke) -> Result<Sculpted> {
         let stations = stroke.stations()?;
         let Action::Sculpt { mode, height } = stroke.action else {
@@ -52,7 +52,7 @@ impl ActiveMesh {
         if stroke.settings.level != 0 || stroke.settings.jitter_position != 0.0 {
             return Err(refused("`level` and `jitter_position` are not known here", "leave them at 0"));
         }
-        self.check_level()?;
+        self.rest(context);
         let within = f64::from(stroke.settings.radius * stroke.settings.reach);
         let (mut dabs, mut done) = (Vec::new(), Sculpted::default());
         for station in &stations {

@@ -12,7 +12,7 @@ use relievo_detail::{
 use relievo_document::Journal;
 use relievo_lod::Progressive;
 use relievo_lod::progressive::{
-    ActiveMesh, BuildOptions, Cut, Edit, EditJournal, Extract, Handle, Input, Recovered, Region,
+    ActiveMesh, BuildOptions, Cut, Edit, EditJournal, Extents, Extract, Front, Handle, Input, Recovered, Region, View,
 };
 
 use crate::shapes::lifted;
@@ -77,12 +77,12 @@ fn edits_that_were_confirmed_are_made_again_wherever_the_file_was_cut() {
         if number % 2 == 0 {
             let edit = pull(0.1 * number as f32 + 0.2);
             assert!(journal.edit(&context, &mut active, &edit).unwrap() > 0);
-            inputs.push((cut, Input::Edit(edit)));
+            inputs.push((Front::Cut(cut), Input::Edit(edit)));
         } else {
             // The image is in the journal once.
             let stroke = stroke((number > 1).then_some(&stamp));
             assert!(journal.sculpt(&context, &mut active, &stroke).unwrap().vertices > 0);
-            inputs.push((cut, Input::Stroke(Box::new(stroke))));
+            inputs.push((Front::Cut(cut), Input::Stroke(Box::new(stroke))));
         }
         active.adapt(&context, Cut::FINEST);
         seen.push((length(), active.extract()));
@@ -183,4 +183,58 @@ fn journals_of_others_and_damaged_ones_are_refused_and_nothing_changes() {
         drop(journal);
         refused(&mesh, "");
     }
+}
+
+#[test]
+fn edits_of_meshes_for_views_are_made_again() {
+    let (context, mesh, folder) = (Context::serial(), mesh(0.1), tempfile::tempdir().unwrap());
+    let path = folder.path().join("level.journal");
+    let view = View { eye: [0.2, 0.4, 0.5], pixels: 300.0, tolerance: 2.0, outline: 1.0, planes: Vec::new() };
+    let (mut active, mut journal, _) = taken_up(&mesh, &path);
+    active.adapt_to(&context, &view, &Extents::new(&mesh)).unwrap();
+    let front = active.front();
+    journal.edit(&context, &mut active, &pull(0.3)).unwrap();
+    journal.sculpt(&context, &mut active, &stroke(None)).unwrap();
+    assert!(active.front() == front && matches!(front, Front::View(_)));
+    active.adapt(&context, Cut::FINEST);
+    drop(journal);
+    let (again, journal, found) = taken_up(&mesh, &path);
+    assert!(is_near(&again.extract(), &active.extract()) && found.note.is_none());
+    assert!(found.edits.len() == 2 && found.edits.iter().all(|(at, _)| *at == front));
+    drop(journal);
+    // Other bits: what stands on splits that are not there is refused, and whatever is taken is a mesh.
+    let bytes = std::fs::read(&path).unwrap();
+    let (head, record) = bytes.split_at(24);
+    let length = u64::from_le_bytes(record[16..24].try_into().unwrap()) as usize;
+    let input = &record[28..28 + length];
+    let length = u32::from_le_bytes(input[9..13].try_into().unwrap()) as usize;
+    let bits = zstd::bulk::decompress(&input[13..13 + length], 1 << 20).unwrap();
+    let (base, mut refused) = (ActiveMesh::new(&mesh).extract(), 0);
+    for at in 0..bits.len() {
+        let mut changed = bits.clone();
+        changed[at] ^= 0x24;
+        let packed = zstd::bulk::compress(&changed, 1).unwrap();
+        let other = [&input[..9], &(packed.len() as u32).to_le_bytes(), &packed, &input[13 + length..]].concat();
+        let mut journal = Journal::beside(&path, head).unwrap();
+        journal.input_bytes(&other).unwrap();
+        journal.edit(&7u64.to_le_bytes()).unwrap();
+        drop(journal);
+        let mut active = ActiveMesh::new(&mesh);
+        let found = EditJournal::open(&context, &path, &mut active);
+        if found.is_err() {
+            refused += 1;
+            assert!(active.extract() == base && active.edits() == [0, 0]);
+        } else {
+            active.adapt(&context, Cut::FINEST);
+            assert_eq!(active.triangle_count(), mesh.triangle_count());
+            assert!(active.undo(&context) && active.extract() == at_rest(&mesh));
+        }
+    }
+    assert!(refused > 0);
+}
+
+fn at_rest(mesh: &Arc<Progressive>) -> Extract {
+    let mut active = ActiveMesh::new(mesh);
+    active.adapt(&Context::serial(), Cut::FINEST);
+    active.extract()
 }

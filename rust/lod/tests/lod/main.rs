@@ -5,6 +5,7 @@ mod buffers;
 mod device;
 mod editing;
 mod journals;
+mod keyed;
 mod order;
 mod progressive;
 mod sculpting;

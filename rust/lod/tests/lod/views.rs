@@ -106,7 +106,7 @@ fn a_mesh_for_a_view_is_the_same_whatever_was_before_and_leaves_nothing_behind()
 }
 
 #[test]
-fn an_edit_shows_in_every_view_and_views_are_not_edited() {
+fn an_edit_shows_in_every_view_and_is_taken_back_there() {
     let mesh = build();
     let (context, extents) = (Context::serial(), Extents::new(&mesh));
     let mut active = ActiveMesh::new(&mesh);
@@ -117,8 +117,79 @@ fn an_edit_shows_in_every_view_and_views_are_not_edited() {
     active.adapt_to(&context, &view([1.8, 0.0, 1.3], 3.0), &extents).unwrap();
     let low = active.extract().points.iter().map(|point| point[2]).fold(f32::MAX, f32::min);
     assert!(low > 0.5);
-    assert!(active.edit(&context, &edit).unwrap_err().to_string().contains("adapt it to a cut"));
-    assert!(active.undo(&context) && active.extract() == ActiveMesh::new(&mesh).extract());
+    let front = active.front();
+    assert!(active.undo(&context) && active.front() == front);
+    active.adapt(&context, Cut::BASE);
+    assert!(active.extract() == ActiveMesh::new(&mesh).extract());
     assert!(active.adapt_to(&context, &view([f32::NAN; 3], 1.0), &extents).is_err());
     assert!(active.adapt_to(&context, &view([0.0; 3], 0.0), &extents).is_err());
+}
+
+fn apart(a: &Extract, b: &Extract) -> f32 {
+    assert_eq!(a.triangles, b.triangles);
+    a.points.iter().zip(&b.points).map(|(a, b)| Vec3::from(*a).distance((*b).into())).fold(0.0, f32::max)
+}
+
+fn pull(center: [f32; 3]) -> Edit {
+    let region = Region { center, radius: 0.5, falloff: Falloff::Smooth };
+    let handle = Handle { region, translation: [0.1, 0.2, 0.3], axis: [0.0, 0.6, 0.8], angle: 0.7 };
+    Edit { handles: vec![handle], ..Edit::default() }
+}
+
+#[test]
+fn what_is_grabbed_in_a_view_is_the_same_edit_whatever_way_the_view_was_reached() {
+    let mesh = build();
+    let (context, extents) = (Context::serial(), Extents::new(&mesh));
+    // Finer on one side than on the other: the region has vertices of both.
+    let wanted = View { planes: vec![[0.0, 1.0, 0.0, 0.0]], ..view([1.8, 0.0, 0.3], 3.0) };
+    let levels = [Cut::of_faces(&mesh, 600), Cut::BASE, Cut::of_faces(&mesh, 3000), Cut::FINEST];
+    let edited = |ways: &[Option<Cut>], after: &[Cut]| {
+        let mut active = ActiveMesh::new(&mesh);
+        for way in ways {
+            match way {
+                Some(cut) => _ = active.adapt(&context, *cut),
+                None => _ = active.adapt_to(&context, &view([-1.8, 0.2, 0.3], 2.0), &extents).unwrap(),
+            }
+        }
+        active.adapt_to(&context, &wanted, &extents).unwrap();
+        let reached = active.edit(&context, &pull([1.4, 0.0, 0.0])).unwrap();
+        let seen = active.extract();
+        after.iter().for_each(|cut| _ = active.adapt(&context, *cut));
+        let made = levels.map(|cut| {
+            active.adapt(&context, cut);
+            active.extract()
+        });
+        (reached, seen, made, active)
+    };
+    let (reached, seen, made, mut active) = edited(&[], &[]);
+    let mut plain = ActiveMesh::new(&mesh);
+    plain.adapt(&context, Cut::FINEST);
+    assert!(reached > 20 && apart(&made[3], &plain.extract()) > 0.1, "{reached}");
+    for (ways, after) in [
+        (vec![Some(Cut::FINEST)], vec![Cut::FINEST]),
+        (vec![None, Some(Cut::of_faces(&mesh, 500))], vec![Cut::of_faces(&mesh, 2000), Cut::BASE]),
+    ] {
+        let (other_reached, other_seen, other, _) = edited(&ways, &after);
+        assert_eq!((other_reached, &other_seen), (reached, &seen));
+        for (level, (a, b)) in made.iter().zip(&other).enumerate() {
+            assert!(apart(a, b) < 1e-5, "{level}: {}", apart(a, b));
+        }
+    }
+    // Between edits of levels it is taken back and made again, wherever the mesh is.
+    active.adapt(&context, Cut::of_faces(&mesh, 300));
+    active.edit(&context, &pull([1.2, 0.4, 0.0])).unwrap();
+    active.adapt_to(&context, &view([1.8, 0.4, 0.3], 2.0), &extents).unwrap();
+    active.edit(&context, &pull([1.3, 0.3, 0.1])).unwrap();
+    active.adapt(&context, Cut::FINEST);
+    let all = active.extract();
+    active.adapt(&context, Cut::of_faces(&mesh, 900));
+    assert!(active.undo(&context) && active.undo(&context));
+    active.adapt(&context, Cut::FINEST);
+    assert!(apart(&active.extract(), &made[3]) < 1e-5);
+    assert!(active.undo(&context) && !active.undo(&context));
+    assert!(active.extract() == plain.extract());
+    active.adapt_to(&context, &wanted, &extents).unwrap();
+    assert!(active.redo(&context) && active.redo(&context) && active.redo(&context));
+    active.adapt(&context, Cut::FINEST);
+    assert!(apart(&active.extract(), &all) < 2e-5);
 }

@@ -216,9 +216,7 @@ impl DeviceLevel {
     /// [`ActiveMesh::edit`](crate::progressive::ActiveMesh::edit), and if the progressive mesh was not sent with what edits
     /// need.
     pub fn edit(&mut self, edit: &Edit) -> Result<usize> {
-        if let Some(fault) = edit.fault() {
-            return Err(Error::invalid("it needs finite numbers, a radius above 0 and an axis of length 1").at(fault));
-        }
+        edit.check()?;
         if self.cut.is_none() {
             return Err(Error::invalid("it has no level to edit").advise("adapt it to a cut first"));
         }
