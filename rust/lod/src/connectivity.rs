@@ -22,6 +22,8 @@ pub const FIXED: u8 = 2;
 
 /// A vertex where values of attributes differ from one triangle to the next.
 pub const SEAM: u8 = 4;
+/// A vertex some of whose triangles are in other patches.
+pub const OUTSIDE: u8 = 8;
 
 /// Vertices or triangles that are worked on by one task.
 pub const PART: usize = 4096;
@@ -192,6 +194,11 @@ impl Connectivity {
         self.vertex.as_flattened()[corner as usize].load(Relaxed)
     }
 
+    /// How many corners there are at a vertex, with those that went since they were looked at.
+    pub fn valence(&self, vertex: u32) -> usize {
+        self.span(vertex).len()
+    }
+
     /// Whether a vertex has no triangle.
     pub fn is_gone(&self, vertex: u32) -> bool {
         self.spans[vertex as usize][1].load(Relaxed) == 0
@@ -261,6 +268,20 @@ impl Connectivity {
         let start = self.corners.len();
         self.corners.resize_with(start + more, || AtomicU32::new(NONE));
         start
+    }
+
+    /// As [`Self::grow`], where nothing else is worked on: what is left of the list is moved together if there is no room.
+    pub fn grow_alone(&mut self, more: usize) -> usize {
+        if self.corners.len() + more > self.corners.capacity() {
+            let mut corners = Vec::with_capacity(self.corners.capacity());
+            for vertex in 0..self.spans.len() {
+                let start = corners.len();
+                corners.extend(self.around(vertex as u32).map(AtomicU32::new));
+                self.spans[vertex] = [start, corners.len() - start].map(|number| AtomicU32::new(number as u32));
+            }
+            self.corners = corners;
+        }
+        self.grow(more)
     }
 
     /// Collapses the half-edge of `corner`: the vertex where it ends becomes that where it starts, whose corners are

@@ -8,7 +8,7 @@ use relievo_core::{Context, Result};
 use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, Part, SEAM, next, previous};
 use crate::placement::{BATCH, Batch, Star, place, place_with};
 use crate::progressive::Recording;
-use crate::wedges::{Quadric, Span, Wedges};
+use crate::wedges::{Quadric, Sight, Span, Wedges};
 
 /// State of a vertex whose triangles changed in the last round.
 const CHANGED: u8 = 1;
@@ -18,6 +18,9 @@ const STALE: u8 = 2;
 const WANTED: u8 = 4;
 /// State of a vertex of an edge that is tried in this round, and of those around.
 const TRIED: u8 = 8;
+
+/// State of a vertex with an edge that was refused, where edges are collapsed one after the other.
+const REFUSED: u8 = 16;
 
 /// The sign of a cost: negative where the edge must not collapse before its surroundings change.
 const SIGN: u32 = 1 << 31;
@@ -44,7 +47,7 @@ pub struct Decimation<const Q: usize = 0> {
     costs: Vec<[AtomicU32; 3]>,
     /// [`CHANGED`], [`STALE`], [`WANTED`] and [`TRIED`] of every vertex.
     state: Vec<AtomicU8>,
-    /// The part of every vertex.
+    /// The part of every vertex, where parts are worked on at the same time.
     pub parts: Vec<Part>,
     /// Triangles that are left.
     pub live: usize,
@@ -105,10 +108,61 @@ pub fn normal(a: Vec3, b: Vec3) -> Vec4 {
     (normal / normal.length_squared().sqrt().sqrt().max(1e-18)).extend(0.0)
 }
 
+/// What a vertex knows of its triangles.
+#[inline(always)]
+fn look<const Q: usize>(
+    mesh: &Connectivity,
+    (points, normals): (&[Vec4], &[Vec4]),
+    vertex: u32,
+    factor: f32,
+    wedges: &Sight<Q>,
+) -> Vertex {
+    let (here, flags) = (points[vertex as usize], mesh.flags[vertex as usize]);
+    let (mut rows, mut sum) = ([Vec4::ZERO; 3], Vec4::ZERO);
+    mesh.clean(vertex, |corner| {
+        let normal = normals[corner as usize / 4];
+        rows[0] += normal * normal.x;
+        rows[1] += normal * normal.y;
+        rows[2] += normal * normal.z;
+        sum += normal;
+        if flags & (BOUNDARY | SEAM) != 0 {
+            for (edge, end) in [(corner, next(corner)), (previous(corner), previous(corner))] {
+                // A seam counts once, with the half-edge that leaves.
+                if mesh.mate(edge) == NONE || (edge == corner && wedges.is_seam(mesh, edge)) {
+                    let along = points[mesh.vertex(end) as usize].xyz() - here.xyz();
+                    let length = along.length_squared();
+                    rows[0] += (Vec3::X * length - along * along.x).extend(0.0);
+                    rows[1] += (Vec3::Y * length - along * along.y).extend(0.0);
+                    rows[2] += (Vec3::Z * length - along * along.z).extend(0.0);
+                }
+            }
+        }
+    });
+    let [x, y, z] = rows;
+    Vertex {
+        star: [x.x, y.y, z.z, x.y, x.z, y.z, sum.x, sum.y, sum.z],
+        point: here.xyz().to_array(),
+        deviation: here.w,
+        factor,
+        flags,
+    }
+}
+
 impl Decimation {
     /// Of a mesh whose indices are in range, with coordinates multiplied by `scale`.
     pub fn new(context: &Context, points: &[[f32; 3]], triangles: &[[u32; 3]], scale: f32) -> Result<Self> {
         Self::with(context, points, triangles, scale, Wedges::none(points.len()))
+    }
+
+    /// Finds what a vertex knows of its triangles, if these have changed.
+    pub fn renew_star(&mut self, vertex: u32) {
+        let state = self.state[vertex as usize].get_mut();
+        if *state & STALE != 0 {
+            *state &= !STALE;
+            let Self { mesh, points, normals, vertices, wedges, .. } = self;
+            let known = &mut vertices[vertex as usize];
+            *known = look(mesh, (points, normals), vertex, known.factor, &wedges.split().2);
+        }
     }
 }
 
@@ -122,6 +176,11 @@ impl<const Q: usize> Decimation<Q> {
         wedges: Wedges<Q>,
     ) -> Result<Self> {
         let points = context.map(points.len(), |index| (Vec3::from(points[index]) * scale).extend(0.0));
+        Self::of(context, points, triangles, wedges)
+    }
+
+    /// Of vertices with their deviations, and triangles whose indices are in range.
+    pub fn of(context: &Context, points: Vec<Vec4>, triangles: &[[u32; 3]], wedges: Wedges<Q>) -> Result<Self> {
         let face = |index: usize| {
             let [a, b, c] = triangles[index].map(|vertex| points[vertex as usize].xyz());
             normal(b - a, c - a)
@@ -137,7 +196,7 @@ impl<const Q: usize> Decimation<Q> {
             stand.map(|stands| AtomicU32::new(if stands { 0.0 } else { f32::INFINITY }.to_bits()))
         };
         Ok(Self {
-            parts: mesh.parts(context),
+            parts: Vec::new(),
             normals: context.map(triangles.len(), face),
             vertices: context.map(points.len(), |_| Vertex { factor: 1.0, ..Vertex::default() }),
             costs: context.map(triangles.len(), unknown),
@@ -177,63 +236,34 @@ impl<const Q: usize> Decimation<Q> {
         }
     }
 
+    /// What costs at a vertex are multiplied by.
+    pub fn factor(&self, vertex: usize) -> f32 {
+        self.vertices[vertex].factor
+    }
+
     /// The sums of the normals of the triangles at every vertex.
     pub fn vertex_normals(&self, context: &Context) -> Vec<Vec3> {
         let normal = |corner: u32| self.normals[corner as usize / 4].xyz();
         context.map(self.points.len(), |vertex| self.mesh.around(vertex as u32).map(normal).sum())
     }
 
-    /// The triangles that are left, and all points.
-    pub fn left(&self) -> (Vec<[u32; 3]>, &[Vec4]) {
-        let triangles = (0..self.mesh.triangles()).map(|index| self.mesh.triangle(index));
-        (triangles.filter(|triangle| triangle[0] != NONE).collect(), &self.points)
-    }
-
     /// Finds what vertices know of their triangles that are asked for it.
     fn renew_stars(&mut self, context: &Context) -> Result<()> {
         let Self { mesh, points, normals, state, vertices, wedges, .. } = self;
         let (sums, more, wedges) = wedges.split();
-        let parts = ((vertices.as_mut_slice(), points.as_slice()), (state.as_slice(), (sums, more)));
-        context.for_each_part(parts, PART, |first, ((vertices, here), (state, (sums, more)))| {
-            let list = vertices.iter_mut().zip(here).zip(state).zip(sums.iter_mut().zip(more));
-            for (at, (((renewed, here), state), (sums, more))) in list.enumerate() {
+        let parts = (vertices.as_mut_slice(), (state.as_slice(), (sums, more)));
+        context.for_each_part(parts, PART, |first, (vertices, (state, (sums, more)))| {
+            let list = vertices.iter_mut().zip(state).zip(sums.iter_mut().zip(more));
+            for (at, ((renewed, state), (sums, more))) in list.enumerate() {
                 let known = state.load(Relaxed);
                 if known & WANTED == 0 {
                     continue;
                 }
                 state.store(known & !(STALE | WANTED), Relaxed);
-                let flags = mesh.flags[first + at];
-                let (mut rows, mut sum) = ([Vec4::ZERO; 3], Vec4::ZERO);
-                mesh.clean((first + at) as u32, |corner| {
-                    let normal = normals[corner as usize / 4];
-                    rows[0] += normal * normal.x;
-                    rows[1] += normal * normal.y;
-                    rows[2] += normal * normal.z;
-                    sum += normal;
-                    if flags & (BOUNDARY | SEAM) != 0 {
-                        for (edge, end) in [(corner, next(corner)), (previous(corner), previous(corner))] {
-                            // A seam counts once, with the half-edge that leaves.
-                            if mesh.mate(edge) == NONE || (edge == corner && wedges.is_seam(mesh, edge)) {
-                                let along = points[mesh.vertex(end) as usize].xyz() - here.xyz();
-                                let length = along.length_squared();
-                                rows[0] += (Vec3::X * length - along * along.x).extend(0.0);
-                                rows[1] += (Vec3::Y * length - along * along.y).extend(0.0);
-                                rows[2] += (Vec3::Z * length - along * along.z).extend(0.0);
-                            }
-                        }
-                    }
-                });
-                if Q > 0 && flags & FIXED == 0 {
+                *renewed = look(mesh, (points, normals), (first + at) as u32, renewed.factor, &wedges);
+                if Q > 0 && renewed.flags & FIXED == 0 {
                     wedges.renew(mesh, points, (first + at) as u32, [sums, more]);
                 }
-                let [x, y, z] = rows;
-                *renewed = Vertex {
-                    star: [x.x, y.y, z.z, x.y, x.z, y.z, sum.x, sum.y, sum.z],
-                    point: here.xyz().to_array(),
-                    deviation: here.w,
-                    factor: renewed.factor,
-                    flags,
-                };
             }
             Ok(())
         })
@@ -348,6 +378,25 @@ impl<const Q: usize> Decimation<Q> {
         self.add_state(vertex, CHANGED | STALE);
     }
 
+    /// Whether triangles at a vertex changed since what it knows of them was found.
+    pub fn is_stale(&self, vertex: u32) -> bool {
+        self.state[vertex as usize].load(Relaxed) & STALE != 0
+    }
+
+    /// Notes that triangles at a vertex change. Returns whether an edge there had been refused, which is forgotten.
+    pub fn awake(&mut self, vertex: u32) -> bool {
+        let state = self.state[vertex as usize].get_mut();
+        let was = *state;
+        *state = (was | STALE) & !REFUSED;
+        was & REFUSED != 0
+    }
+
+    /// Notes that the edge of a half-edge must not collapse before its surroundings change.
+    pub fn refuse(&self, edge: &Edge) {
+        self.set_cost(edge.corner, -edge.cost);
+        edge.ends.iter().for_each(|end| self.add_state(*end, REFUSED));
+    }
+
     fn add_state(&self, vertex: u32, state: u8) {
         let known = &self.state[vertex as usize];
         known.store(known.load(Relaxed) | state, Relaxed);
@@ -356,6 +405,12 @@ impl<const Q: usize> Decimation<Q> {
     /// Keeps what it costs to collapse a half-edge.
     pub fn set_cost(&self, corner: u32, cost: f32) {
         self.cost(corner).store(cost.to_bits(), Relaxed);
+    }
+
+    /// What it costs to collapse a half-edge, as it is kept.
+    #[inline(always)]
+    pub fn known_cost(&self, corner: u32) -> f32 {
+        f32::from_bits(self.cost(corner).load(Relaxed))
     }
 
     #[inline(always)]

@@ -1,5 +1,6 @@
 //! Where the vertex of a collapsed edge goes, and what that costs (Lindstrom, Turk 1998, memoryless).
 
+use glam::Vec4;
 use relievo_core::simd::Arithmetic;
 
 /// Edges that are placed together.
@@ -51,6 +52,22 @@ impl Default for Batch {
             deviation: zero,
             added: [zero; 11],
         }
+    }
+}
+
+impl Batch {
+    /// Where the vertex of an edge goes, with its deviation, from its ends.
+    pub fn point(&self, lane: usize, [start, end]: [Vec4; 2]) -> Vec4 {
+        let mut point = match self.pinned[lane] {
+            pinned if pinned < 0.0 => start,
+            pinned if pinned > 0.0 => end,
+            _ => {
+                let [x, y, z] = self.place;
+                0.5 * (start + end) + Vec4::new(x[lane], y[lane], z[lane], 0.0)
+            }
+        };
+        point.w = self.deviation[lane];
+        point
     }
 }
 

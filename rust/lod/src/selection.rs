@@ -8,7 +8,7 @@
 use glam::{Vec4, Vec4Swizzles};
 use relievo_core::Context;
 
-use crate::connectivity::{Fan, NONE, SEAM, next, previous};
+use crate::connectivity::{Fan, NONE, OUTSIDE, SEAM, next, previous};
 use crate::decimation::{Decimation, Edge, normal};
 use crate::placement::{BATCH, Batch};
 use crate::progressive::Made;
@@ -18,7 +18,7 @@ const FINE: u32 = 21;
 /// So many parts as a power of two, that follow each other, become one for the edges that they leave.
 const JOINED: u32 = 2;
 /// What the edges of a vertex are taken to cost beside the collapse that made it, until a round looks at them.
-const DEARER: f32 = 2.0;
+pub const DEARER: f32 = 2.0;
 /// The squared cosine of the angle that a triangle may turn by.
 const TURN: f32 = 0.04;
 
@@ -237,15 +237,7 @@ impl<'a, const Q: usize> Selection<'a, Q> {
         Decimation::<Q>::place(context, batch);
         for (lane, (edge, fans)) in taken.drain(..).zip(fans).enumerate() {
             let [start, end] = edge.ends.map(|end| work.points[end as usize]);
-            let mut point = match batch.pinned[lane] {
-                pinned if pinned < 0.0 => start,
-                pinned if pinned > 0.0 => end,
-                _ => {
-                    let [x, y, z] = batch.place;
-                    0.5 * (start + end) + Vec4::new(x[lane], y[lane], z[lane], 0.0)
-                }
-            };
-            point.w = batch.deviation[lane];
+            let point = batch.point(lane, [start, end]);
             let before = found.normals.len();
             if work.keeps_sides(edge.corner, fans, point, &mut found.normals) {
                 // Around an edge that is refused nothing changes, so that it waits and lets others go first.
@@ -279,7 +271,7 @@ impl<const Q: usize> Decimation<Q> {
 
     /// Whether the surface stays what it is (link condition: Dey, Edelsbrunner, Guha, Nekhayev 1999), and its vertices
     /// keep the triangles they need.
-    fn keeps_surface(&self, corner: u32, fans: &[Fan; 2]) -> bool {
+    pub fn keeps_surface(&self, corner: u32, fans: &[Fan; 2]) -> bool {
         let mesh = &self.mesh;
         if fans.iter().any(Fan::is_full) {
             return false;
@@ -301,7 +293,12 @@ impl<const Q: usize> Decimation<Q> {
                 return false;
             }
             let opposite = mesh.vertex(previous(side));
-            let least = if mesh.flags[opposite as usize] & !SEAM != 0 { 1 } else { 3 };
+            let least = match mesh.flags[opposite as usize] & !SEAM {
+                0 => 3,
+                // With one elsewhere, and should other patches take some too, three are left.
+                flags if flags & OUTSIDE != 0 => 2,
+                _ => 1,
+            };
             if mesh.around(opposite).take(least + 1).count() <= least {
                 return false;
             }
@@ -310,7 +307,7 @@ impl<const Q: usize> Decimation<Q> {
     }
 
     /// Whether no triangle turns too far or vanishes. Puts the new normals of triangles into a list.
-    fn keeps_sides(&self, corner: u32, fans: &[Fan; 2], point: Vec4, normals: &mut Vec<(u32, Vec4)>) -> bool {
+    pub fn keeps_sides(&self, corner: u32, fans: &[Fan; 2], point: Vec4, normals: &mut Vec<(u32, Vec4)>) -> bool {
         let gone = [corner, self.mesh.mate(corner)].map(|side| side / 4);
         for spoke in fans.iter().flat_map(Fan::spokes) {
             let triangle = spoke.corner / 4;

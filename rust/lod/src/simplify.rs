@@ -1,14 +1,18 @@
 //! Simplification of triangle meshes: fewer triangles for nearly the same surface.
 //!
-//! Edges are collapsed in rounds (Grund, Derzapf, Guthe 2011; Derzapf, Grund, Guthe 2014, Section 3): each finds what
-//! collapses cost, and makes those of the cheapest fifth that do not touch each other, at the same time. Where a vertex
-//! goes and what that costs is found from the triangles as they are then (Lindstrom, Turk 1998): `placement.rs`.
-//! Results do not depend on the number of threads.
+//! Edges are collapsed patch by patch, in the order of their costs: `patches.rs`. With attributes, and for progressive
+//! meshes, whose collapses must not stand on each other more than they have to, that is done in rounds (Grund, Derzapf,
+//! Guthe 2011; Derzapf, Grund, Guthe 2014, Section 3): each finds what collapses cost, and makes those of the cheapest
+//! fifth that do not touch each other, at the same time. Where a vertex goes and what that costs is found from the
+//! triangles as they are then (Lindstrom, Turk 1998): `placement.rs`. Results do not depend on the number of threads.
 
+use glam::Vec4;
 use relievo_core::{Context, Error, Progress, Result};
 
 use crate::connectivity::NONE;
 use crate::decimation::Decimation;
+use crate::patch::Pieces;
+use crate::patches;
 use crate::progressive::Recording;
 use crate::watched::watched;
 
@@ -72,7 +76,7 @@ pub struct Simplified {
 /// Triangles of a mesh at most: corners are counted in 32 bits, four a triangle.
 const MOST: usize = (u32::MAX / 4) as usize;
 /// Bytes of the structures for a triangle, with half a vertex.
-const BYTES: u64 = 150;
+const BYTES: u64 = 180;
 /// The share of edges that are considered in a round. More would be faster and take edges out of their order.
 const SHARE: f32 = 0.2;
 /// Costs beyond the limit of the last round, as a factor, up to which edges are looked at; so the limit rises no faster
@@ -94,11 +98,9 @@ pub fn simplify(
     check(context, points, triangles, options)?;
     let scale = unit(points);
     watched(context, progress, |progress| {
-        let mut work = Decimation::new(context, points, triangles, 1.0 / scale)?;
-        work.lock(&options.locked);
-        work.weigh(&options.factors, |point| point);
-        reduce(context, &mut work, triangles.len(), options.faces, options.error / scale, progress)?;
-        Ok(finish(&work, points, triangles, scale))
+        let pieces = Pieces::new(points, triangles, 1.0 / scale, options);
+        let left = patches::reduce(context, pieces, options.faces, options.error / scale, progress)?;
+        Ok(finish(left, points, triangles, scale))
     })
 }
 
@@ -140,7 +142,7 @@ pub fn check_memory(context: &Context, triangles: usize, more: u64) -> Result<()
     Ok(())
 }
 
-/// Collapses edges until a mesh has `faces` triangles, or none is left that deviates by at most `error`.
+/// Collapses edges in rounds until a mesh has `faces` triangles, or none is left that deviates by at most `error`.
 pub fn reduce<const Q: usize>(
     context: &Context,
     work: &mut Decimation<Q>,
@@ -149,6 +151,7 @@ pub fn reduce<const Q: usize>(
     error: f32,
     progress: &mut dyn Progress,
 ) -> Result<()> {
+    work.parts = work.mesh.parts(context);
     let mut plan = Plan { share: SHARE, known: 0.0, ahead: f32::INFINITY };
     while work.live > faces && !work.recording.as_ref().is_some_and(Recording::is_full) {
         let done = (before - work.live) as f32 / (before - faces) as f32;
@@ -200,14 +203,18 @@ impl Plan {
 }
 
 /// The triangles that are left, and their points, in the order of the input, with those that no triangle had before.
-fn finish(work: &Decimation, before: &[[f32; 3]], triangles: &[[u32; 3]], scale: f32) -> Simplified {
+fn finish(
+    (left, points): (Vec<[u32; 3]>, Vec<Vec4>),
+    before: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+    scale: f32,
+) -> Simplified {
     let mut lonely = vec![true; before.len()];
     triangles.as_flattened().iter().for_each(|vertex| lonely[*vertex as usize] = false);
-    let (left, points) = work.left();
     let mut numbers = vec![NONE; points.len()];
     left.as_flattened().iter().for_each(|vertex| numbers[*vertex as usize] = 0);
     let mut made = Simplified { points: Vec::with_capacity(points.len()), triangles: left, error: 0.0 };
-    for (number, point) in numbers.iter_mut().zip(points).filter(|(number, _)| **number == 0) {
+    for (number, point) in numbers.iter_mut().zip(&points).filter(|(number, _)| **number == 0) {
         *number = made.points.len() as u32;
         made.points.push((point.truncate() * scale).to_array());
         made.error = made.error.max(point.w * scale);

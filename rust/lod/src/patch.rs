@@ -1,0 +1,326 @@
+//! A part of a mesh whose edges are collapsed one after the other, in the order of the magnitudes of their costs.
+//!
+//! A patch has a copy of its triangles. Vertices of triangles that are elsewhere too stay where they are, and so do those
+//! ends of edges that lead to them: what is around all others is known here, and nobody else changes it.
+//!
+//! Costs are found when a patch is made, and again when their edges' turn has come (lazily: Cohen, Manocha, Olano 1997);
+//! those that have risen wait for another turn.
+
+use glam::Vec4;
+use relievo_core::{Context, Result};
+
+use crate::connectivity::{FIXED, Fan, NONE, OUTSIDE, next, previous};
+use crate::decimation::{Decimation, Edge};
+use crate::placement::{BATCH, Batch};
+use crate::queue::{Queue, magnitude};
+use crate::selection::DEARER;
+use crate::wedges::Wedges;
+
+/// Magnitudes by which a cost may have risen for its edge to collapse all the same.
+const RISE: usize = 1;
+
+/// A mesh in pieces: triangles with their numbers in the input, and what is known of all vertices of the input.
+pub struct Pieces<'a> {
+    pub input: &'a [[u32; 3]],
+    /// Vertices and numbers of the triangles that are left; none while all of the input are.
+    pub left: Option<Vec<[u32; 4]>>,
+    /// Place and deviation of every vertex.
+    pub points: Vec<Vec4>,
+    /// What costs at vertices are multiplied by, if not by 1.
+    pub factors: Vec<f32>,
+    pub is_locked: Vec<bool>,
+    /// Corners at every vertex.
+    pub valences: Vec<u32>,
+}
+
+/// A patch.
+pub struct Patch {
+    work: Decimation,
+    /// Numbers of vertices and triangles in the input.
+    vertices: Vec<u32>,
+    triangles: Vec<u32>,
+    queue: Queue,
+    /// The largest deviation.
+    error: f32,
+    batch: Batch,
+    taken: Vec<Edge>,
+    fans: [Fan; 2],
+    normals: Vec<(u32, Vec4)>,
+}
+
+/// Numbers of vertices in the order in which they are first met.
+struct Numbers {
+    /// Number there and here at a place that follows from the former, or after others that are there.
+    slots: Vec<[u32; 2]>,
+    met: Vec<u32>,
+}
+
+impl Numbers {
+    /// Of so many vertices at most.
+    fn new(most: usize) -> Self {
+        Self { slots: vec![[NONE; 2]; (most + most / 4 + 1).next_power_of_two()], met: Vec::with_capacity(most / 6) }
+    }
+
+    #[inline(always)]
+    fn number(&mut self, vertex: u32) -> u32 {
+        let mask = self.slots.len() - 1;
+        let mut at = vertex.wrapping_mul(0x9e37_79b1).rotate_right(16) as usize & mask;
+        loop {
+            let slot = &mut self.slots[at];
+            if slot[0] == NONE {
+                *slot = [vertex, self.met.len() as u32];
+                self.met.push(vertex);
+            }
+            if slot[0] == vertex {
+                return slot[1];
+            }
+            at = (at + 1) & mask;
+        }
+    }
+}
+
+impl Pieces<'_> {
+    /// The vertices and the number of a triangle.
+    #[inline(always)]
+    pub fn triangle(&self, at: usize) -> [u32; 4] {
+        match &self.left {
+            Some(left) => left[at],
+            None => {
+                let [a, b, c] = self.input[at];
+                [a, b, c, at as u32]
+            }
+        }
+    }
+}
+
+impl Patch {
+    /// Of those of the triangles that are in a list, for vertices that deviate by at most `error`.
+    pub fn new(context: &Context, pieces: &Pieces, list: &[u32], error: f32) -> Result<Self> {
+        let mut numbers = Numbers::new(3 * list.len());
+        let triangle = |at: &u32| pieces.triangle(*at as usize);
+        let own: Vec<[u32; 3]> =
+            list.iter().map(triangle).map(|[a, b, c, _]| [a, b, c].map(|it| numbers.number(it))).collect();
+        let vertices = numbers.met;
+        let points = vertices.iter().map(|vertex| pieces.points[*vertex as usize]).collect();
+        let mut work = Decimation::of(context, points, &own, Wedges::none(vertices.len()))?;
+        let is_locked = (0..).zip(&vertices).filter(|(_, vertex)| pieces.is_locked[**vertex as usize]);
+        work.lock(&is_locked.map(|(own, _)| own).collect::<Vec<_>>());
+        let factors: Vec<f32> =
+            vertices.iter().filter_map(|vertex| pieces.factors.get(*vertex as usize)).copied().collect();
+        work.weigh(&factors, |own| own);
+        for (own, vertex) in (0..).zip(&vertices) {
+            if work.mesh.valence(own) as u32 != pieces.valences[*vertex as usize] {
+                work.mesh.flags[own as usize] |= OUTSIDE;
+            }
+        }
+        let mut made = Self {
+            work,
+            vertices,
+            triangles: list.iter().map(triangle).map(|[.., number]| number).collect(),
+            queue: Queue::default(),
+            error,
+            batch: Batch::default(),
+            taken: Vec::with_capacity(BATCH),
+            fans: Default::default(),
+            normals: Vec::new(),
+        };
+        made.find_costs(context);
+        Ok(made)
+    }
+
+    /// How many half-edges wait, of each magnitude.
+    pub fn waiting(&self) -> impl Iterator<Item = usize> {
+        self.queue.counts()
+    }
+
+    /// Finds all costs.
+    fn find_costs(&mut self, context: &Context) {
+        let is_inner = |work: &Decimation, vertex: u32| work.mesh.flags[vertex as usize] & OUTSIDE == 0;
+        for vertex in 0..self.vertices.len() as u32 {
+            if is_inner(&self.work, vertex) {
+                self.work.renew_star(vertex);
+            }
+        }
+        for triangle in 0..self.triangles.len() as u32 {
+            for corner in 4 * triangle..4 * triangle + 3 {
+                if self.work.known_cost(corner) == f32::INFINITY {
+                    continue;
+                }
+                let ends = [corner, next(corner)].map(|at| self.work.mesh.vertex(at));
+                if ends.iter().all(|end| is_inner(&self.work, *end)) {
+                    self.work.gather(&Edge { cost: 0.0, corner, ends }, &mut self.batch, self.taken.len());
+                    self.taken.push(Edge { cost: 0.0, corner, ends });
+                } else {
+                    self.work.set_cost(corner, f32::INFINITY);
+                }
+                if self.taken.len() == BATCH {
+                    self.add(context);
+                }
+            }
+        }
+        self.add(context);
+    }
+
+    /// Finds the costs of the edges of the batch.
+    fn add(&mut self, context: &Context) {
+        let Self { work, batch, queue, .. } = self;
+        Decimation::<0>::place(context, batch);
+        for (lane, edge) in self.taken.drain(..).enumerate() {
+            let cost = batch.cost[lane];
+            if batch.deviation[lane] <= self.error && cost < f32::INFINITY {
+                work.set_cost(edge.corner, cost);
+                queue.push(edge.corner, cost);
+            } else {
+                work.refuse(&edge);
+            }
+        }
+    }
+
+    /// Collapses edges of magnitudes up to `most`, until so many triangles are gone. One more may go if it `may_exceed`.
+    /// Returns how many did.
+    pub fn run(&mut self, context: &Context, most: usize, quota: usize, may_exceed: bool) -> usize {
+        let mut removed = 0;
+        while removed < quota {
+            while self.taken.len() < BATCH
+                && let Some((corner, turn)) = self.queue.pop(most)
+            {
+                let cost = self.work.known_cost(corner);
+                // Whose triangle is gone, and what is refused, waits no more.
+                if cost.is_sign_positive() && cost < f32::INFINITY {
+                    if magnitude(cost) > turn {
+                        self.queue.push(corner, cost);
+                    } else {
+                        let ends = [corner, next(corner)].map(|at| self.work.mesh.vertex(at));
+                        ends.iter().for_each(|end| self.work.renew_star(*end));
+                        let edge = Edge { cost, corner, ends };
+                        self.work.gather(&edge, &mut self.batch, self.taken.len());
+                        self.taken.push(edge);
+                    }
+                }
+            }
+            if self.taken.is_empty() {
+                break;
+            }
+            Decimation::<0>::place(context, &mut self.batch);
+            let mut is_over = false;
+            for lane in 0..self.taken.len() {
+                let edge = self.taken[lane];
+                if self.work.known_cost(edge.corner).to_bits() != edge.cost.to_bits() {
+                    continue;
+                }
+                let going = 1 + usize::from(self.work.mesh.mate(edge.corner) != NONE);
+                let is_more = removed + going > quota && !(may_exceed && removed < quota);
+                if is_more || edge.ends.iter().any(|end| self.work.is_stale(*end)) {
+                    is_over |= is_more;
+                    self.queue.push(edge.corner, edge.cost);
+                } else if self.decide(&edge, lane) {
+                    removed += going;
+                }
+            }
+            self.taken.clear();
+            if is_over {
+                break;
+            }
+        }
+        self.work.live -= removed;
+        removed
+    }
+
+    /// Collapses an edge of the batch, or has it wait. Returns whether it is gone.
+    fn decide(&mut self, edge: &Edge, lane: usize) -> bool {
+        let Self { work, queue, batch, fans, normals, .. } = self;
+        let cost = batch.cost[lane];
+        if !(batch.deviation[lane] <= self.error && cost < f32::INFINITY) {
+            work.refuse(edge);
+            return false;
+        }
+        if magnitude(cost) > magnitude(edge.cost) + RISE {
+            work.set_cost(edge.corner, cost);
+            queue.push(edge.corner, cost);
+            return false;
+        }
+        for (end, fan) in edge.ends.into_iter().zip(&mut *fans) {
+            work.mesh.fan(end, fan);
+        }
+        let point = batch.point(lane, edge.ends.map(|end| work.points[end as usize]));
+        normals.clear();
+        if !work.keeps_surface(edge.corner, fans) || !work.keeps_sides(edge.corner, fans, point, normals) {
+            work.refuse(edge);
+            return false;
+        }
+        self.collapse(edge, point, cost);
+        true
+    }
+
+    /// Collapses an edge; what is around it is in the fans, and normals of triangles are found.
+    fn collapse(&mut self, edge: &Edge, point: Vec4, cost: f32) {
+        let Self { work, queue, fans, normals, .. } = self;
+        let [kept, gone] = edge.ends.map(|end| end as usize);
+        work.points[kept] = point;
+        work.join_factors(kept, gone);
+        work.mesh.flags[kept] |= work.mesh.flags[gone];
+        normals.iter().for_each(|(triangle, normal)| work.normals[*triangle as usize] = *normal);
+        let mut merged = [(NONE, f32::INFINITY); 2];
+        let sides = [edge.corner, work.mesh.mate(edge.corner)];
+        for (side, merged) in sides.into_iter().zip(&mut merged).filter(|(side, _)| *side != NONE) {
+            let inner = [next(side), previous(side)];
+            // Of two edges that become one a half-edge is left that may not have stood for either.
+            let outer = inner.map(|inner| work.mesh.mate(inner)).into_iter().find(|outer| *outer != NONE);
+            let least = inner.iter().map(|inner| work.known_cost(*inner).abs()).fold(f32::INFINITY, f32::min);
+            *merged = (outer.unwrap_or(NONE), least);
+            for gone in inner.into_iter().chain([side]) {
+                work.set_cost(gone, f32::INFINITY);
+            }
+        }
+        let start = work.mesh.grow_alone(normals.len() + 1);
+        work.mesh.collapse(edge.corner, start);
+        for (outer, least) in merged {
+            if outer != NONE && least < f32::INFINITY && work.known_cost(outer) == f32::INFINITY {
+                work.set_cost(outer, least);
+                queue.push(outer, least);
+            }
+        }
+        let mut retry = |work: &Decimation, vertex: u32, least: f32| {
+            for corner in work.mesh.around(vertex).flat_map(|corner| [corner, previous(corner)]) {
+                let known = work.known_cost(corner);
+                if known.is_sign_negative() {
+                    work.set_cost(corner, least.max(-known));
+                    queue.push(corner, least.max(-known));
+                } else if known < least {
+                    // It stays in its place, and is moved on when its turn has come there.
+                    work.set_cost(corner, least);
+                }
+            }
+        };
+        for vertex in fans.iter().flat_map(Fan::ring) {
+            if work.awake(vertex) {
+                retry(work, vertex, 0.0);
+            }
+        }
+        edge.ends.iter().for_each(|end| {
+            work.awake(*end);
+        });
+        retry(work, edge.ends[0], cost * DEARER);
+    }
+
+    /// Gives what is left back to the whole: triangles to a list.
+    pub fn give_back(&self, pieces: &mut Pieces, left: &mut Vec<[u32; 4]>) {
+        let mesh = &self.work.mesh;
+        for (own, vertex) in self.vertices.iter().enumerate() {
+            if mesh.flags[own] & OUTSIDE == 0 && !mesh.is_gone(own as u32) {
+                pieces.points[*vertex as usize] = self.work.points[own];
+                pieces.is_locked[*vertex as usize] = mesh.flags[own] & FIXED != 0;
+                if let Some(factor) = pieces.factors.get_mut(*vertex as usize) {
+                    *factor = self.work.factor(own);
+                }
+            }
+        }
+        for (own, number) in self.triangles.iter().enumerate() {
+            let triangle = mesh.triangle(own);
+            if triangle[0] != NONE {
+                let [a, b, c] = triangle.map(|vertex| self.vertices[vertex as usize]);
+                left.push([a, b, c, *number]);
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Simplification of a mesh in patches, each by one task and in memory that is near.
+//!
+//! All patches collapse what costs less than a limit, which rises step by step, so that edges of the whole mesh go in about
+//! the order of their costs. When the mesh has become much smaller it is cut into patches elsewhere, and what was
+//! between them has its turn. How it is cut, and what each patch may collapse, does not depend on threads.
+
+use glam::{Vec3, Vec4, Vec4Swizzles};
+use relievo_core::{Context, Progress, Result};
+
+use crate::order::{along_curve, by_number};
+use crate::patch::{Patch, Pieces};
+use crate::queue::MAGNITUDES;
+use crate::simplify::SimplifyOptions;
+
+/// Triangles of a patch at most.
+const PATCH: usize = 8192;
+/// The share of the triangles at which a mesh is cut anew.
+const AGAIN: f32 = 0.45;
+/// The share of the edges that wait whose turn comes in a step.
+const STEP: f32 = 0.6;
+/// Cuts in a row without a collapse after which there is nothing left to collapse.
+const IDLE: usize = 2;
+
+/// Collapses edges until there are `faces` triangles, or none is left that deviates by at most `error`. Returns the
+/// triangles that are left, in the order of the input, and all points.
+pub fn reduce(
+    context: &Context,
+    mut pieces: Pieces<'_>,
+    faces: usize,
+    error: f32,
+    progress: &mut dyn Progress,
+) -> Result<(Vec<[u32; 3]>, Vec<Vec4>)> {
+    let before = pieces.input.len();
+    let serial = Context::serial();
+    let bounds = bounds(&pieces.points);
+    let mut idle = 0;
+    let mut left = before;
+    for cut in 0.. {
+        if left <= faces || idle == IDLE {
+            break;
+        }
+        // Powers of the root of x⁴ = x + 1 fill a cube evenly (Roberts 2018).
+        let shift = Vec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5) * cut as f32;
+        let order = along_curve(context, &pieces, left, bounds, shift.fract());
+        pieces.count(left);
+        let size = left.div_ceil(left.div_ceil(PATCH));
+        let made = context.map(left.div_ceil(size), |patch| {
+            Patch::new(&serial, &pieces, &order[patch * size..left.min((patch + 1) * size)], error)
+        });
+        drop(order);
+        pieces.left = None;
+        let mut patches = made.into_iter().collect::<Result<Vec<_>>>()?;
+        let start = left;
+        let until = if patches.len() == 1 { 0 } else { (start as f32 * AGAIN) as usize };
+        while left > faces.max(until) {
+            progress.step((before - left) as f32 / (before - faces) as f32, "simplify")?;
+            let Some((limit, quotas)) = plan(context, &patches, left - faces) else { break };
+            let is_last = left - faces == 1;
+            let mut work: Vec<_> = patches.iter_mut().zip(quotas).map(|(patch, quota)| (patch, quota, 0)).collect();
+            context.for_each_mut(&mut work, |_, (patch, quota, gone)| {
+                *gone = patch.run(&serial, limit, *quota, is_last);
+            });
+            left -= work.iter().map(|(.., gone)| gone).sum::<usize>();
+        }
+        let mut given = Vec::with_capacity(left);
+        patches.iter().for_each(|patch| patch.give_back(&mut pieces, &mut given));
+        pieces.left = Some(given);
+        idle = match (left < start, patches.len()) {
+            (true, _) => 0,
+            (false, 1) => IDLE,
+            _ => idle + 1,
+        };
+    }
+    progress.step(1.0, "simplify")?;
+    Ok((by_number(&pieces, left), pieces.points))
+}
+
+/// The magnitude up to which edges have their turn in the next step, and how many triangles each patch may be rid of.
+/// `None` if no edge waits.
+fn plan(context: &Context, patches: &[Patch], surplus: usize) -> Option<(usize, Vec<usize>)> {
+    let counts = context.map(patches.len(), |patch| patches[patch].waiting().collect::<Vec<_>>());
+    let mut sums = [0; MAGNITUDES];
+    for counts in &counts {
+        sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+    }
+    let wanted = ((sums.iter().sum::<usize>() as f32 * STEP) as usize).max(1);
+    let mut ready = 0;
+    let limit = sums.iter().position(|count| {
+        ready += count;
+        ready >= wanted
+    })?;
+    let ready: Vec<usize> = counts.iter().map(|counts| counts[..=limit].iter().sum()).collect();
+    let all: usize = ready.iter().sum();
+    // Whole pairs of triangles, as most collapses are rid of; where there are too few, for those where most edges wait.
+    let pairs = |ready: usize| ready.min((surplus as u64 / 2 * ready as u64 / all as u64) as usize);
+    let mut quotas: Vec<usize> = ready.iter().map(|ready| 2 * pairs(*ready)).collect();
+    if quotas.iter().all(|quota| *quota == 0) {
+        let most = (0..ready.len()).rev().max_by_key(|patch| ready[*patch])?;
+        quotas[most] = surplus.min(2);
+    }
+    Some((limit, quotas))
+}
+
+/// The corners of a box round points.
+fn bounds(points: &[Vec4]) -> (Vec3, Vec3) {
+    points.iter().fold((Vec3::MAX, Vec3::MIN), |(low, high), point| (low.min(point.xyz()), high.max(point.xyz())))
+}
+
+impl<'a> Pieces<'a> {
+    /// Of a mesh whose indices are in range, with coordinates multiplied by `scale`.
+    pub fn new(points: &[[f32; 3]], input: &'a [[u32; 3]], scale: f32, options: &SimplifyOptions) -> Self {
+        let mut is_locked = vec![false; points.len()];
+        options.locked.iter().for_each(|vertex| is_locked[*vertex as usize] = true);
+        Self {
+            input,
+            left: None,
+            points: points.iter().map(|point| (Vec3::from(*point) * scale).extend(0.0)).collect(),
+            factors: options.factors.clone(),
+            is_locked,
+            valences: vec![0; points.len()],
+        }
+    }
+
+    /// Counts the corners at every vertex.
+    fn count(&mut self, triangles: usize) {
+        self.valences.fill(0);
+        for at in 0..triangles {
+            let [a, b, c, _] = self.triangle(at);
+            [a, b, c].into_iter().for_each(|vertex| self.valences[vertex as usize] += 1);
+        }
+    }
+}
