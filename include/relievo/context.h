@@ -87,10 +87,9 @@ typedef void (*RlvLog)(void *user, uint32_t level, const char *text);
  * or if the environment variable RELIEVO_SIMD names an instruction level this processor lacks.
  *
  * On a graphics device details are sculpted, painted and pressed into, and fade: no call takes another argument for it.
- * What a device does not do (imprints on triangle meshes that raise rims, or with vector displacement), the
- * processor does. Heights differ from the processor's by units in the last place of a half float, but for the few rays of
- * an imprint that graze a voxel. Where a device fails or has no room, the processor takes over and nothing is lost; the log
- * says so, and rlv_detail_device_fault. */
+ * What a device does not do, the processor does. Heights differ from the processor's by units in the last place of a half
+ * float, but for the few rays of an imprint that graze a voxel. Where a device fails or has no room, the processor takes
+ * over and nothing is lost; the log says so, and rlv_detail_device_fault. */
 RLV_API RlvResult rlv_context_create(const RlvContextOptions *options, RlvContext *out);
 
 RLV_API RlvResult rlv_context_retain(RlvContext context);

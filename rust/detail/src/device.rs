@@ -33,6 +33,7 @@ pub(crate) use dabs::{DeviceColor, Kind, OnDevice, edits_of, on_device, reports_
 pub(crate) use events::{DeviceValue, Edit, Returned};
 pub(crate) use imprint::{Batch, Imprinted, Standing};
 pub(crate) use link::{Link, MOST_LINKS};
+pub(crate) use meshes::DeviceMeshes;
 pub(crate) use state::DeviceObject;
 pub(crate) use triangle_brush::{TriangleBrush, TriangleStage};
 pub(crate) use triangle_imprint::{PressedValues, TriangleCast, TriangleChain, TriangleTarget};

@@ -8,11 +8,12 @@ use std::borrow::Borrow;
 use glam::{DAffine3, DVec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Progress, Result};
+use relievo_gpu::Device;
 use relievo_tiles::{Applied, Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
-use crate::device::{DeviceChain, Imprinted, TriangleChain};
+use crate::device::{DeviceChain, DeviceMeshes, Imprinted, TriangleChain};
 use crate::grid::Grid;
 use crate::ground::Ground;
 use crate::knots::block_edge;
@@ -145,7 +146,9 @@ impl Report {
 #[derive(Debug, Default)]
 pub struct Imprinter {
     pub(crate) voxels: Voxels,
-    /// What imprints on a graphics device share.
+    /// The meshes of colliders on a graphics device.
+    pub(crate) meshes: Option<(Device, DeviceMeshes)>,
+    /// What imprints on a graphics device share besides.
     pub(crate) chain: Option<DeviceChain>,
     /// The same of those on triangle meshes.
     pub(crate) triangles: Option<TriangleChain>,

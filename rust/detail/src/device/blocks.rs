@@ -183,6 +183,7 @@ pub(super) mod tests {
     use crate::device::chain::{DeviceChain, Target};
     use crate::device::cull::tests::object;
     use crate::device::link::Link;
+    use crate::device::meshes::DeviceMeshes;
     use crate::grid::Grid;
     use crate::imprint::{ImprintSettings, Imprinter};
     use crate::obb::Obb;
@@ -217,7 +218,7 @@ pub(super) mod tests {
         let begun = object.displacement().field().clone();
         let plain = ImprintSettings { max_displacement: 60_000.0, ..ImprintSettings::default() };
         let tight = ImprintSettings { share: 0.4, max_displacement: 0.15, depth_limit: 0.12, ..plain };
-        let mut chain = DeviceChain::new(&device).unwrap();
+        let (mut chain, mut meshes) = (DeviceChain::new(&device).unwrap(), DeviceMeshes::new(&device).unwrap());
         let (mut rays, mut apart, mut clamped) = (0, 0, 0);
         for (settings, start, roomy) in
             [(plain, None::<&Field>, false), (tight, Some(&begun), false), (plain, None, true)]
@@ -230,7 +231,7 @@ pub(super) mod tests {
             object.use_device(Some(&device)).unwrap();
             let mut state = object.device.take().unwrap();
             let mut target = [Target { state: &mut state, object: &object, start }];
-            let there = chain.run(&context, &mut target, &[&collider], &[link]).unwrap().pop().unwrap();
+            let there = chain.run(&context, &mut meshes, &mut target, &[&collider], &[link]).unwrap().pop().unwrap();
             // Of a grid that is larger than the collider, its box along the axes of the grid leaves some out.
             let fewer = if roomy { there.tiles < here.tiles } else { there.tiles <= here.tiles };
             assert!(fewer, "{} of {} tiles", there.tiles, here.tiles);

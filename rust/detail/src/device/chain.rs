@@ -50,7 +50,6 @@ const FEW: usize = 512;
 pub(crate) struct DeviceChain {
     device: Device,
     shared: Shared,
-    meshes: DeviceMeshes,
     voxels: Option<DeviceVoxels>,
     blocks: Option<DeviceBlocks>,
     smoothing: DeviceSmoothing,
@@ -99,7 +98,6 @@ impl DeviceChain {
         Ok(Self {
             device: device.clone(),
             shared: Shared::new(device)?,
-            meshes: DeviceMeshes::new(device)?,
             voxels: None,
             blocks: None,
             smoothing: DeviceSmoothing::new(device)?,
@@ -111,19 +109,15 @@ impl DeviceChain {
         })
     }
 
-    /// Whether it is on `device`.
-    pub fn is_on(&self, device: &Device) -> bool {
-        self.device.is_same(device)
-    }
-
     /// Makes the imprints `links` of `colliders`, each after those before it, in one submission. What is returned is in
-    /// their order; nothing is written into the objects.
+    /// their order; nothing is written into the objects. The colliders are brought to `meshes`.
     ///
     /// Fails, as a whole, where the device does, has no room, or cannot place the points of a collider, and for a collider
     /// that has two poses of its points at once.
     pub fn run(
         &mut self,
         context: &Context,
+        meshes: &mut DeviceMeshes,
         targets: &mut [Target<'_>],
         colliders: &[&Collider],
         links: &[Link],
@@ -140,10 +134,10 @@ impl DeviceChain {
         if !self.bends && moved.iter().any(|moved| moved.bent) {
             (self.bends, self.blocks, self.rims) = (true, None, None);
         }
-        let renewed = self.meshes.bring(&self.device, colliders)?;
+        meshes.bring(&self.device, colliders)?;
         let works = works(targets.len(), links);
         let (slots, slot_count) = slots(targets, links, &works);
-        let mut words = links.iter().map(|link| self.tell(link, targets, &slots)).collect::<Result<Vec<_>>>()?;
+        let mut words = links.iter().map(|link| tell(link, meshes, targets, &slots)).collect::<Result<Vec<_>>>()?;
         let (mut largest, mut tiles) = (0, 0);
         for (target, _) in targets.iter_mut().zip(&works).filter(|(_, works)| **works) {
             largest = target.state.prepare_work(target.object)?.max(largest);
@@ -156,7 +150,6 @@ impl DeviceChain {
         let of: Vec<usize> = links.iter().map(|link| link.target).collect();
         let batches = batches(&mut words, &of, most_voxels(&self.device))?;
         let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
-        let meshes = (&self.meshes, renewed);
         if DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)? {
             // What was bound is bound to the new ones.
             self.bind(self.blocks.as_ref().map_or([FEW, FEW, slot_count], DeviceBlocks::room))?;
@@ -215,18 +208,6 @@ impl DeviceChain {
         let (device, blocks) = (&self.device, self.blocks()?);
         let DeviceObject { tiles, ring, .. } = state;
         tiles.follow_with(device, ring, field, |frame, tiles| blocks.write(device, frame, tiles, &chosen)).map(drop)
-    }
-
-    /// What kernels are told of an imprint.
-    fn tell(&self, link: &Link, targets: &[Target<'_>], slots: &[Option<Slots>]) -> Result<Words> {
-        let target = &targets[link.target];
-        let ground = Ground {
-            transform: target.object.transform(),
-            tiles: target.object.surface().tile_count(),
-            started: target.begun().is_some(),
-            slots: slots[link.target],
-        };
-        Ok(Words::new(link, self.meshes.place(link.mesh)?, &ground))
     }
 
     /// Binds the tiles of those targets that are worked on to their blocks.
@@ -414,6 +395,18 @@ fn no_blocks() -> Error {
 
 fn no_voxels() -> Error {
     Error::internal("no room for voxels")
+}
+
+/// What kernels are told of an imprint.
+fn tell(link: &Link, meshes: &DeviceMeshes, targets: &[Target<'_>], slots: &[Option<Slots>]) -> Result<Words> {
+    let target = &targets[link.target];
+    let ground = Ground {
+        transform: target.object.transform(),
+        tiles: target.object.surface().tile_count(),
+        started: target.begun().is_some(),
+        slots: slots[link.target],
+    };
+    Ok(Words::new(link, meshes.place(link.mesh)?, &ground))
 }
 
 /// The targets whose tiles are worked on: those that several imprints meet, of which one or more are smoothed.

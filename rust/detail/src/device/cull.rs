@@ -251,7 +251,7 @@ pub(crate) mod tests {
         let place = meshes.place(collider.identity[0]).unwrap();
         let mut voxels = None;
         let room = VoxelRoom::default();
-        DeviceVoxels::prepare(&mut voxels, device, &shared, (&meshes, false), room).unwrap();
+        DeviceVoxels::prepare(&mut voxels, device, &shared, &meshes, room).unwrap();
         let worked = Buffer::new(device, "no blocks", 1).unwrap();
         let blocks = DeviceBlocks::new(device, &shared, &voxels.unwrap(), (&worked, [4096, 1, 1]), false).unwrap();
         let mut random = Random(3);

@@ -11,7 +11,9 @@ use relievo_tiles::Field;
 use super::chain::{DeviceChain, Target};
 use super::dabs::OnDevice;
 use super::link::Link;
+use super::meshes::DeviceMeshes;
 use super::state::DeviceObject;
+use super::triangle_imprint::TriangleChain;
 use crate::collider::Collider;
 use crate::grid::Grid;
 use crate::imprint::{Cast, ImprintSettings, Imprinter, Moment, Pressed, Report, grid_over};
@@ -274,12 +276,31 @@ impl Imprinter {
         self.cast_together(context, &mut [object], start, &[collider], &[link])?.pop()
     }
 
-    /// What imprints share on a device.
-    fn chain_on(&mut self, device: &Device) -> Result<&mut DeviceChain> {
-        if !self.chain.as_ref().is_some_and(|chain| chain.is_on(device)) {
-            self.chain = Some(DeviceChain::new(device)?);
+    /// What imprints share on a device, and the meshes of colliders there.
+    fn chain_on(&mut self, device: &Device) -> Result<(&mut DeviceChain, &mut DeviceMeshes)> {
+        let (meshes, chain, _) = self.turn_to(device)?;
+        if chain.is_none() {
+            *chain = Some(DeviceChain::new(device)?);
         }
-        self.chain.as_mut().ok_or_else(|| Error::internal("no room for imprints on a device"))
+        let chain = chain.as_mut().ok_or_else(|| Error::internal("no room for imprints on a device"))?;
+        Ok((chain, meshes))
+    }
+
+    /// The meshes of colliders on a device, and what imprints on tiles and on triangles have there besides, if anything. What
+    /// is on another one is given back.
+    #[allow(clippy::type_complexity)]
+    pub(crate) fn turn_to(
+        &mut self,
+        device: &Device,
+    ) -> Result<(&mut DeviceMeshes, &mut Option<DeviceChain>, &mut Option<TriangleChain>)> {
+        let meshes = match self.meshes.take().filter(|(on, _)| on.is_same(device)) {
+            Some(known) => self.meshes.insert(known),
+            None => {
+                (self.chain, self.triangles) = (None, None);
+                self.meshes.insert((device.clone(), DeviceMeshes::new(device)?))
+            }
+        };
+        Ok((&mut meshes.1, &mut self.chain, &mut self.triangles))
     }
 }
 
@@ -330,7 +351,8 @@ impl Imprinted for DisplacedObject {
         links: &[Link],
     ) -> Result<Vec<Cast>> {
         let mut targets: Vec<_> = objects.into_iter().map(|(state, object)| Target { state, object, start }).collect();
-        imprinter.chain_on(device)?.run(context, &mut targets, colliders, links)
+        let (chain, meshes) = imprinter.chain_on(device)?;
+        chain.run(context, meshes, &mut targets, colliders, links)
     }
 
     fn known(&self) {}

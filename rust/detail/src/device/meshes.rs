@@ -26,14 +26,16 @@ pub(super) struct Place {
     pub identity: u64,
 }
 
-/// Meshes on a device.
+/// Meshes on a device, which imprints on all kinds of surfaces share.
 #[derive(Debug)]
-pub(super) struct DeviceMeshes {
+pub(crate) struct DeviceMeshes {
     points: Buffer<[f32; 3]>,
     triangles: Buffer<[u32; 3]>,
     places: BTreeMap<u64, Place>,
     /// Points and triangles that are taken.
     used: [usize; 2],
+    /// How often there were other buffers.
+    generation: u64,
 }
 
 impl DeviceMeshes {
@@ -41,7 +43,12 @@ impl DeviceMeshes {
     pub fn new(device: &Device) -> Result<Self> {
         let points = Buffer::new(device, "colliders' points", 0)?;
         let triangles = Buffer::new(device, "colliders' triangles", 0)?;
-        Ok(Self { points, triangles, places: BTreeMap::new(), used: [0; 2] })
+        Ok(Self { points, triangles, places: BTreeMap::new(), used: [0; 2], generation: 0 })
+    }
+
+    /// Which buffers it has: another number than before where they are others.
+    pub fn generation(&self) -> u64 {
+        self.generation
     }
 
     /// Points in object space.
@@ -55,15 +62,15 @@ impl DeviceMeshes {
     }
 
     /// Where a mesh is that was brought to the device.
-    pub fn place(&self, mesh: u64) -> Result<&Place> {
+    pub(super) fn place(&self, mesh: u64) -> Result<&Place> {
         self.places.get(&mesh).ok_or_else(|| Error::internal("a collider that was not brought to the device"))
     }
 
-    /// Brings colliders to the device as they are. Returns whether its buffers are others now.
+    /// Brings colliders to the device as they are.
     ///
     /// Fails for a collider that is too large for kernels or has two poses of its points at once, and where the device has
     /// no room.
-    pub fn bring(&mut self, device: &Device, colliders: &[&Collider]) -> Result<bool> {
+    pub fn bring(&mut self, device: &Device, colliders: &[&Collider]) -> Result<()> {
         let mut wanted: BTreeMap<u64, &Collider> = BTreeMap::new();
         for collider in colliders {
             let [mesh, points] = collider.identity;
@@ -79,8 +86,7 @@ impl DeviceMeshes {
         };
         let missing = sum(&|mesh| self.places.contains_key(mesh));
         let capacity = [self.points.len(), self.triangles.len()];
-        let renewed = (0..2).any(|k| self.used[k] + missing[k] > capacity[k]);
-        if renewed {
+        if (0..2).any(|k| self.used[k] + missing[k] > capacity[k]) {
             // What others need is brought again when it is needed.
             let all = sum(&|_| false);
             let grown = |k: usize| (capacity[k] + all[k]).min(KEPT * all[k]).max(all[k]);
@@ -88,11 +94,9 @@ impl DeviceMeshes {
             self.used = [0; 2];
             self.points = Buffer::new(device, "colliders' points", grown(0))?;
             self.triangles = Buffer::new(device, "colliders' triangles", grown(1))?;
+            self.generation += 1;
         }
-        for (mesh, collider) in wanted {
-            self.write(device, mesh, collider)?;
-        }
-        Ok(renewed)
+        wanted.into_iter().try_for_each(|(mesh, collider)| self.write(device, mesh, collider))
     }
 
     /// Writes what the device lacks of a mesh, for which there is room.
@@ -149,9 +153,11 @@ mod tests {
         let make = || Collider::new(&context, points.clone(), triangles.clone(), DAffine3::IDENTITY).unwrap();
         let [mut ball, other, third] = [make(), make(), make()];
         let mut meshes = DeviceMeshes::new(&device).unwrap();
-        assert!(meshes.bring(&device, &[&ball, &ball.clone()]).unwrap());
-        assert!(meshes.bring(&device, &[&other]).unwrap());
-        assert!(!meshes.bring(&device, &[&ball, &other]).unwrap() || meshes.place(other.identity[0]).is_ok());
+        meshes.bring(&device, &[&ball, &ball.clone()]).unwrap();
+        meshes.bring(&device, &[&other]).unwrap();
+        assert_eq!(meshes.generation(), 2);
+        meshes.bring(&device, &[&ball, &other]).unwrap();
+        assert!(meshes.place(other.identity[0]).is_ok());
         let there = |meshes: &DeviceMeshes, collider: &Collider| {
             let mut frame = device.frame().unwrap();
             let place = meshes.place(collider.identity[0]).unwrap();

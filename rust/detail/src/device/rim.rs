@@ -411,6 +411,7 @@ mod tests {
     use crate::device::chain::{DeviceChain, Target};
     use crate::device::cull::tests::object;
     use crate::device::link::Link;
+    use crate::device::meshes::DeviceMeshes;
     use crate::imprint::Imprinter;
     use crate::obb::Obb;
     use crate::raycast::key;
@@ -441,8 +442,8 @@ mod tests {
         object.use_device(Some(&device)).unwrap();
         let mut state = object.device.take().unwrap();
         let mut target = [Target { state: &mut state, object: &object, start: None }];
-        let mut chain = DeviceChain::new(&device).unwrap();
-        let there = chain.run(&context, &mut target, &[&collider], &[link]).unwrap().pop().unwrap();
+        let (mut chain, mut meshes) = (DeviceChain::new(&device).unwrap(), DeviceMeshes::new(&device).unwrap());
+        let there = chain.run(&context, &mut meshes, &mut target, &[&collider], &[link]).unwrap().pop().unwrap();
         let told = there.volumes.unwrap();
         assert!(moved.len() > 8 && told.len() == moved.len(), "{} {}", told.len(), moved.len());
         for ((tile, a), (other, b)) in moved.iter().zip(&told) {

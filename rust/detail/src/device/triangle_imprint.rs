@@ -81,7 +81,6 @@ const FEW: usize = 512;
 pub(crate) struct TriangleChain {
     device: Device,
     shared: Shared,
-    meshes: DeviceMeshes,
     voxels: Option<DeviceVoxels>,
     records: Buffer<Record>,
     slots: Buffer<u32>,
@@ -121,7 +120,6 @@ impl TriangleChain {
         Ok(Self {
             device: device.clone(),
             shared: Shared::new(device)?,
-            meshes: DeviceMeshes::new(device)?,
             voxels: None,
             records: Buffer::new(device, "changed values", FEW)?,
             slots: Buffer::new(device, "values' slots", 1)?,
@@ -132,19 +130,15 @@ impl TriangleChain {
         })
     }
 
-    /// Whether it is on `device`.
-    pub fn is_on(&self, device: &Device) -> bool {
-        self.device.is_same(device)
-    }
-
     /// Makes the imprints `links` of `colliders`, each after those before it, in one submission. What is returned is in
-    /// their order; nothing is written into the objects.
+    /// their order; nothing is written into the objects. The colliders are brought to `meshes`.
     ///
     /// Fails, as a whole, where the device does, has no room, or cannot place the points of a collider, and for a collider
     /// that has two poses of its points at once.
     pub fn run(
         &mut self,
         context: &Context,
+        meshes: &mut DeviceMeshes,
         targets: &mut [TriangleTarget<'_>],
         colliders: &[&Collider],
         links: &[Link],
@@ -158,7 +152,7 @@ impl TriangleChain {
             let rises = links.iter().any(|link| link.target == index && link.rising.is_some());
             press.prepare(&self.device, smooths, rises)?;
         }
-        let renewed = self.meshes.bring(&self.device, colliders)?;
+        meshes.bring(&self.device, colliders)?;
         let (slots, slot_count) = slots(targets, links);
         if slot_count > self.slots.len() {
             self.slots = Buffer::new(&self.device, "values' slots", slot_count)?;
@@ -168,14 +162,14 @@ impl TriangleChain {
             let tiles = object.surface().topology().face_count();
             let ground =
                 Ground { transform: object.transform(), tiles, started: start.is_some(), slots: slots[link.target] };
-            Ok(Words::new(link, self.meshes.place(link.mesh)?, &ground))
+            Ok(Words::new(link, meshes.place(link.mesh)?, &ground))
         };
         let mut words = links.iter().map(tell).collect::<Result<Vec<_>>>()?;
         // Every imprint is a row of its own.
         let rows: Vec<usize> = (0..links.len()).collect();
         let batches = batches(&mut words, &rows, most_voxels(&self.device))?;
         let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
-        DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, (&self.meshes, renewed), room)?;
+        DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)?;
         let (places, place_count) = places(targets, links);
         let around = |(link, words): (&Link, &Words)| {
             let (rising, transform) = (link.rising?, targets[link.target].object.transform());
@@ -187,8 +181,8 @@ impl TriangleChain {
         let (mut taken, mut rim_room) = (0, rims.iter().any(Option::is_some).then_some(self.rim_room));
         let (told, records, moved) = loop {
             if smooths {
-                let meshes = targets.iter().filter_map(|target| target.press.as_ref()?.smoothed.as_ref());
-                self.smoothing.enlarge(&self.device, taken, meshes)?;
+                let smoothed = targets.iter().filter_map(|target| target.press.as_ref()?.smoothed.as_ref());
+                self.smoothing.enlarge(&self.device, taken, smoothed)?;
             }
             if let Some(room) =
                 rim_room.filter(|room| !self.rims.as_ref().is_some_and(|it| it.fits(*room, place_count)))

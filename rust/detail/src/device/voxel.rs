@@ -87,6 +87,8 @@ impl Work {
 #[derive(Debug)]
 pub(super) struct DeviceVoxels {
     room: VoxelRoom,
+    /// Which buffers of meshes it is bound to.
+    generation: u64,
     spans: Buffer<u32>,
     words: Buffer<u32>,
     snap: Work,
@@ -127,7 +129,8 @@ impl DeviceVoxels {
         let bound = [&[links, (Write, turns.wgpu()), (Read, shared.boxes.wgpu())], &to[..]].concat();
         let resolve = Work::new(device, ["imprint_resolve", "resolve"], &bound)?;
         let _kept = (corners, starts, turns);
-        Ok(Self { room, spans, words, snap, count, scan, arrange, cross, resolve, _kept })
+        let generation = meshes.generation();
+        Ok(Self { room, generation, spans, words, snap, count, scan, arrange, cross, resolve, _kept })
     }
 
     /// Makes room where there is not enough, and anew where the buffers of the meshes are. Returns whether there are other
@@ -136,11 +139,11 @@ impl DeviceVoxels {
         there: &mut Option<Self>,
         device: &Device,
         shared: &Shared,
-        (meshes, renewed): (&DeviceMeshes, bool),
+        meshes: &DeviceMeshes,
         room: VoxelRoom,
     ) -> Result<bool> {
         let old = match there.take() {
-            Some(voxels) if !renewed && room.fits(&voxels.room) => {
+            Some(voxels) if voxels.generation == meshes.generation() && room.fits(&voxels.room) => {
                 *there = Some(voxels);
                 return Ok(false);
             }
@@ -229,7 +232,7 @@ mod tests {
         let mut words = [Words::new(&link, &place, &ground)];
         let batches = batches(&mut words, &[0], 1 << 26).unwrap();
         let mut voxels = None;
-        assert!(DeviceVoxels::prepare(&mut voxels, device, &shared, (&meshes, false), batches[0].room).unwrap());
+        assert!(DeviceVoxels::prepare(&mut voxels, device, &shared, &meshes, batches[0].room).unwrap());
         let voxels = voxels.unwrap();
         let mut frame = device.frame().unwrap();
         shared.begin(device, &mut frame, &words).unwrap();
@@ -336,7 +339,7 @@ mod tests {
             assert_eq!([batches.len(), batches[0].waves.len()], wanted, "{batches:?}");
             let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
             let mut voxels = None;
-            DeviceVoxels::prepare(&mut voxels, &device, &shared, (&meshes, false), room).unwrap();
+            DeviceVoxels::prepare(&mut voxels, &device, &shared, &meshes, room).unwrap();
             let voxels = voxels.unwrap();
             let mut frame = device.frame().unwrap();
             shared.begin(&device, &mut frame, &words).unwrap();

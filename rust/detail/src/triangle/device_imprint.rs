@@ -13,7 +13,9 @@ use super::object::TriangleObject;
 use super::site::{Element, ElementEdit, values};
 use super::traces;
 use crate::collider::Collider;
-use crate::device::{Imprinted, Link, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget};
+use crate::device::{
+    DeviceMeshes, Imprinted, Link, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget,
+};
 use crate::grid::Grid;
 use crate::imprint::{ImprintSettings, Imprinter, Moment, Report};
 use crate::raycast::key;
@@ -38,15 +40,14 @@ impl Imprinter {
         casts?.pop().map(|cast| (cast, known))
     }
 
-    /// What imprints on triangle meshes share on a device.
-    fn triangle_chain_on(&mut self, device: &Device) -> Result<&mut TriangleChain> {
-        if self.triangles.as_ref().is_some_and(|chain| !chain.is_on(device)) {
-            self.triangles = None;
-        }
-        Ok(match &mut self.triangles {
+    /// What imprints on triangle meshes share on a device, and the meshes of colliders there.
+    fn triangle_chain_on(&mut self, device: &Device) -> Result<(&mut TriangleChain, &mut DeviceMeshes)> {
+        let (meshes, _, chain) = self.turn_to(device)?;
+        let chain = match chain {
             Some(chain) => chain,
             none => none.insert(TriangleChain::new(device)?),
-        })
+        };
+        Ok((chain, meshes))
     }
 }
 
@@ -109,7 +110,8 @@ impl Imprinted for TriangleObject {
             TriangleTarget { press, mesh, object, start }
         });
         let mut targets: Vec<_> = targets.collect();
-        imprinter.triangle_chain_on(device)?.run(context, &mut targets, colliders, links)
+        let (chain, meshes) = imprinter.triangle_chain_on(device)?;
+        chain.run(context, meshes, &mut targets, colliders, links)
     }
 
     fn known(&self) -> Known {

@@ -4,13 +4,13 @@ use glam::{DAffine3, DQuat, DVec3};
 use half::f16;
 use relievo_core::{Context, ErrorKind};
 use relievo_detail::{
-    Action, Collider, ImprintSettings, Imprinter, Moment, Motion, Pose, Report, SculptMode, StrokeSettings, Sweep,
-    TriangleObject,
+    Action, Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Motion, Pose, Report, SculptMode,
+    StrokeSettings, Sweep, TriangleObject,
 };
 use relievo_testing::device;
 use relievo_tiles::triangle::TriangleChannel;
 
-use crate::device_imprints::ball;
+use crate::device_imprints::{self, ball};
 use crate::device_triangle_vectors::bent;
 use crate::device_triangles::{object, pairs, stroke};
 
@@ -361,6 +361,39 @@ fn what_a_budget_refuses_and_coarser_blocks_end_a_submission_and_nothing_else_di
         (apart, moved) = (apart + differ, moved + count);
     }
     assert!(moved > 3_000 && apart * 10_000 < moved, "{apart} of {moved}");
+}
+
+#[test]
+fn surfaces_and_triangle_meshes_share_the_colliders_of_an_imprinter() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let make = || (object(&context, 16), device_imprints::object(&context, 32, device_imprints::transforms()[1]));
+    let [(mut here, mut tiled_here), (mut there, mut tiled_there)] = [make(), make()];
+    there.use_device(Some(&device)).unwrap();
+    tiled_there.use_device(Some(&device)).unwrap();
+    // The imprinter meets more of them with every frame, so that what it has of them is made anew.
+    let mut balls = [0.5, 0.7, 0.6, 0.4].map(|radius| ball(&context, radius));
+    let mut press = |mesh: &mut TriangleObject, tiled: &mut DisplacedObject| {
+        let mut imprinter = Imprinter::new();
+        for (frame, count) in [1, 2, 4, 3].into_iter().enumerate() {
+            for (pair, ball) in balls[..count].iter_mut().enumerate() {
+                let moment = Moment { frame: frame as u64, pair: pair as u32, ..Moment::default() };
+                ball.set_transform(place(mesh, pair as u32)).unwrap();
+                imprinter.imprint_triangles(&context, mesh, ball, &settings(), moment, None).unwrap();
+                ball.set_transform(device_imprints::place(tiled, pair as u32)).unwrap();
+                imprinter.imprint(&context, tiled, ball, &settings(), moment).unwrap();
+            }
+        }
+    };
+    press(&mut here, &mut tiled_here);
+    press(&mut there, &mut tiled_there);
+    assert!(there.take_device_fault().is_none() && tiled_there.take_device_fault().is_none());
+    let (apart, moved) = difference(&here, &there);
+    let fields = [&tiled_here, &tiled_there].map(|object| object.displacement().field());
+    let (tiled_apart, all) = device_imprints::difference(fields[0], fields[1]);
+    println!("{apart} of {moved} values and {tiled_apart} of {all} coefficients are more than one half apart");
+    assert!(moved > 300 && apart * 10_000 < moved, "{apart} of {moved}");
+    assert!(all > 3_000 && tiled_apart * 10_000 < all, "{tiled_apart} of {all}");
 }
 
 #[test]
