@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DQuat, DVec3};
 use relievo_core::{Context, Mesh, Result};
-use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Report};
-use relievo_surface::{Place, Surface, SurfaceOptions};
+use relievo_detail::{
+    Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Motion, Pose, Report, Sweep, TriangleObject,
+};
+use relievo_surface::{Place, Surface, SurfaceOptions, TriangleSurface};
+use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
 use relievo_tiles::{Displacement, DisplacementOptions};
 
 use crate::measure::seconds;
@@ -57,6 +60,11 @@ impl Contact {
         &self.cage
     }
 
+    /// The settings of imprints.
+    pub fn settings(&self) -> &ImprintSettings {
+        &self.settings
+    }
+
     /// The settings of the next imprints.
     pub fn settings_mut(&mut self) -> &mut ImprintSettings {
         &mut self.settings
@@ -103,6 +111,48 @@ impl Contact {
         })
     }
 
+    /// The cage as a triangle mesh without a dent, with so many segments along an edge.
+    pub fn mesh(&self, context: &Context, segments: u32) -> Result<TriangleObject> {
+        let surface = TriangleSurface::new(context, &self.cage)?;
+        let options = TriangleOptions { segments, budget: 1 << 34 };
+        let displacement = TriangleChannel::displacement(surface.topology().clone(), &options)?;
+        TriangleObject::new(context, surface, displacement, DAffine3::IDENTITY)
+    }
+
+    /// Presses balls into a triangle mesh of the cage at all `places`, a frame's pairs at once. Reports what the last one
+    /// did.
+    pub fn press_triangles(
+        &self,
+        context: &Context,
+        mesh: &mut TriangleObject,
+        places: &[Place],
+        settings: &ImprintSettings,
+    ) -> Result<Press> {
+        let mut colliders = vec![self.collider.clone(); places.len()];
+        let still = |(collider, place): (&mut Collider, &Place)| {
+            let pose = Pose::rigid(self.above(context, *place, false)?);
+            Motion::new(collider, pose.clone(), pose)
+        };
+        let motions = colliders.iter_mut().zip(places).map(still).collect::<Result<Vec<_>>>()?;
+        let sweeps = motions.iter().enumerate().map(|(by, motion)| Sweep {
+            into: 0,
+            by,
+            motion,
+            settings,
+            moment: Moment { pair: by as u32, ..Moment::default() },
+        });
+        let sweeps: Vec<_> = sweeps.collect();
+        let mut imprinter = Imprinter::new();
+        context.stats().take();
+        let mut reports = Ok(Vec::new());
+        let mut colliders: Vec<&mut Collider> = colliders.iter_mut().collect();
+        let sum = seconds(|| {
+            reports = imprinter.sweep_all_triangles(context, &mut [mesh], &mut colliders, &sweeps);
+        });
+        let report = reports?.into_iter().next_back().unwrap_or_default();
+        Ok(Press { stages: stages(context), sum, report })
+    }
+
     /// Where the ball is that is pressed in at `place`.
     fn above(&self, context: &Context, place: Place, again: bool) -> Result<DAffine3> {
         let sample = self.surface.sample(context.level(), place)?;
@@ -127,9 +177,14 @@ fn timed(
         report = work(object);
         object.commit()
     });
+    Ok(Press { stages: stages(context), sum, report: report? })
+}
+
+/// Seconds of every stage since stages were taken last.
+fn stages(context: &Context) -> BTreeMap<&'static str, f64> {
     let mut stages = BTreeMap::new();
     for event in context.stats().take() {
         *stages.entry(event.stage).or_default() += event.length.as_secs_f64();
     }
-    Ok(Press { stages, sum, report: report? })
+    stages
 }

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use relievo_core::{Context, Result};
+use relievo_detail::ImprintSettings;
 use relievo_gpu::{AdapterKind, Device, DeviceOptions};
 use relievo_surface::Place;
 
@@ -55,7 +56,52 @@ pub fn run(context: &Context, report: &mut Report, device: &Device) -> Result<()
         let tiles: Vec<u32> = frog_tiles(&frog).collect();
         scene(context, report, device, ("frog", runs, 0.25), &mut frog, &tiles, &FROG)?;
     }
-    submission(context, report, device, runs.max(15), &mut terrain, &tiles)
+    submission(context, report, device, runs.max(15), &mut terrain, &tiles)?;
+    triangles(context, report, device, runs, &terrain, &tiles)
+}
+
+/// Measures first contacts on the same surface as a triangle mesh: what the device does of one, all stages together, and of
+/// a frame's pairs, plain and with what rises and is smoothed.
+fn triangles(
+    context: &Context,
+    report: &mut Report,
+    device: &Device,
+    runs: usize,
+    contact: &Contact,
+    tiles: &[u32],
+) -> Result<()> {
+    let places: Vec<Place> = tiles.iter().map(|tile| Place::new(*tile, 0.5, 0.5)).collect();
+    let plain = *contact.settings();
+    let shaped = ImprintSettings { rim: 0.5, rim_width: 0.4, smoothing: 0.5, ..plain };
+    for (segments, name, settings, pairs) in [
+        (16, "one pair", &plain, 1),
+        (16, "8 pairs", &plain, PAIRS),
+        (64, "8 pairs", &plain, PAIRS),
+        (16, "8 pairs with rims, smoothed", &shaped, PAIRS),
+    ] {
+        let (mut on_device, mut all) = (Vec::new(), Vec::new());
+        // The first one warms up.
+        for run in 0..=runs {
+            let mut mesh = contact.mesh(context, segments)?;
+            mesh.use_device(Some(device))?;
+            let first = run * pairs % places.len().saturating_sub(pairs).max(1);
+            let made = contact.press_triangles(context, &mut mesh, &places[first..first + pairs], settings)?;
+            if let Some(fault) = mesh.take_device_fault() {
+                return Err(fault);
+            }
+            if run > 0 {
+                on_device.extend(made.stages.get("imprint.device.triangles").map(|time| 1e3 * time));
+                all.push(1e3 * made.sum);
+            }
+        }
+        let faces = 2 * contact.cage().face_count();
+        let case = format!("imprint on the device, {faces} triangles, {segments} segments, {name}");
+        if !on_device.is_empty() {
+            report.add(&format!("{case}: all stages"), &Sample::new(on_device), None, "ms", Goal::None);
+        }
+        report.add(&format!("{case}: with the way back"), &Sample::new(all), None, "ms", Goal::None);
+    }
+    Ok(())
 }
 
 /// Measures one scene in all tile sizes. Returns the sums of the last.
