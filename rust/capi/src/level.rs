@@ -457,7 +457,7 @@ entry! {
         present("out", out)?;
         let object = registry::get(level)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let options = unsafe { progressive::read_options(options, |point| Ok(point)) }?;
+        let options = unsafe { progressive::read_options(options, Ok) }?;
         let (context, mut progress) = (&object.context().context, HostProgress { callback: progress, user });
         let made = object.change(|mesh| mesh.rebuilt(context, &options, &mut progress))?;
         let made = progressive::register(object.context().clone(), made)?;
