@@ -1,24 +1,71 @@
-// import common
+// import group_sums
 // import imprint_link
-// The workgroups of the passes over all chunks of imprints whose winding numbers are there at once, from the sums of their
-// triangles' work.
+// Where the work of every workgroup of triangles begins, and from that the workgroups of the passes over all chunks of
+// imprints whose winding numbers are there at once. One workgroup does it, and begins the lists of what culling finds.
 
 // Units of 1,024 chunks that are too many to be counted.
 const MOST_UNITS: u32 = 1u << 21u;
 
-@group(0) @binding(1) var<storage, read> starts: array<u32>;
+const EACH: u32 = 8u;
+
+// How much every workgroup has, then what lies before it; one more than there are.
+@group(0) @binding(1) var<storage, read_write> sums: array<u32>;
 // Of the first imprint the number of chunks and the workgroups in x, y and z, and of each the same of its blocks.
 @group(0) @binding(2) var<storage, read_write> arguments: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> told: AllTold;
+// Of every imprint the number of listed tiles and the workgroups that take them.
+@group(0) @binding(4) var<storage, read_write> candidates: array<vec4<u32>>;
 
-// Where the work of imprint `link` and of those after it begins.
-fn start_of(link: u32) -> u32 {
-    return starts[links[link].first_work];
+// Where the workgroups of imprint `link` begin, and those after its last.
+fn first_of(link: u32) -> u32 {
+    return links[link].first_work / TRIANGLES;
 }
 
-@compute @workgroup_size(1)
-fn arrange() {
+fn end_of(link: u32) -> u32 {
+    return first_of(link) + (links[link].triangles + TRIANGLES - 1u) / TRIANGLES;
+}
+
+// Puts what lies before them in place of the first `count` sums, and the sum of all after them.
+fn sum_up(count: u32, local: u32) {
+    var before = 0u;
+    for (var base = 0u; base < count; base += EACH * GROUP) {
+        let first = base + local * EACH;
+        var own: array<u32, EACH>;
+        var sum = 0u;
+        for (var k = 0u; k < EACH; k++) {
+            if first + k < count {
+                own[k] = sums[first + k];
+            }
+            sum += own[k];
+        }
+        var lower = before + group_exclusive(sum, local);
+        before += partial[GROUP - 1u];
+        for (var k = 0u; k < EACH; k++) {
+            if first + k < count {
+                sums[first + k] = lower;
+            }
+            lower += own[k];
+        }
+        workgroupBarrier();
+    }
+    if local == 0u {
+        sums[count] = before;
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn arrange(@builtin(local_invocation_index) local: u32) {
     let end = step.link + step.count;
+    // Nothing is listed so far.
+    if local < step.count {
+        arguments[2u * (step.link + local) + 1u] = vec4(0u);
+        candidates[step.link + local] = vec4(0u);
+    }
+    sum_up(end_of(end - 1u), local);
+    storageBarrier();
+    if local != 0u {
+        return;
+    }
     var first = step.link;
     while first < end {
         var stop = first;
@@ -28,9 +75,8 @@ fn arrange() {
             units = select(units + own, MOST_UNITS, own >= MOST_UNITS || units >= MOST_UNITS);
             stop++;
         }
-        let last = links[stop - 1u];
         // Sums of words may wrap round, but not those of the imprints that are taken together.
-        var total = starts[last.first_work + last.triangles] - start_of(first);
+        var total = sums[end_of(stop - 1u)] - sums[first_of(first)];
         if units >= MOST_UNITS {
             for (var link = first; link < stop; link++) {
                 atomicOr(&told.links[link].faults, TOO_MUCH);

@@ -1,26 +1,37 @@
+// import group_sums
 // import imprint_facet
 // How much work every triangle is: the rows it covers times the chunks of columns it may cover in one. Workgroups of a row
-// take an imprint; one item more than there are triangles makes their sum that of all.
+// take an imprint, and each leaves where the work of its triangles begins in its own, and how much that is.
 
-@group(0) @binding(3) var<storage, read_write> counts: array<u32>;
+@group(0) @binding(3) var<storage, read_write> starts: array<u32>;
 @group(0) @binding(4) var<storage, read_write> told: AllTold;
+// Of every workgroup of all imprints, one after the other.
+@group(0) @binding(5) var<storage, read_write> sums: array<u32>;
+
+const EACH: u32 = TRIANGLES / GROUP;
 
 @compute @workgroup_size(GROUP)
 fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let link = step.link + group.y;
     work = links[link];
-    let triangle = group.x * GROUP + local;
-    if triangle > work.triangles {
-        return;
-    }
-    var items = 0u;
-    if triangle < work.triangles {
-        let f = facet(triangle);
+    let first = group.x * TRIANGLES + EACH * local;
+    var items: array<u32, EACH>;
+    var sum = 0u;
+    for (var k = 0u; k < EACH && first + k < work.triangles; k++) {
+        let f = facet(first + k);
         if f.turn != 0 {
             let rows = clipped_rows(f);
-            items = u32(rows.y - rows.x) * chunks(f);
-            atomicAdd(&told.links[link].work, (items + 1023u) >> 10u);
+            items[k] = u32(rows.y - rows.x) * chunks(f);
+            sum += items[k];
+            atomicAdd(&told.links[link].work, (items[k] + 1023u) >> 10u);
         }
     }
-    counts[work.first_work + triangle] = items;
+    var start = group_exclusive(sum, local);
+    for (var k = 0u; k < EACH && first + k < work.triangles; k++) {
+        starts[work.first_work + first + k] = start;
+        start += items[k];
+    }
+    if local == 0u && first < work.triangles {
+        sums[work.first_work / TRIANGLES + group.x] = partial[GROUP - 1u];
+    }
 }

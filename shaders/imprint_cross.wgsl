@@ -3,7 +3,9 @@
 // counts, at the first voxel whose centre is not below the triangle, by what the winding number changes. Sums of whole
 // numbers do not depend on the order they come in.
 
+// Where the work of every triangle begins in that of its workgroup, and where that begins.
 @group(0) @binding(3) var<storage, read> starts: array<u32>;
+@group(0) @binding(6) var<storage, read> sums: array<u32>;
 @group(0) @binding(4) var<storage, read> arguments: array<vec4<u32>>;
 // Of step z of column c at z times the columns plus c; one step more than there are voxels. Where they are narrow, of
 // steps 2z and, in the upper half, 2z + 1.
@@ -32,24 +34,36 @@ fn cross_columns(
     if item >= arguments[2u * step.link].x {
         return;
     }
-    let base = starts[links[step.link].first_work];
-    // The last imprint, and then its last triangle, that starts not after the item.
+    let base = sums[links[step.link].first_work / TRIANGLES];
+    // The last imprint, of that the last workgroup, and of that the last triangle, that starts not after the item.
     var low = step.link;
     var high = step.link + step.count;
     while high - low > 1u {
         let middle = (low + high) / 2u;
-        if starts[links[middle].first_work] - base <= item {
+        if sums[links[middle].first_work / TRIANGLES] - base <= item {
             low = middle;
         } else {
             high = middle;
         }
     }
     work = links[low];
+    let first_sum = work.first_work / TRIANGLES;
     low = 0u;
-    high = work.triangles;
+    high = (work.triangles + TRIANGLES - 1u) / TRIANGLES;
     while high - low > 1u {
         let middle = (low + high) / 2u;
-        if starts[work.first_work + middle] - base <= item {
+        if sums[first_sum + middle] - base <= item {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let in_group = item - (sums[first_sum + low] - base);
+    low = low * TRIANGLES;
+    high = min(low + TRIANGLES, work.triangles);
+    while high - low > 1u {
+        let middle = (low + high) / 2u;
+        if starts[work.first_work + middle] <= in_group {
             low = middle;
         } else {
             high = middle;
@@ -57,7 +71,7 @@ fn cross_columns(
     }
     var f = facet(low);
     let in_row = chunks(f);
-    let inner = item - (starts[work.first_work + low] - base);
+    let inner = in_group - starts[work.first_work + low];
     let row = clipped_rows(f).x + i32(inner / in_row);
     let first = f.columns.x + CHUNK * i32(inner % in_row);
     let end = min(first + CHUNK, f.columns.y);

@@ -1,4 +1,4 @@
-// import common
+// import group_sums
 // Exclusive prefix sums of u32 in three steps: the sum of every block, the prefix sums of those, the prefix sums within
 // every block. No invocation waits for another workgroup, as the decoupled look-back does: nothing promises that the
 // other one runs (Merrill, Garland 2016, Section 4.4, name the guarantee they need).
@@ -17,29 +17,11 @@ var<immediate> length: Length;
 const EACH: u32 = 8u;
 const BLOCK: u32 = GROUP * EACH;
 
-var<workgroup> partial: array<u32, GROUP>;
-
 fn count_of() -> u32 {
     if length.indirect == 0u {
         return length.count;
     }
     return min(length.count, lengths[length.indirect - 1u]);
-}
-
-/// The sum of what all lower invocations of the workgroup pass; `partial[GROUP - 1]` is then the sum of all.
-fn group_exclusive(own: u32, local: u32) -> u32 {
-    partial[local] = own;
-    workgroupBarrier();
-    for (var step = 1u; step < GROUP; step *= 2u) {
-        var lower = 0u;
-        if local >= step {
-            lower = partial[local - step];
-        }
-        workgroupBarrier();
-        partial[local] += lower;
-        workgroupBarrier();
-    }
-    return partial[local] - own;
 }
 
 @compute @workgroup_size(GROUP)

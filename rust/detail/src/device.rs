@@ -3,9 +3,11 @@
 //! The stages of an imprint (Schäfer et al. 2014, Sections 5 and 6) leave what the next one needs on the device, and
 //! where that is a number of items, it is the argument of an indirect dispatch: a frame's pairs can be one submission.
 
+mod batches;
 mod blocks;
 mod brush;
 mod chain;
+mod channels;
 mod cull;
 mod dabs;
 mod events;
@@ -17,8 +19,11 @@ mod memory;
 mod meshes;
 mod moved;
 mod rim;
+mod shared;
+mod slots;
 mod smear;
 mod smoothing;
+mod stages;
 mod state;
 mod still;
 mod triangle_brush;
@@ -29,7 +34,8 @@ mod triangle_smoothing;
 mod voxel;
 
 pub(crate) use chain::DeviceChain;
-pub(crate) use dabs::{DeviceColor, Kind, OnDevice, edits_of, on_device, reports_of, smudges_of};
+pub(crate) use channels::{DeviceColor, edits_of, smudges_of};
+pub(crate) use dabs::{Kind, OnDevice, on_device, reports_of};
 pub(crate) use events::{DeviceValue, Edit, Returned};
 pub(crate) use imprint::{Batch, Imprinted, Standing};
 pub(crate) use link::{Link, MOST_LINKS};

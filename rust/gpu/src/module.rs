@@ -35,6 +35,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("fade", include_str!("../../../shaders/fade.wgsl")),
     ("falloff", include_str!("../../../shaders/falloff.wgsl")),
     ("grid", include_str!("../../../shaders/grid.wgsl")),
+    ("group_sums", include_str!("../../../shaders/group_sums.wgsl")),
     ("halves", include_str!("../../../shaders/halves.wgsl")),
     ("imprint_arrange", include_str!("../../../shaders/imprint_arrange.wgsl")),
     ("imprint_box", include_str!("../../../shaders/imprint_box.wgsl")),

@@ -12,8 +12,8 @@ use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
 use super::cull::{LISTING, MEETING};
-use super::link::{Shared, step};
 use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
+use super::shared::{Shared, step};
 use super::voxel::DeviceVoxels;
 use crate::knots::BLOCK_KNOTS;
 
@@ -180,10 +180,11 @@ impl DeviceBlocks {
 #[cfg(test)]
 pub(super) mod tests {
     use crate::collider::Collider;
-    use crate::device::chain::{DeviceChain, Target};
+    use crate::device::chain::DeviceChain;
     use crate::device::cull::tests::object;
     use crate::device::link::Link;
     use crate::device::meshes::DeviceMeshes;
+    use crate::device::stages::Target;
     use crate::grid::Grid;
     use crate::imprint::{ImprintSettings, Imprinter};
     use crate::obb::Obb;

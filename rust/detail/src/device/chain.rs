@@ -9,38 +9,25 @@ use std::collections::BTreeMap;
 
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::{Device, Pass};
-use relievo_tiles::{DeviceTiles, Field};
+use relievo_gpu::Device;
+use relievo_tiles::Field;
 
+use super::batches::{Batch, batches, most_voxels};
 use super::blocks::{DeviceBlocks, Record};
-use super::link::{Batch, Ground, Link, MOST_LINKS, Shared, Slots, Told, Words, batches, most_voxels, parse};
+use super::link::{Ground, Link, MOST_LINKS, Slots, Words};
 use super::meshes::DeviceMeshes;
 use super::moved::Moved;
 use super::rim::{Around, DeviceRims, RimRoom, volumes};
-use super::smoothing::{BoundTiles, DeviceSmoothing, SLOTS};
+use super::shared::{Shared, Told, parse};
+use super::slots::{places, slots, works};
+use super::smoothing::{BoundTiles, DeviceSmoothing};
+use super::stages::{Stages, Target};
 use super::state::DeviceObject;
 use super::voxel::{DeviceVoxels, VoxelRoom};
 use crate::collider::Collider;
 use crate::imprint::Cast;
-use crate::knots::{BLOCK_KNOTS, block_edge};
-use crate::object::DisplacedObject;
+use crate::knots::BLOCK_KNOTS;
 use crate::raycast::{DentBlock, TileDents, unkey};
-
-/// An object that is imprinted on.
-#[derive(Debug)]
-pub(crate) struct Target<'a> {
-    pub state: &'a mut DeviceObject,
-    pub object: &'a DisplacedObject,
-    /// The displacement from which the depth limits count, if it is not what it is now.
-    pub start: Option<&'a Field>,
-}
-
-impl Target<'_> {
-    /// The displacement on the device from which the depth limits count, if it is not what it is now.
-    fn begun(&self) -> Option<&DeviceTiles> {
-        self.start.and_then(|_| self.state.begun())
-    }
-}
 
 /// Blocks that there is room for at first, and that are read back.
 const FEW: usize = 512;
@@ -61,35 +48,6 @@ pub(crate) struct DeviceChain {
     likely: usize,
     /// Where the blocks of the last submission are, by imprint, tile and block.
     kept: BTreeMap<(u32, u32, u32), u32>,
-}
-
-/// A stage of an imprint or, where it does not depend on others, of several.
-#[derive(Clone, Copy, Debug)]
-enum Stage<'a> {
-    /// What is found of a target first.
-    Measure(usize),
-    Voxelise(&'a Batch),
-    /// Of the row of imprints of one object that begins with this one.
-    Cull(usize),
-    Raycast(usize),
-    /// What an imprint changed, for those that follow.
-    Smooth(usize),
-    /// What is around an imprint before it is made, and what rises there afterwards.
-    Gather(usize),
-    Raise(usize),
-}
-
-impl Stage<'_> {
-    /// The name of its pass, where passes are timed.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Measure(_) | Self::Cull(_) => "imprint.device.cull",
-            Self::Voxelise(_) => "imprint.device.voxelise",
-            Self::Raycast(_) => "imprint.device.raycast",
-            Self::Smooth(_) => "imprint.device.smooth",
-            Self::Gather(_) | Self::Raise(_) => "imprint.device.rim",
-        }
-    }
 }
 
 impl DeviceChain {
@@ -254,48 +212,6 @@ impl DeviceChain {
         self.bind([0, 1, 2].map(grown))
     }
 
-    /// Records a stage.
-    fn record(
-        &self,
-        pass: &mut Pass<'_>,
-        stage: Stage<'_>,
-        (targets, (moved, bound)): (&[Target<'_>], (&[Moved], &[Option<BoundTiles>])),
-        links: &[Link],
-    ) -> Result<()> {
-        let (shared, voxels, blocks) = (&self.shared, self.voxels()?, self.blocks()?);
-        match stage {
-            Stage::Measure(target) => {
-                let state = &*targets[target].state;
-                state.culling()?.measure(pass, &state.surface, &state.tiles)
-            }
-            Stage::Voxelise(batch) => voxels.fill(pass, shared, batch),
-            Stage::Cull(link) => {
-                let state = &*targets[links[link].target].state;
-                state.culling()?.cull(pass, shared, blocks.listing(), &state.surface, link)
-            }
-            Stage::Raycast(link) => {
-                let Link { target: index, .. } = links[link];
-                let target = &targets[index];
-                let fields = (&moved[index], target.begun().unwrap_or(&target.state.tiles));
-                blocks.cast(pass, shared, &target.state.surface, fields, link)
-            }
-            Stage::Smooth(link) => {
-                let Link { target, smoothing: (_, passes), .. } = links[link];
-                let bound = bound[target].as_ref().ok_or_else(no_blocks)?;
-                self.smoothing.smooth(pass, (bound, &targets[target].state.ring), link, passes)
-            }
-            Stage::Gather(link) => {
-                let Link { target, .. } = links[link];
-                let state = &*targets[target].state;
-                self.rims()?.gather(pass, state.culling()?, (&state.surface, &moved[target]), link)
-            }
-            Stage::Raise(link) => {
-                let state = &*targets[links[link].target].state;
-                self.rims()?.raise(pass, (&state.surface, &state.tiles), link)
-            }
-        }
-    }
-
     /// Records and submits everything.
     fn submit(
         &mut self,
@@ -314,7 +230,9 @@ impl DeviceChain {
         if words.iter().any(Words::is_chained) {
             blocks.clear_slots(&mut frame);
         }
-        self.smoothing.clear(&mut frame);
+        if bound.iter().any(Option::is_some) {
+            self.smoothing.clear(&mut frame);
+        }
         for (target, _) in targets.iter().zip(bound).filter(|(_, bound)| bound.is_some()) {
             target.state.worked.as_ref().map_or(Ok(()), |worked| worked.clear(&mut frame))?;
         }
@@ -322,25 +240,18 @@ impl DeviceChain {
         if rising {
             self.rims()?.stages().begin(device, &mut frame, rims)?;
         }
-        let each = |link: usize| {
-            let (target, rises) = (links[link].target, rims[link].is_some());
-            let goes_on = bound[target].is_some() && links[link + 1..].iter().any(|link| link.target == target);
-            let before = rises.then_some(Stage::Gather(link)).into_iter();
-            let after = rises.then_some(Stage::Raise(link)).into_iter();
-            let smoothed = goes_on.then_some(Stage::Smooth(link));
-            before.chain([Stage::Cull(link), Stage::Raycast(link)]).chain(after).chain(smoothed)
+        let stages = Stages {
+            shared: &self.shared,
+            voxels: self.voxels()?,
+            blocks,
+            rims: self.rims.as_ref().filter(|_| rising),
+            smoothing: &self.smoothing,
+            targets,
+            links,
+            moved,
+            bound,
         };
-        let of_batch = |batch| std::iter::once(Stage::Voxelise(batch)).chain(batch.rows.iter().copied().flat_map(each));
-        let mut stages = (0..targets.len()).map(Stage::Measure).chain(batches.iter().flat_map(of_batch));
-        let on = (targets, (moved, bound));
-        if device.is_timed() {
-            let each = |stage: Stage<'_>| self.record(&mut frame.pass(stage.name()), stage, on, links);
-            stages.try_for_each(each)?;
-        } else {
-            // Every pass is a command buffer: those that nobody times are one.
-            let mut pass = frame.pass("imprint.device");
-            stages.try_for_each(|stage| self.record(&mut pass, stage, on, links))?;
-        }
+        stages.record(device, &mut frame, batches)?;
         let record_room = blocks.room()[1];
         let told = self.shared.read_told(&mut frame, links.len())?;
         let likely = self.likely.min(record_room);
@@ -389,14 +300,6 @@ struct Submitted {
     rim_room: Option<RimRoom>,
 }
 
-fn no_blocks() -> Error {
-    Error::internal("no room for blocks")
-}
-
-fn no_voxels() -> Error {
-    Error::internal("no room for voxels")
-}
-
 /// What kernels are told of an imprint.
 fn tell(link: &Link, meshes: &DeviceMeshes, targets: &[Target<'_>], slots: &[Option<Slots>]) -> Result<Words> {
     let target = &targets[link.target];
@@ -407,52 +310,6 @@ fn tell(link: &Link, meshes: &DeviceMeshes, targets: &[Target<'_>], slots: &[Opt
         slots: slots[link.target],
     };
     Ok(Words::new(link, meshes.place(link.mesh)?, &ground))
-}
-
-/// The targets whose tiles are worked on: those that several imprints meet, of which one or more are smoothed.
-fn works(targets: usize, links: &[Link]) -> Vec<bool> {
-    let own = |target| links.iter().filter(move |link| link.target == target);
-    let several = |target| own(target).count() > 1;
-    (0..targets).map(|target| several(target) && own(target).any(|link| link.smoothing.1 > 0)).collect()
-}
-
-/// Where the blocks of every target are noted that imprints change before others look at them: of targets that several
-/// imprints meet, or that rise. And how many such places there are.
-fn slots(targets: &[Target<'_>], links: &[Link], works: &[bool]) -> (Vec<Option<Slots>>, usize) {
-    let mut count = 0;
-    let each = targets.iter().enumerate().map(|(index, target)| {
-        let own = || links.iter().filter(|link| link.target == index);
-        if own().count() < 2 && own().all(|link| link.rising.is_none()) {
-            return None;
-        }
-        let field = target.object.displacement().field();
-        let stride = if works[index] { SLOTS } else { 2 + most_blocks(field) };
-        let base = count;
-        count += field.tile_count() * stride as usize;
-        Some(Slots { base: base as u32, stride })
-    });
-    (each.collect(), count.max(1))
-}
-
-/// Blocks of a tile at most.
-fn most_blocks(field: &Field) -> u32 {
-    let blocks = |tile| (field.size(tile) / block_edge(field.size(tile))).pow(2);
-    (0..field.tile_count() as u32).map(blocks).max().unwrap_or(1)
-}
-
-/// Where the blocks of every target are on which something rises, and how many a tile has. And how many there are.
-fn places(targets: &[Target<'_>], links: &[Link]) -> (Vec<[u32; 2]>, usize) {
-    let mut count = 0;
-    let each = targets.iter().enumerate().map(|(index, target)| {
-        if !links.iter().any(|link| link.target == index && link.rising.is_some()) {
-            return [0; 2];
-        }
-        let field = target.object.displacement().field();
-        let (base, blocks) = (count, most_blocks(field));
-        count += field.tile_count() * blocks as usize;
-        [base as u32, blocks]
-    });
-    (each.collect(), count)
 }
 
 /// What the imprints did, from what was read back.
@@ -495,4 +352,12 @@ fn casts(targets: &[Target<'_>], links: &[Link], told: &[Told], records: &[Recor
         });
     }
     all
+}
+
+fn no_blocks() -> Error {
+    Error::internal("no room for blocks")
+}
+
+fn no_voxels() -> Error {
+    Error::internal("no room for voxels")
 }

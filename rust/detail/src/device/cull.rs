@@ -12,7 +12,7 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, gr
 use relievo_surface::{DeviceSurface, SURFACE_GROUP};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
-use super::link::{Shared, step};
+use super::shared::{Shared, step};
 use crate::object::DisplacedObject;
 
 /// As in `imprint_cull.wgsl`.
@@ -165,8 +165,9 @@ pub(crate) mod tests {
     use crate::collider::Collider;
     use crate::cull;
     use crate::device::blocks::DeviceBlocks;
-    use crate::device::link::{Ground, Link, Shared, Words, parse};
+    use crate::device::link::{Ground, Link, Words};
     use crate::device::meshes::DeviceMeshes;
+    use crate::device::shared::{Shared, parse};
     use crate::device::voxel::{DeviceVoxels, VoxelRoom};
     use crate::grid::Grid;
     use crate::imprint::{ImprintSettings, compact};
@@ -271,6 +272,7 @@ pub(crate) mod tests {
             words[0].set_room([4096, 1, 0]);
             let mut commands = device.frame().unwrap();
             shared.begin(device, &mut commands, &words).unwrap();
+            shared.begin_lists(&mut commands);
             culling.measure(&mut commands.pass("ranges"), &surface, &fields).unwrap();
             culling.cull(&mut commands.pass("culling"), &shared, blocks.listing(), &surface, 0).unwrap();
             let ranges = commands.read(&culling._kept.0, 0..tiles).unwrap();

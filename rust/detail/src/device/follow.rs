@@ -4,7 +4,7 @@
 use relievo_core::{Context, Result};
 use relievo_tiles::{Field, Vector};
 
-use super::dabs::DeviceColor;
+use super::channels::DeviceColor;
 use super::state::DeviceObject;
 use crate::dab::DabReport;
 

@@ -8,10 +8,11 @@ use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_gpu::Device;
 use relievo_tiles::Field;
 
-use super::chain::{DeviceChain, Target};
+use super::chain::DeviceChain;
 use super::dabs::OnDevice;
 use super::link::Link;
 use super::meshes::DeviceMeshes;
+use super::stages::Target;
 use super::state::DeviceObject;
 use super::triangle_imprint::TriangleChain;
 use crate::collider::Collider;

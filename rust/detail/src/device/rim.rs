@@ -18,8 +18,9 @@ use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
 use super::blocks::{DeviceBlocks, Record};
 use super::cull::DeviceCull;
-use super::link::{MOST_LINKS, Shared, Words, parse, step};
+use super::link::{MOST_LINKS, Words};
 use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
+use super::shared::{Shared, parse, step};
 use super::voxel::DeviceVoxels;
 use crate::grid::Grid;
 use crate::imprint::ImprintSettings;
@@ -251,6 +252,7 @@ impl RimStages {
             words.set_room([pieces, 0, 0]);
             words
         });
+        self.around.begin_lists(frame);
         self.around.begin(device, frame, &words.collect::<Vec<_>>())
     }
 
@@ -408,10 +410,11 @@ mod tests {
     use super::*;
     use crate::collider::Collider;
     use crate::device::blocks::tests::changed;
-    use crate::device::chain::{DeviceChain, Target};
+    use crate::device::chain::DeviceChain;
     use crate::device::cull::tests::object;
     use crate::device::link::Link;
     use crate::device::meshes::DeviceMeshes;
+    use crate::device::stages::Target;
     use crate::imprint::Imprinter;
     use crate::obb::Obb;
     use crate::raycast::key;

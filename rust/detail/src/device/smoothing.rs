@@ -12,7 +12,8 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, Kernel
 use relievo_tiles::{BoundRing, DeviceRing, DeviceTiles, Field, WorkedBlocks};
 
 use super::blocks::DeviceBlocks;
-use super::link::{MOST_LINKS, Shared, step};
+use super::link::MOST_LINKS;
+use super::shared::{Shared, step};
 
 /// Slots of a tile, as in `imprint_link.wgsl`.
 pub(super) const SLOTS: u32 = 6;

@@ -7,8 +7,8 @@ use relievo_surface::DeviceSurface;
 use relievo_tiles::{DeviceRing, DeviceTiles, Field, Rgba8, Rgba16, Texel, Vector};
 
 use super::brush::{DeviceBrush, DeviceGround};
+use super::channels::DeviceColors;
 use super::cull::DeviceCull;
-use super::dabs::DeviceColors;
 use super::smoothing::WorkedTiles;
 use crate::ground::Ground;
 use crate::object::DisplacedObject;

@@ -12,10 +12,12 @@ use relievo_gpu::{Bindings, Buffer, Device, GROUP, Pass, groups};
 use relievo_surface::DeviceMesh;
 use relievo_tiles::triangle::TriangleField;
 
+use super::batches::{Batch, batches, most_voxels};
 use super::blocks::Record;
-use super::link::{Batch, Ground, Link, MOST_LINKS, Shared, Slots, Told, Words, batches, most_voxels, parse, step};
+use super::link::{Ground, Link, MOST_LINKS, Slots, Words};
 use super::meshes::DeviceMeshes;
 use super::rim::{Around, RimRoom, RimStages, volumes};
+use super::shared::{Shared, Told, parse, step};
 use super::triangle_press::{CASTING, CULLING, TrianglePress, parts};
 use super::triangle_rim::BoundRim;
 use super::triangle_smoothing::{Beside, BoundMesh, TriangleSmoothing};

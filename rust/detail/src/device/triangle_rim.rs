@@ -9,8 +9,8 @@ use relievo_surface::{DeviceMesh, MESH_GROUP};
 use relievo_tiles::triangle::{DeviceTriangles, TRIANGLES_GROUP};
 
 use super::blocks::Record;
-use super::link::{Shared, step};
 use super::rim::{RIM_GROUP, RIM_OWN, RimKernels, RimStages};
+use super::shared::{Shared, step};
 use super::voxel::DeviceVoxels;
 
 /// Imprints, triangles and their arguments, pieces and theirs, and what is told.

@@ -10,7 +10,8 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, Kernel
 use relievo_surface::{DeviceMesh, MESH_GROUP};
 use relievo_tiles::triangle::{DeviceTriangles, TRIANGLES_GROUP};
 
-use super::link::{MOST_LINKS, step};
+use super::link::MOST_LINKS;
+use super::shared::step;
 use crate::knots::BLOCK_KNOTS;
 
 /// Triangles that there is room for at first.

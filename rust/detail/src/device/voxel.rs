@@ -7,13 +7,17 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, Scan, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
 
-use super::link::{Batch, Shared, step};
+use super::batches::Batch;
 use super::meshes::DeviceMeshes;
+use super::shared::{Shared, step};
 
 /// Bits of a word on the device.
 const WORD: u32 = 32;
+
+/// Triangles whose work a workgroup finds, as in `imprint_link.wgsl`.
+const TRIANGLES: u32 = 1024;
 
 /// Columns that a ray may pass at most: a loop over them stays below the 65,535 iterations at which some devices stop,
 /// with room for the words of one column.
@@ -27,8 +31,8 @@ pub(super) const MOST_NARROW: u32 = i16::MAX as u32;
 pub(super) struct VoxelRoom(pub [usize; 5]);
 
 impl VoxelRoom {
-    /// What a grid needs, and a collider in it. Fails for a grid that is too wide.
-    pub fn of(points: u32, triangles: u32, [nx, ny, nz]: [u32; 3]) -> Result<Self> {
+    /// What a grid needs, and a collider of so many points and triangles in it. Fails for a grid that is too wide.
+    pub fn of([points, triangles]: [u32; 2], [nx, ny, nz]: [u32; 3]) -> Result<Self> {
         if nx + ny > MOST_PASSED {
             return Err(Error::unsupported(format!(
                 "{nx} × {ny} columns of voxels are too many for a graphics device"
@@ -39,7 +43,7 @@ impl VoxelRoom {
         let layers = if triangles <= MOST_NARROW { nz / 2 } else { nz };
         let turns = columns.saturating_mul(layers as usize + 1);
         let words = columns.saturating_mul(nz.div_ceil(WORD) as usize);
-        Ok(Self([points as usize, triangles as usize + 1, turns, columns, words]))
+        Ok(Self([points as usize, triangles.next_multiple_of(TRIANGLES) as usize, turns, columns, words]))
     }
 
     /// What both need together.
@@ -93,12 +97,12 @@ pub(super) struct DeviceVoxels {
     words: Buffer<u32>,
     snap: Work,
     count: Work,
-    scan: Scan,
     arrange: Work,
     cross: Work,
     resolve: Work,
-    /// Points on the lattice of 1/256 voxel, whose fourth numbers are unused; the triangles' work; winding numbers.
-    _kept: (Buffer<[i32; 4]>, Buffer<u32>, Buffer<i32>),
+    /// Points on the lattice of 1/256 voxel, whose fourth numbers are unused; the work of triangles and of workgroups of
+    /// them; winding numbers.
+    _kept: (Buffer<[i32; 4]>, [Buffer<u32>; 2], Buffer<i32>),
 }
 
 impl DeviceVoxels {
@@ -108,6 +112,7 @@ impl DeviceVoxels {
         let VoxelRoom([corners, items, changes, columns, words]) = room;
         let corners = Buffer::new(device, "colliders' corners", corners)?;
         let starts = Buffer::new(device, "triangles' work", items)?;
+        let sums = Buffer::new(device, "work of workgroups", items / TRIANGLES as usize + 1)?;
         let turns = Buffer::new(device, "winding numbers", changes)?;
         let spans = Buffer::new(device, "columns", columns)?;
         let words = Buffer::new(device, "voxels", words)?;
@@ -117,20 +122,20 @@ impl DeviceVoxels {
         let bound =
             [links, (Read, meshes.points().wgpu()), (Write, corners.wgpu()), told, (Write, shared.boxes.wgpu())];
         let snap = Work::new(device, ["imprint_snap", "snap"], &bound)?;
-        let bound = [links, mesh, indices, (Write, starts.wgpu()), told];
+        let bound = [links, mesh, indices, (Write, starts.wgpu()), told, (Write, sums.wgpu())];
         let count = Work::new(device, ["imprint_count", "count"], &bound)?;
-        let scan = Scan::new(device, &starts, &shared.told)?;
-        let bound = [links, (Read, starts.wgpu()), (Write, shared.arguments.wgpu()), told];
+        let [arguments, candidates] = [&shared.arguments, &shared.candidates].map(|it| (Write, it.wgpu()));
+        let bound = [links, (Write, sums.wgpu()), arguments, told, candidates];
         let arrange = Work::new(device, ["imprint_arrange", "arrange"], &bound)?;
         let reads = [links, mesh, indices, (Read, starts.wgpu()), (Read, shared.arguments.wgpu())];
-        let bound = [&reads[..], &[(Write, turns.wgpu())]].concat();
+        let bound = [&reads[..], &[(Write, turns.wgpu()), (Read, sums.wgpu())]].concat();
         let cross = Work::new(device, ["imprint_cross", "cross_columns"], &bound)?;
         let to = [(Write, words.wgpu()), (Write, spans.wgpu())];
         let bound = [&[links, (Write, turns.wgpu()), (Read, shared.boxes.wgpu())], &to[..]].concat();
         let resolve = Work::new(device, ["imprint_resolve", "resolve"], &bound)?;
-        let _kept = (corners, starts, turns);
+        let _kept = (corners, [starts, sums], turns);
         let generation = meshes.generation();
-        Ok(Self { room, generation, spans, words, snap, count, scan, arrange, cross, resolve, _kept })
+        Ok(Self { room, generation, spans, words, snap, count, arrange, cross, resolve, _kept })
     }
 
     /// Makes room where there is not enough, and anew where the buffers of the meshes are. Returns whether there are other
@@ -171,8 +176,7 @@ impl DeviceVoxels {
         let Batch { links, most: [points, triangles], .. } = batch;
         let count = links.len() as u32;
         self.snap.run(pass, links, [points.div_ceil(GROUP), count, 1])?;
-        self.count.run(pass, links, [(triangles + 1).div_ceil(GROUP), count, 1])?;
-        self.scan.run(pass, batch.room.0[1] as u32)?;
+        self.count.run(pass, links, [triangles.div_ceil(TRIANGLES), count, 1])?;
         self.arrange.run(pass, links, [1, 1, 1])?;
         for wave in &batch.waves {
             let Work { kernel, buffers } = &self.cross;
@@ -190,8 +194,10 @@ impl DeviceVoxels {
 mod tests {
     use super::*;
     use crate::collider::Collider;
-    use crate::device::link::{Ground, Link, Told, Words, batches, parse};
+    use crate::device::batches::batches;
+    use crate::device::link::{Ground, Link, Words};
     use crate::device::meshes::Place;
+    use crate::device::shared::{Told, parse};
     use crate::grid::Grid;
     use crate::imprint::ImprintSettings;
     use crate::obb::Obb;
