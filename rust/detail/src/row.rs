@@ -232,7 +232,7 @@ impl Imprinter {
         }
         let count = row.len();
         let mut reports = Vec::with_capacity(count);
-        let (mut asked, mut most) = (0, MOST_LINKS);
+        let (mut asked, mut most, mut worked) = (0, MOST_LINKS, false);
         while reports.len() < count {
             let done = reports.len();
             let fits = |index: &usize| {
@@ -245,10 +245,11 @@ impl Imprinter {
                 stopped = progress.step(asked as f32 / count as f32, "imprint");
                 asked += usize::from(stopped.is_ok());
             }
-            context.within(|| {
+            let uneven = context.within(|| {
+                let mut uneven = false;
                 let until = asked.min(done + wanted);
                 if until > done + 1 {
-                    let mut batch = Batch::default();
+                    let mut batch = Batch::new(worked);
                     for index in done..until {
                         let (into, settings, moment) = row.press(index);
                         let settings = *settings;
@@ -257,7 +258,7 @@ impl Imprinter {
                             break;
                         }
                     }
-                    self.submit(context, objects, start, &row.colliders(), &batch, &mut reports)?;
+                    uneven = self.submit(context, objects, start, &row.colliders(), &batch, &mut reports)?;
                 }
                 if reports.len() == done && asked > done {
                     let (into, settings, moment) = row.press(done);
@@ -265,12 +266,15 @@ impl Imprinter {
                     let collider = row.place(context, done)?;
                     reports.push(objects[into].press(context, self, collider, (&settings, moment), start)?);
                 }
-                Ok::<_, Error>(())
+                Ok::<_, Error>(uneven)
             })?;
             stopped?;
             let made = reports.len() - done;
-            // What ends a submission early is soon met again.
-            most = if made < wanted { made } else { (2 * most).min(MOST_LINKS) };
+            // What ends a submission early is soon met again: the next ones are shorter, or have the ring update between.
+            worked |= uneven;
+            if !uneven {
+                most = if made < wanted { made } else { (2 * most).min(MOST_LINKS) };
+            }
         }
         Ok(reports)
     }

@@ -33,6 +33,9 @@ pub(crate) trait Imprinted: Pressed + OnDevice {
     /// What a submission goes by besides that is known of one of its objects.
     type Known;
 
+    /// Whether a device can make what the ring update changes between imprints.
+    const RINGS: bool;
+
     fn field(&self) -> &Self::Field;
 
     /// Bytes of its blocks.
@@ -93,8 +96,8 @@ pub(crate) trait Imprinted: Pressed + OnDevice {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Standing<'a> {
     pub settings: &'a ImprintSettings,
-    /// Whether something is smoothed on its object.
-    pub smooths: bool,
+    /// Whether the device makes what smoothing and the ring update change on its object.
+    pub works: bool,
     /// Whether none on the same object follows.
     pub is_last: bool,
 }
@@ -121,9 +124,15 @@ struct Ready {
 pub(crate) struct Batch {
     all: Vec<Ready>,
     links: Vec<Link>,
+    worked: bool,
 }
 
 impl Batch {
+    /// Of no imprint so far; if it is `worked`, the ring update is made on the device between those on the same object.
+    pub fn new(worked: bool) -> Self {
+        Self { worked, ..Self::default() }
+    }
+
     /// Adds the imprint of a collider, where it is, on one of the objects; `false`, and nothing is added, if it is not
     /// for the device.
     pub fn add(
@@ -138,7 +147,7 @@ impl Batch {
         let grid = context.stats().time("imprint.obb", || grid_over(context, object, collider, settings, moment))?;
         if let Some(grid) = &grid {
             let Some(link) = Link::new(context, target, collider, grid, &settings.limits()) else { return Ok(false) };
-            self.links.push(link.smoothed(settings).raising(settings));
+            self.links.push(link.smoothed(settings).raising(settings).worked(self.worked));
         }
         let most = outwards(object.reach()[1], settings);
         self.all.push(Ready { target, settings: *settings, grid, most });
@@ -149,13 +158,15 @@ impl Batch {
     fn standing(&self, index: usize) -> Standing<'_> {
         let Ready { target, settings, .. } = &self.all[index];
         let there = |ready: &&Ready| ready.target == *target && ready.grid.is_some();
-        let smooths = self.all.iter().filter(there).any(|ready| ready.settings.smoothing > 0.0);
-        Standing { settings, smooths, is_last: !self.all[index + 1..].iter().any(|ready| there(&ready)) }
+        let mut own = self.all.iter().filter(there);
+        let works = self.worked && own.clone().count() > 1 || own.any(|ready| ready.settings.smoothing > 0.0);
+        Standing { settings, works, is_last: !self.all[index + 1..].iter().any(|ready| there(&ready)) }
     }
 }
 
 impl Imprinter {
-    /// Submits imprints together and adds the reports of those that stay: none where the device does not make them.
+    /// Submits imprints together and adds the reports of those that stay: none where the device does not make them. Returns
+    /// whether more would have, had the ring update been made on the device between them.
     pub(crate) fn submit<O: Imprinted>(
         &mut self,
         context: &Context,
@@ -164,19 +175,20 @@ impl Imprinter {
         colliders: &[&Collider],
         batch: &Batch,
         reports: &mut Vec<Report>,
-    ) -> Result<()> {
-        let Some(casts) = self.cast_together(context, objects, start, colliders, &batch.links) else { return Ok(()) };
+    ) -> Result<bool> {
+        let casts = self.cast_together(context, objects, start, colliders, &batch.links);
+        let Some(casts) = casts else { return Ok(false) };
         let first = reports.len();
-        self.take_up(context, objects, batch, casts, reports)?;
+        let uneven = self.take_up(context, objects, batch, casts, reports)?;
         let made = batch.all.iter().enumerate().zip(&reports[first..]).filter(|((_, ready), _)| ready.grid.is_some());
-        // What is smoothed is not what the device keeps.
+        // What is smoothed, or made by rings in between, is not what the device keeps.
         let made: Vec<(usize, &[u32])> = made
             .map(|((index, ready), report)| {
-                (ready.target, if batch.standing(index).smooths { &[][..] } else { &report.changed })
+                (ready.target, if batch.standing(index).works { &[][..] } else { &report.changed })
             })
             .collect();
         O::write_there(context, self, objects, &made);
-        Ok(())
+        Ok(uneven)
     }
 
     /// Makes `links` on the device of `objects`, those with one that is the first one's; `None` where it fails, which an
@@ -228,7 +240,7 @@ impl Imprinter {
     }
 
     /// Writes what imprints that were made together found, up to one after which others would have found something else,
-    /// or after which the boxes of others reach further.
+    /// or after which the boxes of others reach further. Returns whether it was what the ring update changed.
     fn take_up<O: Imprinted>(
         &mut self,
         context: &Context,
@@ -236,13 +248,13 @@ impl Imprinter {
         batch: &Batch,
         casts: Vec<O::Cast>,
         reports: &mut Vec<Report>,
-    ) -> Result<()> {
+    ) -> Result<bool> {
         let mut known: Vec<O::Known> = objects.iter().map(|object| object.known()).collect();
         let mut casts = casts.into_iter();
         for (index, ready) in batch.all.iter().enumerate() {
             let object = &mut *objects[ready.target];
             if outwards(object.reach()[1], &ready.settings) != ready.most {
-                break;
+                return Ok(false);
             }
             let mut report = Report { bytes: object.bytes(), sub_steps: 1, ..Report::default() };
             let mut stays = true;
@@ -250,14 +262,15 @@ impl Imprinter {
                 let cast = casts.next().ok_or_else(|| Error::internal("an imprint was not made"))?;
                 report.voxel_diagonal = grid.diagonal();
                 let (known, standing) = (&mut known[ready.target], batch.standing(index));
-                stays = object.finish(context, self, cast, known, standing, &mut report)? && report.refused.is_empty();
+                stays = object.finish(context, self, cast, known, standing, &mut report)?;
             }
+            let whole = report.refused.is_empty();
             reports.push(report);
-            if !stays {
-                break;
+            if !(stays && whole) {
+                return Ok(O::RINGS && whole);
             }
         }
-        Ok(())
+        Ok(false)
     }
 
     /// Culls, voxelises and casts rays on the object's device; `None` if the processor is to do it.
@@ -310,6 +323,8 @@ impl Imprinted for DisplacedObject {
     type Cast = Cast;
     type Known = ();
 
+    const RINGS: bool = true;
+
     fn field(&self) -> &Field {
         self.displacement().field()
     }
@@ -359,20 +374,20 @@ impl Imprinted for DisplacedObject {
     fn known(&self) {}
 
     /// Others would have found something else after one of which the budget refused tiles, or whose coefficients the ring
-    /// update changed, as it does where those of several tiles meet at an extraordinary vertex. Of objects on which
-    /// something is smoothed the device makes what the ring update does too.
+    /// update changed, as it does where those of several tiles meet at an extraordinary vertex. Of objects that are worked
+    /// on the device makes what the ring update does too.
     fn finish(
         &mut self,
         context: &Context,
         imprinter: &mut Imprinter,
         mut cast: Cast,
         _: &mut (),
-        Standing { settings, smooths, .. }: Standing<'_>,
+        Standing { settings, works, is_last }: Standing<'_>,
         report: &mut Report,
     ) -> Result<bool> {
         imprinter.finish(context, self, &mut cast, settings, report)?;
         let field = self.displacement().field();
-        Ok(smooths || cast.dents.iter().all(|dents| is_written(field, dents)))
+        Ok(works || is_last || cast.dents.iter().all(|dents| is_written(field, dents)))
     }
 
     fn write_there(context: &Context, imprinter: &mut Imprinter, objects: &mut [&mut Self], made: &[(usize, &[u32])]) {

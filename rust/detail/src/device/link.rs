@@ -34,6 +34,8 @@ pub(crate) struct Link {
     pub smoothing: (f32, u32),
     /// What it raises.
     pub rising: Option<Rising>,
+    /// Whether those after it on the same object start from what the ring update makes of it.
+    pub worked: bool,
 }
 
 /// Voxels from the grid within which kernels place points, less what rounding takes.
@@ -70,12 +72,18 @@ impl Link {
             lattice,
             smoothing: (0.0, 0),
             rising: None,
+            worked: false,
         }
     }
 
     /// The same on another of the targets.
     pub fn of_target(self, target: usize) -> Self {
         Self { target, ..self }
+    }
+
+    /// The same, with the ring update made on the device before the next one on the same object if it is `worked` on.
+    pub fn worked(self, worked: bool) -> Self {
+        Self { worked, ..self }
     }
 
     /// As an imprint of these settings, whose limits it has.

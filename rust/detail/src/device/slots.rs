@@ -7,11 +7,12 @@ use super::smoothing::SLOTS;
 use super::stages::Target;
 use crate::knots::block_edge;
 
-/// The targets whose tiles are worked on: those that several imprints meet, of which one or more are smoothed.
+/// The targets whose tiles are worked on: those that several imprints meet, of which one or more are smoothed or made with
+/// rings in between.
 pub(super) fn works(targets: usize, links: &[Link]) -> Vec<bool> {
     let own = |target| links.iter().filter(move |link| link.target == target);
     let several = |target| own(target).count() > 1;
-    (0..targets).map(|target| several(target) && own(target).any(|link| link.smoothing.1 > 0)).collect()
+    (0..targets).map(|target| several(target) && own(target).any(|link| link.smoothing.1 > 0 || link.worked)).collect()
 }
 
 /// Where the blocks of every target are noted that imprints change before others look at them: of targets that several

@@ -62,6 +62,8 @@ impl Imprinted for TriangleObject {
     type Cast = TriangleCast;
     type Known = Known;
 
+    const RINGS: bool = false;
+
     fn field(&self) -> &TriangleField {
         self.displacement().field()
     }
