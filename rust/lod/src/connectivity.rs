@@ -64,8 +64,8 @@ impl Part {
 /// The corners of a mesh.
 #[derive(Default)]
 pub struct Connectivity {
-    vertex: Vec<[AtomicU32; 4]>,
-    mate: Vec<[AtomicU32; 4]>,
+    vertex: Vec<[AtomicU32; 3]>,
+    mate: Vec<[AtomicU32; 3]>,
     /// The corners at vertices, [`NONE`] for those whose triangles are gone.
     corners: Vec<AtomicU32>,
     /// Where those of every vertex start, and how many they are.
@@ -84,6 +84,12 @@ pub fn next(corner: u32) -> u32 {
 #[inline(always)]
 pub fn previous(corner: u32) -> u32 {
     corner + if corner & 3 == 0 { 3 } else { 0 } - 1
+}
+
+/// The number of a corner in a list of all corners.
+#[inline(always)]
+fn slot(corner: u32) -> usize {
+    (corner - corner / 4) as usize
 }
 
 /// A corner, the vertex after it and the vertex before it.
@@ -148,9 +154,9 @@ impl Connectivity {
         let made = Self {
             vertex: context.map(triangles.len(), |triangle| {
                 let [a, b, c] = triangles[triangle];
-                [a, b, c, NONE].map(AtomicU32::new)
+                [a, b, c].map(AtomicU32::new)
             }),
-            mate: context.map(triangles.len(), |_| [NONE; 4].map(AtomicU32::new)),
+            mate: context.map(triangles.len(), |_| [NONE; 3].map(AtomicU32::new)),
             corners: corners.into_iter().map(AtomicU32::new).collect(),
             spans: spans.into_iter().map(|[start, end]| [start, end - start].map(AtomicU32::new)).collect(),
             flags: Vec::new(),
@@ -182,16 +188,10 @@ impl Connectivity {
         })
     }
 
-    /// The vertices of all triangles, [`NONE`] where one is gone, and the mates of their half-edges; the last of four
-    /// means nothing.
-    pub fn sides(&self) -> (&[[AtomicU32; 4]], &[[AtomicU32; 4]]) {
-        (&self.vertex, &self.mate)
-    }
-
     /// The vertex of a corner, [`NONE`] where the triangle is gone.
     #[inline(always)]
     pub fn vertex(&self, corner: u32) -> u32 {
-        self.vertex.as_flattened()[corner as usize].load(Relaxed)
+        self.vertex.as_flattened()[slot(corner)].load(Relaxed)
     }
 
     /// How many corners there are at a vertex, with those that went since they were looked at.
@@ -215,14 +215,14 @@ impl Connectivity {
     /// The vertices of a triangle.
     #[inline(always)]
     pub fn triangle(&self, triangle: usize) -> [u32; 3] {
-        let [a, b, c, _] = &self.vertex[triangle];
+        let [a, b, c] = &self.vertex[triangle];
         [a.load(Relaxed), b.load(Relaxed), c.load(Relaxed)]
     }
 
     /// The half-edge on the other side, if there is one.
     #[inline(always)]
     pub fn mate(&self, corner: u32) -> u32 {
-        self.mate.as_flattened()[corner as usize].load(Relaxed)
+        self.mate.as_flattened()[slot(corner)].load(Relaxed)
     }
 
     /// The corners at a vertex.
@@ -291,7 +291,7 @@ impl Connectivity {
         let sides = [corner, self.mate(corner)];
         let mut size = 0;
         for at in self.around(kept).chain(self.around(gone)) {
-            self.vertex.as_flattened()[at as usize].store(kept, Relaxed);
+            self.vertex.as_flattened()[slot(at)].store(kept, Relaxed);
             // What goes is not foreseen: no branch. Beyond the last one is room for another.
             self.corners[start + size].store(at, Relaxed);
             size += usize::from(sides.iter().all(|side| at / 4 != side / 4));
@@ -304,7 +304,7 @@ impl Connectivity {
             let (after, before) = (self.mate(next(side)), self.mate(previous(side)));
             for (one, other) in [(after, before), (before, after)] {
                 if one != NONE {
-                    self.mate.as_flattened()[one as usize].store(other, Relaxed);
+                    self.mate.as_flattened()[slot(one)].store(other, Relaxed);
                 }
             }
             let opposite = previous(side);
@@ -375,7 +375,7 @@ fn close(mesh: &Connectivity, vertex: u32) -> bool {
         (across[place], place) = (after, after);
     }
     for (corner, after) in corners.iter().zip(across).take(span.len()) {
-        mesh.mate.as_flattened()[*corner as usize].store(previous(corners[after]), Relaxed);
+        mesh.mate.as_flattened()[slot(*corner)].store(previous(corners[after]), Relaxed);
     }
     true
 }
@@ -418,7 +418,7 @@ impl Join {
                 [1, 1] => {
                     across[leave[0].1 as usize] = arrive[0].1;
                     let mate = previous(corners[arrive[0].1 as usize]);
-                    mesh.mate.as_flattened()[corners[leave[0].1 as usize] as usize].store(mate, Relaxed);
+                    mesh.mate.as_flattened()[slot(corners[leave[0].1 as usize])].store(mate, Relaxed);
                 }
                 [1, _] => flags |= BOUNDARY,
                 _ => {
@@ -440,12 +440,12 @@ impl Join {
 /// The numbers of the triangles that are kept.
 fn renumber(
     context: &Context,
-    list: &[[AtomicU32; 4]],
+    list: &[[AtomicU32; 3]],
     kept: &[u32],
     new: impl Fn(u32) -> u32 + Sync,
-) -> Vec<[AtomicU32; 4]> {
+) -> Vec<[AtomicU32; 3]> {
     context.map(kept.len(), |index| {
-        let [a, b, c, _] = &list[kept[index] as usize];
-        [new(a.load(Relaxed)), new(b.load(Relaxed)), new(c.load(Relaxed)), NONE].map(AtomicU32::new)
+        let [a, b, c] = &list[kept[index] as usize];
+        [new(a.load(Relaxed)), new(b.load(Relaxed)), new(c.load(Relaxed))].map(AtomicU32::new)
     })
 }

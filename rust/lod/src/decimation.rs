@@ -517,8 +517,8 @@ impl<const Q: usize> Decimation<Q> {
         }
         let mut triangles = vec![NONE; self.normals.len()];
         let mut kept = Vec::with_capacity(self.live);
-        for (old, (new, corners)) in triangles.iter_mut().zip(self.mesh.sides().0).enumerate() {
-            if corners[0].load(Relaxed) != NONE {
+        for (old, new) in triangles.iter_mut().enumerate() {
+            if self.mesh.triangle(old)[0] != NONE {
                 *new = kept.len() as u32;
                 kept.push(old as u32);
             }

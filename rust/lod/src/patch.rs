@@ -6,7 +6,7 @@
 //! Costs are found when a patch is made, and again when their edges' turn has come (lazily: Cohen, Manocha, Olano 1997);
 //! those that have risen wait for another turn.
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use relievo_core::{Context, Result};
 
 use crate::connectivity::{FIXED, Fan, NONE, OUTSIDE, next, previous};
@@ -45,7 +45,7 @@ pub struct Patch {
     batch: Batch,
     taken: Vec<Edge>,
     fans: [Fan; 2],
-    normals: Vec<(u32, Vec4)>,
+    normals: Vec<(u32, Vec3)>,
 }
 
 /// Numbers of vertices in the order in which they are first met.
@@ -259,7 +259,7 @@ impl Patch {
         work.points[kept] = point;
         work.join_factors(kept, gone);
         work.mesh.flags[kept] |= work.mesh.flags[gone];
-        normals.iter().for_each(|(triangle, normal)| work.normals[*triangle as usize] = *normal);
+        normals.iter().for_each(|(triangle, normal)| work.normals[*triangle as usize] = normal.extend(0.0));
         let mut merged = [(NONE, f32::INFINITY); 2];
         let sides = [edge.corner, work.mesh.mate(edge.corner)];
         for (side, merged) in sides.into_iter().zip(&mut merged).filter(|(side, _)| *side != NONE) {

@@ -12,8 +12,10 @@ use crate::patch::{Patch, Pieces};
 use crate::queue::MAGNITUDES;
 use crate::simplify::SimplifyOptions;
 
-/// Triangles of a patch at most.
-const PATCH: usize = 8192;
+/// Triangles of a patch at most, and where there are fewer than a few such patches.
+const PATCH: [usize; 2] = [8192, 4096];
+/// So many patches are a few.
+const FEW: usize = 4;
 /// The share of the triangles at which a mesh is cut anew.
 const AGAIN: f32 = 0.45;
 /// The share of the edges that wait whose turn comes in a step.
@@ -43,7 +45,8 @@ pub fn reduce(
         let shift = Vec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5) * cut as f32;
         let order = along_curve(context, &pieces, left, bounds, shift.fract());
         pieces.count(left);
-        let size = left.div_ceil(left.div_ceil(PATCH));
+        let [many, few] = PATCH.map(|most| left.div_ceil(most));
+        let size = left.div_ceil(many.max(few.min(FEW)));
         let made = context.map(left.div_ceil(size), |patch| {
             Patch::new(&serial, &pieces, &order[patch * size..left.min((patch + 1) * size)], error)
         });

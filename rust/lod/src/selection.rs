@@ -5,7 +5,7 @@
 //! Parts of the mesh do that at the same time for edges whose surroundings are theirs alone, then ever larger parts for
 //! the others.
 
-use glam::{Vec4, Vec4Swizzles};
+use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::Context;
 
 use crate::connectivity::{Fan, NONE, OUTSIDE, SEAM, next, previous};
@@ -36,7 +36,7 @@ struct Collapse {
 #[derive(Default)]
 pub struct Collapses {
     collapses: Vec<Collapse>,
-    normals: Vec<(u32, Vec4)>,
+    normals: Vec<(u32, Vec3)>,
 }
 
 impl Collapses {
@@ -44,8 +44,8 @@ impl Collapses {
     fn made(&self) -> Vec<Made> {
         let mut normals = self.normals.iter();
         let made = |collapse: &Collapse| {
-            let sum = normals.by_ref().take(collapse.changed).map(|(_, normal)| normal).sum::<Vec4>();
-            (collapse.corner, collapse.point, sum.xyz())
+            let sum = normals.by_ref().take(collapse.changed).map(|(_, normal)| normal).sum::<Vec3>();
+            (collapse.corner, collapse.point, sum)
         };
         self.collapses.iter().map(made).collect()
     }
@@ -107,12 +107,11 @@ fn by_cost(edges: &[Edge]) -> Vec<Edge> {
 impl<const Q: usize> Decimation<Q> {
     /// The collapses that are made together, of those of `edges`, in parts, that cost less than `limit`. Triangles are
     /// taken to be unchanged from here on.
-    pub fn select(&mut self, context: &Context, edges: &[Vec<Edge>], limit: f32) -> Vec<Collapses> {
+    pub fn select(&mut self, context: &Context, edges: Vec<Vec<Edge>>, limit: f32) -> Vec<Collapses> {
         self.begin();
         let work = &*self;
-        let is_cheap = |edge: &&Edge| edge.cost.to_bits() < limit.to_bits();
-        let mut lists =
-            context.map(edges.len(), |part| edges[part].iter().filter(is_cheap).copied().collect::<Vec<_>>());
+        let mut lists = edges;
+        context.for_each_mut(&mut lists, |_, list| list.retain(|edge| edge.cost.to_bits() < limit.to_bits()));
         let mut found = Vec::new();
         let mut shift = 0;
         while !lists.is_empty() {
@@ -153,7 +152,7 @@ impl<const Q: usize> Decimation<Q> {
                 self.mesh.flags[kept] |= self.mesh.flags[gone];
             }
             for (triangle, normal) in &found.normals {
-                self.normals[*triangle as usize] = *normal;
+                self.normals[*triangle as usize] = normal.extend(0.0);
             }
         }
         let room = |found: &Collapses| found.normals.len() + found.collapses.len();
@@ -307,7 +306,7 @@ impl<const Q: usize> Decimation<Q> {
     }
 
     /// Whether no triangle turns too far or vanishes. Puts the new normals of triangles into a list.
-    pub fn keeps_sides(&self, corner: u32, fans: &[Fan; 2], point: Vec4, normals: &mut Vec<(u32, Vec4)>) -> bool {
+    pub fn keeps_sides(&self, corner: u32, fans: &[Fan; 2], point: Vec4, normals: &mut Vec<(u32, Vec3)>) -> bool {
         let gone = [corner, self.mesh.mate(corner)].map(|side| side / 4);
         for spoke in fans.iter().flat_map(Fan::spokes) {
             let triangle = spoke.corner / 4;
@@ -321,7 +320,7 @@ impl<const Q: usize> Decimation<Q> {
             if agreement * agreement.abs() < TURN * sizes || new == Vec4::ZERO {
                 return false;
             }
-            normals.push((triangle, new));
+            normals.push((triangle, new.xyz()));
         }
         true
     }

@@ -76,7 +76,7 @@ pub struct Simplified {
 /// Triangles of a mesh at most: corners are counted in 32 bits, four a triangle.
 const MOST: usize = (u32::MAX / 4) as usize;
 /// Bytes of the structures for a triangle, with half a vertex.
-const BYTES: u64 = 180;
+const BYTES: u64 = 170;
 /// The share of edges that are considered in a round. More would be faster and take edges out of their order.
 const SHARE: f32 = 0.2;
 /// Costs beyond the limit of the last round, as a factor, up to which edges are looked at; so the limit rises no faster
@@ -191,7 +191,7 @@ impl Plan {
         self.known = self.ahead.min(limit * AHEAD).min(f32::MAX);
         self.ahead = if few { wanted } else { limit } * AHEAD;
         let edges = if is_all { work.edges_below(context, limit) } else { edges };
-        let collapses = work.select(context, &edges, limit);
+        let collapses = work.select(context, edges, limit);
         if !work.apply(context, collapses, work.live - faces, self.known) && limit >= wanted {
             if self.share >= 1.0 {
                 return Ok(false);
