@@ -9,17 +9,17 @@ use std::sync::Arc;
 
 use clap::Subcommand;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions, Error, Mesh, Result};
+use relievo_core::{Context, ContextOptions, Error, Result};
 use relievo_gpu::Device;
+use relievo_lod::Progressive;
 use relievo_lod::progressive::{
     ActiveMesh, BuildOptions, Cut, DeviceHierarchy, DeviceLevel, Edit as MeshEdit, EditJournal, Front, Input,
 };
-use relievo_lod::{Progressive, Welded, weld};
 
 use self::picture::{Drawing, Panel};
 use crate::Outcome;
 use crate::edits::Change;
-use crate::simplify::faces;
+use crate::simplify::{Attributes, SEAMS, faces};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -51,6 +51,8 @@ struct Build {
     /// Triangles of the coarsest level.
     #[arg(long, value_name = "N", default_value_t = BuildOptions::default().faces)]
     faces: usize,
+    #[command(flatten)]
+    attributes: Attributes,
     #[command(flatten)]
     limits: Limits,
 }
@@ -188,15 +190,17 @@ pub fn run(arguments: &Arguments) -> Outcome {
 fn build(arguments: &Build) -> Outcome {
     let context = arguments.limits.context()?;
     let mesh = relievo_meshio::read(&context, &arguments.mesh)?;
-    let Welded { points, triangles, .. } = weld(&mesh.points, &mesh.triangles());
     let options = BuildOptions { faces: arguments.faces, ..BuildOptions::default() };
-    let built = Progressive::build(&context, &points, &triangles, &options, &mut Silent)
+    let attributes = arguments.attributes.options();
+    let (built, left_out) = Progressive::build_mesh(&context, &mesh, &options, &attributes, &mut Silent)
         .map_err(|error| error.at(arguments.mesh.display().to_string()))?;
-    for attribute in &mesh.attributes {
-        eprintln!("note: {} is left out", attribute.name);
-    }
+    left_out.iter().for_each(|name| eprintln!("note: {name} is left out"));
     built.save(&context, &arguments.output)?;
-    crate::print(&format!("{} triangles, {} in the base\n", triangles.len(), built.base_faces().len()))?;
+    let base = built.base_faces().len();
+    if base > options.faces.max(1) && !built.attributes().is_empty() {
+        eprintln!("note: {SEAMS}");
+    }
+    crate::print(&format!("{} triangles, {base} in the base\n", built.triangle_count()))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -209,8 +213,10 @@ fn show(arguments: &Show) -> Outcome {
     let splits = mesh.splits();
     let error =
         splits.filter(|(split, key, _)| !cut.has(*key, *split)).map(|(_, key, _)| key.error()).fold(0.0, f32::max);
+    let names: Vec<&str> = mesh.attributes().iter().map(|attribute| attribute.name.as_str()).collect();
+    let attributes = if names.is_empty() { String::new() } else { format!("  attributes: {}\n", names.join(", ")) };
     crate::print(&format!(
-        "{}\n  finest: {} vertices, {} triangles\n  base: {} vertices, {} triangles\n  \
+        "{}\n{attributes}  finest: {} vertices, {} triangles\n  base: {} vertices, {} triangles\n  \
          this level: {} vertices, {} triangles, deviation {error}\n",
         arguments.file.display(),
         mesh.vertex_count(),
@@ -351,9 +357,9 @@ fn export(arguments: &Export) -> Outcome {
         edit_by(&context, (&mut active, None), &mesh, list, |_, _, _| Ok(()))?;
     }
     active.adapt(&context, arguments.level.cut(&mesh)?);
-    let made = active.extract();
-    let (vertices, triangles) = (made.points.len(), made.triangles.len());
-    relievo_meshio::write(&arguments.output, &Mesh::from_triangles(made.points, &made.triangles))?;
+    let (made, _) = active.to_mesh();
+    let (vertices, triangles) = (active.vertex_count(), active.triangle_count());
+    relievo_meshio::write(&arguments.output, &made)?;
     crate::print(&format!("{triangles} triangles, {vertices} vertices\n"))?;
     Ok(ExitCode::SUCCESS)
 }

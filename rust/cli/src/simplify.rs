@@ -26,13 +26,8 @@ pub struct Arguments {
     /// The largest deviation, in units of the mesh.
     #[arg(long, value_name = "E", group = "goal")]
     error: Option<f32>,
-    /// How large a part of the diagonal of the mesh's box a difference of 1 of an attribute counts as; normals have
-    /// 0.0005, colours 0.002, uv 0.02, others 0. May be repeated.
-    #[arg(long, value_name = "NAME=WEIGHT", value_parser = weight)]
-    weight: Vec<(String, f32)>,
-    /// Leave an attribute out. May be repeated.
-    #[arg(long, value_name = "NAME")]
-    without: Vec<String>,
+    #[command(flatten)]
+    attributes: Attributes,
     /// Threads; 0 for one per core. Results do not depend on it.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -40,6 +35,27 @@ pub struct Arguments {
     #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
     memory_limit: u64,
 }
+
+/// What becomes of attributes.
+#[derive(clap::Args)]
+pub struct Attributes {
+    /// How large a part of the diagonal of the mesh's box a difference of 1 of an attribute counts as; normals have
+    /// 0.0005, colours 0.002, uv 0.02, others 0. May be repeated.
+    #[arg(long, value_name = "NAME=WEIGHT", value_parser = weight)]
+    weight: Vec<(String, f32)>,
+    /// Leave an attribute out. May be repeated.
+    #[arg(long, value_name = "NAME")]
+    without: Vec<String>,
+}
+
+impl Attributes {
+    pub fn options(&self) -> AttributeOptions {
+        AttributeOptions { weights: self.weight.clone(), left_out: self.without.clone() }
+    }
+}
+
+/// Why more triangles are left than were asked for.
+pub const SEAMS: &str = "seams may keep triangles; --without NAME leaves an attribute and its seams out";
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let options = relievo_core::ContextOptions { threads: arguments.threads, memory_limit: arguments.memory_limit };
@@ -51,14 +67,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
         error: arguments.error.unwrap_or(f32::INFINITY),
         ..SimplifyOptions::default()
     };
-    let attributes = AttributeOptions { weights: arguments.weight.clone(), left_out: arguments.without.clone() };
+    let attributes = arguments.attributes.options();
     let SimplifiedMesh { mesh, error, left_out } = simplify_mesh(&context, &mesh, &options, &attributes, &mut Silent)
         .map_err(|error| error.at(arguments.file.display().to_string()))?;
     left_out.iter().for_each(|name| eprintln!("note: {name} is left out"));
     relievo_meshio::write(&arguments.output, &mesh)?;
     let left = mesh.face_count();
     if left > options.faces.max(1) && arguments.error.is_none() && !mesh.attributes.is_empty() {
-        eprintln!("note: seams may keep triangles; --without NAME leaves an attribute and its seams out");
+        eprintln!("note: {SEAMS}");
     }
     crate::print(&format!("{before} triangles, {left} left, deviation {error}\n"))?;
     Ok(ExitCode::SUCCESS)

@@ -278,10 +278,9 @@ fn a_mesh_is_simplified_to_a_share_a_number_or_a_deviation() {
     assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("use 0 to 1"), "{refused:?}");
 }
 
-#[test]
-fn a_simplified_mesh_keeps_its_texture_coordinates() {
-    let folder = tempfile::tempdir().unwrap();
-    // Columns 0 to 10 are on the left half of the texture, 10 to 20 on the right half; both have column 10.
+/// The bowl with texture coordinates: columns 0 to 10 are on the left half of the texture, 10 to 20 on the right half, and
+/// both have column 10.
+fn map() -> String {
     let place = |index: u32| [index % 21, index / 21].map(|it| f64::from(it) / 20.0);
     let coordinates = |shift: f64| (0..441).map(place).map(move |[x, y]| format!("vt {} {y}\n", 0.4 * x + shift));
     let square = |index: u32| {
@@ -292,13 +291,11 @@ fn a_simplified_mesh_keeps_its_texture_coordinates() {
     let points = bowl().lines().filter(|line| line.starts_with('v')).fold(String::new(), |all, line| all + line + "\n");
     let coordinates: String = coordinates(0.0).chain(coordinates(0.5)).collect();
     let faces: String = (0..400).map(square).collect();
-    std::fs::write(folder.path().join("map.obj"), points + &coordinates + &faces).unwrap();
-    let simplify = |more: &[&str]| {
-        relievo(folder.path(), &[&["simplify", "map.obj", "-o", "less.obj", "--faces", "200"][..], more].concat())
-    };
-    let done = simplify(&["--weight", "uv=0.05"]);
-    assert!(done.status.success() && done.stderr.is_empty(), "{done:?}");
-    let less = std::fs::read_to_string(folder.path().join("less.obj")).unwrap();
+    points + &coordinates + &faces
+}
+
+/// Checks the texture coordinates of a bowl with fewer triangles, each within tolerances. Returns how many corners it has.
+fn corners_of_map(less: &str, [most_u, most_v]: [f64; 2]) -> usize {
     let numbers = |keyword: &str| -> Vec<Vec<f64>> {
         let lines = less.lines().filter_map(|line| line.strip_prefix(keyword));
         lines.map(|line| line.split(' ').map(|number| number.parse().unwrap()).collect()).collect()
@@ -311,17 +308,62 @@ fn a_simplified_mesh_keeps_its_texture_coordinates() {
         let (x, y) = ((points[point][0] + 1.0) / 2.0, (points[point][1] + 1.0) / 2.0);
         let [u, v] = [coordinates[value][0], coordinates[value][1]];
         let shift = if u > 0.45 { 0.5 } else { 0.0 };
-        assert!((u - shift - 0.4 * x).abs() < 0.01 && (v - y).abs() < 0.02, "{x} {y}: {u} {v}");
+        assert!((u - shift - 0.4 * x).abs() < most_u && (v - y).abs() < most_v, "{x} {y}: {u} {v}");
         if (x - 0.5).abs() < 1e-3 {
             at_seam.insert((point, shift > 0.0));
         }
         corners += 1;
     }
-    assert!((597..=600).contains(&corners), "{corners}");
     assert!(at_seam.len() >= 4 && at_seam.iter().all(|(point, side)| at_seam.contains(&(*point, !side))));
+    corners
+}
+
+#[test]
+fn a_simplified_mesh_keeps_its_texture_coordinates() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("map.obj"), map()).unwrap();
+    let simplify = |more: &[&str]| {
+        relievo(folder.path(), &[&["simplify", "map.obj", "-o", "less.obj", "--faces", "200"][..], more].concat())
+    };
+    let done = simplify(&["--weight", "uv=0.05"]);
+    assert!(done.status.success() && done.stderr.is_empty(), "{done:?}");
+    let less = std::fs::read_to_string(folder.path().join("less.obj")).unwrap();
+    let corners = corners_of_map(&less, [0.01, 0.02]);
+    assert!((597..=600).contains(&corners), "{corners}");
     assert!(simplify(&["--without", "uv"]).status.success());
     assert!(!std::fs::read_to_string(folder.path().join("less.obj")).unwrap().contains("vt "));
     assert!(text(&simplify(&["--weight", "paint=1"]).stderr).contains("no attribute `paint`"));
+}
+
+#[test]
+fn a_progressive_mesh_keeps_texture_coordinates_at_every_level() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("map.obj"), map()).unwrap();
+    let run = |arguments: &[&str]| relievo(folder.path(), &[&["progressive"], arguments].concat());
+    let built = run(&["build", "map.obj", "-o", "map.rlvpm", "--faces", "50", "--weight", "uv=0.05"]);
+    assert!(built.status.success() && built.stderr.is_empty(), "{built:?}");
+    assert!(text(&run(&["show", "map.rlvpm"]).stdout).contains("attributes: uv"));
+    let export = |faces: &str, output: &str| run(&["export", "map.rlvpm", "--faces", faces, "-o", output]);
+    for (faces, tolerances) in [("800", [1e-6; 2]), ("200", [0.01, 0.02]), ("60", [0.03, 0.05])] {
+        assert!(export(faces, "level.obj").status.success());
+        let level = std::fs::read_to_string(folder.path().join("level.obj")).unwrap();
+        let most = 3 * faces.parse::<usize>().unwrap();
+        let corners = corners_of_map(&level, tolerances);
+        assert!((most - 3..=most).contains(&corners), "{corners}");
+    }
+    for output in ["level.ply", "level.glb"] {
+        assert!(export("200", output).status.success());
+        let made = relievo_meshio::read(&relievo_core::Context::serial(), &folder.path().join(output)).unwrap();
+        assert!(made.attribute("uv").is_some(), "{output}");
+    }
+    let edits = "[[edit]]\nfaces = 200\n[[edit.handle]]\ncenter = [0, 0, 0]\nradius = 0.8\ntranslation = [0, 0, 2]\n";
+    std::fs::write(folder.path().join("edits.toml"), edits).unwrap();
+    assert!(run(&["edit", "map.rlvpm", "--script", "edits.toml", "-o", "edited.rlvpm"]).status.success());
+    assert!(run(&["export", "edited.rlvpm", "-o", "level.obj"]).status.success());
+    let level = std::fs::read_to_string(folder.path().join("level.obj")).unwrap();
+    assert_eq!(level.lines().filter(|line| line.starts_with("vt ")).count(), 2 * 21 * 11);
+    assert!(run(&["build", "map.obj", "-o", "map.rlvpm", "--without", "uv"]).status.success());
+    assert!(!text(&run(&["show", "map.rlvpm"]).stdout).contains("attributes"));
 }
 
 #[test]

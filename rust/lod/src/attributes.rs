@@ -31,7 +31,7 @@ impl Attributes<'_> {
     pub const MOST: usize = 16;
 
     /// Fails unless there are numbers for so many vertices, and all can be used.
-    fn check(&self, vertices: usize) -> Result<()> {
+    pub(crate) fn check(&self, vertices: usize) -> Result<()> {
         let width = self.weights.len();
         if width > Self::MOST {
             return Err(Error::unsupported(format!("{width} numbers of a vertex are too many"))
@@ -120,8 +120,8 @@ fn run<const Q: usize>(
         let sides = sides(&welded.numbers, attributes.labels, attributes.values, attributes.weights.len());
         let number = |vertex: &u32| sides[*vertex as usize];
         let wedges: Vec<[u32; 3]> = triangles.iter().map(|triangle| triangle.each_ref().map(number)).collect();
-        let values = (0..points.len()).map(|vertex| quads(attributes, vertex)).collect();
-        let range = range(points, attributes, scale);
+        let values: Vec<[Vec4; Q]> = (0..points.len()).map(|vertex| quads(attributes, vertex)).collect();
+        let range = range(points, &values, attributes, scale);
         let wedges = Wedges::<Q>::new(context, welded.points.len(), &wedges, values, range);
         let mut work = Decimation::with(context, &welded.points, &welded.triangles, 1.0 / scale, wedges)?;
         let locked: Vec<u32> = options.locked.iter().map(|vertex| welded.numbers[*vertex as usize]).collect();
@@ -156,13 +156,19 @@ fn quads<const Q: usize>(attributes: &Attributes, vertex: usize) -> [Vec4; Q] {
     fours(&attributes.values[vertex * width..(vertex + 1) * width])
 }
 
-fn fours<const Q: usize>(numbers: &[f32]) -> [Vec4; Q] {
+/// Numbers, four by four.
+pub fn fours<const Q: usize>(numbers: &[f32]) -> [Vec4; Q] {
     let number = |index: usize| numbers.get(index).copied().unwrap_or(0.0);
     std::array::from_fn(|quad| Vec4::from_array(std::array::from_fn(|lane| number(4 * quad + lane))))
 }
 
 /// What bounds the numbers, with lengths divided by `scale`.
-fn range<const Q: usize>(points: &[[f32; 3]], attributes: &Attributes, scale: f32) -> Range<Q> {
+pub fn range<const Q: usize>(
+    points: &[[f32; 3]],
+    values: &[[Vec4; Q]],
+    attributes: &Attributes,
+    scale: f32,
+) -> Range<Q> {
     let bounds = points.iter().fold((Vec4::MAX, Vec4::MIN), |(low, high), [x, y, z]| {
         let point = Vec4::new(*x, *y, *z, 0.0) / scale;
         (low.min(point), high.max(point))
@@ -171,11 +177,10 @@ fn range<const Q: usize>(points: &[[f32; 3]], attributes: &Attributes, scale: f3
     let squares: Vec<f32> = attributes.weights.iter().map(|weight| (weight * diagonal).powi(2)).collect();
     let mut range =
         Range { squares: fours(&squares), low: [Vec4::MAX; Q], high: [Vec4::MIN; Q], directions: Vec::new() };
-    for vertex in 0..points.len() {
-        let values = quads::<Q>(attributes, vertex);
-        for (quad, value) in values.into_iter().enumerate() {
-            range.low[quad] = range.low[quad].min(value);
-            range.high[quad] = range.high[quad].max(value);
+    for values in values {
+        for (quad, value) in values.iter().enumerate() {
+            range.low[quad] = range.low[quad].min(*value);
+            range.high[quad] = range.high[quad].max(*value);
         }
     }
     Range { directions: attributes.directions.to_vec(), ..range }

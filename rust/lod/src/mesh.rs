@@ -53,14 +53,10 @@ pub fn simplify_mesh(
     progress: &mut dyn Progress,
 ) -> Result<SimplifiedMesh> {
     options.check(mesh.points.len())?;
-    let names = attributes.weights.iter().map(|(name, _)| name).chain(&attributes.left_out);
-    if let Some(name) = names.into_iter().find(|name| mesh.attribute(name).is_none()) {
-        return Err(Error::invalid(format!("the mesh has no attribute `{name}`")).at("attributes"));
-    }
     // Before anything is made of its corners.
     check_memory(context, mesh.corners.len().saturating_sub(2 * mesh.face_count()), 0)?;
-    let chosen = Chosen::of(mesh, attributes);
-    let (made, error) = if chosen.floats.is_empty() && chosen.faces.is_empty() {
+    let chosen = Chosen::of(mesh, attributes)?;
+    let (made, error) = if chosen.is_empty() {
         plain(context, mesh, options, progress)?
     } else {
         chosen.simplify(context, mesh, options, progress)?
@@ -94,23 +90,23 @@ fn is_apart([a, b, c]: &[u32; 3]) -> bool {
 }
 
 /// Attributes that are kept.
-struct Chosen<'a> {
-    /// On points and corners, with the place of the first number of each and its weight.
-    floats: Vec<(&'a Attribute, usize, f32)>,
+pub struct Chosen<'a> {
+    /// On points and corners, with the weight of each.
+    pub floats: Vec<(&'a Attribute, f32)>,
     /// On faces.
-    faces: Vec<&'a Attribute>,
-    left_out: Vec<String>,
+    pub faces: Vec<&'a Attribute>,
+    pub left_out: Vec<String>,
 }
 
 /// Corners of the triangles of a mesh, and their faces.
-struct Corners {
-    triangles: Vec<[u32; 3]>,
-    faces: Vec<u32>,
+pub struct Corners {
+    pub triangles: Vec<[u32; 3]>,
+    pub faces: Vec<u32>,
 }
 
 impl Corners {
     /// Fanned from the first corner of each face; holes are left out, as [`Mesh::triangles`] does.
-    fn of(mesh: &Mesh) -> Self {
+    pub fn of(mesh: &Mesh) -> Self {
         let mut is_hole = vec![false; mesh.face_count()];
         mesh.holes.iter().for_each(|face| is_hole[*face as usize] = true);
         let mut made = Self { triangles: Vec::new(), faces: Vec::new() };
@@ -138,7 +134,7 @@ fn number<K: Hash + Eq>(pairs: impl Iterator<Item = K>) -> Vec<u32> {
 }
 
 /// The bits of an element of an attribute.
-fn bits(attribute: &Attribute, element: usize) -> [u32; 4] {
+pub fn bits(attribute: &Attribute, element: usize) -> [u32; 4] {
     let width = attribute.width as usize;
     std::array::from_fn(|index| match &attribute.values {
         _ if index >= width => 0,
@@ -157,7 +153,12 @@ fn floats(attribute: &Attribute, value: usize) -> &[f32] {
 }
 
 impl<'a> Chosen<'a> {
-    fn of(mesh: &'a Mesh, options: &AttributeOptions) -> Self {
+    /// Fails if there is no attribute of a name.
+    pub fn of(mesh: &'a Mesh, options: &AttributeOptions) -> Result<Self> {
+        let mut names = options.weights.iter().map(|(name, _)| name).chain(&options.left_out);
+        if let Some(name) = names.find(|name| mesh.attribute(name).is_none()) {
+            return Err(Error::invalid(format!("the mesh has no attribute `{name}`")).at("attributes"));
+        }
         let mut made = Self { floats: Vec::new(), faces: Vec::new(), left_out: Vec::new() };
         let mut width = 0;
         for attribute in &mesh.attributes {
@@ -171,7 +172,7 @@ impl<'a> Chosen<'a> {
                 (_, Values::F32(_)) if width + wide <= Attributes::MOST => {
                     let told = options.weights.iter().rev().find(|(told, _)| told == name);
                     let weight = told.map_or_else(|| default_weight(name), |(_, weight)| *weight);
-                    made.floats.push((attribute, width, weight));
+                    made.floats.push((attribute, weight));
                     width += wide;
                 }
                 _ => made.left_out.push(name.clone()),
@@ -180,27 +181,32 @@ impl<'a> Chosen<'a> {
         if !mesh.creases.is_empty() || !mesh.sharp_points.is_empty() {
             made.left_out.push("creases".into());
         }
-        made
+        Ok(made)
     }
 
-    fn width(&self) -> usize {
-        self.floats.iter().map(|(attribute, ..)| attribute.width as usize).sum()
+    pub fn is_empty(&self) -> bool {
+        self.floats.is_empty() && self.faces.is_empty()
     }
 
-    fn simplify(
-        &self,
-        context: &Context,
-        mesh: &Mesh,
-        options: &SimplifyOptions,
-        progress: &mut dyn Progress,
-    ) -> Result<(Mesh, f32)> {
-        let corners = Corners::of(mesh);
+    /// Weights of the numbers of a vertex, and which of them are the first of a direction.
+    pub fn numbers(&self) -> (Vec<f32>, Vec<usize>) {
+        let (mut weights, mut directions) = (Vec::new(), Vec::new());
+        for (attribute, weight) in &self.floats {
+            if matches!(attribute.name.as_str(), "normal" | "tangent") && attribute.width >= 3 {
+                directions.push(weights.len());
+            }
+            weights.resize(weights.len() + attribute.width as usize, *weight);
+        }
+        (weights, directions)
+    }
+
+    /// A vertex for each corner of triangles: points, by what their corners and faces have. Those of no triangle come last.
+    pub fn split(&self, mesh: &Mesh, corners: &Corners) -> (Vec<u32>, Split) {
         let used = || corners.triangles.as_flattened().iter().map(|corner| *corner as usize);
         let mut faces = vec![0; mesh.face_count()];
         for attribute in &self.faces {
             faces = number(faces.iter().enumerate().map(|(face, label)| (*label, bits(attribute, face))));
         }
-        // Vertices: points, by what their corners have.
         let owners = corners.faces.iter().flat_map(|face| [*face as usize; 3]);
         let mut vertices = number(used().zip(owners).map(|(corner, face)| (mesh.corners[corner], faces[face])));
         for (attribute, ..) in self.floats.iter().filter(|(attribute, ..)| attribute.domain == Domain::Corner) {
@@ -224,12 +230,19 @@ impl<'a> Chosen<'a> {
             .zip(is_lonely)
             .filter(|(_, is_lonely)| *is_lonely)
             .for_each(|(point, _)| split.add(mesh, self, point, None, 0));
-        let weights: Vec<f32> =
-            self.floats.iter().flat_map(|(attribute, _, weight)| vec![*weight; attribute.width as usize]).collect();
-        let is_direction =
-            |attribute: &Attribute| matches!(attribute.name.as_str(), "normal" | "tangent") && attribute.width >= 3;
-        let directions = self.floats.iter().filter(|(attribute, ..)| is_direction(attribute));
-        let directions: Vec<usize> = directions.map(|(_, first, _)| *first).collect();
+        (vertices, split)
+    }
+
+    fn simplify(
+        &self,
+        context: &Context,
+        mesh: &Mesh,
+        options: &SimplifyOptions,
+        progress: &mut dyn Progress,
+    ) -> Result<(Mesh, f32)> {
+        let corners = Corners::of(mesh);
+        let (vertices, split) = self.split(mesh, &corners);
+        let (weights, directions) = self.numbers();
         let attributes =
             Attributes { values: &split.values, weights: &weights, directions: &directions, labels: &split.labels };
         let options = split.options(mesh, options);
@@ -246,44 +259,8 @@ impl<'a> Chosen<'a> {
         let mut stays = triangles.iter().map(|triangle| is_apart(&place(triangle)));
         origins.retain(|_| stays.next() == Some(true));
         triangles.retain(|triangle| is_apart(&place(triangle)));
-        let made = made;
-        let width = self.width();
-        let values = |vertex: usize, first: usize, width_of: u32| {
-            let start = vertex * width + first;
-            &made.values[start..start + width_of as usize]
-        };
-        // Of all vertices some numbers.
-        let gathered = |attributes: &[(&Attribute, usize, f32)]| -> Vec<f32> {
-            let of = |vertex: usize| attributes.iter().flat_map(move |(it, first, _)| values(vertex, *first, it.width));
-            (0..made.points.len()).flat_map(of).copied().collect()
-        };
-        // Those that are first of their kind, and the number among them of each vertex's.
-        let listed = |attributes: &[(&Attribute, usize, f32)]| {
-            let width = attributes.iter().map(|(attribute, ..)| attribute.width as usize).sum();
-            let first = sides(&made.places, &[], &gathered(attributes), width);
-            let kept: Vec<usize> = (0..first.len()).filter(|vertex| first[*vertex] as usize == *vertex).collect();
-            let mut numbers = vec![0; first.len()];
-            (0..).zip(&kept).for_each(|(number, vertex)| numbers[*vertex] = number);
-            (kept, first.iter().map(|vertex| numbers[*vertex as usize]).collect::<Vec<u32>>())
-        };
-        let (on_points, on_corners): (Vec<_>, Vec<_>) =
-            self.floats.iter().copied().partition(|(attribute, ..)| attribute.domain == Domain::Point);
-        let (points, numbers) = listed(&on_points);
-        let triangles: Vec<[u32; 3]> =
-            made.triangles.iter().map(|triangle| triangle.map(|vertex| numbers[vertex as usize])).collect();
-        let mut mesh = Mesh::from_triangles(points.iter().map(|vertex| made.points[*vertex]).collect(), &triangles);
-        for (attribute, first, _) in &on_points {
-            let all = points.iter().flat_map(|vertex| values(*vertex, *first, attribute.width)).copied();
-            mesh.attributes.push(Attribute { values: Values::F32(all.collect()), ..like(attribute) });
-        }
-        for one in &on_corners {
-            let (attribute, first, _) = one;
-            let (kept, numbers) = listed(&[*one]);
-            let all = kept.iter().flat_map(|vertex| values(*vertex, *first, attribute.width)).copied();
-            let indices = made.triangles.as_flattened().iter().map(|vertex| numbers[*vertex as usize]);
-            let (values, indices) = (Values::F32(all.collect()), Some(indices.collect()));
-            mesh.attributes.push(Attribute { values, indices, ..like(attribute) });
-        }
+        let floats: Vec<&Attribute> = self.floats.iter().map(|(attribute, _)| *attribute).collect();
+        let (mut mesh, _) = assemble(&floats, &made);
         for attribute in &self.faces {
             let width = attribute.width as usize;
             let faces = || made.origins.iter().map(|triangle| corners.faces[*triangle as usize] as usize);
@@ -298,19 +275,71 @@ impl<'a> Chosen<'a> {
     }
 }
 
+/// The mesh of triangles whose vertices have the numbers of attributes on points and corners, one after the other; and of
+/// every point its place.
+pub fn assemble(attributes: &[&Attribute], made: &SimplifiedWith) -> (Mesh, Vec<u32>) {
+    let mut width = 0;
+    let firsts = attributes.iter().map(|attribute| {
+        width += attribute.width as usize;
+        (*attribute, width - attribute.width as usize)
+    });
+    let all: Vec<(&Attribute, usize)> = firsts.collect();
+    let values = |vertex: usize, first: usize, width_of: u32| {
+        let start = vertex * width + first;
+        &made.values[start..start + width_of as usize]
+    };
+    // Of all vertices some numbers.
+    let gathered = |attributes: &[(&Attribute, usize)]| -> Vec<f32> {
+        let of = |vertex: usize| attributes.iter().flat_map(move |(it, first)| values(vertex, *first, it.width));
+        (0..made.points.len()).flat_map(of).copied().collect()
+    };
+    // Those that are first of their kind, and the number among them of each vertex's.
+    let listed = |attributes: &[(&Attribute, usize)]| {
+        let width = attributes.iter().map(|(attribute, _)| attribute.width as usize).sum();
+        let first = sides(&made.places, &[], &gathered(attributes), width);
+        let kept: Vec<usize> = (0..first.len()).filter(|vertex| first[*vertex] as usize == *vertex).collect();
+        let mut numbers = vec![0; first.len()];
+        (0..).zip(&kept).for_each(|(number, vertex)| numbers[*vertex] = number);
+        (kept, first.iter().map(|vertex| numbers[*vertex as usize]).collect::<Vec<u32>>())
+    };
+    let (on_points, on_corners): (Vec<_>, Vec<_>) =
+        all.into_iter().partition(|(attribute, _)| attribute.domain == Domain::Point);
+    let (points, numbers) = listed(&on_points);
+    let triangles: Vec<[u32; 3]> =
+        made.triangles.iter().map(|triangle| triangle.map(|vertex| numbers[vertex as usize])).collect();
+    let mut mesh = Mesh::from_triangles(points.iter().map(|vertex| made.points[*vertex]).collect(), &triangles);
+    for (attribute, first) in &on_points {
+        let all = points.iter().flat_map(|vertex| values(*vertex, *first, attribute.width)).copied();
+        mesh.attributes.push(Attribute { values: Values::F32(all.collect()), ..like(attribute) });
+    }
+    for one in &on_corners {
+        let (attribute, first) = one;
+        let (kept, numbers) = listed(&[*one]);
+        let all = kept.iter().flat_map(|vertex| values(*vertex, *first, attribute.width)).copied();
+        let indices = made.triangles.as_flattened().iter().map(|vertex| numbers[*vertex as usize]);
+        let (values, indices) = (Values::F32(all.collect()), Some(indices.collect()));
+        mesh.attributes.push(Attribute { values, indices, ..like(attribute) });
+    }
+    (mesh, points.iter().map(|vertex| made.places[*vertex]).collect())
+}
+
 /// An attribute of the same name and kind without values.
-fn like(attribute: &Attribute) -> Attribute {
+pub fn like(attribute: &Attribute) -> Attribute {
     let Attribute { name, domain, width, .. } = attribute;
-    Attribute { name: name.clone(), domain: *domain, width: *width, values: Values::F32(Vec::new()), indices: None }
+    let values = match attribute.values {
+        Values::F32(_) => Values::F32(Vec::new()),
+        Values::U32(_) => Values::U32(Vec::new()),
+    };
+    Attribute { name: name.clone(), domain: *domain, width: *width, values, indices: None }
 }
 
 /// The mesh with a vertex for each side of a seam.
-struct Split {
+pub struct Split {
     points: Vec<[f32; 3]>,
     /// The point of the mesh of every vertex.
-    numbers: Vec<u32>,
-    values: Vec<f32>,
-    labels: Vec<u32>,
+    pub numbers: Vec<u32>,
+    pub values: Vec<f32>,
+    pub labels: Vec<u32>,
 }
 
 impl Split {

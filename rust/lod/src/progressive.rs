@@ -13,11 +13,13 @@
 //!   `settle`.
 //! - What handles do over time: [`keyed`].
 //! - Where its order no longer fits what it has become: [`order`].
+//! - What it has beside places and normals: `wedges`, built of meshes as files have them in `attributed`.
 //! - How brushes sculpt it: [`sculpt`].
 //! - How edits survive a killed program: [`journal`], with `inputs`.
 //! - The mesh on a graphics device, refined, coarsened and drawn there: [`device`].
 
 pub mod active;
+mod attributed;
 mod bitset;
 mod blocks;
 pub mod buffers;
@@ -43,6 +45,8 @@ mod sparse;
 mod splits;
 mod stars;
 pub mod view;
+mod wedge_columns;
+mod wedges;
 
 pub use active::{ActiveMesh, Extract};
 pub use buffers::{Buffers, Update};

@@ -143,6 +143,13 @@ impl<const Q: usize> Decimation<Q> {
                 free.flat_map(|collapse| work.merged(collapse)).collect::<Vec<_>>()
             });
             merged.into_iter().for_each(|merged| self.wedges.set(merged));
+            if let Some(recording) = &mut self.recording {
+                let end_stays = |found: &Collapses| -> Vec<_> {
+                    found.collapses.iter().map(|collapse| (collapse.corner, collapse.pinned > 0.0)).collect()
+                };
+                let made: Vec<_> = accepted.iter().map(end_stays).collect();
+                recording.add_joins(context, &self.mesh, &self.wedges, &made);
+            }
         }
         for found in &accepted {
             for collapse in &found.collapses {

@@ -270,6 +270,21 @@ impl<const Q: usize> Wedges<Q> {
         }
     }
 
+    /// The wedges that become one each when a half-edge is collapsed, once [`Self::set`] has their values: that which goes
+    /// on and that which goes, with the values.
+    pub fn joined(
+        &self,
+        mesh: &Connectivity,
+        corner: u32,
+        end_stays: bool,
+    ) -> impl Iterator<Item = ([u32; 2], &[Vec4; Q])> {
+        let (stays, goes) = if end_stays { (1, 0) } else { (0, 1) };
+        let mut last = NONE;
+        // What goes into one wedge is not there for another.
+        let pairs = self.pairs(mesh, corner).filter(move |pair| std::mem::replace(&mut last, pair[goes]) != pair[goes]);
+        pairs.map(move |pair| ([pair[stays], pair[goes]], self.values(pair[stays])))
+    }
+
     /// Leaves out all triangles but those `kept`, and all vertices but the `rest`.
     pub fn compact(&mut self, context: &Context, kept: &[u32], rest: &[u32]) {
         if Q > 0 {

@@ -137,7 +137,7 @@ impl Painter<'_> {
         turn: &DAffine3,
     ) -> Result<Image> {
         let mesh = || {
-            let Extract { points, normals, triangles } = panel.mesh.clone();
+            let Extract { points, normals, triangles, .. } = panel.mesh.clone();
             Mesh { points, normals, triangles, ..Mesh::default() }
         };
         let balls =

@@ -19,6 +19,7 @@ use super::moves::{Moves, Refining};
 use super::place::Place;
 use super::recording::Key;
 use super::splits::{Corner, Slot};
+use super::wedges;
 use crate::connectivity::NONE;
 
 /// Words of [`BitSet`] whose vertices are looked at by one task.
@@ -36,6 +37,8 @@ pub struct ActiveMesh {
     pub(super) slots: Vec<Slot>,
     /// Which of them begin a vertex.
     pub(super) there: BitSet,
+    /// Wedges, by the first of their leaves, if there are attributes.
+    pub(super) wedges: Option<BitSet>,
     /// Three a triangle.
     pub(super) corners: Vec<Corner>,
     /// Counts rounds of coarsening.
@@ -59,6 +62,12 @@ pub struct Extract {
     pub normals: Vec<[f32; 3]>,
     /// Vertices of every triangle, in the order of the input.
     pub triangles: Vec<[u32; 3]>,
+    /// Wedges of every triangle: what its corners have of attributes on points and corners. None without attributes.
+    pub wedges: Vec<[u32; 3]>,
+    /// Numbers of every wedge, of all attributes on points and corners, in the order of [`Progressive::attributes`].
+    pub values: Vec<f32>,
+    /// Numbers of every triangle, of all attributes on faces; of floats their bits.
+    pub face_values: Vec<u32>,
 }
 
 impl ActiveMesh {
@@ -71,6 +80,7 @@ impl ActiveMesh {
             is_mixed: false,
             slots: (0..whole.vertex_count()).map(|_| Slot::default()).collect(),
             there: BitSet::new(whole.vertex_count()),
+            wedges: wedges::of_base(whole),
             corners: whole.faces.iter().flatten().map(corner).collect(),
             round: 0,
             triangles: whole.base_faces().len(),
@@ -100,7 +110,8 @@ impl ActiveMesh {
     /// Bytes that a mesh of `whole` takes besides it, at any level, before it is edited.
     pub fn bytes(whole: &Progressive) -> u64 {
         let vertices = whole.vertex_count();
-        (vertices * size_of::<Slot>() + BitSet::bytes(vertices) + 3 * whole.faces.len() * size_of::<Corner>()) as u64
+        let sets = BitSet::bytes(vertices) + whole.wedges.as_ref().map_or(0, |wedges| BitSet::bytes(wedges.count()));
+        (vertices * size_of::<Slot>() + sets + 3 * whole.faces.len() * size_of::<Corner>()) as u64
     }
 
     /// Triangles of this mesh.
@@ -405,14 +416,13 @@ impl ActiveMesh {
             made.points.push(place.point.to_array());
             made.normals.push(place.normal.to_array());
         }
-        let mut triangles = vec![[NONE; 3]; whole.triangle_count()];
-        for (face, corners) in self.corners.as_chunks::<3>().0.iter().enumerate() {
-            let [a, b, c] = [&corners[0], &corners[1], &corners[2]].map(|corner| corner.vertex.load(Relaxed));
-            if a != NONE {
-                triangles[whole.face_id(face as u32) as usize] = [a, b, c].map(|vertex| numbers[vertex as usize]);
-            }
+        let mut faces = vec![NONE; whole.triangle_count()];
+        for face in (0..whole.faces.len() as u32).filter(|face| self.has_face(*face)) {
+            faces[whole.face_id(face) as usize] = face;
         }
-        made.triangles = triangles.into_iter().filter(|triangle| triangle[0] != NONE).collect();
+        faces.retain(|face| *face != NONE);
+        made.triangles = faces.iter().map(|face| self.face(*face).map(|vertex| numbers[vertex as usize])).collect();
+        self.extract_wedges(&faces, &mut made);
         made
     }
 }

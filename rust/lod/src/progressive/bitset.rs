@@ -101,6 +101,24 @@ impl BitSet {
         None
     }
 
+    /// The first number from one on.
+    #[inline]
+    pub fn first_from(&self, number: u32) -> Option<u32> {
+        let mut at = number;
+        for (height, level) in self.0.iter().enumerate() {
+            let found = level.get(at as usize / 64)?.load(Relaxed) & (u64::MAX << (at % 64));
+            if found != 0 {
+                let found = at & !63 | found.trailing_zeros();
+                let down = self.0[..height].iter().rev();
+                let first =
+                    |word: u32, level: &Vec<AtomicU64>| 64 * word + level[word as usize].load(Relaxed).trailing_zeros();
+                return Some(down.fold(found, first));
+            }
+            at = at / 64 + 1;
+        }
+        None
+    }
+
     /// All numbers, ascending.
     pub fn iter(&self) -> impl Iterator<Item = u32> {
         self.words().into_iter().flat_map(|word| self.numbers(word))
@@ -145,6 +163,7 @@ mod tests {
             assert!(set.iter().eq(left.iter().copied()));
             for number in (0..count).step_by(37) {
                 assert_eq!(set.last_up_to(number), left.iter().rfind(|other| **other <= number).copied());
+                assert_eq!(set.first_from(number), left.iter().find(|other| **other >= number).copied());
             }
             let copy = BitSet::of_words((0..set.word_count() as u32).map(|word| set.word(word)).collect());
             assert!(copy.iter().eq(left.iter().copied()));

@@ -14,6 +14,12 @@ pub trait Buffers {
 
     /// Puts a triangle at a place: the places of its vertices.
     fn set_triangle(&mut self, place: usize, vertices: [u32; 3]);
+
+    /// Puts a wedge at a place: its numbers, as [`Extract::values`].
+    fn set_wedge(&mut self, _place: usize, _values: &[f32]) {}
+
+    /// Puts attributes of a triangle at its place: the places of its wedges, and its numbers as [`Extract::face_values`].
+    fn set_corners(&mut self, _place: usize, _wedges: [u32; 3], _values: &[u32]) {}
 }
 
 /// What an update has left in buffers.
@@ -27,12 +33,18 @@ pub struct Update {
     pub changed_vertices: Range<usize>,
     /// All places of triangles that were written are in it.
     pub changed_triangles: Range<usize>,
+    /// Places of wedges, from place 0 on; some may be free.
+    pub wedges: usize,
+    /// All places of wedges that were written are in it.
+    pub changed_wedges: Range<usize>,
 }
 
 /// Where vertices and triangles are in buffers, and what has changed since they were written.
 pub struct Places {
     vertices: Order,
     triangles: Order,
+    /// With gaps: which triangles a wedge has is not known without looking for its vertex.
+    wedges: Order,
     /// Splits that were made or taken back, each with the vertex it splits.
     splits: Vec<[u32; 2]>,
     /// Vertices that are elsewhere.
@@ -42,9 +54,9 @@ pub struct Places {
 }
 
 impl Places {
-    fn new(vertices: usize, faces: usize) -> Self {
-        let [vertices, triangles] = [vertices, faces].map(Order::new);
-        Self { vertices, triangles, splits: Vec::new(), moved: Vec::new(), is_whole: true }
+    fn new(vertices: usize, faces: usize, wedges: usize) -> Self {
+        let [vertices, triangles, wedges] = [vertices, faces, wedges].map(Order::new);
+        Self { vertices, triangles, wedges, splits: Vec::new(), moved: Vec::new(), is_whole: true }
     }
 
     /// Notes splits that were made or taken back, each with the vertex it splits.
@@ -91,6 +103,7 @@ impl Order {
 
     fn clear(&mut self) {
         self.items.drain(..).for_each(|item| self.places[item as usize] = NONE);
+        self.free.clear();
     }
 
     fn remove(&mut self, item: u32) {
@@ -152,7 +165,8 @@ impl ActiveMesh {
     /// time before. There has to be room for as many vertices and triangles as the mesh has now.
     pub fn update(&mut self, buffers: &mut impl Buffers, is_whole: bool) -> Update {
         let [count, faces] = [self.slots.len(), self.corners.len() / 3];
-        let mut places = self.places.take().unwrap_or_else(|| Places::new(count, faces));
+        let wedges = self.whole.wedges.as_ref().map_or(0, |wedges| wedges.count());
+        let mut places = self.places.take().unwrap_or_else(|| Places::new(count, faces, wedges));
         if is_whole || places.is_whole {
             self.place_all(&mut places);
         } else {
@@ -162,6 +176,7 @@ impl ActiveMesh {
         let mut update = Update {
             vertices: places.vertices.items.len(),
             triangles: places.triangles.items.len(),
+            wedges: places.wedges.items.len(),
             ..Update::default()
         };
         for (place, vertex) in places.vertices.take_written() {
@@ -173,7 +188,16 @@ impl ActiveMesh {
         for (place, face) in places.triangles.take_written() {
             let vertices = self.face(face).map(|vertex| places.vertices.places[vertex as usize]);
             buffers.set_triangle(place as usize, vertices);
+            if let Some((wedges, values)) = self.wedges_of(face) {
+                let wedges = wedges.map(|wedge| places.wedges.places[wedge as usize]);
+                buffers.set_corners(place as usize, wedges, values);
+            }
             widen(&mut update.changed_triangles, place as usize);
+        }
+        for (place, wedge) in places.wedges.take_written() {
+            let Some(values) = self.values_of(wedge).filter(|_| place != NONE) else { continue };
+            buffers.set_wedge(place as usize, values);
+            widen(&mut update.changed_wedges, place as usize);
         }
         self.places = Some(places);
         update
@@ -192,6 +216,8 @@ impl ActiveMesh {
         places.moved.clear();
         places.vertices.clear();
         places.triangles.clear();
+        places.wedges.clear();
+        self.wedges().for_each(|wedge| places.wedges.add(wedge));
         self.vertices().for_each(|vertex| places.vertices.add(vertex));
         let faces = 0..self.corners.len() as u32 / 3;
         faces.filter(|face| self.has_face(*face)).for_each(|face| places.triangles.add(face));
@@ -222,6 +248,17 @@ impl ActiveMesh {
         for vertex in splits.iter().flatten().filter(|vertex| is_there(**vertex)) {
             self.faces_at(*vertex).for_each(|face| places.triangles.write(face));
         }
+        let parts: Vec<u32> = splits.iter().flat_map(|[split, _]| self.parts_of(*split)).collect();
+        parts.iter().filter(|wedge| !self.is_wedge(**wedge)).for_each(|wedge| places.wedges.remove(*wedge));
+        for wedge in parts {
+            if self.is_wedge(wedge) {
+                places.wedges.add(wedge);
+            }
+            // What the one before has, up to this one, is other than it was.
+            if let Some(before) = self.wedge_before(wedge) {
+                places.wedges.write(before);
+            }
+        }
         for vertex in places.moved.drain(..).filter(|vertex| is_there(*vertex)) {
             places.vertices.write(vertex);
         }
@@ -234,12 +271,12 @@ impl ActiveMesh {
         }
     }
 
-    fn has_face(&self, face: u32) -> bool {
+    pub(super) fn has_face(&self, face: u32) -> bool {
         self.corners[3 * face as usize].vertex.load(Relaxed) != NONE
     }
 
     /// The vertices of a triangle.
-    fn face(&self, face: u32) -> [u32; 3] {
+    pub(super) fn face(&self, face: u32) -> [u32; 3] {
         [0, 1, 2].map(|side| self.corners[3 * face as usize + side].vertex.load(Relaxed))
     }
 }
@@ -262,5 +299,20 @@ impl Buffers for Extract {
             self.triangles.resize(place + 1, [0; 3]);
         }
         self.triangles[place] = vertices;
+    }
+
+    fn set_wedge(&mut self, place: usize, values: &[f32]) {
+        let end = (place + 1) * values.len();
+        self.values.resize(self.values.len().max(end), 0.0);
+        self.values[end - values.len()..end].copy_from_slice(values);
+    }
+
+    fn set_corners(&mut self, place: usize, wedges: [u32; 3], values: &[u32]) {
+        if place >= self.wedges.len() {
+            self.wedges.resize(place + 1, [0; 3]);
+            self.face_values.resize((place + 1) * values.len(), 0);
+        }
+        self.wedges[place] = wedges;
+        self.face_values[place * values.len()..(place + 1) * values.len()].copy_from_slice(values);
     }
 }

@@ -6,7 +6,7 @@
 //! split vertices are on, and the sum of all that (CRC-32). Every chunk: the bytes it has, those it has compressed (zstd),
 //! and the sum of the latter. The base comes first, then [`CHUNK`] splits a chunk. A chunk has columns of numbers of four
 //! bytes, each column as its four planes of bytes. Numbers of splits, vertices and leaves are differences to that of the
-//! split.
+//! split. Version 2 has attributes, in what `wedge_columns` adds; meshes without any are of version 1.
 
 use std::io::{Read, Write};
 use std::path::Path;
@@ -20,10 +20,13 @@ use super::active::ActiveMesh;
 use super::hierarchy::{AT, LEAF, Progressive};
 use super::packing::{Lattice, Normal};
 use super::recording::Key;
+use super::wedge_columns::{self, Columns, Told};
 use crate::connectivity::NONE;
 
 const SIGNATURE: &[u8; 8] = b"RLVPROG\n";
 const VERSION: u32 = 1;
+/// The version of meshes with attributes.
+const ATTRIBUTED: u32 = 2;
 /// Bytes of the head, with its sum.
 const HEAD: usize = 8 + 6 * 4 + 6 * 4 + 4;
 /// Splits of a chunk.
@@ -40,10 +43,10 @@ const HAS_FACE: u32 = 16;
 
 /// Columns that are written.
 #[derive(Default)]
-struct Writer(Vec<u8>);
+pub(super) struct Writer(Vec<u8>);
 
 impl Writer {
-    fn column(&mut self, values: &[u32]) {
+    pub(super) fn column(&mut self, values: &[u32]) {
         for plane in 0..4 {
             self.0.extend(values.iter().map(|value| (value >> (8 * plane)) as u8));
         }
@@ -58,10 +61,10 @@ impl Writer {
 }
 
 /// Columns that are read.
-struct Reader<'a>(&'a [u8]);
+pub(super) struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
-    fn column(&mut self, count: usize) -> Result<Vec<u32>> {
+    pub(super) fn column(&mut self, count: usize) -> Result<Vec<u32>> {
         let (bytes, rest) = self.0.split_at_checked(4 * count).ok_or_else(|| damaged("a chunk is too short"))?;
         self.0 = rest;
         let byte = |plane: usize, index: usize| u32::from(bytes[plane * count + index]) << (8 * plane);
@@ -69,7 +72,7 @@ impl Reader<'_> {
     }
 }
 
-fn damaged(what: &str) -> Error {
+pub(super) fn damaged(what: &str) -> Error {
     Error::invalid(what).advise("the file is damaged: build it again")
 }
 
@@ -165,14 +168,18 @@ impl Progressive {
         let mut splits: Vec<(Key, u32)> = self.splits().map(|(split, key, _)| (key, split)).collect();
         splits.sort_unstable_by_key(|split| std::cmp::Reverse(*split));
         let (base, faces) = (self.base_vertices(), self.base_faces());
+        let version = if self.wedges.is_some() { ATTRIBUTED } else { VERSION };
         let counts =
-            [VERSION, self.points.len() as u32, self.triangle_count() as u32, base.len() as u32, faces.len() as u32];
+            [version, self.points.len() as u32, self.triangle_count() as u32, base.len() as u32, faces.len() as u32];
         let (origin, step) = self.lattice.parts();
         let mut head: Vec<u8> = SIGNATURE.to_vec();
         head.extend(counts.into_iter().chain([splits.len() as u32]).flat_map(u32::to_le_bytes));
         head.extend([origin, step].into_iter().flat_map(|vector| vector.to_array()).flat_map(f32::to_le_bytes));
         head.extend(crc32fast::hash(&head).to_le_bytes());
         out.write_all(&head)?;
+        if let Some(wedges) = &self.wedges {
+            out.write_all(&Writer(wedges.head()).chunk()?)?;
+        }
         out.write_all(&self.base_chunk()?)?;
         for part in splits.chunks(CHUNK * 4 * context.threads()) {
             let chunks = context.map(part.len().div_ceil(CHUNK), |chunk| {
@@ -195,12 +202,19 @@ impl Progressive {
         out.column(&tags);
         vertices.write(&mut out);
         faces.write(&mut out);
+        if let Some(trees) = &self.wedges {
+            let mut columns = Columns::new(trees);
+            trees.base.iter().for_each(|wedge| columns.add_base(trees, *wedge));
+            self.base_faces().iter().for_each(|face| columns.add_face(trees, self, *face));
+            columns.write(&mut out);
+        }
         out.chunk()
     }
 
     fn split_chunk(&self, splits: &[(Key, u32)]) -> std::io::Result<Vec<u8>> {
         let (mut vertices, mut faces) = (Vertices::default(), Faces::default());
         let (mut numbers, mut tags, mut keys, mut parents) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut wedges = self.wedges.as_ref().map(|trees| (trees, Columns::new(trees)));
         for (key, split) in splits {
             let mut all = 0;
             for side in 0..2 {
@@ -211,7 +225,13 @@ impl Progressive {
                 if self.faces[(2 * split + side) as usize][0] != NONE {
                     faces.add(self, 2 * split + side, *split);
                     all |= HAS_FACE << side;
+                    if let Some((trees, columns)) = &mut wedges {
+                        columns.add_face(trees, self, 2 * split + side);
+                    }
                 }
+            }
+            if let Some((trees, columns)) = &mut wedges {
+                all |= columns.add_split(trees, *split);
             }
             numbers.push(*split);
             tags.push(all);
@@ -222,6 +242,9 @@ impl Progressive {
         [numbers, tags, keys, parents].iter().for_each(|column| out.column(column));
         vertices.write(&mut out);
         faces.write(&mut out);
+        if let Some((_, columns)) = wedges {
+            columns.write(&mut out);
+        }
         out.chunk()
     }
 
@@ -243,7 +266,8 @@ impl Progressive {
             return Err(Error::invalid("it is no progressive mesh").advise("build one of a mesh first"));
         }
         let word = |at: usize| u32::from_le_bytes([told[at], told[at + 1], told[at + 2], told[at + 3]]);
-        if word(8) != VERSION {
+        let version = word(8);
+        if version != VERSION && version != ATTRIBUTED {
             return Err(Error::unsupported(format!("version {} of the format is not known", word(8)))
                 .advise("use the program that wrote it, or a newer one of this"));
         }
@@ -255,12 +279,21 @@ impl Progressive {
         let lattice = Lattice::from_parts(vector(32), vector(44));
         let lattice = lattice.ok_or_else(|| damaged("the lattice of places is not finite"))?;
         let mut budget = Budget::new(context.memory_limit());
+        let told = match version {
+            ATTRIBUTED => Some(Told::read(&chunk(source, &mut budget, wedge_columns::MOST)?, counts.splits)?),
+            _ => None,
+        };
+        let more = |wedges: usize, faces: usize| told.as_ref().map_or(0, |told| told.bytes(wedges, faces));
+        let of_base = base_bytes(&counts) + more(told.as_ref().map_or(0, |told| told.base), counts.base_faces);
+        let of_split = 4 * COLUMNS + more(2, 2);
         let mut loading = Loading::new(&counts, lattice, &mut budget)?;
-        loading.base(&chunk(source, &mut budget, base_bytes(&counts))?, &counts)?;
+        let bytes = chunk(source, &mut budget, of_base)?;
+        loading.base(&bytes, &counts, told, &mut budget)?;
+        drop(bytes);
         let mut left = counts.splits;
         while left > 0 && loading.mesh.base_faces().len() + loading.triangles < faces {
             let count = left.min(CHUNK);
-            loading.splits(&chunk(source, &mut budget, 4 * COLUMNS * count)?, count)?;
+            loading.splits(&chunk(source, &mut budget, of_split * count)?, count)?;
             left -= count;
         }
         loading.finish(context)
@@ -331,6 +364,7 @@ struct Loading {
     /// Triangles that splits have brought.
     triangles: usize,
     last: (Key, u32),
+    wedges: Option<wedge_columns::Loading>,
 }
 
 impl Loading {
@@ -342,10 +376,11 @@ impl Loading {
             seen_faces: budget.filled(counts.triangles, false)?,
             triangles: 0,
             last: (Key(u32::MAX), u32::MAX),
+            wedges: None,
         })
     }
 
-    fn base(&mut self, bytes: &[u8], counts: &Counts) -> Result<()> {
+    fn base(&mut self, bytes: &[u8], counts: &Counts, told: Option<Told>, budget: &mut Budget) -> Result<()> {
         let mut from = Reader(bytes);
         let leaves = from.column(counts.base_vertices)?;
         let tags = from.column(counts.base_vertices)?;
@@ -369,6 +404,10 @@ impl Loading {
             self.face(&faces, index, *place, 0)?;
         }
         self.mesh.base_faces = places;
+        if let Some(told) = told {
+            let columns = Columns::read(&mut from, told.widths, [0, told.base], counts.base_faces)?;
+            self.wedges = Some(wedge_columns::Loading::base(told, &columns, &self.mesh, budget)?);
+        }
         Ok(())
     }
 
@@ -378,8 +417,14 @@ impl Loading {
         let (keys, parents) = (from.column(count)?, from.column(count)?);
         let sides = tags.iter().flat_map(|tag| [*tag, tag >> 1]);
         let vertices = Vertices::read(&mut from, sides.clone())?;
-        let faces = Faces::read(&mut from, sides.filter(|tag| tag & HAS_FACE != 0).count())?;
-        let (mut next, mut face) = (Next::default(), 0);
+        let face_count = sides.filter(|tag| tag & HAS_FACE != 0).count();
+        let faces = Faces::read(&mut from, face_count)?;
+        let parts = tags.iter().map(|tag| wedge_columns::count(*tag)).sum();
+        let columns = match &self.wedges {
+            Some(wedges) => Some(Columns::read(&mut from, wedges.trees.widths, [parts; 2], face_count)?),
+            None => None,
+        };
+        let (mut next, mut face, mut part) = (Next::default(), 0, 0);
         for (((split, tag), key), parent) in numbers.into_iter().zip(tags).zip(keys).zip(parents) {
             let key = Key(key);
             let [start, end] = self.ranges.get(split as usize).copied().unwrap_or_default();
@@ -401,9 +446,15 @@ impl Loading {
                 self.mesh.splits[split as usize].children[side as usize] = child;
                 if tag >> side & HAS_FACE != 0 {
                     self.face(&faces, face, 2 * split + side, split)?;
+                    if let Some((wedges, columns)) = self.wedges.as_mut().zip(columns.as_ref()) {
+                        wedges.face(columns, face, 2 * split + side, &self.mesh)?;
+                    }
                     face += 1;
                     self.triangles += 1;
                 }
+            }
+            if let Some((wedges, columns)) = self.wedges.as_mut().zip(columns.as_ref()) {
+                wedges.split(columns, &mut part, tag, split)?;
             }
         }
         Ok(())
@@ -476,7 +527,9 @@ impl Loading {
     }
 
     fn finish(self, context: &Context) -> Result<Progressive> {
-        let mesh = Arc::new(self.mesh);
+        let mut mesh = self.mesh;
+        mesh.wedges = self.wedges.map(|wedges| Arc::new(wedges.trees));
+        let mesh = Arc::new(mesh);
         if !ActiveMesh::new(&mesh).is_sound(context) {
             return Err(damaged("splits do not come after those they stand on"));
         }

@@ -7,7 +7,7 @@
 //! leaf has one place for a split, with two triangles. Triangles are corners of the fine mesh: whatever level a mesh is
 //! of, the vertex at a corner is the one whose range has the leaf.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::Vec3;
 use relievo_core::budget::Budget;
@@ -17,10 +17,12 @@ use relievo_core::{Context, Progress, Result};
 use super::packing::{Lattice, Normal};
 use super::place::Place;
 use super::recording::{Key, Operation, Recording};
+use super::wedges::{WedgeTrees, Wedged, widths};
 use crate::connectivity::NONE;
 use crate::decimation::Decimation;
 use crate::simplify::{SimplifyOptions, check, reduce, unit};
 use crate::watched::watched;
+use crate::wedges::Wedges;
 
 /// In place of a split: a leaf, with its number in the input.
 pub(super) const LEAF: u32 = 1 << 31;
@@ -62,6 +64,8 @@ pub struct Progressive {
     pub(super) base_vertices: Vec<u32>,
     pub(super) base_faces: Vec<u32>,
     triangles: usize,
+    /// Attributes, if there are any.
+    pub(super) wedges: Option<Arc<WedgeTrees>>,
     /// Found when it is first asked for.
     pub(super) triangle_sums: OnceLock<Vec<(u32, usize)>>,
 }
@@ -101,24 +105,39 @@ impl Progressive {
         check(context, points, triangles, &limits)?;
         let scale = unit(points);
         watched(context, progress, |progress| {
-            let mut work = Decimation::new(context, points, triangles, 1.0 / scale)?;
-            work.lock(&options.locked);
-            let normals: Vec<_> = work.vertex_normals(context).into_iter().map(Normal::new).collect();
-            work.recording = Some(Recording::new(points.len()));
-            reduce(context, &mut work, triangles.len(), options.faces, f32::INFINITY, progress)?;
-            let mut operations = work.recording.take().map_or_else(Vec::new, |recording| recording.operations);
-            drop(work);
-            for operation in &mut operations {
-                operation.point *= scale;
-                operation.key = operation.key.scaled(scale);
-            }
-            Self::new(points, &normals, triangles, &operations)
+            let work = Decimation::new(context, points, triangles, 1.0 / scale)?;
+            let (normals, recording) = record(context, work, (options, scale, 0), progress)?;
+            Ok(Self::new(points, &normals, triangles, &recording.operations)?.0)
         })
     }
 
-    /// Of the collapses of a mesh, in their order.
-    fn new(points: &[[f32; 3]], normals: &[Normal], triangles: &[[u32; 3]], operations: &[Operation]) -> Result<Self> {
-        let numbers = Numbers::new(points.len(), operations);
+    /// As [`Self::build`], of a mesh that was checked, with what its wedges and triangles have.
+    pub(super) fn build_wedged<const Q: usize>(
+        context: &Context,
+        (points, triangles): (&[[f32; 3]], &[[u32; 3]]),
+        (wedged, wedges): (Wedged, Wedges<Q>),
+        options: &BuildOptions,
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
+        let scale = unit(points);
+        watched(context, progress, |progress| {
+            let [width, _] = widths(&wedged.attributes);
+            let work = Decimation::with(context, points, triangles, 1.0 / scale, wedges)?;
+            let (normals, recording) = record(context, work, (options, scale, width), progress)?;
+            let (mut made, leaves) = Self::new(points, &normals, triangles, &recording.operations)?;
+            made.wedges = Some(Arc::new(WedgeTrees::new(wedged, &recording, &leaves, &made)?));
+            Ok(made)
+        })
+    }
+
+    /// Of the collapses of a mesh, in their order. Also returns the leaves of the vertices of the input.
+    fn new(
+        points: &[[f32; 3]],
+        normals: &[Normal],
+        triangles: &[[u32; 3]],
+        operations: &[Operation],
+    ) -> Result<(Self, Vec<u32>)> {
+        let numbers = Numbers::new(points.len(), operations.iter().map(|operation| [operation.kept, operation.gone]));
         let leaves = &numbers.leaves;
         let count = points.len();
         let lattice = Lattice::around(operations.iter().map(|operation| operation.point));
@@ -176,7 +195,7 @@ impl Progressive {
             let leaves = triangles[face].map(|vertex| leaves[vertex as usize]);
             made.set_face(made.base_faces[index], leaves, face as u32);
         }
-        Ok(made)
+        Ok((made, numbers.leaves))
     }
 
     /// Room for a mesh.
@@ -193,6 +212,7 @@ impl Progressive {
             base_vertices: Vec::new(),
             base_faces: Vec::new(),
             triangles,
+            wedges: None,
             triangle_sums: OnceLock::new(),
         })
     }
@@ -327,36 +347,58 @@ impl Progressive {
         let vertex = size_of::<[f32; 3]>() + 2 * size_of::<Normal>() + size_of::<u64>();
         let split = size_of::<Split>();
         let sums = self.triangle_sums.get().map_or(0, |sums| size_of_val(&**sums));
-        let base = size_of_val(&*self.base_vertices) + size_of_val(&*self.base_faces) + sums;
+        let wedges = self.wedges.as_ref().map_or(0, |wedges| wedges.bytes());
+        let base = size_of_val(&*self.base_vertices) + size_of_val(&*self.base_faces) + sums + wedges;
         self.points.len() * (vertex + split) + self.faces.len() * (size_of::<[u32; 3]>() + size_of::<u32>()) + base
     }
 }
 
+/// Collapses a mesh, and tells the normals it had and what was done. Wedges have `width` numbers.
+fn record<const Q: usize>(
+    context: &Context,
+    mut work: Decimation<Q>,
+    (options, scale, width): (&BuildOptions, f32, usize),
+    progress: &mut dyn Progress,
+) -> Result<(Vec<Normal>, Recording)> {
+    work.lock(&options.locked);
+    let normals: Vec<_> = work.vertex_normals(context).into_iter().map(Normal::new).collect();
+    work.recording = Some(Recording::new(work.points.len(), width));
+    let triangles = work.live;
+    reduce(context, &mut work, triangles, options.faces, f32::INFINITY, progress)?;
+    let mut recording = work.recording.take().unwrap_or_else(|| Recording::new(0, width));
+    for operation in &mut recording.operations {
+        operation.point *= scale;
+        operation.key = operation.key.scaled(scale);
+    }
+    Ok((normals, recording))
+}
+
 /// The leaves' numbers.
-struct Numbers {
+pub(super) struct Numbers {
     /// Of every vertex of the input.
-    leaves: Vec<u32>,
+    pub leaves: Vec<u32>,
     /// What the two vertices of each collapse came from: the vertex that went in the collapse before, or [`NONE`].
     children: Vec<[u32; 2]>,
     /// Of every vertex of the input, the one that went in the last collapse of its tree, or [`NONE`].
     last: Vec<u32>,
     /// Vertices of the input that are left.
-    base: Vec<u32>,
+    pub base: Vec<u32>,
 }
 
 impl Numbers {
-    fn new(count: usize, operations: &[Operation]) -> Self {
+    /// Of so many vertices, and of those that collapses keep and take away.
+    pub fn new(count: usize, collapses: impl DoubleEndedIterator<Item = [u32; 2]> + ExactSizeIterator + Clone) -> Self {
         let mut last = vec![NONE; count];
         let mut sizes = vec![1u32; count];
-        let mut children = Vec::with_capacity(operations.len());
-        let mut firsts = Vec::with_capacity(operations.len());
-        for operation in operations {
-            let [kept, gone] = [operation.kept, operation.gone].map(|vertex| vertex as usize);
+        let mut children = Vec::with_capacity(collapses.len());
+        let mut firsts = Vec::with_capacity(collapses.len());
+        for ends in collapses.clone() {
+            let [kept, gone] = ends.map(|vertex| vertex as usize);
             children.push([last[kept], last[gone]]);
             firsts.push(sizes[kept]);
             sizes[kept] += sizes[gone];
             sizes[gone] = 0;
-            last[kept] = operation.gone;
+            last[kept] = ends[1];
         }
         let base: Vec<u32> = (0..count as u32).filter(|vertex| sizes[*vertex as usize] > 0).collect();
         let mut leaves = vec![0; count];
@@ -365,8 +407,8 @@ impl Numbers {
             leaves[*vertex as usize] = sum;
             sum += sizes[*vertex as usize];
         }
-        for (operation, first) in operations.iter().zip(firsts).rev() {
-            leaves[operation.gone as usize] = leaves[operation.kept as usize] + first;
+        for ([kept, gone], first) in collapses.zip(firsts).rev() {
+            leaves[gone as usize] = leaves[kept as usize] + first;
         }
         Self { leaves, children, last, base }
     }

@@ -83,6 +83,11 @@ impl ActiveMesh {
             }
             triangles += 1;
         }
+        if mesh.wedges.is_some() {
+            for (way, change) in [(1, Self::merge_wedges as fn(&Self, u32)), (0, Self::split_wedges)] {
+                context.map(parts, |part| changed[part].splits[way].iter().for_each(|[split, _]| change(mesh, *split)));
+            }
+        }
         self.triangles = triangles + changed.iter().map(|changed| changed.triangles).sum::<usize>();
         let [made, gone] = [0, 1].map(|way| changed.iter().map(|changed| changed.splits[way].len()).sum::<usize>());
         self.vertices = self.vertices + made - gone;

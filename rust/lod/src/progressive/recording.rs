@@ -5,6 +5,7 @@ use relievo_core::Context;
 
 use super::packing::Normal;
 use crate::connectivity::{Connectivity, Fan, NONE, next};
+use crate::wedges::Wedges;
 
 /// A collapse: two vertices became one.
 #[derive(Clone, Copy)]
@@ -19,6 +20,15 @@ pub struct Operation {
     pub point: Vec3,
     pub normal: Normal,
     pub key: Key,
+}
+
+/// Two wedges that became one in a collapse.
+#[derive(Clone, Copy)]
+pub struct Join {
+    /// The collapse, by its number among all.
+    pub operation: u32,
+    /// The wedge of the input under whose number the one wedge goes on, and the one that went.
+    pub wedges: [u32; 2],
 }
 
 /// How much a collapse deviates, rounded up to 8 bits of precision, above how deep it stands on others.
@@ -73,6 +83,11 @@ pub struct Recording {
     /// Numbers in the input of the vertices and of the triangles that are left, while some of them are left out; none before.
     numbers: Option<[Vec<u32>; 2]>,
     deepest: u32,
+    /// What became of wedges, in the order of collapses, and the numbers that each of them had then.
+    pub joins: Vec<Join>,
+    pub values: Vec<f32>,
+    /// Numbers of a wedge.
+    width: usize,
 }
 
 /// A collapse as the simplification has it: its half-edge, where the vertex goes with its deviation, and the sum of the
@@ -80,9 +95,11 @@ pub struct Recording {
 pub type Made = (u32, Vec4, Vec3);
 
 impl Recording {
-    pub fn new(vertices: usize) -> Self {
+    /// Of a mesh whose wedges have `width` numbers.
+    pub fn new(vertices: usize, width: usize) -> Self {
         let operations = Vec::with_capacity(vertices);
-        Self { operations, keys: vec![Key::default(); vertices], numbers: None, deepest: 0 }
+        let keys = vec![Key::default(); vertices];
+        Self { operations, keys, numbers: None, deepest: 0, joins: Vec::new(), values: Vec::new(), width }
     }
 
     /// Whether collapses may come whose depth has no number.
@@ -119,6 +136,32 @@ impl Recording {
             self.keys[vertex as usize] = operation.key;
             self.deepest = self.deepest.max(operation.key.depth());
             self.operations.push(operation);
+        }
+    }
+
+    /// Adds what becomes of wedges in the collapses added last, told by their half-edges and whether their ends stay, once
+    /// wedges have their new values and before the collapses are made.
+    pub fn add_joins<const Q: usize>(
+        &mut self,
+        context: &Context,
+        mesh: &Connectivity,
+        wedges: &Wedges<Q>,
+        made: &[Vec<(u32, bool)>],
+    ) {
+        let joined = context.map(made.len(), |part| {
+            let joined = |(index, (corner, end_stays)): (usize, &(u32, bool))| {
+                wedges.joined(mesh, *corner, *end_stays).map(move |(pair, values)| (index, pair, *values))
+            };
+            made[part].iter().enumerate().flat_map(joined).collect::<Vec<_>>()
+        });
+        let mut first = self.operations.len() - made.iter().map(Vec::len).sum::<usize>();
+        for (made, joined) in made.iter().zip(joined) {
+            for (index, wedges, values) in joined {
+                self.joins.push(Join { operation: (first + index) as u32, wedges });
+                let numbers = values.iter().flat_map(|four| four.to_array());
+                self.values.extend(numbers.take(self.width));
+            }
+            first += made.len();
         }
     }
 

@@ -40,7 +40,7 @@ impl ActiveMesh {
 
     /// A progressive mesh that is built anew of the finest mesh with its edits: its levels deviate by what they tell, and
     /// have triangles where the surface needs them now. Its vertices are those of this one's finest mesh, in their order.
-    /// Takes as long as building did, which [`Self::settled`] does not.
+    /// Takes as long as building did, which [`Self::settled`] does not. Attributes weigh as [`crate::default_weight`] says.
     /// Fails as [`Progressive::build`].
     pub fn rebuilt(
         &mut self,
@@ -49,6 +49,6 @@ impl ActiveMesh {
         progress: &mut dyn Progress,
     ) -> Result<Progressive> {
         let finest = self.at_finest(context, |mesh| mesh.extract());
-        Progressive::build(context, &finest.points, &finest.triangles, options, progress)
+        Progressive::build_extract(context, self.whole.attributes(), finest, options, progress)
     }
 }

@@ -135,6 +135,7 @@ impl ActiveMesh {
         self.slots[split as usize].node.store(2 * split + 1, Relaxed);
         self.slots[split as usize].target.store(vertex, Relaxed);
         self.there.insert(split);
+        self.split_wedges(split);
         let mut made = 0;
         for (face, vertices) in faces.into_iter().zip(vertices) {
             if self.whole.faces[face as usize][0] != NONE {
@@ -180,6 +181,7 @@ impl ActiveMesh {
         self.slots[split as usize].node.store(NONE, Relaxed);
         self.slots[split as usize].target.store(NONE, Relaxed);
         self.there.remove(split);
+        self.merge_wedges(split);
         self.slots[vertex as usize].node.store(self.whole.parent(split), Relaxed);
         gone
     }

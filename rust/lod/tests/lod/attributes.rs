@@ -231,7 +231,7 @@ fn directions_stay_of_length_1() {
 }
 
 /// The cube with texture coordinates and normals on corners, two materials on each side in halves, and heights of points.
-fn furnished_cube(n: u32) -> Mesh {
+pub fn furnished_cube(n: u32) -> Mesh {
     let Mapped { mesh: (points, triangles), values, .. } = cube(n);
     let welded = weld(&points, &triangles);
     let mut mesh = Mesh::from_triangles(welded.points, &welded.triangles);

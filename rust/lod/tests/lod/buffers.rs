@@ -1,8 +1,7 @@
 //! Meshes in their user's buffers: what is written there, and what is not.
 
-use std::sync::Arc;
-
 use std::ops::Range;
+use std::sync::Arc;
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Falloff};
@@ -11,7 +10,9 @@ use relievo_lod::progressive::{
     ActiveMesh, Buffers, BuildOptions, Cut, Edit, Extents, Extract, Handle, Region, Update, View,
 };
 
+use crate::attributes::furnished_cube;
 use crate::shapes::{Triangles, torus, two_tori};
+use crate::wedges::{self, painted_torus};
 
 /// Buffers that know where they were written.
 #[derive(Default)]
@@ -19,6 +20,7 @@ struct Kept {
     mesh: Extract,
     vertices: Range<usize>,
     triangles: Range<usize>,
+    wedges: Range<usize>,
     writes: usize,
 }
 
@@ -41,33 +43,56 @@ impl Buffers for Kept {
         Self::note(&mut self.triangles, place);
         self.writes += 1;
     }
+
+    fn set_wedge(&mut self, place: usize, values: &[f32]) {
+        self.mesh.set_wedge(place, values);
+        Self::note(&mut self.wedges, place);
+        self.writes += 1;
+    }
+
+    fn set_corners(&mut self, place: usize, wedges: [u32; 3], values: &[u32]) {
+        self.mesh.set_corners(place, wedges, values);
+    }
 }
 
-/// The triangles of a mesh as points and normals, in an order of their own.
-fn sorted(mesh: &Extract, triangles: usize) -> Vec<[[u32; 6]; 3]> {
-    let corner = |vertex: u32| {
-        let (p, n) = (mesh.points[vertex as usize], mesh.normals[vertex as usize]);
-        [p[0], p[1], p[2], n[0], n[1], n[2]].map(f32::to_bits)
+/// The triangles of a mesh as points, normals and what wedges and triangles have, in an order of their own.
+fn sorted(mesh: &Extract, triangles: usize, [width, face_width]: [usize; 2]) -> Vec<Vec<u32>> {
+    let triangle = |face: usize| {
+        let mut numbers = Vec::new();
+        for (side, vertex) in mesh.triangles[face].map(|vertex| vertex as usize).into_iter().enumerate() {
+            let places = [mesh.points[vertex], mesh.normals[vertex]];
+            numbers.extend(places.as_flattened().iter().map(|value| value.to_bits()));
+            let wedge = mesh.wedges.get(face).map_or(0, |wedges| wedges[side] as usize);
+            numbers.extend(mesh.values[wedge * width..(wedge + 1) * width].iter().map(|value| value.to_bits()));
+        }
+        numbers.extend(&mesh.face_values[face * face_width..(face + 1) * face_width]);
+        numbers
     };
-    let mut list: Vec<_> = mesh.triangles[..triangles].iter().map(|triangle| triangle.map(corner)).collect();
+    let mut list: Vec<_> = (0..triangles).map(triangle).collect();
     list.sort_unstable();
     list
 }
 
 /// Updates buffers and compares them with the whole mesh. Returns how often something was written.
 fn compare(active: &mut ActiveMesh, kept: &mut Kept) -> usize {
-    (kept.vertices, kept.triangles, kept.writes) = (0..0, 0..0, 0);
+    (kept.vertices, kept.triangles, kept.wedges, kept.writes) = (0..0, 0..0, 0..0, 0);
     let update = active.update(kept, false);
     let expected = Update {
         vertices: active.vertex_count(),
         triangles: active.triangle_count(),
         changed_vertices: kept.vertices.clone(),
         changed_triangles: kept.triangles.clone(),
+        wedges: update.wedges,
+        changed_wedges: kept.wedges.clone(),
     };
     assert_eq!(update, expected);
+    let wedges = kept.mesh.wedges[..update.triangles.min(kept.mesh.wedges.len())].as_flattened();
+    assert!(wedges.iter().all(|wedge| (*wedge as usize) < update.wedges));
     assert!(kept.mesh.triangles[..update.triangles].iter().flatten().all(|it| (*it as usize) < update.vertices));
     let whole = active.extract();
-    assert!(sorted(&kept.mesh, update.triangles) == sorted(&whole, whole.triangles.len()));
+    let wedges = whole.wedges.as_flattened().iter().max().map_or(1, |last| *last as usize + 1);
+    let widths = [whole.values.len() / wedges, whole.face_values.len() / whole.triangles.len()];
+    assert!(sorted(&kept.mesh, update.triangles, widths) == sorted(&whole, whole.triangles.len(), widths));
     kept.writes
 }
 
@@ -84,8 +109,8 @@ fn pull(center: [f32; 3], radius: f32) -> Edit {
 
 #[test]
 fn buffers_have_the_mesh_after_all_that_can_happen_to_it() {
-    for shape in [torus(80, 40), two_tori()] {
-        let mesh = build(&shape);
+    let painted = wedges::build(&painted_torus(80, 40), 40);
+    for mesh in [build(&torus(80, 40)), build(&two_tori()), painted, wedges::build(&furnished_cube(24), 40)] {
         let context = Context::serial();
         let (mut active, mut kept) = (ActiveMesh::new(&mesh), Kept::default());
         compare(&mut active, &mut kept);

@@ -12,3 +12,4 @@ mod sculpting;
 mod shapes;
 mod simplify;
 mod views;
+mod wedges;

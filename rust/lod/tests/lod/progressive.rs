@@ -289,7 +289,7 @@ fn damaged_files_are_refused_or_harmless() {
     endless[56..60].copy_from_slice(&sum.to_le_bytes());
     assert!(read(&endless).unwrap_err().to_string().contains("not finite"));
     let mut newer = bytes.clone();
-    newer[8] = 2;
+    newer[8] = 3;
     assert_eq!(read(&newer).unwrap_err().kind, ErrorKind::Unsupported);
     assert!(read(b"OFF\n3 1 0\n").unwrap_err().to_string().contains("no progressive mesh"));
     let small = Context::new(&ContextOptions { threads: 1, memory_limit: 1000 }).unwrap();

@@ -270,7 +270,8 @@ impl DeviceLevel {
         Ok([arguments[5] as usize, arguments[0] as usize / 3])
     }
 
-    /// Waits for what was submitted. Returns the mesh as [`ActiveMesh::extract`](crate::progressive::ActiveMesh::extract).
+    /// Waits for what was submitted. Returns the mesh as [`ActiveMesh::extract`](crate::progressive::ActiveMesh::extract),
+    /// without attributes.
     pub fn extract(&self) -> Result<Extract> {
         let device = &self.hierarchy.device;
         let [vertices, triangles] = self.counts()?;
@@ -290,6 +291,7 @@ impl DeviceLevel {
             points: places.iter().map(|[x, y, z, _]| [*x, *y, *z].map(f32::from_bits)).collect(),
             normals: places.iter().map(|[_, _, _, normal]| Normal(*normal).vector().to_array()).collect(),
             triangles: corners.as_chunks::<3>().0.to_vec(),
+            ..Extract::default()
         })
     }
 }
