@@ -18,11 +18,11 @@ const EACH: u32 = 8u;
 
 // Where the workgroups of imprint `link` begin, and those after its last.
 fn first_of(link: u32) -> u32 {
-    return links[link].first_work / TRIANGLES;
+    return links[link].first_work / COUNTED;
 }
 
 fn end_of(link: u32) -> u32 {
-    return first_of(link) + (links[link].triangles + TRIANGLES - 1u) / TRIANGLES;
+    return first_of(link) + (links[link].triangles + COUNTED - 1u) / COUNTED;
 }
 
 // Puts what lies before them in place of the first `count` sums, and the sum of all after them.

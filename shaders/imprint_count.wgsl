@@ -8,13 +8,13 @@
 // Of every workgroup of all imprints, one after the other.
 @group(0) @binding(5) var<storage, read_write> sums: array<u32>;
 
-const EACH: u32 = TRIANGLES / GROUP;
+const EACH: u32 = COUNTED / GROUP;
 
 @compute @workgroup_size(GROUP)
 fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let link = step.link + group.y;
     work = links[link];
-    let first = group.x * TRIANGLES + EACH * local;
+    let first = group.x * COUNTED + EACH * local;
     var items: array<u32, EACH>;
     var sum = 0u;
     for (var k = 0u; k < EACH && first + k < work.triangles; k++) {
@@ -32,6 +32,6 @@ fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         start += items[k];
     }
     if local == 0u && first < work.triangles {
-        sums[work.first_work / TRIANGLES + group.x] = partial[GROUP - 1u];
+        sums[work.first_work / COUNTED + group.x] = partial[GROUP - 1u];
     }
 }

@@ -34,22 +34,22 @@ fn cross_columns(
     if item >= arguments[2u * step.link].x {
         return;
     }
-    let base = sums[links[step.link].first_work / TRIANGLES];
+    let base = sums[links[step.link].first_work / COUNTED];
     // The last imprint, of that the last workgroup, and of that the last triangle, that starts not after the item.
     var low = step.link;
     var high = step.link + step.count;
     while high - low > 1u {
         let middle = (low + high) / 2u;
-        if sums[links[middle].first_work / TRIANGLES] - base <= item {
+        if sums[links[middle].first_work / COUNTED] - base <= item {
             low = middle;
         } else {
             high = middle;
         }
     }
     work = links[low];
-    let first_sum = work.first_work / TRIANGLES;
+    let first_sum = work.first_work / COUNTED;
     low = 0u;
-    high = (work.triangles + TRIANGLES - 1u) / TRIANGLES;
+    high = (work.triangles + COUNTED - 1u) / COUNTED;
     while high - low > 1u {
         let middle = (low + high) / 2u;
         if sums[first_sum + middle] - base <= item {
@@ -59,8 +59,8 @@ fn cross_columns(
         }
     }
     let in_group = item - (sums[first_sum + low] - base);
-    low = low * TRIANGLES;
-    high = min(low + TRIANGLES, work.triangles);
+    low = low * COUNTED;
+    high = min(low + COUNTED, work.triangles);
     while high - low > 1u {
         let middle = (low + high) / 2u;
         if starts[work.first_work + middle] <= in_group {

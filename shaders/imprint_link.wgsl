@@ -18,7 +18,7 @@ const TOO_MUCH: u32 = 2u;
 const LINK_NONE: u32 = 0xffffffffu;
 
 // Triangles whose work a workgroup finds, four an invocation.
-const TRIANGLES: u32 = 1024u;
+const COUNTED: u32 = 1024u;
 
 // Workgroups of a row of a dispatch.
 const ROW: u32 = 32768u;
@@ -59,7 +59,7 @@ struct Link {
     max_displacement: f32,
     depth: f32,
     deepest: i32,
-    // Where its points on the lattice begin, and the work of its triangles, at a multiple of `TRIANGLES`.
+    // Where its points on the lattice begin, and the work of its triangles, at a multiple of `COUNTED`.
     first_corner: u32,
     first_work: u32,
     // Where the object's slots begin, and how many a tile has: the least coefficient that imprints before this one left,

@@ -17,7 +17,7 @@ use super::shared::{Shared, step};
 const WORD: u32 = 32;
 
 /// Triangles whose work a workgroup finds, as in `imprint_link.wgsl`.
-const TRIANGLES: u32 = 1024;
+const COUNTED: u32 = 1024;
 
 /// Columns that a ray may pass at most: a loop over them stays below the 65,535 iterations at which some devices stop,
 /// with room for the words of one column.
@@ -43,7 +43,7 @@ impl VoxelRoom {
         let layers = if triangles <= MOST_NARROW { nz / 2 } else { nz };
         let turns = columns.saturating_mul(layers as usize + 1);
         let words = columns.saturating_mul(nz.div_ceil(WORD) as usize);
-        Ok(Self([points as usize, triangles.next_multiple_of(TRIANGLES) as usize, turns, columns, words]))
+        Ok(Self([points as usize, triangles.next_multiple_of(COUNTED) as usize, turns, columns, words]))
     }
 
     /// What both need together.
@@ -112,7 +112,7 @@ impl DeviceVoxels {
         let VoxelRoom([corners, items, changes, columns, words]) = room;
         let corners = Buffer::new(device, "colliders' corners", corners)?;
         let starts = Buffer::new(device, "triangles' work", items)?;
-        let sums = Buffer::new(device, "work of workgroups", items / TRIANGLES as usize + 1)?;
+        let sums = Buffer::new(device, "work of workgroups", items / COUNTED as usize + 1)?;
         let turns = Buffer::new(device, "winding numbers", changes)?;
         let spans = Buffer::new(device, "columns", columns)?;
         let words = Buffer::new(device, "voxels", words)?;
@@ -176,7 +176,7 @@ impl DeviceVoxels {
         let Batch { links, most: [points, triangles], .. } = batch;
         let count = links.len() as u32;
         self.snap.run(pass, links, [points.div_ceil(GROUP), count, 1])?;
-        self.count.run(pass, links, [triangles.div_ceil(TRIANGLES), count, 1])?;
+        self.count.run(pass, links, [triangles.div_ceil(COUNTED), count, 1])?;
         self.arrange.run(pass, links, [1, 1, 1])?;
         for wave in &batch.waves {
             let Work { kernel, buffers } = &self.cross;
