@@ -132,9 +132,17 @@ typedef struct RlvLevelBuffers {
     uint32_t *triangles;    /* 3 vertices each, counter-clockwise from the front */
     size_t triangle_stride;
     size_t triangle_capacity; /* triangles that there is room for */
+    uint32_t *wedges;         /* of every triangle, 3 each; NULL if not wanted, as what follows */
+    size_t wedge_stride;
+    float *wedge_values; /* of every wedge, as many as rlv_progressive_info tells */
+    size_t wedge_value_stride;
+    size_t wedge_capacity; /* wedges that there is room for: all of the finest mesh */
+    uint32_t *face_values; /* of every triangle, as many as rlv_progressive_info tells; of floats their bits */
+    size_t face_value_stride;
 } RlvLevelBuffers;
 
-#define RLV_LEVEL_BUFFERS_INIT {sizeof(RlvLevelBuffers), 0, NULL, 0, NULL, 0, 0, NULL, 0, 0}
+#define RLV_LEVEL_BUFFERS_INIT \
+    {sizeof(RlvLevelBuffers), 0, NULL, 0, NULL, 0, 0, NULL, 0, 0, NULL, 0, NULL, 0, 0, NULL, 0}
 
 /* What is in the host's buffers. */
 typedef struct RlvLevelUpdate {
@@ -146,9 +154,12 @@ typedef struct RlvLevelUpdate {
     size_t changed_vertex_count; /* 0 if none was */
     size_t first_triangle;       /* the same of triangles */
     size_t changed_triangle_count;
+    size_t wedge_count; /* places of wedges, of which some may be free; wedges and face values go with triangles */
+    size_t first_wedge; /* the same of wedges' values */
+    size_t changed_wedge_count;
 } RlvLevelUpdate;
 
-#define RLV_LEVEL_UPDATE_INIT {sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0}
+#define RLV_LEVEL_UPDATE_INIT {sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 /* A split of a level that is out of order: it deviates more than twice as much as it tells, so that meshes that are as
  * coarse as it deviate more than was asked for, and keep triangles elsewhere that are needed here. */
@@ -235,8 +246,9 @@ RLV_API RlvResult rlv_level_close_journal(RlvLevel level);
  * writes nothing, if there is not enough room; there is for any level with rlv_progressive_info's counts. */
 RLV_API RlvResult rlv_level_update(RlvLevel level, const RlvLevelBuffers *buffers, RlvLevelUpdate *out);
 
-/* Makes a mesh of the level as it is now, with the attribute "normal" at its points; it takes less memory than the level.
- * Fails if no triangle is left. */
+/* Makes a mesh of the level as it is now, with the attributes that the progressive mesh has, and "normal" at its points if
+ * that is none of them; it takes less memory than the level. Where attributes of points differ about a vertex it has
+ * several points. Fails if no triangle is left. */
 RLV_API RlvResult rlv_level_mesh(RlvLevel level, RlvMesh *out);
 
 /* Mutating, though it leaves the mesh as it is. Makes a progressive mesh of its own that has the edits at all levels, to be
@@ -250,7 +262,8 @@ RLV_API RlvResult rlv_level_misplaced(RlvLevel level, RlvLevelMisplaced *out, si
 
 /* Mutating, though it leaves the mesh as it is. Builds a progressive mesh anew of the finest level with its edits, which
  * takes as long as rlv_progressive_create: its splits are in order, and its levels deviate by what they tell. Locked
- * points are those of rlv_level_mesh at the finest level. options may be NULL for the defaults, progress too. Fails as
+ * points are its vertices at the finest level. Attributes are those it has, whatever options say of them. options may be
+ * NULL for the defaults, progress too. Fails as
  * rlv_progressive_create. */
 RLV_API RlvResult rlv_level_rebuild(RlvLevel level, const RlvProgressiveOptions *options, RlvProgress progress, void *user,
                                     RlvProgressive *out);

@@ -1217,6 +1217,12 @@ public:
         check(rlv_progressive_info(get(), &info));
         return info;
     }
+
+    RlvAttributeInfo attribute_info(std::uint32_t index) const {
+        RlvAttributeInfo info = RLV_ATTRIBUTE_INFO_INIT;
+        check(rlv_progressive_attribute_info(get(), index, &info));
+        return info;
+    }
 };
 
 /// See relievo/level.h.
@@ -1228,6 +1234,10 @@ public:
     struct Buffers {
         std::vector<Float3> points, normals;
         std::vector<Triangle> triangles;
+        /// Wedges of every triangle, numbers of every wedge, and numbers of every triangle; empty without attributes.
+        std::vector<Triangle> wedges;
+        std::vector<float> wedge_values;
+        std::vector<std::uint32_t> face_values;
         /// What the last update left in them.
         RlvLevelUpdate last = RLV_LEVEL_UPDATE_INIT;
 
@@ -1237,7 +1247,15 @@ public:
             points.resize(info.vertex_count);
             normals.resize(info.vertex_count);
             triangles.resize(info.triangle_count);
+            wedges.resize(info.attribute_count == 0 ? 0 : info.triangle_count);
+            wedge_values.resize(info.wedge_count * info.wedge_width);
+            face_values.resize(info.triangle_count * info.face_width);
+            wedge_count = info.wedge_count;
         }
+
+    private:
+        friend class Level;
+        std::size_t wedge_count = 0;
     };
 
     /// The base mesh.
@@ -1322,6 +1340,10 @@ public:
         room.vertex_capacity = (std::min)(buffers.points.size(), buffers.normals.size());
         room.triangles = buffers.triangles.empty() ? nullptr : buffers.triangles.front().data();
         room.triangle_capacity = buffers.triangles.size();
+        room.wedges = buffers.wedges.empty() ? nullptr : buffers.wedges.front().data();
+        room.wedge_values = buffers.wedge_values.empty() ? nullptr : buffers.wedge_values.data();
+        room.wedge_capacity = buffers.wedge_count;
+        room.face_values = buffers.face_values.empty() ? nullptr : buffers.face_values.data();
         check(rlv_level_update(get(), &room, &buffers.last));
     }
 

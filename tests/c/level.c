@@ -180,6 +180,113 @@ static void check_motions(RlvProgressive ball) {
     CHECK_OK(rlv_level_release(level));
 }
 
+/* Colours with a seam and materials in halves: those of the finest level, and of another, in the caller's buffers. */
+static void check_attributes(RlvContext context) {
+    RlvMesh mesh = check_ball(context, 1.0), made = RLV_NULL;
+    RlvMeshInfo given = RLV_MESH_INFO_INIT;
+    CHECK_OK(rlv_mesh_info(mesh, &given));
+    float *points = malloc(given.point_count * 12), *colors = malloc(given.corner_count * 12);
+    uint32_t *corners = malloc(given.corner_count * 4), *materials = malloc(given.face_count * 4);
+    CHECK(points != NULL && colors != NULL && corners != NULL && materials != NULL);
+    CHECK_OK(rlv_mesh_get_points(mesh, points, given.point_count, 0));
+    CHECK_OK(rlv_mesh_get_faces(mesh, NULL, 0, corners, given.corner_count));
+    for (size_t face = 0; face < given.face_count; ++face) {
+        float low = 0.0f;
+        for (size_t corner = 3 * face; corner < 3 * face + 3; ++corner) {
+            low += points[3 * corners[corner] + 2];
+        }
+        materials[face] = low < 0.0f;
+        for (size_t k = 0; k < 9; ++k) {
+            colors[9 * face + k] = points[3 * corners[3 * face + k / 3] + k % 3] + (float)(10 * materials[face]);
+        }
+    }
+    RlvAttributeArrays color = RLV_ATTRIBUTE_ARRAYS_INIT, material = RLV_ATTRIBUTE_ARRAYS_INIT;
+    color.domain = RLV_DOMAIN_CORNER;
+    color.type = RLV_TYPE_F32;
+    color.width = 3;
+    color.name = "color";
+    color.values = colors;
+    color.value_count = given.corner_count;
+    material.domain = RLV_DOMAIN_FACE;
+    material.type = RLV_TYPE_U32;
+    material.width = 1;
+    material.name = "material";
+    material.values = materials;
+    material.value_count = given.face_count;
+    CHECK_OK(rlv_mesh_add_attribute(mesh, &material));
+    CHECK_OK(rlv_mesh_add_attribute(mesh, &color));
+
+    RlvProgressiveOptions options = RLV_PROGRESSIVE_OPTIONS_INIT;
+    RlvSimplifyWeight weight = {"color", 0.01f, 0};
+    RlvProgressive whole = RLV_NULL, untouched = {77};
+    RlvProgressiveInfo info = RLV_PROGRESSIVE_INFO_INIT;
+    RlvAttributeInfo first = RLV_ATTRIBUTE_INFO_INIT, second = RLV_ATTRIBUTE_INFO_INIT;
+    options.keeps_attributes = 1;
+    options.weights = &weight;
+    options.weight_count = 1;
+    CHECK_OK(rlv_progressive_create(mesh, &options, NULL, NULL, &whole));
+    CHECK_OK(rlv_progressive_info(whole, &info));
+    CHECK(info.attribute_count == 2 && info.wedge_width == 3 && info.face_width == 1);
+    CHECK(info.wedge_count == info.vertex_count + BALL_COLUMNS);
+    CHECK_OK(rlv_progressive_attribute_info(whole, 0, &first));
+    CHECK_OK(rlv_progressive_attribute_info(whole, 1, &second));
+    CHECK(strcmp(first.name, "color") == 0 && first.domain == RLV_DOMAIN_CORNER && first.value_count == info.wedge_count);
+    CHECK(strcmp(second.name, "material") == 0 && second.type == RLV_TYPE_U32);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_progressive_attribute_info(whole, 2, &first), "attribute 2");
+    weight.name = "nothing";
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_progressive_create(mesh, &options, NULL, NULL, &untouched), "`nothing`");
+    options.keeps_attributes = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_progressive_create(mesh, &options, NULL, NULL, &untouched), "keeps_attributes");
+    CHECK(untouched.id == 77);
+
+    RlvLevel level = RLV_NULL;
+    RlvLevelBuffers buffers = RLV_LEVEL_BUFFERS_INIT;
+    RlvLevelUpdate update = RLV_LEVEL_UPDATE_INIT;
+    uint32_t *triangles = malloc(info.triangle_count * 12), *wedges = malloc(info.triangle_count * 12);
+    float *values = malloc(info.wedge_count * 16);
+    CHECK(triangles != NULL && wedges != NULL && values != NULL);
+    buffers.points = points;
+    buffers.vertex_capacity = info.vertex_count;
+    buffers.triangles = triangles;
+    buffers.triangle_capacity = info.triangle_count;
+    buffers.wedges = wedges;
+    buffers.wedge_values = values;
+    buffers.wedge_value_stride = 16;
+    buffers.wedge_capacity = info.wedge_count - 1;
+    buffers.face_values = materials;
+    CHECK_OK(rlv_level_create(whole, &level));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_update(level, &buffers, &update), "wedge_values");
+    buffers.wedge_capacity = info.wedge_count;
+    const size_t sizes[3] = {SIZE_MAX, 800, SIZE_MAX};
+    for (int step = 0; step < 3; ++step) {
+        CHECK_OK(rlv_level_set_triangles(level, sizes[step]));
+        CHECK_OK(rlv_level_update(level, &buffers, &update));
+        CHECK(update.wedge_count <= info.wedge_count && update.changed_wedge_count > 0);
+        const double tolerance = step == 1 ? 0.1 : 0.0;
+        for (size_t corner = 0; corner < 3 * update.triangle_count; ++corner) {
+            CHECK(wedges[corner] < update.wedge_count);
+            for (size_t k = 0; k < 3; ++k) {
+                const float expected = points[3 * triangles[corner] + k] + (float)(10 * materials[corner / 3]);
+                CHECK_NEAR(values[4 * wedges[corner] + k], expected, tolerance);
+            }
+        }
+    }
+    CHECK_OK(rlv_level_mesh(level, &made));
+    CHECK_OK(rlv_mesh_info(made, &given));
+    CHECK(given.attribute_count == 3 && given.point_count == info.vertex_count);
+    CHECK_OK(rlv_mesh_release(made));
+    CHECK_OK(rlv_mesh_release(mesh));
+    CHECK_OK(rlv_level_release(level));
+    CHECK_OK(rlv_progressive_release(whole));
+    free(points);
+    free(colors);
+    free(corners);
+    free(materials);
+    free(triangles);
+    free(wedges);
+    free(values);
+}
+
 int main(void) {
     RlvContext context = RLV_NULL;
     RlvProgressive ball = RLV_NULL, settled = RLV_NULL;
@@ -345,6 +452,7 @@ int main(void) {
 
     check_strokes(context, ball);
     check_motions(ball);
+    check_attributes(context);
 
     /* It keeps alive what it needs. */
     CHECK_OK(rlv_progressive_release(ball));

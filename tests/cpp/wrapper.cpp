@@ -361,6 +361,15 @@ int main() {
     CHECK(recovered.info().undo_count == 1 && recovered.mesh().info().high[2] == journalled.mesh().info().high[2]);
     recovered.close_journal();
     CHECK(std::remove(name) == 0);
+    RlvProgressiveOptions furnished = RLV_PROGRESSIVE_OPTIONS_INIT;
+    furnished.keeps_attributes = 1;
+    const auto named = relievo::Progressive::create(moved, furnished);
+    CHECK(named.info().attribute_count == 2 && std::string(named.attribute_info(0).name) == "uv");
+    relievo::Level::Buffers rows(named);
+    const auto finest = relievo::Level::create(named);
+    finest.set_triangles(SIZE_MAX);
+    finest.update(rows);
+    CHECK(rows.last.wedge_count == named.info().wedge_count && rows.wedges.size() == rows.last.triangle_count);
     const auto apart = relievo::Level::create(level.settle());
     apart.set_triangles(SIZE_MAX);
     relievo::Level::Buffers others(whole);

@@ -224,6 +224,27 @@ class Levels(unittest.TestCase):
         with self.assertRaisesRegex(rl.Invalid, "no point"):
             rl.Progressive(self.mesh, locked=[10**6])
 
+    def test_levels_have_the_attributes_of_the_mesh(self):
+        points, corners = shapes.ball(1.0)
+        self.mesh.add_attribute("height", points[:, 2:], "point")
+        self.mesh.add_attribute("half", (numpy.arange(len(corners) // 3, dtype=numpy.uint32) % 2)[:, None], "face")
+        whole = rl.Progressive(self.mesh, base_triangles=20, weights={"height": 0.1})
+        self.assertEqual([info.name for info in whole.attributes()], ["height", "half"])
+        self.assertEqual(rl.Progressive(self.mesh, left_out=["half"]).info.attribute_count, 1)
+        self.assertEqual(rl.Progressive(self.mesh).attributes(), [])
+        level = rl.Level(whole)
+        for triangles, tolerance in ((None, 0.0), (len(corners) // 6, 0.3), (None, 0.0)):
+            level.set_triangles(triangles)
+            level.update()
+            at_corners = level.wedge_values[level.wedges.reshape(-1), 0]
+            numpy.testing.assert_allclose(at_corners, level.points[level.triangles.reshape(-1), 2], atol=tolerance)
+            self.assertEqual(level.face_values.shape, (len(level.triangles), 1))
+        self.assertEqual(int(level.face_values.sum()), len(corners) // 6)
+        self.assertIn("height", level.mesh().attribute_names())
+        plain = rl.Level(self.whole)
+        plain.update()
+        self.assertEqual((plain.wedges.shape, plain.wedge_values.shape), ((0, 3), (0, 0)))
+
     def test_levels_are_balls_and_follow_edits(self):
         level = rl.Level(self.whole)
         for triangles in (50, 300, None):

@@ -1034,6 +1034,31 @@ class RlvImprintReport(Structure):
     ]
 
 
+class RlvSimplifyWeight(Structure):
+    _fields_ = [
+        ("name", c_char_p),
+        ("weight", c_float),
+        ("is_left_out", c_uint32),
+    ]
+
+
+class RlvSimplifyOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("error", c_float),
+        ("triangles", c_size_t),
+        ("weights", POINTER(RlvSimplifyWeight)),
+        ("weight_count", c_size_t),
+        ("weight_stride", c_size_t),
+        ("locked", c_uint32_p),
+        ("locked_count", c_size_t),
+        ("locked_stride", c_size_t),
+        ("factors", c_float_p),
+        ("factor_count", c_size_t),
+        ("factor_stride", c_size_t),
+    ]
+
+
 class RlvProgressive(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1043,23 +1068,29 @@ class RlvProgressive(Structure):
 class RlvProgressiveOptions(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("keeps_attributes", c_uint32),
         ("base_triangles", c_size_t),
         ("locked", c_uint32_p),
         ("locked_count", c_size_t),
         ("locked_stride", c_size_t),
+        ("weights", POINTER(RlvSimplifyWeight)),
+        ("weight_count", c_size_t),
+        ("weight_stride", c_size_t),
     ]
 
 
 class RlvProgressiveInfo(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("attribute_count", c_uint32),
         ("vertex_count", c_size_t),
         ("triangle_count", c_size_t),
         ("base_vertex_count", c_size_t),
         ("base_triangle_count", c_size_t),
         ("bytes", c_size_t),
+        ("wedge_count", c_size_t),
+        ("wedge_width", c_uint32),
+        ("face_width", c_uint32),
     ]
 
 
@@ -1083,31 +1114,6 @@ class RlvPtexReport(Structure):
         ("ignored_numbers", c_size_t),
         ("deviation", c_float),
         ("reserved", c_uint32),
-    ]
-
-
-class RlvSimplifyWeight(Structure):
-    _fields_ = [
-        ("name", c_char_p),
-        ("weight", c_float),
-        ("is_left_out", c_uint32),
-    ]
-
-
-class RlvSimplifyOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("error", c_float),
-        ("triangles", c_size_t),
-        ("weights", POINTER(RlvSimplifyWeight)),
-        ("weight_count", c_size_t),
-        ("weight_stride", c_size_t),
-        ("locked", c_uint32_p),
-        ("locked_count", c_size_t),
-        ("locked_stride", c_size_t),
-        ("factors", c_float_p),
-        ("factor_count", c_size_t),
-        ("factor_stride", c_size_t),
     ]
 
 
@@ -1301,6 +1307,13 @@ class RlvLevelBuffers(Structure):
         ("triangles", c_uint32_p),
         ("triangle_stride", c_size_t),
         ("triangle_capacity", c_size_t),
+        ("wedges", c_uint32_p),
+        ("wedge_stride", c_size_t),
+        ("wedge_values", c_float_p),
+        ("wedge_value_stride", c_size_t),
+        ("wedge_capacity", c_size_t),
+        ("face_values", c_uint32_p),
+        ("face_value_stride", c_size_t),
     ]
 
 
@@ -1314,6 +1327,9 @@ class RlvLevelUpdate(Structure):
         ("changed_vertex_count", c_size_t),
         ("first_triangle", c_size_t),
         ("changed_triangle_count", c_size_t),
+        ("wedge_count", c_size_t),
+        ("first_wedge", c_size_t),
+        ("changed_wedge_count", c_size_t),
     ]
 
 
@@ -1495,11 +1511,11 @@ INIT = {
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
-    RlvProgressiveOptions: (ctypes.sizeof(RlvProgressiveOptions), 0, 100, None, 0, 0,),
-    RlvProgressiveInfo: (ctypes.sizeof(RlvProgressiveInfo), 0, 0, 0, 0, 0, 0,),
+    RlvSimplifyOptions: (ctypes.sizeof(RlvSimplifyOptions), -1.0, 0, None, 0, 0, None, 0, 0, None, 0, 0,),
+    RlvProgressiveOptions: (ctypes.sizeof(RlvProgressiveOptions), 0, 100, None, 0, 0, None, 0, 0,),
+    RlvProgressiveInfo: (ctypes.sizeof(RlvProgressiveInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
     RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
-    RlvSimplifyOptions: (ctypes.sizeof(RlvSimplifyOptions), -1.0, 0, None, 0, 0, None, 0, 0, None, 0, 0,),
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
@@ -1509,8 +1525,8 @@ INIT = {
     RlvLevelEdit: (ctypes.sizeof(RlvLevelEdit), 0, None, 0, 0, None, 0, 0,),
     RlvLevelMotion: (ctypes.sizeof(RlvLevelMotion), 0, None, 0, 0, None, 0, 0,),
     RlvLevelSculpted: (ctypes.sizeof(RlvLevelSculpted), 0, 0, 0, 0,),
-    RlvLevelBuffers: (ctypes.sizeof(RlvLevelBuffers), 0, None, 0, None, 0, 0, None, 0, 0,),
-    RlvLevelUpdate: (ctypes.sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0,),
+    RlvLevelBuffers: (ctypes.sizeof(RlvLevelBuffers), 0, None, 0, None, 0, 0, None, 0, 0, None, 0, None, 0, 0, None, 0,),
+    RlvLevelUpdate: (ctypes.sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
     RlvPictureImage: (ctypes.sizeof(RlvPictureImage), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0, (0,),),
     RlvPictureMeta: (ctypes.sizeof(RlvPictureMeta), 0, 0, None, None,),
@@ -1662,15 +1678,16 @@ FUNCTIONS = {
     "rlv_imprint_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_collide": (RlvResult, [("first", RlvDetail), ("second", RlvDetail), ("first_settings", POINTER(RlvImprintSettings)), ("second_settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("first_report", POINTER(RlvImprintReport)), ("second_report", POINTER(RlvImprintReport))]),
+    "rlv_simplify_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("progress", RlvProgress), ("user", c_void_p), ("error", c_float_p), ("out", POINTER(RlvMesh))]),
     "rlv_progressive_create": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvProgressiveOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvProgressive))]),
     "rlv_progressive_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("triangles", c_size_t), ("out", POINTER(RlvProgressive))]),
     "rlv_progressive_write": (RlvResult, [("progressive", RlvProgressive), ("path", c_char_p)]),
     "rlv_progressive_retain": (RlvResult, [("progressive", RlvProgressive)]),
     "rlv_progressive_release": (RlvResult, [("progressive", RlvProgressive)]),
     "rlv_progressive_info": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvProgressiveInfo))]),
+    "rlv_progressive_attribute_info": (RlvResult, [("progressive", RlvProgressive), ("index", c_uint32), ("out", POINTER(RlvAttributeInfo))]),
     "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
-    "rlv_simplify_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("progress", RlvProgress), ("user", c_void_p), ("error", c_float_p), ("out", POINTER(RlvMesh))]),
     "rlv_job_tessellate": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),
     "rlv_job_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),

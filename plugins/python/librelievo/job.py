@@ -99,9 +99,9 @@ def read_ptex(detail, path, **options):
     return _started(fetch, "rlv_job_ptex_read", detail.handle, path_bytes(path), ptex_options(options))
 
 
-def build(mesh, base_triangles=None, locked=None):
+def build(mesh, base_triangles=None, locked=None, weights=None, left_out=None):
     """Starts `Progressive(mesh)`; the result is the progressive mesh."""
-    options, kept = progressive_options(base_triangles, locked)
+    options, kept = progressive_options(base_triangles, locked, weights, left_out)
     fetch = lambda job: Progressive.of("rlv_job_progressive_mesh", job.handle)
     made = _started(fetch, "rlv_job_progressive", mesh.handle, ctypes.byref(options))
     del kept

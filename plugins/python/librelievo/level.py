@@ -59,7 +59,8 @@ def _track(track):
 
 class Level(Handle):
     """A mesh of a progressive mesh, at first its base. `points`, `normals` and `triangles` are those of the last
-    `update`: views of arrays that stay where they are."""
+    `update`: views of arrays that stay where they are. So are `wedges` (n, 3), of every triangle, `wedge_values` and
+    `face_values`, of every wedge and triangle the numbers of all attributes; without any these have no columns."""
 
     noun, kind = "level", abi.RlvLevel
 
@@ -73,6 +74,15 @@ class Level(Handle):
         room.vertex_capacity, room.triangle_capacity = info.vertex_count, info.triangle_count
         self._arrays = (points, normals, triangles)
         self.points, self.normals, self.triangles = points[:0], normals[:0], triangles[:0]
+        wedges = numpy.zeros((info.triangle_count if info.attribute_count else 0, 3), numpy.uint32)
+        wedge_values = numpy.zeros((info.wedge_count, info.wedge_width), numpy.float32)
+        face_values = numpy.zeros((info.triangle_count, info.face_width), numpy.uint32)
+        for name, array in [("wedges", wedges), ("wedge_values", wedge_values), ("face_values", face_values)]:
+            if array.size:
+                setattr(room, name, array.ctypes.data)
+        room.wedge_capacity = info.wedge_count
+        self._attributes = (wedges, wedge_values, face_values)
+        self.wedges, self.wedge_values, self.face_values = wedges[:0], wedge_values[:0], face_values[:0]
 
     @property
     def info(self):
@@ -156,12 +166,15 @@ class Level(Handle):
         library.call("rlv_level_close_journal", self.handle)
 
     def update(self):
-        """Brings `points`, `normals` and `triangles` up to date. Returns what was written; see RlvLevelUpdate."""
+        """Brings `points`, `normals`, `triangles` and attributes up to date. Returns what was written; see RlvLevelUpdate."""
         out = record.empty(abi.RlvLevelUpdate)
         library.call("rlv_level_update", self.handle, ctypes.byref(self._room), ctypes.byref(out))
         points, normals, triangles = self._arrays
         self.points, self.normals = points[: out.vertex_count], normals[: out.vertex_count]
         self.triangles = triangles[: out.triangle_count]
+        wedges, wedge_values, face_values = self._attributes
+        self.wedges, self.wedge_values = wedges[: out.triangle_count], wedge_values[: out.wedge_count]
+        self.face_values = face_values[: out.triangle_count]
         return record.read(out)
 
     def mesh(self):

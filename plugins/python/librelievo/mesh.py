@@ -22,13 +22,18 @@ def set_array(struct, reading, pointer, count, stride):
     setattr(struct, stride, reading.stride)
 
 
+def weights_of(weights, left_out):
+    """RlvSimplifyWeights of weights by names of attributes, and of names that are left out; None for none."""
+    pairs = [(name, weight, 0) for name, weight in (weights or {}).items()] + [(name, 0.0, 1) for name in left_out or ()]
+    return (abi.RlvSimplifyWeight * len(pairs))(*((text_bytes(name), *rest) for name, *rest in pairs))
+
+
 def simplify_options(triangles=0, error=None, weights=None, left_out=(), locked=None, factors=None):
     """RlvSimplifyOptions, and the arrays that it points to."""
-    pairs = [(name, weight, 0) for name, weight in (weights or {}).items()] + [(name, 0.0, 1) for name in left_out]
-    entries = (abi.RlvSimplifyWeight * len(pairs))(*((text_bytes(name), *rest) for name, *rest in pairs))
+    entries = weights_of(weights, left_out)
     options = record.empty(abi.RlvSimplifyOptions)
     options.triangles, options.error = triangles, -1.0 if error is None else error
-    options.weights, options.weight_count = entries, len(pairs)
+    options.weights, options.weight_count = entries, len(entries)
     locked = Reading(locked, numpy.uint32, 0, "locked")
     factors = Reading(factors, numpy.float32, 0, "factors")
     set_array(options, locked, "locked", "locked_count", "locked_stride")

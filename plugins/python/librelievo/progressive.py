@@ -7,17 +7,21 @@ import numpy
 from . import abi, library, record
 from .array import Reading
 from .handle import Handle, path_bytes
+from .mesh import weights_of
 from .progress import watched
 
 
-def options_of(base_triangles, locked):
-    """RlvProgressiveOptions, and what keeps their array."""
+def options_of(base_triangles, locked, weights=None, left_out=None):
+    """RlvProgressiveOptions, and what keeps their arrays. Attributes are kept if `weights` or `left_out` is no None."""
     options = record.empty(abi.RlvProgressiveOptions)
     if base_triangles is not None:
         options.base_triangles = base_triangles
     locked = Reading(locked, numpy.uint32, 0, "locked")
     options.locked, options.locked_count, options.locked_stride = locked.address, locked.count, locked.stride
-    return options, locked
+    options.keeps_attributes = int(weights is not None or left_out is not None)
+    entries = weights_of(weights, left_out)
+    options.weights, options.weight_count = entries, len(entries)
+    return options, (locked, entries)
 
 
 class Progressive(Handle):
@@ -25,9 +29,10 @@ class Progressive(Handle):
 
     noun, kind = "progressive", abi.RlvProgressive
 
-    def __init__(self, mesh, base_triangles=None, locked=None, progress=None):
-        """Builds one of a mesh's triangles, down to a base of so many; `locked` points stay at all levels."""
-        options, kept = options_of(base_triangles, locked)
+    def __init__(self, mesh, base_triangles=None, locked=None, progress=None, weights=None, left_out=None):
+        """Builds one of a mesh's triangles, down to a base of so many; `locked` points stay at all levels. With `weights`
+        by names of attributes, which may be {}, or names that are `left_out` it has the attributes of the mesh."""
+        options, kept = options_of(base_triangles, locked, weights, left_out)
         with watched(progress) as callback:
             super().__init__("rlv_progressive_create", mesh.handle, ctypes.byref(options), callback, None)
         del kept
@@ -48,3 +53,12 @@ class Progressive(Handle):
         out = record.empty(abi.RlvProgressiveInfo)
         library.call("rlv_progressive_info", self.handle, ctypes.byref(out))
         return record.read(out)
+
+    def attributes(self):
+        """What its attributes are, those of wedges first; see RlvAttributeInfo."""
+        found = []
+        for index in range(self.info.attribute_count):
+            out = record.empty(abi.RlvAttributeInfo)
+            library.call("rlv_progressive_attribute_info", self.handle, index, ctypes.byref(out))
+            found.append(record.read(out))
+        return found

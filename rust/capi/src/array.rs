@@ -201,6 +201,48 @@ impl<T: Plain> Output<T> {
     }
 }
 
+/// A host's array of rows of numbers of four bytes, into which a call writes.
+pub struct Rows {
+    first: Output<u32>,
+    width: usize,
+}
+
+impl Rows {
+    /// The array called `name` in messages with room for `count` rows of `width` numbers, which NULL says is not wanted.
+    ///
+    /// # Safety
+    /// If the pointer is not NULL, `count` rows can be written at `stride` bytes from one another until the call ends.
+    pub unsafe fn optional(
+        (name, pointer, count, stride): (&str, *mut u32, usize, usize),
+        width: usize,
+    ) -> Result<Option<Self>> {
+        if pointer.is_null() {
+            return Ok(None);
+        }
+        let stride = check(name, false, count, stride, 4 * width.max(1))?;
+        let first = Output { start: pointer.cast(), count, stride, element: std::marker::PhantomData };
+        Ok(Some(Self { first, width }))
+    }
+
+    /// Fails unless there is room for `needed` rows.
+    pub fn holds(&self, name: &str, needed: usize) -> Result<()> {
+        self.first.holds(name, needed).map(drop)
+    }
+
+    /// Writes row `index`; indices beyond the array are ignored.
+    pub fn set(&self, index: usize, values: impl Iterator<Item = u32>) {
+        if index < self.first.count {
+            for (column, value) in values.take(self.width).enumerate() {
+                // SAFETY: `optional` was promised `count` writable rows of `width` numbers and checked that their offsets do
+                // not overflow.
+                unsafe {
+                    self.first.start.add(index * self.first.stride + 4 * column).cast::<u32>().write_unaligned(value)
+                };
+            }
+        }
+    }
+}
+
 /// Writes one value through an output pointer that [`present`] has checked.
 ///
 /// # Safety

@@ -6,11 +6,11 @@ use std::ffi::{c_char, c_void};
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, RwLock};
 
-use relievo_core::{Attribute, Context, Domain, Error, ErrorKind, Mesh, Result, Values};
+use relievo_core::{Attribute, Context, Domain, Error, ErrorKind, Result, Values};
 use relievo_lod::progressive::{ActiveMesh, Buffers, Cut, EditJournal, Front, KeyedEdit, View};
 
 pub use self::edit::{RlvLevelEdit, RlvLevelHandle, RlvLevelKey, RlvLevelMotion, RlvLevelRegion, RlvLevelTrack};
-use crate::array::{Input, Output, Plain, present, put, text};
+use crate::array::{Input, Output, Plain, Rows, present, put, text};
 use crate::brush::RlvBrush;
 use crate::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvProgress};
 use crate::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
@@ -85,6 +85,13 @@ descriptor! {
         triangles: *mut u32,
         triangle_stride: usize,
         triangle_capacity: usize,
+        wedges: *mut u32,
+        wedge_stride: usize,
+        wedge_values: *mut f32,
+        wedge_value_stride: usize,
+        wedge_capacity: usize,
+        face_values: *mut u32,
+        face_value_stride: usize,
     }
 }
 
@@ -98,6 +105,9 @@ descriptor! {
         changed_vertex_count: usize,
         first_triangle: usize,
         changed_triangle_count: usize,
+        wedge_count: usize,
+        first_wedge: usize,
+        changed_wedge_count: usize,
     }
 }
 
@@ -142,6 +152,9 @@ struct HostBuffers {
     points: Output<[f32; 3]>,
     normals: Option<Output<[f32; 3]>>,
     triangles: Output<[u32; 3]>,
+    wedges: Option<Output<[u32; 3]>>,
+    wedge_values: Option<Rows>,
+    face_values: Option<Rows>,
 }
 
 impl Buffers for HostBuffers {
@@ -154,6 +167,21 @@ impl Buffers for HostBuffers {
 
     fn set_triangle(&mut self, place: usize, vertices: [u32; 3]) {
         self.triangles.set(place, vertices);
+    }
+
+    fn set_wedge(&mut self, place: usize, values: &[f32]) {
+        if let Some(rows) = &self.wedge_values {
+            rows.set(place, values.iter().map(|value| value.to_bits()));
+        }
+    }
+
+    fn set_corners(&mut self, place: usize, wedges: [u32; 3], values: &[u32]) {
+        if let Some(list) = &self.wedges {
+            list.set(place, wedges);
+        }
+        if let Some(rows) = &self.face_values {
+            rows.set(place, values.iter().copied());
+        }
     }
 }
 
@@ -377,6 +405,8 @@ entry! {
         };
         object.change(|mesh| {
             let (vertices, triangles) = (mesh.vertex_count(), mesh.triangle_count());
+            let [width, face_width] = object.whole.mesh.attribute_widths();
+            let values = given.wedge_values.cast::<u32>();
             let (points, normals) = (given.points.cast::<[f32; 3]>(), given.normals.cast::<[f32; 3]>());
             // SAFETY: the caller promises room for the capacities.
             let mut buffers = unsafe {
@@ -389,8 +419,25 @@ entry! {
                         given.triangle_capacity,
                         given.triangle_stride,
                     )?,
+                    wedges: Output::optional(
+                        "wedges",
+                        given.wedges.cast::<[u32; 3]>(),
+                        given.triangle_capacity,
+                        given.wedge_stride,
+                    )?,
+                    wedge_values: Rows::optional(
+                        ("wedge_values", values, given.wedge_capacity, given.wedge_value_stride),
+                        width,
+                    )?,
+                    face_values: Rows::optional(
+                        ("face_values", given.face_values, given.triangle_capacity, given.face_value_stride),
+                        face_width,
+                    )?,
                 }
             };
+            if let Some(rows) = &buffers.wedge_values {
+                rows.holds("wedge_values", object.whole.mesh.wedge_count())?;
+            }
             buffers.points.holds("points", vertices)?;
             buffers.triangles.holds("triangles", triangles)?;
             let update = mesh.update(&mut buffers, given.is_whole != 0);
@@ -403,6 +450,9 @@ entry! {
                 changed_vertex_count: update.changed_vertices.len(),
                 first_triangle: update.changed_triangles.start,
                 changed_triangle_count: update.changed_triangles.len(),
+                wedge_count: update.wedges,
+                first_wedge: update.changed_wedges.start,
+                changed_wedge_count: update.changed_wedges.len(),
             };
             // SAFETY: checked above.
             unsafe { write_optional(out, told) }
@@ -412,14 +462,18 @@ entry! {
     fn rlv_level_mesh(level: RlvLevel, out: *mut RlvMesh) {
         present("out", out)?;
         let object = registry::get(level)?;
-        let made = try_read(&object.mesh, "level")?.extract();
-        if made.triangles.is_empty() {
+        let active = try_read(&object.mesh, "level")?;
+        if active.triangle_count() == 0 {
             return Err(Error::invalid("no triangle is left of it").at("level").advise("make it finer"));
         }
-        let mut mesh = Mesh::from_triangles(made.points, &made.triangles);
-        let values = Values::F32(made.normals.into_flattened());
-        let normal = Attribute { name: "normal".into(), domain: Domain::Point, width: 3, values, indices: None };
-        mesh.attributes.push(normal);
+        let (mut mesh, vertices) = active.to_mesh();
+        // What the mesh was built with rules.
+        if mesh.attribute("normal").is_none() {
+            let normals = active.extract().normals;
+            let values = vertices.iter().flat_map(|vertex| normals[*vertex as usize]).collect();
+            let (name, values) = ("normal".into(), Values::F32(values));
+            mesh.attributes.push(Attribute { name, domain: Domain::Point, width: 3, values, indices: None });
+        }
         let made = mesh::register(object.context().clone(), mesh)?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
@@ -457,7 +511,7 @@ entry! {
         present("out", out)?;
         let object = registry::get(level)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let options = unsafe { progressive::read_options(options, Ok) }?;
+        let (options, _) = unsafe { progressive::read_options(options, Ok) }?;
         let (context, mut progress) = (&object.context().context, HostProgress { callback: progress, user });
         let made = object.change(|mesh| mesh.rebuilt(context, &options, &mut progress))?;
         let made = progressive::register(object.context().clone(), made)?;

@@ -102,6 +102,28 @@ pub struct MeshObject {
     pub mesh: RwLock<Mesh>,
 }
 
+impl RlvAttributeInfo {
+    /// Of an attribute with so many values and indices.
+    pub fn new(attribute: &Attribute, value_count: usize, index_count: usize) -> Self {
+        Self {
+            struct_size: 0,
+            domain: match attribute.domain {
+                Domain::Point => RLV_DOMAIN_POINT,
+                Domain::Corner => RLV_DOMAIN_CORNER,
+                Domain::Face => RLV_DOMAIN_FACE,
+            },
+            type_: match attribute.values {
+                Values::F32(_) => RLV_TYPE_F32,
+                Values::U32(_) => RLV_TYPE_U32,
+            },
+            width: attribute.width,
+            value_count,
+            index_count,
+            name: fixed(&attribute.name),
+        }
+    }
+}
+
 /// Registers a checked mesh.
 pub fn register(context: Arc<ContextObject>, mesh: Mesh) -> Result<RlvMesh> {
     registry::insert(MeshObject { context, mesh: RwLock::new(mesh) })
@@ -425,22 +447,8 @@ entry! {
         let object = registry::get(mesh)?;
         let mesh = try_read(&object.mesh, "mesh")?;
         let attribute = attribute(&mesh, index)?;
-        let info = RlvAttributeInfo {
-            struct_size: 0,
-            domain: match attribute.domain {
-                Domain::Point => RLV_DOMAIN_POINT,
-                Domain::Corner => RLV_DOMAIN_CORNER,
-                Domain::Face => RLV_DOMAIN_FACE,
-            },
-            type_: match attribute.values {
-                Values::F32(_) => RLV_TYPE_F32,
-                Values::U32(_) => RLV_TYPE_U32,
-            },
-            width: attribute.width,
-            value_count: attribute.values.len() / attribute.width as usize,
-            index_count: attribute.indices.as_ref().map_or(0, Vec::len),
-            name: fixed(&attribute.name),
-        };
+        let count = attribute.values.len() / attribute.width as usize;
+        let info = RlvAttributeInfo::new(attribute, count, attribute.indices.as_ref().map_or(0, Vec::len));
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, info) }
     }

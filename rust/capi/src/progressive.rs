@@ -4,38 +4,45 @@ use std::ffi::{c_char, c_void};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use relievo_core::{Error, Progress, Result};
+use relievo_core::{Domain, Error, Progress, Result};
 use relievo_lod::progressive::{BuildOptions, Extents};
-use relievo_lod::{Progressive, weld};
+use relievo_lod::{AttributeOptions, Progressive, Welded, weld};
 
 use crate::array::{Input, present, put, text};
 use crate::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
 use crate::descriptor::{read_optional, write_descriptor};
-use crate::mesh::RlvMesh;
+use crate::mesh::{MeshObject, RlvAttributeInfo, RlvMesh};
 use crate::registry::{self, handle, try_read};
+use crate::simplify::{RlvSimplifyWeight, attributes_of};
 
 handle!(RlvProgressive, 16, ProgressiveObject);
 
 descriptor! {
     pub struct RlvProgressiveOptions {
         struct_size: u32,
-        reserved: u32,
+        keeps_attributes: u32,
         base_triangles: usize,
         locked: *const u32,
         locked_count: usize,
         locked_stride: usize,
+        weights: *const RlvSimplifyWeight,
+        weight_count: usize,
+        weight_stride: usize,
     }
 }
 
 descriptor! {
     pub struct RlvProgressiveInfo {
         struct_size: u32,
-        reserved: u32,
+        attribute_count: u32,
         vertex_count: usize,
         triangle_count: usize,
         base_vertex_count: usize,
         base_triangle_count: usize,
         bytes: usize,
+        wedge_count: usize,
+        wedge_width: u32,
+        face_width: u32,
     }
 }
 
@@ -56,27 +63,39 @@ impl ProgressiveObject {
 /// What a progressive mesh is to be built of.
 pub struct Build {
     context: Arc<ContextObject>,
-    points: Vec<[f32; 3]>,
-    triangles: Vec<[u32; 3]>,
+    source: Source,
     options: BuildOptions,
+}
+
+/// Its places alone, or a mesh whose attributes are kept.
+enum Source {
+    Places(Vec<[f32; 3]>, Vec<[u32; 3]>),
+    Mesh(Arc<MeshObject>, AttributeOptions),
 }
 
 impl Build {
     /// Copies what is needed of a mesh.
     ///
     /// # Safety
-    /// `options` is NULL or a descriptor whose array is as the header demands.
+    /// `options` is NULL or a descriptor whose arrays are as the header demands.
     pub unsafe fn read(mesh: RlvMesh, options: *const RlvProgressiveOptions) -> Result<Self> {
         let object = registry::get(mesh)?;
         let mesh = try_read(&object.mesh, "mesh")?;
-        let welded = weld(&mesh.points, &mesh.triangles());
-        let number = |point: u32| {
-            let refusal = || Error::invalid(format!("the mesh has no point {point}")).at("locked");
-            welded.numbers.get(point as usize).copied().ok_or_else(refusal)
+        let known = |point: u32| match mesh.points.get(point as usize) {
+            Some(_) => Ok(point),
+            None => Err(Error::invalid(format!("the mesh has no point {point}")).at("locked")),
         };
         // SAFETY: promised by the caller.
-        let options = unsafe { read_options(options, number) }?;
-        Ok(Self { context: object.context.clone(), points: welded.points, triangles: welded.triangles, options })
+        let (mut options, attributes) = unsafe { read_options(options, known) }?;
+        let source = match attributes {
+            Some(attributes) => Source::Mesh(object.clone(), attributes),
+            None => {
+                let Welded { points, triangles, numbers } = weld(&mesh.points, &mesh.triangles());
+                options.locked.iter_mut().for_each(|point| *point = numbers[*point as usize]);
+                Source::Places(points, triangles)
+            }
+        };
+        Ok(Self { context: object.context.clone(), source, options })
     }
 
     pub fn context(&self) -> &Arc<ContextObject> {
@@ -86,32 +105,51 @@ impl Build {
     /// Builds it.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<RlvProgressive> {
         let context = &self.context.context;
-        let mesh = Progressive::build(context, &self.points, &self.triangles, &self.options, progress)?;
+        let mesh = match &self.source {
+            Source::Places(points, triangles) => {
+                Progressive::build(context, points, triangles, &self.options, progress)?
+            }
+            Source::Mesh(object, attributes) => {
+                let mesh = try_read(&object.mesh, "mesh")?;
+                Progressive::build_mesh(context, &mesh, &self.options, attributes, progress)?.0
+            }
+        };
         register(self.context.clone(), mesh)
     }
 }
 
-/// What a mesh is built for. `number` tells the vertex at a locked point.
+/// What a mesh is built for, and what its attributes count for if they are kept. `number` tells the vertex at a locked
+/// point.
 ///
 /// # Safety
-/// `options` is NULL or a descriptor whose array is as the header demands.
+/// `options` is NULL or a descriptor whose arrays are as the header demands.
 pub unsafe fn read_options(
     options: *const RlvProgressiveOptions,
     number: impl Fn(u32) -> Result<u32>,
-) -> Result<BuildOptions> {
-    let default = RlvProgressiveOptions {
-        struct_size: 0,
-        reserved: 0,
-        base_triangles: BuildOptions::default().faces,
-        locked: std::ptr::null(),
-        locked_count: 0,
-        locked_stride: 0,
-    };
+) -> Result<(BuildOptions, Option<AttributeOptions>)> {
+    // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+    let default: RlvProgressiveOptions = unsafe { std::mem::zeroed() };
+    let default = RlvProgressiveOptions { base_triangles: BuildOptions::default().faces, ..default };
     // SAFETY: promised by the caller.
     let given = unsafe { read_optional(options, default) }?;
     // SAFETY: promised by the caller.
-    let locked = unsafe { Input::new("locked", given.locked, given.locked_count, given.locked_stride) }?;
-    Ok(BuildOptions { faces: given.base_triangles, locked: locked.iter().map(number).collect::<Result<_>>()? })
+    let (locked, weights) = unsafe {
+        (
+            Input::new("locked", given.locked, given.locked_count, given.locked_stride)?,
+            Input::new("weights", given.weights, given.weight_count, given.weight_stride)?,
+        )
+    };
+    let attributes = match given.keeps_attributes {
+        0 => None,
+        // SAFETY: promised by the caller.
+        1 => Some(unsafe { attributes_of(&weights) }?),
+        other => {
+            let error = Error::invalid(format!("keeps_attributes is {other}")).at("keeps_attributes");
+            return Err(error.advise("use 0 or 1"));
+        }
+    };
+    let locked = locked.iter().map(number).collect::<Result<_>>()?;
+    Ok((BuildOptions { faces: given.base_triangles, locked }, attributes))
 }
 
 /// Registers a progressive mesh.
@@ -165,16 +203,36 @@ entry! {
 
     fn rlv_progressive_info(progressive: RlvProgressive, out: *mut RlvProgressiveInfo) {
         let object = registry::get(progressive)?;
+        let [wedge_width, face_width] = object.mesh.attribute_widths();
         let info = RlvProgressiveInfo {
             struct_size: 0,
-            reserved: 0,
+            attribute_count: object.mesh.attributes().len() as u32,
             vertex_count: object.mesh.vertex_count(),
             triangle_count: object.mesh.triangle_count(),
             base_vertex_count: object.mesh.base_vertices().len(),
             base_triangle_count: object.mesh.base_faces().len(),
             bytes: object.mesh.bytes(),
+            wedge_count: object.mesh.wedge_count(),
+            wedge_width: wedge_width as u32,
+            face_width: face_width as u32,
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_progressive_attribute_info(progressive: RlvProgressive, index: u32, out: *mut RlvAttributeInfo) {
+        let object = registry::get(progressive)?;
+        let attributes = object.mesh.attributes();
+        let attribute = attributes.get(index as usize).ok_or_else(|| {
+            Error::invalid(format!("attribute {index} does not exist"))
+                .at("attribute")
+                .advise(format!("the progressive mesh has {}", attributes.len()))
+        })?;
+        let count = match attribute.domain {
+            Domain::Face => object.mesh.triangle_count(),
+            Domain::Point | Domain::Corner => object.mesh.wedge_count(),
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, RlvAttributeInfo::new(attribute, count, 0)) }
     }
 }

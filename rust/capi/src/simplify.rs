@@ -80,6 +80,24 @@ impl Simplification {
     }
 }
 
+/// What attributes count for.
+///
+/// # Safety
+/// Names are NULL or NUL-terminated texts.
+pub unsafe fn attributes_of(weights: &Input<RlvSimplifyWeight>) -> Result<AttributeOptions> {
+    let mut attributes = AttributeOptions::default();
+    for RlvSimplifyWeight { name, weight, is_left_out } in weights.iter() {
+        // SAFETY: promised by the caller.
+        let name = unsafe { text("weights", name) }?.to_owned();
+        match is_left_out {
+            0 => attributes.weights.push((name, weight)),
+            1 => attributes.left_out.push(name),
+            _ => return Err(Error::invalid(format!("is_left_out of `{name}` is {is_left_out}")).at("weights")),
+        }
+    }
+    Ok(attributes)
+}
+
 /// What is asked for.
 ///
 /// # Safety
@@ -97,16 +115,8 @@ unsafe fn read(options: *const RlvSimplifyOptions, limit: u64) -> Result<(Simpli
             Input::new("factors", given.factors, given.factor_count, given.factor_stride)?,
         )
     };
-    let mut attributes = AttributeOptions::default();
-    for RlvSimplifyWeight { name, weight, is_left_out } in weights.iter() {
-        // SAFETY: promised by the caller.
-        let name = unsafe { text("weights", name) }?.to_owned();
-        match is_left_out {
-            0 => attributes.weights.push((name, weight)),
-            1 => attributes.left_out.push(name),
-            _ => return Err(Error::invalid(format!("is_left_out of `{name}` is {is_left_out}")).at("weights")),
-        }
-    }
+    // SAFETY: promised by the caller.
+    let attributes = unsafe { attributes_of(&weights) }?;
     let options = SimplifyOptions {
         faces: given.triangles,
         error: if given.error < 0.0 { f32::INFINITY } else { given.error },

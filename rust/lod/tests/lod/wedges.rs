@@ -8,6 +8,7 @@ use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, ContextOptions, Domain, Falloff, Mesh, Values};
 use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Extract, Handle, Region};
 use relievo_lod::{AttributeOptions, Progressive, SimplifyOptions, Welded, simplify_mesh, weld};
+use relievo_testing::Random;
 
 use crate::attributes::furnished_cube;
 use crate::shapes::{edges, lifted, torus};
@@ -299,4 +300,57 @@ proptest! {
         let welded = weld(&mesh.points, &triangles);
         prop_assert!(active.extract().points == welded.points);
     }
+}
+
+/// Where the head ends, with its sum.
+const HEAD: usize = 60;
+
+/// The bytes of the chunks of a file.
+fn chunks_of(bytes: &[u8]) -> Vec<Vec<u8>> {
+    let (mut rest, mut chunks) = (&bytes[HEAD..], Vec::new());
+    while !rest.is_empty() {
+        let word = |at: usize| u32::from_le_bytes(rest[at..at + 4].try_into().unwrap()) as usize;
+        let (packed, after) = rest[12..].split_at(word(4));
+        chunks.push(zstd::bulk::decompress(packed, word(0)).unwrap());
+        rest = after;
+    }
+    chunks
+}
+
+#[test]
+fn files_that_lie_with_the_right_sums_are_refused_or_harmless() {
+    let bytes = written(&build(&furnished_cube(5), 40));
+    let (chunks, mut random, mut refused) = (chunks_of(&bytes), Random(3), 0);
+    for round in 0..3000 {
+        let mut chunks = chunks.clone();
+        // The chunk of attributes is short, and the last one has the most columns.
+        for _ in 0..1 + round % 3 {
+            let chunk = &mut chunks[round % 3];
+            let place = (random.unit() * chunk.len() as f32) as usize % chunk.len();
+            chunk[place] = (random.unit() * 256.0) as u8;
+        }
+        let mut file = bytes[..HEAD].to_vec();
+        for chunk in &chunks {
+            let packed = zstd::bulk::compress(chunk, 1).unwrap();
+            let head = [chunk.len() as u32, packed.len() as u32, crc32fast::hash(&packed)];
+            file.extend(head.into_iter().flat_map(u32::to_le_bytes).chain(packed));
+        }
+        let context = Context::new(&ContextOptions { threads: 1, memory_limit: 1 << 26 }).unwrap();
+        let Ok(mesh) = Progressive::read(&context, &mut file.as_slice(), usize::MAX).map(Arc::new) else {
+            refused += 1;
+            continue;
+        };
+        let (mut active, mut kept) = (ActiveMesh::new(&mesh), Extract::default());
+        let base = active.extract();
+        let half = Cut::of_faces(&mesh, (mesh.triangle_count() + mesh.base_faces().len()) / 2);
+        for cut in [half, Cut::FINEST, half, Cut::BASE] {
+            active.adapt(&context, cut);
+            let update = active.update(&mut kept, false);
+            assert!(kept.wedges[..update.triangles].iter().flatten().all(|wedge| (*wedge as usize) < update.wedges));
+            let (made, vertices) = active.to_mesh();
+            assert_eq!((made.face_count(), made.points.len()), (update.triangles, vertices.len()));
+        }
+        assert!(active.extract() == base);
+    }
+    assert!(refused > 500, "{refused}");
 }
