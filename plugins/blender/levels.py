@@ -7,7 +7,7 @@ import uuid
 import bpy
 import librelievo as rl
 
-from . import job, mesh, native, progressive
+from . import attribute, job, mesh, native, progressive
 from .state import Refused
 
 
@@ -24,7 +24,7 @@ class OnLevels:
 
 class RELIEVO_OT_levels_build(job.Steps, bpy.types.Operator):
     """Build a progressive mesh of the active object, which is then shown and edited as coarse or as fine as wanted. Its
-    faces become triangles; texture coordinates, colours and materials of single faces are left out"""
+    faces become triangles; texture coordinates, colours and materials stay on them at every level"""
 
     bl_idname = "relievo.levels_build"
     bl_label = "Build levels"
@@ -48,20 +48,22 @@ class RELIEVO_OT_levels_build(job.Steps, bpy.types.Operator):
         source, path = mesh.Triangles(original), progressive.place_of(uid)
         if not len(source.corners):
             raise Refused(f"{target.name} has no faces")
+        source.attributes, layers = attribute.of_triangles(original)
         native.context()
         made = []
 
         def work(progress):
             with source.build() as triangles:
-                whole = rl.Progressive(triangles, base_triangles=base, progress=progress)
+                weights = {} if source.attributes else None
+                whole = rl.Progressive(triangles, base_triangles=base, progress=progress, weights=weights)
             made.extend([progressive.finest(whole), progressive.bytes_of(whole, path)])
 
         yield 0.0, 1.0, work
-        missing = progressive.left_out(target)
+        missing = layers + progressive.left_out(target)
         target.data = original.copy()
         target.data.name = f"{original.name} level"
-        progressive.adopt(target, uid, *made)
         target.relievo.progressive.original = original
+        progressive.adopt(target, uid, *made)
         if missing:
             self.warn([f"Levels of {target.name} have no {' and no '.join(missing)}"])
 

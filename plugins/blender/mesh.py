@@ -63,10 +63,11 @@ def get_materials(mesh):
     return materials
 
 
-def set_material(mesh, material):
-    """Gives all faces a material."""
+def set_materials(mesh, materials):
+    """Gives faces their materials, or all of them one. A damaged file may have numbers of materials that are not there."""
+    there = numpy.clip(materials, 0, max(len(mesh.materials) - 1, 0)).astype(numpy.int32)
     attribute = mesh.attributes.get("material_index") or mesh.attributes.new("material_index", "INT", "FACE")
-    attribute.data.foreach_set("value", numpy.full(len(mesh.polygons), material, numpy.int32))
+    attribute.data.foreach_set("value", numpy.broadcast_to(there, len(mesh.polygons)).copy())
 
 
 def is_smooth(mesh):
@@ -112,9 +113,9 @@ def _numbers(mesh, name, elements, field):
     return numpy.zeros(0, numpy.float32)
 
 
-def get_uvs(mesh):
-    """Texture coordinates of every corner of the active layer, or None."""
-    layer = mesh.uv_layers.active
+def get_uvs(mesh, layer=None):
+    """Texture coordinates of every corner of a layer, or of the active one, or None."""
+    layer = layer or mesh.uv_layers.active
     if layer is None or not len(mesh.loops):
         return None
     uvs = numpy.empty((len(mesh.loops), 2), numpy.float32)
@@ -124,6 +125,15 @@ def get_uvs(mesh):
     else:
         layer.data.foreach_get("uv", uvs.reshape(-1))
     return uvs
+
+
+def set_uvs(mesh, layer, uvs):
+    """Gives the corners of a layer texture coordinates."""
+    attribute = mesh.attributes.get(layer.name)
+    if attribute is not None and attribute.data_type == "FLOAT2":
+        attribute.data.foreach_set("vector", uvs.reshape(-1))
+    else:
+        layer.data.foreach_set("uv", uvs.reshape(-1))
 
 
 class Source:
@@ -147,9 +157,11 @@ class Source:
 
 
 class Triangles:
-    """The triangles of a mesh of Blender, as Blender cuts its faces, without attributes."""
+    """The triangles of a mesh of Blender, as Blender cuts its faces, with attributes as the library takes them: names,
+    values and domains."""
 
     def __init__(self, mesh):
+        self.attributes = []
         mesh.calc_loop_triangles()
         self.points = get_points(mesh)
         self.corners = numpy.empty(3 * len(mesh.loop_triangles), numpy.int32)
@@ -157,7 +169,10 @@ class Triangles:
 
     def build(self):
         """A mesh of the library, without Blender's data."""
-        return rl.Mesh(native.context(), self.points, self.corners.view(numpy.uint32), 3)
+        made = rl.Mesh(native.context(), self.points, self.corners.view(numpy.uint32), 3)
+        for attribute in self.attributes:
+            made.add_attribute(*attribute)
+        return made
 
 
 def to_native(mesh, attributes=True):
@@ -209,12 +224,7 @@ class Filling:
             mesh.shade_flat()
         mesh.update(calc_edges=True)
         if self.uvs is not None:
-            layer = mesh.uv_layers.new(name="UVMap")
-            attribute = mesh.attributes.get(layer.name)
-            if attribute is not None and attribute.data_type == "FLOAT2":
-                attribute.data.foreach_set("vector", self.uvs.reshape(-1))
-            else:
-                layer.data.foreach_set("uv", self.uvs.reshape(-1))
+            set_uvs(mesh, mesh.uv_layers.new(name="UVMap"), self.uvs)
 
 
 def color_attribute(mesh):

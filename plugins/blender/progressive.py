@@ -15,7 +15,7 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import job, mesh, native, pose, stroke
+from . import attribute, job, mesh, native, pose, stroke
 from .state import Refused
 
 # Version of what objects keep; a file with a newer one is refused with a message. Edits of the first are handles alone,
@@ -347,8 +347,8 @@ def showing(target, graph=None, is_resting=False):
 
 
 def write(target, shown):
-    """Writes the points and triangles of the last update to the mesh of an object. Its materials stay, and most faces'
-    shading and material become those of all."""
+    """Writes the points, triangles and attributes of the last update to the mesh of an object. Its materials stay, and most
+    faces' shading becomes that of all; so does their material, if levels have none."""
     if target.data.users > 1:
         # Linked duplicates share their mesh; what is written here is this object's own.
         target.data = target.data.copy()
@@ -356,12 +356,13 @@ def write(target, shown):
     corners = shown.level.triangles.reshape(-1)
     if len(data.vertices) != len(points) or not numpy.array_equal(mesh.get_corners(data), corners):
         is_smooth, materials = mesh.is_smooth(data), mesh.get_materials(data)
+        original = target.relievo.progressive.original
+        names = attribute.active_names(original or data)
         data.clear_geometry()
         mesh.Filling(corners.view(numpy.int32), len(points)).fill(data, is_smooth)
-        if materials is not None and len(materials):
-            # A damaged file may have numbers of materials that are not there.
-            there = numpy.clip(materials, 0, max(len(data.materials) - 1, 0))
-            mesh.set_material(data, int(numpy.bincount(there).argmax()))
+        if not attribute.put(data, shown.level, shown.whole.attributes(), names):
+            if materials is not None and len(materials):
+                mesh.set_materials(data, numpy.bincount(numpy.maximum(materials, 0)).argmax())
     mesh.set_points(data, points)
 
 
@@ -374,15 +375,8 @@ def write_moved(target, shown):
 
 
 def left_out(target):
-    """What the mesh of an object has that its levels will not, as words."""
+    """What the mesh of an object has that its levels will not, beside layers, as words."""
     data, found = target.data, []
-    if len(data.uv_layers):
-        found.append("texture coordinates")
-    materials = mesh.get_materials(data)
-    if materials is not None and (materials != materials[0]).any():
-        found.append("materials but one")
-    if len(data.color_attributes):
-        found.append("colours")
     if len(target.vertex_groups):
         found.append("vertex groups")
     if data.has_custom_normals:

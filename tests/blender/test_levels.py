@@ -94,6 +94,44 @@ class Building(Case):
             self.assertEqual({face.material_index for face in ball.data.polygons}, {1})
             self.assertEqual({face.use_smooth for face in ball.data.polygons}, {is_smooth})
 
+    def test_levels_have_texture_coordinates_colors_and_materials(self):
+        field = host.field(32, "field")
+        data = field.data
+        for name in ("red", "green"):
+            data.materials.append(bpy.data.materials.new(name))
+        data.polygons.foreach_set("material_index", [int(face.center.x > 0) for face in data.polygons])
+        colors = numpy.ones((len(data.vertices), 4), numpy.float32)
+        colors[:, :2] = host.positions(field)[:, :2]
+        data.color_attributes.new("paint", "FLOAT_COLOR", "POINT").data.foreach_set("color", colors.reshape(-1))
+        data.uv_layers.new(name="second")
+        data.uv_layers.active_index = 0
+        active, counts = data.uv_layers.active.name, {}
+
+        def uv_of(mesh):
+            return {
+                (tuple(round(x, 4) for x in mesh.vertices[loop.vertex_index].co), tuple(round(x, 4) for x in uv.uv))
+                for loop, uv in zip(mesh.loops, mesh.uv_layers[active].data)
+            }
+
+        before, low = uv_of(data), host.positions(field)[:, :2].min(0)
+        extent = host.positions(field)[:, :2].max(0) - low
+        self.built(field)
+        for ratio in (1.0, 0.2, 1.0):
+            field.relievo.progressive.ratio = ratio
+            data = field.data
+            counts[ratio] = triangles(field)
+            self.assertEqual({layer.name for layer in data.uv_layers}, {active, "second"})
+            for face in data.polygons:
+                if abs(face.center.x) > 0.1:
+                    self.assertEqual(face.material_index, int(face.center.x > 0))
+            places = host.positions(field)
+            found = numpy.empty(4 * len(data.vertices), numpy.float32)
+            data.color_attributes["paint"].data.foreach_get("color", found)
+            numpy.testing.assert_allclose(found.reshape(-1, 4)[:, :2], places[:, :2], atol=0.05 * extent.max())
+        self.assertLess(counts[0.2], 0.3 * counts[1.0])
+        self.assertEqual(uv_of(field.data), before)
+        self.assertFalse(field.data.validate())
+
     def test_polygons_are_cut_as_blender_cuts_them(self):
         """A face that is not convex keeps its outline."""
         points = numpy.array([(0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 0.5, 0), (0, 2, 0)], numpy.float32)
@@ -131,7 +169,7 @@ class Building(Case):
         self.refused(build, "is the result of")
         textured = host.field(name="textured")
         textured.vertex_groups.new(name="group")
-        self.assertEqual(self.relievo.progressive.left_out(textured), ["texture coordinates", "vertex groups"])
+        self.assertEqual(self.relievo.progressive.left_out(textured), ["vertex groups"])
         self.built(textured)
         # Its levels are written no more once there is detail.
         host.draw(textured, [[0, 0, 0], [0.2, 0, 0]])

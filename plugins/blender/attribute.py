@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Texture coordinates, colours and materials between meshes of Blender and levels.
+
+The library knows layers by names: that of the active one is "uv" or "color", others have their own names after that.
+"""
+
+import librelievo as rl
+import numpy
+
+from . import mesh as meshes
+
+# Numbers on points and corners that a progressive mesh keeps, and bytes of a name in the library.
+NUMBERS, NAME = 16, 47
+# What active layers are called where no mesh tells their names.
+NAMES = {"uv": "UVMap", "color": "Color"}
+
+
+def _layers(data):
+    """Layers with their kinds, the active ones first."""
+    active = {"uv": data.uv_layers.active, "color": data.color_attributes.active_color}
+    for kind, layers in (("uv", data.uv_layers), ("color", data.color_attributes)):
+        chosen = active[kind]
+        if chosen is not None:
+            yield kind, kind, chosen
+        for layer in layers:
+            if chosen is None or layer.name != chosen.name:
+                yield kind, f"{kind} {layer.name}", layer
+
+
+def active_names(data):
+    """The names of active layers by their kinds."""
+    return {kind: layer.name for kind, name, layer in _layers(data) if kind == name}
+
+
+def of_triangles(data):
+    """What a mesh has on its triangles: names, values and domains as the library takes them, and the names of layers that
+    it has no room for."""
+    count = len(data.loop_triangles)
+    loops, faces = numpy.empty(3 * count, numpy.int32), numpy.empty(count, numpy.int32)
+    data.loop_triangles.foreach_get("loops", loops)
+    data.loop_triangles.foreach_get("polygon_index", faces)
+    found, missing, room = [], [], NUMBERS
+    for kind, name, layer in _layers(data):
+        width = 2 if kind == "uv" else 4
+        if width > room or len(name.encode()) > NAME:
+            missing.append(layer.name)
+            continue
+        room -= width
+        if kind == "uv":
+            found.append((name, meshes.get_uvs(data, layer)[loops], "corner"))
+            continue
+        colors = numpy.empty((len(layer.data), 4), numpy.float32)
+        layer.data.foreach_get("color", colors.reshape(-1))
+        is_point = layer.domain == "POINT"
+        found.append((name, colors if is_point else colors[loops], "point" if is_point else "corner"))
+    materials = meshes.get_materials(data)
+    if materials is not None and len(materials) and (materials != materials[0]).any():
+        found.append(("material", materials[faces].astype(numpy.uint32), "face"))
+    return found, missing
+
+
+def put(data, level, attributes, names):
+    """Gives a mesh, whose triangles are those of a level, the level's attributes. `names` are those of active layers.
+    Returns whether it has materials of its own."""
+    first, has_materials = {False: 0, True: 0}, False
+    for info in attributes:
+        is_face = info.domain == rl.abi.RlvDomain.FACE
+        columns = slice(first[is_face], first[is_face] + info.width)
+        first[is_face] = columns.stop
+        kind, _, name = info.name.partition(" ")
+        name = name or names.get(kind) or NAMES.get(kind)
+        if is_face:
+            if info.name == "material" and info.width == 1:
+                meshes.set_materials(data, level.face_values[:, columns.start])
+                has_materials = True
+            continue
+        values = level.wedge_values[:, columns]
+        if kind == "uv" and info.width == 2:
+            layer = data.uv_layers.get(name) or data.uv_layers.new(name=name)
+            # There may be no more layers than eight.
+            if layer is not None:
+                meshes.set_uvs(data, layer, values[level.wedges.reshape(-1)])
+        elif kind == "color" and info.width >= 3:
+            _put_colors(data, level, name, values, info.domain == rl.abi.RlvDomain.POINT)
+    return has_materials
+
+
+def _put_colors(data, level, name, values, is_point):
+    domain = "POINT" if is_point else "CORNER"
+    layer = data.color_attributes.get(name)
+    if layer is None or layer.domain != domain:
+        layer = data.color_attributes.new(name, "FLOAT_COLOR", domain)
+    colors = numpy.ones((len(level.points if is_point else level.wedges.reshape(-1)), 4), numpy.float32)
+    at_corners = values[level.wedges.reshape(-1)]
+    if is_point:
+        colors[level.triangles.reshape(-1), : values.shape[1]] = at_corners
+    else:
+        colors[:, : values.shape[1]] = at_corners
+    layer.data.foreach_set("color", colors.reshape(-1))
