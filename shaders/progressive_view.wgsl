@@ -20,6 +20,8 @@ struct View {
 @group(0) @binding(1) var<storage, read> inner: array<vec4<u32>>;
 /// How far what a split makes is from its vertex.
 @group(0) @binding(2) var<storage, read> extents: array<f32>;
+/// Of every node, where it is if it was edited; one of no node where nothing was.
+@group(0) @binding(3) var<storage, read> places: array<Place>;
 @group(1) @binding(0) var<storage, read_write> there: array<u32>;
 var<immediate> view: View;
 
@@ -27,8 +29,14 @@ var<immediate> view: View;
 const OUTLINE: f32 = 0.25;
 
 fn wants(split: u32, error: f32) -> bool {
-    let place = inner[split];
-    let p = bitcast<vec3<f32>>(place.xyz);
+    let bits = inner[split];
+    var p = bitcast<vec3<f32>>(bits.xyz);
+    var normal = octahedral_normal(bits.w);
+    let node = splits[split].parent;
+    if node < arrayLength(&places) && places[node].moved == 1u {
+        p = places[node].point;
+        normal = places[node].normal;
+    }
     let extent = extents[split];
     for (var k = 0u; k < view.plane_count; k++) {
         if dot(view.planes[k].xyz, p) + view.planes[k].w < -extent {
@@ -41,7 +49,7 @@ fn wants(split: u32, error: f32) -> bool {
     if near <= 0.0 {
         return true;
     }
-    let may_be_outline = abs(dot(octahedral_normal(place.w), along)) < OUTLINE * distance + extent;
+    let may_be_outline = abs(dot(normal, along)) < OUTLINE * distance + extent;
     return error * view.pixels * select(1.0, view.outline, may_be_outline) > view.tolerance * near;
 }
 

@@ -178,6 +178,58 @@ fn edits_on_a_device_are_followed_as_on_the_processor() {
 }
 
 #[test]
+fn views_of_edited_meshes_on_a_device_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let view = View { eye: [1.8, 0.0, 0.3], pixels: 500.0, tolerance: 1.0, outline: 1.0, planes: Vec::new() };
+    let views = [
+        view.clone(),
+        View { eye: [-0.4, 0.5, 6.0], outline: 8.0, ..view.clone() },
+        View { planes: vec![[0.6, 0.8, 0.0, -0.3]], ..view },
+    ];
+    let (mut same, mut far) = (0, 0.0f32);
+    for (shape, center) in shapes().iter().zip([[1.4, 0.0, 0.0], [0.5, 0.5, 0.0], [0.4, 0.5, 0.0], [1.4, 0.0, 0.0]]) {
+        let mesh = build(shape, Vec::new());
+        let extents = Extents::new(&mesh);
+        let hierarchy = Arc::new(DeviceHierarchy::with_surroundings(&context, &device, &mesh, &extents).unwrap());
+        let (mut level, mut active) = (DeviceLevel::new(&hierarchy).unwrap(), ActiveMesh::new(&mesh));
+        // An edit of a coarse level is seen from one view, then one of a finer level from others.
+        for (faces, views) in [(300, &views[..1]), (700, &views)] {
+            let cut = Cut::of_faces(&mesh, faces);
+            active.adapt(&context, cut);
+            at(&device, &mut level, cut);
+            level.edit(&pull(center)).unwrap();
+            active.edit(&context, &pull(center)).unwrap();
+            for view in views {
+                let mut frame = device.frame().unwrap();
+                level.adapt_to(&mut frame, view).unwrap();
+                let _ = frame.submit().unwrap();
+                let made = level.extract().unwrap();
+                let mut seen = |share: f32| {
+                    active.adapt(&context, Cut::FINEST);
+                    let planes = view.planes.iter().map(|[x, y, z, d]| [*x, *y, *z, d - 4.0 * share]).collect();
+                    let view = View { tolerance: view.tolerance * (1.0 + share), planes, ..view.clone() };
+                    active.adapt_to(&context, &view, &extents).unwrap();
+                    active.extract()
+                };
+                let [fewest, expected, most] = [1e-3, 0.0, -1e-3].map(&mut seen);
+                let count = made.triangles.len();
+                let range = fewest.triangles.len()..=most.triangles.len();
+                eprintln!("{count} of {range:?}");
+                assert!(range.contains(&count), "{count} of {range:?} {view:?}");
+                if fewest.triangles.len() == most.triangles.len() {
+                    assert!(made.triangles == expected.triangles, "{view:?}");
+                    let [distance, ..] = apart(&made, &expected);
+                    far = far.max(distance);
+                    same += 1;
+                }
+            }
+        }
+    }
+    assert!(same > 4 && far < 2e-3, "{same} {far}");
+}
+
+#[test]
 fn edits_that_a_device_cannot_make_are_refused_and_change_nothing() {
     let Some(device) = device() else { return };
     let context = Context::serial();
@@ -196,9 +248,6 @@ fn edits_that_a_device_cannot_make_are_refused_and_change_nothing() {
     far.handles[0].region.radius = 0.0;
     assert_eq!(level.edit(&far).unwrap_err().kind, ErrorKind::Invalid);
     assert!(at(&device, &mut level, Cut::of_error(0.01)) == before);
-    let view = View { eye: [0.0; 3], pixels: 500.0, tolerance: 1.0, outline: 1.0, planes: Vec::new() };
-    let mut frame = device.frame().unwrap();
-    assert_eq!(level.adapt_to(&mut frame, &view).unwrap_err().kind, ErrorKind::Unsupported);
     let plain = Arc::new(DeviceHierarchy::new(&device, &mesh).unwrap());
     let mut level = DeviceLevel::new(&plain).unwrap();
     at(&device, &mut level, Cut::BASE);

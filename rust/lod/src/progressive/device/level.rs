@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pass, Scan, groups, wgpu};
 
+use super::around::DeviceAround;
 use super::edits::{Edits, Place};
 use super::{DeviceHierarchy, Vertex};
 use crate::connectivity::NONE;
@@ -64,6 +65,8 @@ pub struct DeviceLevel {
     writing: [Bindings; 2],
     /// For views.
     want: Option<(Arc<Kernel>, Bindings)>,
+    /// Whether all vertices of the finest mesh are where the last edit has put them.
+    is_followed: bool,
     marked: Bindings,
     /// Vertices there, their ranks, triangles shown, and their ranks.
     buffers: [Buffer<u32>; 4],
@@ -110,10 +113,9 @@ impl DeviceLevel {
         let want = match &whole.around {
             None => None,
             Some(around) => {
-                let groups: &[&[Access]] = &[&[Access::Read; 3], &[Access::Write]];
+                let groups: &[&[Access]] = &[&[Access::Read; 4], &[Access::Write]];
                 let kernel = kernel("progressive_view", "want", groups, size_of::<ViewCall>())?;
-                let buffers = [whole.splits.wgpu(), whole.inner.wgpu(), around.extents.wgpu()];
-                let bindings = device.bind(&kernel, 0, &buffers)?;
+                let bindings = wanting(whole, around, &kernel, &nothing)?;
                 Some((kernel, bindings))
             }
         };
@@ -130,6 +132,7 @@ impl DeviceLevel {
             write,
             writing,
             want,
+            is_followed: true,
             buffers,
             edits: None,
             cut: None,
@@ -177,14 +180,11 @@ impl DeviceLevel {
 
     /// Records that it becomes as fine as a view needs it: it has what the view wants and all that this stands on. That is
     /// the mesh that the processor has after its finest one; without outlines it is so after any. A product or
-    /// sum may be rounded otherwise, so splits may differ that are nearer to a limit of the view than 1e-5 of it. Fails if
-    /// the view is not usable or has more than six planes, and if the progressive mesh was not sent for views.
+    /// sum may be rounded otherwise, so splits may differ that are nearer to a limit of the view than 1e-5 of it, and than
+    /// 1e-3 where the mesh was edited. The first view after an edit has the finest mesh follow that. Fails if the view is
+    /// not usable or has more than six planes, and if the progressive mesh was not sent for views.
     pub fn adapt_to(&mut self, frame: &mut Frame, view: &View) -> Result<()> {
         view.check()?;
-        if self.edits.is_some() {
-            let error = Error::unsupported("a mesh that was edited on a device is not made for views there");
-            return Err(error.at("view").advise("adapt it to a cut, or edit it on the processor"));
-        }
         let (Some((want, bindings)), Some(around)) = (&self.want, &self.hierarchy.around) else {
             return Err(Error::invalid("the progressive mesh was sent without what views need").at("view"));
         };
@@ -204,11 +204,24 @@ impl DeviceLevel {
             planes,
         };
         self.cut = None;
-        let mut pass = frame.pass("adapt");
         let size = blocks(self.hierarchy.vertices);
+        let late = self.edits.as_ref().filter(|_| !self.is_followed);
+        if let Some(edits) = late {
+            edits.keep(frame, &self.buffers[0])?;
+        }
+        let mut pass = frame.pass("adapt");
+        if let Some(edits) = late {
+            let (key, split) = Cut::FINEST.parts();
+            let call = CutCall { key, split, vertices: self.hierarchy.vertices as u32 };
+            pass.run(&self.mark[0], &self.groups_of_marks(), bytemuck::bytes_of(&call), size)?;
+            edits.refine(&mut pass, &self.hierarchy, &around.ends)?;
+        }
         pass.run(want, &[bindings, &self.marked], bytemuck::bytes_of(&call), size)?;
         around.close(&mut pass, &self.marked)?;
-        self.write(&mut pass)
+        self.write(&mut pass)?;
+        drop(pass);
+        self.is_followed = true;
+        Ok(())
     }
 
     /// Moves and turns regions of this mesh, and waits for that; finer and coarser levels follow when it becomes those.
@@ -228,10 +241,14 @@ impl DeviceLevel {
             let edits = Edits::new(&self.hierarchy, around, &self.buffers[0])?;
             let written = written(&self.buffers, &self.vertices, &self.indices, &self.arguments, &edits.places);
             self.writing[1] = device.bind(&self.write[0], 1, &written)?;
+            if let Some((kernel, bindings)) = &mut self.want {
+                *bindings = wanting(&self.hierarchy, around, kernel, &edits.places)?;
+            }
             self.edits = Some(edits);
         }
         let Some(edits) = &mut self.edits else { return Err(Error::internal("nothing to edit")) };
         let reached = edits.edit(&self.hierarchy, &around.ends, edit)?;
+        self.is_followed = false;
         let mut frame = device.frame()?;
         self.write(&mut frame.pass("write"))?;
         let _ = frame.submit()?;
@@ -294,6 +311,17 @@ impl DeviceLevel {
             ..Extract::default()
         })
     }
+}
+
+/// What views ask, as it is bound; `places` are those of edited nodes, if there are any.
+fn wanting(
+    whole: &DeviceHierarchy,
+    around: &DeviceAround,
+    kernel: &Kernel,
+    places: &Buffer<Place>,
+) -> Result<Bindings> {
+    let buffers = [whole.splits.wgpu(), whole.inner.wgpu(), around.extents.wgpu(), places.wgpu()];
+    whole.device.bind(kernel, 0, &buffers)
 }
 
 /// What is written, as it is bound.
