@@ -215,7 +215,6 @@ fn views_of_edited_meshes_on_a_device_are_those_of_the_processor() {
                 let [fewest, expected, most] = [1e-3, 0.0, -1e-3].map(&mut seen);
                 let count = made.triangles.len();
                 let range = fewest.triangles.len()..=most.triangles.len();
-                eprintln!("{count} of {range:?}");
                 assert!(range.contains(&count), "{count} of {range:?} {view:?}");
                 if fewest.triangles.len() == most.triangles.len() {
                     assert!(made.triangles == expected.triangles, "{view:?}");
