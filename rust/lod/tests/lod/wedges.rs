@@ -105,25 +105,24 @@ fn the_finest_mesh_has_the_attributes_of_the_input_at_every_corner() {
 
 #[test]
 fn the_base_has_the_attributes_of_a_simplification() {
-    for (mesh, faces) in [(furnished_cube(16), 200), (painted_torus(60, 32), 300)] {
-        let built = build(&mesh, faces);
-        let (made, _) = level(&built, Cut::BASE).to_mesh();
-        let options = SimplifyOptions { faces, ..SimplifyOptions::default() };
-        let attributes = AttributeOptions::default();
-        let expected = simplify_mesh(&Context::serial(), &mesh, &options, &attributes, &mut Silent).unwrap().mesh;
-        assert_eq!(made.face_count(), expected.face_count());
-        assert_eq!(made.points.len(), expected.points.len());
-        for attribute in &expected.attributes {
-            let name = &attribute.name;
-            assert!(at_corners(&made, name) == at_corners(&expected, name), "{name}");
-        }
-        // Places are on a lattice.
-        let place = |mesh: &Mesh, corner: u32| glam::Vec3::from(mesh.points[corner as usize]);
-        for (found, expected) in
-            made.corners.iter().map(|at| place(&made, *at)).zip(expected.corners.iter().map(|at| place(&expected, *at)))
-        {
-            assert!(found.distance(expected) < 1e-5);
-        }
+    // Curved: on flat faces all collapses cost nothing, and last bits decide which are made.
+    let (mesh, faces) = (painted_torus(60, 32), 300);
+    let built = build(&mesh, faces);
+    let (made, _) = level(&built, Cut::BASE).to_mesh();
+    let options = SimplifyOptions { faces, ..SimplifyOptions::default() };
+    let attributes = AttributeOptions::default();
+    let expected = simplify_mesh(&Context::serial(), &mesh, &options, &attributes, &mut Silent).unwrap().mesh;
+    assert_eq!((made.face_count(), made.points.len()), (expected.face_count(), expected.points.len()));
+    for attribute in &expected.attributes {
+        let name = &attribute.name;
+        assert!(at_corners(&made, name) == at_corners(&expected, name), "{name}");
+    }
+    // Places are on a lattice.
+    for (found, expected) in made.corners.iter().zip(&expected.corners).map(|(found, other)| {
+        let place = |mesh: &Mesh, point: u32| glam::Vec3::from(mesh.points[point as usize]);
+        (place(&made, *found), place(&expected, *other))
+    }) {
+        assert!(found.distance(expected) < 1e-5);
     }
 }
 
