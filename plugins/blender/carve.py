@@ -9,7 +9,7 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import brush, job, pointer, progressive, state, stroke
+from . import brush, job, pointer, pose, progressive, state, stroke
 
 HINT = "Draw on the level; release to keep it, Esc: cancel"
 
@@ -26,7 +26,7 @@ class RELIEVO_OT_levels_sculpt(pointer.Edit, bpy.types.Operator):
 
     def prepare(self, context, target, shown):
         """Has the brush as it is in the space of the object, of whose size its lengths are."""
-        inverse = pointer.inverse_of(target)
+        inverse = pose.inverse_of(target)
         self.kept, pixels = stroke.describe(context.scene, "SCULPT")
         size = abs(numpy.linalg.det(inverse)) ** (1 / 3)
         for name in ("radius", "string"):

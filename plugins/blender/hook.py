@@ -47,11 +47,11 @@ def frame_changed(scene, graph=None):
 @persistent
 def graph_updated(scene, graph=None):
     """Follows hooks that are moved by hand."""
-    hooked = _hooked(scene)
-    if not hooked or graph is None or job.is_busy() or not playback.may_write(scene):
+    if graph is None or job.is_busy() or not playback.may_write(scene):
         return
     moved = {update.id.original for update in graph.updates if update.is_updated_transform}
-    for target in hooked:
+    # Most updates move nothing, and scenes may have many objects.
+    for target in _hooked(scene) if moved else ():
         if any(hook.target in moved for hook in target.relievo.progressive.hooks):
             follow(target, graph)
 

@@ -43,7 +43,6 @@ class RELIEVO_PT_levels(Panel, bpy.types.Panel):
         target, column = context.active_object, self.column()
         if not progressive.is_there(target):
             column.operator("relievo.levels_build")
-            column.label(text="Levels have no texture coordinates yet", icon="INFO")
             column.operator("relievo.levels_read")
             return
         options = target.relievo.progressive

@@ -5,7 +5,7 @@ the last one, and what is there at the release is kept as one edit."""
 import numpy
 from bpy_extras import view3d_utils
 
-from . import job, levels, progressive, state
+from . import job, levels, pose, progressive
 
 
 class Edit(levels.OnLevels, job.Steps):
@@ -41,7 +41,7 @@ class Edit(levels.OnLevels, job.Steps):
         """Gets ready for the pointer. Fails as edits do."""
         self.target = context.active_object
         self.world = numpy.array(self.target.matrix_world)
-        self.inverse = inverse_of(self.target)
+        self.inverse = pose.inverse_of(self.target)
         self.measure = progressive.measure_of(self.target.relievo.progressive)
         self.shown = job.run(progressive.showing(self.target, is_resting=True))
         self.prepare(context, self.target, self.shown)
@@ -106,14 +106,6 @@ class Edit(levels.OnLevels, job.Steps):
         if context.area is not None:
             context.area.tag_redraw()
         return answer
-
-
-def inverse_of(target):
-    """From the world to the space of an object."""
-    world = numpy.array(target.matrix_world)
-    if not numpy.linalg.det(world):
-        raise state.Refused(f"{target.name} has no size along one of its axes")
-    return numpy.linalg.inv(world)
 
 
 def is_in_view(context):

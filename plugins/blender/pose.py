@@ -4,18 +4,24 @@
 import math
 
 import mathutils
+import numpy
 
 from .state import Refused
+
+
+def inverse_of(target):
+    """From the world to the space of an object."""
+    world = numpy.array(target.matrix_world)
+    if not numpy.linalg.det(world):
+        raise Refused(f"{target.name} has no size along one of its axes")
+    return numpy.linalg.inv(world)
 
 
 def placed(target, other, graph=None):
     """Where another object is in the space of an object, as a matrix; as a graph has evaluated both, if it is given."""
     if graph is not None:
         target, other = target.evaluated_get(graph), other.evaluated_get(graph)
-    inverse = target.matrix_world.inverted(None)
-    if inverse is None:
-        raise Refused(f"{target.name} has no size along one of its axes")
-    return inverse @ other.matrix_world
+    return mathutils.Matrix((inverse_of(target) @ numpy.array(other.matrix_world)).tolist())
 
 
 def rest_of(hook):

@@ -338,7 +338,6 @@ def keep(target, text, stamp=None):
 def showing(target, graph=None, is_resting=False):
     """Steps that bring the mesh of an object to the level that its settings say, and to where its hooks are unless it is
     to be at rest; they return what it shows."""
-    check(target)
     wanted = None if is_resting else wanted_of(target, graph)
     shown, measure = (yield from opening(target, wanted)), measure_of(target.relievo.progressive)
     yield 0.9, 1.0, lambda _progress: shown.bring(measure)
