@@ -1,15 +1,12 @@
-// import group_sums
+// import block_sums
 // import imprint_link
 // Where the work of every workgroup of triangles begins, and from that the workgroups of the passes over all chunks of
 // imprints whose winding numbers are there at once. One workgroup does it, and begins the lists of what culling finds.
+// `sums` has how much every workgroup has, then what lies before it; one more than there are.
 
 // Units of 1,024 chunks that are too many to be counted.
 const MOST_UNITS: u32 = 1u << 21u;
 
-const EACH: u32 = 8u;
-
-// How much every workgroup has, then what lies before it; one more than there are.
-@group(0) @binding(1) var<storage, read_write> sums: array<u32>;
 // Of the first imprint the number of chunks and the workgroups in x, y and z, and of each the same of its blocks.
 @group(0) @binding(2) var<storage, read_write> arguments: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> told: AllTold;
@@ -23,34 +20,6 @@ fn first_of(link: u32) -> u32 {
 
 fn end_of(link: u32) -> u32 {
     return first_of(link) + (links[link].triangles + COUNTED - 1u) / COUNTED;
-}
-
-// Puts what lies before them in place of the first `count` sums, and the sum of all after them.
-fn sum_up(count: u32, local: u32) {
-    var before = 0u;
-    for (var base = 0u; base < count; base += EACH * GROUP) {
-        let first = base + local * EACH;
-        var own: array<u32, EACH>;
-        var sum = 0u;
-        for (var k = 0u; k < EACH; k++) {
-            if first + k < count {
-                own[k] = sums[first + k];
-            }
-            sum += own[k];
-        }
-        var lower = before + group_exclusive(sum, local);
-        before += partial[GROUP - 1u];
-        for (var k = 0u; k < EACH; k++) {
-            if first + k < count {
-                sums[first + k] = lower;
-            }
-            lower += own[k];
-        }
-        workgroupBarrier();
-    }
-    if local == 0u {
-        sums[count] = before;
-    }
 }
 
 @compute @workgroup_size(GROUP)

@@ -1,4 +1,4 @@
-// import group_sums
+// import block_sums
 // Exclusive prefix sums of u32 in three steps: the sum of every block, the prefix sums of those, the prefix sums within
 // every block. No invocation waits for another workgroup, as the decoupled look-back does: nothing promises that the
 // other one runs (Merrill, Garland 2016, Section 4.4, name the guarantee they need).
@@ -10,11 +10,9 @@ struct Length {
 }
 
 @group(0) @binding(0) var<storage, read_write> items: array<u32>;
-@group(0) @binding(1) var<storage, read_write> sums: array<u32>;
 @group(0) @binding(2) var<storage, read> lengths: array<u32>;
 var<immediate> length: Length;
 
-const EACH: u32 = 8u;
 const BLOCK: u32 = GROUP * EACH;
 
 fn count_of() -> u32 {
@@ -56,30 +54,7 @@ fn reduce(
 @compute @workgroup_size(GROUP)
 fn spine(@builtin(local_invocation_index) local: u32) {
     let blocks = (count_of() + BLOCK - 1u) / BLOCK;
-    var before = 0u;
-    for (var base = 0u; base < blocks; base += BLOCK) {
-        let first = base + local * EACH;
-        var own: array<u32, EACH>;
-        var sum = 0u;
-        for (var k = 0u; k < EACH; k++) {
-            if first + k < blocks {
-                own[k] = sums[first + k];
-            }
-            sum += own[k];
-        }
-        var lower = before + group_exclusive(sum, local);
-        before += partial[GROUP - 1u];
-        for (var k = 0u; k < EACH; k++) {
-            if first + k < blocks {
-                sums[first + k] = lower;
-            }
-            lower += own[k];
-        }
-        workgroupBarrier();
-    }
-    if local == 0u {
-        sums[blocks] = before;
-    }
+    sum_up(blocks, local);
 }
 
 @compute @workgroup_size(GROUP)

@@ -13,6 +13,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("bezier", include_str!("../../../shaders/bezier.wgsl")),
     ("bezier_draw", include_str!("../../../shaders/bezier_draw.wgsl")),
     ("bezier_samples", include_str!("../../../shaders/bezier_samples.wgsl")),
+    ("block_sums", include_str!("../../../shaders/block_sums.wgsl")),
     ("brush", include_str!("../../../shaders/brush.wgsl")),
     ("brush_bend", include_str!("../../../shaders/brush_bend.wgsl")),
     ("brush_bend_modes", include_str!("../../../shaders/brush_bend_modes.wgsl")),
