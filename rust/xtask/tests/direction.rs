@@ -23,7 +23,7 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-tiles"],
     &["relievo-render", "relievo-procedural"],
     &["relievo-detail"],
-    &["relievo-bake", "relievo-lod"],
+    &["relievo-bake", "relievo-lod", "relievo-fluid"],
     &["relievo-scene"],
     &["relievo-capi", "relievo-cli"],
     &["relievo-bench"],

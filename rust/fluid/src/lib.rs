@@ -1,0 +1,5 @@
+//! Fluids of particles (smoothed particle hydrodynamics) and their surfaces.
+
+mod kernel;
+
+pub use kernel::Kernels;
