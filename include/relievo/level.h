@@ -134,7 +134,7 @@ typedef struct RlvLevelBuffers {
     size_t triangle_capacity; /* triangles that there is room for */
     uint32_t *wedges;         /* of every triangle, 3 each; NULL if not wanted, as what follows */
     size_t wedge_stride;
-    float *wedge_values; /* of every wedge, as many as rlv_progressive_info tells */
+    float *wedge_values; /* of every wedge, as many as rlv_progressive_info tells; "normal" and "tangent" turn with edits */
     size_t wedge_value_stride;
     size_t wedge_capacity; /* wedges that there is room for: all of the finest mesh */
     uint32_t *face_values; /* of every triangle, as many as rlv_progressive_info tells; of floats their bits */

@@ -40,6 +40,11 @@ pub fn default_weight(name: &str) -> f32 {
     }
 }
 
+/// Whether the first three numbers of an attribute are a direction.
+pub fn is_direction(attribute: &Attribute) -> bool {
+    matches!(attribute.name.as_str(), "normal" | "tangent") && attribute.width >= 3
+}
+
 /// Simplifies the triangles of a mesh, fanned from its polygons, with its attributes; points at the same place are taken
 /// as one, with a seam where attributes differ. Attributes of whole numbers are kept on faces alone; where those of faces
 /// differ there is a seam too. What `left_out` of the result names is not kept. Locked points and factors are those of
@@ -192,7 +197,7 @@ impl<'a> Chosen<'a> {
     pub fn numbers(&self) -> (Vec<f32>, Vec<usize>) {
         let (mut weights, mut directions) = (Vec::new(), Vec::new());
         for (attribute, weight) in &self.floats {
-            if matches!(attribute.name.as_str(), "normal" | "tangent") && attribute.width >= 3 {
+            if is_direction(attribute) {
                 directions.push(weights.len());
             }
             weights.resize(weights.len() + attribute.width as usize, *weight);

@@ -13,7 +13,8 @@
 //!   `settle`.
 //! - What handles do over time: [`keyed`].
 //! - Where its order no longer fits what it has become: [`order`].
-//! - What it has beside places and normals: `wedges`, built of meshes as files have them in `attributed`.
+//! - What it has beside places and normals: `wedges`, built of meshes as files have them in `attributed`; how
+//!   normals and tangents among that turn with edits: `directions`.
 //! - How brushes sculpt it: [`sculpt`].
 //! - How edits survive a killed program: [`journal`], with `inputs`.
 //! - The mesh on a graphics device, refined, coarsened and drawn there: [`device`].
@@ -26,6 +27,7 @@ pub mod buffers;
 mod coarser;
 pub mod cut;
 pub mod device;
+mod directions;
 pub mod file;
 pub mod handle;
 pub mod hierarchy;

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::sync::atomic::Ordering::Relaxed;
 
 use super::active::{ActiveMesh, Extract};
+use super::directions::Turning;
 use crate::connectivity::NONE;
 
 /// What vertices and triangles are written to.
@@ -194,8 +195,9 @@ impl ActiveMesh {
             }
             widen(&mut update.changed_triangles, place as usize);
         }
-        for (place, wedge) in places.wedges.take_written() {
-            let Some(values) = self.values_of(wedge).filter(|_| place != NONE) else { continue };
+        let mut turning = Turning::new(self);
+        for (place, wedge) in places.wedges.take_written().into_iter().filter(|(place, _)| *place != NONE) {
+            let Some(values) = turning.values_of(wedge) else { continue };
             buffers.set_wedge(place as usize, values);
             widen(&mut update.changed_wedges, place as usize);
         }
@@ -259,9 +261,10 @@ impl ActiveMesh {
                 places.wedges.write(before);
             }
         }
-        for vertex in places.moved.drain(..).filter(|vertex| is_there(*vertex)) {
-            places.vertices.write(vertex);
-        }
+        let moved: Vec<u32> = places.moved.drain(..).filter(|vertex| is_there(*vertex)).collect();
+        moved.iter().for_each(|vertex| places.vertices.write(*vertex));
+        let changed = splits.iter().flatten().filter(|vertex| is_there(**vertex)).chain(&moved);
+        self.turned_by(changed.copied()).into_iter().for_each(|wedge| places.wedges.write(wedge));
         for vertex in places.vertices.close() {
             places.vertices.write(vertex);
             self.faces_at(vertex).for_each(|face| places.triangles.write(face));

@@ -181,10 +181,8 @@ impl<'a> Merging<'a> {
     fn site(&mut self, split: u32) -> Site<'a> {
         let (whole, moves) = (self.whole, self.moves);
         let (star, first) = (moves.stars.star(split), self.places.len());
-        self.places.extend(star.ring.iter().copied().chain([2 * split, 2 * split + 1]).map(|node| {
-            let built = whole.node_place(node);
-            [built, moves.place(node).unwrap_or(built)]
-        }));
+        let nodes = star.ring.iter().copied().chain([2 * split, 2 * split + 1]);
+        self.places.extend(nodes.map(|node| moves.both(whole, node)));
         Site { split, star, first, built: whole.place(Child::Split(split), NONE) }
     }
 

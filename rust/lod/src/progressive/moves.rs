@@ -6,10 +6,11 @@
 //! they were built, turned as those have turned.
 
 use super::active::ActiveMesh;
-use super::hierarchy::Child;
+use super::hierarchy::{Child, Progressive};
 use super::place::{Place, Surroundings};
 use super::sparse::Sparse;
 use super::stars::Stars;
+use crate::connectivity::NONE;
 
 /// How far a vertex has moved at least, in extents of the mesh, and how far its normal has turned, that follows others. An
 /// influence would otherwise go on from neighbour to neighbour, less at every level, to where no one sees it.
@@ -35,12 +36,29 @@ impl Moves {
     pub fn place(&self, node: u32) -> Option<Place> {
         self.places.get(node).copied()
     }
+
+    /// A node as built and as it is now.
+    pub fn both(&self, whole: &Progressive, node: u32) -> [Place; 2] {
+        let built = whole.node_place(node);
+        [built, self.place(node).unwrap_or(built)]
+    }
+
+    /// What is around a vertex of a split as soon as that is made, for directions, with the vertex as it was built and as it
+    /// is now, if it has moved. What is around the split has to be known.
+    pub fn around_end(&self, whole: &Progressive, split: u32, side: usize) -> Option<(Surroundings, [Place; 2])> {
+        let [own, other] = [2 * split + side as u32, 2 * split + 1 - side as u32];
+        let (now, star) = (self.place(own)?, self.stars.star(split));
+        let neighbours = star.ring[star.beside(side)].iter().chain([&other]);
+        let neighbours: Vec<_> = neighbours.map(|node| self.both(whole, *node)).collect();
+        let places = [whole.node_place(own), now];
+        Some((Surroundings::for_directions(places, &neighbours), places))
+    }
 }
 
 /// A node, and where it is if it has moved.
 pub type Placed = (u32, Option<Place>);
 
-/// What is needed to make splits.
+/// What is needed to make splits, and to tell what is around vertices.
 pub struct Refining<'a> {
     mesh: &'a ActiveMesh,
     moves: &'a Moves,
@@ -80,7 +98,8 @@ impl<'a> Refining<'a> {
     pub fn split(&mut self, before: [Place; 2], ends: [u32; 2]) {
         let noted = self.moves.built.get(ends[1]).copied();
         for (side, end) in ends.into_iter().enumerate() {
-            let around = self.surroundings(ends, side, before);
+            self.gather([end, ends[1 - side]]);
+            let around = Surroundings::new(before, &self.neighbours);
             let built = self.mesh.built(end);
             let place = around.forward(noted.map_or(built, |places| places[side]));
             let is_elsewhere = place.point.distance_squared(built.point) > self.least * self.least
@@ -95,9 +114,15 @@ impl<'a> Refining<'a> {
         [built, self.moves.place(self.mesh.node(vertex)).unwrap_or(built)]
     }
 
-    /// What is around one of the two vertices of a split, without the other.
-    fn surroundings(&mut self, ends: [u32; 2], side: usize, vertex: [Place; 2]) -> Surroundings {
-        let [own, other] = [ends[side], ends[1 - side]];
+    /// What is around a vertex, for its directions, with it as it was built and as it is now, if it has moved.
+    pub fn around(&mut self, vertex: u32) -> Option<(Surroundings, [Place; 2])> {
+        let places = self.has_moved(vertex).then(|| self.places(vertex))?;
+        self.gather([vertex, NONE]);
+        Some((Surroundings::for_directions(places, &self.neighbours), places))
+    }
+
+    /// Finds the neighbours of a vertex, without another one.
+    fn gather(&mut self, [own, other]: [u32; 2]) {
         self.ring.clear();
         for [after, before] in self.mesh.spokes(own) {
             if after != before && after != own && before != own {
@@ -110,6 +135,5 @@ impl<'a> Refining<'a> {
         neighbours.clear();
         neighbours.extend(self.ring.iter().map(|vertex| self.places(*vertex)));
         self.neighbours = neighbours;
-        Surroundings::new(vertex, &self.neighbours)
     }
 }

@@ -23,15 +23,26 @@ pub struct Surroundings {
 }
 
 /// How much the map wants normals to go to normals, and to be a turn in all directions, beside the sum of squares of how
-/// far the vertices are. With less of the latter, what vertices round off grows from level to level.
+/// far the vertices are. With less of the latter, what vertices round off grows from level to level; directions, which no
+/// other level is made from, need it only where vertices are in a line.
 const UPRIGHT: f32 = 0.5;
 const RIGID: f32 = 5e-2;
+const NEARLY_FREE: f32 = 1e-3;
 /// The least volume, of the map, that can be undone.
 const FLAT: f32 = 1e-2;
 
 impl Surroundings {
     /// Of the vertex that is split or was merged, which counts twice, and its neighbours, each as built and as it is now.
     pub fn new(vertex: [Place; 2], neighbours: &[[Place; 2]]) -> Self {
+        Self::fit(vertex, neighbours, RIGID)
+    }
+
+    /// As [`Self::new`], for directions alone.
+    pub fn for_directions(vertex: [Place; 2], neighbours: &[[Place; 2]]) -> Self {
+        Self::fit(vertex, neighbours, NEARLY_FREE)
+    }
+
+    fn fit(vertex: [Place; 2], neighbours: &[[Place; 2]], rigid: f32) -> Self {
         let share = 1.0 / (neighbours.len() as f32 + 2.0);
         let origin = vertex.map(|place| Vec3A::from(place.point));
         let offsets = |places: &[Place; 2]| [0, 1].map(|time| Vec3A::from(places[time].point) - origin[time]);
@@ -71,7 +82,7 @@ impl Surroundings {
         let turn = Mat3A::from_quat((about(normal.into(), sine, cosine) * arc).normalize());
         // What the turn leaves is fitted, not the whole: it is nothing where everything only turned.
         let left = turn.transpose() * across - spread;
-        let spread = spread + outer(normals[0], normals[0]) * UPRIGHT + Mat3A::IDENTITY * RIGID;
+        let spread = spread + outer(normals[0], normals[0]) * UPRIGHT + Mat3A::IDENTITY * rigid;
         let map = turn + turn * left * spread.inverse();
         let is_fit = map.determinant() > FLAT && map.is_finite();
         Self { built, now, map: if is_fit { map } else { turn } }
@@ -82,6 +93,22 @@ impl Surroundings {
         let normal = self.map.inverse().transpose() * Vec3A::from(place.normal);
         let point = self.now + self.map * (Vec3A::from(place.point) - self.built);
         Place { point: point.into(), normal: normal.normalize_or_zero().into() }
+    }
+
+    /// What a normal is now that was built, of the same length.
+    pub fn normal(&self, built: Vec3) -> Vec3 {
+        let normal = self.map.inverse().transpose() * Vec3A::from(built);
+        Vec3::from(normal.normalize_or_zero()) * built.length()
+    }
+
+    /// What a tangent is now, of the same length and as far from the tangent plane, where a surface had one normal and has
+    /// another; of length 1, or 0 for none.
+    pub fn tangent(&self, built: Vec3, normals: [Vec3; 2]) -> Vec3 {
+        let above = built.dot(normals[0]);
+        let within = built - normals[0] * above;
+        let turned = Vec3::from(self.map * Vec3A::from(within));
+        let turned = turned - normals[1] * turned.dot(normals[1]);
+        turned.normalize_or_zero() * within.length() + normals[1] * above
     }
 
     /// Where a vertex would have been built that is at `place` now.

@@ -12,7 +12,11 @@ impl ActiveMesh {
     /// built with.
     pub fn settled(&mut self, context: &Context) -> Progressive {
         // Coarser levels have followed; finer ones do on the way.
-        self.at_finest(context, |mesh| mesh.settled_finest())
+        self.at_finest(context, |mesh| {
+            let mut made = mesh.settled_finest();
+            made.wedges = mesh.settled_wedges(context);
+            made
+        })
     }
 
     fn settled_finest(&self) -> Progressive {

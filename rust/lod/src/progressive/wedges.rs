@@ -6,17 +6,21 @@
 //! wedge at a corner is the last one up to its leaf, and since trees are the Cartesian trees of their keys, what a wedge
 //! comes from is told by its own number and that of the next wedge: nothing else is kept of a level.
 
+use std::sync::OnceLock;
+
 use relievo_core::budget::Budget;
 use relievo_core::{Attribute, Domain, Result};
 
 use super::active::{ActiveMesh, Extract};
 use super::bitset::BitSet;
+use super::directions::{Directions, Turning};
 use super::file::damaged;
 use super::hierarchy::{Numbers, Progressive};
 use super::recording::{Key, Recording};
 use crate::connectivity::NONE;
 
 /// The wedges of a progressive mesh.
+#[derive(Clone)]
 pub struct WedgeTrees {
     pub attributes: Vec<Attribute>,
     /// Numbers of a wedge, and of a triangle.
@@ -33,6 +37,10 @@ pub struct WedgeTrees {
     /// What the two wedges of a split have. In the place of a base wedge, what that has comes second.
     pub values: [Vec<f32>; 2],
     pub base: Vec<u32>,
+    /// Where directions are among the numbers of a wedge.
+    pub directions: Directions,
+    /// Found when it is first asked for: see [`Self::home`].
+    homes: OnceLock<Vec<u32>>,
 }
 
 /// What wedges and triangles of a mesh have that a progressive mesh is built of.
@@ -105,6 +113,8 @@ impl WedgeTrees {
     pub fn empty(attributes: Vec<Attribute>, mesh: &Progressive, count: usize, budget: &mut Budget) -> Result<Self> {
         let [width, face_width] = widths(&attributes);
         Ok(Self {
+            directions: Directions::of(&attributes),
+            homes: OnceLock::new(),
             attributes,
             widths: [width, face_width],
             corners: budget.filled(mesh.faces.len(), [NONE; 3])?,
@@ -151,19 +161,50 @@ impl WedgeTrees {
         (if owner == NONE { Key(u32::MAX) } else { mesh.splits[owner as usize].key }, split)
     }
 
-    /// What a wedge of a level has, after which `following` is next there.
+    /// What a wedge of a level was built with, after which `following` is next there.
     pub fn values(&self, mesh: &Progressive, wedge: u32, following: Option<u32>) -> &[f32] {
-        let (split, side) = match following {
+        let (split, side) = self.source(mesh, wedge, following);
+        self.values_of(split)[side]
+    }
+
+    /// The split that has what a wedge of a level was built with, and which of its two that is.
+    pub fn source(&self, mesh: &Progressive, wedge: u32, following: Option<u32>) -> (u32, usize) {
+        match following {
             Some(next) if self.order(mesh, next) < self.order(mesh, wedge) => (next, 0),
             _ => (wedge, 1),
-        };
-        self.values_of(split)[side]
+        }
+    }
+
+    /// A leaf of the vertex that a wedge of a level is of.
+    pub fn home(&self, mesh: &Progressive, wedge: u32) -> u32 {
+        let homes = self.homes.get_or_init(|| {
+            let mut homes = vec![NONE; self.count()];
+            for (wedge, leaf) in self.corners.as_flattened().iter().zip(mesh.faces.as_flattened()) {
+                if let Some(home) = homes.get_mut(*wedge as usize) {
+                    *home = *leaf;
+                }
+            }
+            // Where triangles were not read, any leaf of the wedge tells.
+            let mut last = 0;
+            for home in homes.iter_mut().rev() {
+                last = if *home == NONE { last } else { *home };
+                *home = last;
+            }
+            homes
+        });
+        homes[wedge as usize]
     }
 
     /// What the two wedges of a split have.
     pub fn values_of(&self, split: u32) -> [&[f32]; 2] {
         let (split, width) = (split as usize, self.widths[0]);
         self.values.each_ref().map(|values| &values[split * width..(split + 1) * width])
+    }
+
+    /// What one of the two wedges of a split has, to be changed.
+    pub fn values_mut(&mut self, split: u32, side: usize) -> &mut [f32] {
+        let (split, width) = (split as usize, self.widths[0]);
+        &mut self.values[side][split * width..(split + 1) * width]
     }
 
     /// Sets what one of the two wedges of a split has, by the bits of numbers. Fails if one is not finite.
@@ -249,12 +290,6 @@ impl ActiveMesh {
         self.wedges.as_ref()?.last_up_to(number.checked_sub(1)?)
     }
 
-    /// What a wedge has, if it is there.
-    pub(super) fn values_of(&self, wedge: u32) -> Option<&[f32]> {
-        let there = self.wedges.as_ref().filter(|_| self.is_wedge(wedge))?;
-        Some(self.whole.wedges.as_ref()?.values(&self.whole, wedge, there.first_from(wedge + 1)))
-    }
-
     /// The wedges of a triangle that is there, and its numbers.
     pub(super) fn wedges_of(&self, face: u32) -> Option<([u32; 3], &[u32])> {
         let (trees, there) = self.whole.wedges.as_ref().zip(self.wedges.as_ref())?;
@@ -272,14 +307,14 @@ impl ActiveMesh {
         }
         let mut numbers = vec![NONE; trees.count()];
         made.wedges.as_flattened().iter().for_each(|wedge| numbers[*wedge as usize] = 0);
-        let mut list = there.iter().peekable();
+        let (mut list, mut turning) = (there.iter().peekable(), Turning::new(self));
         let mut count = 0;
         while let Some(wedge) = list.next() {
             let number = &mut numbers[wedge as usize];
             if *number != NONE {
                 *number = count;
                 count += 1;
-                made.values.extend_from_slice(trees.values(&self.whole, wedge, list.peek().copied()));
+                made.values.extend_from_slice(turning.values(trees, wedge, list.peek().copied()));
             }
         }
         made.wedges.as_flattened_mut().iter_mut().for_each(|wedge| *wedge = numbers[*wedge as usize]);

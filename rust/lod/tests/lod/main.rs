@@ -3,6 +3,7 @@
 mod attributes;
 mod buffers;
 mod device;
+mod directions;
 mod editing;
 mod journals;
 mod keyed;
