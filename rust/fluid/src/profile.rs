@@ -1,7 +1,10 @@
 //! How the weight of a particle falls off, over s, the square of the distance divided by that of the support radius: from
-//! 1 at the particle (of Gaussians nearly) to 0 at s = 1. Written for loops over lanes, which take both sides of a branch.
+//! 1 at the particle (of Gaussians nearly) to 0 at s = 1. Vectors take both sides of a
+//! branch.
 
-use relievo_core::simd::Arithmetic;
+use relievo_core::dispatch_simd;
+use relievo_core::lanes::Lanes;
+use relievo_core::simd::Level;
 
 /// A profile of weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,10 +20,10 @@ pub(crate) enum Profile {
 /// What the loops over particles are compiled for.
 pub(crate) trait Weight: Copy {
     /// The weight at s, from 0 to 1.
-    fn weight<A: Arithmetic>(self, s: f32) -> f32;
+    fn weight<A: Lanes>(self, v: A, s: A::F) -> A::F;
 
     /// The derivative of the weight by s. At the particle that of the spline is the limit.
-    fn slope<A: Arithmetic>(self, s: f32) -> f32;
+    fn slope<A: Lanes>(self, v: A, s: A::F) -> A::F;
 }
 
 /// Evaluates an expression in which `$weight` is the [`Weight`] of a [`Profile`].
@@ -28,7 +31,7 @@ macro_rules! with_weight {
     ($profile:expr, $weight:ident => $work:expr) => {
         match $profile {
             $crate::profile::Profile::Gaussian(sharpness) => {
-                let $weight = $crate::profile::Gaussian { sharpness, floor: (-sharpness).exp() };
+                let $weight = $crate::profile::Gaussian::new(sharpness);
                 $work
             }
             $crate::profile::Profile::Spline => {
@@ -47,15 +50,43 @@ pub(crate) use with_weight;
 impl Profile {
     /// The weight at s, 0 from 1 on.
     pub fn at(self, s: f32) -> f32 {
-        if s < 1.0 { with_weight!(self, weight => weight.weight::<relievo_core::simd::Baseline>(s)) } else { 0.0 }
+        if s < 1.0 { both(Level::Baseline, self, s)[0] } else { 0.0 }
     }
 }
+
+dispatch_simd! { fn both = both_body(profile: Profile, s: f32) -> [f32; 2] }
+
+/// The weight and its slope.
+#[inline(always)]
+fn both_body<A: Lanes>(profile: Profile, s: f32) -> [f32; 2] {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let s = v.splat(s);
+    let both = with_weight!(profile, weight => [weight.weight(v, s), weight.slope(v, s)]);
+    both.map(|value| first(v, value))
+}
+
+/// The value of the first lane.
+#[inline(always)]
+fn first<A: Lanes>(v: A, value: A::F) -> f32 {
+    let mut lanes = [0.0; WIDEST];
+    v.store(value, &mut lanes);
+    lanes[0]
+}
+
+/// Lanes of the widest vectors.
+pub(crate) const WIDEST: usize = 16;
 
 /// See [`Profile::Gaussian`].
 #[derive(Clone, Copy)]
 pub(crate) struct Gaussian {
-    pub sharpness: f32,
-    pub floor: f32,
+    /// How often what is small enough for a series is squared.
+    squarings: u32,
+    /// What s is multiplied by for that.
+    scale: f32,
+    sharpness: f32,
+    floor: f32,
 }
 
 /// See [`Profile::Spline`].
@@ -66,93 +97,117 @@ pub(crate) struct Spline;
 #[derive(Clone, Copy)]
 pub(crate) struct Cubic;
 
-/// exp(x) within some 1e-7 of it, for −80 ≤ x ≤ 0: 2ⁿ times a polynomial, without a branch.
-#[inline(always)]
-fn exp<A: Arithmetic>(x: f32) -> f32 {
-    // Adding this leaves the nearest whole number in the lowest bits.
-    const ROUND: f32 = 12_582_912.0;
-    let scaled = x * std::f32::consts::LOG2_E;
-    let round = scaled + ROUND;
-    let rest = (scaled - (round - ROUND)) * std::f32::consts::LN_2;
-    // Taylor's series: |rest| is at most ln 2 / 2.
-    let mut sum = 1.0 / 5040.0;
-    for factor in [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0] {
-        sum = A::fma(sum, rest, factor);
+impl Gaussian {
+    pub fn new(sharpness: f32) -> Self {
+        let squarings = (2.0 * sharpness).log2().ceil().max(0.0) as u32;
+        Self { squarings, scale: -sharpness / (1 << squarings) as f32, sharpness, floor: (-sharpness).exp() }
     }
-    sum * f32::from_bits((round.to_bits() << 23).wrapping_add(1.0f32.to_bits()))
+
+    /// exp(−sharpness · s), within 1e-7 for every squaring.
+    #[inline(always)]
+    fn exp<A: Lanes>(self, v: A, s: A::F) -> A::F {
+        let x = v.mul(s, v.splat(self.scale));
+        // Taylor's series: x is at most 1/2.
+        let mut sum = v.splat(1.0 / 5040.0);
+        for factor in [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0] {
+            sum = v.fused(sum, x, v.splat(factor));
+        }
+        for _ in 0..self.squarings {
+            sum = v.mul(sum, sum);
+        }
+        sum
+    }
 }
 
 impl Weight for Gaussian {
     #[inline(always)]
-    fn weight<A: Arithmetic>(self, s: f32) -> f32 {
-        (exp::<A>(-self.sharpness * s) - self.floor).max(0.0)
+    fn weight<A: Lanes>(self, v: A, s: A::F) -> A::F {
+        v.max(v.sub(self.exp(v, s), v.splat(self.floor)), v.splat(0.0))
     }
 
     #[inline(always)]
-    fn slope<A: Arithmetic>(self, s: f32) -> f32 {
-        -self.sharpness * exp::<A>(-self.sharpness * s)
+    fn slope<A: Lanes>(self, v: A, s: A::F) -> A::F {
+        v.mul(self.exp(v, s), v.splat(-self.sharpness))
     }
+}
+
+/// The square root of every lane.
+#[inline(always)]
+fn root<A: Lanes>(v: A, value: A::F) -> A::F {
+    let mut lanes = [0.0f32; WIDEST];
+    v.store(value, &mut lanes);
+    for lane in &mut lanes[..A::WIDTH] {
+        *lane = lane.sqrt();
+    }
+    v.load(&lanes)
 }
 
 impl Weight for Spline {
     #[inline(always)]
-    fn weight<A: Arithmetic>(self, s: f32) -> f32 {
-        let q = s.sqrt();
-        let rest = 1.0 - q;
-        let near = A::fma(6.0 * s, q - 1.0, 1.0);
-        let far = 2.0 * rest * rest * rest;
-        if s <= 0.25 { near } else { far }
+    fn weight<A: Lanes>(self, v: A, s: A::F) -> A::F {
+        let q = root(v, s);
+        let rest = v.sub(v.splat(1.0), q);
+        let near = v.fused(v.mul(v.splat(-6.0), s), rest, v.splat(1.0));
+        let far = v.mul(v.mul(v.add(rest, rest), rest), rest);
+        v.select(v.le(s, v.splat(0.25)), near, far)
     }
 
     #[inline(always)]
-    fn slope<A: Arithmetic>(self, s: f32) -> f32 {
-        let q = s.sqrt();
-        let rest = 1.0 - q;
-        let near = A::fma(9.0, q, -6.0);
-        let far = -3.0 * rest * rest / q;
-        if s <= 0.25 { near } else { far }
+    fn slope<A: Lanes>(self, v: A, s: A::F) -> A::F {
+        let q = root(v, s);
+        let rest = v.sub(v.splat(1.0), q);
+        let near = v.fused(v.splat(9.0), q, v.splat(-6.0));
+        let far = v.div(v.mul(v.mul(v.splat(-3.0), rest), rest), q);
+        v.select(v.le(s, v.splat(0.25)), near, far)
     }
 }
 
 impl Weight for Cubic {
     #[inline(always)]
-    fn weight<A: Arithmetic>(self, s: f32) -> f32 {
-        let rest = 1.0 - s;
-        rest * rest * rest
+    fn weight<A: Lanes>(self, v: A, s: A::F) -> A::F {
+        let rest = v.sub(v.splat(1.0), s);
+        v.mul(v.mul(rest, rest), rest)
     }
 
     #[inline(always)]
-    fn slope<A: Arithmetic>(self, s: f32) -> f32 {
-        let rest = 1.0 - s;
-        -3.0 * rest * rest
+    fn slope<A: Lanes>(self, v: A, s: A::F) -> A::F {
+        let rest = v.sub(v.splat(1.0), s);
+        v.mul(v.mul(v.splat(-3.0), rest), rest)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use relievo_core::simd::Baseline;
-
     use super::*;
     use crate::Kernels;
 
     #[test]
-    fn the_exponential_is_that_of_the_library() {
-        for step in 0..=80_000 {
-            let x = step as f32 * -1e-3;
-            let (found, expected) = (exp::<Baseline>(x), x.exp());
-            assert!((found - expected).abs() <= 1e-5 * expected, "{x}: {found} {expected}");
+    fn gaussians_are_those_of_the_library_at_every_level() {
+        for (level, name) in Level::NAMES {
+            for sharpness in [0.3f32, 1.0, 8.0, 20.0, 63.0] {
+                for step in 0..1000 {
+                    let s = step as f32 * 1e-3;
+                    let [weight, slope] = both(level, Profile::Gaussian(sharpness), s);
+                    let expected = (-sharpness * s).exp();
+                    assert!((weight - expected + (-sharpness).exp()).abs() < 1e-5, "{name} {sharpness} {s}");
+                    assert!((slope + sharpness * expected).abs() < 1e-5 * sharpness, "{name} {sharpness} {s}");
+                }
+            }
         }
     }
 
     #[test]
     fn the_spline_is_the_kernel_and_slopes_are_those_of_the_weights() {
         let kernels = Kernels::new(1.0);
-        for s in [0.01f32, 0.1, 0.24, 0.26, 0.5, 0.9, 0.99] {
-            assert!((Profile::Spline.at(s) - kernels.spline(s.sqrt()) / kernels.spline(0.0)).abs() < 1e-6);
-            for profile in [Profile::Gaussian(8.0), Profile::Spline, Profile::Cubic] {
-                let slope = (profile.at(s + 1e-3) - profile.at(s - 1e-3)) / 2e-3;
-                let found = with_weight!(profile, weight => weight.slope::<Baseline>(s));
-                assert!((found - slope).abs() < 0.01, "{profile:?} {s}: {found} {slope}");
+        for (level, _) in Level::NAMES {
+            for s in [0.0, 0.01f32, 0.1, 0.24, 0.26, 0.5, 0.9, 0.99] {
+                let spline = both(level, Profile::Spline, s)[0];
+                assert!((spline - kernels.spline(s.sqrt()) / kernels.spline(0.0)).abs() < 1e-6);
+                for profile in [Profile::Gaussian(8.0), Profile::Spline, Profile::Cubic] {
+                    let slope = (profile.at(s + 1e-3) - profile.at((s - 1e-3).max(0.0))) / (1e-3 + s.min(1e-3));
+                    let found = both(level, profile, s)[1];
+                    assert!((found - slope).abs() < 0.3f32.min(0.01 + 0.01 / s), "{profile:?} {s}: {found} {slope}");
+                }
             }
         }
         for profile in [Profile::Gaussian(8.0), Profile::Spline, Profile::Cubic] {

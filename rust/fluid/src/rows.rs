@@ -95,7 +95,13 @@ impl Rows {
     /// The cell of a place, which may lie outside of the grid.
     #[inline]
     pub fn cell(&self, point: [f32; 3]) -> Cell {
-        std::array::from_fn(|axis| ((f64::from(point[axis]) - self.low[axis]) * self.inverse).floor() as i64)
+        self.cell_at(point.map(f64::from))
+    }
+
+    /// As [`Self::cell`].
+    #[inline]
+    pub fn cell_at(&self, point: [f64; 3]) -> Cell {
+        std::array::from_fn(|axis| ((point[axis] - self.low[axis]) * self.inverse).floor() as i64)
     }
 
     fn key(&self, [x, y, z]: Cell) -> u64 {

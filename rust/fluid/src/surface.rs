@@ -3,16 +3,15 @@
 use std::ops::Range;
 
 use glam::Vec3;
-use relievo_core::simd::{Arithmetic, Level};
+use relievo_core::lanes::Lanes;
+use relievo_core::simd::Level;
 use relievo_core::{Context, Result, dispatch_simd};
 
 use crate::anisotropy;
 use crate::function::{Combination, SurfaceFunction};
-use crate::profile::{Profile, Weight, with_weight};
+use crate::profile::{Profile, WIDEST, Weight, with_weight};
 use crate::rows::{Cell, Rows};
 
-/// Particles that are looked at together.
-const LANES: usize = 8;
 /// Cells are wider than what particles reach by this factor, so that rounding hides none.
 const MARGIN: f32 = 1.0001;
 
@@ -33,8 +32,8 @@ pub struct Surface {
     pub(crate) amplitudes: Vec<f32>,
     /// What the squared distance is measured by, of spheres.
     pub(crate) sphere: f32,
-    /// Symmetric matrices M = [xx, xy, xz, yy, yz, zz] of anisotropic kernels: s = dᵀ M d. Empty for spheres.
-    pub(crate) shapes: Vec<[f32; 6]>,
+    /// The entries xx, xy, xz, yy, yz, zz of symmetric matrices M of anisotropic kernels: s = dᵀ M d.
+    pub(crate) shapes: Option<[Vec<f32>; 6]>,
 }
 
 /// A place in the field.
@@ -70,10 +69,15 @@ impl Surface {
                 let centres: Vec<[f32; 3]> = kernels.iter().map(|kernel| kernel.centre).collect();
                 let widest = kernels.iter().fold(1.0f32, |widest, kernel| widest.max(kernel.widest()));
                 let (rows, order) = Rows::new(context, &centres, widest * support * MARGIN)?;
-                let shape = |at: &u32| kernels[*at as usize].matrix(support);
                 let amplitude = |at: &u32| amplitudes[*at as usize] * kernels[*at as usize].amplitude();
-                surface.shapes = order.iter().map(shape).chain([[0.0; 6]; LANES]).collect();
-                surface.amplitudes = order.iter().map(amplitude).chain([0.0; LANES]).collect();
+                let mut shapes = [(); 6].map(|()| Vec::with_capacity(order.len() + WIDEST));
+                for at in &order {
+                    let matrix = kernels[*at as usize].matrix(support);
+                    shapes.iter_mut().zip(matrix).for_each(|(shapes, entry)| shapes.push(entry));
+                }
+                shapes.iter_mut().for_each(|shapes| shapes.extend([0.0; WIDEST]));
+                surface.shapes = Some(shapes);
+                surface.amplitudes = order.iter().map(amplitude).chain([0.0; WIDEST]).collect();
                 surface.centres = columns(&centres, &order);
                 surface.order = order.iter().map(|at| surface.order[*at as usize]).collect();
                 surface.reach = widest * support;
@@ -94,10 +98,10 @@ impl Surface {
             reach: support,
             rows,
             centres: columns(positions, &order),
-            amplitudes: vec![1.0; positions.len() + LANES],
+            amplitudes: vec![1.0; positions.len() + WIDEST],
             order,
             sphere: 1.0 / (support * support),
-            shapes: Vec::new(),
+            shapes: None,
         })
     }
 
@@ -150,11 +154,21 @@ impl Surface {
     pub(crate) fn centre(&self, at: usize) -> [f32; 3] {
         [self.centres[0][at], self.centres[1][at], self.centres[2][at]]
     }
+
+    /// Half the extents of the box around a kernel: roots of the diagonal of the inverse of its matrix.
+    #[inline(always)]
+    pub(crate) fn half_extents(&self, at: usize) -> [f32; 3] {
+        let Some(shapes) = &self.shapes else { return [self.reach; 3] };
+        let [xx, xy, xz, yy, yz, zz] = [0, 1, 2, 3, 4, 5].map(|entry| shapes[entry][at]);
+        let (first, second, third) = (yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy);
+        let determinant = xx * first - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+        [first, second, third].map(|minor| (minor / determinant).max(0.0).sqrt())
+    }
 }
 
 /// Coordinates in an order, and at the end some that are far from everything.
 fn columns(points: &[[f32; 3]], order: &[u32]) -> [Vec<f32>; 3] {
-    let far = [f32::MAX; LANES];
+    let far = [f32::MAX; WIDEST];
     std::array::from_fn(|axis| order.iter().map(|at| points[*at as usize][axis]).chain(far).collect())
 }
 
@@ -174,8 +188,8 @@ pub(crate) struct Sums {
 /// Looks at one place after the other; near ones are found faster.
 #[derive(Clone, Debug)]
 pub struct Probe<'a> {
-    surface: &'a Surface,
-    level: Level,
+    pub(crate) surface: &'a Surface,
+    pub(crate) level: Level,
     /// The cell that `ranges` are around.
     cell: Option<Cell>,
     ranges: Vec<Range<usize>>,
@@ -210,16 +224,19 @@ impl Probe<'_> {
     /// order of the surface.
     pub fn weights(&mut self, at: [f32; 3], mut each: impl FnMut(u32, f32)) {
         self.sums(at);
-        let mut weights = self.weights.chunks(LANES);
+        self.near(&mut each);
+    }
+
+    /// As [`Self::weights`], of the place that was last looked at.
+    pub(crate) fn near(&self, mut each: impl FnMut(u32, f32)) {
+        let mut base = 0;
         for range in &self.ranges {
-            for first in range.clone().step_by(LANES) {
-                let weights = weights.next().unwrap_or_default();
-                for (order, weight) in self.surface.order[first..range.end].iter().zip(weights) {
-                    if *weight > 0.0 {
-                        each(*order, *weight);
-                    }
+            for (order, weight) in self.surface.order[range.clone()].iter().zip(&self.weights[base..]) {
+                if *weight > 0.0 {
+                    each(*order, *weight);
                 }
             }
+            base += range.len().next_multiple_of(WIDEST);
         }
     }
 
@@ -252,7 +269,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn sum_body<A: Arithmetic>(
+fn sum_body<A: Lanes>(
     surface: &Surface,
     at: [f32; 3],
     ranges: &[Range<usize>],
@@ -261,7 +278,7 @@ fn sum_body<A: Arithmetic>(
 ) {
     with_weight!(surface.profile, weight => match surface.combination {
         Combination::Mean { .. } => sum_of::<A, _, true, false>(surface, weight, at, ranges, weights, sums),
-        Combination::Sum { .. } if surface.shapes.is_empty() => {
+        Combination::Sum { .. } if surface.shapes.is_none() => {
             sum_of::<A, _, false, false>(surface, weight, at, ranges, weights, sums);
         }
         Combination::Sum { .. } => sum_of::<A, _, false, true>(surface, weight, at, ranges, weights, sums),
@@ -269,69 +286,77 @@ fn sum_body<A: Arithmetic>(
 }
 
 /// Sums of the particles of ranges, with those that a mean needs, for kernels that are spheres or have shapes. Leaves the
-/// weights, [`LANES`] for every so many particles of a range.
+/// weights; those of a range begin at a multiple of [`WIDEST`].
 #[inline(always)]
-fn sum_of<A: Arithmetic, W: Weight, const MEAN: bool, const SHAPES: bool>(
+fn sum_of<A: Lanes, W: Weight, const MEAN: bool, const SHAPES: bool>(
     surface: &Surface,
     weight: W,
-    [x, y, z]: [f32; 3],
+    at: [f32; 3],
     ranges: &[Range<usize>],
     weights: &mut Vec<f32>,
     sums: &mut Sums,
 ) {
-    weights.clear();
-    let mut total = [[0.0f32; LANES]; 13];
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let lanes: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
+    let lanes = v.load(&lanes);
+    let (zero, one, sphere) = (v.splat(0.0), v.splat(1.0), v.splat(surface.sphere));
+    let at = [v.splat(at[0]), v.splat(at[1]), v.splat(at[2])];
+    let mut total = [zero; 13];
+    weights.resize(ranges.iter().map(|range| range.len().next_multiple_of(WIDEST)).sum(), 0.0);
+    let mut base = 0;
     for range in ranges {
-        for first in range.clone().step_by(LANES) {
-            let lanes = first..first + LANES;
-            let [xs, ys, zs] = [0, 1, 2].map(|axis| &surface.centres[axis][lanes.clone()]);
-            let amplitudes = &surface.amplitudes[lanes.clone()];
-            let left = (range.end - first).min(LANES) as u32;
-            let mut found = [0.0f32; LANES];
-            for lane in 0..LANES {
-                let (dx, dy, dz) = (xs[lane] - x, ys[lane] - y, zs[lane] - z);
-                let (s, mx, my, mz);
-                if SHAPES {
-                    let [xx, xy, xz, yy, yz, zz] = surface.shapes[first + lane];
-                    mx = A::fma(xx, dx, A::fma(xy, dy, xz * dz));
-                    my = A::fma(xy, dx, A::fma(yy, dy, yz * dz));
-                    mz = A::fma(xz, dx, A::fma(yz, dy, zz * dz));
-                    s = A::fma(mx, dx, A::fma(my, dy, mz * dz));
-                } else {
-                    s = A::fma(dx, dx, A::fma(dy, dy, dz * dz)) * surface.sphere;
-                    (mx, my, mz) = (dx * surface.sphere, dy * surface.sphere, dz * surface.sphere);
+        for first in range.clone().step_by(A::WIDTH) {
+            let step = |axis: usize| v.sub(v.load(&surface.centres[axis][first..]), at[axis]);
+            let product = |a: [A::F; 3], b: [A::F; 3]| v.fused(a[0], b[0], v.fused(a[1], b[1], v.mul(a[2], b[2])));
+            let d = [step(0), step(1), step(2)];
+            let (s, m) = if let (true, Some(shapes)) = (SHAPES, &surface.shapes) {
+                let shape = |entry: usize| v.load(&shapes[entry][first..]);
+                let (xx, xy, xz, yy, yz, zz) = (shape(0), shape(1), shape(2), shape(3), shape(4), shape(5));
+                let m = [product([xx, xy, xz], d), product([xy, yy, yz], d), product([xz, yz, zz], d)];
+                (product(m, d), m)
+            } else {
+                (v.mul(product(d, d), sphere), [v.mul(d[0], sphere), v.mul(d[1], sphere), v.mul(d[2], sphere)])
+            };
+            // What does not count may be no number.
+            let left = v.splat((range.end - first).min(WIDEST) as f32);
+            let counts = v.both(v.lt(s, one), v.lt(lanes, left));
+            let s = v.select(counts, s, one);
+            let amplitude = v.select(counts, v.load(&surface.amplitudes[first..]), zero);
+            let w = v.mul(amplitude, weight.weight(v, s));
+            let slope = v.mul(v.mul(amplitude, v.splat(-2.0)), weight.slope(v, s));
+            let counted = |a: [A::F; 3]| {
+                [v.select(counts, a[0], zero), v.select(counts, a[1], zero), v.select(counts, a[2], zero)]
+            };
+            let m = counted(m);
+            v.store(w, &mut weights[base + first - range.start..]);
+            total[0] = v.add(total[0], w);
+            for axis in 0..3 {
+                total[1 + axis] = v.fused(slope, m[axis], total[1 + axis]);
+            }
+            if MEAN {
+                let d = counted(d);
+                for axis in 0..3 {
+                    total[4 + axis] = v.fused(w, d[axis], total[4 + axis]);
                 }
-                let counts = (s < 1.0) & ((lane as u32) < left);
-                // What does not count may be no number.
-                let s = if counts { s } else { 1.0 };
-                let amplitude = if counts { amplitudes[lane] } else { 0.0 };
-                let w = amplitude * weight.weight::<A>(s);
-                let slope = -2.0 * amplitude * weight.slope::<A>(s);
-                let [mx, my, mz] = [mx, my, mz].map(|m| if counts { m } else { 0.0 });
-                found[lane] = w;
-                total[0][lane] += w;
-                total[1][lane] = A::fma(slope, mx, total[1][lane]);
-                total[2][lane] = A::fma(slope, my, total[2][lane]);
-                total[3][lane] = A::fma(slope, mz, total[3][lane]);
-                if MEAN {
-                    let [dx, dy, dz] = [dx, dy, dz].map(|d| if counts { d } else { 0.0 });
-                    let products = [dx * mx, dx * my, dx * mz, dy * my, dy * mz, dz * mz];
-                    total[4][lane] = A::fma(w, dx, total[4][lane]);
-                    total[5][lane] = A::fma(w, dy, total[5][lane]);
-                    total[6][lane] = A::fma(w, dz, total[6][lane]);
-                    for (product, total) in products.iter().zip(&mut total[7..]) {
-                        total[lane] = A::fma(slope, *product, total[lane]);
-                    }
+                for (entry, (row, column)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+                    total[7 + entry] = v.fused(v.mul(slope, d[row]), m[column], total[7 + entry]);
                 }
             }
-            weights.extend_from_slice(&found);
         }
+        base += range.len().next_multiple_of(WIDEST);
     }
-    let total = total.map(|lanes| lanes.iter().sum::<f32>());
-    sums.weight = total[0];
-    sums.slope = Vec3::new(total[1], total[2], total[3]);
-    sums.moment = Vec3::new(total[4], total[5], total[6]);
-    sums.spread.copy_from_slice(&total[7..]);
+    let mut sum = [0.0; 13];
+    for (sum, value) in sum.iter_mut().zip(total) {
+        let mut lanes = [0.0; WIDEST];
+        v.store(value, &mut lanes);
+        *sum = lanes[..A::WIDTH].iter().sum::<f32>();
+    }
+    sums.weight = sum[0];
+    sums.slope = Vec3::new(sum[1], sum[2], sum[3]);
+    sums.moment = Vec3::new(sum[4], sum[5], sum[6]);
+    sums.spread.copy_from_slice(&sum[7..]);
 }
 
 #[cfg(test)]
@@ -384,7 +409,8 @@ mod tests {
         }
         let surface = Surface::new(&Context::serial(), &points, SurfaceFunction::anisotropic(0.1)).unwrap();
         let middle = (0..points.len()).find(|at| points[surface.order[*at] as usize] == [1.0; 3]).unwrap();
-        let [xx, xy, _, yy, _, zz] = surface.shapes[middle];
+        let shapes = surface.shapes.as_ref().unwrap();
+        let [xx, xy, yy, zz] = [0, 1, 3, 5].map(|entry| shapes[entry][middle]);
         assert!((xx - yy).abs() < 1e-3 * xx && (xx - zz).abs() < 1e-3 * xx && xy.abs() < 1e-3 * xx);
         assert!((xx / surface.sphere - 1.0).abs() < 0.2, "{}", xx / surface.sphere);
     }
@@ -448,7 +474,7 @@ mod tests {
                 if let Combination::Sum { iso } = surface.combination {
                     prop_assert!((sum - iso - sample.value).abs() < 1e-5);
                 }
-                if surface.shapes.is_empty() {
+                if surface.shapes.is_none() {
                     let near = |point: &&[f32; 3]| Vec3::from(**point).distance(Vec3::from(at)) < 0.4;
                     let expected = points.iter().filter(near).count() as i32;
                     // At the rim weights are rounded to 0.

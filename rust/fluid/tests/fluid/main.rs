@@ -1,0 +1,3 @@
+//! Tests of fluids through what the crate shows.
+
+mod isosurface;
