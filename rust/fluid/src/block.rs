@@ -71,8 +71,9 @@ fn code([x, y, z]: [usize; 3], axis: usize) -> u16 {
 }
 
 impl Block {
-    /// The mesh in the block whose lower corner has these coordinates in cells, of cells of this size.
-    pub fn make(&mut self, probe: &mut Probe<'_>, low: [i64; 3], cell: f32, channels: &[Channel<'_>]) -> Part {
+    /// The mesh in the block whose lower corner has these coordinates in cells, of cells of this size, with normals and
+    /// channels if they are asked for.
+    pub fn make(&mut self, probe: &mut Probe<'_>, low: [i64; 3], cell: f32, channels: Option<&[Channel<'_>]>) -> Part {
         let surface = probe.surface;
         for (axis, low) in self.axes.iter_mut().zip(low) {
             axis.clear();
@@ -131,9 +132,9 @@ impl Block {
     }
 
     /// Places a vertex on every crossed edge.
-    fn place(&mut self, probe: &mut Probe<'_>, channels: &[Channel<'_>], part: &mut Part) {
+    fn place(&mut self, probe: &mut Probe<'_>, channels: Option<&[Channel<'_>]>, part: &mut Part) {
         let combination = probe.surface.combination;
-        part.channels = vec![Vec::new(); channels.len()];
+        part.channels = vec![Vec::new(); channels.map_or(0, <[_]>::len)];
         self.vertices.clear();
         let mut crossed = std::mem::take(&mut self.crossed);
         crossed.clear();
@@ -160,7 +161,11 @@ impl Block {
                         if from.contains(&0) {
                             part.shared.push((code(from, axis), part.points.len() as u32));
                         }
-                        self.vertex(probe, combination, from, axis, channels, part);
+                        let (point, inside) = self.cross(combination, from, axis);
+                        part.points.push(point);
+                        if let Some(channels) = channels {
+                            shade(probe, point, inside, channels, part);
+                        }
                         (part.points.len() - 1) as u32
                     };
                     self.vertices.push(number);
@@ -171,16 +176,8 @@ impl Block {
         self.crossed = crossed;
     }
 
-    /// Places the vertex of the edge from a corner along an axis, where a line between the values is 0.
-    fn vertex(
-        &self,
-        probe: &mut Probe<'_>,
-        combination: Combination,
-        from: [usize; 3],
-        axis: usize,
-        channels: &[Channel<'_>],
-        part: &mut Part,
-    ) {
+    /// Where a line between the values of the edge from a corner along an axis is 0, and its end that is inside.
+    fn cross(&self, combination: Combination, from: [usize; 3], axis: usize) -> ([f32; 3], [f32; 3]) {
         let step = [1, STRIDE, CORNERS * STRIDE][axis];
         let at = (from[2] * CORNERS + from[1]) * STRIDE + from[0];
         let values = [self.value(combination, at), self.value(combination, at + step)];
@@ -189,27 +186,7 @@ impl Block {
         let ends = [from, to].map(|corner| self.corner(corner));
         let mut point = ends[0];
         point[axis] += values[0] / (values[0] - values[1]) * (ends[1][axis] - ends[0][axis]);
-        let mut gradient = Vec3::from(probe.sample(point).gradient);
-        if gradient == Vec3::ZERO {
-            // The line misses the surface where the function has a step, so no particle may be here.
-            let inside = ends[usize::from(values[1] > 0.0)];
-            gradient = Vec3::from(probe.sample(inside).gradient);
-        }
-        let outwards = Vec3::AXES[axis] * if values[1] > 0.0 { -1.0 } else { 1.0 };
-        part.normals.push((-gradient).normalize_or(outwards).to_array());
-        part.points.push(point);
-        for (channel, values) in channels.iter().zip(&mut part.channels) {
-            let (first, mut sum) = (values.len(), 0.0);
-            values.resize(first + channel.width, 0.0);
-            probe.near(|particle, weight| {
-                sum += weight;
-                let from = particle as usize * channel.width;
-                let mean = weight / sum;
-                for (mixed, value) in values[first..].iter_mut().zip(&channel.values[from..]) {
-                    *mixed += (*value - *mixed) * mean;
-                }
-            });
-        }
+        (point, ends[usize::from(values[1] > 0.0)])
     }
 
     fn triangulate(&self, part: &mut Part) {
@@ -231,6 +208,28 @@ impl Block {
                 }
             }
         }
+    }
+}
+
+/// Adds the normal and the channels of a vertex, from a corner beside it that is inside.
+fn shade(probe: &mut Probe<'_>, point: [f32; 3], inside: [f32; 3], channels: &[Channel<'_>], part: &mut Part) {
+    let mut gradient = Vec3::from(probe.sample(point).gradient);
+    if gradient == Vec3::ZERO {
+        // The line misses the surface where the function has a step, so no particle may be here.
+        gradient = Vec3::from(probe.sample(inside).gradient);
+    }
+    let outwards = (Vec3::from(point) - Vec3::from(inside)).normalize_or(Vec3::Z);
+    part.normals.push((-gradient).normalize_or(outwards).to_array());
+    for (channel, values) in channels.iter().zip(&mut part.channels) {
+        let (first, mut sum) = (values.len(), 0.0);
+        values.resize(first + channel.width, 0.0);
+        probe.near(|particle, weight| {
+            sum += weight;
+            let (from, share) = (particle as usize * channel.width, weight / sum);
+            for (mean, value) in values[first..].iter_mut().zip(&channel.values[from..]) {
+                *mean += (*value - *mean) * share;
+            }
+        });
     }
 }
 

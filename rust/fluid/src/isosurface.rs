@@ -46,11 +46,6 @@ pub fn mesh(
     channels: &[Channel<'_>],
     progress: &mut dyn Progress,
 ) -> Result<Mesh> {
-    let support = surface.function().support();
-    if !(cell * FINEST >= support && cell <= support) {
-        return Err(Error::invalid(format!("the cell size is {cell} at a support radius of {support}"))
-            .advise(format!("use {} to {support}", support / FINEST)));
-    }
     for channel in channels {
         check(channel, surface.len())?;
     }
@@ -62,7 +57,7 @@ pub fn mesh(
         let count = BATCH.min(blocks.keys.len() - first);
         let parts = context.map(count, |at| {
             let mut block = context.scratch().lend::<Block>();
-            block.make(&mut surface.probe(context), blocks.low(first + at), cell, channels)
+            block.make(&mut surface.probe(context), blocks.low(first + at), cell, Some(channels))
         });
         for (at, part) in parts.into_iter().enumerate() {
             made.add(first + at, part, context.memory_limit())?;
@@ -71,6 +66,31 @@ pub fn mesh(
     stage.count("blocks", blocks.keys.len() as u64);
     stage.count("triangles", made.corners.len() as u64 / 3);
     made.finish(context, channels)
+}
+
+/// Vertices of the mesh of a surface, in the same order and with the same errors.
+pub(crate) fn vertices(
+    context: &Context,
+    surface: &Surface,
+    cell: f32,
+    progress: &mut dyn Progress,
+) -> Result<Vec<[f32; 3]>> {
+    let blocks = Blocks::new(context, surface, cell)?;
+    let mut points = Vec::new();
+    for first in (0..blocks.keys.len()).step_by(BATCH) {
+        progress.step(first as f32 / blocks.keys.len() as f32, "surface")?;
+        let parts = context.map(BATCH.min(blocks.keys.len() - first), |at| {
+            let mut block = context.scratch().lend::<Block>();
+            block.make(&mut surface.probe(context), blocks.low(first + at), cell, None).points
+        });
+        let bytes = 12 * (points.len() + parts.iter().map(Vec::len).sum::<usize>()) as u64;
+        if bytes > context.memory_limit() {
+            return Err(Error::memory(format!("the surface needs more than {bytes} bytes"))
+                .advise("use larger cells, or raise the memory limit"));
+        }
+        points.extend(parts.into_iter().flatten());
+    }
+    Ok(points)
 }
 
 fn check(channel: &Channel<'_>, particles: usize) -> Result<()> {
@@ -108,7 +128,13 @@ fn key([x, y, z]: [i64; 3]) -> u64 {
 }
 
 impl Blocks {
+    /// Fails as [`mesh`] does.
     fn new(context: &Context, surface: &Surface, cell: f32) -> Result<Self> {
+        let support = surface.function().support();
+        if !(cell * FINEST >= support && cell <= support) {
+            return Err(Error::invalid(format!("the cell size is {cell} at a support radius of {support}"))
+                .advise(format!("use {} to {support}", support / FINEST)));
+        }
         let edge = f64::from(cell) * CELLS as f64;
         let reach = f64::from(surface.reach) * 1.001 + 0.25 * f64::from(cell);
         // Blocks that the particles of a cell of the search reach.

@@ -1,6 +1,7 @@
 //! Fluids of particles (smoothed particle hydrodynamics) and their surfaces.
 
 mod anisotropy;
+mod blind;
 mod block;
 mod function;
 mod isosurface;
@@ -10,6 +11,7 @@ mod profile;
 mod rows;
 mod surface;
 
+pub use blind::{Classes, Visibility, classify};
 pub use function::SurfaceFunction;
 pub use isosurface::{Channel, mesh};
 pub use kernel::Kernels;

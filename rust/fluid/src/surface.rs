@@ -145,6 +145,17 @@ impl Surface {
         self.reach
     }
 
+    /// The distance from which on a particle does not change the value at a place: the reach, and how far the volumes,
+    /// shapes and centres of kernels see.
+    pub fn influence(&self) -> f32 {
+        self.reach
+            + match self.function {
+                SurfaceFunction::Blobs { .. } | SurfaceFunction::ZhuBridson { .. } => 0.0,
+                SurfaceFunction::Density { support, .. } => support,
+                SurfaceFunction::Anisotropic { support, centring, .. } => support * (1.0 + centring),
+            }
+    }
+
     /// For looking at many places, one after the other.
     pub fn probe(&self, context: &Context) -> Probe<'_> {
         Probe { surface: self, level: context.level(), cell: None, ranges: Vec::new(), weights: Vec::new() }

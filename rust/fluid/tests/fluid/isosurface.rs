@@ -8,9 +8,7 @@ use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, ErrorKind, Mesh, Result, Values};
 use relievo_fluid::{Channel, Surface, SurfaceFunction, mesh};
 
-/// One of each, of particles of a radius.
-const FUNCTIONS: [fn(f32) -> SurfaceFunction; 4] =
-    [SurfaceFunction::blobs, SurfaceFunction::zhu_bridson, SurfaceFunction::density, SurfaceFunction::anisotropic];
+use crate::shapes::{FUNCTIONS, lattice};
 
 fn make(points: &[[f32; 3]], function: SurfaceFunction, cell: f32) -> Result<Mesh> {
     let context = Context::serial();
@@ -54,13 +52,6 @@ fn assert_manifold(mesh: &Mesh) {
         }
         assert_eq!(steps, fan.len(), "vertex {vertex} has two fans");
     }
-}
-
-/// Points of a lattice with so many along each axis, some distance apart.
-fn lattice(count: usize, distance: f32) -> Vec<[f32; 3]> {
-    let at = move |index: usize| index as f32 * distance;
-    let row = move |y: usize, z: usize| (0..count).map(move |x| [at(x), at(y), at(z)]);
-    (0..count).flat_map(|z| (0..count).flat_map(move |y| row(y, z))).collect()
 }
 
 #[test]

@@ -1,3 +1,5 @@
 //! Tests of fluids through what the crate shows.
 
+mod blind;
 mod isosurface;
+mod shapes;
