@@ -13,8 +13,9 @@ use relievo_core::lanes::Lanes;
 use crate::function::Combination;
 use crate::isosurface::Channel;
 use crate::marching;
+use crate::probe::Probe;
 use crate::profile::{WIDEST, Weight, with_weight};
-use crate::surface::{Probe, Surface};
+use crate::surface::Surface;
 
 /// Cells of a block along each axis, and its corners.
 pub(crate) const CELLS: usize = 16;

@@ -3,11 +3,15 @@
 mod anisotropy;
 mod blind;
 mod block;
+mod chords;
 mod function;
+mod hierarchy;
 mod isosurface;
 mod kernel;
 mod marching;
+mod probe;
 mod profile;
+mod raytrace;
 mod rows;
 mod surface;
 
@@ -15,4 +19,6 @@ pub use blind::{Classes, Visibility, classify};
 pub use function::SurfaceFunction;
 pub use isosurface::{Channel, mesh};
 pub use kernel::Kernels;
-pub use surface::{Probe, Sample, Surface};
+pub use probe::{Probe, Sample};
+pub use raytrace::{Hit, March, Motion, Ray, RayCaster, Tracer};
+pub use surface::Surface;

@@ -50,7 +50,12 @@ pub(crate) use with_weight;
 impl Profile {
     /// The weight at s, 0 from 1 on.
     pub fn at(self, s: f32) -> f32 {
-        if s < 1.0 { both(Level::Baseline, self, s)[0] } else { 0.0 }
+        if s < 1.0 { self.both(s)[0] } else { 0.0 }
+    }
+
+    /// The weight and its slope at s, from 0 to 1.
+    pub fn both(self, s: f32) -> [f32; 2] {
+        both(Level::Baseline, self, s)
     }
 }
 

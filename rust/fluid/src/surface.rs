@@ -1,16 +1,13 @@
-//! The surface function of a set of particles: values, gradients and weights at any place, from the particles near it.
-
-use std::ops::Range;
+//! The surface function of a set of particles, prepared for looking at places: sorted, with the kernels of all particles.
 
 use glam::Vec3;
-use relievo_core::lanes::Lanes;
-use relievo_core::simd::Level;
-use relievo_core::{Context, Result, dispatch_simd};
+use relievo_core::{Context, Result};
 
 use crate::anisotropy;
 use crate::function::{Combination, SurfaceFunction};
-use crate::profile::{Profile, WIDEST, Weight, with_weight};
-use crate::rows::{Cell, Rows};
+use crate::probe::Probe;
+use crate::profile::{Profile, WIDEST};
+use crate::rows::Rows;
 
 /// Cells are wider than what particles reach by this factor, so that rounding hides none.
 const MARGIN: f32 = 1.0001;
@@ -34,15 +31,6 @@ pub struct Surface {
     pub(crate) sphere: f32,
     /// The entries xx, xy, xz, yy, yz, zz of symmetric matrices M of anisotropic kernels: s = dᵀ M d.
     pub(crate) shapes: Option<[Vec<f32>; 6]>,
-}
-
-/// A place in the field.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
-    /// The value, positive inside.
-    pub value: f32,
-    /// Its gradient, which points inwards.
-    pub gradient: [f32; 3],
 }
 
 impl Surface {
@@ -158,12 +146,19 @@ impl Surface {
 
     /// For looking at many places, one after the other.
     pub fn probe(&self, context: &Context) -> Probe<'_> {
-        Probe { surface: self, level: context.level(), cell: None, ranges: Vec::new(), weights: Vec::new() }
+        Probe::new(self, context.level())
     }
 
     /// The centre of the kernel at this place of the order.
     pub(crate) fn centre(&self, at: usize) -> [f32; 3] {
         [self.centres[0][at], self.centres[1][at], self.centres[2][at]]
+    }
+
+    /// M d of the kernel at this place of the order.
+    pub(crate) fn image(&self, at: usize, d: Vec3) -> Vec3 {
+        let Some(shapes) = &self.shapes else { return self.sphere * d };
+        let [xx, xy, xz, yy, yz, zz] = [0, 1, 2, 3, 4, 5].map(|entry| shapes[entry][at]);
+        Vec3::new(Vec3::new(xx, xy, xz).dot(d), Vec3::new(xy, yy, yz).dot(d), Vec3::new(xz, yz, zz).dot(d))
     }
 
     /// Half the extents of the box around a kernel: roots of the diagonal of the inverse of its matrix.
@@ -181,193 +176,6 @@ impl Surface {
 fn columns(points: &[[f32; 3]], order: &[u32]) -> [Vec<f32>; 3] {
     let far = [f32::MAX; WIDEST];
     std::array::from_fn(|axis| order.iter().map(|at| points[*at as usize][axis]).chain(far).collect())
-}
-
-/// Sums over the particles near a place, with d the vector from it to a particle and w the particle's weight.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Sums {
-    /// Σ w
-    pub weight: f32,
-    /// Σ w d
-    moment: Vec3,
-    /// Σ ∇w
-    slope: Vec3,
-    /// Σ d ∇wᵀ, of spheres, in the order of [`Surface::shapes`].
-    spread: [f32; 6],
-}
-
-/// Looks at one place after the other; near ones are found faster.
-#[derive(Clone, Debug)]
-pub struct Probe<'a> {
-    pub(crate) surface: &'a Surface,
-    pub(crate) level: Level,
-    /// The cell that `ranges` are around.
-    cell: Option<Cell>,
-    ranges: Vec<Range<usize>>,
-    weights: Vec<f32>,
-}
-
-impl Probe<'_> {
-    /// Value and gradient at a place, in metres. Where no particle is near the gradient is 0.
-    pub fn sample(&mut self, at: [f32; 3]) -> Sample {
-        let sums = self.sums(at);
-        let value = self.surface.combination.value(sums.weight, sums.moment.to_array());
-        let gradient = match self.surface.combination {
-            Combination::Sum { .. } => sums.slope,
-            Combination::Mean { .. } if sums.weight > 0.0 => {
-                let mean = sums.moment / sums.weight;
-                let distance = mean.length();
-                let [xx, xy, xz, yy, yz, zz] = sums.spread;
-                let spread = Vec3::new(
-                    mean.dot(Vec3::new(xx, xy, xz)),
-                    mean.dot(Vec3::new(xy, yy, yz)),
-                    mean.dot(Vec3::new(xz, yz, zz)),
-                );
-                let turn = (spread - distance * distance * sums.slope) / sums.weight;
-                if distance > 0.0 { (mean - turn) / distance } else { Vec3::ZERO }
-            }
-            Combination::Mean { .. } => Vec3::ZERO,
-        };
-        Sample { value, gradient: gradient.to_array() }
-    }
-
-    /// Calls `each` with the index of every particle that counts at a place and its weight, which is positive, in the
-    /// order of the surface.
-    pub fn weights(&mut self, at: [f32; 3], mut each: impl FnMut(u32, f32)) {
-        self.sums(at);
-        self.near(&mut each);
-    }
-
-    /// As [`Self::weights`], of the place that was last looked at.
-    pub(crate) fn near(&self, mut each: impl FnMut(u32, f32)) {
-        let mut base = 0;
-        for range in &self.ranges {
-            for (order, weight) in self.surface.order[range.clone()].iter().zip(&self.weights[base..]) {
-                if *weight > 0.0 {
-                    each(*order, *weight);
-                }
-            }
-            base += range.len().next_multiple_of(WIDEST);
-        }
-    }
-
-    pub(crate) fn sums(&mut self, at: [f32; 3]) -> Sums {
-        self.seek(at);
-        let mut sums = Sums::default();
-        sum(self.level, self.surface, at, &self.ranges, &mut self.weights, &mut sums);
-        sums
-    }
-
-    /// Finds the particles around the cell of a place, which are all that reach it, and their ranges.
-    pub(crate) fn seek(&mut self, at: [f32; 3]) -> &[Range<usize>] {
-        let cell = self.surface.rows.cell(at);
-        if self.cell != Some(cell) {
-            self.surface.rows.ranges(
-                cell.map(|at| at.saturating_sub(1)),
-                cell.map(|at| at.saturating_add(1)),
-                &mut self.ranges,
-            );
-            self.cell = Some(cell);
-        }
-        &self.ranges
-    }
-}
-
-dispatch_simd! {
-    fn sum = sum_body(
-        surface: &Surface, at: [f32; 3], ranges: &[Range<usize>], weights: &mut Vec<f32>, sums: &mut Sums,
-    )
-}
-
-#[inline(always)]
-fn sum_body<A: Lanes>(
-    surface: &Surface,
-    at: [f32; 3],
-    ranges: &[Range<usize>],
-    weights: &mut Vec<f32>,
-    sums: &mut Sums,
-) {
-    with_weight!(surface.profile, weight => match surface.combination {
-        Combination::Mean { .. } => sum_of::<A, _, true, false>(surface, weight, at, ranges, weights, sums),
-        Combination::Sum { .. } if surface.shapes.is_none() => {
-            sum_of::<A, _, false, false>(surface, weight, at, ranges, weights, sums);
-        }
-        Combination::Sum { .. } => sum_of::<A, _, false, true>(surface, weight, at, ranges, weights, sums),
-    });
-}
-
-/// Sums of the particles of ranges, with those that a mean needs, for kernels that are spheres or have shapes. Leaves the
-/// weights; those of a range begin at a multiple of [`WIDEST`].
-#[inline(always)]
-fn sum_of<A: Lanes, W: Weight, const MEAN: bool, const SHAPES: bool>(
-    surface: &Surface,
-    weight: W,
-    at: [f32; 3],
-    ranges: &[Range<usize>],
-    weights: &mut Vec<f32>,
-    sums: &mut Sums,
-) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
-    let lanes: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
-    let lanes = v.load(&lanes);
-    let (zero, one, sphere) = (v.splat(0.0), v.splat(1.0), v.splat(surface.sphere));
-    let at = [v.splat(at[0]), v.splat(at[1]), v.splat(at[2])];
-    let mut total = [zero; 13];
-    weights.resize(ranges.iter().map(|range| range.len().next_multiple_of(WIDEST)).sum(), 0.0);
-    let mut base = 0;
-    for range in ranges {
-        for first in range.clone().step_by(A::WIDTH) {
-            let step = |axis: usize| v.sub(v.load(&surface.centres[axis][first..]), at[axis]);
-            let product = |a: [A::F; 3], b: [A::F; 3]| v.fused(a[0], b[0], v.fused(a[1], b[1], v.mul(a[2], b[2])));
-            let d = [step(0), step(1), step(2)];
-            let (s, m) = if let (true, Some(shapes)) = (SHAPES, &surface.shapes) {
-                let shape = |entry: usize| v.load(&shapes[entry][first..]);
-                let (xx, xy, xz, yy, yz, zz) = (shape(0), shape(1), shape(2), shape(3), shape(4), shape(5));
-                let m = [product([xx, xy, xz], d), product([xy, yy, yz], d), product([xz, yz, zz], d)];
-                (product(m, d), m)
-            } else {
-                (v.mul(product(d, d), sphere), [v.mul(d[0], sphere), v.mul(d[1], sphere), v.mul(d[2], sphere)])
-            };
-            // What does not count may be no number.
-            let left = v.splat((range.end - first).min(WIDEST) as f32);
-            let counts = v.both(v.lt(s, one), v.lt(lanes, left));
-            let s = v.select(counts, s, one);
-            let amplitude = v.select(counts, v.load(&surface.amplitudes[first..]), zero);
-            let w = v.mul(amplitude, weight.weight(v, s));
-            let slope = v.mul(v.mul(amplitude, v.splat(-2.0)), weight.slope(v, s));
-            let counted = |a: [A::F; 3]| {
-                [v.select(counts, a[0], zero), v.select(counts, a[1], zero), v.select(counts, a[2], zero)]
-            };
-            let m = counted(m);
-            v.store(w, &mut weights[base + first - range.start..]);
-            total[0] = v.add(total[0], w);
-            for axis in 0..3 {
-                total[1 + axis] = v.fused(slope, m[axis], total[1 + axis]);
-            }
-            if MEAN {
-                let d = counted(d);
-                for axis in 0..3 {
-                    total[4 + axis] = v.fused(w, d[axis], total[4 + axis]);
-                }
-                for (entry, (row, column)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-                    total[7 + entry] = v.fused(v.mul(slope, d[row]), m[column], total[7 + entry]);
-                }
-            }
-        }
-        base += range.len().next_multiple_of(WIDEST);
-    }
-    let mut sum = [0.0; 13];
-    for (sum, value) in sum.iter_mut().zip(total) {
-        let mut lanes = [0.0; WIDEST];
-        v.store(value, &mut lanes);
-        *sum = lanes[..A::WIDTH].iter().sum::<f32>();
-    }
-    sums.weight = sum[0];
-    sums.slope = Vec3::new(sum[1], sum[2], sum[3]);
-    sums.moment = Vec3::new(sum[4], sum[5], sum[6]);
-    sums.spread.copy_from_slice(&sum[7..]);
 }
 
 #[cfg(test)]

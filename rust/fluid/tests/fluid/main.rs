@@ -2,4 +2,5 @@
 
 mod blind;
 mod isosurface;
+mod raytrace;
 mod shapes;

@@ -1,0 +1,296 @@
+//! Rays against the surface of a fluid itself, without a mesh (Morgenroth, Weiskopf, Eberhardt, Section 5): boxes of
+//! particles that a ray meets are sorted, the ray is marched through them, and where the sign changes the place is halved.
+//!
+//! Boxes hold their particles from the opening of the shutter to its close, and each ray sees them where they are at its
+//! time. Hits where blind particles have most of the weight are dropped: there the surface is that of the layer that was
+//! kept and not of the fluid. Weights decide and not numbers of particles, of which wide supports see many from afar.
+
+use glam::{DVec3, Vec3};
+use relievo_core::simd::Level;
+use relievo_core::{Context, Error, Result};
+
+use crate::chords::{Chord, Chords};
+use crate::hierarchy::{Bounds, Hierarchy, Stretch};
+use crate::surface::Surface;
+
+/// What particles have besides their positions, in the order of those.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Motion<'a> {
+    /// Velocities in metres a second, or none.
+    pub velocities: &'a [[f32; 3]],
+    /// Opening and close of the shutter, in seconds from where positions are.
+    pub shutter: [f32; 2],
+}
+
+/// How rays are marched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct March {
+    /// Steps of a support radius, 1 to 1,024: what is thinner than a step may be missed.
+    pub steps: f32,
+}
+
+impl Default for March {
+    fn default() -> Self {
+        Self { steps: 12.0 }
+    }
+}
+
+/// A ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts, in metres.
+    pub origin: [f32; 3],
+    /// Where it goes, of any length.
+    pub direction: [f32; 3],
+    /// The distances between which hits count, in metres.
+    pub near: f32,
+    /// See `near`; may be infinite.
+    pub far: f32,
+    /// The time in seconds, held within the shutter.
+    pub time: f32,
+}
+
+/// Where a ray meets the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The distance from the origin, in metres.
+    pub distance: f32,
+    /// The place.
+    pub point: [f32; 3],
+    /// The unit normal, which points out of the fluid.
+    pub normal: [f32; 3],
+    /// The velocity of the fluid there, the mean by weights; 0 without velocities.
+    pub velocity: [f32; 3],
+    /// Whether the ray enters the fluid here, or leaves it.
+    pub enters: bool,
+}
+
+/// A surface prepared for rays: 8 bytes a particle more, and 28 where it moves.
+#[derive(Clone, Debug)]
+pub struct RayCaster<'a> {
+    surface: &'a Surface,
+    hierarchy: Hierarchy,
+    /// In the order of the surface; empty where nothing moves.
+    velocities: Vec<[f32; 3]>,
+    /// In the order of the surface; empty where none is.
+    blind: Vec<bool>,
+    shutter: [f32; 2],
+    step: f32,
+    level: Level,
+}
+
+impl<'a> RayCaster<'a> {
+    /// Of a surface whose particles move, or not, and are blind, or not, both in the order of the positions it was made of.
+    ///
+    /// Fails if there are not as many velocities or flags as particles, none at all left aside, if a velocity or a time is
+    /// not finite, if the shutter closes before it opens, or if steps are out of range.
+    pub fn new(
+        context: &Context,
+        surface: &'a Surface,
+        motion: Motion<'_>,
+        blind: &[bool],
+        march: March,
+    ) -> Result<Self> {
+        let count = surface.len();
+        for (name, given) in [("velocities", motion.velocities.len()), ("flags", blind.len())] {
+            if given != 0 && given != count {
+                return Err(Error::invalid(format!("{given} {name} for {count} particles"))
+                    .advise("give one for each particle of the surface, or none"));
+            }
+        }
+        if let Some(at) = motion.velocities.iter().position(|velocity| !Vec3::from(*velocity).is_finite()) {
+            return Err(Error::invalid("a velocity is not a finite number").at(format!("particle {at}")));
+        }
+        let [open, close] = motion.shutter;
+        if !(open.is_finite() && close.is_finite() && open <= close) {
+            return Err(Error::invalid(format!("the shutter is open from {open} to {close}"))
+                .advise("use finite times, the first not after the second"));
+        }
+        if !(1.0..=1024.0).contains(&march.steps) {
+            return Err(Error::invalid(format!("{} steps of a support radius", march.steps)).advise("use 1 to 1,024"));
+        }
+        let order = &surface.order;
+        let sorted = |at: &u32| motion.velocities[*at as usize];
+        let velocities: Vec<_> =
+            if motion.velocities.is_empty() { Vec::new() } else { order.iter().map(sorted).collect() };
+        let blind = if blind.is_empty() { Vec::new() } else { order.iter().map(|at| blind[*at as usize]).collect() };
+        let boxes = context.map(surface.rows.len(), |cell| {
+            surface.rows.particles(cell).fold(Bounds::NONE, |bounds, at| {
+                let centre = Vec3::from(surface.centre(at));
+                let velocity = velocities.get(at).map_or(Vec3::ZERO, |velocity| Vec3::from(*velocity));
+                let ends = [centre + velocity * open, centre + velocity * close];
+                // More by what rounding of the coordinates may be.
+                let reach = Vec3::splat(1.001 * surface.reach) + 1e-6 * (ends[0].abs() + ends[1].abs());
+                let swept = Bounds { low: ends[0].min(ends[1]) - reach, high: ends[0].max(ends[1]) + reach };
+                bounds.with(swept)
+            })
+        });
+        Ok(Self {
+            surface,
+            hierarchy: Hierarchy::new(&boxes),
+            velocities,
+            blind,
+            shutter: motion.shutter,
+            step: surface.function().support() / march.steps,
+            level: context.level(),
+        })
+    }
+
+    /// For tracing one ray after the other.
+    pub fn tracer(&self) -> Tracer<'_> {
+        Tracer { caster: self, met: Vec::new(), chords: Chords::default() }
+    }
+
+    fn velocity(&self, at: usize) -> DVec3 {
+        self.velocities.get(at).map_or(DVec3::ZERO, |velocity| Vec3::from(*velocity).as_dvec3())
+    }
+
+    fn centre(&self, at: usize, time: f32) -> DVec3 {
+        Vec3::from(self.surface.centre(at)).as_dvec3() + self.velocity(at) * f64::from(time)
+    }
+}
+
+/// Traces rays.
+#[derive(Clone, Debug)]
+pub struct Tracer<'a> {
+    caster: &'a RayCaster<'a>,
+    met: Vec<Stretch>,
+    chords: Chords,
+}
+
+impl Tracer<'_> {
+    /// The first place where a ray enters or leaves the fluid. A ray that is no number, has no direction or ends before it
+    /// starts meets nothing.
+    pub fn intersect(&mut self, ray: &Ray) -> Option<Hit> {
+        let caster = self.caster;
+        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction).try_normalize()?);
+        let near = ray.near.max(0.0);
+        if !(origin.is_finite() && near.is_finite() && ray.far > near && !ray.time.is_nan()) {
+            return None;
+        }
+        let time = ray.time.clamp(caster.shutter[0], caster.shutter[1]);
+        caster.hierarchy.meet(origin, direction, [near, ray.far], &mut self.met);
+        self.chords.clear();
+        let mut next = 0;
+        let first = self.met.first()?.enter;
+        let last = self.met.iter().fold(near, |last, stretch| last.max(stretch.exit));
+        let mut from = first;
+        self.admit(&mut next, from, (origin, direction), time);
+        let mut value = self.chords.value(caster.level, caster.surface, direction, from);
+        while from < last {
+            if value <= 0.0 {
+                // Nothing counts before the next particle or box begins.
+                let particle = self.chords.next(from);
+                let space = self.met.get(next).map_or(f32::INFINITY, |stretch| stretch.enter);
+                let skip = particle.min(space);
+                if skip > from {
+                    if skip >= last {
+                        return None;
+                    }
+                    from = skip;
+                    self.admit(&mut next, from, (origin, direction), time);
+                    if self.chords.next(from) > from {
+                        continue;
+                    }
+                }
+            }
+            // Far from the origin a step may be less than what a distance is rounded by.
+            let to = (from + caster.step).max(from.next_up()).min(last);
+            self.admit(&mut next, to, (origin, direction), time);
+            let after = self.chords.value(caster.level, caster.surface, direction, to);
+            if (after > 0.0) != (value > 0.0) {
+                let distance = self.halve(direction, [from, to], value > 0.0);
+                if let Some(hit) = self.shade((origin, direction), distance, after > 0.0) {
+                    return Some(hit);
+                }
+            }
+            self.chords.forget(to);
+            (from, value) = (to, after);
+        }
+        None
+    }
+
+    /// Adds the particles of boxes that begin up to a distance.
+    fn admit(&mut self, next: &mut usize, to: f32, (origin, direction): (Vec3, Vec3), time: f32) {
+        let surface = self.caster.surface;
+        let (origin, along) = (origin.as_dvec3(), direction.as_dvec3());
+        while let Some(stretch) = self.met.get(*next).filter(|stretch| stretch.enter <= to) {
+            for at in surface.rows.particles(stretch.leaf as usize) {
+                let d = self.caster.centre(at, time) - origin;
+                let (quadratic, middle, least, aside) = match &surface.shapes {
+                    None => {
+                        let middle = d.dot(along);
+                        let aside = d - middle * along;
+                        let sphere = f64::from(surface.sphere);
+                        (sphere, middle, aside.length_squared() * sphere, aside)
+                    }
+                    Some(shapes) => {
+                        let entry = |entry: usize| f64::from(shapes[entry][at]);
+                        let rows = [[0, 1, 2], [1, 3, 4], [2, 4, 5]].map(|row| DVec3::from(row.map(entry)));
+                        let image = |v: DVec3| DVec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v));
+                        let quadratic = along.dot(image(along));
+                        let middle = along.dot(image(d)) / quadratic;
+                        let aside = d - middle * along;
+                        (quadratic, middle, aside.dot(image(aside)), aside)
+                    }
+                };
+                if least < 1.0 {
+                    let half = ((1.0 - least) / quadratic).sqrt();
+                    self.chords.push(Chord {
+                        span: [(middle - half) as f32, (middle + half) as f32],
+                        quadratic: quadratic as f32,
+                        middle: middle as f32,
+                        least: least as f32,
+                        aside: aside.as_vec3(),
+                        amplitude: surface.amplitudes[at],
+                        particle: at as u32,
+                    });
+                }
+            }
+            *next += 1;
+        }
+    }
+
+    /// The distance at which the sign changes, from between two.
+    fn halve(&mut self, direction: Vec3, [mut from, mut to]: [f32; 2], inside: bool) -> f32 {
+        let caster = self.caster;
+        let close = 1e-6 * caster.surface.function().support();
+        loop {
+            let middle = 0.5 * (from + to);
+            if to - from <= close || middle <= from || middle >= to {
+                return middle;
+            }
+            if (self.chords.value(caster.level, caster.surface, direction, middle) > 0.0) == inside {
+                from = middle;
+            } else {
+                to = middle;
+            }
+        }
+    }
+
+    /// The hit at a distance, unless it is of blind particles.
+    fn shade(&self, (origin, direction): (Vec3, Vec3), distance: f32, enters: bool) -> Option<Hit> {
+        let caster = self.caster;
+        let (mut weights, mut blind, mut velocity) = (0.0, 0.0, Vec3::ZERO);
+        let surface = caster.surface;
+        let sums = self.chords.sums(surface, direction, distance, |particle, weight| {
+            weights += weight;
+            if caster.blind.get(particle as usize) == Some(&true) {
+                blind += weight;
+            }
+            velocity += weight * caster.velocity(particle as usize).as_vec3();
+        });
+        if 2.0 * blind > weights {
+            return None;
+        }
+        let gradient = sums.gradient(surface.combination);
+        let outwards = if enters { -direction } else { direction };
+        Some(Hit {
+            distance,
+            point: (origin + distance * direction).to_array(),
+            normal: (-gradient).normalize_or(outwards).to_array(),
+            velocity: if weights > 0.0 { (velocity / weights).to_array() } else { [0.0; 3] },
+            enters,
+        })
+    }
+}
