@@ -11,7 +11,7 @@
 //! - How regions of it are moved and turned: [`handle`], with `blocks`; how finer levels follow: `moves`, with `place`; how
 //!   coarser ones do: `coarser`, with `stars`; how that is taken back: `history`; and how it becomes a mesh of its own:
 //!   `settle`.
-//! - What handles do over time: [`keyed`].
+//! - What handles do over time: [`keyed`], at coarser levels than the mesh is of: `beneath`.
 //! - Where its order no longer fits what it has become: [`order`].
 //! - What it has beside places and normals: `wedges`, built of meshes as files have them in `attributed`; how
 //!   normals and tangents among that turn with edits: `directions`.
@@ -21,6 +21,7 @@
 
 pub mod active;
 mod attributed;
+mod beneath;
 mod bitset;
 mod blocks;
 pub mod buffers;

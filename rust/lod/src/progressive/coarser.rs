@@ -30,21 +30,27 @@ pub struct Replaced {
 }
 
 impl Moves {
-    /// Puts vertices of a mesh, told by their nodes, where they are from now on, and what is coarser where it belongs then.
-    pub fn edit(&mut self, context: &Context, mesh: &ActiveMesh, reached: &[(u32, Place)]) -> Replaced {
+    /// Puts vertices of a level, told by their nodes, where they are from now on, and what is coarser where it belongs then.
+    /// `mesh` is of that level or a finer one; `around` tells the nodes around each vertex at the level.
+    pub fn edit<I: Iterator<Item = u32>>(
+        &mut self,
+        context: &Context,
+        mesh: &ActiveMesh,
+        reached: &[(u32, Place)],
+        around: impl Fn(usize) -> I + Sync,
+    ) -> Replaced {
         self.stars.complete(context, mesh);
         let mut replaced = Replaced::default();
         let mut set = |moves: &mut Self, node, place| {
             replaced.places.push((node, moves.places.set(node, Some(place))));
         };
-        reached.iter().for_each(|(vertex, place)| set(self, mesh.node(*vertex), *place));
+        reached.iter().for_each(|(node, place)| set(self, *node, *place));
         let claimed = Claimed::new(mesh.whole.vertex_count());
         let mut waiting = Waiting::default();
         let found = context.map(reached.len().div_ceil(PART), |part| {
             let mut found = Vec::new();
-            for (vertex, _) in &reached[part * PART..reached.len().min((part + 1) * PART)] {
-                let around = mesh.spokes(*vertex).flatten().map(|vertex| mesh.node(vertex));
-                claimed.claim(&mesh.whole, mesh.node(*vertex), around, &mut found);
+            for index in part * PART..reached.len().min((part + 1) * PART) {
+                claimed.claim(&mesh.whole, reached[index].0, around(index), &mut found);
             }
             found
         });

@@ -19,10 +19,30 @@ pub struct History {
     pub(super) posed: Vec<State>,
 }
 
-/// The mesh that was edited, and what was replaced of it.
+/// What was replaced by an edit, and when.
 pub struct State {
-    front: Front,
-    replaced: Replaced,
+    /// The mesh that was edited.
+    pub(super) front: Front,
+    /// The mesh that was there, if it stayed: all of it has followed, and is part of what was replaced.
+    pub(super) shown: Option<Front>,
+    pub(super) replaced: Replaced,
+}
+
+/// Fails if no vertex is reached, or one would go where there is no number.
+pub fn check_reached(reached: &[(u32, Place)]) -> Result<()> {
+    if reached.is_empty() {
+        return Err(Error::invalid("no vertex is in a region of influence")
+            .at("handles")
+            .advise("move it to the surface, or make its radius larger"));
+    }
+    check_finite(reached)
+}
+
+fn check_finite(reached: &[(u32, Place)]) -> Result<()> {
+    if reached.iter().all(|(_, place)| place.point.is_finite()) {
+        return Ok(());
+    }
+    Err(Error::invalid("vertices would go where there is no number").advise("use smaller translations"))
 }
 
 impl ActiveMesh {
@@ -39,11 +59,7 @@ impl ActiveMesh {
         edit.check()?;
         let moved = |mesh: &Self, vertex| Some((vertex, edit.moved(mesh.place(vertex, mesh.child(vertex)?))?));
         let reached: Vec<(u32, Place)> = self.find_near(context, |low, high| edit.reaches(low, high), moved);
-        if reached.is_empty() {
-            return Err(Error::invalid("no vertex is in a region of influence")
-                .at("handles")
-                .advise("move it to the surface, or make its radius larger"));
-        }
+        check_reached(&reached)?;
         Ok(reached)
     }
 
@@ -57,14 +73,15 @@ impl ActiveMesh {
 
     /// Puts vertices elsewhere. Returns what was before.
     pub(super) fn replace(&mut self, context: &Context, reached: &[(u32, Place)]) -> Result<State> {
-        if !reached.iter().all(|(_, place)| place.point.is_finite()) {
-            return Err(Error::invalid("vertices would go where there is no number").advise("use smaller translations"));
-        }
+        check_finite(reached)?;
         self.note_moved(reached.iter().map(|(vertex, _)| *vertex));
         let mut moves = self.moves.take().unwrap_or_else(|| Moves::new(self.whole.vertex_count()));
-        let replaced = context.within(|| moves.edit(context, self, reached));
+        let nodes: Vec<_> = reached.iter().map(|(vertex, place)| (self.node(*vertex), *place)).collect();
+        let mesh = &*self;
+        let around = |index: usize| mesh.spokes(reached[index].0).flatten().map(move |vertex| mesh.node(vertex));
+        let replaced = context.within(|| moves.edit(context, mesh, &nodes, around));
         self.moves = Some(moves);
-        Ok(State { front: self.front(), replaced })
+        Ok(State { front: self.front(), shown: None, replaced })
     }
 
     /// Edits that can be taken back, and that were and can be made again.
@@ -104,6 +121,7 @@ impl ActiveMesh {
     pub(super) fn restore(&mut self, context: &Context, state: State) -> State {
         let front = self.front();
         let is_coarser = match (&state.front, &front) {
+            (_, now) if state.shown.as_ref() == Some(now) => false,
             (Front::Cut(then), Front::Cut(now)) => then > now,
             (then, now) => then != now,
         };
@@ -118,18 +136,28 @@ impl ActiveMesh {
             let built = state.replaced.built.into_iter().map(|(split, built)| (split, moves.built.set(split, built)));
             replaced.built = built.collect();
         }
-        let vertices: Vec<u32> = replaced.places.iter().filter_map(|(node, _)| self.vertex_of(*node)).collect();
-        self.note_moved(vertices.iter().copied());
+        self.note_replaced(&replaced);
         if is_coarser {
             self.make_again(context, &front);
         }
-        State { front: state.front, replaced }
+        State { front: state.front, shown: state.shown, replaced }
+    }
+
+    /// Notes vertices whose places were replaced.
+    pub(super) fn note_replaced(&mut self, replaced: &Replaced) {
+        let vertices: Vec<u32> = replaced.places.iter().filter_map(|(node, _)| self.vertex_of(*node)).collect();
+        self.note_moved(vertices.iter().copied());
     }
 
     /// The vertex that is told by a node, if it is there.
-    fn vertex_of(&self, node: u32) -> Option<u32> {
-        let target = if node % 2 == 0 { self.target(node / 2) } else { NONE };
-        let vertex = if target == NONE { node / 2 } else { target };
+    pub(super) fn vertex_of(&self, node: u32) -> Option<u32> {
+        let vertex = self.first_leaf(node);
         (self.node(vertex) == node).then_some(vertex)
+    }
+
+    /// The first of the leaves of a node, whose split is made or which is a base vertex: its number as a vertex.
+    pub(super) fn first_leaf(&self, node: u32) -> u32 {
+        let target = if node % 2 == 0 { self.target(node / 2) } else { NONE };
+        if target == NONE { node / 2 } else { target }
     }
 }

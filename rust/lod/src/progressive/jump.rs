@@ -46,8 +46,7 @@ impl ActiveMesh {
         if self.moves.is_some() || !is_far(most, self.vertex_count()) {
             return None;
         }
-        let parts = self.there.word_count().div_ceil(PART);
-        let words = context.map(parts, |part| words_of(whole, self.cut, part)).concat();
+        let words = words_of_all(context, whole, self.cut);
         let other = (0..).zip(&words).map(|(at, word)| (word ^ self.there.word(at)).count_ones() as usize).sum();
         let vertices = words.iter().map(|word| word.count_ones() as usize).sum::<usize>();
         is_far(other, self.vertex_count() + vertices).then(|| BitSet::of_words(words))
@@ -168,6 +167,11 @@ impl ActiveMesh {
 
 /// In place of the key of a base vertex.
 const BASE: Key = Key(u32::MAX);
+
+/// Which splits a cut has, and base vertices, by their bits.
+pub fn words_of_all(context: &Context, whole: &Progressive, cut: Cut) -> Vec<u64> {
+    context.map(whole.splits.len().div_ceil(64 * PART), |part| words_of(whole, cut, part)).concat()
+}
 
 /// Which splits of a task a cut has, and base vertices.
 fn words_of(whole: &Progressive, cut: Cut, part: usize) -> Vec<u64> {

@@ -136,21 +136,30 @@ impl ActiveMesh {
         let at = |number: usize| move |error: Error| error.at(format!("edit {number}"));
         let made = edits.iter().enumerate().map(|(number, (_, edit))| edit.at(time).map_err(at(number)));
         let made = made.collect::<Result<Vec<_>>>()?;
-        let (front, cut, mut reached) = (self.front(), self.cut(), 0);
+        let (front, cut, mut reached, mut has_left) = (self.front(), self.cut(), 0, false);
         let mut work = || {
             for (number, ((at_front, _), edit)) in edits.iter().zip(&made).enumerate() {
-                if edit.handles.iter().any(Handle::is_moving) {
-                    self.adapt_front(context, at_front).map_err(at(number))?;
-                    let vertices = self.reached(context, edit).map_err(at(number))?;
-                    reached += vertices.len();
-                    let state = self.replace(context, &vertices).map_err(at(number))?;
-                    self.history.posed.push(state);
+                if !edit.handles.iter().any(Handle::is_moving) {
+                    continue;
                 }
+                let (count, state) = match self.edit_beneath(context, at_front, edit).map_err(at(number))? {
+                    Some(made) => made,
+                    None => {
+                        has_left = true;
+                        self.adapt_front(context, at_front).map_err(at(number))?;
+                        let vertices = self.reached(context, edit).map_err(at(number))?;
+                        (vertices.len(), self.replace(context, &vertices).map_err(at(number))?)
+                    }
+                };
+                reached += count;
+                self.history.posed.push(state);
             }
             Ok(())
         };
         let done = work();
-        self.return_to(context, &front, cut);
+        if has_left {
+            self.return_to(context, &front, cut);
+        }
         if done.is_err() {
             self.rest(context);
         }

@@ -102,9 +102,7 @@ impl<'a> Refining<'a> {
             let around = Surroundings::new(before, &self.neighbours);
             let built = self.mesh.built(end);
             let place = around.forward(noted.map_or(built, |places| places[side]));
-            let is_elsewhere = place.point.distance_squared(built.point) > self.least * self.least
-                || place.normal.distance_squared(built.normal) > LEAST_TURN * LEAST_TURN;
-            self.placed.push((self.mesh.node(end), is_elsewhere.then_some(place)));
+            self.placed.push((self.mesh.node(end), is_elsewhere(built, place, self.least).then_some(place)));
         }
     }
 
@@ -135,5 +133,60 @@ impl<'a> Refining<'a> {
         neighbours.clear();
         neighbours.extend(self.ring.iter().map(|vertex| self.places(*vertex)));
         self.neighbours = neighbours;
+    }
+}
+
+/// Whether a vertex is not where it was built.
+fn is_elsewhere(built: Place, place: Place, least: f32) -> bool {
+    place.point.distance_squared(built.point) > least * least
+        || place.normal.distance_squared(built.normal) > LEAST_TURN * LEAST_TURN
+}
+
+/// What is needed to have splits follow that are made already.
+pub struct Following<'a> {
+    mesh: &'a ActiveMesh,
+    moves: &'a Moves,
+    least: f32,
+    /// Vertices beside one, by their numbers.
+    ring: Vec<(u32, [Place; 2])>,
+    neighbours: Vec<[Place; 2]>,
+    /// Where the vertices of the splits are.
+    pub placed: Vec<Placed>,
+}
+
+impl<'a> Following<'a> {
+    pub fn new(mesh: &'a ActiveMesh, moves: &'a Moves) -> Self {
+        let least = LEAST_MOVE / mesh.whole.scale();
+        Self { mesh, moves, least, ring: Vec::new(), neighbours: Vec::new(), placed: Vec::new() }
+    }
+
+    /// Puts the vertices of splits where [`Refining`] puts them. What is around them has to be known.
+    pub fn follow(&mut self, splits: &[u32]) {
+        let (whole, moves) = (&*self.mesh.whole, self.moves);
+        moves.stars.ask_ahead(splits);
+        moves.places.ask_ahead(splits.iter().flat_map(|split| moves.stars.star(*split).ring.iter().copied()));
+        for split in splits {
+            let (star, parent, noted) = (moves.stars.star(*split), whole.parent(*split), moves.built.get(*split));
+            let has_moved = |node: &u32| moves.places.get(*node).is_some();
+            let nodes = [2 * split, 2 * split + 1];
+            if noted.is_none() && !has_moved(&parent) && !star.ring.iter().any(has_moved) {
+                self.placed.extend(nodes.into_iter().filter(has_moved).map(|node| (node, None)));
+                continue;
+            }
+            let before = moves.both(whole, parent);
+            for (side, node) in nodes.into_iter().enumerate() {
+                self.ring.clear();
+                let beside = star.ring[star.beside(side)].iter();
+                self.ring.extend(beside.map(|node| (self.mesh.first_leaf(*node), moves.both(whole, *node))));
+                // Sums are in the order of the vertices.
+                self.ring.sort_unstable_by_key(|(vertex, _)| *vertex);
+                self.neighbours.clear();
+                self.neighbours.extend(self.ring.iter().map(|(_, places)| *places));
+                let built = whole.node_place(node);
+                let around = Surroundings::new(before, &self.neighbours);
+                let place = around.forward(noted.map_or(built, |places| places[side]));
+                self.placed.push((node, is_elsewhere(built, place, self.least).then_some(place)));
+            }
+        }
     }
 }

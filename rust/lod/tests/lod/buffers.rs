@@ -7,7 +7,8 @@ use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Falloff};
 use relievo_lod::Progressive;
 use relievo_lod::progressive::{
-    ActiveMesh, Buffers, BuildOptions, Cut, Edit, Extents, Extract, Handle, Region, Update, View,
+    ActiveMesh, Buffers, BuildOptions, Cut, Edit, Extents, Extract, Front, Handle, HandleKey, KeyedEdit, KeyedHandle,
+    Region, Update, View,
 };
 
 use crate::attributes::furnished_cube;
@@ -157,6 +158,34 @@ fn little_is_written_of_little_that_changes() {
     assert_eq!(compare(&mut active, &mut kept), reached);
     let all = active.update(&mut kept, true);
     assert_eq!([all.changed_vertices.len(), all.changed_triangles.len()], [all.vertices, all.triangles]);
+}
+
+#[test]
+fn what_moves_over_time_beneath_a_finer_mesh_is_all_that_is_written() {
+    let (mesh, context) = (build(&torus(200, 100)), Context::serial());
+    let (mut active, mut kept) = (ActiveMesh::new(&mesh), Kept::default());
+    active.adapt(&context, Cut::FINEST);
+    let (whole, rest) = (compare(&mut active, &mut kept), active.extract());
+    let Edit { handles, anchors } = pull([1.4, 0.0, 0.0], 0.3);
+    let key = |time: f64, share: f32| {
+        let Handle { translation, axis, angle, .. } = handles[0];
+        HandleKey { time, translation: translation.map(|along| share * along), axis, angle: share * angle }
+    };
+    let handle = KeyedHandle { region: handles[0].region, keys: vec![key(0.0, 0.0), key(1.0, 1.0)] };
+    let motion = [(Front::Cut(Cut::of_faces(&mesh, 2000)), KeyedEdit { handles: vec![handle], anchors })];
+    for time in [1.0, 0.5, 0.0, 0.7] {
+        let reached = active.pose(&context, &motion, time).unwrap();
+        assert_eq!((reached > 10, active.extract() != rest), (time > 0.0, time > 0.0));
+        let writes = compare(&mut active, &mut kept);
+        assert!((1..whole / 20).contains(&writes), "{writes} of {whole}");
+    }
+    // Other levels have the pose too, and are at rest after it.
+    active.adapt(&context, Cut::of_faces(&mesh, 5000));
+    active.adapt(&context, Cut::FINEST);
+    compare(&mut active, &mut kept);
+    active.rest(&context);
+    compare(&mut active, &mut kept);
+    assert!(active.extract() == rest);
 }
 
 #[test]

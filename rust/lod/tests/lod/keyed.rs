@@ -122,7 +122,8 @@ fn a_pose_is_the_edit_at_its_time_and_leaves_nothing_behind() {
             }
             other.edit(&context, &moving[0].1.at(time).unwrap()).unwrap();
             other.adapt(&context, Cut::FINEST);
-            assert!(apart(&posed, &other.extract()) < 1e-5 && apart(&posed, &rest) > 0.05);
+            // Though the one went to the level and the other did not.
+            assert!(apart(&posed, &other.extract()) < 1e-6 && apart(&posed, &rest) > 0.05);
         }
         assert_eq!((active.pose(&context, &moving, 0.0).unwrap(), active.edits()), (0, [0, 0]));
         assert!(active.extract() == rest);
