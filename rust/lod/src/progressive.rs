@@ -4,7 +4,7 @@
 //! - Which splits there are, numbered so that what a split changes can be told by comparing numbers: [`hierarchy`].
 //! - What they are found from: the collapses of a simplification, in `recording`.
 //! - Which of them make a mesh with a given deviation or number of triangles: [`cut`].
-//! - Files of them: [`file`](mod@file).
+//! - Files of them: [`file`](mod@file), read by `reading`, and as they arrive: [`arrival`].
 //! - The mesh they make, refined and coarsened in place: [`active`], with `splits`, or far at once: `jump`; also as
 //!   fine as a view needs it: [`view`]. Which vertices it has, to be found at the cost of them: `bitset`.
 //! - How it is kept in its user's buffers, of which only what changes is written: [`buffers`].
@@ -20,6 +20,7 @@
 //! - The mesh on a graphics device, refined, coarsened and drawn there: [`device`].
 
 pub mod active;
+pub mod arrival;
 mod attributed;
 mod beneath;
 mod bitset;
@@ -41,6 +42,7 @@ mod moves;
 pub mod order;
 mod packing;
 mod place;
+mod reading;
 mod recording;
 pub mod sculpt;
 mod settle;
@@ -52,6 +54,7 @@ mod wedge_columns;
 mod wedges;
 
 pub use active::{ActiveMesh, Extract};
+pub use arrival::Arrival;
 pub use buffers::{Buffers, Update};
 pub use cut::{Cut, Front, ViewSplits};
 pub use device::{DeviceHierarchy, DeviceLevel};

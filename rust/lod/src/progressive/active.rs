@@ -114,6 +114,11 @@ impl ActiveMesh {
         (vertices * size_of::<Slot>() + sets + 3 * whole.faces.len() * size_of::<Corner>()) as u64
     }
 
+    /// What it is a mesh of.
+    pub fn progressive(&self) -> &Arc<Progressive> {
+        &self.whole
+    }
+
     /// Triangles of this mesh.
     pub fn triangle_count(&self) -> usize {
         self.triangles
@@ -184,8 +189,9 @@ impl ActiveMesh {
         context.within(|| self.refine(context, |key, split| front.has(key, split), |_, _| true));
     }
 
-    /// Becomes another mesh. Returns how many splits were made and taken back.
+    /// Becomes another mesh, or the finest that was read. Returns how many splits were made and taken back.
     pub fn adapt(&mut self, context: &Context, cut: Cut) -> [usize; 2] {
+        let cut = cut.max(self.whole.floor);
         let (finer, coarser) = (self.is_mixed || cut < self.cut, self.is_mixed || cut > self.cut);
         (self.cut, self.is_mixed) = (cut, false);
         context.within(|| match self.far(context) {
@@ -204,8 +210,17 @@ impl ActiveMesh {
 
     /// Becomes the finest mesh, and tells whether on that way every split comes after those it stands on.
     pub(super) fn is_sound(&mut self, context: &Context) -> bool {
-        self.cut = Cut::FINEST;
+        self.cut = self.whole.floor;
         context.within(|| self.refine(context, |_, _| true, Self::stands).is_some())
+    }
+
+    /// As [`Self::is_sound`], of a mesh that has all splits but these.
+    pub(super) fn is_sound_with(&mut self, context: &Context, splits: &[u32]) -> bool {
+        self.cut = self.whole.floor;
+        let vertices = splits.iter().filter_map(|split| self.vertex_of(self.whole.parent(*split)));
+        let mut waiting = Waiting::default();
+        vertices.filter_map(|vertex| self.wanted(vertex, |_, _| true)).for_each(|(depth, at)| waiting.add(depth, at));
+        context.within(|| self.refine_waiting(context, waiting, |_, _| true, Self::stands).is_some())
     }
 
     /// What `find` finds among the vertices, in their order. Splits have the numbers of their second vertices.
@@ -227,9 +242,21 @@ impl ActiveMesh {
         has: impl Fn(Key, u32) -> bool + Sync,
         check: impl Fn(&Self, u32) -> bool + Sync,
     ) -> Option<usize> {
-        let wanted = |mesh: &Self, vertex: u32| mesh.wanted(vertex, &has);
         let mut waiting = Waiting::default();
-        self.scan(context, wanted).into_iter().for_each(|(depth, vertex)| waiting.add(depth, vertex));
+        let found = self.scan(context, |mesh, vertex| mesh.wanted(vertex, &has));
+        found.into_iter().for_each(|(depth, vertex)| waiting.add(depth, vertex));
+        self.refine_waiting(context, waiting, has, check)
+    }
+
+    /// As [`Self::refine`], where it is known which vertices are split first.
+    fn refine_waiting(
+        &mut self,
+        context: &Context,
+        mut waiting: Waiting,
+        has: impl Fn(Key, u32) -> bool + Sync,
+        check: impl Fn(&Self, u32) -> bool + Sync,
+    ) -> Option<usize> {
+        let wanted = |mesh: &Self, vertex: u32| mesh.wanted(vertex, &has);
         let mut splits = 0;
         for depth in (0..waiting.0.len()).rev() {
             let vertices = std::mem::take(&mut waiting.0[depth]);

@@ -103,6 +103,13 @@ impl Front {
 }
 
 impl Progressive {
+    /// Takes note that splits were read up to `last`, and so many are not yet.
+    pub(super) fn set_floor(&mut self, last: (Key, u32), left: usize) {
+        let (key, split) = last;
+        self.floor = if left == 0 { Cut::FINEST } else { Cut { key, split: split.saturating_sub(1) } };
+        self.triangle_sums.take();
+    }
+
     /// Of every deviation that splits have, as keys tell it, from the greatest on: how many triangles those splits make that
     /// deviate as much or more.
     fn triangle_sums(&self) -> &[(u32, usize)] {

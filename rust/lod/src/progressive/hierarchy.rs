@@ -14,6 +14,7 @@ use relievo_core::budget::Budget;
 use relievo_core::simd::prefetch;
 use relievo_core::{Context, Progress, Result};
 
+use super::cut::Cut;
 use super::packing::{Lattice, Normal};
 use super::place::Place;
 use super::recording::{Key, Operation, Recording};
@@ -66,6 +67,8 @@ pub struct Progressive {
     triangles: usize,
     /// Attributes, if there are any.
     pub(super) wedges: Option<Arc<WedgeTrees>>,
+    /// The finest mesh there is, where not all splits were read.
+    pub(super) floor: Cut,
     /// Found when it is first asked for.
     pub(super) triangle_sums: OnceLock<Vec<(u32, usize)>>,
 }
@@ -213,6 +216,7 @@ impl Progressive {
             base_faces: Vec::new(),
             triangles,
             wedges: None,
+            floor: Cut::FINEST,
             triangle_sums: OnceLock::new(),
         })
     }

@@ -180,6 +180,12 @@ impl Loading {
         Ok(made)
     }
 
+    /// The wedges that were read, of which what was found before is forgotten.
+    pub fn finished(mut self) -> WedgeTrees {
+        self.trees.homes.take();
+        self.trees
+    }
+
     /// The splits of wedges that a split has by its tag, from a place in the columns on.
     pub fn split(&mut self, columns: &Columns, next: &mut usize, tag: u32, split: u32) -> Result<()> {
         for _ in 0..count(tag) {

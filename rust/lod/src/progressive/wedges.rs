@@ -40,7 +40,7 @@ pub struct WedgeTrees {
     /// Where directions are among the numbers of a wedge.
     pub directions: Directions,
     /// Found when it is first asked for: see [`Self::home`].
-    homes: OnceLock<Vec<u32>>,
+    pub(super) homes: OnceLock<Vec<u32>>,
 }
 
 /// What wedges and triangles of a mesh have that a progressive mesh is built of.

@@ -1,5 +1,6 @@
 //! Levels of detail, by closed forms, invariants and models.
 
+mod arrival;
 mod attributes;
 mod buffers;
 mod device;

@@ -1,5 +1,5 @@
 //! Any bytes as a progressive mesh, and a sound one with some of its numbers changed and its sums made right again. They
-//! are refused, or make meshes of indices in range at every level.
+//! are refused, or make meshes of indices in range at every level; piece by piece as at once.
 #![no_main]
 
 use std::sync::{Arc, LazyLock};
@@ -8,7 +8,7 @@ use libfuzzer_sys::fuzz_target;
 use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, ContextOptions, Domain, Mesh, Values};
 use relievo_fuzz::MEMORY_LIMIT;
-use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Extract};
+use relievo_lod::progressive::{ActiveMesh, Arrival, BuildOptions, Cut, Extract};
 use relievo_lod::{AttributeOptions, Progressive};
 
 /// Bytes of the head of a file, with its sum.
@@ -91,7 +91,11 @@ fn changed(which: usize, changes: &[u8]) -> Vec<u8> {
 
 fn read(bytes: &[u8]) {
     let context = Context::new(&ContextOptions { threads: 1, memory_limit: MEMORY_LIMIT }).expect("one thread");
-    let Ok(mesh) = Progressive::read(&context, &mut &*bytes, usize::MAX).map(Arc::new) else { return };
+    let mesh = Progressive::read(&context, &mut &*bytes, usize::MAX).map(Arc::new);
+    let mut arrival = Arrival::new(&context);
+    let is_taken = bytes.chunks(97).all(|piece| arrival.push(&context, piece).is_ok());
+    assert_eq!(is_taken && arrival.is_complete(), mesh.is_ok());
+    let Ok(mesh) = mesh else { return };
     let mut active = ActiveMesh::new(&mesh);
     let (base, mut kept) = (active.extract(), Extract::default());
     let half = Cut::of_faces(&mesh, (mesh.triangle_count() + base.triangles.len()) / 2);
