@@ -5,9 +5,10 @@ use crate::surface::Surface;
 
 /// The largest ratio of the axes of a kernel (Yu, Turk 2013, Equation 15).
 const RATIO: f64 = 4.0;
-/// The size of a kernel with few neighbours, and how many are few, with the particle itself.
+/// The size of a kernel with few neighbours, and how many are few, with the particle itself. Yu and Turk say 25 within two
+/// support radii; here it is one support radius, in which there are an eighth as many, and three are always in a plane.
 const ALONE: f64 = 0.5;
-const FEW: usize = 25;
+const FEW: usize = 6;
 /// What makes the kernel within a fluid that fills space a sphere of the support radius: the variance along an axis of
 /// the weights 1 − (r / support)³ is 0.15 of its square.
 const SCALE: f64 = 1.0 / 0.15;

@@ -30,6 +30,8 @@ pub(crate) struct Chord {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chords {
     chords: Vec<Chord>,
+    /// Where the first of them ends.
+    end: f32,
     /// Quadratic, middle, least, amplitude and the coordinates of `aside` of each, and at the end some of no particle.
     columns: [Vec<f32>; 7],
 }
@@ -37,11 +39,13 @@ pub(crate) struct Chords {
 impl Chords {
     pub fn clear(&mut self) {
         self.chords.clear();
+        self.end = f32::INFINITY;
         self.columns.iter_mut().for_each(Vec::clear);
     }
 
     pub fn push(&mut self, chord: Chord) {
         self.columns.iter_mut().for_each(|column| column.truncate(self.chords.len()));
+        self.end = self.end.min(chord.span[1]);
         self.chords.push(chord);
         let Chord { quadratic, middle, least, amplitude, aside, .. } = chord;
         let values = [quadratic, middle, least, amplitude, aside.x, aside.y, aside.z];
@@ -50,17 +54,24 @@ impl Chords {
 
     /// Drops chords that end before a distance.
     pub fn forget(&mut self, from: f32) {
-        if self.chords.iter().any(|chord| chord.span[1] < from) {
+        if self.end < from {
             let kept = std::mem::take(&mut self.chords);
             self.clear();
+            self.chords.reserve(kept.len());
             kept.iter().filter(|chord| chord.span[1] >= from).for_each(|chord| self.push(*chord));
         }
     }
 
     /// The distance from which on a particle counts, not before `from`; infinite if there is none.
     pub fn next(&self, from: f32) -> f32 {
-        let ahead = self.chords.iter().filter(|chord| chord.span[1] >= from);
-        ahead.fold(f32::INFINITY, |next, chord| next.min(chord.span[0].max(from)))
+        let mut next = f32::INFINITY;
+        for chord in self.chords.iter().filter(|chord| chord.span[1] >= from) {
+            if chord.span[0] <= from {
+                return from;
+            }
+            next = next.min(chord.span[0]);
+        }
+        next
     }
 
     /// The value of the function at a distance along the ray.

@@ -13,6 +13,7 @@ mod probe;
 mod profile;
 mod raytrace;
 mod rows;
+mod smoothing;
 mod surface;
 
 pub use blind::{Classes, Visibility, classify};
@@ -21,4 +22,5 @@ pub use isosurface::{Channel, mesh};
 pub use kernel::Kernels;
 pub use probe::{Probe, Sample};
 pub use raytrace::{Hit, March, Motion, Ray, RayCaster, Tracer};
+pub use smoothing::{Smoothing, smooth};
 pub use surface::Surface;

@@ -2,30 +2,17 @@
 
 use std::collections::HashMap;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use proptest::prelude::*;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions, ErrorKind, Mesh, Result, Values};
+use relievo_core::{Context, ContextOptions, ErrorKind, Mesh, Result};
 use relievo_fluid::{Channel, Surface, SurfaceFunction, mesh};
 
-use crate::shapes::{FUNCTIONS, lattice};
+use crate::shapes::{FUNCTIONS, floats, lattice, volume};
 
 fn make(points: &[[f32; 3]], function: SurfaceFunction, cell: f32) -> Result<Mesh> {
     let context = Context::serial();
     mesh(&context, &Surface::new(&context, points, function)?, cell, &[], &mut Silent)
-}
-
-fn floats<'a>(mesh: &'a Mesh, name: &str) -> &'a [f32] {
-    match &mesh.attribute(name).unwrap().values {
-        Values::F32(values) => values,
-        Values::U32(_) => panic!("{name} is of integers"),
-    }
-}
-
-/// The volume of a closed mesh.
-fn volume(mesh: &Mesh) -> f64 {
-    let point = |at: u32| DVec3::from(Vec3::from(mesh.points[at as usize]));
-    mesh.triangles().iter().map(|[a, b, c]| point(*a).dot(point(*b).cross(point(*c))) / 6.0).sum()
 }
 
 /// Panics unless every edge is in two triangles of opposite directions, and the triangles of each vertex are one fan.
@@ -144,7 +131,7 @@ fn channels_are_means_of_what_is_near() {
         let mesh = mesh(&context, &surface, 0.01, &channels, &mut Silent).unwrap();
         assert!(floats(&mesh, "age").iter().all(|value| (value - 7.5).abs() < 1e-5));
         for (point, place) in mesh.points.iter().zip(floats(&mesh, "place").chunks(2)) {
-            assert!((point[0] - place[0]).abs() < 0.025 && (point[1] - place[1]).abs() < 0.025);
+            assert!((point[0] - place[0]).abs() < 0.045 && (point[1] - place[1]).abs() < 0.045);
         }
     }
 }

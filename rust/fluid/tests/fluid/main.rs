@@ -4,3 +4,4 @@ mod blind;
 mod isosurface;
 mod raytrace;
 mod shapes;
+mod smoothing;

@@ -1,5 +1,7 @@
 //! Particles and functions that tests share.
 
+use glam::{DVec3, Vec3};
+use relievo_core::{Mesh, Values};
 use relievo_fluid::SurfaceFunction;
 
 /// One of each, of particles of a radius.
@@ -11,4 +13,18 @@ pub fn lattice(count: usize, distance: f32) -> Vec<[f32; 3]> {
     let at = move |index: usize| index as f32 * distance;
     let row = move |y: usize, z: usize| (0..count).map(move |x| [at(x), at(y), at(z)]);
     (0..count).flat_map(|z| (0..count).flat_map(move |y| row(y, z))).collect()
+}
+
+/// The numbers of an attribute.
+pub fn floats<'a>(mesh: &'a Mesh, name: &str) -> &'a [f32] {
+    match &mesh.attribute(name).unwrap().values {
+        Values::F32(values) => values,
+        Values::U32(_) => panic!("{name} is of integers"),
+    }
+}
+
+/// The volume of a closed mesh.
+pub fn volume(mesh: &Mesh) -> f64 {
+    let point = |at: u32| DVec3::from(Vec3::from(mesh.points[at as usize]));
+    mesh.triangles().iter().map(|[a, b, c]| point(*a).dot(point(*b).cross(point(*c))) / 6.0).sum()
 }
