@@ -10,6 +10,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use relievo_core::simd::prefetch;
 use relievo_core::{Context, Result};
 
 /// No corner, no triangle, no vertex.
@@ -263,6 +264,18 @@ impl Connectivity {
         self.spans[vertex as usize][1].store(left as u32, Relaxed);
     }
 
+    /// Asks for where the corners at a vertex are to be brought near.
+    #[inline(always)]
+    pub fn prefetch(&self, vertex: u32) {
+        prefetch(&self.spans, vertex as usize);
+    }
+
+    /// Asks for a corner's vertex to be brought near.
+    #[inline(always)]
+    pub fn prefetch_corner(&self, corner: u32) {
+        prefetch(&self.vertex, corner as usize / 4);
+    }
+
     /// Makes room for so many more corners. Returns where it starts.
     pub fn grow(&mut self, more: usize) -> usize {
         let start = self.corners.len();
@@ -367,9 +380,13 @@ fn close(mesh: &Connectivity, vertex: u32) -> bool {
     let (mut across, mut place) = ([0; MOST], 0);
     for seen in 1..=span.len() {
         let end = leaving[place];
-        let Some(after) = arriving[..span.len()].iter().position(|other| *other == end) else { return false };
+        // Which one it is is not foreseen: no branch.
+        let mut after = MOST;
+        for (at, other) in arriving.iter().enumerate().rev() {
+            after = if *other == end { at } else { after };
+        }
         // A cycle through all of them goes to each once: no end is there twice.
-        if end == vertex || (after == 0) != (seen == span.len()) {
+        if after == MOST || end == vertex || (after == 0) != (seen == span.len()) {
             return false;
         }
         (across[place], place) = (after, after);

@@ -2,7 +2,8 @@
 
 use std::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{Vec3, Vec3Swizzles, Vec4, Vec4Swizzles};
+use relievo_core::simd::prefetch;
 use relievo_core::{Context, Result};
 
 use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, Part, SEAM, next, previous};
@@ -118,29 +119,27 @@ fn look<const Q: usize>(
     wedges: &Sight<Q>,
 ) -> Vertex {
     let (here, flags) = (points[vertex as usize], mesh.flags[vertex as usize]);
-    let (mut rows, mut sum) = ([Vec4::ZERO; 3], Vec4::ZERO);
+    // Products of the same axes, and of x y, y z, z x.
+    let (mut squares, mut products, mut sum) = (Vec4::ZERO, Vec4::ZERO, Vec4::ZERO);
     mesh.clean(vertex, |corner| {
         let normal = normals[corner as usize / 4];
-        rows[0] += normal * normal.x;
-        rows[1] += normal * normal.y;
-        rows[2] += normal * normal.z;
+        squares += normal * normal;
+        products += normal * normal.yzxw();
         sum += normal;
         if flags & (BOUNDARY | SEAM) != 0 {
             for (edge, end) in [(corner, next(corner)), (previous(corner), previous(corner))] {
                 // A seam counts once, with the half-edge that leaves.
                 if mesh.mate(edge) == NONE || (edge == corner && wedges.is_seam(mesh, edge)) {
                     let along = points[mesh.vertex(end) as usize].xyz() - here.xyz();
-                    let length = along.length_squared();
-                    rows[0] += (Vec3::X * length - along * along.x).extend(0.0);
-                    rows[1] += (Vec3::Y * length - along * along.y).extend(0.0);
-                    rows[2] += (Vec3::Z * length - along * along.z).extend(0.0);
+                    squares += (Vec3::splat(along.length_squared()) - along * along).extend(0.0);
+                    products -= (along * along.yzx()).extend(0.0);
                 }
             }
         }
     });
-    let [x, y, z] = rows;
+    let ([xx, yy, zz, _], [xy, yz, zx, _]) = (squares.to_array(), products.to_array());
     Vertex {
-        star: [x.x, y.y, z.z, x.y, x.z, y.z, sum.x, sum.y, sum.z],
+        star: [xx, yy, zz, xy, zx, yz, sum.x, sum.y, sum.z],
         point: here.xyz().to_array(),
         deviation: here.w,
         factor,
@@ -400,6 +399,20 @@ impl<const Q: usize> Decimation<Q> {
     fn add_state(&self, vertex: u32, state: u8) {
         let known = &self.state[vertex as usize];
         known.store(known.load(Relaxed) | state, Relaxed);
+    }
+
+    /// Asks for what is known of a vertex to be brought near.
+    #[inline(always)]
+    pub fn prefetch(&self, vertex: u32) {
+        prefetch(&self.vertices, vertex as usize);
+        self.mesh.prefetch(vertex);
+    }
+
+    /// Asks for what it costs to collapse a half-edge, and for its vertex, to be brought near.
+    #[inline(always)]
+    pub fn prefetch_edge(&self, corner: u32) {
+        prefetch(&self.costs, corner as usize / 4);
+        self.mesh.prefetch_corner(corner);
     }
 
     /// Keeps what it costs to collapse a half-edge.

@@ -13,11 +13,30 @@ use crate::connectivity::{FIXED, Fan, NONE, OUTSIDE, next, previous};
 use crate::decimation::{Decimation, Edge};
 use crate::placement::{BATCH, Batch};
 use crate::queue::{Queue, magnitude};
-use crate::selection::DEARER;
 use crate::wedges::Wedges;
 
-/// Magnitudes by which a cost may have risen for its edge to collapse all the same.
-const RISE: usize = 1;
+/// How much care is taken that edges collapse in the order of their costs.
+#[derive(Clone, Copy)]
+pub enum Care {
+    /// For a mesh as it was given: later cuts know nothing of it.
+    Little,
+    Much,
+}
+
+impl Care {
+    /// Magnitudes by which a cost may have risen for its edge to collapse all the same.
+    fn rise(self) -> usize {
+        [8, 2][self as usize]
+    }
+
+    /// What the edges of a vertex that moved are taken to cost, as a factor of what its collapse did.
+    fn dearer(self) -> f32 {
+        [3.0, 2.0][self as usize]
+    }
+}
+
+/// Turns ahead of which a half-edge is looked for.
+const AHEAD: usize = 8;
 
 /// A mesh in pieces: triangles with their numbers in the input, and what is known of all vertices of the input.
 pub struct Pieces<'a> {
@@ -42,6 +61,7 @@ pub struct Patch {
     queue: Queue,
     /// The largest deviation.
     error: f32,
+    care: Care,
     batch: Batch,
     taken: Vec<Edge>,
     fans: [Fan; 2],
@@ -95,7 +115,7 @@ impl Pieces<'_> {
 
 impl Patch {
     /// Of those of the triangles that are in a list, for vertices that deviate by at most `error`.
-    pub fn new(context: &Context, pieces: &Pieces, list: &[u32], error: f32) -> Result<Self> {
+    pub fn new(context: &Context, pieces: &Pieces, list: &[u32], error: f32, care: Care) -> Result<Self> {
         let mut numbers = Numbers::new(3 * list.len());
         let triangle = |at: &u32| pieces.triangle(*at as usize);
         let own: Vec<[u32; 3]> =
@@ -119,6 +139,7 @@ impl Patch {
             triangles: list.iter().map(triangle).map(|[.., number]| number).collect(),
             queue: Queue::default(),
             error,
+            care,
             batch: Batch::default(),
             taken: Vec::with_capacity(BATCH),
             fans: Default::default(),
@@ -184,6 +205,9 @@ impl Patch {
             while self.taken.len() < BATCH
                 && let Some((corner, turn)) = self.queue.pop(most)
             {
+                if let Some(corner) = self.queue.ahead(AHEAD) {
+                    self.work.prefetch_edge(corner);
+                }
                 let cost = self.work.known_cost(corner);
                 // Whose triangle is gone, and what is refused, waits no more.
                 if cost.is_sign_positive() && cost < f32::INFINITY {
@@ -191,15 +215,17 @@ impl Patch {
                         self.queue.push(corner, cost);
                     } else {
                         let ends = [corner, next(corner)].map(|at| self.work.mesh.vertex(at));
-                        ends.iter().for_each(|end| self.work.renew_star(*end));
-                        let edge = Edge { cost, corner, ends };
-                        self.work.gather(&edge, &mut self.batch, self.taken.len());
-                        self.taken.push(edge);
+                        ends.iter().for_each(|end| self.work.prefetch(*end));
+                        self.taken.push(Edge { cost, corner, ends });
                     }
                 }
             }
             if self.taken.is_empty() {
                 break;
+            }
+            for (lane, edge) in self.taken.iter().enumerate() {
+                edge.ends.iter().for_each(|end| self.work.renew_star(*end));
+                self.work.gather(edge, &mut self.batch, lane);
             }
             Decimation::<0>::place(context, &mut self.batch);
             let mut is_over = false;
@@ -228,13 +254,13 @@ impl Patch {
 
     /// Collapses an edge of the batch, or has it wait. Returns whether it is gone.
     fn decide(&mut self, edge: &Edge, lane: usize) -> bool {
-        let Self { work, queue, batch, fans, normals, .. } = self;
+        let Self { work, queue, care, batch, fans, normals, .. } = self;
         let cost = batch.cost[lane];
         if !(batch.deviation[lane] <= self.error && cost < f32::INFINITY) {
             work.refuse(edge);
             return false;
         }
-        if magnitude(cost) > magnitude(edge.cost) + RISE {
+        if magnitude(cost) > magnitude(edge.cost) + care.rise() {
             work.set_cost(edge.corner, cost);
             queue.push(edge.corner, cost);
             return false;
@@ -254,7 +280,7 @@ impl Patch {
 
     /// Collapses an edge; what is around it is in the fans, and normals of triangles are found.
     fn collapse(&mut self, edge: &Edge, point: Vec4, cost: f32) {
-        let Self { work, queue, fans, normals, .. } = self;
+        let Self { work, queue, care, fans, normals, .. } = self;
         let [kept, gone] = edge.ends.map(|end| end as usize);
         work.points[kept] = point;
         work.join_factors(kept, gone);
@@ -286,9 +312,9 @@ impl Patch {
                 if known.is_sign_negative() {
                     work.set_cost(corner, least.max(-known));
                     queue.push(corner, least.max(-known));
-                } else if known < least {
+                } else {
                     // It stays in its place, and is moved on when its turn has come there.
-                    work.set_cost(corner, least);
+                    work.set_cost(corner, known.max(least));
                 }
             }
         };
@@ -300,7 +326,7 @@ impl Patch {
         edge.ends.iter().for_each(|end| {
             work.awake(*end);
         });
-        retry(work, edge.ends[0], cost * DEARER);
+        retry(work, edge.ends[0], cost * care.dearer());
     }
 
     /// Gives what is left back to the whole: triangles to a list.

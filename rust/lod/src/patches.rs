@@ -8,7 +8,7 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Progress, Result};
 
 use crate::order::{along_curve, by_number};
-use crate::patch::{Patch, Pieces};
+use crate::patch::{Care, Patch, Pieces};
 use crate::queue::MAGNITUDES;
 use crate::simplify::SimplifyOptions;
 
@@ -17,7 +17,7 @@ const PATCH: [usize; 2] = [8192, 4096];
 /// So many patches are a few.
 const FEW: usize = 4;
 /// The share of the triangles at which a mesh is cut anew.
-const AGAIN: f32 = 0.45;
+const AGAIN: f32 = 0.4;
 /// The share of the edges that wait whose turn comes in a step.
 const STEP: f32 = 0.6;
 /// Cuts in a row without a collapse after which there is nothing left to collapse.
@@ -46,23 +46,32 @@ pub fn reduce(
         let order = along_curve(context, &pieces, left, bounds, shift.fract());
         pieces.count(left);
         let [many, few] = PATCH.map(|most| left.div_ceil(most));
+        let many = if many == 1 { 1 } else { many.next_multiple_of(2) };
         let size = left.div_ceil(many.max(few.min(FEW)));
-        let made = context.map(left.div_ceil(size), |patch| {
-            Patch::new(&serial, &pieces, &order[patch * size..left.min((patch + 1) * size)], error)
-        });
+        let start = left;
+        let until = if size >= left { 0 } else { (left as f32 * AGAIN) as usize };
+        // What later cuts do most of does not have to be in order.
+        let care = if cut == 0 && faces < until / 2 { Care::Little } else { Care::Much };
+        let mut made: Vec<_> = order.chunks(size).map(|list| (list, None)).collect();
+        context.for_each_part(made.as_mut_slice(), 1, |_, made| {
+            made.iter_mut().try_for_each(|(list, patch)| {
+                *patch = Some(Patch::new(&serial, &pieces, list, error, care)?);
+                Ok(())
+            })
+        })?;
+        let mut patches: Vec<Patch> = made.into_iter().filter_map(|(_, patch)| patch).collect();
         drop(order);
         pieces.left = None;
-        let mut patches = made.into_iter().collect::<Result<Vec<_>>>()?;
-        let start = left;
-        let until = if patches.len() == 1 { 0 } else { (start as f32 * AGAIN) as usize };
-        while left > faces.max(until) {
+        let (goal, enough) = if until > faces { (until, until + until / 100 + 1) } else { (faces, faces) };
+        while left > enough {
             progress.step((before - left) as f32 / (before - faces) as f32, "simplify")?;
-            let Some((limit, quotas)) = plan(context, &patches, left - faces) else { break };
+            let Some((limit, quotas)) = plan(context, &patches, left - goal) else { break };
             let is_last = left - faces == 1;
             let mut work: Vec<_> = patches.iter_mut().zip(quotas).map(|(patch, quota)| (patch, quota, 0)).collect();
-            context.for_each_mut(&mut work, |_, (patch, quota, gone)| {
-                *gone = patch.run(&serial, limit, *quota, is_last);
-            });
+            context.for_each_part(work.as_mut_slice(), 1, |_, work| {
+                work.iter_mut().for_each(|(patch, quota, gone)| *gone = patch.run(&serial, limit, *quota, is_last));
+                Ok(())
+            })?;
             left -= work.iter().map(|(.., gone)| gone).sum::<usize>();
         }
         let mut given = Vec::with_capacity(left);

@@ -43,6 +43,13 @@ impl Queue {
         None
     }
 
+    /// The half-edge that would have its turn after so many others, if it is of the same magnitude.
+    #[inline(always)]
+    pub fn ahead(&self, others: usize) -> Option<u32> {
+        let list = self.lists.get(self.least)?;
+        list.len().checked_sub(others + 1).map(|at| list[at])
+    }
+
     /// How many half-edges are of each magnitude.
     pub fn counts(&self) -> impl Iterator<Item = usize> {
         self.lists.iter().map(Vec::len)

@@ -18,7 +18,7 @@ const FINE: u32 = 21;
 /// So many parts as a power of two, that follow each other, become one for the edges that they leave.
 const JOINED: u32 = 2;
 /// What the edges of a vertex are taken to cost beside the collapse that made it, until a round looks at them.
-pub const DEARER: f32 = 2.0;
+const DEARER: f32 = 2.0;
 /// The squared cosine of the angle that a triangle may turn by.
 const TURN: f32 = 0.04;
 
