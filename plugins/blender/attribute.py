@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texture coordinates, colours and materials between meshes of Blender and levels.
+"""Texture coordinates, colours, normals and materials between meshes of Blender and levels.
 
 The library knows layers by names: that of the active one is "uv" or "color", others have their own names after that.
 """
@@ -53,6 +53,11 @@ def of_triangles(data):
         layer.data.foreach_get("color", colors.reshape(-1))
         is_point = layer.domain == "POINT"
         found.append((name, colors if is_point else colors[loops], "point" if is_point else "corner"))
+    if data.has_custom_normals:
+        if room < 3:
+            missing.append("custom normals")
+        else:
+            found.append(("normal", meshes.get_normals(data)[loops], "corner"))
     materials = meshes.get_materials(data)
     if materials is not None and len(materials) and (materials != materials[0]).any():
         found.append(("material", materials[faces].astype(numpy.uint32), "face"))
@@ -83,6 +88,16 @@ def put(data, level, attributes, names):
         elif kind == "color" and info.width >= 3:
             _put_colors(data, level, name, values, info.domain == rl.abi.RlvDomain.POINT)
     return has_materials
+
+
+def put_normals(data, level, attributes):
+    """Gives a mesh whose points are those of a level the level's normals, if it has any beside those of its triangles."""
+    first = 0
+    for info in attributes:
+        if info.domain != rl.abi.RlvDomain.FACE:
+            if info.name == "normal" and info.width == 3:
+                meshes.set_normals(data, level.wedge_values[:, first : first + 3][level.wedges.reshape(-1)])
+            first += info.width
 
 
 def _put_colors(data, level, name, values, is_point):

@@ -83,6 +83,26 @@ def is_smooth(mesh):
     return not len(sharp) or bool(sharp.mean() <= 0.5)
 
 
+def get_normals(mesh):
+    """Normals of corners, (n, 3)."""
+    normals = numpy.empty((len(mesh.loops), 3), numpy.float32)
+    if bpy.app.version < (4, 1):
+        mesh.calc_normals_split()
+        mesh.loops.foreach_get("normal", normals.reshape(-1))
+        mesh.free_normals_split()
+    else:
+        mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
+    return normals
+
+
+def set_normals(mesh, normals):
+    """Gives corners normals of their own, as near as Blender keeps them; it keeps them relative to the points, which have
+    to be set."""
+    if bpy.app.version < (4, 1):
+        mesh.use_auto_smooth = True
+    mesh.normals_split_custom_set(normals)
+
+
 def get_creases(mesh):
     """Sharp edges with their sharpness, and sharp points with theirs, as Blender's subdivision takes them: 0 to 10 by
     the square of the crease."""

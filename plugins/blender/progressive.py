@@ -363,6 +363,7 @@ def write(target, shown):
             if materials is not None and len(materials):
                 mesh.set_materials(data, numpy.bincount(numpy.maximum(materials, 0)).argmax())
     mesh.set_points(data, points)
+    attribute.put_normals(data, shown.level, shown.whole.attributes())
 
 
 def write_moved(target, shown):
@@ -371,16 +372,12 @@ def write_moved(target, shown):
         write(target, shown)
     else:
         mesh.set_points(target.data, shown.level.points)
+        attribute.put_normals(target.data, shown.level, shown.whole.attributes())
 
 
 def left_out(target):
-    """What the mesh of an object has that its levels will not, beside layers, as words."""
-    data, found = target.data, []
-    if len(target.vertex_groups):
-        found.append("vertex groups")
-    if data.has_custom_normals:
-        found.append("custom normals")
-    return found
+    """What an object has that its levels will not, beside layers, as words."""
+    return ["vertex groups"] if len(target.vertex_groups) else []
 
 
 # Set while the settings of levels are written by the add-on itself.

@@ -132,6 +132,32 @@ class Building(Case):
         self.assertEqual(uv_of(field.data), before)
         self.assertFalse(field.data.validate())
 
+    def test_custom_normals_stay_and_turn_with_edits(self):
+        ball, mesh = host.ball(1.0, rings=24), self.relievo.mesh
+
+        def tilted(points):
+            found = points + numpy.float32((0.0, 0.0, 0.5))
+            return found / numpy.linalg.norm(found, axis=1, keepdims=True)
+
+        def at_corners():
+            corners = numpy.empty(len(ball.data.loops), numpy.int32)
+            ball.data.loops.foreach_get("vertex_index", corners)
+            return host.positions(ball)[corners]
+
+        ball.data.polygons.foreach_set("use_smooth", numpy.ones(triangles(ball), bool))
+        mesh.set_normals(ball.data, tilted(at_corners()))
+        self.built(ball)
+        for ratio in (0.3, 1.0):
+            ball.relievo.progressive.ratio = ratio
+            self.assertTrue(ball.data.has_custom_normals)
+            numpy.testing.assert_allclose(mesh.get_normals(ball.data), tilted(at_corners()), atol=0.05)
+        # A quarter turn of everything: x goes to z, and z to -x.
+        turn = {"move": (0, 0, 0), "axis": (0, -1, 0), "angle": numpy.pi / 2, "falloff": "CONSTANT"}
+        self.assertEqual(bpy.ops.relievo.levels_edit(point=(0, 0, 0), radius=9.0, **turn), {"FINISHED"})
+        x, y, z = at_corners().T
+        expected = tilted(numpy.stack((z, y, -x), 1))
+        numpy.testing.assert_allclose(mesh.get_normals(ball.data).T, (-expected[:, 2], expected[:, 1], expected[:, 0]), atol=0.05)
+
     def test_polygons_are_cut_as_blender_cuts_them(self):
         """A face that is not convex keeps its outline."""
         points = numpy.array([(0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 0.5, 0), (0, 2, 0)], numpy.float32)
