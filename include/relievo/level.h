@@ -173,6 +173,11 @@ typedef struct RlvLevelMisplaced {
  * context's memory limit. */
 RLV_API RlvResult rlv_level_create(RlvProgressive progressive, RlvLevel *out);
 
+/* Mutating. Goes on with more of the same progressive mesh, which has arrived since (arrival.h). The level has the splits that
+ * it had, and its edits; what is finer can be made from now on. Fails, and changes nothing, if progressive is another one,
+ * or less of it. */
+RLV_API RlvResult rlv_level_take_up(RlvLevel level, RlvProgressive progressive);
+
 RLV_API RlvResult rlv_level_retain(RlvLevel level);
 RLV_API RlvResult rlv_level_release(RlvLevel level);
 

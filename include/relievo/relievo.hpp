@@ -1225,6 +1225,32 @@ public:
     }
 };
 
+/// See relievo/arrival.h.
+class Arrival : public Reference<RlvArrival, rlv_arrival_retain, rlv_arrival_release> {
+public:
+    using Reference::Reference;
+
+    static Arrival create(const Context &context) {
+        Arrival made;
+        check(rlv_arrival_create(context.get(), made.out()));
+        return made;
+    }
+
+    /// Takes the next bytes, and says what is there then.
+    RlvArrivalInfo push(const void *bytes, std::size_t count) const {
+        RlvArrivalInfo info = RLV_ARRIVAL_INFO_INIT;
+        check(rlv_arrival_push(get(), bytes, count, &info));
+        return info;
+    }
+
+    /// The progressive mesh of what has arrived.
+    Progressive progressive() const {
+        RlvProgressive made{0};
+        check(rlv_arrival_progressive(get(), &made));
+        return Progressive(made);
+    }
+};
+
 /// See relievo/level.h.
 class Level : public Reference<RlvLevel, rlv_level_retain, rlv_level_release> {
 public:
@@ -1270,6 +1296,9 @@ public:
         check(rlv_level_info(get(), &info));
         return info;
     }
+
+    /// Goes on with more of the same progressive mesh.
+    void take_up(const Progressive &more) const { check(rlv_level_take_up(get(), more.get())); }
 
     void set_error(float error) const { check(rlv_level_set_error(get(), error)); }
     void set_triangles(std::size_t triangles) const { check(rlv_level_set_triangles(get(), triangles)); }

@@ -91,6 +91,7 @@ static RlvResult release_progressive(uint64_t id) { return rlv_progressive_relea
 static RlvResult progressive_info(uint64_t id) { RlvProgressiveInfo out = RLV_PROGRESSIVE_INFO_INIT; return rlv_progressive_info((RlvProgressive){id}, &out); }
 static RlvResult create_level(uint64_t id) { RlvLevel out; return rlv_level_create((RlvProgressive){id}, &out); }
 static RlvResult retain_level(uint64_t id) { return rlv_level_retain((RlvLevel){id}); }
+static RlvResult take_up(uint64_t id) { return rlv_level_take_up((RlvLevel){id}, (RlvProgressive){id}); }
 static RlvResult release_level(uint64_t id) { return rlv_level_release((RlvLevel){id}); }
 static RlvResult level_info(uint64_t id) { RlvLevelInfo out = RLV_LEVEL_INFO_INIT; return rlv_level_info((RlvLevel){id}, &out); }
 static RlvResult level_error(uint64_t id) { return rlv_level_set_error((RlvLevel){id}, 0.0f); }
@@ -150,7 +151,7 @@ static const struct {
     {vulkan_colors, COLORS},      {simplify_mesh, MESH},         {sculpt_level, LEVEL},
     {job_simplify, MESH},         {job_simplify_error, JOB},
     {open_journal, LEVEL},        {sync_journal, LEVEL},         {close_journal, LEVEL},
-    {misplaced, LEVEL},           {rebuild, LEVEL},              {add_motion, LEVEL},          {set_time, LEVEL},
+    {take_up, LEVEL},             {misplaced, LEVEL},           {rebuild, LEVEL},              {add_motion, LEVEL},          {set_time, LEVEL},
     {clear_motions, LEVEL},
 };
 

@@ -317,7 +317,10 @@ int main() {
     std::snprintf(name, sizeof name, "wrapper-%p.rlvpm", static_cast<const void *>(&whole));
     whole.write(name);
     CHECK(relievo::Progressive::read(context, name).info().triangle_count == 2 * 31 * 31 && std::remove(name) == 0);
+    const auto arrival = relievo::Arrival::create(context);
+    CHECK(arrival.push(nullptr, 0).triangle_count == 0 && arrival.push(nullptr, 0).is_complete == 0);
     const auto level = relievo::Level::create(whole);
+    level.take_up(whole);
     relievo::Level::Buffers buffers(whole);
     level.set_triangles(500);
     level.update(buffers);

@@ -219,6 +219,16 @@ class Levels(unittest.TestCase):
             self.whole.write(path)
             self.assertEqual(rl.Progressive.read(self.context, path).info, info)
             rl.Progressive.read(self.context, path, 50)
+            data = path.read_bytes()
+        arrival = rl.Arrival(self.context)
+        with self.assertRaisesRegex(rl.NotFound, "base"):
+            arrival.progressive
+        there = [arrival.push(data[at : at + 999]) for at in range(0, len(data), 999)]
+        self.assertTrue(there[-1].is_complete and there[-1].triangle_count == info.triangle_count)
+        level = rl.Level(arrival.progressive)
+        level.take_up(self.whole)
+        with self.assertRaisesRegex(rl.Invalid, "another"):
+            level.take_up(rl.Progressive(self.mesh, base_triangles=60))
         with self.assertRaises(rl.Cancelled):
             rl.Progressive(self.mesh, progress=lambda fraction, stage: False)
         with self.assertRaisesRegex(rl.Invalid, "no point"):

@@ -17,6 +17,7 @@ from .abi import RlvDevice as Device
 from .abi import RlvJobState as JobState
 from .abi import RlvParameterKind as ParameterKind
 from .adapter import adapters
+from .arrival import Arrival
 from .bezier import Bezier
 from .brush import Brush
 from .buffer import Buffer

@@ -391,6 +391,80 @@ class RlvAttributeInfo(Structure):
     ]
 
 
+class RlvSimplifyWeight(Structure):
+    _fields_ = [
+        ("name", c_char_p),
+        ("weight", c_float),
+        ("is_left_out", c_uint32),
+    ]
+
+
+class RlvSimplifyOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("error", c_float),
+        ("triangles", c_size_t),
+        ("weights", POINTER(RlvSimplifyWeight)),
+        ("weight_count", c_size_t),
+        ("weight_stride", c_size_t),
+        ("locked", c_uint32_p),
+        ("locked_count", c_size_t),
+        ("locked_stride", c_size_t),
+        ("factors", c_float_p),
+        ("factor_count", c_size_t),
+        ("factor_stride", c_size_t),
+    ]
+
+
+class RlvProgressive(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvProgressiveOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("keeps_attributes", c_uint32),
+        ("base_triangles", c_size_t),
+        ("locked", c_uint32_p),
+        ("locked_count", c_size_t),
+        ("locked_stride", c_size_t),
+        ("weights", POINTER(RlvSimplifyWeight)),
+        ("weight_count", c_size_t),
+        ("weight_stride", c_size_t),
+    ]
+
+
+class RlvProgressiveInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("attribute_count", c_uint32),
+        ("vertex_count", c_size_t),
+        ("triangle_count", c_size_t),
+        ("base_vertex_count", c_size_t),
+        ("base_triangle_count", c_size_t),
+        ("bytes", c_size_t),
+        ("wedge_count", c_size_t),
+        ("wedge_width", c_uint32),
+        ("face_width", c_uint32),
+    ]
+
+
+class RlvArrival(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvArrivalInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_complete", c_uint32),
+        ("triangle_count", c_size_t),
+    ]
+
+
 class RlvSurface(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1034,66 +1108,6 @@ class RlvImprintReport(Structure):
     ]
 
 
-class RlvSimplifyWeight(Structure):
-    _fields_ = [
-        ("name", c_char_p),
-        ("weight", c_float),
-        ("is_left_out", c_uint32),
-    ]
-
-
-class RlvSimplifyOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("error", c_float),
-        ("triangles", c_size_t),
-        ("weights", POINTER(RlvSimplifyWeight)),
-        ("weight_count", c_size_t),
-        ("weight_stride", c_size_t),
-        ("locked", c_uint32_p),
-        ("locked_count", c_size_t),
-        ("locked_stride", c_size_t),
-        ("factors", c_float_p),
-        ("factor_count", c_size_t),
-        ("factor_stride", c_size_t),
-    ]
-
-
-class RlvProgressive(Structure):
-    _fields_ = [
-        ("id", c_uint64),
-    ]
-
-
-class RlvProgressiveOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("keeps_attributes", c_uint32),
-        ("base_triangles", c_size_t),
-        ("locked", c_uint32_p),
-        ("locked_count", c_size_t),
-        ("locked_stride", c_size_t),
-        ("weights", POINTER(RlvSimplifyWeight)),
-        ("weight_count", c_size_t),
-        ("weight_stride", c_size_t),
-    ]
-
-
-class RlvProgressiveInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("attribute_count", c_uint32),
-        ("vertex_count", c_size_t),
-        ("triangle_count", c_size_t),
-        ("base_vertex_count", c_size_t),
-        ("base_triangle_count", c_size_t),
-        ("bytes", c_size_t),
-        ("wedge_count", c_size_t),
-        ("wedge_width", c_uint32),
-        ("face_width", c_uint32),
-    ]
-
-
 class RlvPtexOptions(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1471,6 +1485,10 @@ INIT = {
     RlvMeshInfo: (ctypes.sizeof(RlvMeshInfo), 0, 0, 0, 0, 0, 0, 0, 0, (0,), (0,),),
     RlvAttributeArrays: (ctypes.sizeof(RlvAttributeArrays), 0, 0, 0, None, None, 0, 0, None, 0, 0,),
     RlvAttributeInfo: (ctypes.sizeof(RlvAttributeInfo), 0, 0, 0, 0, 0, (0,),),
+    RlvSimplifyOptions: (ctypes.sizeof(RlvSimplifyOptions), -1.0, 0, None, 0, 0, None, 0, 0, None, 0, 0,),
+    RlvProgressiveOptions: (ctypes.sizeof(RlvProgressiveOptions), 0, 100, None, 0, 0, None, 0, 0,),
+    RlvProgressiveInfo: (ctypes.sizeof(RlvProgressiveInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvArrivalInfo: (ctypes.sizeof(RlvArrivalInfo), 0, 0,),
     RlvSurfaceOptions: (ctypes.sizeof(RlvSurfaceOptions), 0, 0, 0, 0, 0,),
     RlvSurfaceInfo: (ctypes.sizeof(RlvSurfaceInfo), 0, 0, 0, 0, 0, 0, (0,), (0,), 0, 0,),
     RlvTileInfo: (ctypes.sizeof(RlvTileInfo), 0, 0, 0, 0, (0,), (0,),),
@@ -1511,9 +1529,6 @@ INIT = {
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
-    RlvSimplifyOptions: (ctypes.sizeof(RlvSimplifyOptions), -1.0, 0, None, 0, 0, None, 0, 0, None, 0, 0,),
-    RlvProgressiveOptions: (ctypes.sizeof(RlvProgressiveOptions), 0, 100, None, 0, 0, None, 0, 0,),
-    RlvProgressiveInfo: (ctypes.sizeof(RlvProgressiveInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
     RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
@@ -1565,6 +1580,19 @@ FUNCTIONS = {
     "rlv_mesh_find_attribute": (RlvResult, [("mesh", RlvMesh), ("name", c_char_p), ("out", c_uint32_p)]),
     "rlv_mesh_attribute_info": (RlvResult, [("mesh", RlvMesh), ("index", c_uint32), ("out", POINTER(RlvAttributeInfo))]),
     "rlv_mesh_get_attribute": (RlvResult, [("mesh", RlvMesh), ("index", c_uint32), ("values", c_void_p), ("number_capacity", c_size_t), ("indices", c_uint32_p), ("index_capacity", c_size_t)]),
+    "rlv_simplify_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("progress", RlvProgress), ("user", c_void_p), ("error", c_float_p), ("out", POINTER(RlvMesh))]),
+    "rlv_progressive_create": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvProgressiveOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvProgressive))]),
+    "rlv_progressive_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("triangles", c_size_t), ("out", POINTER(RlvProgressive))]),
+    "rlv_progressive_write": (RlvResult, [("progressive", RlvProgressive), ("path", c_char_p)]),
+    "rlv_progressive_retain": (RlvResult, [("progressive", RlvProgressive)]),
+    "rlv_progressive_release": (RlvResult, [("progressive", RlvProgressive)]),
+    "rlv_progressive_info": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvProgressiveInfo))]),
+    "rlv_progressive_attribute_info": (RlvResult, [("progressive", RlvProgressive), ("index", c_uint32), ("out", POINTER(RlvAttributeInfo))]),
+    "rlv_arrival_create": (RlvResult, [("context", RlvContext), ("out", POINTER(RlvArrival))]),
+    "rlv_arrival_retain": (RlvResult, [("arrival", RlvArrival)]),
+    "rlv_arrival_release": (RlvResult, [("arrival", RlvArrival)]),
+    "rlv_arrival_push": (RlvResult, [("arrival", RlvArrival), ("bytes", c_void_p), ("byte_count", c_size_t), ("out", POINTER(RlvArrivalInfo))]),
+    "rlv_arrival_progressive": (RlvResult, [("arrival", RlvArrival), ("out", POINTER(RlvProgressive))]),
     "rlv_surface_create": (RlvResult, [("context", RlvContext), ("cage", RlvMesh), ("options", POINTER(RlvSurfaceOptions)), ("out", POINTER(RlvSurface))]),
     "rlv_surface_retain": (RlvResult, [("surface", RlvSurface)]),
     "rlv_surface_release": (RlvResult, [("surface", RlvSurface)]),
@@ -1678,14 +1706,6 @@ FUNCTIONS = {
     "rlv_imprint_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_collide": (RlvResult, [("first", RlvDetail), ("second", RlvDetail), ("first_settings", POINTER(RlvImprintSettings)), ("second_settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("first_report", POINTER(RlvImprintReport)), ("second_report", POINTER(RlvImprintReport))]),
-    "rlv_simplify_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("progress", RlvProgress), ("user", c_void_p), ("error", c_float_p), ("out", POINTER(RlvMesh))]),
-    "rlv_progressive_create": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvProgressiveOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvProgressive))]),
-    "rlv_progressive_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("triangles", c_size_t), ("out", POINTER(RlvProgressive))]),
-    "rlv_progressive_write": (RlvResult, [("progressive", RlvProgressive), ("path", c_char_p)]),
-    "rlv_progressive_retain": (RlvResult, [("progressive", RlvProgressive)]),
-    "rlv_progressive_release": (RlvResult, [("progressive", RlvProgressive)]),
-    "rlv_progressive_info": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvProgressiveInfo))]),
-    "rlv_progressive_attribute_info": (RlvResult, [("progressive", RlvProgressive), ("index", c_uint32), ("out", POINTER(RlvAttributeInfo))]),
     "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
     "rlv_job_tessellate": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),
@@ -1727,6 +1747,7 @@ FUNCTIONS = {
     "rlv_stroke_extend": (RlvResult, [("stroke", RlvStroke), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
     "rlv_stroke_end": (RlvResult, [("stroke", RlvStroke), ("report", POINTER(RlvStrokeReport))]),
     "rlv_level_create": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvLevel))]),
+    "rlv_level_take_up": (RlvResult, [("level", RlvLevel), ("progressive", RlvProgressive)]),
     "rlv_level_retain": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_release": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_info": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvLevelInfo))]),

@@ -91,6 +91,10 @@ class Level(Handle):
         library.call("rlv_level_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
+    def take_up(self, more):
+        """Goes on with more of the same progressive mesh, which has arrived since."""
+        library.call("rlv_level_take_up", self.handle, more.handle)
+
     def set_error(self, error):
         """Becomes the coarsest mesh that deviates by no more."""
         library.call("rlv_level_set_error", self.handle, float(error))

@@ -112,7 +112,9 @@ descriptor! {
 }
 
 pub struct LevelObject {
-    whole: Arc<ProgressiveObject>,
+    context: Arc<ContextObject>,
+    /// Taken after the mesh.
+    whole: Mutex<Arc<ProgressiveObject>>,
     mesh: RwLock<ActiveMesh>,
     /// Where edits are written down, if they are. Taken after the mesh.
     journal: Mutex<Option<EditJournal>>,
@@ -122,12 +124,16 @@ pub struct LevelObject {
 
 impl LevelObject {
     fn context(&self) -> &Arc<ContextObject> {
-        &self.whole.context
+        &self.context
     }
 
     /// Has the mesh for itself while it changes.
     fn change<T>(&self, work: impl FnOnce(&mut ActiveMesh) -> Result<T>) -> Result<T> {
         work(&mut *try_write(&self.mesh, "level")?)
+    }
+
+    fn whole(&self) -> Result<MutexGuard<'_, Arc<ProgressiveObject>>> {
+        self.whole.lock().map_err(|_| broken("level"))
     }
 
     fn journal(&self) -> Result<MutexGuard<'_, Option<EditJournal>>> {
@@ -204,10 +210,22 @@ entry! {
                 .advise("raise the memory limit of the context"));
         }
         let mesh = RwLock::new(ActiveMesh::new(&whole.mesh));
-        let made = registry::insert(LevelObject { whole, mesh, journal: Mutex::default(), motions: Mutex::default() })?;
+        let (context, whole) = (whole.context.clone(), Mutex::new(whole));
+        let (journal, motions) = (Mutex::default(), Mutex::default());
+        let made = registry::insert(LevelObject { context, whole, mesh, journal, motions })?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
         Ok(())
+    }
+
+    fn rlv_level_take_up(level: RlvLevel, progressive: RlvProgressive) {
+        let object = registry::get(level)?;
+        let whole = registry::get(progressive)?;
+        object.change(|mesh| {
+            mesh.take_up(&whole.mesh).map_err(|error| error.at("progressive"))?;
+            *object.whole()? = whole.clone();
+            Ok(())
+        })
     }
 
     fn rlv_level_retain(level: RlvLevel) {
@@ -248,7 +266,8 @@ entry! {
     fn rlv_level_set_triangles(level: RlvLevel, triangles: usize) {
         let object = registry::get(level)?;
         object.change(|mesh| {
-            mesh.adapt(&object.context().context, Cut::of_faces(&object.whole.mesh, triangles));
+            let cut = Cut::of_faces(mesh.progressive(), triangles);
+            mesh.adapt(&object.context().context, cut);
             Ok(())
         })
     }
@@ -265,7 +284,10 @@ entry! {
         let RlvLevelView { eye, pixels, tolerance, outline, .. } = given;
         let planes = planes.to_vec("planes", object.context().context.memory_limit())?;
         let view = View { eye, pixels, tolerance, outline, planes };
-        object.change(|mesh| mesh.adapt_to(&object.context().context, &view, object.whole.extents()).map(drop))
+        object.change(|mesh| {
+            let whole = object.whole()?.clone();
+            mesh.adapt_to(&object.context().context, &view, whole.extents()).map(drop)
+        })
     }
 
     fn rlv_level_edit(level: RlvLevel, edit: *const RlvLevelEdit, reached: *mut usize) {
@@ -405,7 +427,7 @@ entry! {
         };
         object.change(|mesh| {
             let (vertices, triangles) = (mesh.vertex_count(), mesh.triangle_count());
-            let [width, face_width] = object.whole.mesh.attribute_widths();
+            let [width, face_width] = mesh.progressive().attribute_widths();
             let values = given.wedge_values.cast::<u32>();
             let (points, normals) = (given.points.cast::<[f32; 3]>(), given.normals.cast::<[f32; 3]>());
             // SAFETY: the caller promises room for the capacities.
@@ -436,7 +458,7 @@ entry! {
                 }
             };
             if let Some(rows) = &buffers.wedge_values {
-                rows.holds("wedge_values", object.whole.mesh.wedge_count())?;
+                rows.holds("wedge_values", mesh.progressive().wedge_count())?;
             }
             buffers.points.holds("points", vertices)?;
             buffers.triangles.holds("triangles", triangles)?;

@@ -15,6 +15,7 @@ pub mod array;
 #[macro_use]
 pub mod descriptor;
 pub mod adapter;
+pub mod arrival;
 pub mod bake;
 pub mod bezier;
 pub mod brush;
@@ -51,6 +52,7 @@ pub fn layouts() -> Vec<descriptor::Layout> {
     vec![
         error::RlvError::layout(),
         adapter::RlvAdapterInfo::layout(),
+        arrival::RlvArrivalInfo::layout(),
         context::RlvContextOptions::layout(),
         context::RlvContextInfo::layout(),
         context::RlvContextStat::layout(),

@@ -153,8 +153,8 @@ pub unsafe fn read_options(
 }
 
 /// Registers a progressive mesh.
-pub fn register(context: Arc<ContextObject>, mesh: Progressive) -> Result<RlvProgressive> {
-    registry::insert(ProgressiveObject { context, mesh: Arc::new(mesh), extents: OnceLock::new() })
+pub fn register(context: Arc<ContextObject>, mesh: impl Into<Arc<Progressive>>) -> Result<RlvProgressive> {
+    registry::insert(ProgressiveObject { context, mesh: mesh.into(), extents: OnceLock::new() })
 }
 
 entry! {

@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 19] = [
+pub const NOUNS: [&str; 20] = [
     "nothing",
     "context",
     "mesh",
@@ -39,6 +39,7 @@ pub const NOUNS: [&str; 19] = [
     "progressive mesh",
     "level",
     "color buffer",
+    "arrival",
 ];
 
 /// Defines the handle type of a noun.
