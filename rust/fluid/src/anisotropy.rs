@@ -13,34 +13,27 @@ const FEW: usize = 6;
 /// the weights 1 − (r / support)³ is 0.15 of its square.
 const SCALE: f64 = 1.0 / 0.15;
 
-/// The kernel of a particle: where it is, its axes and their lengths in support radii.
-#[derive(Clone, Copy, Debug)]
+/// The kernel of a particle.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Kernel {
     pub centre: [f32; 3],
-    axes: [[f64; 3]; 3],
-    lengths: [f64; 3],
+    /// The longest axis, in support radii.
+    pub widest: f32,
+    /// The matrix M of s = dᵀ M d, as [xx, xy, xz, yy, yz, zz].
+    pub matrix: [f32; 6],
+    /// What keeps the kernel's integral: the inverse of its volume, that of the sphere being 1.
+    pub amplitude: f32,
 }
 
 impl Kernel {
-    /// The longest axis, in support radii.
-    pub fn widest(&self) -> f32 {
-        self.lengths.iter().copied().fold(0.0, f64::max) as f32
-    }
-
-    /// The matrix M of s = dᵀ M d, as [xx, xy, xz, yy, yz, zz].
-    pub fn matrix(&self, support: f32) -> [f32; 6] {
-        [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|(row, column)| {
-            let entry = |axis: usize| {
-                let length = self.lengths[axis] * f64::from(support);
-                self.axes[axis][row] * self.axes[axis][column] / (length * length)
-            };
-            (entry(0) + entry(1) + entry(2)) as f32
-        })
-    }
-
-    /// What keeps the kernel's integral: the inverse of its volume, that of the sphere being 1.
-    pub fn amplitude(&self) -> f32 {
-        (1.0 / (self.lengths[0] * self.lengths[1] * self.lengths[2])) as f32
+    /// Of axes and their lengths in support radii; `sphere` is the inverse of the squared support radius.
+    fn new(centre: [f32; 3], axes: [[f64; 3]; 3], lengths: [f64; 3], sphere: f32) -> Self {
+        let matrix = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|(row, column)| {
+            let entry = |axis: usize| axes[axis][row] * axes[axis][column] / (lengths[axis] * lengths[axis]);
+            ((entry(0) + entry(1) + entry(2)) * f64::from(sphere)) as f32
+        });
+        let widest = lengths.iter().copied().fold(0.0, f64::max) as f32;
+        Self { centre, widest, matrix, amplitude: (1.0 / (lengths[0] * lengths[1] * lengths[2])) as f32 }
     }
 }
 
@@ -65,7 +58,7 @@ pub(crate) fn kernel(surface: &Surface, at: usize, centring: f32, ranges: &[std:
     let mean = first.map(|sum| sum / weights);
     let centre = std::array::from_fn(|axis| (f64::from(own[axis]) + f64::from(centring) * mean[axis]) as f32);
     if count <= FEW {
-        return Kernel { centre, axes: IDENTITY, lengths: [ALONE; 3] };
+        return Kernel::new(centre, IDENTITY, [ALONE; 3], surface.sphere);
     }
     let scale = SCALE * f64::from(surface.sphere);
     let products = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|(row, column)| mean[row] * mean[column]);
@@ -74,10 +67,10 @@ pub(crate) fn kernel(surface: &Surface, at: usize, centring: f32, ranges: &[std:
     let longest = lengths.iter().copied().fold(0.0, f64::max);
     if longest < 1e-3 {
         // All neighbours are at one point.
-        return Kernel { centre, axes: IDENTITY, lengths: [ALONE; 3] };
+        return Kernel::new(centre, IDENTITY, [ALONE; 3], surface.sphere);
     }
     lengths.iter_mut().for_each(|length| *length = length.max(longest / RATIO));
-    Kernel { centre, axes, lengths }
+    Kernel::new(centre, axes, lengths, surface.sphere)
 }
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

@@ -65,7 +65,7 @@ pub struct Hit {
     pub enters: bool,
 }
 
-/// A surface prepared for rays: 8 bytes a particle more, and 28 where it moves.
+/// A surface prepared for rays: some 8 bytes a particle more, 20 where particles move.
 #[derive(Clone, Debug)]
 pub struct RayCaster<'a> {
     surface: &'a Surface,

@@ -1,9 +1,9 @@
 //! The surface function of a set of particles, prepared for looking at places: sorted, with the kernels of all particles.
 
 use glam::Vec3;
-use relievo_core::{Context, Result};
+use relievo_core::{Context, Error, Result};
 
-use crate::anisotropy;
+use crate::anisotropy::{self, Kernel};
 use crate::function::{Combination, SurfaceFunction};
 use crate::probe::Probe;
 use crate::profile::{Profile, WIDEST};
@@ -11,9 +11,11 @@ use crate::rows::Rows;
 
 /// Cells are wider than what particles reach by this factor, so that rounding hides none.
 const MARGIN: f32 = 1.0001;
+/// Pairs of particles of the same cell at most.
+const MOST_PAIRS: u64 = 1 << 33;
 
 /// A function of particles, prepared: particles in the order of cells, with the amplitude and the shape of the kernel of
-/// each. Some 30 bytes a particle, 54 with anisotropic kernels.
+/// each. Some 22 bytes a particle, 46 with anisotropic kernels.
 #[derive(Clone, Debug)]
 pub struct Surface {
     pub(crate) function: SurfaceFunction,
@@ -35,10 +37,14 @@ pub struct Surface {
 
 impl Surface {
     /// Of particles at these positions, in metres. Fails if a parameter is out of range, if a position is not finite, or if
-    /// there are 2³² particles or such as are more than a million support radii apart.
+    /// there are 2³² particles or such as are more than a million support radii apart; of densities and anisotropic kernels,
+    /// if so many particles lie on each other that their pairs, cell by cell, are more than 2³³.
     pub fn new(context: &Context, positions: &[[f32; 3]], function: SurfaceFunction) -> Result<Self> {
         function.check()?;
         let mut surface = Self::spheres(context, positions, function)?;
+        if matches!(function, SurfaceFunction::Density { .. } | SurfaceFunction::Anisotropic { .. }) {
+            surface.check_pairs()?;
+        }
         match function {
             SurfaceFunction::Blobs { .. } | SurfaceFunction::ZhuBridson { .. } => Ok(surface),
             SurfaceFunction::Density { .. } => {
@@ -47,20 +53,16 @@ impl Surface {
             }
             SurfaceFunction::Anisotropic { support, centring, .. } => {
                 let amplitudes = surface.volumes(context);
-                let kernels: Vec<_> = context
-                    .map(surface.rows.len(), |cell| {
-                        let mut probe = surface.probe(context);
-                        let kernel = |at| anisotropy::kernel(&surface, at, centring, probe.seek(surface.centre(at)));
-                        surface.rows.particles(cell).map(kernel).collect::<Vec<_>>()
-                    })
-                    .concat();
+                let kernels = surface.by_cell(context, Kernel::default(), |probe, at| {
+                    anisotropy::kernel(&surface, at, centring, probe.seek(surface.centre(at)))
+                });
                 let centres: Vec<[f32; 3]> = kernels.iter().map(|kernel| kernel.centre).collect();
-                let widest = kernels.iter().fold(1.0f32, |widest, kernel| widest.max(kernel.widest()));
+                let widest = kernels.iter().fold(1.0f32, |widest, kernel| widest.max(kernel.widest));
                 let (rows, order) = Rows::new(context, &centres, widest * support * MARGIN)?;
-                let amplitude = |at: &u32| amplitudes[*at as usize] * kernels[*at as usize].amplitude();
+                let amplitude = |at: &u32| amplitudes[*at as usize] * kernels[*at as usize].amplitude;
                 let mut shapes = [(); 6].map(|()| Vec::with_capacity(order.len() + WIDEST));
                 for at in &order {
-                    let matrix = kernels[*at as usize].matrix(support);
+                    let matrix = kernels[*at as usize].matrix;
                     shapes.iter_mut().zip(matrix).for_each(|(shapes, entry)| shapes.push(entry));
                 }
                 shapes.iter_mut().for_each(|shapes| shapes.extend([0.0; WIDEST]));
@@ -95,21 +97,47 @@ impl Surface {
 
     /// 1 / Σ w at every particle, of weights that are 1 in the middle: its volume times the middle of its kernel.
     fn volumes(&self, context: &Context) -> Vec<f32> {
-        let mut volumes = vec![0.0; self.amplitudes.len()];
+        let volume = |probe: &mut Probe<'_>, at: usize| 1.0 / probe.sums(self.centre(at)).weight;
+        let mut volumes = self.by_cell(context, 0.0, volume);
+        volumes.extend([0.0; WIDEST]);
+        volumes
+    }
+
+    /// A value for every particle, in the order of the surface, computed cell by cell.
+    fn by_cell<T: Copy + Send>(
+        &self,
+        context: &Context,
+        blank: T,
+        work: impl Fn(&mut Probe<'_>, usize) -> T + Sync,
+    ) -> Vec<T> {
+        let mut values = Vec::with_capacity(self.len() + WIDEST);
+        values.resize(self.len(), blank);
         let mut parts = Vec::with_capacity(self.rows.len());
-        let mut rest = volumes.as_mut_slice();
+        let mut rest = values.as_mut_slice();
         for cell in 0..self.rows.len() {
             let (part, after) = rest.split_at_mut(self.rows.particles(cell).len());
             parts.push(part);
             rest = after;
         }
-        context.for_each_mut(&mut parts, |cell, volumes| {
+        context.for_each_mut(&mut parts, |cell, values| {
             let mut probe = self.probe(context);
-            for (at, volume) in self.rows.particles(cell).zip(volumes.iter_mut()) {
-                *volume = 1.0 / probe.sums(self.centre(at)).weight;
+            for (at, value) in self.rows.particles(cell).zip(values.iter_mut()) {
+                *value = work(&mut probe, at);
             }
         });
-        volumes
+        values
+    }
+
+    /// Fails where so many particles are in one cell that looking at all pairs would take minutes.
+    fn check_pairs(&self) -> Result<()> {
+        let crowd = |cell: usize| self.rows.particles(cell).len() as u64;
+        let pairs = (0..self.rows.len()).fold(0u64, |pairs, cell| pairs.saturating_add(crowd(cell) * crowd(cell)));
+        if pairs <= MOST_PAIRS {
+            return Ok(());
+        }
+        let most = (0..self.rows.len()).map(crowd).max().unwrap_or(0);
+        Err(Error::invalid(format!("{most} particles lie within a support radius of {}", self.reach))
+            .advise("use a smaller support radius, or remove particles that lie on each other"))
     }
 
     /// How many particles there are.
@@ -242,6 +270,15 @@ mod tests {
             assert!(sample.value > 0.0 && sample.gradient.iter().all(|slope| slope.is_finite()));
             assert!(value(&surface, [2.0; 3]) < 0.0);
         }
+    }
+
+    #[test]
+    fn too_many_particles_at_one_point_are_refused_where_pairs_are_looked_at() {
+        let points = vec![[1.0; 3]; 100_000];
+        let error = Surface::new(&Context::serial(), &points, SurfaceFunction::density(0.1)).unwrap_err();
+        assert!(error.to_string().contains("100000 particles"), "{error}");
+        let surface = Surface::new(&Context::serial(), &points, SurfaceFunction::zhu_bridson(0.1)).unwrap();
+        assert!(value(&surface, [1.05, 1.0, 1.0]) > 0.0);
     }
 
     #[test]
