@@ -17,8 +17,8 @@ use crate::probe::Probe;
 use crate::profile::{WIDEST, Weight, with_weight};
 use crate::surface::Surface;
 
-/// Cells of a block along each axis, and its corners.
-pub(crate) const CELLS: usize = 16;
+/// Cells of a block along each axis, and its corners: a row of them is one vector of the widest.
+pub(crate) const CELLS: usize = 15;
 const CORNERS: usize = CELLS + 1;
 /// Corners of a row, with those that vectors may exceed it by.
 const STRIDE: usize = CORNERS + WIDEST - 1;
@@ -291,8 +291,8 @@ fn splat_of<A: Lanes, W: Weight, const MEAN: bool, const SHAPES: bool>(
                 if left <= 0.0 {
                     continue;
                 }
-                // Where one vector has all of the widest row, no row needs a beginning of its own.
-                let columns = if widest.len() <= A::WIDTH {
+                // Where two vectors have all of the widest row, to seek where each row begins costs more.
+                let columns = if widest.len() <= 2 * A::WIDTH {
                     widest.clone()
                 } else {
                     rows(cx + middle, left.sqrt() * root, xs[0])

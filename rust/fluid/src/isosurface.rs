@@ -144,7 +144,7 @@ impl Blocks {
                 let low = centres.iter().copied().fold(f32::INFINITY, f32::min);
                 let high = centres.iter().copied().fold(f32::NEG_INFINITY, f32::max);
                 let block = |at: f64| (at / edge).floor() as i64;
-                block(f64::from(low) - reach)..block(f64::from(high) + reach) + 1
+                block(f64::from(low) - reach)..block(f64::from(high) + reach).saturating_add(1)
             })
         };
         let tasks = surface.rows.len().div_ceil(PART);

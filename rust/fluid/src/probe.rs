@@ -117,6 +117,12 @@ impl<'a> Probe<'a> {
         sums
     }
 
+    /// The sum of weights at a place, of spheres of amplitude 1.
+    pub(crate) fn total(&mut self, at: [f32; 3]) -> f32 {
+        self.seek(at);
+        total(self.level, self.surface, at, &self.ranges)
+    }
+
     /// Finds the particles around the cell of a place, which are all that reach it, and their ranges.
     pub(crate) fn seek(&mut self, at: [f32; 3]) -> &[Range<usize>] {
         let cell = self.surface.rows.cell(at);
@@ -153,6 +159,41 @@ fn sum_body<A: Lanes>(
         }
         Combination::Sum { .. } => sum_of::<A, _, false, true>(surface, weight, at, ranges, weights, sums),
     });
+}
+
+dispatch_simd! {
+    fn total = total_body(surface: &Surface, at: [f32; 3], ranges: &[Range<usize>]) -> f32
+}
+
+#[inline(always)]
+fn total_body<A: Lanes>(surface: &Surface, at: [f32; 3], ranges: &[Range<usize>]) -> f32 {
+    with_weight!(surface.profile, weight => total_of::<A, _>(surface, weight, at, ranges))
+}
+
+/// The sum of the weights of the particles of ranges, of spheres of amplitude 1.
+#[inline(always)]
+fn total_of<A: Lanes, W: Weight>(surface: &Surface, weight: W, at: [f32; 3], ranges: &[Range<usize>]) -> f32 {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let lanes: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
+    let lanes = v.load(&lanes);
+    let (zero, one, sphere) = (v.splat(0.0), v.splat(1.0), v.splat(surface.sphere));
+    let at = [v.splat(at[0]), v.splat(at[1]), v.splat(at[2])];
+    let mut total = zero;
+    for range in ranges {
+        for first in range.clone().step_by(A::WIDTH) {
+            let step = |axis: usize| v.sub(v.load(&surface.centres[axis][first..]), at[axis]);
+            let (x, y, z) = (step(0), step(1), step(2));
+            let s = v.mul(v.fused(x, x, v.fused(y, y, v.mul(z, z))), sphere);
+            let left = v.splat((range.end - first).min(WIDEST) as f32);
+            let counts = v.both(v.lt(s, one), v.lt(lanes, left));
+            total = v.add(total, v.select(counts, weight.weight(v, v.min(s, one)), zero));
+        }
+    }
+    let mut lanes = [0.0; WIDEST];
+    v.store(total, &mut lanes);
+    lanes[..A::WIDTH].iter().sum::<f32>()
 }
 
 /// Sums of the particles of ranges, with those that a mean needs, for kernels that are spheres or have shapes. Leaves the

@@ -118,6 +118,17 @@ impl Rows {
         self.starts[number] as usize..self.starts[number + 1] as usize
     }
 
+    /// The first key from a place on that is not below another: rows are near each other, so in steps that double.
+    fn seek(&self, mut from: usize, key: u64) -> usize {
+        let mut step = 1;
+        while self.keys.get(from + step).is_some_and(|at| *at < key) {
+            from += step;
+            step *= 2;
+        }
+        let end = (from + step).min(self.keys.len());
+        from + self.keys[from..end].partition_point(|at| *at < key)
+    }
+
     /// Lists the particles of the cells from `low` to `high`, both inclusive, as ranges in rising order.
     pub fn ranges(&self, low: Cell, high: Cell, ranges: &mut Vec<Range<usize>>) {
         ranges.clear();
@@ -129,7 +140,7 @@ impl Rows {
         let mut from = 0;
         for z in low[2]..=high[2] {
             for y in low[1]..=high[1] {
-                from += self.keys[from..].partition_point(|key| *key < self.key([low[0], y, z]));
+                from = self.seek(from, self.key([low[0], y, z]));
                 let last = self.key([high[0], y, z]);
                 let to = from + self.keys[from..].iter().take_while(|key| **key <= last).count();
                 if to > from {

@@ -97,7 +97,7 @@ impl Surface {
 
     /// 1 / Σ w at every particle, of weights that are 1 in the middle: its volume times the middle of its kernel.
     fn volumes(&self, context: &Context) -> Vec<f32> {
-        let volume = |probe: &mut Probe<'_>, at: usize| 1.0 / probe.sums(self.centre(at)).weight;
+        let volume = |probe: &mut Probe<'_>, at: usize| 1.0 / probe.total(self.centre(at));
         let mut volumes = self.by_cell(context, 0.0, volume);
         volumes.extend([0.0; WIDEST]);
         volumes

@@ -155,8 +155,10 @@ fn what_cannot_be_meshed_is_refused() {
         let error = make(&[[0.0; 3]], SurfaceFunction::density(0.1), cell).unwrap_err();
         assert!(error.to_string().contains("cell size"), "{error}");
     }
-    let error = make(&[[3e5, 0.0, 0.0]], SurfaceFunction::density(0.1), 0.1).unwrap_err();
-    assert!(error.to_string().contains("from 0"), "{error}");
+    for far in [3e5, -3e5, f32::MAX, f32::MIN] {
+        let error = make(&[[far, 0.0, 0.0]], SurfaceFunction::density(0.1), 0.1).unwrap_err();
+        assert!(error.to_string().contains("from 0"), "{error}");
+    }
     let context = Context::serial();
     let surface = Surface::new(&context, &[[0.0; 3]], SurfaceFunction::density(0.1)).unwrap();
     for (values, expected) in [(&[1.0][..], "numbers"), (&[1.0, f32::NAN][..], "finite")] {
