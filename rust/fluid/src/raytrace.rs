@@ -13,6 +13,9 @@ use crate::chords::{Chord, Chords};
 use crate::hierarchy::{Bounds, Hierarchy, Stretch};
 use crate::surface::Surface;
 
+/// Rays of one task.
+const PART: usize = 256;
+
 /// What particles have besides their positions, in the order of those.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion<'a> {
@@ -139,6 +142,16 @@ impl<'a> RayCaster<'a> {
     /// For tracing one ray after the other.
     pub fn tracer(&self) -> Tracer<'_> {
         Tracer { caster: self, met: Vec::new(), chords: Chords::default() }
+    }
+
+    /// As [`Tracer::intersect`], of many rays on all threads of a context.
+    pub fn intersect_all(&self, context: &Context, rays: &[Ray]) -> Vec<Option<Hit>> {
+        let parts: Vec<&[Ray]> = rays.chunks(PART).collect();
+        let hits = context.map(parts.len(), |part| {
+            let mut tracer = self.tracer();
+            parts[part].iter().map(|ray| tracer.intersect(ray)).collect::<Vec<_>>()
+        });
+        hits.concat()
     }
 
     fn velocity(&self, at: usize) -> DVec3 {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use proptest::prelude::*;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, Mesh};
+use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_fluid::{Hit, March, Motion, Ray, RayCaster, Surface, SurfaceFunction, classify, mesh};
 
 use crate::shapes::{FUNCTIONS, lattice};
@@ -129,7 +129,12 @@ fn hits_are_those_of_a_fine_mesh() {
         let surface = Surface::new(&context, &points, function(0.1)).unwrap();
         let mesh = mesh(&context, &surface, 0.02, &[], &mut Silent).unwrap();
         let (triangles, rays) = (mesh.triangles(), rays(150, 0.8));
-        let found = hits(&still(&surface), &rays);
+        let caster = still(&surface);
+        let found = hits(&caster, &rays);
+        for threads in [1, 2, 5] {
+            let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
+            assert_eq!(caster.intersect_all(&context, &rays), found);
+        }
         let (mut same, mut compared) = (0, 0);
         for (ray, hit) in rays.iter().zip(found) {
             let Some((distance, slope)) = first_triangle(&mesh, &triangles, ray.origin.into(), ray.direction.into())
