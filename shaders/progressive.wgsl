@@ -28,11 +28,9 @@ struct Split {
 /// Where a vertex is that was edited, or one near.
 struct Place {
     point: vec3<f32>,
-    /// The edit that put it there; 0 if it followed to a finer level.
-    edited: u32,
-    normal: vec3<f32>,
     /// 1 if it is elsewhere than it was built.
     moved: u32,
+    normal: vec3<f32>,
 }
 
 /// The number of an invocation among all.

@@ -2,6 +2,9 @@
 // Where the vertices of splits of one depth were that have something near that an edit has moved: where the quadrics of the
 // triangles as they are now want them (`placement.rs`), as if the splits were taken back.
 
+/// As `progressive_record.wgsl` has them.
+@group(1) @binding(3) var<storage, read_write> touched: array<u32>;
+
 const MIDDLE: f32 = 1e-5;
 const REACH: f32 = 4.0;
 const SIDE: f32 = 0.01;
@@ -44,17 +47,11 @@ fn coarsen(
         return;
     }
     let split = order[work.first + item];
-    if !is_there(split) {
+    let word = arrayLength(&touched) / 2u + split / 16u;
+    if (touched[word] >> (2u * split % 32u) & 1u) == 0u {
         return;
     }
     let ring = ring_of(split);
-    var is_near = places[2u * split].edited == work.edit || places[2u * split + 1u].edited == work.edit;
-    for (var k = ring.x; k < ring.w && !is_near; k++) {
-        is_near = places[stars[k] & NODE].edited == work.edit;
-    }
-    if !is_near {
-        return;
-    }
     let start = starts[split];
     let second = ring.w + stars[start + 3u];
     let here = array(now(2u * split), now(2u * split + 1u));
@@ -149,7 +146,7 @@ fn coarsen(
             }
         }
     }
-    let merged = Place(point, work.edit, unit_or(normal, one.normal), 1u);
+    let merged = Place(point, 1u, unit_or(normal, one.normal));
     for (var side = 0u; side < 2u; side++) {
         notes[2u * split + side] = back(surroundings(beside(ring, side), array(one, merged)), here[side]);
     }

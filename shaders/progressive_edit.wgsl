@@ -1,4 +1,5 @@
 // import progressive_places
+// import progressive_bits
 // import falloff
 // Handles that move and turn regions, and anchors that hold them (Derzapf, Grund, Guthe 2014, Section 4), at the vertices
 // that are there.
@@ -17,8 +18,6 @@ struct Call {
     vertices: u32,
     handles: u32,
     anchors: u32,
-    /// The number of the edit.
-    edit: u32,
 }
 
 struct Reached {
@@ -30,6 +29,8 @@ struct Reached {
 @group(2) @binding(0) var<storage, read_write> reached: Reached;
 /// Handles, then anchors.
 @group(2) @binding(1) var<storage, read> regions: array<Region>;
+/// As `progressive_record.wgsl` has them.
+@group(2) @binding(2) var<storage, read_write> touched: array<u32>;
 var<immediate> work: Call;
 
 fn influence(region: Region, point: vec3<f32>) -> f32 {
@@ -44,17 +45,9 @@ fn turned(vector: vec3<f32>, axis: vec3<f32>, angle: f32) -> vec3<f32> {
     return vector + sin(angle) * around + 2.0 * half_sine * half_sine * cross(axis, around);
 }
 
-/// Where a vertex goes; it has the number of the edit if it is reached.
-fn moved(place: Place) -> Place {
-    var sum = 0.0;
-    for (var k = 0u; k < work.handles; k++) {
-        sum += influence(regions[k], place.point);
-    }
+/// Where a vertex goes, given what influences of handles sum to.
+fn moved(place: Place, sum: f32) -> Place {
     var gone = place;
-    gone.edited = 0u;
-    if sum <= 0.0 {
-        return gone;
-    }
     var free = 1.0;
     for (var k = 0u; k < work.anchors; k++) {
         free *= 1.0 - influence(regions[work.handles + k], place.point);
@@ -67,9 +60,16 @@ fn moved(place: Place) -> Place {
         gone.point += turned(arm, region.axis, region.angle * part) - arm + region.translation * part;
         gone.normal = turned(gone.normal, region.axis, region.angle * part);
     }
-    gone.edited = work.edit;
     gone.moved = 1u;
     return gone;
+}
+
+fn influence_sum(point: vec3<f32>) -> f32 {
+    var sum = 0.0;
+    for (var k = 0u; k < work.handles; k++) {
+        sum += influence(regions[k], point);
+    }
+    return sum;
 }
 
 /// Whether a vertex of the mesh has a node.
@@ -82,43 +82,41 @@ fn is_shown(node: u32) -> bool {
     return child >= LEAF || !is_there(child);
 }
 
-fn edit_node(node: u32, write: bool) {
-    if !is_shown(node) {
-        return;
-    }
-    let gone = moved(now(node));
-    if gone.edited == 0u {
-        return;
-    }
-    if write {
-        places[node] = gone;
-    } else {
-        atomicAdd(&reached.vertices, 1u);
-        // Also where it is no number.
-        if !(all(abs(gone.point) < vec3(3e38))) {
-            atomicAdd(&reached.lost, 1u);
-        }
-    }
-}
-
-/// Counts vertices that are reached.
+/// Counts vertices that are reached, and tells their nodes.
 @compute @workgroup_size(GROUP)
 fn reach(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    edit_node(linear_item(group, groups, local), false);
+    let node = linear_item(group, groups, local);
+    var is_reached = false;
+    if is_shown(node) {
+        let place = now(node);
+        let sum = influence_sum(place.point);
+        is_reached = sum > 0.0;
+        // Also where it is no number.
+        if is_reached && !(all(abs(moved(place, sum).point) < vec3(3e38))) {
+            atomicAdd(&reached.lost, 1u);
+        }
+    }
+    let word = gathered(local, is_reached);
+    if local % 32u == 0u && node / 32u < arrayLength(&touched) / 2u {
+        touched[node / 32u] = word;
+        atomicAdd(&reached.vertices, countOneBits(word));
+    }
 }
 
-/// Moves them, if all go where there are numbers.
+/// Moves them.
 @compute @workgroup_size(GROUP)
 fn move_reached(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    if atomicLoad(&reached.lost) == 0u {
-        edit_node(linear_item(group, groups, local), true);
+    let node = linear_item(group, groups, local);
+    if is_shown(node) && (touched[node / 32u] >> (node % 32u) & 1u) == 1u {
+        let place = now(node);
+        places[node] = moved(place, influence_sum(place.point));
     }
 }

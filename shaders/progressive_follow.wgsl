@@ -6,8 +6,6 @@
 struct Call {
     first: u32,
     count: u32,
-    /// The number of the last edit.
-    edit: u32,
     /// How far a vertex has moved at least.
     least: f32,
     /// What coordinates are multiplied by so that squares of areas are numbers.
@@ -154,11 +152,11 @@ fn surroundings(range: vec2<u32>, vertex: array<Place, 2>) -> Surroundings {
 /// Where a vertex is now that was built at `place`.
 fn forward(s: Surroundings, place: Place) -> Place {
     let normal = transpose(inverted(s.map)) * place.normal;
-    return Place(s.now + s.map * (place.point - s.built), 0u, unit_or(normal, vec3(0.0)), 1u);
+    return Place(s.now + s.map * (place.point - s.built), 1u, unit_or(normal, vec3(0.0)));
 }
 
 /// Where a vertex would have been built that is at `place` now.
 fn back(s: Surroundings, place: Place) -> Place {
     let normal = transpose(s.map) * place.normal;
-    return Place(s.built + inverted(s.map) * (place.point - s.now), 0u, unit_or(normal, vec3(0.0)), 1u);
+    return Place(s.built + inverted(s.map) * (place.point - s.now), 1u, unit_or(normal, vec3(0.0)));
 }

@@ -25,7 +25,7 @@ fn built(node: u32) -> Place {
         // The one leaf of a first vertex is before those of the second; a vertex of the base has no second.
         bits = leaves[split - select(1u - node % 2u, 0u, splits[split].key == ALWAYS)];
     }
-    return Place(bitcast<vec3<f32>>(bits.xyz), 0u, octahedral_normal(bits.w), 0u);
+    return Place(bitcast<vec3<f32>>(bits.xyz), 0u, octahedral_normal(bits.w));
 }
 
 /// Where it is.

@@ -29,7 +29,7 @@ fn refine(
     let vertex = array(built(one), now(one));
     for (var side = 0u; side < 2u; side++) {
         let node = 2u * split + side;
-        var place = Place(vec3(0.0), 0u, vec3(0.0), 0u);
+        var place = Place(vec3(0.0), 0u, vec3(0.0));
         if is_near {
             let was = built(node);
             var origin = was;

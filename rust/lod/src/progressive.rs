@@ -57,7 +57,7 @@ pub use active::{ActiveMesh, Extract};
 pub use arrival::Arrival;
 pub use buffers::{Buffers, Update};
 pub use cut::{Cut, Front, ViewSplits};
-pub use device::{DeviceHierarchy, DeviceLevel};
+pub use device::{DeviceFront, DeviceHierarchy, DeviceLevel};
 pub use handle::{Edit, Handle, Region};
 pub use hierarchy::{BuildOptions, Child, Progressive};
 pub use journal::{EditJournal, Input, Recovered};

@@ -8,7 +8,9 @@
 
 mod around;
 mod edits;
+mod history;
 mod level;
+mod records;
 
 use std::sync::Arc;
 
@@ -23,6 +25,7 @@ use super::packing::Normal;
 use super::view::Extents;
 use crate::connectivity::NONE;
 
+pub use self::history::DeviceFront;
 pub use self::level::DeviceLevel;
 
 /// Vertices at most: numbers are also given doubled, with four bits above.

@@ -73,7 +73,8 @@ impl KeyedEdit {
     }
 }
 
-fn check_time(time: f64) -> Result<()> {
+/// Fails if a time is not finite.
+pub(super) fn check_time(time: f64) -> Result<()> {
     if time.is_finite() {
         return Ok(());
     }

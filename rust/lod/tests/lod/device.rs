@@ -14,17 +14,17 @@ use relievo_testing::device;
 
 use crate::shapes::{Triangles, lifted, torus, two_tori};
 
-fn shapes() -> [Triangles; 4] {
+pub fn shapes() -> [Triangles; 4] {
     let bumps = lifted(40, |x, y| 0.1 * (9.0 * x).sin() * (7.0 * y).cos() + 0.02 * (40.0 * x * y).sin());
     [torus(120, 60), bumps, lifted(30, |_, _| 0.0), two_tori()]
 }
 
-fn build((points, triangles): &Triangles, locked: Vec<u32>) -> Arc<Progressive> {
+pub fn build((points, triangles): &Triangles, locked: Vec<u32>) -> Arc<Progressive> {
     let options = BuildOptions { faces: 60, locked };
     Arc::new(Progressive::build(&Context::serial(), points, triangles, &options, &mut Silent).unwrap())
 }
 
-fn at(device: &Device, level: &mut DeviceLevel, cut: Cut) -> Extract {
+pub fn at(device: &Device, level: &mut DeviceLevel, cut: Cut) -> Extract {
     let mut frame = device.frame().unwrap();
     level.adapt(&mut frame, cut).unwrap();
     let _ = frame.submit().unwrap();
@@ -114,7 +114,7 @@ fn views_on_a_device_are_those_of_the_processor() {
 }
 
 /// How far points of the same number are apart at most, how far along the normal, and how far normals are.
-fn apart(one: &Extract, other: &Extract) -> [f32; 3] {
+pub fn apart(one: &Extract, other: &Extract) -> [f32; 3] {
     let mut worst = [0.0f32; 3];
     for index in 0..one.points.len() {
         let vectors = |mesh: &Extract| [mesh.points[index], mesh.normals[index]].map(Vec3::from);
@@ -127,7 +127,7 @@ fn apart(one: &Extract, other: &Extract) -> [f32; 3] {
 }
 
 /// What pulls and turns about a place, with something that holds beside it.
-fn pull(center: [f32; 3]) -> Edit {
+pub fn pull(center: [f32; 3]) -> Edit {
     let region = |shift: f32, radius: f32, falloff| Region { center: center.map(|x| x + shift), radius, falloff };
     let handle = |region, angle| Handle { region, translation: [0.05, 0.1, 0.2], axis: [0.0, 0.6, 0.8], angle };
     let handles = vec![
@@ -240,6 +240,8 @@ fn edits_that_a_device_cannot_make_are_refused_and_change_nothing() {
     assert!(level.edit(&edit).unwrap_err().to_string().contains("adapt it to a cut"));
     let before = at(&device, &mut level, Cut::of_error(0.01));
     assert!(level.edit(&pull([9.0; 3])).unwrap_err().to_string().contains("no vertex"));
+    let none = Edit { handles: Vec::new(), anchors: edit.anchors.clone() };
+    assert!(level.edit(&none).unwrap_err().to_string().contains("no vertex"));
     let mut far = edit.clone();
     far.handles[0].translation = [f32::MAX; 3];
     far.handles[1].translation = [f32::MAX; 3];

@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pass, groups};
+use relievo_gpu::{Access, Bindings, Buffer, GROUP, Kernel, KernelSpec, Pass, groups};
 
 use super::DeviceHierarchy;
 use super::around::DeviceAround;
+use super::records::{Record, Records};
 use crate::progressive::handle::{Edit, Handle, Region};
 use crate::progressive::moves::LEAST_MOVE;
 
@@ -18,9 +19,9 @@ use crate::progressive::moves::LEAST_MOVE;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Place {
     point: [f32; 3],
-    edited: u32,
-    normal: [f32; 3],
     moved: u32,
+    normal: [f32; 3],
+    padding: u32,
 }
 
 /// As in `progressive_edit.wgsl`.
@@ -42,7 +43,14 @@ struct EditCall {
     vertices: u32,
     handles: u32,
     anchors: u32,
-    edit: u32,
+}
+
+/// As in `progressive_touch.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct DepthCall {
+    first: u32,
+    count: u32,
 }
 
 /// As in `progressive_follow.wgsl`.
@@ -51,7 +59,6 @@ struct EditCall {
 struct FollowCall {
     first: u32,
     count: u32,
-    edit: u32,
     least: f32,
     scale: f32,
 }
@@ -63,14 +70,26 @@ pub struct Edits {
     pub places: Buffer<Place>,
     before: Buffer<u32>,
     reached: Buffer<u32>,
-    _notes: Buffer<Place>,
-    /// Counts edits.
-    edits: u32,
+    /// Of the vertices before, for kernels that mark.
+    pub marking: Bindings,
+    records: Records,
     reach: [Arc<Kernel>; 2],
+    touch: Arc<Kernel>,
     refine: Arc<Kernel>,
     coarsen: Arc<Kernel>,
-    /// Of edits, of refining and of coarsening.
-    bindings: [[Bindings; 2]; 3],
+    /// Of edits, of what they touch, of refining and of coarsening.
+    bindings: [[Bindings; 2]; 4],
+}
+
+/// An edit that is to be made.
+#[derive(Debug)]
+pub struct Reaching {
+    call: EditCall,
+    regions: Bindings,
+    /// Vertices that it reaches.
+    pub reached: usize,
+    /// What it replaces.
+    pub record: Record,
 }
 
 impl Edits {
@@ -85,88 +104,115 @@ impl Edits {
             device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants: &[] })
         };
         let (read, write) = (Access::Read, Access::Write);
-        let edited: &[&[Access]] = &[&[read; 3], &[write; 2], &[write, read]];
+        let edited: &[&[Access]] = &[&[read; 3], &[write; 2], &[write, read, write]];
         let edit = |entry| kernel("progressive_edit", entry, edited, size_of::<EditCall>());
         let reach = [edit("reach")?, edit("move_reached")?];
-        let follow = size_of::<FollowCall>();
-        let refine = kernel("progressive_refine", "refine", &[&[read; 6], &[write; 4]], follow)?;
-        let coarsen = kernel("progressive_coarsen", "coarsen", &[&[read; 6], &[write; 3]], follow)?;
+        let touch = kernel("progressive_touch", "touch", &[&[read; 4], &[write; 2]], size_of::<DepthCall>())?;
+        let follow = |module, entry| kernel(module, entry, &[&[read; 6], &[write; 4]], size_of::<FollowCall>());
+        let refine = follow("progressive_refine", "refine")?;
+        let coarsen = follow("progressive_coarsen", "coarsen")?;
         let built = [hierarchy.splits.wgpu(), hierarchy.inner.wgpu(), hierarchy.leaves.wgpu()];
         let [splits, inner, leaves] = built;
-        let all = [splits, inner, leaves, around.order.wgpu(), around.starts.wgpu(), around.stars.wgpu()];
-        let state = [there.wgpu(), places.wgpu(), notes.wgpu(), before.wgpu()];
+        let [order, starts, stars] = [around.order.wgpu(), around.starts.wgpu(), around.stars.wgpu()];
+        let all = [splits, inner, leaves, order, starts, stars];
+        let records = Records::new(hierarchy, &places, &notes)?;
+        let touched = records.touched.wgpu();
+        let (there, places_of, notes_of) = (there.wgpu(), places.wgpu(), notes.wgpu());
         let bindings = [
-            [device.bind(&reach[0], 0, &built)?, device.bind(&reach[0], 1, &state[..2])?],
-            [device.bind(&refine, 0, &all)?, device.bind(&refine, 1, &state)?],
-            [device.bind(&coarsen, 0, &all)?, device.bind(&coarsen, 1, &state[..3])?],
+            [device.bind(&reach[0], 0, &built)?, device.bind(&reach[0], 1, &[there, places_of])?],
+            [device.bind(&touch, 0, &[splits, order, starts, stars])?, device.bind(&touch, 1, &[there, touched])?],
+            [device.bind(&refine, 0, &all)?, device.bind(&refine, 1, &[there, places_of, notes_of, before.wgpu()])?],
+            [device.bind(&coarsen, 0, &all)?, device.bind(&coarsen, 1, &[there, places_of, notes_of, touched])?],
         ];
-        Ok(Self { places, before, reached, _notes: notes, edits: 0, reach, refine, coarsen, bindings })
+        let marking = device.bind_as(&[write; 2], &[before.wgpu(), reached.wgpu()])?;
+        Ok(Self { places, before, reached, marking, records, reach, touch, refine, coarsen, bindings })
     }
 
-    /// Moves and turns regions of the vertices that there are, has coarser levels follow, and waits for it. Returns how many
-    /// were reached. Fails if none is, or one would go where there is no number; nothing has changed then.
-    pub fn edit(&mut self, hierarchy: &DeviceHierarchy, ends: &[u32], edit: &Edit) -> Result<usize> {
+    /// Finds what an edit reaches of the vertices that there are, and what it replaces at coarser levels, and waits for it.
+    /// Fails if it reaches none, or one would go where there is no number; nothing has changed then.
+    pub fn reach(&self, hierarchy: &DeviceHierarchy, ends: &[u32], edit: &Edit) -> Result<Reaching> {
+        // Nor is a buffer without anything bound.
+        if edit.handles.is_empty() {
+            return Err(reaches_nothing());
+        }
         let device = &hierarchy.device;
         let handles = edit.handles.iter().map(block);
         let held =
             |anchor: &Region| block(&Handle { region: *anchor, translation: [0.0; 3], axis: [0.0; 3], angle: 0.0 });
         let blocks: Vec<RegionBlock> = handles.chain(edit.anchors.iter().map(held)).collect();
         let regions = Buffer::of(device, "regions", &blocks)?;
-        let bindings = device.bind(&self.reach[0], 2, &[self.reached.wgpu(), regions.wgpu()])?;
+        let touched = &self.records.touched;
+        let regions = device.bind(&self.reach[0], 2, &[self.reached.wgpu(), regions.wgpu(), touched.wgpu()])?;
         let call = EditCall {
             vertices: hierarchy.vertices as u32,
             handles: edit.handles.len() as u32,
             anchors: edit.anchors.len() as u32,
-            edit: self.edits + 1,
         };
         let mut frame = device.frame()?;
         frame.clear(&self.reached);
-        let mut pass = frame.pass("edit");
+        frame.clear(touched);
+        let mut pass = frame.pass("reach");
         let [built, state] = &self.bindings[0];
-        let size = groups(2 * call.vertices.div_ceil(GROUP));
-        for kernel in &self.reach {
-            pass.run(kernel, &[built, state, &bindings], bytemuck::bytes_of(&call), size)?;
+        pass.run(&self.reach[0], &[built, state, &regions], bytemuck::bytes_of(&call), nodes(hierarchy))?;
+        let [splits, state] = &self.bindings[1];
+        for depth in ends.windows(2).rev() {
+            let depth = DepthCall { first: depth[0], count: depth[1] - depth[0] };
+            let size = groups(depth.count.div_ceil(GROUP));
+            pass.run(&self.touch, &[splits, state], bytemuck::bytes_of(&depth), size)?;
         }
-        self.follow(&mut pass, hierarchy, (ends, call.edit), false)?;
+        self.records.count(&mut pass)?;
         drop(pass);
         let reached = frame.read(&self.reached, 0..2)?;
+        let replaced = self.records.read_count(&mut frame)?;
         let _ = frame.submit()?;
         match reached.get(device)?[..] {
-            [0, _] => Err(Error::invalid("no vertex is in a region of influence")
-                .at("handles")
-                .advise("move it to the surface, or make its radius larger")),
+            [0, _] => Err(reaches_nothing()),
             [reached, 0] => {
-                self.edits += 1;
-                Ok(reached as usize)
+                let count = replaced.get(device)?.first().copied().unwrap_or_default();
+                let record = self.records.record(device, count)?;
+                Ok(Reaching { call, regions, reached: reached as usize, record })
             }
             _ => Err(Error::invalid("vertices would go where there is no number").advise("use smaller translations")),
         }
     }
 
-    /// Records that the vertices that there are will be known as those before.
-    pub fn keep(&self, frame: &mut Frame, there: &Buffer<u32>) -> Result<()> {
-        frame.copy(there, 0..there.len(), &self.before, 0)
-    }
-
-    /// Records that vertices follow where splits were made since they were kept.
-    pub fn refine(&self, pass: &mut Pass<'_>, hierarchy: &DeviceHierarchy, ends: &[u32]) -> Result<()> {
-        self.follow(pass, hierarchy, (ends, self.edits), true)
-    }
-
-    /// Records that finer levels follow, or coarser ones an edit, depth by depth.
-    fn follow(
+    /// Records that an edit is made that was the last to reach something: the vertices move, and coarser levels follow.
+    pub fn make(
         &self,
         pass: &mut Pass<'_>,
         hierarchy: &DeviceHierarchy,
-        (ends, edit): (&[u32], u32),
-        is_finer: bool,
+        ends: &[u32],
+        reaching: &Reaching,
     ) -> Result<()> {
+        self.records.keep(pass, &reaching.record)?;
+        let [built, state] = &self.bindings[0];
+        let call = bytemuck::bytes_of(&reaching.call);
+        pass.run(&self.reach[1], &[built, state, &reaching.regions], call, nodes(hierarchy))?;
+        self.follow(pass, hierarchy, ends, false)
+    }
+
+    /// Records that what an edit has replaced is there again, or what it made in place of that.
+    pub fn swap(&self, pass: &mut Pass<'_>, record: &Record) -> Result<()> {
+        self.records.swap(pass, record)
+    }
+
+    /// What refining takes as the vertices that there were.
+    pub fn before(&self) -> &Buffer<u32> {
+        &self.before
+    }
+
+    /// Records that vertices follow where there are splits that were not there before, depth by depth.
+    pub fn refine(&self, pass: &mut Pass<'_>, hierarchy: &DeviceHierarchy, ends: &[u32]) -> Result<()> {
+        self.follow(pass, hierarchy, ends, true)
+    }
+
+    /// Records that finer levels follow, or coarser ones an edit, depth by depth.
+    fn follow(&self, pass: &mut Pass<'_>, hierarchy: &DeviceHierarchy, ends: &[u32], is_finer: bool) -> Result<()> {
         let (kernel, [built, state]) =
-            if is_finer { (&self.refine, &self.bindings[1]) } else { (&self.coarsen, &self.bindings[2]) };
+            if is_finer { (&self.refine, &self.bindings[2]) } else { (&self.coarsen, &self.bindings[3]) };
         let depths = ends.windows(2).map(|ends| FollowCall {
             first: ends[0],
             count: ends[1] - ends[0],
-            edit,
             least: LEAST_MOVE / hierarchy.scale,
             scale: hierarchy.scale,
         });
@@ -177,6 +223,17 @@ impl Edits {
         }
         Ok(())
     }
+}
+
+fn reaches_nothing() -> Error {
+    Error::invalid("no vertex is in a region of influence")
+        .at("handles")
+        .advise("move it to the surface, or make its radius larger")
+}
+
+/// Workgroups for all nodes.
+fn nodes(hierarchy: &DeviceHierarchy) -> [u32; 3] {
+    groups(2 * (hierarchy.vertices as u32).div_ceil(GROUP))
 }
 
 fn block(handle: &Handle) -> RegionBlock {
@@ -203,9 +260,8 @@ mod tests {
     fn layouts_are_those_of_the_shaders() {
         let place = [
             ("point", offset_of!(Place, point)),
-            ("edited", offset_of!(Place, edited)),
-            ("normal", offset_of!(Place, normal)),
             ("moved", offset_of!(Place, moved)),
+            ("normal", offset_of!(Place, normal)),
         ];
         assert_layout("progressive", "Place", size_of::<Place>(), &place);
         let region = [
@@ -221,13 +277,13 @@ mod tests {
             ("vertices", offset_of!(EditCall, vertices)),
             ("handles", offset_of!(EditCall, handles)),
             ("anchors", offset_of!(EditCall, anchors)),
-            ("edit", offset_of!(EditCall, edit)),
         ];
         assert_layout("progressive_edit", "Call", size_of::<EditCall>(), &call);
+        let depth = [("first", offset_of!(DepthCall, first)), ("count", offset_of!(DepthCall, count))];
+        assert_layout("progressive_touch", "Depth", size_of::<DepthCall>(), &depth);
         let call = [
             ("first", offset_of!(FollowCall, first)),
             ("count", offset_of!(FollowCall, count)),
-            ("edit", offset_of!(FollowCall, edit)),
             ("least", offset_of!(FollowCall, least)),
             ("scale", offset_of!(FollowCall, scale)),
         ];

@@ -8,11 +8,11 @@ use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pa
 
 use super::around::DeviceAround;
 use super::edits::{Edits, Place};
+use super::history::{DeviceFront, History};
 use super::{DeviceHierarchy, Vertex};
 use crate::connectivity::NONE;
 use crate::progressive::active::Extract;
 use crate::progressive::cut::Cut;
-use crate::progressive::handle::Edit;
 use crate::progressive::packing::Normal;
 use crate::progressive::view::View;
 
@@ -22,10 +22,10 @@ const PLANES: usize = 6;
 /// As in `progressive_mark.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct CutCall {
-    key: u32,
-    split: u32,
-    vertices: u32,
+pub struct CutCall {
+    pub key: u32,
+    pub split: u32,
+    pub vertices: u32,
 }
 
 /// As in `progressive_view.wgsl`.
@@ -53,7 +53,7 @@ struct SizesCall {
 /// A mesh on a device: its vertices by the first of their leaves, and its triangles in the order of the input.
 #[derive(Debug)]
 pub struct DeviceLevel {
-    hierarchy: Arc<DeviceHierarchy>,
+    pub(super) hierarchy: Arc<DeviceHierarchy>,
     vertices: Buffer<Vertex>,
     indices: Buffer<u32>,
     arguments: Buffer<u32>,
@@ -65,14 +65,25 @@ pub struct DeviceLevel {
     writing: [Bindings; 2],
     /// For views.
     want: Option<(Arc<Kernel>, Bindings)>,
-    /// Whether all vertices of the finest mesh are where the last edit has put them.
-    is_followed: bool,
+    /// Whether all vertices of the finest mesh are where edits have put them.
+    pub(super) is_followed: bool,
     marked: Bindings,
     /// Vertices there, their ranks, triangles shown, and their ranks.
     buffers: [Buffer<u32>; 4],
-    edits: Option<Edits>,
-    /// What it is, if it is not made for a view.
-    cut: Option<Cut>,
+    pub(super) edits: Option<Edits>,
+    pub(super) history: History,
+    pub(super) shown: Shown,
+}
+
+/// What a mesh is.
+#[derive(Clone, Copy, Debug)]
+pub enum Shown {
+    /// Nothing yet.
+    Nothing,
+    /// That of a cut.
+    Cut(Cut),
+    /// Made for a view.
+    View,
 }
 
 impl DeviceLevel {
@@ -135,7 +146,8 @@ impl DeviceLevel {
             is_followed: true,
             buffers,
             edits: None,
-            cut: None,
+            history: History::default(),
+            shown: Shown::Nothing,
         })
     }
 
@@ -161,21 +173,49 @@ impl DeviceLevel {
 
     /// Records that it becomes another mesh. The frame has to be submitted.
     pub fn adapt(&mut self, frame: &mut Frame, cut: Cut) -> Result<()> {
-        let before = self.cut.replace(cut);
-        if let Some(edits) = &self.edits {
-            edits.keep(frame, &self.buffers[0])?;
+        self.turn_to(frame, &DeviceFront::Cut(cut))?;
+        self.write(&mut frame.pass("write"))
+    }
+
+    /// Records that it becomes the mesh of a front, which is not written yet.
+    pub(super) fn turn_to(&mut self, frame: &mut Frame, front: &DeviceFront) -> Result<()> {
+        let is_finer = match (self.shown, front) {
+            (Shown::Nothing, _) => false,
+            (Shown::Cut(before), DeviceFront::Cut(cut)) => *cut < before,
+            _ => true,
+        };
+        let late = self.edits.as_ref().zip(self.hierarchy.around.as_ref()).filter(|_| is_finer && !self.is_followed);
+        let there = &self.buffers[0];
+        if let Some((edits, _)) = late {
+            frame.copy(there, 0..there.len(), edits.before(), 0)?;
         }
-        let mut pass = frame.pass("adapt");
-        let (key, split) = cut.parts();
-        let call = CutCall { key, split, vertices: self.hierarchy.vertices as u32 };
-        let size = blocks(self.hierarchy.vertices);
-        pass.run(&self.mark[0], &self.groups_of_marks(), bytemuck::bytes_of(&call), size)?;
-        if let Some(((edits, around), before)) = self.edits.as_ref().zip(self.hierarchy.around.as_ref()).zip(before)
-            && cut < before
-        {
-            edits.refine(&mut pass, &self.hierarchy, &around.ends)?;
+        self.mark(frame, front, None)?;
+        if let Some((edits, around)) = late {
+            edits.refine(&mut frame.pass("follow"), &self.hierarchy, &around.ends)?;
+            self.is_followed = matches!(front, DeviceFront::Cut(Cut::FINEST));
         }
-        self.write(&mut pass)
+        self.shown = match front {
+            DeviceFront::Cut(cut) => Shown::Cut(*cut),
+            DeviceFront::View(_) => Shown::View,
+        };
+        Ok(())
+    }
+
+    /// Records that the vertices of a front are there, or that they were there before what follows.
+    pub(super) fn mark(&self, frame: &mut Frame, front: &DeviceFront, before: Option<&Edits>) -> Result<()> {
+        let there = before.map_or(&self.buffers[0], Edits::before);
+        match front {
+            DeviceFront::Cut(cut) => {
+                let (key, split) = cut.parts();
+                let vertices = self.hierarchy.vertices as u32;
+                let call = CutCall { key, split, vertices };
+                let [splits, marked] = &self.marking;
+                let groups = [splits, before.map_or(marked, |edits| &edits.marking)];
+                let size = blocks(self.hierarchy.vertices);
+                frame.pass("mark").run(&self.mark[0], &groups, bytemuck::bytes_of(&call), size)
+            }
+            DeviceFront::View(bits) => frame.copy(bits, 0..bits.len(), there, 0),
+        }
     }
 
     /// Records that it becomes as fine as a view needs it: it has what the view wants and all that this stands on. That is
@@ -203,69 +243,46 @@ impl DeviceLevel {
             vertices: self.hierarchy.vertices as u32,
             planes,
         };
-        self.cut = None;
         let size = blocks(self.hierarchy.vertices);
-        let late = self.edits.as_ref().filter(|_| !self.is_followed);
-        if let Some(edits) = late {
-            edits.keep(frame, &self.buffers[0])?;
+        if let Some(edits) = self.edits.as_ref().filter(|_| !self.is_followed) {
+            let there = &self.buffers[0];
+            frame.copy(there, 0..there.len(), edits.before(), 0)?;
+            self.mark(frame, &DeviceFront::Cut(Cut::FINEST), None)?;
+            edits.refine(&mut frame.pass("follow"), &self.hierarchy, &around.ends)?;
         }
         let mut pass = frame.pass("adapt");
-        if let Some(edits) = late {
-            let (key, split) = Cut::FINEST.parts();
-            let call = CutCall { key, split, vertices: self.hierarchy.vertices as u32 };
-            pass.run(&self.mark[0], &self.groups_of_marks(), bytemuck::bytes_of(&call), size)?;
-            edits.refine(&mut pass, &self.hierarchy, &around.ends)?;
-        }
         pass.run(want, &[bindings, &self.marked], bytemuck::bytes_of(&call), size)?;
         around.close(&mut pass, &self.marked)?;
         self.write(&mut pass)?;
         drop(pass);
-        self.is_followed = true;
+        (self.is_followed, self.shown) = (true, Shown::View);
         Ok(())
     }
 
-    /// Moves and turns regions of this mesh, and waits for that; finer and coarser levels follow when it becomes those.
-    /// Returns how many vertices were reached. With the first edit it takes 64 bytes a triangle more. Fails as
-    /// [`ActiveMesh::edit`](crate::progressive::ActiveMesh::edit), and if the progressive mesh was not sent with what edits
-    /// need.
-    pub fn edit(&mut self, edit: &Edit) -> Result<usize> {
-        edit.check()?;
-        if self.cut.is_none() {
-            return Err(Error::invalid("it has no level to edit").advise("adapt it to a cut first"));
-        }
-        let device = &self.hierarchy.device;
-        let Some(around) = &self.hierarchy.around else {
-            return Err(Error::invalid("the progressive mesh was sent without what edits need").at("edit"));
-        };
-        if self.edits.is_none() {
-            let edits = Edits::new(&self.hierarchy, around, &self.buffers[0])?;
-            let written = written(&self.buffers, &self.vertices, &self.indices, &self.arguments, &edits.places);
-            self.writing[1] = device.bind(&self.write[0], 1, &written)?;
-            if let Some((kernel, bindings)) = &mut self.want {
-                *bindings = wanting(&self.hierarchy, around, kernel, &edits.places)?;
-            }
-            self.edits = Some(edits);
-        }
-        let Some(edits) = &mut self.edits else { return Err(Error::internal("nothing to edit")) };
-        let reached = edits.edit(&self.hierarchy, &around.ends, edit)?;
-        self.is_followed = false;
-        let mut frame = device.frame()?;
-        self.write(&mut frame.pass("write"))?;
-        let _ = frame.submit()?;
-        Ok(reached)
+    /// Which vertices there are, a bit each.
+    pub(super) fn there(&self) -> &Buffer<u32> {
+        &self.buffers[0]
     }
 
-    fn groups_of_marks(&self) -> [&Bindings; 2] {
-        let [splits, there] = &self.marking;
-        [splits, there]
+    /// Has room for edits.
+    pub(super) fn prepare_edits(&mut self, around: &DeviceAround) -> Result<()> {
+        let edits = Edits::new(&self.hierarchy, around, &self.buffers[0])?;
+        let written = written(&self.buffers, &self.vertices, &self.indices, &self.arguments, &edits.places);
+        self.writing[1] = self.hierarchy.device.bind(&self.write[0], 1, &written)?;
+        if let Some((kernel, bindings)) = &mut self.want {
+            *bindings = wanting(&self.hierarchy, around, kernel, &edits.places)?;
+        }
+        self.edits = Some(edits);
+        Ok(())
     }
 
     /// Records that what is marked is written.
-    fn write(&self, pass: &mut Pass<'_>) -> Result<()> {
+    pub(super) fn write(&self, pass: &mut Pass<'_>) -> Result<()> {
         let (vertices, triangles) = (self.hierarchy.vertices, self.hierarchy.triangles);
         let words = vertices.div_ceil(32);
         let call = CutCall { key: 0, split: 0, vertices: vertices as u32 };
-        pass.run(&self.mark[1], &self.groups_of_marks(), bytemuck::bytes_of(&call), blocks(words))?;
+        let [splits, there] = &self.marking;
+        pass.run(&self.mark[1], &[splits, there], bytemuck::bytes_of(&call), blocks(words))?;
         self.ranks.run(pass, words as u32)?;
         let is_edited = u32::from(self.edits.is_some());
         let call = SizesCall { vertices: vertices as u32, triangles: triangles as u32, is_edited };

@@ -1,0 +1,125 @@
+//! What edits on a device have replaced, so that they can be taken back: compacted there by a prefix sum, and kept there.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use relievo_core::Result;
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, Scan, groups};
+
+use super::DeviceHierarchy;
+use super::edits::Place;
+use super::level::CutCall;
+
+/// As in `progressive_record.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct RecordCall {
+    words: u32,
+    count: u32,
+}
+
+/// Finds what an edit replaces.
+#[derive(Debug)]
+pub struct Records {
+    /// Of every node whether its place is replaced, and then whether its note is.
+    pub touched: Buffer<u32>,
+    /// Words of the first of both.
+    words: u32,
+    scan: Scan,
+    count: Arc<Kernel>,
+    keep: [Arc<Kernel>; 2],
+    counted: [Bindings; 2],
+    listed: [Bindings; 2],
+}
+
+/// What an edit has replaced: 36 bytes for each place.
+#[derive(Debug)]
+pub struct Record {
+    bindings: Bindings,
+    count: u32,
+}
+
+impl Records {
+    /// Of the places and notes of nodes.
+    pub fn new(hierarchy: &DeviceHierarchy, places: &Buffer<Place>, notes: &Buffer<Place>) -> Result<Self> {
+        let device = &hierarchy.device;
+        let words = (2 * hierarchy.vertices).div_ceil(32);
+        let touched = Buffer::new(device, "places that are replaced", 2 * words)?;
+        let ranks = Buffer::new(device, "ranks of places that are replaced", 2 * words)?;
+        let kernel = |module, entry, groups: &[&[Access]], immediates: usize| {
+            device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants: &[] })
+        };
+        let (read, write): (&[Access], &[Access]) = (&[Access::Read; 2], &[Access::Write; 2]);
+        let count = kernel("progressive_mark", "count", &[&read[..1], write], size_of::<CutCall>())?;
+        let record = |entry| kernel("progressive_record", entry, &[read, write, write], size_of::<RecordCall>());
+        let keep = [record("keep")?, record("swap")?];
+        Ok(Self {
+            counted: [
+                device.bind(&count, 0, &[hierarchy.splits.wgpu()])?,
+                device.bind(&count, 1, &[touched.wgpu(), ranks.wgpu()])?,
+            ],
+            listed: [
+                device.bind(&keep[0], 0, &[touched.wgpu(), ranks.wgpu()])?,
+                device.bind(&keep[0], 1, &[places.wgpu(), notes.wgpu()])?,
+            ],
+            // No length is told by a buffer.
+            scan: Scan::new(device, &ranks, &Buffer::new(device, "no lengths", 1)?)?,
+            touched,
+            words: words as u32,
+            count,
+            keep,
+        })
+    }
+
+    /// Records that what is touched is counted.
+    pub fn count(&self, pass: &mut Pass<'_>) -> Result<()> {
+        let words = 2 * self.words;
+        let call = CutCall { key: 0, split: 0, vertices: 32 * words };
+        let [splits, touched] = &self.counted;
+        pass.run(&self.count, &[splits, touched], bytemuck::bytes_of(&call), groups(words.div_ceil(GROUP)))?;
+        self.scan.run(pass, words)
+    }
+
+    /// Copies how many places are touched on their way to the host.
+    pub fn read_count(&self, frame: &mut Frame) -> Result<Readback<u32>> {
+        let sums = self.scan.sums();
+        frame.read(sums, sums.len() - 1..sums.len())
+    }
+
+    /// Room for so many places. Fails where the device has no memory.
+    pub fn record(&self, device: &Device, count: u32) -> Result<Record> {
+        let numbers = Buffer::<u32>::new(device, "numbers of a record", count as usize)?;
+        let values = Buffer::<Place>::new(device, "places of a record", count as usize)?;
+        Ok(Record { bindings: device.bind(&self.keep[0], 2, &[numbers.wgpu(), values.wgpu()])?, count })
+    }
+
+    /// Records that what is touched is kept before it is replaced.
+    pub fn keep(&self, pass: &mut Pass<'_>, record: &Record) -> Result<()> {
+        self.run(pass, 0, record, 2 * self.words)
+    }
+
+    /// Records that what is kept and what there is take each other's place.
+    pub fn swap(&self, pass: &mut Pass<'_>, record: &Record) -> Result<()> {
+        self.run(pass, 1, record, record.count)
+    }
+
+    fn run(&self, pass: &mut Pass<'_>, kernel: usize, record: &Record, items: u32) -> Result<()> {
+        let call = RecordCall { words: self.words, count: record.count };
+        let [touched, places] = &self.listed;
+        let bindings = [touched, places, &record.bindings];
+        pass.run(&self.keep[kernel], &bindings, bytemuck::bytes_of(&call), groups(items.div_ceil(GROUP)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_testing::wgsl::assert_layout;
+    use std::mem::offset_of;
+
+    #[test]
+    fn layouts_are_those_of_the_shaders() {
+        let call = [("words", offset_of!(RecordCall, words)), ("count", offset_of!(RecordCall, count))];
+        assert_layout("progressive_record", "Call", size_of::<RecordCall>(), &call);
+    }
+}

@@ -1,0 +1,52 @@
+// import progressive
+// Which places an edit changes: of the vertices that it reaches, and at splits of one depth that have one of those near.
+// Splits of one depth do not touch each other, so that depth by depth, from the least, each is looked at once.
+
+/// Splits of a depth.
+struct Depth {
+    first: u32,
+    count: u32,
+}
+
+@group(0) @binding(0) var<storage, read> splits: array<Split>;
+/// Splits by depth; where what is around a split begins.
+@group(0) @binding(1) var<storage, read> order: array<u32>;
+@group(0) @binding(2) var<storage, read> starts: array<u32>;
+/// As `Stars` of rust/lod has them.
+@group(0) @binding(3) var<storage, read> stars: array<u32>;
+@group(1) @binding(0) var<storage, read_write> there: array<u32>;
+/// As `progressive_record.wgsl` has them.
+@group(1) @binding(1) var<storage, read_write> touched: array<atomic<u32>>;
+var<immediate> work: Depth;
+
+fn is_touched(node: u32) -> bool {
+    return (atomicLoad(&touched[node / 32u]) >> (node % 32u) & 1u) == 1u;
+}
+
+@compute @workgroup_size(GROUP)
+fn touch(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let item = linear_item(group, groups, local);
+    if item >= work.count {
+        return;
+    }
+    let split = order[work.first + item];
+    if (there[split / 32u] >> (split % 32u) & 1u) == 0u {
+        return;
+    }
+    let start = starts[split];
+    let first = start + HEAD;
+    let end = first + stars[start] + stars[start + 1u] + stars[start + 2u];
+    var is_near = is_touched(2u * split) || is_touched(2u * split + 1u);
+    for (var k = first; k < end && !is_near; k++) {
+        is_near = is_touched(stars[k] & NODE);
+    }
+    if is_near {
+        let parent = splits[split].parent;
+        atomicOr(&touched[parent / 32u], 1u << (parent % 32u));
+        atomicOr(&touched[arrayLength(&touched) / 2u + split / 16u], 3u << (2u * split % 32u));
+    }
+}
