@@ -114,7 +114,7 @@ fn frames(context: &Context, built: &Arc<Progressive>, views: &[View]) -> Result
 /// Millions of splits, of collapses, and of collapses that are made anew after an edit, a second.
 fn rates(context: &Context, built: &Arc<Progressive>, operations: f64) -> Result<[Sample; 3]> {
     let mut rates = [const { Vec::new() }; 3];
-    let edit = Edit { handles: vec![handle(Vec3::ZERO, 1e9, Falloff::Constant)], anchors: Vec::new() };
+    let edit = of_everything();
     for _ in 0..RUNS {
         let mut active = ActiveMesh::new(built);
         active.adapt(context, Cut::FINEST);
@@ -127,6 +127,11 @@ fn rates(context: &Context, built: &Arc<Progressive>, operations: f64) -> Result
         edited?;
     }
     Ok(rates.map(Sample::new))
+}
+
+/// An edit that moves and turns everything.
+pub fn of_everything() -> Edit {
+    Edit { handles: vec![handle(Vec3::ZERO, 1e9, Falloff::Constant)], anchors: Vec::new() }
 }
 
 fn handle(center: Vec3, radius: f32, falloff: Falloff) -> Handle {

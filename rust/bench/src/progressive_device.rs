@@ -7,7 +7,8 @@ use relievo_gpu::{AdapterKind, Device, DeviceOptions, Frame};
 use relievo_lod::Progressive;
 use relievo_lod::progressive::{Cut, DeviceHierarchy, DeviceLevel, Extents, View};
 
-use crate::measure::Sample;
+use crate::measure::{Sample, seconds};
+use crate::progressive::of_everything;
 use crate::report::{Goal, Report};
 
 /// Runs of each figure.
@@ -91,9 +92,37 @@ fn frames(
     for view in views {
         frames.push(1.0 / time(device, |frame| level.adapt_to(frame, view))?);
     }
-    let [_, triangles] = level.counts()?;
+    let [_, triangles, _] = level.counts()?;
     let what = format!("{name}: frames of a camera around it, {triangles} triangles");
     report.add(&what, &Sample::new(frames), None, "1/s", Goal::None);
+    edits(report, device, name, built, &mut level)
+}
+
+/// Collapses that are made anew by an edit of everything, and places that are put back, in millions a second, until the
+/// device has drawn buffers ready.
+fn edits(report: &mut Report, device: &Device, name: &str, built: &Progressive, level: &mut DeviceLevel) -> Result<()> {
+    time(device, |frame| level.adapt(frame, Cut::FINEST))?;
+    let splits = built.splits().count() as f64 / 1e6;
+    let mut rates = [const { Vec::new() }; 2];
+    for run in 0..=RUNS {
+        let mut done = Ok(());
+        let edited = seconds(|| {
+            done = level.edit(&of_everything()).and_then(|_| device.frame()?.submit()?.wait().map(drop));
+        });
+        std::mem::replace(&mut done, Ok(()))?;
+        let undone = seconds(|| {
+            done = level.undo().and_then(|_| device.frame()?.submit()?.wait().map(drop));
+        });
+        done?;
+        // The first makes room.
+        if run > 0 {
+            rates[0].push(splits / edited);
+            rates[1].push(splits / undone);
+        }
+    }
+    let [made, taken] = rates.map(Sample::new);
+    report.add(&format!("{name}: collapses made anew by an edit"), &made, None, "M/s", Goal::None);
+    report.add(&format!("{name}: the same taken back"), &taken, None, "M/s", Goal::None);
     Ok(())
 }
 

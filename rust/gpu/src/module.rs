@@ -87,6 +87,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("progressive_spread", include_str!("../../../shaders/progressive_spread.wgsl")),
     ("progressive_touch", include_str!("../../../shaders/progressive_touch.wgsl")),
     ("progressive_view", include_str!("../../../shaders/progressive_view.wgsl")),
+    ("progressive_wedges", include_str!("../../../shaders/progressive_wedges.wgsl")),
     ("progressive_write", include_str!("../../../shaders/progressive_write.wgsl")),
     ("ring", include_str!("../../../shaders/ring.wgsl")),
     ("ring_curves", include_str!("../../../shaders/ring_curves.wgsl")),

@@ -8,9 +8,11 @@
 
 mod around;
 mod edits;
+mod extract;
 mod history;
 mod level;
 mod records;
+mod wedges;
 
 use std::sync::Arc;
 
@@ -20,6 +22,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Buffer, Device};
 
 use self::around::DeviceAround;
+use self::wedges::DeviceWedges;
 use super::hierarchy::{Child, LEAF, Progressive};
 use super::packing::Normal;
 use super::view::Extents;
@@ -45,7 +48,8 @@ struct SplitBlock {
 pub type Vertex = [u32; 4];
 
 /// What a device has of a progressive mesh. That is 42 bytes a triangle; a mesh of it may take 20 more, and what views and
-/// edits need another 52.
+/// edits need another 52. Attributes take 16 bytes a triangle and its own numbers, and a wedge 4 and its numbers twice; in a
+/// mesh the triangles and wedges take the same once more, with numbers once.
 #[derive(Debug)]
 pub struct DeviceHierarchy {
     device: Device,
@@ -62,6 +66,7 @@ pub struct DeviceHierarchy {
     makers: Buffer<u32>,
     corners: Buffer<[u32; 3]>,
     around: Option<DeviceAround>,
+    wedges: Option<DeviceWedges>,
 }
 
 impl DeviceHierarchy {
@@ -102,6 +107,7 @@ impl DeviceHierarchy {
             makers[number] = if place / 2 < count { (place / 2) as u32 } else { always };
             corners[number] = *leaves;
         }
+        let wedges = mesh.wedges.as_ref().map(|trees| DeviceWedges::new(device, mesh, trees));
         let points = || mesh.points.iter().map(|point| Vec3::from(*point));
         let bounds = [points().reduce(Vec3::min), points().reduce(Vec3::max)];
         Ok(Self {
@@ -117,6 +123,7 @@ impl DeviceHierarchy {
             makers: Buffer::of(device, "makers of triangles", &makers)?,
             corners: Buffer::of(device, "corners", &corners)?,
             around: None,
+            wedges: wedges.transpose()?,
         })
     }
 
@@ -136,7 +143,10 @@ impl DeviceHierarchy {
     pub fn bytes(&self) -> usize {
         let vertex = size_of::<SplitBlock>() + 2 * size_of::<Vertex>();
         let triangle = size_of::<[u32; 3]>() + size_of::<u32>();
-        self.vertices * vertex + self.triangles * triangle + self.around.as_ref().map_or(0, DeviceAround::bytes)
+        self.vertices * vertex
+            + self.triangles * triangle
+            + self.around.as_ref().map_or(0, DeviceAround::bytes)
+            + self.wedges.as_ref().map_or(0, DeviceWedges::bytes)
     }
 
     /// The smallest and largest coordinates of the finest mesh.

@@ -12,7 +12,9 @@ use relievo_lod::progressive::{
 };
 use relievo_testing::device;
 
+use crate::attributes::furnished_cube;
 use crate::shapes::{Triangles, lifted, torus, two_tori};
+use crate::wedges;
 
 pub fn shapes() -> [Triangles; 4] {
     let bumps = lifted(40, |x, y| 0.1 * (9.0 * x).sin() * (7.0 * y).cos() + 0.02 * (40.0 * x * y).sin());
@@ -50,10 +52,40 @@ fn levels_on_a_device_are_those_of_the_processor() {
                 active.adapt(&context, cut);
                 let made = at(&device, &mut level, cut);
                 assert!(made == active.extract(), "{cut:?}");
-                assert_eq!(level.counts().unwrap(), [active.vertex_count(), active.triangle_count()]);
+                assert_eq!(level.counts().unwrap(), [active.vertex_count(), active.triangle_count(), 0]);
             }
             let finest = at(&device, &mut level, Cut::FINEST);
             assert!(finest.points == shape.0 && finest.triangles == shape.1);
+        }
+    }
+}
+
+#[test]
+fn attributes_on_a_device_are_those_of_the_processor() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    for mesh in [furnished_cube(16), wedges::painted_torus(60, 32)] {
+        let built = wedges::build(&mesh, 60);
+        let mut file = Vec::new();
+        built.write(&context, &mut file).unwrap();
+        let coarse = Arc::new(Progressive::read(&context, &mut file.as_slice(), 900).unwrap());
+        for mesh in [built, coarse] {
+            let extents = Extents::new(&mesh);
+            let hierarchy = Arc::new(DeviceHierarchy::with_surroundings(&context, &device, &mesh, &extents).unwrap());
+            let mut level = DeviceLevel::new(&hierarchy).unwrap();
+            let mut active = ActiveMesh::new(&mesh);
+            let faces = [0, 100, 333, 1500].map(|faces| Cut::of_faces(&mesh, faces));
+            for cut in faces.into_iter().chain([Cut::of_error(0.02), Cut::FINEST, Cut::BASE]) {
+                active.adapt(&context, cut);
+                let expected = active.extract();
+                assert!(at(&device, &mut level, cut) == expected && !expected.values.is_empty(), "{cut:?}");
+            }
+            let view = View { eye: [2.1, 0.3, 0.2], pixels: 500.0, tolerance: 3.0, outline: 1.0, planes: Vec::new() };
+            active.adapt_to(&context, &view, &extents).unwrap();
+            let mut frame = device.frame().unwrap();
+            level.adapt_to(&mut frame, &view).unwrap();
+            let _ = frame.submit().unwrap();
+            assert!(level.extract().unwrap() == active.extract());
         }
     }
 }

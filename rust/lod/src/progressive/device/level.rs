@@ -9,11 +9,9 @@ use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pa
 use super::around::DeviceAround;
 use super::edits::{Edits, Place};
 use super::history::{DeviceFront, History};
+use super::wedges::LevelWedges;
 use super::{DeviceHierarchy, Vertex};
-use crate::connectivity::NONE;
-use crate::progressive::active::Extract;
 use crate::progressive::cut::Cut;
-use crate::progressive::packing::Normal;
 use crate::progressive::view::View;
 
 /// Planes of a view at most.
@@ -70,6 +68,7 @@ pub struct DeviceLevel {
     marked: Bindings,
     /// Vertices there, their ranks, triangles shown, and their ranks.
     buffers: [Buffer<u32>; 4],
+    pub(super) wedges: Option<LevelWedges>,
     pub(super) edits: Option<Edits>,
     pub(super) history: History,
     pub(super) shown: Shown,
@@ -99,7 +98,7 @@ impl DeviceLevel {
         let shown_ranks = buffer("ranks of triangles", bits(hierarchy.triangles))?;
         let vertices = Buffer::new(device, "level vertices", hierarchy.vertices.max(1))?;
         let indices = buffer("level indices", 3 * hierarchy.triangles.max(1))?;
-        let arguments = buffer("level arguments", 6)?;
+        let arguments = buffer("level arguments", 7)?;
         let kernel = |module, entry, groups: &[&[Access]], immediates: usize| {
             device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants: &[] })
         };
@@ -120,7 +119,10 @@ impl DeviceLevel {
         let buffers = [there, ranks, shown, shown_ranks];
         let written = written(&buffers, &vertices, &indices, &arguments, &nothing);
         let writing = [device.bind(&write[0], 0, &read)?, device.bind(&write[0], 1, &written)?];
-        let [there, ranks, _, shown_ranks] = &buffers;
+        let [there, ranks, shown, shown_ranks] = &buffers;
+        let wedges = whole.wedges.as_ref();
+        let wedges = wedges.map(|trees| LevelWedges::new(whole, trees, [there, shown, shown_ranks], &arguments));
+        let wedges = wedges.transpose()?;
         let want = match &whole.around {
             None => None,
             Some(around) => {
@@ -145,6 +147,7 @@ impl DeviceLevel {
             want,
             is_followed: true,
             buffers,
+            wedges,
             edits: None,
             history: History::default(),
             shown: Shown::Nothing,
@@ -161,7 +164,24 @@ impl DeviceLevel {
         &self.indices
     }
 
-    /// The arguments of an indirect draw of the triangles, which are five numbers, and the number of vertices.
+    /// Of every triangle the wedges at its corners; nothing without attributes.
+    pub fn wedges(&self) -> Option<&Buffer<u32>> {
+        self.wedges.as_ref().map(|wedges| &wedges.corners)
+    }
+
+    /// Numbers of wedges, [`Progressive::attribute_widths`](crate::Progressive::attribute_widths) says how many of each;
+    /// nothing without attributes.
+    pub fn wedge_values(&self) -> Option<&Buffer<f32>> {
+        self.wedges.as_ref().map(|wedges| &wedges.values)
+    }
+
+    /// Numbers of triangles; nothing without attributes.
+    pub fn face_values(&self) -> Option<&Buffer<u32>> {
+        self.wedges.as_ref().map(|wedges| &wedges.faces)
+    }
+
+    /// The arguments of an indirect draw of the triangles, which are five numbers, and how many vertices and wedges there
+    /// are.
     pub fn arguments(&self) -> &Buffer<u32> {
         &self.arguments
     }
@@ -291,42 +311,8 @@ impl DeviceLevel {
         pass.run(&self.write[0], &[read, written], call, blocks(triangles))?;
         self.shown_ranks.run(pass, triangles.div_ceil(32) as u32)?;
         pass.run(&self.write[1], &[read, written], call, blocks(triangles))?;
-        pass.run(&self.write[2], &[read, written], call, blocks(vertices))
-    }
-
-    /// Waits for what was submitted. Returns how many vertices and triangles there are.
-    pub fn counts(&self) -> Result<[usize; 2]> {
-        let device = &self.hierarchy.device;
-        let mut frame = device.frame()?;
-        let arguments = frame.read(&self.arguments, 0..6)?;
-        let _ = frame.submit()?;
-        let arguments = arguments.get(device)?;
-        Ok([arguments[5] as usize, arguments[0] as usize / 3])
-    }
-
-    /// Waits for what was submitted. Returns the mesh as [`ActiveMesh::extract`](crate::progressive::ActiveMesh::extract),
-    /// without attributes.
-    pub fn extract(&self) -> Result<Extract> {
-        let device = &self.hierarchy.device;
-        let [vertices, triangles] = self.counts()?;
-        let mut frame = device.frame()?;
-        let places = frame.read(&self.vertices, 0..vertices)?;
-        let corners = frame.read(&self.indices, 0..3 * triangles)?;
-        let _ = frame.submit()?;
-        let (mut places, mut corners) = (places.get(device)?, corners.get(device)?);
-        let numbers = &self.hierarchy.numbers;
-        if vertices == numbers.len() && !numbers.contains(&NONE) {
-            let by_leaf = std::mem::take(&mut places);
-            places.resize(vertices, Vertex::default());
-            by_leaf.iter().zip(numbers).for_each(|(vertex, number)| places[*number as usize] = *vertex);
-            corners.iter_mut().for_each(|corner| *corner = numbers[*corner as usize]);
-        }
-        Ok(Extract {
-            points: places.iter().map(|[x, y, z, _]| [*x, *y, *z].map(f32::from_bits)).collect(),
-            normals: places.iter().map(|[_, _, _, normal]| Normal(*normal).vector().to_array()).collect(),
-            triangles: corners.as_chunks::<3>().0.to_vec(),
-            ..Extract::default()
-        })
+        pass.run(&self.write[2], &[read, written], call, blocks(vertices))?;
+        self.wedges.as_ref().map_or(Ok(()), |wedges| wedges.write(pass))
     }
 }
 
@@ -362,7 +348,7 @@ fn written<'a>(
 }
 
 /// Workgroups for so many items.
-fn blocks(count: usize) -> [u32; 3] {
+pub fn blocks(count: usize) -> [u32; 3] {
     groups((count as u32).div_ceil(GROUP))
 }
 
