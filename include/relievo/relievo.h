@@ -14,6 +14,7 @@
 #include "relievo/color_buffer.h"
 #include "relievo/context.h"
 #include "relievo/detail.h"
+#include "relievo/device_level.h"
 #include "relievo/document.h"
 #include "relievo/error.h"
 #include "relievo/evaluate.h"

@@ -1279,8 +1279,22 @@ public:
             wedge_count = info.wedge_count;
         }
 
+        /// What the C functions take.
+        RlvLevelBuffers room() {
+            RlvLevelBuffers room = RLV_LEVEL_BUFFERS_INIT;
+            room.points = points.empty() ? nullptr : points.front().data();
+            room.normals = normals.empty() ? nullptr : normals.front().data();
+            room.vertex_capacity = (std::min)(points.size(), normals.size());
+            room.triangles = triangles.empty() ? nullptr : triangles.front().data();
+            room.triangle_capacity = triangles.size();
+            room.wedges = wedges.empty() ? nullptr : wedges.front().data();
+            room.wedge_values = wedge_values.empty() ? nullptr : wedge_values.data();
+            room.wedge_capacity = wedge_count;
+            room.face_values = face_values.empty() ? nullptr : face_values.data();
+            return room;
+        }
+
     private:
-        friend class Level;
         std::size_t wedge_count = 0;
     };
 
@@ -1332,18 +1346,28 @@ public:
         std::vector<RlvLevelKey> keys;
     };
 
+    /// What the C functions take of an edit over time, as long as its tracks and anchors live.
+    struct Motion {
+        std::vector<RlvLevelTrack> rows;
+        RlvLevelMotion motion = RLV_LEVEL_MOTION_INIT;
+
+        Motion(const std::vector<Track> &tracks, const std::vector<RlvLevelRegion> &anchors) {
+            for (const Track &track : tracks) {
+                rows.push_back({track.region, track.keys.data(), track.keys.size(), 0});
+            }
+            motion.tracks = rows.data();
+            motion.track_count = rows.size();
+            motion.anchors = anchors.data();
+            motion.anchor_count = anchors.size();
+        }
+        Motion(const Motion &) = delete;
+        Motion &operator=(const Motion &) = delete;
+    };
+
     /// Adds an edit over time, of the mesh as fine as it is now.
     void add_motion(const std::vector<Track> &tracks, const std::vector<RlvLevelRegion> &anchors = {}) const {
-        std::vector<RlvLevelTrack> rows;
-        for (const Track &track : tracks) {
-            rows.push_back({track.region, track.keys.data(), track.keys.size(), 0});
-        }
-        RlvLevelMotion motion = RLV_LEVEL_MOTION_INIT;
-        motion.tracks = rows.data();
-        motion.track_count = rows.size();
-        motion.anchors = anchors.data();
-        motion.anchor_count = anchors.size();
-        check(rlv_level_add_motion(get(), &motion));
+        const Motion made(tracks, anchors);
+        check(rlv_level_add_motion(get(), &made.motion));
     }
 
     /// Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached.
@@ -1362,17 +1386,8 @@ public:
 
     /// Writes what has changed since the last update of the same buffers, or everything.
     void update(Buffers &buffers, bool is_whole = false) const {
-        RlvLevelBuffers room = RLV_LEVEL_BUFFERS_INIT;
+        RlvLevelBuffers room = buffers.room();
         room.is_whole = is_whole ? 1 : 0;
-        room.points = buffers.points.empty() ? nullptr : buffers.points.front().data();
-        room.normals = buffers.normals.empty() ? nullptr : buffers.normals.front().data();
-        room.vertex_capacity = (std::min)(buffers.points.size(), buffers.normals.size());
-        room.triangles = buffers.triangles.empty() ? nullptr : buffers.triangles.front().data();
-        room.triangle_capacity = buffers.triangles.size();
-        room.wedges = buffers.wedges.empty() ? nullptr : buffers.wedges.front().data();
-        room.wedge_values = buffers.wedge_values.empty() ? nullptr : buffers.wedge_values.data();
-        room.wedge_capacity = buffers.wedge_count;
-        room.face_values = buffers.face_values.empty() ? nullptr : buffers.face_values.data();
         check(rlv_level_update(get(), &room, &buffers.last));
     }
 
@@ -1406,6 +1421,71 @@ public:
         RlvProgressive made{0};
         check(rlv_level_settle(get(), &made));
         return Progressive(made);
+    }
+};
+
+/// See relievo/device_level.h.
+class DeviceLevel : public Reference<RlvDeviceLevel, rlv_device_level_retain, rlv_device_level_release> {
+public:
+    using Reference::Reference;
+
+    /// The base mesh, on the device of the context.
+    static DeviceLevel create(const Progressive &whole) {
+        DeviceLevel made;
+        check(rlv_device_level_create(whole.get(), made.out()));
+        return made;
+    }
+
+    RlvDeviceLevelInfo info() const {
+        RlvDeviceLevelInfo info = RLV_DEVICE_LEVEL_INFO_INIT;
+        check(rlv_device_level_info(get(), &info));
+        return info;
+    }
+
+    void set_error(float error) const { check(rlv_device_level_set_error(get(), error)); }
+    void set_triangles(std::size_t triangles) const { check(rlv_device_level_set_triangles(get(), triangles)); }
+    void set_view(const RlvLevelView &view) const { check(rlv_device_level_set_view(get(), &view)); }
+
+    /// Moves and turns regions. Returns how many vertices were reached.
+    std::size_t edit(const std::vector<RlvLevelHandle> &handles, const std::vector<RlvLevelRegion> &anchors = {}) const {
+        RlvLevelEdit edit = RLV_LEVEL_EDIT_INIT;
+        edit.handles = handles.data();
+        edit.handle_count = handles.size();
+        edit.anchors = anchors.data();
+        edit.anchor_count = anchors.size();
+        std::size_t reached = 0;
+        check(rlv_device_level_edit(get(), &edit, &reached));
+        return reached;
+    }
+
+    void undo() const { check(rlv_device_level_undo(get())); }
+    void redo() const { check(rlv_device_level_redo(get())); }
+
+    /// Adds an edit over time, of the mesh as fine as it is now.
+    void add_motion(const std::vector<Level::Track> &tracks, const std::vector<RlvLevelRegion> &anchors = {}) const {
+        const Level::Motion made(tracks, anchors);
+        check(rlv_device_level_add_motion(get(), &made.motion));
+    }
+
+    /// Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached.
+    std::size_t set_time(double time) const {
+        std::size_t reached = 0;
+        check(rlv_device_level_set_time(get(), time, &reached));
+        return reached;
+    }
+
+    void clear_motions() const { check(rlv_device_level_clear_motions(get())); }
+
+    /// Copies the mesh back from the device.
+    void read(Level::Buffers &buffers) const {
+        const RlvLevelBuffers room = buffers.room();
+        check(rlv_device_level_read(get(), &room, &buffers.last));
+    }
+
+    RlvDeviceLevelVulkan vulkan() const {
+        RlvDeviceLevelVulkan vulkan = RLV_DEVICE_LEVEL_VULKAN_INIT;
+        check(rlv_device_level_vulkan(get(), &vulkan));
+        return vulkan;
     }
 };
 

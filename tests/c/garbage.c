@@ -117,9 +117,13 @@ static RlvResult update_colors(uint64_t id) { return rlv_color_buffer_update((Rl
 static RlvResult release_colors(uint64_t id) { return rlv_color_buffer_release((RlvColorBuffer){id}); }
 static RlvResult read_colors(uint64_t id) { size_t size; return rlv_color_buffer_read((RlvColorBuffer){id}, 0, 0, NULL, 0, &size); }
 static RlvResult vulkan_colors(uint64_t id) { RlvColorBufferVulkan out = RLV_COLOR_BUFFER_VULKAN_INIT; return rlv_color_buffer_vulkan((RlvColorBuffer){id}, &out); }
+static RlvResult undo_on_device(uint64_t id) { return rlv_device_level_undo((RlvDeviceLevel){id}); }
+static RlvResult release_on_device(uint64_t id) { return rlv_device_level_release((RlvDeviceLevel){id}); }
+static RlvResult read_on_device(uint64_t id) { RlvLevelBuffers room = RLV_LEVEL_BUFFERS_INIT; return rlv_device_level_read((RlvDeviceLevel){id}, &room, NULL); }
+static RlvResult vulkan_on_device(uint64_t id) { RlvDeviceLevelVulkan out = RLV_DEVICE_LEVEL_VULKAN_INIT; return rlv_device_level_vulkan((RlvDeviceLevel){id}, &out); }
 
 /* The nouns whose handles a function takes. */
-enum { CONTEXT, MESH, DETAIL, DOCUMENT, PICTURE, PROCEDURAL, JOB, BEZIER, BUFFER, COLORS, PROGRESSIVE, LEVEL, NOUNS };
+enum { CONTEXT, MESH, DETAIL, DOCUMENT, PICTURE, PROCEDURAL, JOB, BEZIER, BUFFER, COLORS, PROGRESSIVE, LEVEL, ON_DEVICE, NOUNS };
 
 static const struct {
     ByHandle call;
@@ -148,6 +152,7 @@ static const struct {
     {level_error, LEVEL},         {level_triangles, LEVEL},      {level_view, LEVEL},          {edit_level, LEVEL},
     {undo_level, LEVEL},          {redo_level, LEVEL},           {update_level, LEVEL},        {level_mesh, LEVEL},
     {settle_level, LEVEL},        {update_colors, COLORS},       {release_colors, COLORS},      {read_colors, COLORS},
+    {undo_on_device, ON_DEVICE},  {release_on_device, ON_DEVICE}, {read_on_device, ON_DEVICE},  {vulkan_on_device, ON_DEVICE},
     {vulkan_colors, COLORS},      {simplify_mesh, MESH},         {sculpt_level, LEVEL},
     {job_simplify, MESH},         {job_simplify_error, JOB},
     {open_journal, LEVEL},        {sync_journal, LEVEL},         {close_journal, LEVEL},
@@ -221,9 +226,9 @@ static void release(Objects objects) {
 static void check_handles(RlvContext context, Objects objects) {
     const Objects dead = make(context, RLV_SURFACE_CATMULL_CLARK, "dead");
     release(dead);
-    /* Buffers need a device; c_buffer and c_color_buffer have them. */
+    /* Some need a device; c_buffer, c_color_buffer and c_device_level have them. */
     const uint64_t alive[NOUNS] = {context.id, 0, objects.detail.id, objects.document.id, objects.picture.id, objects.procedural.id,
-                                   objects.job.id, objects.bezier.id, 0, 0, objects.progressive.id, objects.level.id};
+                                   objects.job.id, objects.bezier.id, 0, 0, objects.progressive.id, objects.level.id, 0};
     const uint64_t others[] = {0, 1, UINT64_MAX, dead.detail.id, dead.document.id, dead.picture.id, dead.procedural.id,
                                dead.job.id, dead.bezier.id, dead.progressive.id, dead.level.id,
                                objects.detail.id ^ (UINT64_C(1) << 40), objects.picture.id + 1};
@@ -273,6 +278,7 @@ static void check_null(RlvContext context, Objects objects) {
     RlvBezierArrays arrays = RLV_BEZIER_ARRAYS_INIT;
     RlvBuffer buffer;
     RlvColorBuffer colors;
+    RlvDeviceLevel on_device;
     RlvTessellation triangles = RLV_NULL;
     uint32_t level;
     RlvProgressive progressive;
@@ -337,6 +343,8 @@ static void check_null(RlvContext context, Objects objects) {
     CHECK(rlv_buffer_create(triangles, &buffer) == RLV_ERROR_UNSUPPORTED && rlv_buffer_create(triangles, NULL) == RLV_ERROR_INVALID);
     CHECK_OK(rlv_tessellation_release(triangles));
     CHECK(rlv_color_buffer_create(detail, &colors) == RLV_ERROR_UNSUPPORTED && rlv_color_buffer_create(detail, NULL) == RLV_ERROR_INVALID);
+    CHECK(rlv_device_level_create(objects.progressive, &on_device) == RLV_ERROR_UNSUPPORTED);
+    CHECK(rlv_device_level_create(objects.progressive, NULL) == RLV_ERROR_INVALID);
     CHECK(rlv_adapter_list(NULL, 0, NULL) == RLV_ERROR_INVALID);
     hits.count = 1;
     hits.uvs = uv;

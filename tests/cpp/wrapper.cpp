@@ -416,6 +416,12 @@ int main() {
         CHECK(error.result() == RLV_ERROR_UNSUPPORTED);
     }
     try {
+        relievo::DeviceLevel::create(whole);
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.result() == RLV_ERROR_UNSUPPORTED);
+    }
+    try {
         relievo::ColorBuffer::create(detail);
         CHECK(false);
     } catch (const relievo::Error &error) {

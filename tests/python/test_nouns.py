@@ -381,7 +381,39 @@ class Devices(unittest.TestCase):
         if "vulkan" in adapters[-1].backend:
             self.assertTrue(buffer.vulkan().device)
             self.assertTrue(colors.vulkan().mips)
+        points, corners = shapes.ball(1.0)
+        ball = rl.Mesh(context, points, corners, 3)
+        ball.add_attribute("height", points[:, 2:], "point")
+        whole = rl.Progressive(ball, base_triangles=20, weights={"height": 0.1})
+        there, level = rl.DeviceLevel(whole), rl.Level(whole)
+        pull = rl.Grip(rl.Region((0, 0, 1), 0.8), (0, 0, 0.5))
+        for one in (there, level):
+            one.set_view(eye=(0, 0, 1.5), pixels=100.0, planes=[[0, 0, 1, 0]])
+            one.set_error(0.01)
+            one.set_triangles(300)
+            self.assertGreater(one.edit([pull], [rl.Region((1, 0, 0), 0.2, "constant")]), 10)
+            one.undo()
+            one.redo()
+            one.set_triangles()
+        for one in (there, level):
+            one.add_motion([rl.GripTrack(rl.Region((0, 0, 0), 9, "constant"), [rl.GripKey(0.0), rl.GripKey(2.0, (0, 0, 1))])])
+            self.assertGreater(one.set_time(1.0), 100)
+        level.update()
+        self.assertEqual(there.read().triangle_count, whole.info.triangle_count)
+        places = [numpy.sort(one.points, axis=0) for one in (there, level)]
+        numpy.testing.assert_allclose(*places, atol=1e-4)
+        at_corners = there.wedge_values[there.wedges.reshape(-1), 0]
+        expected = points[corners.reshape(-1), 2]
+        numpy.testing.assert_array_equal(numpy.sort(at_corners), numpy.sort(expected))
+        self.assertEqual((there.info.undo_count, there.info.redo_count), (1, 0))
+        there.clear_motions()
+        there.read()
+        self.assertLess(there.points[:, 2].min(), -0.99)
+        if "vulkan" in adapters[-1].backend:
+            self.assertTrue(there.vulkan().wedges)
         context.close_device()
+        with self.assertRaises(rl.DeviceFailure):
+            there.set_error(0.1)
         with self.assertRaises(rl.DeviceFailure):
             buffer.update()
         brush = rl.Brush(context, action="sculpt", height=0.1, settings={"radius": 0.3})

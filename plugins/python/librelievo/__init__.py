@@ -41,7 +41,7 @@ from .error import (
     Unsupported,
 )
 from .job import Job
-from .level import Grip, GripKey, GripTrack, Level, Region
+from .level import DeviceLevel, Grip, GripKey, GripTrack, Level, Region
 from .library import load, version
 from .mesh import Mesh
 from .parameter import Parameter

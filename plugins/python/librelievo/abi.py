@@ -1010,169 +1010,6 @@ class RlvColorBufferVulkan(Structure):
     ]
 
 
-class RlvDocument(Structure):
-    _fields_ = [
-        ("id", c_uint64),
-    ]
-
-
-class RlvDocumentInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("is_open", c_uint32),
-        ("undo_count", c_size_t),
-        ("redo_count", c_size_t),
-        ("bytes", c_uint64),
-    ]
-
-
-class RlvDocumentChanges(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("is_done", c_uint32),
-        ("layer_count", c_size_t),
-        ("block_count", c_size_t),
-        ("bytes", c_uint64),
-    ]
-
-
-class RlvTransferOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("from", RlvMesh),
-        ("reach", c_double),
-    ]
-
-
-class RlvTransferReport(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("layer_count", c_uint32),
-        ("area", c_double),
-        ("uncovered_area", c_double),
-        ("edited_area", c_double),
-        ("lost_area", c_double),
-        ("reach", c_double),
-    ]
-
-
-class RlvImprintSettings(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("voxels", c_uint32),
-        ("jitter", c_float),
-        ("seed", c_uint32),
-        ("max_displacement", c_float),
-        ("share", c_float),
-        ("depth_limit", c_float),
-        ("smoothing", c_float),
-        ("smoothing_passes", c_uint32),
-        ("sub_steps", c_uint32),
-        ("culling", c_uint32),
-        ("compaction", c_uint32),
-        ("rim", c_float),
-        ("rim_width", c_float),
-        ("repose", c_float),
-    ]
-
-
-class RlvImprintMoment(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("pair", c_uint32),
-        ("frame", c_uint64),
-        ("step", c_uint32),
-        ("reserved", c_uint32),
-    ]
-
-
-class RlvImprintReport(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("steps", c_uint64),
-        ("wanted_steps", c_uint64),
-        ("tested_tiles", c_uint64),
-        ("tested_coefficients", c_uint64),
-        ("changed_tiles", c_uint64),
-        ("changed_coefficients", c_uint64),
-        ("allocated_tiles", c_uint64),
-        ("refused_tiles", c_uint64),
-        ("clamped_rays", c_uint64),
-        ("triangles", c_uint64),
-        ("bytes", c_uint64),
-        ("voxel_diagonal", c_double),
-        ("pushed_volume", c_double),
-        ("raised_volume", c_double),
-    ]
-
-
-class RlvPtexOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("kind", c_uint32),
-        ("budget", c_uint64),
-    ]
-
-
-class RlvPtexReport(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("channel", c_uint32),
-        ("face_count", c_size_t),
-        ("constant_count", c_size_t),
-        ("squared_count", c_size_t),
-        ("reduced_count", c_size_t),
-        ("enlarged_count", c_size_t),
-        ("ignored_numbers", c_size_t),
-        ("deviation", c_float),
-        ("reserved", c_uint32),
-    ]
-
-
-class RlvJob(Structure):
-    _fields_ = [
-        ("id", c_uint64),
-    ]
-
-
-class RlvJobInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("state", c_uint32),
-        ("result", RlvResult),
-        ("fraction", c_float),
-        ("stage", c_char * RLV_NAME_SIZE),
-    ]
-
-
-class RlvLayerOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("kind", c_uint32),
-        ("blend", c_uint32),
-        ("is_visible", c_uint32),
-        ("opacity", c_float),
-        ("tile_size", c_uint32),
-    ]
-
-
-class RlvLayerInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("id", c_uint32),
-        ("kind", c_uint32),
-        ("blend", c_uint32),
-        ("is_visible", c_uint32),
-        ("is_active", c_uint32),
-        ("opacity", c_float),
-        ("reserved", c_uint32),
-        ("tile_count", c_size_t),
-        ("name", c_char * RLV_LAYER_NAME_SIZE),
-    ]
-
-
 class RlvStroke(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1355,6 +1192,206 @@ class RlvLevelMisplaced(Structure):
     ]
 
 
+class RlvDeviceLevel(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvDeviceLevelInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("undo_count", c_uint32),
+        ("redo_count", c_uint32),
+        ("reserved", c_uint32),
+        ("vertex_count", c_size_t),
+        ("triangle_count", c_size_t),
+        ("wedge_count", c_size_t),
+    ]
+
+
+class RlvDeviceLevelVulkan(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("queue_family", c_uint32),
+        ("queue_index", c_uint32),
+        ("reserved", c_uint32),
+        ("instance", c_uint64),
+        ("physical_device", c_uint64),
+        ("device", c_uint64),
+        ("queue", c_uint64),
+        ("vertices", c_uint64),
+        ("triangles", c_uint64),
+        ("arguments", c_uint64),
+        ("wedges", c_uint64),
+        ("wedge_values", c_uint64),
+        ("face_values", c_uint64),
+    ]
+
+
+class RlvDocument(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvDocumentInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_open", c_uint32),
+        ("undo_count", c_size_t),
+        ("redo_count", c_size_t),
+        ("bytes", c_uint64),
+    ]
+
+
+class RlvDocumentChanges(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_done", c_uint32),
+        ("layer_count", c_size_t),
+        ("block_count", c_size_t),
+        ("bytes", c_uint64),
+    ]
+
+
+class RlvTransferOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("from", RlvMesh),
+        ("reach", c_double),
+    ]
+
+
+class RlvTransferReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("layer_count", c_uint32),
+        ("area", c_double),
+        ("uncovered_area", c_double),
+        ("edited_area", c_double),
+        ("lost_area", c_double),
+        ("reach", c_double),
+    ]
+
+
+class RlvImprintSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("voxels", c_uint32),
+        ("jitter", c_float),
+        ("seed", c_uint32),
+        ("max_displacement", c_float),
+        ("share", c_float),
+        ("depth_limit", c_float),
+        ("smoothing", c_float),
+        ("smoothing_passes", c_uint32),
+        ("sub_steps", c_uint32),
+        ("culling", c_uint32),
+        ("compaction", c_uint32),
+        ("rim", c_float),
+        ("rim_width", c_float),
+        ("repose", c_float),
+    ]
+
+
+class RlvImprintMoment(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pair", c_uint32),
+        ("frame", c_uint64),
+        ("step", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvImprintReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("steps", c_uint64),
+        ("wanted_steps", c_uint64),
+        ("tested_tiles", c_uint64),
+        ("tested_coefficients", c_uint64),
+        ("changed_tiles", c_uint64),
+        ("changed_coefficients", c_uint64),
+        ("allocated_tiles", c_uint64),
+        ("refused_tiles", c_uint64),
+        ("clamped_rays", c_uint64),
+        ("triangles", c_uint64),
+        ("bytes", c_uint64),
+        ("voxel_diagonal", c_double),
+        ("pushed_volume", c_double),
+        ("raised_volume", c_double),
+    ]
+
+
+class RlvPtexOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_uint32),
+        ("budget", c_uint64),
+    ]
+
+
+class RlvPtexReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("channel", c_uint32),
+        ("face_count", c_size_t),
+        ("constant_count", c_size_t),
+        ("squared_count", c_size_t),
+        ("reduced_count", c_size_t),
+        ("enlarged_count", c_size_t),
+        ("ignored_numbers", c_size_t),
+        ("deviation", c_float),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvJob(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvJobInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("state", c_uint32),
+        ("result", RlvResult),
+        ("fraction", c_float),
+        ("stage", c_char * RLV_NAME_SIZE),
+    ]
+
+
+class RlvLayerOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_uint32),
+        ("blend", c_uint32),
+        ("is_visible", c_uint32),
+        ("opacity", c_float),
+        ("tile_size", c_uint32),
+    ]
+
+
+class RlvLayerInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("id", c_uint32),
+        ("kind", c_uint32),
+        ("blend", c_uint32),
+        ("is_visible", c_uint32),
+        ("is_active", c_uint32),
+        ("opacity", c_float),
+        ("reserved", c_uint32),
+        ("tile_count", c_size_t),
+        ("name", c_char * RLV_LAYER_NAME_SIZE),
+    ]
+
+
 class RlvPicture(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1522,6 +1559,16 @@ INIT = {
     RlvToolSettings: (ctypes.sizeof(RlvToolSettings), 1.0, 1.0,),
     RlvColorBufferInfo: (ctypes.sizeof(RlvColorBufferInfo), 0, 0, 0, 0, 0, 0, 0, (0,),),
     RlvColorBufferVulkan: (ctypes.sizeof(RlvColorBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
+    RlvLevelView: (ctypes.sizeof(RlvLevelView), (0.0,), 1000.0, 1.0, 1.0, 0, None, 0, 0,),
+    RlvLevelEdit: (ctypes.sizeof(RlvLevelEdit), 0, None, 0, 0, None, 0, 0,),
+    RlvLevelMotion: (ctypes.sizeof(RlvLevelMotion), 0, None, 0, 0, None, 0, 0,),
+    RlvLevelSculpted: (ctypes.sizeof(RlvLevelSculpted), 0, 0, 0, 0,),
+    RlvLevelBuffers: (ctypes.sizeof(RlvLevelBuffers), 0, None, 0, None, 0, 0, None, 0, 0, None, 0, None, 0, 0, None, 0,),
+    RlvLevelUpdate: (ctypes.sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvDeviceLevelInfo: (ctypes.sizeof(RlvDeviceLevelInfo), 0, 0, 0, 0, 0, 0,),
+    RlvDeviceLevelVulkan: (ctypes.sizeof(RlvDeviceLevelVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvDocumentInfo: (ctypes.sizeof(RlvDocumentInfo), 0, 0, 0, 0,),
     RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
     RlvTransferOptions: (ctypes.sizeof(RlvTransferOptions), 0, (0,), 0.0,),
@@ -1534,14 +1581,6 @@ INIT = {
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
-    RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
-    RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
-    RlvLevelView: (ctypes.sizeof(RlvLevelView), (0.0,), 1000.0, 1.0, 1.0, 0, None, 0, 0,),
-    RlvLevelEdit: (ctypes.sizeof(RlvLevelEdit), 0, None, 0, 0, None, 0, 0,),
-    RlvLevelMotion: (ctypes.sizeof(RlvLevelMotion), 0, None, 0, 0, None, 0, 0,),
-    RlvLevelSculpted: (ctypes.sizeof(RlvLevelSculpted), 0, 0, 0, 0,),
-    RlvLevelBuffers: (ctypes.sizeof(RlvLevelBuffers), 0, None, 0, None, 0, 0, None, 0, 0, None, 0, None, 0, 0, None, 0,),
-    RlvLevelUpdate: (ctypes.sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
     RlvPictureImage: (ctypes.sizeof(RlvPictureImage), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0, (0,),),
     RlvPictureMeta: (ctypes.sizeof(RlvPictureMeta), 0, 0, None, None,),
@@ -1686,6 +1725,50 @@ FUNCTIONS = {
     "rlv_color_buffer_info": (RlvResult, [("buffer", RlvColorBuffer), ("out", POINTER(RlvColorBufferInfo))]),
     "rlv_color_buffer_vulkan": (RlvResult, [("buffer", RlvColorBuffer), ("out", POINTER(RlvColorBufferVulkan))]),
     "rlv_color_buffer_read": (RlvResult, [("buffer", RlvColorBuffer), ("tile", c_uint32), ("level", c_uint32), ("bytes", c_void_p), ("capacity", c_size_t), ("size", c_size_t_p)]),
+    "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
+    "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
+    "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),
+    "rlv_stroke_release": (RlvResult, [("stroke", RlvStroke)]),
+    "rlv_stroke_extend": (RlvResult, [("stroke", RlvStroke), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
+    "rlv_stroke_end": (RlvResult, [("stroke", RlvStroke), ("report", POINTER(RlvStrokeReport))]),
+    "rlv_level_create": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvLevel))]),
+    "rlv_level_take_up": (RlvResult, [("level", RlvLevel), ("progressive", RlvProgressive)]),
+    "rlv_level_retain": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_release": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_info": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvLevelInfo))]),
+    "rlv_level_set_error": (RlvResult, [("level", RlvLevel), ("error", c_float)]),
+    "rlv_level_set_triangles": (RlvResult, [("level", RlvLevel), ("triangles", c_size_t)]),
+    "rlv_level_set_view": (RlvResult, [("level", RlvLevel), ("view", POINTER(RlvLevelView))]),
+    "rlv_level_edit": (RlvResult, [("level", RlvLevel), ("edit", POINTER(RlvLevelEdit)), ("reached", c_size_t_p)]),
+    "rlv_level_sculpt": (RlvResult, [("level", RlvLevel), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvLevelSculpted))]),
+    "rlv_level_undo": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_redo": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_add_motion": (RlvResult, [("level", RlvLevel), ("motion", POINTER(RlvLevelMotion))]),
+    "rlv_level_set_time": (RlvResult, [("level", RlvLevel), ("time", c_double), ("reached", c_size_t_p)]),
+    "rlv_level_clear_motions": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_open_journal": (RlvResult, [("level", RlvLevel), ("path", c_char_p)]),
+    "rlv_level_sync_journal": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_close_journal": (RlvResult, [("level", RlvLevel)]),
+    "rlv_level_update": (RlvResult, [("level", RlvLevel), ("buffers", POINTER(RlvLevelBuffers)), ("out", POINTER(RlvLevelUpdate))]),
+    "rlv_level_mesh": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvMesh))]),
+    "rlv_level_settle": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvProgressive))]),
+    "rlv_level_misplaced": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvLevelMisplaced)), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_level_rebuild": (RlvResult, [("level", RlvLevel), ("options", POINTER(RlvProgressiveOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvProgressive))]),
+    "rlv_device_level_create": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvDeviceLevel))]),
+    "rlv_device_level_retain": (RlvResult, [("level", RlvDeviceLevel)]),
+    "rlv_device_level_release": (RlvResult, [("level", RlvDeviceLevel)]),
+    "rlv_device_level_info": (RlvResult, [("level", RlvDeviceLevel), ("out", POINTER(RlvDeviceLevelInfo))]),
+    "rlv_device_level_set_error": (RlvResult, [("level", RlvDeviceLevel), ("error", c_float)]),
+    "rlv_device_level_set_triangles": (RlvResult, [("level", RlvDeviceLevel), ("triangles", c_size_t)]),
+    "rlv_device_level_set_view": (RlvResult, [("level", RlvDeviceLevel), ("view", POINTER(RlvLevelView))]),
+    "rlv_device_level_edit": (RlvResult, [("level", RlvDeviceLevel), ("edit", POINTER(RlvLevelEdit)), ("reached", c_size_t_p)]),
+    "rlv_device_level_undo": (RlvResult, [("level", RlvDeviceLevel)]),
+    "rlv_device_level_redo": (RlvResult, [("level", RlvDeviceLevel)]),
+    "rlv_device_level_add_motion": (RlvResult, [("level", RlvDeviceLevel), ("motion", POINTER(RlvLevelMotion))]),
+    "rlv_device_level_set_time": (RlvResult, [("level", RlvDeviceLevel), ("time", c_double), ("reached", c_size_t_p)]),
+    "rlv_device_level_clear_motions": (RlvResult, [("level", RlvDeviceLevel)]),
+    "rlv_device_level_read": (RlvResult, [("level", RlvDeviceLevel), ("buffers", POINTER(RlvLevelBuffers)), ("out", POINTER(RlvLevelUpdate))]),
+    "rlv_device_level_vulkan": (RlvResult, [("level", RlvDeviceLevel), ("out", POINTER(RlvDeviceLevelVulkan))]),
     "rlv_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_retain": (RlvResult, [("document", RlvDocument)]),
@@ -1740,35 +1823,6 @@ FUNCTIONS = {
     "rlv_layer_remove": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
     "rlv_layer_merge": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
     "rlv_layer_flatten": (RlvResult, [("detail", RlvDetail)]),
-    "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
-    "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
-    "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),
-    "rlv_stroke_release": (RlvResult, [("stroke", RlvStroke)]),
-    "rlv_stroke_extend": (RlvResult, [("stroke", RlvStroke), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
-    "rlv_stroke_end": (RlvResult, [("stroke", RlvStroke), ("report", POINTER(RlvStrokeReport))]),
-    "rlv_level_create": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvLevel))]),
-    "rlv_level_take_up": (RlvResult, [("level", RlvLevel), ("progressive", RlvProgressive)]),
-    "rlv_level_retain": (RlvResult, [("level", RlvLevel)]),
-    "rlv_level_release": (RlvResult, [("level", RlvLevel)]),
-    "rlv_level_info": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvLevelInfo))]),
-    "rlv_level_set_error": (RlvResult, [("level", RlvLevel), ("error", c_float)]),
-    "rlv_level_set_triangles": (RlvResult, [("level", RlvLevel), ("triangles", c_size_t)]),
-    "rlv_level_set_view": (RlvResult, [("level", RlvLevel), ("view", POINTER(RlvLevelView))]),
-    "rlv_level_edit": (RlvResult, [("level", RlvLevel), ("edit", POINTER(RlvLevelEdit)), ("reached", c_size_t_p)]),
-    "rlv_level_sculpt": (RlvResult, [("level", RlvLevel), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvLevelSculpted))]),
-    "rlv_level_undo": (RlvResult, [("level", RlvLevel)]),
-    "rlv_level_redo": (RlvResult, [("level", RlvLevel)]),
-    "rlv_level_add_motion": (RlvResult, [("level", RlvLevel), ("motion", POINTER(RlvLevelMotion))]),
-    "rlv_level_set_time": (RlvResult, [("level", RlvLevel), ("time", c_double), ("reached", c_size_t_p)]),
-    "rlv_level_clear_motions": (RlvResult, [("level", RlvLevel)]),
-    "rlv_level_open_journal": (RlvResult, [("level", RlvLevel), ("path", c_char_p)]),
-    "rlv_level_sync_journal": (RlvResult, [("level", RlvLevel)]),
-    "rlv_level_close_journal": (RlvResult, [("level", RlvLevel)]),
-    "rlv_level_update": (RlvResult, [("level", RlvLevel), ("buffers", POINTER(RlvLevelBuffers)), ("out", POINTER(RlvLevelUpdate))]),
-    "rlv_level_mesh": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvMesh))]),
-    "rlv_level_settle": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvProgressive))]),
-    "rlv_level_misplaced": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvLevelMisplaced)), ("capacity", c_size_t), ("count", c_size_t_p)]),
-    "rlv_level_rebuild": (RlvResult, [("level", RlvLevel), ("options", POINTER(RlvProgressiveOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvProgressive))]),
     "rlv_picture_open": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvPicture))]),
     "rlv_picture_retain": (RlvResult, [("picture", RlvPicture)]),
     "rlv_picture_release": (RlvResult, [("picture", RlvPicture)]),

@@ -57,16 +57,40 @@ def _track(track):
     return made
 
 
-class Level(Handle):
-    """A mesh of a progressive mesh, at first its base. `points`, `normals` and `triangles` are those of the last
-    `update`: views of arrays that stay where they are. So are `wedges` (n, 3), of every triangle, `wedge_values` and
-    `face_values`, of every wedge and triangle the numbers of all attributes; without any these have no columns."""
+def _edit(grips, anchors):
+    """An edit, and what it points to."""
+    handles = (abi.RlvLevelHandle * len(grips))(*map(_grip, grips))
+    held = (abi.RlvLevelRegion * len(anchors))(*map(_region, anchors))
+    edit = record.empty(abi.RlvLevelEdit)
+    edit.handles, edit.handle_count = handles, len(grips)
+    edit.anchors, edit.anchor_count = held, len(anchors)
+    return edit, (handles, held)
 
-    noun, kind = "level", abi.RlvLevel
 
-    def __init__(self, whole):
-        super().__init__("rlv_level_create", whole.handle)
-        info = whole.info
+def _motion(tracks, anchors):
+    """An edit over time, and what it points to."""
+    rows = (abi.RlvLevelTrack * len(tracks))(*map(_track, tracks))
+    held = (abi.RlvLevelRegion * len(anchors))(*map(_region, anchors))
+    motion = record.empty(abi.RlvLevelMotion)
+    motion.tracks, motion.track_count = rows, len(rows)
+    motion.anchors, motion.anchor_count = held, len(held)
+    return motion, (rows, held)
+
+
+def _view(planes, fields):
+    """A view, and what it points to."""
+    made = record.fill(abi.RlvLevelView, fields)
+    kept = Reading(planes, numpy.float32, 4, "planes")
+    made.planes, made.plane_count, made.plane_stride = kept.address, kept.count, kept.stride
+    return made, kept
+
+
+class _Room:
+    """Arrays that a mesh is written to. `points`, `normals` and `triangles` are those of the last time: views of arrays
+    that stay where they are. So are `wedges` (n, 3), of every triangle, `wedge_values` and `face_values`, of every wedge
+    and triangle the numbers of all attributes; without any these have no columns."""
+
+    def _make_room(self, info):
         room = self._room = record.empty(abi.RlvLevelBuffers)
         points, room.points, _ = writing(None, info.vertex_count, numpy.float32, 3, "points")
         normals, room.normals, _ = writing(None, info.vertex_count, numpy.float32, 3, "normals")
@@ -83,6 +107,25 @@ class Level(Handle):
         room.wedge_capacity = info.wedge_count
         self._attributes = (wedges, wedge_values, face_values)
         self.wedges, self.wedge_values, self.face_values = wedges[:0], wedge_values[:0], face_values[:0]
+
+    def _show(self, out):
+        """Has the arrays as long as an update says."""
+        points, normals, triangles = self._arrays
+        self.points, self.normals = points[: out.vertex_count], normals[: out.vertex_count]
+        self.triangles = triangles[: out.triangle_count]
+        wedges, wedge_values, face_values = self._attributes
+        self.wedges, self.wedge_values = wedges[: out.triangle_count], wedge_values[: out.wedge_count]
+        self.face_values = face_values[: out.triangle_count]
+
+
+class Level(_Room, Handle):
+    """A mesh of a progressive mesh, at first its base; `update` brings its arrays up to date."""
+
+    noun, kind = "level", abi.RlvLevel
+
+    def __init__(self, whole):
+        super().__init__("rlv_level_create", whole.handle)
+        self._make_room(whole.info)
 
     @property
     def info(self):
@@ -106,20 +149,16 @@ class Level(Handle):
 
     def set_view(self, planes=None, **view):
         """Becomes as fine as a view needs it, by the fields of RlvLevelView; `planes` (n, 4) bound what is seen."""
-        made = record.fill(abi.RlvLevelView, view)
-        kept = Reading(planes, numpy.float32, 4, "planes")
-        made.planes, made.plane_count, made.plane_stride = kept.address, kept.count, kept.stride
+        made, kept = _view(planes, view)
         library.call("rlv_level_set_view", self.handle, ctypes.byref(made))
+        del kept
 
     def edit(self, grips, anchors=()):
         """Moves and turns regions by `Grip`s, anchored in `Region`s. Returns how many vertices were reached."""
-        handles = (abi.RlvLevelHandle * len(grips))(*map(_grip, grips))
-        held = (abi.RlvLevelRegion * len(anchors))(*map(_region, anchors))
-        edit = record.empty(abi.RlvLevelEdit)
-        edit.handles, edit.handle_count = handles, len(grips)
-        edit.anchors, edit.anchor_count = held, len(anchors)
+        edit, kept = _edit(grips, anchors)
         reached = ctypes.c_size_t()
         library.call("rlv_level_edit", self.handle, ctypes.byref(edit), address_of(reached))
+        del kept
         return reached.value
 
     def sculpt(self, brush, points):
@@ -140,12 +179,9 @@ class Level(Handle):
 
     def add_motion(self, tracks, anchors=()):
         """Adds an edit over time by `GripTrack`s, anchored in `Region`s, of the mesh as fine as it is now."""
-        rows = (abi.RlvLevelTrack * len(tracks))(*map(_track, tracks))
-        held = (abi.RlvLevelRegion * len(anchors))(*map(_region, anchors))
-        motion = record.empty(abi.RlvLevelMotion)
-        motion.tracks, motion.track_count = rows, len(rows)
-        motion.anchors, motion.anchor_count = held, len(held)
+        motion, kept = _motion(tracks, anchors)
         library.call("rlv_level_add_motion", self.handle, ctypes.byref(motion))
+        del kept
 
     def set_time(self, time):
         """Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached."""
@@ -173,12 +209,7 @@ class Level(Handle):
         """Brings `points`, `normals`, `triangles` and attributes up to date. Returns what was written; see RlvLevelUpdate."""
         out = record.empty(abi.RlvLevelUpdate)
         library.call("rlv_level_update", self.handle, ctypes.byref(self._room), ctypes.byref(out))
-        points, normals, triangles = self._arrays
-        self.points, self.normals = points[: out.vertex_count], normals[: out.vertex_count]
-        self.triangles = triangles[: out.triangle_count]
-        wedges, wedge_values, face_values = self._attributes
-        self.wedges, self.wedge_values = wedges[: out.triangle_count], wedge_values[: out.wedge_count]
-        self.face_values = face_values[: out.triangle_count]
+        self._show(out)
         return record.read(out)
 
     def mesh(self):
@@ -208,3 +239,81 @@ class Level(Handle):
     def settle(self):
         """A progressive mesh of its own that has the edits at all levels."""
         return Progressive.of("rlv_level_settle", self.handle)
+
+
+class DeviceLevel(_Room, Handle):
+    """A mesh of a progressive mesh on the graphics device of its context, at first its base; `read` copies it back."""
+
+    noun, kind = "device_level", abi.RlvDeviceLevel
+
+    def __init__(self, whole):
+        super().__init__("rlv_device_level_create", whole.handle)
+        self._make_room(whole.info)
+
+    @property
+    def info(self):
+        """Counts, and edits that can be taken back and made again."""
+        out = record.empty(abi.RlvDeviceLevelInfo)
+        library.call("rlv_device_level_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def set_error(self, error):
+        """Becomes the coarsest mesh that deviates by no more."""
+        library.call("rlv_device_level_set_error", self.handle, float(error))
+
+    def set_triangles(self, triangles=None):
+        """Becomes the finest mesh of at most so many triangles, None for the finest of all."""
+        most = ctypes.c_size_t(-1).value if triangles is None else triangles
+        library.call("rlv_device_level_set_triangles", self.handle, most)
+
+    def set_view(self, planes=None, **view):
+        """Becomes as fine as a view needs it, by the fields of RlvLevelView; `planes` (n, 4) bound what is seen."""
+        made, kept = _view(planes, view)
+        library.call("rlv_device_level_set_view", self.handle, ctypes.byref(made))
+        del kept
+
+    def edit(self, grips, anchors=()):
+        """Moves and turns regions by `Grip`s, anchored in `Region`s. Returns how many vertices were reached."""
+        edit, kept = _edit(grips, anchors)
+        reached = ctypes.c_size_t()
+        library.call("rlv_device_level_edit", self.handle, ctypes.byref(edit), address_of(reached))
+        del kept
+        return reached.value
+
+    def undo(self):
+        """Takes the last edit back."""
+        library.call("rlv_device_level_undo", self.handle)
+
+    def redo(self):
+        """Makes the edit again that was taken back last."""
+        library.call("rlv_device_level_redo", self.handle)
+
+    def add_motion(self, tracks, anchors=()):
+        """Adds an edit over time by `GripTrack`s, anchored in `Region`s, of the mesh as fine as it is now."""
+        motion, kept = _motion(tracks, anchors)
+        library.call("rlv_device_level_add_motion", self.handle, ctypes.byref(motion))
+        del kept
+
+    def set_time(self, time):
+        """Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached."""
+        reached = ctypes.c_size_t()
+        library.call("rlv_device_level_set_time", self.handle, float(time), address_of(reached))
+        return reached.value
+
+    def clear_motions(self):
+        """Forgets the edits over time, and puts the mesh at rest."""
+        library.call("rlv_device_level_clear_motions", self.handle)
+
+    def read(self):
+        """Copies the mesh to `points`, `normals`, `triangles` and attributes. Returns how much there is; see
+        RlvLevelUpdate."""
+        out = record.empty(abi.RlvLevelUpdate)
+        library.call("rlv_device_level_read", self.handle, ctypes.byref(self._room), ctypes.byref(out))
+        self._show(out)
+        return record.read(out)
+
+    def vulkan(self):
+        """Its Vulkan objects as numbers; see buffer.h for who may use them when."""
+        out = record.empty(abi.RlvDeviceLevelVulkan)
+        library.call("rlv_device_level_vulkan", self.handle, ctypes.byref(out))
+        return record.read(out)

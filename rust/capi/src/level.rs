@@ -1,16 +1,18 @@
 //! Levels of progressive meshes; see `include/relievo/level.h`.
 
-mod edit;
+mod buffers;
+pub mod edit;
 
 use std::ffi::{c_char, c_void};
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, RwLock};
 
 use relievo_core::{Attribute, Context, Domain, Error, ErrorKind, Result, Values};
-use relievo_lod::progressive::{ActiveMesh, Buffers, Cut, EditJournal, Front, KeyedEdit, View};
+use relievo_lod::progressive::{ActiveMesh, Cut, EditJournal, Front, KeyedEdit, View};
 
+pub use self::buffers::{HostBuffers, RlvLevelBuffers, RlvLevelUpdate};
 pub use self::edit::{RlvLevelEdit, RlvLevelHandle, RlvLevelKey, RlvLevelMotion, RlvLevelRegion, RlvLevelTrack};
-use crate::array::{Input, Output, Plain, Rows, present, put, text};
+use crate::array::{Input, Output, Plain, present, put, text};
 use crate::brush::RlvBrush;
 use crate::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvProgress};
 use crate::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
@@ -73,44 +75,6 @@ impl Default for RlvLevelMisplaced {
 // SAFETY: words without padding, floats.
 unsafe impl Plain for RlvLevelMisplaced {}
 
-descriptor! {
-    pub struct RlvLevelBuffers {
-        struct_size: u32,
-        is_whole: u32,
-        points: *mut f32,
-        point_stride: usize,
-        normals: *mut f32,
-        normal_stride: usize,
-        vertex_capacity: usize,
-        triangles: *mut u32,
-        triangle_stride: usize,
-        triangle_capacity: usize,
-        wedges: *mut u32,
-        wedge_stride: usize,
-        wedge_values: *mut f32,
-        wedge_value_stride: usize,
-        wedge_capacity: usize,
-        face_values: *mut u32,
-        face_value_stride: usize,
-    }
-}
-
-descriptor! {
-    pub struct RlvLevelUpdate {
-        struct_size: u32,
-        reserved: u32,
-        vertex_count: usize,
-        triangle_count: usize,
-        first_vertex: usize,
-        changed_vertex_count: usize,
-        first_triangle: usize,
-        changed_triangle_count: usize,
-        wedge_count: usize,
-        first_wedge: usize,
-        changed_wedge_count: usize,
-    }
-}
-
 pub struct LevelObject {
     context: Arc<ContextObject>,
     /// Taken after the mesh.
@@ -153,45 +117,32 @@ impl LevelObject {
     }
 }
 
-/// A host's buffers.
-struct HostBuffers {
-    points: Output<[f32; 3]>,
-    normals: Option<Output<[f32; 3]>>,
-    triangles: Output<[u32; 3]>,
-    wedges: Option<Output<[u32; 3]>>,
-    wedge_values: Option<Rows>,
-    face_values: Option<Rows>,
+/// What a view asks for.
+///
+/// # Safety
+/// `view` is NULL or a descriptor whose array is as the header demands.
+pub unsafe fn read_view(context: &ContextObject, view: *const RlvLevelView) -> Result<View> {
+    // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+    let default: RlvLevelView = unsafe { std::mem::zeroed() };
+    // SAFETY: promised by the caller.
+    let given = unsafe { read_descriptor(view, default) }?;
+    // SAFETY: promised by the caller.
+    let planes =
+        unsafe { Input::new("planes", given.planes.cast::<[f32; 4]>(), given.plane_count, given.plane_stride) }?;
+    let RlvLevelView { eye, pixels, tolerance, outline, .. } = given;
+    let planes = planes.to_vec("planes", context.context.memory_limit())?;
+    Ok(View { eye, pixels, tolerance, outline, planes })
 }
 
-impl Buffers for HostBuffers {
-    fn set_vertex(&mut self, place: usize, point: [f32; 3], normal: [f32; 3]) {
-        self.points.set(place, point);
-        if let Some(normals) = &self.normals {
-            normals.set(place, normal);
-        }
+/// The mesh of a deviation.
+pub fn cut_of_error(error: f32) -> Result<Cut> {
+    if error.is_nan() || error < 0.0 {
+        return Err(Error::invalid(format!("{error} is no length")).at("error").advise("use 0 or more"));
     }
-
-    fn set_triangle(&mut self, place: usize, vertices: [u32; 3]) {
-        self.triangles.set(place, vertices);
-    }
-
-    fn set_wedge(&mut self, place: usize, values: &[f32]) {
-        if let Some(rows) = &self.wedge_values {
-            rows.set(place, values.iter().map(|value| value.to_bits()));
-        }
-    }
-
-    fn set_corners(&mut self, place: usize, wedges: [u32; 3], values: &[u32]) {
-        if let Some(list) = &self.wedges {
-            list.set(place, wedges);
-        }
-        if let Some(rows) = &self.face_values {
-            rows.set(place, values.iter().copied());
-        }
-    }
+    Ok(Cut::of_error(error))
 }
 
-fn nothing(what: &str) -> Error {
+pub fn nothing(what: &str) -> Error {
     Error::new(ErrorKind::NotFound, format!("there is no edit to {what}")).at("level")
 }
 
@@ -254,11 +205,9 @@ entry! {
 
     fn rlv_level_set_error(level: RlvLevel, error: f32) {
         let object = registry::get(level)?;
-        if error.is_nan() || error < 0.0 {
-            return Err(Error::invalid(format!("{error} is no length")).at("error").advise("use 0 or more"));
-        }
+        let cut = cut_of_error(error)?;
         object.change(|mesh| {
-            mesh.adapt(&object.context().context, Cut::of_error(error));
+            mesh.adapt(&object.context().context, cut);
             Ok(())
         })
     }
@@ -274,16 +223,8 @@ entry! {
 
     fn rlv_level_set_view(level: RlvLevel, view: *const RlvLevelView) {
         let object = registry::get(level)?;
-        // SAFETY: a descriptor of nothing but numbers and NULL pointers.
-        let default: RlvLevelView = unsafe { std::mem::zeroed() };
-        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let given = unsafe { read_descriptor(view, default) }?;
-        // SAFETY: the caller promises `plane_count` planes.
-        let planes =
-            unsafe { Input::new("planes", given.planes.cast::<[f32; 4]>(), given.plane_count, given.plane_stride) }?;
-        let RlvLevelView { eye, pixels, tolerance, outline, .. } = given;
-        let planes = planes.to_vec("planes", object.context().context.memory_limit())?;
-        let view = View { eye, pixels, tolerance, outline, planes };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, with an array of its count.
+        let view = unsafe { read_view(object.context(), view) }?;
         object.change(|mesh| {
             let whole = object.whole()?.clone();
             mesh.adapt_to(&object.context().context, &view, whole.extents()).map(drop)
@@ -427,55 +368,12 @@ entry! {
         };
         object.change(|mesh| {
             let (vertices, triangles) = (mesh.vertex_count(), mesh.triangle_count());
-            let [width, face_width] = mesh.progressive().attribute_widths();
-            let values = given.wedge_values.cast::<u32>();
-            let (points, normals) = (given.points.cast::<[f32; 3]>(), given.normals.cast::<[f32; 3]>());
             // SAFETY: the caller promises room for the capacities.
-            let mut buffers = unsafe {
-                HostBuffers {
-                    points: Output::new("points", points, given.vertex_capacity, given.point_stride)?,
-                    normals: Output::optional("normals", normals, given.vertex_capacity, given.normal_stride)?,
-                    triangles: Output::new(
-                        "triangles",
-                        given.triangles.cast::<[u32; 3]>(),
-                        given.triangle_capacity,
-                        given.triangle_stride,
-                    )?,
-                    wedges: Output::optional(
-                        "wedges",
-                        given.wedges.cast::<[u32; 3]>(),
-                        given.triangle_capacity,
-                        given.wedge_stride,
-                    )?,
-                    wedge_values: Rows::optional(
-                        ("wedge_values", values, given.wedge_capacity, given.wedge_value_stride),
-                        width,
-                    )?,
-                    face_values: Rows::optional(
-                        ("face_values", given.face_values, given.triangle_capacity, given.face_value_stride),
-                        face_width,
-                    )?,
-                }
-            };
-            if let Some(rows) = &buffers.wedge_values {
-                rows.holds("wedge_values", mesh.progressive().wedge_count())?;
-            }
+            let mut buffers = unsafe { HostBuffers::new(&given, mesh.progressive()) }?;
             buffers.points.holds("points", vertices)?;
             buffers.triangles.holds("triangles", triangles)?;
             let update = mesh.update(&mut buffers, given.is_whole != 0);
-            let told = RlvLevelUpdate {
-                struct_size: 0,
-                reserved: 0,
-                vertex_count: update.vertices,
-                triangle_count: update.triangles,
-                first_vertex: update.changed_vertices.start,
-                changed_vertex_count: update.changed_vertices.len(),
-                first_triangle: update.changed_triangles.start,
-                changed_triangle_count: update.changed_triangles.len(),
-                wedge_count: update.wedges,
-                first_wedge: update.changed_wedges.start,
-                changed_wedge_count: update.changed_wedges.len(),
-            };
+            let told = RlvLevelUpdate::of(&update);
             // SAFETY: checked above.
             unsafe { write_optional(out, told) }
         })

@@ -25,6 +25,7 @@ pub mod collider;
 pub mod color_buffer;
 pub mod context;
 pub mod detail;
+pub mod device_level;
 pub mod document;
 pub mod error;
 pub mod evaluate;
@@ -69,6 +70,8 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         detail::RlvVectorOptions::layout(),
         detail::RlvDecayOptions::layout(),
         detail::RlvChannelInfo::layout(),
+        device_level::RlvDeviceLevelInfo::layout(),
+        device_level::RlvDeviceLevelVulkan::layout(),
         job::RlvJobInfo::layout(),
         layer::RlvLayerOptions::layout(),
         layer::RlvLayerInfo::layout(),

@@ -2,17 +2,17 @@
 
 use std::ffi::{c_char, c_void};
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 use relievo_core::{Domain, Error, Progress, Result};
-use relievo_lod::progressive::{BuildOptions, Extents};
+use relievo_lod::progressive::{BuildOptions, DeviceHierarchy, Extents};
 use relievo_lod::{AttributeOptions, Progressive, Welded, weld};
 
 use crate::array::{Input, present, put, text};
 use crate::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
 use crate::descriptor::{read_optional, write_descriptor};
 use crate::mesh::{MeshObject, RlvAttributeInfo, RlvMesh};
-use crate::registry::{self, handle, try_read};
+use crate::registry::{self, broken, handle, try_read};
 use crate::simplify::{RlvSimplifyWeight, attributes_of};
 
 handle!(RlvProgressive, 16, ProgressiveObject);
@@ -51,12 +51,28 @@ pub struct ProgressiveObject {
     pub context: Arc<ContextObject>,
     pub mesh: Arc<Progressive>,
     extents: OnceLock<Extents>,
+    /// What the device of the context has of it, as long as there is a level there.
+    sent: Mutex<Weak<DeviceHierarchy>>,
 }
 
 impl ProgressiveObject {
     /// How far splits reach, which views ask for.
     pub fn extents(&self) -> &Extents {
         self.extents.get_or_init(|| Extents::new(&self.mesh))
+    }
+
+    /// What the device of the context has of it, which is sent if it has nothing.
+    pub fn on_device(&self) -> Result<Arc<DeviceHierarchy>> {
+        let device = self.context.opened_device()?;
+        device.check()?;
+        let mut sent = self.sent.lock().map_err(|_| broken("progressive mesh"))?;
+        if let Some(there) = sent.upgrade() {
+            return Ok(there);
+        }
+        let context = &self.context.context;
+        let made = Arc::new(DeviceHierarchy::with_surroundings(context, device, &self.mesh, self.extents())?);
+        *sent = Arc::downgrade(&made);
+        Ok(made)
     }
 }
 
@@ -154,7 +170,8 @@ pub unsafe fn read_options(
 
 /// Registers a progressive mesh.
 pub fn register(context: Arc<ContextObject>, mesh: impl Into<Arc<Progressive>>) -> Result<RlvProgressive> {
-    registry::insert(ProgressiveObject { context, mesh: mesh.into(), extents: OnceLock::new() })
+    let (mesh, extents, sent) = (mesh.into(), OnceLock::new(), Mutex::default());
+    registry::insert(ProgressiveObject { context, mesh, extents, sent })
 }
 
 entry! {

@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 20] = [
+pub const NOUNS: [&str; 21] = [
     "nothing",
     "context",
     "mesh",
@@ -40,6 +40,7 @@ pub const NOUNS: [&str; 20] = [
     "level",
     "color buffer",
     "arrival",
+    "device level",
 ];
 
 /// Defines the handle type of a noun.

@@ -48,8 +48,8 @@ struct SplitBlock {
 pub type Vertex = [u32; 4];
 
 /// What a device has of a progressive mesh. That is 42 bytes a triangle; a mesh of it may take 20 more, and what views and
-/// edits need another 52. Attributes take 16 bytes a triangle and its own numbers, and a wedge 4 and its numbers twice; in a
-/// mesh the triangles and wedges take the same once more, with numbers once.
+/// edits need another 52. Attributes take 12 bytes a triangle and its numbers, and 4 a wedge and its numbers twice; in a
+/// mesh of it the same once more, with numbers once.
 #[derive(Debug)]
 pub struct DeviceHierarchy {
     device: Device,
