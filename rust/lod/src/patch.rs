@@ -329,8 +329,21 @@ impl Patch {
         retry(work, edge.ends[0], cost * care.dearer());
     }
 
-    /// Gives what is left back to the whole: triangles to a list.
-    pub fn give_back(&self, pieces: &mut Pieces, left: &mut Vec<[u32; 4]>) {
+    /// Vertices and numbers of the triangles that are left.
+    pub fn left(&self) -> Vec<[u32; 4]> {
+        let mut left = Vec::with_capacity(self.work.live);
+        for (own, number) in self.triangles.iter().enumerate() {
+            let triangle = self.work.mesh.triangle(own);
+            if triangle[0] != NONE {
+                let [a, b, c] = triangle.map(|vertex| self.vertices[vertex as usize]);
+                left.push([a, b, c, *number]);
+            }
+        }
+        left
+    }
+
+    /// Gives what is known of vertices back to the whole.
+    pub fn give_back(&self, pieces: &mut Pieces) {
         let mesh = &self.work.mesh;
         for (own, vertex) in self.vertices.iter().enumerate() {
             if mesh.flags[own] & OUTSIDE == 0 && !mesh.is_gone(own as u32) {
@@ -339,13 +352,6 @@ impl Patch {
                 if let Some(factor) = pieces.factors.get_mut(*vertex as usize) {
                     *factor = self.work.factor(own);
                 }
-            }
-        }
-        for (own, number) in self.triangles.iter().enumerate() {
-            let triangle = mesh.triangle(own);
-            if triangle[0] != NONE {
-                let [a, b, c] = triangle.map(|vertex| self.vertices[vertex as usize]);
-                left.push([a, b, c, *number]);
             }
         }
     }

@@ -43,8 +43,10 @@ pub fn reduce(
         }
         // Powers of the root of x⁴ = x + 1 fill a cube evenly (Roberts 2018).
         let shift = Vec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5) * cut as f32;
-        let order = along_curve(context, &pieces, left, bounds, shift.fract());
-        pieces.count(left);
+        let mut valences = std::mem::take(&mut pieces.valences);
+        let (order, ()) = context
+            .join(|| along_curve(context, &pieces, left, bounds, shift.fract()), || pieces.count(left, &mut valences));
+        pieces.valences = valences;
         let [many, few] = PATCH.map(|most| left.div_ceil(most));
         let many = if many == 1 { 1 } else { many.next_multiple_of(2) };
         let size = left.div_ceil(many.max(few.min(FEW)));
@@ -65,7 +67,7 @@ pub fn reduce(
         let (goal, enough) = if until > faces { (until, until + until / 100 + 1) } else { (faces, faces) };
         while left > enough {
             progress.step((before - left) as f32 / (before - faces) as f32, "simplify")?;
-            let Some((limit, quotas)) = plan(context, &patches, left - goal) else { break };
+            let Some((limit, quotas)) = plan(&patches, left - goal) else { break };
             let is_last = left - faces == 1;
             let mut work: Vec<_> = patches.iter_mut().zip(quotas).map(|(patch, quota)| (patch, quota, 0)).collect();
             context.for_each_part(work.as_mut_slice(), 1, |_, work| {
@@ -74,9 +76,9 @@ pub fn reduce(
             })?;
             left -= work.iter().map(|(.., gone)| gone).sum::<usize>();
         }
-        let mut given = Vec::with_capacity(left);
-        patches.iter().for_each(|patch| patch.give_back(&mut pieces, &mut given));
-        pieces.left = Some(given);
+        let given = context.map(patches.len(), |patch| patches[patch].left());
+        patches.iter().for_each(|patch| patch.give_back(&mut pieces));
+        pieces.left = Some(given.concat());
         idle = match (left < start, patches.len()) {
             (true, _) => 0,
             (false, 1) => IDLE,
@@ -89,11 +91,10 @@ pub fn reduce(
 
 /// The magnitude up to which edges have their turn in the next step, and how many triangles each patch may be rid of.
 /// `None` if no edge waits.
-fn plan(context: &Context, patches: &[Patch], surplus: usize) -> Option<(usize, Vec<usize>)> {
-    let counts = context.map(patches.len(), |patch| patches[patch].waiting().collect::<Vec<_>>());
+fn plan(patches: &[Patch], surplus: usize) -> Option<(usize, Vec<usize>)> {
     let mut sums = [0; MAGNITUDES];
-    for counts in &counts {
-        sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+    for patch in patches {
+        sums.iter_mut().zip(patch.waiting()).for_each(|(sum, count)| *sum += count);
     }
     let wanted = ((sums.iter().sum::<usize>() as f32 * STEP) as usize).max(1);
     let mut ready = 0;
@@ -101,7 +102,7 @@ fn plan(context: &Context, patches: &[Patch], surplus: usize) -> Option<(usize, 
         ready += count;
         ready >= wanted
     })?;
-    let ready: Vec<usize> = counts.iter().map(|counts| counts[..=limit].iter().sum()).collect();
+    let ready: Vec<usize> = patches.iter().map(|patch| patch.waiting().take(limit + 1).sum()).collect();
     let all: usize = ready.iter().sum();
     // Whole pairs of triangles, as most collapses are rid of; where there are too few, for those where most edges wait.
     let pairs = |ready: usize| ready.min((surplus as u64 / 2 * ready as u64 / all as u64) as usize);
@@ -134,11 +135,11 @@ impl<'a> Pieces<'a> {
     }
 
     /// Counts the corners at every vertex.
-    fn count(&mut self, triangles: usize) {
-        self.valences.fill(0);
+    fn count(&self, triangles: usize, valences: &mut [u32]) {
+        valences.fill(0);
         for at in 0..triangles {
             let [a, b, c, _] = self.triangle(at);
-            [a, b, c].into_iter().for_each(|vertex| self.valences[vertex as usize] += 1);
+            [a, b, c].into_iter().for_each(|vertex| valences[vertex as usize] += 1);
         }
     }
 }
